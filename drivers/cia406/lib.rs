@@ -1,0 +1,1 @@
+//! CANopen encoders and linear transducers after CiA 406.

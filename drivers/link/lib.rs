@@ -1,0 +1,24 @@
+//! The contract between links, drivers and a station.
+//!
+//! A *link* carries bytes or CAN frames. A *driver* turns what one device says into [`Reading`]s and
+//! what the station wants into bytes or frames to send. A driver is a state machine: it opens no
+//! port, starts no task and reads no clock; time is an argument of type [`Nanos`]. The same driver
+//! therefore runs on a real port, on a simulator and on a recording, and gives the same readings.
+//!
+//! This crate deliberately holds no input or output and no async code.
+
+#![forbid(unsafe_code)]
+
+mod can;
+mod channel;
+mod driver;
+mod reading;
+mod setting;
+mod time;
+
+pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
+pub use channel::{Channel, Unit};
+pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
+pub use reading::{Count, Flags, MAX_CHANNELS, Reading, Values};
+pub use setting::{Problem, check_range};
+pub use time::Nanos;

@@ -1,0 +1,38 @@
+//! What can be wrong with a driver's settings.
+
+use std::fmt;
+
+/// One setting that cannot be used. The reader of the configuration adds file and line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// The key, relative to the driver's settings: `baud_bd`, `map[3].scale`.
+    pub key: String,
+    /// What would do.
+    pub expected: String,
+    /// What is there.
+    pub found: String,
+}
+
+impl Problem {
+    /// A problem with the setting at `key`.
+    pub fn new(
+        key: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl fmt::Display,
+    ) -> Problem {
+        Problem { key: key.into(), expected: expected.into(), found: found.to_string() }
+    }
+}
+
+/// Adds a problem unless `low <= value <= high`.
+pub fn check_range<T: PartialOrd + fmt::Display>(
+    problems: &mut Vec<Problem>,
+    key: &str,
+    value: T,
+    low: T,
+    high: T,
+) {
+    if !(value >= low && value <= high) {
+        problems.push(Problem::new(key, format!("{low} to {high}"), value));
+    }
+}

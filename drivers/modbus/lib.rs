@@ -1,0 +1,1 @@
+//! Modbus devices described by a register map.

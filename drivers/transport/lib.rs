@@ -1,0 +1,1 @@
+//! Serial ports, TCP and CAN: opening, reconnecting, tracing.

@@ -1,0 +1,1 @@
+//! A simulated CHRocodile 2.

@@ -1,0 +1,1 @@
+//! Simulated CANopen CiA 406 encoders on one bus.

@@ -1,0 +1,1 @@
+//! A simulated Modbus device serving a register map.

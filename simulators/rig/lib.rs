@@ -1,0 +1,1 @@
+//! A bench of simulators measuring a simulated part, started from one TOML file.

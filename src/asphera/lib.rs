@@ -1,0 +1,1 @@
+//! The asphera daemon and its command line.

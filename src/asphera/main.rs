@@ -1,0 +1,2 @@
+//! asphera.
+fn main() {}

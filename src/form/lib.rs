@@ -1,0 +1,1 @@
+//! Nominal surfaces, orthogonal least-squares fits, and the form deviation.

@@ -1,0 +1,1 @@
+//! Topography files, in and out: bytes in, types out.

@@ -1,0 +1,1 @@
+//! End-to-end tests: a daemon and a rig on free ports.
