@@ -1,1 +1,4 @@
 //! The asphera daemon and its command line.
+
+pub mod report;
+pub mod snapshot;

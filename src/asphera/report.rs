@@ -1,0 +1,267 @@
+//! The figures of a measurement, as every output writes them.
+//!
+//! One set of types serves the report file, the snapshots of the page and `--json`: what is shown
+//! live and what is kept have the same names, units and meaning.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Version of the report's layout. A reader refuses what it does not know.
+pub const FORMAT: &str = "asphera.report/1";
+
+/// Everything asphera says about one measurement of one part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`FORMAT`].
+    pub format: String,
+    /// What became of the points.
+    pub points: Points,
+    /// The mesh of the points used.
+    pub mesh: MeshFigures,
+    /// Whether the points lie densely enough.
+    pub sampling: SamplingFigures,
+    /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
+    pub form: Option<FormFigures>,
+    /// Pass, fail or undecided.
+    pub verdict: Verdict,
+    /// What each link and device delivered and lost. Empty for points read from a file.
+    pub links: Vec<LinkFigures>,
+    /// How long it took. The only part that differs between a live run and its replay.
+    pub timing: Timing,
+    /// The recording this belongs to; absent for points read from a file.
+    pub session: Option<SessionFigures>,
+}
+
+/// What became of the points.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Points {
+    /// Records that were formed from what the devices sent, or rows of a file, gaps included.
+    pub received: u64,
+    /// Points in the mesh and inside the aperture: those of the fit and the figures.
+    pub used: u64,
+    /// Points not used, by reason. A point with several reasons counts once for each.
+    pub flagged: BTreeMap<String, u64>,
+    /// Points at the exact place and height of an earlier one.
+    pub duplicates: u64,
+    /// Triggers whose reading never arrived, as the gaps in the shared count tell.
+    pub lost: u64,
+}
+
+/// The mesh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeshFigures {
+    /// Vertices.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Edges.
+    pub edges: u64,
+    /// Vertices on the convex hull of the projection.
+    pub hull: u64,
+    /// Area of the lifted triangles in mm².
+    pub area_mm2: f64,
+    /// Whether no two points stand above each other at different heights.
+    pub projectable: bool,
+}
+
+/// The state of the sampling. See `asphera_surface::sampling` for the definitions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SamplingFigures {
+    /// Largest gap of the well-sampled triangles and all others inside the aperture, in mm.
+    pub gap_max_mm: Option<f64>,
+    /// Largest gap over local feature size.
+    pub epsilon_max: Option<f64>,
+    /// Area-weighted 99th percentile of gap over local feature size.
+    pub epsilon_p99: Option<f64>,
+    /// Share of the reference area that is sampled densely enough, 0 to 1.
+    pub coverage: Option<f64>,
+    /// Area that is not sampled densely enough, in mm².
+    pub undersampled_area_mm2: Option<f64>,
+    /// How many points had arrived when these figures were made.
+    pub as_of_points: u64,
+}
+
+/// Nominal, fit and deviation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FormFigures {
+    /// The design surface in words: `asphere R 11.65 mm, conic -1.1, …`.
+    pub nominal: String,
+    /// How the nominal was laid into the points.
+    pub fit: FitFigures,
+    /// What remains.
+    pub deviation: DeviationFigures,
+    /// Whether these are running figures, to be replaced by a full fit at the end.
+    pub provisional: bool,
+}
+
+/// How the nominal was laid into the points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FitFigures {
+    /// The criterion: `orthogonal least squares`.
+    pub method: String,
+    /// Why the iteration ended.
+    pub termination: String,
+    /// How many steps it took.
+    pub iterations: u32,
+    /// Names of the parameters that were free.
+    pub free: Vec<String>,
+    /// Every free parameter: value, unit and standard uncertainty (k = 1).
+    pub parameters: BTreeMap<String, ParameterFigures>,
+    /// Free parameters the points do not determine; they stayed at their start.
+    pub indeterminate: Vec<String>,
+    /// Pose of the part in the measured frame.
+    pub pose: PoseFigures,
+}
+
+/// One fitted parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterFigures {
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Its standard uncertainty (k = 1) in the same unit, from the residuals; absent where there is none.
+    pub u: Option<f64>,
+}
+
+/// A rigid motion from the part frame into the measured frame: `p' = Rz·Ry·Rx·p + t`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseFigures {
+    /// Shift along x in mm.
+    pub tx_mm: f64,
+    /// Shift along y in mm.
+    pub ty_mm: f64,
+    /// Shift along z in mm.
+    pub tz_mm: f64,
+    /// Rotation about x in rad.
+    pub rx_rad: f64,
+    /// Rotation about y in rad.
+    pub ry_rad: f64,
+    /// Rotation about z in rad.
+    pub rz_rad: f64,
+}
+
+/// Form deviation: measured minus nominal along the nominal's normal, after alignment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviationFigures {
+    /// Range.
+    pub pv_nm: f64,
+    /// Root mean square over the points.
+    pub rms_nm: f64,
+    /// Largest, positive where material stands above the nominal (+z side).
+    pub max_nm: f64,
+    /// Smallest.
+    pub min_nm: f64,
+    /// Where the largest is, part frame, mm.
+    pub at_max_mm: [f64; 3],
+    /// Where the smallest is, part frame, mm.
+    pub at_min_mm: [f64; 3],
+}
+
+/// Whether the part is good.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// The answer.
+    pub status: Status,
+    /// The limits and the values held against them.
+    pub checks: Vec<Check>,
+    /// Why it is undecided, or what a reader must know beside the answer.
+    pub reasons: Vec<String>,
+}
+
+/// The answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Every limit holds.
+    Pass,
+    /// A limit is broken.
+    Fail,
+    /// There is no answer; [`Verdict::reasons`] says why.
+    #[default]
+    Undecided,
+}
+
+/// One limit and the value held against it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// Name with unit: `pv_nm`.
+    pub name: String,
+    /// The largest value allowed.
+    pub limit: f64,
+    /// The value found.
+    pub value: f64,
+    /// Whether it holds.
+    pub ok: bool,
+}
+
+/// What one device on one link delivered and lost.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LinkFigures {
+    /// The link.
+    pub link: String,
+    /// The device.
+    pub device: String,
+    /// Bytes received on the link (CAN frames: 16 bytes each).
+    pub received_bytes: u64,
+    /// Bytes that belong to no valid frame of this device.
+    pub discarded_bytes: u64,
+    /// Readings.
+    pub readings: u64,
+    /// Readings with a flag.
+    pub flagged: u64,
+    /// Counts that were skipped: readings lost before they reached the host.
+    pub lost: u64,
+    /// Readings that found no companion of the same count.
+    pub unjoined: u64,
+    /// Times the link was opened.
+    pub opened: u64,
+    /// Times it was lost.
+    pub closed: u64,
+    /// Faults by kind.
+    pub faults: BTreeMap<String, u64>,
+    /// The slow channels recorded beside the points: smallest, mean and largest value.
+    pub channels: BTreeMap<String, ChannelFigures>,
+}
+
+/// What a recorded channel did during the measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelFigures {
+    /// Unit of the values.
+    pub unit: String,
+    /// Smallest value.
+    pub min: f64,
+    /// Mean value.
+    pub mean: f64,
+    /// Largest value.
+    pub max: f64,
+    /// How many values.
+    pub count: u64,
+}
+
+/// How long it took. Never compared between runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// From the start to the report, in s.
+    pub total_s: f64,
+    /// From the last point to the report, in s.
+    pub after_last_point_s: f64,
+    /// Points received over the whole time.
+    pub points_per_s: f64,
+}
+
+/// The recording a report belongs to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SessionFigures {
+    /// Name of the recording's folder.
+    pub id: String,
+    /// When it began, RFC 3339, UTC, by the host's clock.
+    pub started: String,
+    /// Name of the station.
+    pub station: String,
+    /// Version of asphera that recorded it.
+    pub version: String,
+    /// Why it ended: `complete`, `stopped`, `idle`, `interrupted`.
+    pub ended: String,
+}
