@@ -1,1 +1,28 @@
-//! Serial ports, TCP and CAN: opening, reconnecting, tracing.
+//! Links: serial ports, TCP and SocketCAN, opened, kept open, and named.
+//!
+//! A link knows how bytes come and go and nothing of what they mean: no device is named here. It is
+//! one task that opens its [`Endpoint`], hands on what it receives as [`LinkEvent`]s, sends what it is
+//! told, and opens again with jittered backoff when the other end goes away.
+//!
+//! Every connection has an epoch. What is sent names the epoch it was meant for, so that nothing meant
+//! for one connection reaches the next; what is received stands between the `Opened` and the `Closed`
+//! of its own connection.
+//!
+//! Recording is not done here: it happens where links are joined, because a recording must hold one
+//! order over all links.
+
+#![forbid(unsafe_code)]
+
+mod backoff;
+mod endpoint;
+mod link;
+mod ports;
+mod serial;
+mod socketcan;
+mod stream;
+
+pub use backoff::{Backoff, BackoffError};
+pub use endpoint::{Endpoint, FlowControl, Parity, SerialSettings};
+pub use link::{Link, LinkCommand, LinkEvent, LinkSettings, What};
+pub use ports::{CanInterface, SerialPort, can_interfaces, serial_ports};
+pub use stream::OpenError;

@@ -1,0 +1,79 @@
+//! Where a link leads.
+
+use std::fmt;
+
+/// Where a link leads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// A serial port or anything that looks like one.
+    Serial(SerialSettings),
+    /// A TCP server, `host:port`.
+    Tcp {
+        /// Host and port.
+        address: String,
+    },
+    /// A CAN interface of the Linux kernel. Received chunks are records of 16 bytes, one a frame.
+    SocketCan {
+        /// Name of the network interface: `can0`.
+        interface: String,
+    },
+}
+
+/// How a serial port is opened. Always 8 data bits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SerialSettings {
+    /// Path of the port. A name that survives unplugging is best: `/dev/serial/by-id/…`.
+    pub path: String,
+    /// Line rate in baud.
+    pub baud_bd: u32,
+    /// Parity bit.
+    pub parity: Parity,
+    /// Two stop bits instead of one.
+    pub two_stop_bits: bool,
+    /// Flow control.
+    pub flow_control: FlowControl,
+}
+
+/// Parity of a serial line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Parity {
+    /// No parity bit.
+    #[default]
+    None,
+    /// Even parity. Pseudo terminals refuse it.
+    Even,
+    /// Odd parity. Pseudo terminals refuse it.
+    Odd,
+}
+
+/// Flow control of a serial line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FlowControl {
+    /// None.
+    #[default]
+    None,
+    /// RTS/CTS.
+    Hardware,
+}
+
+impl Endpoint {
+    /// A short word for the kind of link.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Endpoint::Serial(_) => "serial",
+            Endpoint::Tcp { .. } => "tcp",
+            Endpoint::SocketCan { .. } => "socketcan",
+        }
+    }
+}
+
+/// The port or address alone.
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Endpoint::Serial(serial) => f.write_str(&serial.path),
+            Endpoint::Tcp { address } => f.write_str(address),
+            Endpoint::SocketCan { interface } => f.write_str(interface),
+        }
+    }
+}

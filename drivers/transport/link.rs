@@ -1,0 +1,275 @@
+//! One link: a task that keeps an endpoint open.
+
+use std::time::Duration;
+
+use asphera_link::{CanFrame, RECORD_LEN};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use tokio::time::{sleep, timeout};
+use tracing::{debug, trace};
+
+use crate::socketcan::{CanPort, Received};
+use crate::stream::{Bytes, Port, open};
+use crate::{Backoff, Endpoint};
+
+/// How a link behaves.
+#[derive(Clone, Debug)]
+pub struct LinkSettings {
+    /// Which link it is among the station's; stands in every event.
+    pub index: usize,
+    /// Where it leads.
+    pub endpoint: Endpoint,
+    /// How long it waits before it opens again.
+    pub backoff: Backoff,
+}
+
+/// What a link has to tell.
+#[derive(Debug)]
+pub struct LinkEvent {
+    /// Which link.
+    pub link: usize,
+    /// What happened.
+    pub what: What,
+}
+
+/// What happened on a link.
+#[derive(Debug, PartialEq, Eq)]
+pub enum What {
+    /// The endpoint is open. Nothing says yet that a device is there.
+    Opened {
+        /// The connection's epoch: 1, 2, 3 …
+        epoch: u64,
+    },
+    /// Bytes arrived; for SocketCAN whole records of 16 bytes. Never empty.
+    Received(Vec<u8>),
+    /// The CAN controller reports trouble on the bus. The connection stays.
+    BusError(String),
+    /// The connection ended, in words for a person. It will be opened again.
+    Closed(String),
+    /// The endpoint could not be opened, in words for a person. It will be tried again.
+    OpenFailed(String),
+}
+
+/// What a link can be told.
+#[derive(Debug)]
+pub enum LinkCommand {
+    /// Send these bytes (for SocketCAN whole records) on connection `epoch`, and on no other.
+    Send {
+        /// The connection they are meant for.
+        epoch: u64,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// A valid frame arrived: the connection is good, and the backoff starts over.
+    Confirm,
+    /// Close connection `epoch` and open a new one.
+    Reopen {
+        /// The connection to close.
+        epoch: u64,
+    },
+}
+
+/// A running link. It ends when the handle is dropped.
+#[derive(Debug)]
+pub struct Link {
+    commands: mpsc::UnboundedSender<LinkCommand>,
+    task: JoinHandle<()>,
+}
+
+impl Link {
+    /// Starts the link's task on the current tokio runtime.
+    ///
+    /// Events go to `events`; while that is full the link reads nothing, and the kernel's buffer and
+    /// the protocol's own flow control hold the other end back.
+    pub fn spawn(settings: LinkSettings, events: mpsc::Sender<LinkEvent>) -> Link {
+        let (commands, receiver) = mpsc::unbounded_channel();
+        let worker = Worker { settings, events, commands: receiver, epoch: 0 };
+        Link { commands, task: tokio::spawn(worker.run()) }
+    }
+
+    /// Tells the link something. A link that has ended takes no notice.
+    pub fn tell(&self, command: LinkCommand) {
+        // The task ends only when the station is going down; what is said then is said to nobody.
+        let _ = self.commands.send(command);
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+struct Worker {
+    settings: LinkSettings,
+    events: mpsc::Sender<LinkEvent>,
+    commands: mpsc::UnboundedReceiver<LinkCommand>,
+    epoch: u64,
+}
+
+/// Why a connection is over.
+enum End {
+    /// Open it again; the words say why it was closed.
+    Closed(String),
+    /// The station is going down.
+    Shutdown,
+}
+
+impl Worker {
+    async fn run(mut self) {
+        loop {
+            match open(&self.settings.endpoint).await {
+                Ok(port) => {
+                    self.epoch += 1;
+                    debug!(endpoint = %self.settings.endpoint, epoch = self.epoch, "link open");
+                    if !self.tell(What::Opened { epoch: self.epoch }).await {
+                        return;
+                    }
+                    let end = match port {
+                        Port::Stream(stream) => self.serve_stream(stream).await,
+                        Port::Can(port) => self.serve_can(port).await,
+                    };
+                    match end {
+                        End::Closed(reason) => {
+                            debug!(endpoint = %self.settings.endpoint, %reason, "link closed");
+                            if !self.tell(What::Closed(reason)).await {
+                                return;
+                            }
+                        }
+                        End::Shutdown => return,
+                    }
+                }
+                Err(error) => {
+                    if !self.tell(What::OpenFailed(chain(&error))).await {
+                        return;
+                    }
+                }
+            }
+            sleep(self.settings.backoff.next_wait()).await;
+        }
+    }
+
+    /// Whether anybody listens still.
+    async fn tell(&mut self, what: What) -> bool {
+        self.events.send(LinkEvent { link: self.settings.index, what }).await.is_ok()
+    }
+
+    async fn serve_stream(&mut self, stream: Box<dyn Bytes>) -> End {
+        let (mut reader, mut writer) = tokio::io::split(stream);
+        let mut buffer = vec![0; READ_BYTES];
+        loop {
+            tokio::select! {
+                read = reader.read(&mut buffer) => match read {
+                    // A port that reads nothing without an error is gone: unplugged adapters do that for ever.
+                    Ok(0) => return End::Closed("the other end closed the connection".to_owned()),
+                    Ok(count) => {
+                        let bytes = buffer[..count].to_vec();
+                        trace!(link = self.settings.index, bytes = %Hex(&bytes), "received");
+                        if !self.tell(What::Received(bytes)).await {
+                            return End::Shutdown;
+                        }
+                    }
+                    Err(error) => return End::Closed(format!("reading failed: {error}")),
+                },
+                command = self.commands.recv() => match self.act(command) {
+                    Act::Send(bytes) => {
+                        trace!(link = self.settings.index, bytes = %Hex(&bytes), "sent");
+                        match timeout(WRITE_TIMEOUT, writer.write_all(&bytes)).await {
+                            Ok(Ok(())) => {}
+                            Ok(Err(error)) => return End::Closed(format!("writing failed: {error}")),
+                            Err(_) => return End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}")),
+                        }
+                    }
+                    Act::Nothing => {}
+                    Act::End(end) => return end,
+                },
+            }
+        }
+    }
+
+    async fn serve_can(&mut self, port: CanPort) -> End {
+        loop {
+            tokio::select! {
+                received = port.receive() => {
+                    let what = match received {
+                        Ok(Received::Frame(frame)) => What::Received(frame.to_record().to_vec()),
+                        Ok(Received::BusError(error)) => What::BusError(error),
+                        Err(error) => return End::Closed(format!("reading failed: {error}")),
+                    };
+                    if !self.tell(what).await {
+                        return End::Shutdown;
+                    }
+                }
+                command = self.commands.recv() => match self.act(command) {
+                    Act::Send(bytes) => for record in bytes.chunks(RECORD_LEN) {
+                        let sent = match CanFrame::from_record(record) {
+                            Ok(frame) => port.send(&frame).await.map_err(|error| error.to_string()),
+                            Err(error) => Err(error.to_string()),
+                        };
+                        if let Err(error) = sent {
+                            return End::Closed(format!("writing failed: {error}"));
+                        }
+                    },
+                    Act::Nothing => {}
+                    Act::End(end) => return end,
+                },
+            }
+        }
+    }
+
+    fn act(&mut self, command: Option<LinkCommand>) -> Act {
+        match command {
+            None => Act::End(End::Shutdown),
+            Some(LinkCommand::Send { epoch, bytes }) if epoch == self.epoch => Act::Send(bytes),
+            Some(LinkCommand::Reopen { epoch }) if epoch == self.epoch => {
+                Act::End(End::Closed("closed to start over".to_owned()))
+            }
+            Some(LinkCommand::Confirm) => {
+                self.settings.backoff.reset();
+                Act::Nothing
+            }
+            // Meant for a connection that is gone.
+            Some(LinkCommand::Send { .. } | LinkCommand::Reopen { .. }) => Act::Nothing,
+        }
+    }
+}
+
+enum Act {
+    Send(Vec<u8>),
+    Nothing,
+    End(End),
+}
+
+/// An error and its causes in one line.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut words = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        words.push_str(": ");
+        words.push_str(&cause.to_string());
+        source = cause.source();
+    }
+    words
+}
+
+/// The first bytes in hex, for the trace.
+struct Hex<'a>(&'a [u8]);
+
+impl std::fmt::Display for Hex<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for byte in self.0.iter().take(32) {
+            write!(f, "{byte:02x} ")?;
+        }
+        if self.0.len() > 32 {
+            write!(f, "… {} bytes", self.0.len())?;
+        }
+        Ok(())
+    }
+}
+
+const READ_BYTES: usize = 16 * 1024;
+const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,125 @@
+//! Links over real sockets and pseudo terminals of this machine.
+
+use super::*;
+use crate::{FlowControl, Parity, SerialSettings};
+use serialport::SerialPort as _;
+use std::time::Duration;
+use tokio::net::TcpListener;
+
+fn start(endpoint: Endpoint) -> (Link, mpsc::Receiver<LinkEvent>) {
+    let (events, receiver) = mpsc::channel(16);
+    let backoff = Backoff::try_new(Duration::from_millis(5), Duration::from_millis(20), 1).unwrap();
+    (Link::spawn(LinkSettings { index: 3, endpoint, backoff }, events), receiver)
+}
+
+async fn next(events: &mut mpsc::Receiver<LinkEvent>) -> What {
+    let event = timeout(Duration::from_secs(10), events.recv()).await.unwrap().unwrap();
+    assert_eq!(event.link, 3);
+    event.what
+}
+
+fn serial(path: String, parity: Parity) -> Endpoint {
+    Endpoint::Serial(SerialSettings {
+        path,
+        baud_bd: 115_200,
+        parity,
+        two_stop_bits: false,
+        flow_control: FlowControl::None,
+    })
+}
+
+#[tokio::test]
+async fn tcp_link_comes_back_and_never_sends_to_the_wrong_connection() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let (link, mut events) = start(Endpoint::Tcp { address });
+
+    let (mut peer, _) = listener.accept().await.unwrap();
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    peer.write_all(b"one").await.unwrap();
+    assert_eq!(next(&mut events).await, What::Received(b"one".to_vec()));
+    drop(peer);
+    assert!(matches!(next(&mut events).await, What::Closed(_)));
+
+    let (mut peer, _) = listener.accept().await.unwrap();
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 2 });
+    link.tell(LinkCommand::Send { epoch: 1, bytes: b"old".to_vec() });
+    link.tell(LinkCommand::Reopen { epoch: 1 });
+    link.tell(LinkCommand::Send { epoch: 2, bytes: b"new".to_vec() });
+    let mut got = [0; 3];
+    peer.read_exact(&mut got).await.unwrap();
+    assert_eq!(&got, b"new");
+
+    link.tell(LinkCommand::Reopen { epoch: 2 });
+    assert!(matches!(next(&mut events).await, What::Closed(_)));
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 3 });
+}
+
+#[tokio::test]
+async fn closed_tcp_port_is_reported_and_tried_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    drop(listener);
+    let (_link, mut events) = start(Endpoint::Tcp { address: address.clone() });
+    for _ in 0..2 {
+        let What::OpenFailed(words) = next(&mut events).await else { panic!("expected a failure") };
+        assert!(words.contains(&address) && words.contains("refused"), "{words}");
+    }
+}
+
+#[tokio::test]
+async fn unplugged_serial_port_closes_and_its_successor_opens() {
+    let dir = tempfile::tempdir().unwrap();
+    let stable = dir.path().join("probe");
+    let plug = || {
+        let (master, slave) = tokio_serial::SerialStream::pair().unwrap();
+        let _ = std::fs::remove_file(&stable);
+        std::os::unix::fs::symlink(slave.name().unwrap(), &stable).unwrap();
+        // The link opens the port for itself alone, so nobody else may hold it that way.
+        (master, slave)
+    };
+    let (mut master, slave) = plug();
+    drop(slave);
+    let (link, mut events) = start(serial(stable.display().to_string(), Parity::None));
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    master.write_all(&[0x00, 0x0D, 0xFF, 0x11]).await.unwrap();
+    assert_eq!(next(&mut events).await, What::Received(vec![0x00, 0x0D, 0xFF, 0x11]));
+    link.tell(LinkCommand::Send { epoch: 1, bytes: b"$VER\r".to_vec() });
+    let mut got = [0; 5];
+    master.read_exact(&mut got).await.unwrap();
+    assert_eq!(&got, b"$VER\r");
+
+    drop(master);
+    assert!(matches!(next(&mut events).await, What::Closed(_)));
+    let (_master, slave) = plug();
+    drop(slave);
+    loop {
+        match next(&mut events).await {
+            What::OpenFailed(_) => {}
+            what => {
+                assert_eq!(what, What::Opened { epoch: 2 });
+                break;
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn parity_on_a_pseudo_terminal_is_named_as_such() {
+    let (_master, slave) = tokio_serial::SerialStream::pair().unwrap();
+    let path = slave.name().unwrap();
+    drop(slave);
+    let (_link, mut events) = start(serial(path, Parity::Even));
+    match next(&mut events).await {
+        What::OpenFailed(words) => assert!(words.contains("parity"), "{words}"),
+        // Some kernels take the flag and ignore it: then the port is simply open.
+        what => assert_eq!(what, What::Opened { epoch: 1 }),
+    }
+}
+
+#[tokio::test]
+async fn missing_can_interface_is_named() {
+    let (_link, mut events) = start(Endpoint::SocketCan { interface: "nocan9".to_owned() });
+    let What::OpenFailed(words) = next(&mut events).await else { panic!("expected a failure") };
+    assert!(words.contains("nocan9"), "{words}");
+}

@@ -1,0 +1,86 @@
+//! Opening an endpoint.
+
+use std::io;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+use crate::socketcan::CanPort;
+use crate::{Endpoint, Parity, serial};
+
+/// Why an endpoint could not be opened.
+#[derive(Debug, Error)]
+pub enum OpenError {
+    /// The serial port is not there, or not ours.
+    #[error(
+        "cannot open serial port {path}; `asphera ports` lists the ports by their stable names"
+    )]
+    Serial {
+        /// The path tried.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The port refuses this parity. Pseudo terminals do: they are 8N1 only.
+    #[error(
+        "serial port {path} refuses {parity:?} parity (a pseudo terminal takes none only): set parity = \"none\" or use a real port"
+    )]
+    Parity {
+        /// The path tried.
+        path: String,
+        /// The parity asked for.
+        parity: Parity,
+    },
+    /// No TCP connection.
+    #[error("cannot connect to {address}")]
+    Tcp {
+        /// The address tried.
+        address: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// No CAN interface.
+    #[error("cannot open CAN interface {interface}; `asphera ports` lists those there are")]
+    SocketCan {
+        /// The interface tried.
+        interface: String,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// Anything that carries bytes both ways.
+pub(crate) trait Bytes: AsyncRead + AsyncWrite + Send + Unpin {}
+
+impl<T: AsyncRead + AsyncWrite + Send + Unpin> Bytes for T {}
+
+/// An open endpoint.
+pub(crate) enum Port {
+    /// A stream of bytes.
+    Stream(Box<dyn Bytes>),
+    /// A CAN socket.
+    Can(CanPort),
+}
+
+/// Opens `endpoint`, within a few seconds. What the kernel still held from before is thrown away.
+pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
+    match endpoint {
+        Endpoint::Serial(settings) => Ok(Port::Stream(Box::new(serial::open(settings)?))),
+        Endpoint::Tcp { address } => {
+            let tcp = |source| OpenError::Tcp { address: address.clone(), source };
+            let stream = timeout(CONNECT_TIMEOUT, TcpStream::connect(address))
+                .await
+                .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+                .map_err(tcp)?;
+            // Commands are short and wanted at once.
+            stream.set_nodelay(true).map_err(tcp)?;
+            Ok(Port::Stream(Box::new(stream)))
+        }
+        Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
+    }
+}
+
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
