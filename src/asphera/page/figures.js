@@ -1,0 +1,66 @@
+// The tables of mesh, sampling and fit.
+
+import { byId, setRows, setText } from "./dom.js";
+import { DASH, count, fixed, measured, mm, percent, significant } from "./format.js";
+
+const pair = (key, name, text, className = "") => ({ key, className, cells: [name, { text, className: "num" }] });
+const withUnit = (text, unit) => (text === DASH ? DASH : `${text} ${unit}`);
+
+export function showFigures({ mesh, sampling, form, points }) {
+  const empty = mesh.vertices === 0;
+  setRows(byId("mesh"), [
+    pair("vertices", "Vertices", count(mesh.vertices)),
+    pair("triangles", "Triangles", count(mesh.triangles)),
+    pair("edges", "Edges", count(mesh.edges)),
+    pair("hull", "On the hull", count(mesh.hull)),
+    pair("area", "Area", empty ? DASH : withUnit(significant(mesh.area_mm2, 6), "mm²")),
+    pair("projectable", "Projectable", empty ? DASH : mesh.projectable ? "yes" : "no", !empty && !mesh.projectable ? "bad" : ""),
+  ]);
+  const behind = points.received - sampling.as_of_points;
+  setRows(byId("sampling"), [
+    pair("coverage", "Coverage", percent(sampling.coverage)),
+    pair("undersampled", "Undersampled area", withUnit(significant(sampling.undersampled_area_mm2), "mm²")),
+    pair("gap", "Largest gap", withUnit(mm(sampling.gap_max_mm), "mm")),
+    pair("epsilon_max", "Largest ε (gap / lfs)", significant(sampling.epsilon_max)),
+    pair("epsilon_p99", "ε, 99 % of the area", significant(sampling.epsilon_p99)),
+    pair("as_of", "Made at", sampling.as_of_points ? `${count(sampling.as_of_points)} points` : DASH),
+    pair("behind", "Points since", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
+  ]);
+  showFit(form);
+}
+
+function showFit(form) {
+  setText(byId("nominal"), form?.nominal ?? DASH);
+  const parameters = Object.entries(form?.fit.parameters ?? {});
+  byId("parameters").hidden = parameters.length === 0;
+  setRows(byId("parameters"), parameters.map(([name, { value, unit, u }]) => {
+    const shown = measured(value, u, unit);
+    return {
+      key: name,
+      cells: [
+        name,
+        { text: shown.value, className: "num" },
+        { text: shown.uncertainty, className: "num" },
+        shown.unit,
+      ],
+    };
+  }));
+  if (!form) {
+    setRows(byId("fit"), [pair("method", "Method", DASH)]);
+    return;
+  }
+  const { fit } = form;
+  const { pose } = fit;
+  const angle = (rad) => measured(rad, null, "rad");
+  const angles = [pose.rx_rad, pose.ry_rad, pose.rz_rad].map(angle);
+  setRows(byId("fit"), [
+    pair("method", "Method", fit.method),
+    pair("termination", "Ended because", fit.termination),
+    pair("iterations", "Iterations", count(fit.iterations)),
+    ...(fit.indeterminate.length
+      ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]
+      : []),
+    pair("shift", "Pose: shift x, y, z", `${[pose.tx_mm, pose.ty_mm, pose.tz_mm].map((v) => fixed(v, 5)).join(", ")} mm`),
+    pair("tilt", "Pose: rotation x, y, z", angles.map((a) => `${a.value} ${a.unit}`).join(", ")),
+  ]);
+}

@@ -1,0 +1,79 @@
+// The page: one snapshot in, every part drawn.
+
+import { Control } from "./control.js";
+import { byId, setText } from "./dom.js";
+import { showFigures } from "./figures.js";
+import { DASH, count, duration, timeOfDay } from "./format.js";
+import { Links } from "./links.js";
+import { DeviationMap } from "./map.js";
+import { Plots } from "./plots.js";
+import { showProgress } from "./progress.js";
+import { Stream } from "./stream.js";
+import { takeToken } from "./token.js";
+import { showVerdict } from "./verdict.js";
+
+const root = document.documentElement;
+const token = takeToken();
+const control = new Control(token);
+const links = new Links();
+const map = new DeviationMap(byId("map"), byId("flip"));
+const plots = new Plots();
+const stream = new Stream(token, receive, showStream);
+let link = { name: "connecting", why: "", since: null };
+let newest = null;
+let drawn = null;
+
+/** Snapshots may come faster than the screen is drawn: each frame draws the newest. */
+function receive(snapshot) {
+  if (newest === drawn) requestAnimationFrame(draw);
+  newest = snapshot;
+}
+
+function draw() {
+  drawn = newest;
+  const snapshot = drawn;
+  root.dataset.state = snapshot.state;
+  root.dataset.sequence = snapshot.sequence;
+  setText(byId("station"), snapshot.station);
+  setText(byId("session"), snapshot.session?.id ?? DASH);
+  setText(byId("elapsed"), snapshot.session ? duration(snapshot.elapsed_s) : DASH);
+  byId("skipped").hidden = stream.skipped === 0;
+  setText(byId("skipped"), `skipped ${count(stream.skipped)}`);
+  byId("skipped").title = "snapshots this page was too slow to show or missed while disconnected";
+  showVerdict(snapshot);
+  map.update(snapshot.map, snapshot.form?.deviation ?? null);
+  showProgress(snapshot);
+  plots.update(snapshot.convergence);
+  links.update(snapshot);
+  links.draw(link.name === "live");
+  showFigures(snapshot);
+  control.update(snapshot);
+}
+
+function showStream(state) {
+  link = state;
+  root.dataset.stream = state.name;
+  const words = { connecting: "connecting …", live: "live", stale: "no connection" };
+  setText(byId("stream-state"), words[state.name]);
+  byId("stale-banner").hidden = state.name === "live" || !state.why;
+  tick();
+}
+
+/** What goes on between snapshots: the ages and the time since the connection broke. */
+function tick() {
+  if (link.name !== "live" && link.why) {
+    const since = link.since
+      ? `Figures are of ${timeOfDay(link.since)}, ${duration((Date.now() - link.since) / 1000)} old.`
+      : "Nothing was received yet.";
+    setText(byId("stale-why"), `NOT LIVE: ${link.why}.`);
+    setText(byId("stale-age"), `${since} The page comes back by itself.`);
+  }
+  if (drawn) links.draw(link.name === "live");
+}
+
+setInterval(tick, 500);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  map.draw();
+  plots.recolour();
+});
+stream.start();

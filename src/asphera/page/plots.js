@@ -1,0 +1,91 @@
+// PV and RMS against points, by uPlot.
+
+import { byId, colour } from "./dom.js";
+import { count, known, nm } from "./format.js";
+
+const HEIGHT = 168;
+
+export class Plots {
+  #charts = [];
+  #data = null;
+
+  /** Draws the columns of a snapshot's convergence. */
+  update({ points, pv_nm, rms_nm }) {
+    const empty = points.length === 0;
+    byId("plots-empty").hidden = !empty;
+    for (const id of ["plot-pv", "plot-rms"]) byId(id).hidden = empty;
+    if (empty) return;
+    if (this.#charts.length === 0) this.#build();
+    const last = points.length - 1;
+    const same = this.#data && this.#data[0].length === points.length
+      && this.#data[0][last] === points[last] && this.#data[1][last] === pv_nm[last];
+    if (same) return;
+    this.#data = [points, pv_nm, rms_nm];
+    this.#charts[0].setData([points, pv_nm]);
+    this.#charts[1].setData([points, rms_nm]);
+  }
+
+  /** Draws anew in the colours of the present scheme. */
+  recolour() {
+    for (const chart of this.#charts) chart.redraw(false, true);
+  }
+
+  #build() {
+    this.#charts = [
+      chart(byId("plot-pv"), "PV", "series-pv", []),
+      chart(byId("plot-rms"), "RMS", "series-rms", [6, 3]),
+    ];
+    new ResizeObserver(() => {
+      for (const one of this.#charts) {
+        one.setSize({ width: one.root.parentElement.clientWidth, height: HEIGHT });
+      }
+    }).observe(byId("plot-pv"));
+  }
+}
+
+function chart(parent, name, series, dash) {
+  const axis = {
+    stroke: () => colour("quiet"),
+    grid: { stroke: () => colour("line"), width: 1 },
+    ticks: { stroke: () => colour("line"), width: 1 },
+    font: "12px system-ui, sans-serif",
+    labelFont: "12px system-ui, sans-serif",
+    labelSize: 18,
+    labelGap: 2,
+  };
+  return new uPlot({
+    width: parent.clientWidth,
+    height: HEIGHT,
+    padding: [8, 14, 0, 0],
+    scales: { x: { time: false }, y: { range: (_, low, high) => range(low, high) } },
+    axes: [
+      { ...axis, label: "points", size: 30, space: 80, values: (_, ticks) => ticks.map(short) },
+      { ...axis, label: `${name} in nm`, size: 48, values: (_, ticks) => ticks.map((v) => String(Number(v.toPrecision(4)))) },
+    ],
+    series: [
+      { label: "points", value: (_, v) => (known(v) ? count(v) : "–") },
+      {
+        label: name,
+        stroke: () => colour(series),
+        width: 2,
+        dash,
+        points: { show: (self) => self.data[0].length < 3 },
+        value: (_, v) => (known(v) ? `${nm(v)} nm` : "–"),
+      },
+    ],
+    legend: { live: true },
+    cursor: { y: false, sync: { key: "convergence" }, drag: { x: false, y: false } },
+  }, [[], []], parent);
+}
+
+/** From zero, so that a small change does not look large; a flat line stands in the middle. */
+function range(low, high) {
+  if (!known(high) || high <= 0) return [0, 1];
+  return low > 0.7 * high ? [low - 0.5 * (high - low) - 0.05 * high, high + 0.05 * high] : [0, high * 1.08];
+}
+
+/** 1200000 as 1.2M: ticks are round. */
+function short(value) {
+  if (value >= 1e6) return `${Number((value / 1e6).toFixed(2))}M`;
+  return value >= 1e4 ? `${Number((value / 1e3).toFixed(1))}k` : String(value);
+}

@@ -1,0 +1,58 @@
+// The answer in letters that are read from across the room, and what it rests on.
+
+import { byId, setAttribute, setRows, setText } from "./dom.js";
+import { DASH, count, nameAndUnit, nm, significant } from "./format.js";
+
+const WORDS = {
+  none: ["idle", DASH, "Waiting for the station."],
+  idle: ["idle", "IDLE", "No session runs."],
+  measuring: ["measuring", "MEASURING", ""],
+  finishing: ["measuring", "FINISHING", "The last point has landed; the final fit is being made."],
+  pass: ["pass", "PASS", "Every limit holds."],
+  fail: ["fail", "FAIL", "A limit is broken."],
+  undecided: ["undecided", "UNDECIDED", "There is no answer."],
+};
+
+export function showVerdict(snapshot) {
+  const { state, verdict, form } = snapshot;
+  const kind = state === "complete" || state === "failed" ? verdict.status : state;
+  const [symbol, word, note] = WORDS[kind] ?? WORDS.none;
+  setAttribute(byId("verdict"), "data-kind", kind);
+  setAttribute(byId("verdict-icon"), "href", `#i-${symbol}`);
+  setText(byId("verdict-text"), word);
+  setText(byId("verdict-note"), noteOf(snapshot, note));
+  setText(byId("pv"), nm(form?.deviation.pv_nm));
+  setText(byId("rms"), nm(form?.deviation.rms_nm));
+  byId("provisional").hidden = !form?.provisional;
+  document.title = `${word === DASH ? "" : `${word} – `}${snapshot.station} – asphera`;
+  showChecks(verdict.checks);
+  byId("reasons").replaceChildren(
+    ...verdict.reasons.map((reason) => Object.assign(document.createElement("li"), { textContent: reason })),
+  );
+}
+
+function noteOf({ state, points, session }, note) {
+  if (state === "measuring") return `${count(points.received)} points received`;
+  if (state === "failed") return "The session ended without a report.";
+  const ended = session?.ended;
+  if (state === "complete" && ended && ended !== "complete") return `${note} The session was ended early: ${ended}.`;
+  return note;
+}
+
+function showChecks(checks) {
+  const table = byId("checks");
+  table.hidden = checks.length === 0;
+  setRows(table, checks.map((check) => {
+    const [name, unit] = nameAndUnit(check.name);
+    const shown = (value) => (unit === "nm" ? nm(value) : significant(value, 4));
+    return {
+      key: check.name,
+      cells: [
+        unit ? `${name} (${unit})` : name,
+        { text: shown(check.value), className: "num" },
+        { text: `≤ ${shown(check.limit)}`, className: "num" },
+        { text: check.ok ? "yes" : "no", icon: check.ok ? "pass" : "fail", className: check.ok ? "good" : "bad" },
+      ],
+    };
+  }));
+}

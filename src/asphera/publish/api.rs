@@ -1,0 +1,187 @@
+//! The routes and what each answers.
+
+use std::sync::Arc;
+
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::{Path, State};
+use axum::http::{Method, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router, middleware};
+use serde_json::json;
+
+use super::problem::Problem;
+use super::server::Shared;
+use super::source::ControlError;
+use super::{assets, guard, stream};
+
+/// All routes, without the checks of [`guard::every`].
+pub(super) fn router(shared: &Arc<Shared>) -> Router {
+    let reads = Router::new()
+        .route("/api/v1/snapshot", get(snapshot))
+        .route("/api/v1/stream", get(open_stream))
+        .route("/api/v1/mesh.ply", get(mesh))
+        .route("/api/v1/report", get(report))
+        .route("/api/v1/links", get(links))
+        .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
+    let controls = Router::new()
+        .route("/api/v1/session/start", post(start))
+        .route("/api/v1/session/stop", post(stop))
+        .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::controller));
+    Router::new()
+        .route("/", get(index))
+        .route("/assets/{*path}", get(asset))
+        .route("/api/v1/health", get(health))
+        .merge(reads)
+        .merge(controls)
+        .fallback(unknown)
+        .method_not_allowed_fallback(wrong_method)
+        .with_state(Arc::clone(shared))
+}
+
+async fn index() -> Response {
+    assets::index().into_response()
+}
+
+async fn asset(Path(path): Path<String>) -> Response {
+    match assets::find(&path) {
+        Some(asset) => asset.into_response(),
+        None => Problem::new(StatusCode::NOT_FOUND, "no such file of the page")
+            .found(&path)
+            .into_response(),
+    }
+}
+
+/// Open to everyone who may connect: it tells a monitor that the daemon answers, and nothing measured.
+async fn health(State(shared): State<Arc<Shared>>) -> Response {
+    let snapshot = newest(&shared);
+    Json(json!({
+        "status": "ok",
+        "version": env!("CARGO_PKG_VERSION"),
+        "state": snapshot.state,
+        "sequence": snapshot.sequence,
+    }))
+    .into_response()
+}
+
+async fn snapshot(State(shared): State<Arc<Shared>>) -> Response {
+    let text = shared.encoder.encode(&newest(&shared));
+    ([(header::CONTENT_TYPE, JSON)], axum::body::Bytes::from(text)).into_response()
+}
+
+async fn links(State(shared): State<Arc<Shared>>) -> Response {
+    let snapshot = newest(&shared);
+    Json(json!({ "sequence": snapshot.sequence, "links": snapshot.links })).into_response()
+}
+
+async fn report(State(shared): State<Arc<Shared>>) -> Response {
+    match shared.source.report() {
+        Some(report) => Json(&*report).into_response(),
+        None => Problem::new(StatusCode::NOT_FOUND, "there is no report yet")
+            .expected("a session that ended")
+            .hint("/api/v1/snapshot has the running figures")
+            .into_response(),
+    }
+}
+
+async fn mesh(State(shared): State<Arc<Shared>>) -> Response {
+    let Ok(_turn) = shared.meshes.acquire().await else {
+        return Problem::new(StatusCode::SERVICE_UNAVAILABLE, "the daemon is ending")
+            .into_response();
+    };
+    match shared.source.mesh_ply().await {
+        Some(ply) => {
+            let headers = [
+                (header::CONTENT_TYPE, "application/octet-stream"),
+                (header::CONTENT_DISPOSITION, "attachment; filename=\"mesh.ply\""),
+            ];
+            (headers, ply).into_response()
+        }
+        None => Problem::new(StatusCode::NOT_FOUND, "there is no mesh yet")
+            .expected("a session with at least one point")
+            .into_response(),
+    }
+}
+
+async fn open_stream(
+    State(shared): State<Arc<Shared>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    let upgrade = match upgrade {
+        Ok(upgrade) => upgrade,
+        Err(rejection) => {
+            return Problem::new(rejection.status(), "this address is a WebSocket")
+                .expected("a WebSocket upgrade (RFC 6455)")
+                .found(&rejection.body_text())
+                .hint("/api/v1/snapshot answers to a plain GET")
+                .into_response();
+        }
+    };
+    match Arc::clone(&shared.streams).try_acquire_owned() {
+        Ok(permit) => stream::accept(upgrade, shared, permit),
+        Err(_) => Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too many streams are open")
+            .expected(format!("at most {}", shared.limits.streams))
+            .hint("close pages that are not looked at")
+            .into_response(),
+    }
+}
+
+async fn start(State(shared): State<Arc<Shared>>) -> Response {
+    // In a task of its own: a browser that hangs up must not leave a session half started.
+    let source = Arc::clone(&shared.source);
+    controlled("start", tokio::spawn(async move { source.start().await }).await)
+}
+
+async fn stop(State(shared): State<Arc<Shared>>) -> Response {
+    let source = Arc::clone(&shared.source);
+    controlled("stop", tokio::spawn(async move { source.stop().await }).await)
+}
+
+fn controlled(
+    command: &'static str,
+    outcome: Result<Result<(), ControlError>, tokio::task::JoinError>,
+) -> Response {
+    match outcome {
+        Ok(Ok(())) => {
+            tracing::info!(command, "command over the network carried out");
+            StatusCode::NO_CONTENT.into_response()
+        }
+        Ok(Err(ControlError { conflict: true, message })) => {
+            Problem::new(StatusCode::CONFLICT, message).into_response()
+        }
+        Ok(Err(ControlError { conflict: false, message })) => {
+            tracing::error!(command, %message, "command over the network failed");
+            Problem::new(StatusCode::INTERNAL_SERVER_ERROR, message).into_response()
+        }
+        Err(error) => {
+            tracing::error!(command, %error, "command over the network broke off");
+            Problem::new(StatusCode::INTERNAL_SERVER_ERROR, format!("the {command} broke off"))
+                .hint("see the daemon's log")
+                .into_response()
+        }
+    }
+}
+
+async fn unknown(uri: Uri) -> Response {
+    Problem::new(StatusCode::NOT_FOUND, "no such address")
+        .found(uri.path())
+        .hint("the page is at /, the interface under /api/v1/")
+        .into_response()
+}
+
+async fn wrong_method(method: Method, uri: Uri) -> Response {
+    let expected = if uri.path().starts_with("/api/v1/session/") { "POST" } else { "GET or HEAD" };
+    let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, "wrong method for this address")
+        .expected(expected)
+        .found(method.as_str());
+    // RFC 9110 section 15.5.6: a 405 lists the methods that are allowed.
+    let allow = if expected == "POST" { "POST" } else { "GET, HEAD" };
+    ([(header::ALLOW, allow)], problem).into_response()
+}
+
+fn newest(shared: &Shared) -> Arc<crate::snapshot::Snapshot> {
+    Arc::clone(&shared.source.snapshots().borrow())
+}
+
+const JSON: &str = "application/json";

@@ -1,0 +1,41 @@
+//! HTTP, WebSocket and the live page: what the network sees of a station.
+//!
+//! | Route | Answer |
+//! |---|---|
+//! | `GET /`, `GET /assets/…` | the page, embedded in the binary |
+//! | `GET /api/v1/snapshot` | the newest [`Snapshot`](crate::snapshot::Snapshot) as JSON |
+//! | `GET /api/v1/stream` | WebSocket: every new snapshot as JSON text, the newest wins |
+//! | `GET /api/v1/mesh.ply` | the mesh; 404 while there is none |
+//! | `GET /api/v1/report` | the [`Report`](crate::report::Report) as JSON; 404 while there is none |
+//! | `GET /api/v1/links` | the links of the newest snapshot |
+//! | `GET /api/v1/health` | that the daemon answers, its version and state |
+//! | `POST /api/v1/session/start`, `…/stop` | 204; 409 where the station's state forbids it |
+//!
+//! Who may do what:
+//! - Every request names a trusted host (`localhost`, an IP literal or an allowed name), so that a
+//!   foreign web site cannot reach the station by rebinding its own name to this address.
+//! - A browser's `Origin` must be the host itself, on reads, controls and WebSockets alike.
+//! - Controls need `Authorization: Bearer TOKEN`. Reads need it only from another machine. A browser
+//!   cannot set that header on a WebSocket: there the token is the subprotocol `asphera.token.TOKEN`.
+//!
+//! Errors are JSON: `{"error", "expected", "found", "hint"}`, the last three null where empty.
+//!
+//! This module deliberately has no encryption: off loopback it belongs behind a TLS proxy. It sees a
+//! station only through [`Source`], never a link or a driver.
+
+mod api;
+mod assets;
+mod encoder;
+mod guard;
+mod problem;
+mod server;
+mod source;
+mod stream;
+mod token;
+
+#[cfg(test)]
+mod tests;
+
+pub use server::{BindError, Limits, Server};
+pub use source::{ControlError, Source};
+pub use token::{Token, TokenError};

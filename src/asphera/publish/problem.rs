@@ -1,0 +1,57 @@
+//! An error as a client reads it.
+
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+
+/// A status and the JSON object `{error, expected, found, hint}`.
+#[derive(Debug, Serialize)]
+pub(super) struct Problem {
+    #[serde(skip)]
+    status: StatusCode,
+    error: String,
+    expected: Option<String>,
+    found: Option<String>,
+    hint: Option<String>,
+}
+
+impl Problem {
+    pub(super) fn new(status: StatusCode, error: impl Into<String>) -> Problem {
+        Problem { status, error: error.into(), expected: None, found: None, hint: None }
+    }
+
+    pub(super) fn expected(mut self, text: impl Into<String>) -> Problem {
+        self.expected = Some(text.into());
+        self
+    }
+
+    /// What came instead, shortened: a header can be long and comes from outside.
+    pub(super) fn found(mut self, text: &str) -> Problem {
+        let mut found: String = text.chars().take(FOUND_MAX).collect();
+        if found.len() < text.len() {
+            found.push('…');
+        }
+        self.found = Some(found);
+        self
+    }
+
+    pub(super) fn hint(mut self, text: impl Into<String>) -> Problem {
+        self.hint = Some(text.into());
+        self
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = self.status;
+        let mut response = (status, axum::Json(self)).into_response();
+        if status == StatusCode::UNAUTHORIZED {
+            // RFC 9110 section 11.6.1: a 401 names the scheme.
+            let scheme = HeaderValue::from_static("Bearer realm=\"asphera\"");
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, scheme);
+        }
+        response
+    }
+}
+
+const FOUND_MAX: usize = 120;

@@ -1,0 +1,37 @@
+//! What the server asks of a station.
+
+use std::sync::Arc;
+
+use futures_util::future::BoxFuture;
+use tokio::sync::watch;
+
+use crate::report::Report;
+use crate::snapshot::Snapshot;
+
+/// A station as the server sees it. Every method may be called at any time from any task.
+pub trait Source: Send + Sync + 'static {
+    /// A receiver of the newest snapshot. A closed channel ends the streams that watch it.
+    fn snapshots(&self) -> watch::Receiver<Arc<Snapshot>>;
+
+    /// The mesh as a PLY file, in mm; `None` while no point has landed. At most one runs at a time.
+    fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>>;
+
+    /// The report of the last session; `None` before the first one ended.
+    fn report(&self) -> Option<Arc<Report>>;
+
+    /// Starts a session. Runs to its end even where the client hangs up.
+    fn start(&self) -> BoxFuture<'_, Result<(), ControlError>>;
+
+    /// Stops the session. Runs to its end even where the client hangs up.
+    fn stop(&self) -> BoxFuture<'_, Result<(), ControlError>>;
+}
+
+/// Why a session could not be started or stopped.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct ControlError {
+    /// Whether the station's state forbids it (answered with 409) rather than a fault (500).
+    pub conflict: bool,
+    /// What stands in the way, in words for the operator.
+    pub message: String,
+}

@@ -1,0 +1,117 @@
+//! Entries as MCAP messages: which channel, which bytes.
+
+use std::borrow::Cow;
+
+use asphera_link::Command;
+use serde::{Deserialize, Serialize};
+
+use super::format::ChannelId;
+use super::{LinkInfo, ResultsJson, What};
+
+/// JSON on the channel `/events`. Links are named, so that a person can read it.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+enum Event<'a> {
+    Opened { link: Cow<'a, str> },
+    Closed { link: Cow<'a, str>, reason: Cow<'a, str> },
+    Command { command: CommandName },
+    Finish { reason: Cow<'a, str> },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum CommandName {
+    Start,
+    Stop,
+}
+
+/// The channel and the bytes of an entry. Its link must be one of `links`.
+pub(super) fn encode<'a>(what: &'a What, links: &'a [LinkInfo]) -> (ChannelId, Cow<'a, [u8]>) {
+    let name = |link: usize| Cow::Borrowed(links[link].name.as_str());
+    let event = match what {
+        What::Received { link, bytes } => return (ChannelId::Raw(*link), bytes.into()),
+        What::Sent { link, bytes } => return (ChannelId::Sent(*link), bytes.into()),
+        What::Results(results) => return (ChannelId::Results, results.as_str().as_bytes().into()),
+        What::Opened { link } => Event::Opened { link: name(*link) },
+        What::Closed { link, reason } => {
+            Event::Closed { link: name(*link), reason: reason.into() }
+        }
+        What::Command(Command::Start) => Event::Command { command: CommandName::Start },
+        What::Command(Command::Stop) => Event::Command { command: CommandName::Stop },
+        What::Finish { reason } => Event::Finish { reason: reason.into() },
+    };
+    let json = serde_json::to_vec(&event).expect("an event is a map of strings");
+    (ChannelId::Events, json.into())
+}
+
+/// The entry of a message; `None` for what this version of the format does not know.
+pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<What> {
+    let find = |name: &str| links.iter().position(|link| link.name == name);
+    Some(match ChannelId::from_number(channel, links.len())? {
+        ChannelId::Raw(link) => What::Received { link, bytes: data.to_vec() },
+        ChannelId::Sent(link) => What::Sent { link, bytes: data.to_vec() },
+        ChannelId::Results => {
+            What::Results(ResultsJson::new(String::from_utf8(data.to_vec()).ok()?).ok()?)
+        }
+        ChannelId::Events => match serde_json::from_slice(data).ok()? {
+            Event::Opened { link } => What::Opened { link: find(&link)? },
+            Event::Closed { link, reason } => {
+                What::Closed { link: find(&link)?, reason: reason.into_owned() }
+            }
+            Event::Command { command: CommandName::Start } => What::Command(Command::Start),
+            Event::Command { command: CommandName::Stop } => What::Command(Command::Stop),
+            Event::Finish { reason } => What::Finish { reason: reason.into_owned() },
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn links() -> Vec<LinkInfo> {
+        ["probe", "stage"]
+            .map(|name| LinkInfo {
+                name: name.to_owned(),
+                kind: "tcp".to_owned(),
+                address: String::new(),
+            })
+            .into()
+    }
+
+    #[test]
+    fn events_are_readable_json() {
+        let links = links();
+        let cases = [
+            (What::Opened { link: 1 }, r#"{"event":"opened","link":"stage"}"#),
+            (
+                What::Closed { link: 0, reason: "a \"b\"\n".to_owned() },
+                r#"{"event":"closed","link":"probe","reason":"a \"b\"\n"}"#,
+            ),
+            (What::Command(Command::Start), r#"{"event":"command","command":"start"}"#),
+            (What::Command(Command::Stop), r#"{"event":"command","command":"stop"}"#),
+            (What::Finish { reason: "ü".to_owned() }, r#"{"event":"finish","reason":"ü"}"#),
+        ];
+        for (what, json) in cases {
+            let (channel, data) = encode(&what, &links);
+            assert_eq!((channel, &*data), (ChannelId::Events, json.as_bytes()));
+            assert_eq!(decode(channel.number(), &data, &links), Some(what));
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_nothing() {
+        let links = links();
+        for (channel, data) in [
+            (0, &b""[..]),
+            (7, b"received on a third link"),
+            (1, b"no json"),
+            (1, br#"{"event":"opened","link":"camera"}"#),
+            (1, br#"{"event":"paused"}"#),
+            (2, b"{"),
+            (2, b"\"\xff\""),
+        ] {
+            assert_eq!(decode(channel, data, &links), None);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Recording a session and reading it back.
+//!
+//! A session is one measurement of one part. Its recording holds what the links received and sent,
+//! in one total order, so that a replay hands the drivers exactly what the live run handed them.
+//!
+//! # On disk
+//!
+//! ```text
+//! session-20261121T004006Z-0badcafe/     mode 0700
+//!   manifest.json     written before the first segment, amended at the end; nothing needs it at close
+//!   0000.mcap         segments of the recording, MCAP (https://mcap.dev/spec), readable one by one
+//!   0001.mcap
+//! ```
+//!
+//! A segment begins with the attachments `segment.json` (who, when, with what, and which number the
+//! first entry has) and `config.toml` (the effective configuration), and with a metadata record for
+//! people who look at it with `mcap info`. Then come chunks of messages:
+//!
+//! | topic          | what                                                        |
+//! |----------------|-------------------------------------------------------------|
+//! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes |
+//! | `/sent/<link>` | sent bytes                                                  |
+//! | `/events`      | JSON: opened, closed, command, finish                       |
+//! | `/results`     | JSON of the verdict                                         |
+//!
+//! `log_time` is nanoseconds since the station started, `sequence` counts all messages of the session
+//! (modulo 2³²), so that a gap is a loss.
+//!
+//! # What survives what
+//!
+//! - Killed process: everything [`Counters::flushed`] counted.
+//! - Power cut: everything [`Counters::durable`] counted; a disk that lies about `fdatasync` excepted.
+//! - Torn tail, flipped bits: every chunk whose checksum is right is read, also after a damaged one.
+//!   What is missing is counted in [`Recovery`].
+//!
+//! This module reads no clock: time is an argument. Reading and writing files blocks, so a caller
+//! with an async runtime gives the recorder a thread of its own.
+
+mod entry;
+mod error;
+mod format;
+mod header;
+mod manifest;
+mod message;
+mod reader;
+mod records;
+mod recorder;
+mod segment;
+mod settings;
+mod storage;
+#[cfg(test)]
+mod tests;
+
+pub use entry::{Entry, ResultsJson, What};
+pub use error::{ReadError, RecordError};
+pub use format::{FormatVersion, MajorVersion, MinorVersion};
+pub use header::{Header, LinkInfo, SessionId};
+pub use manifest::{Ended, Manifest, ManifestEnd};
+pub use reader::{Entries, Recovery, Session};
+pub use recorder::{Counters, Recorder, Summary, Tally};
+pub use settings::Settings;
+pub use storage::{Disk, Storage, StorageFile};

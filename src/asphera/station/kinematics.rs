@@ -1,0 +1,168 @@
+//! From joined readings to points in the part frame.
+
+use asphera_link::{Flags, Nanos};
+
+use super::synchronizer::Record;
+
+/// One measured point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Which trigger it belongs to, where that is known.
+    pub count: Option<u64>,
+    /// When its first reading reached the host.
+    pub host: Nanos,
+    /// x, y, z in mm in the part frame; meaningless where a flag forbids its use.
+    pub position_mm: [f64; 3],
+    /// What is wrong with it.
+    pub flags: Flags,
+}
+
+impl Point {
+    /// Whether the point may be used.
+    pub fn is_good(&self) -> bool {
+        !self.flags.intersects(UNUSABLE)
+    }
+}
+
+/// Flags that forbid the use of a point. A delayed or preceded-by-a-loss reading is noted, and good.
+const UNUSABLE: Flags =
+    Flags::all().difference(Flags::TRIGGER_LOST.union(Flags::DELAYED));
+
+/// One axis: which channel moves it and what the channel's value is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Which stream of the synchronizer.
+    pub stream: usize,
+    /// Which channel of that stream's device.
+    pub channel: usize,
+    /// mm (or rad, for a rotary axis) per unit of the channel; negative where the axis runs the other way.
+    pub scale: f64,
+    /// mm (or rad) added after scaling.
+    pub offset: f64,
+}
+
+/// How axes make a position.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kinematics {
+    /// x, y and z each from an axis: an XY stage under a probe.
+    Cartesian {
+        /// Along x, mm.
+        x: Axis,
+        /// Along y, mm.
+        y: Axis,
+        /// Along z, mm.
+        z: Axis,
+    },
+    /// A turning part, a radial stage, and a probe along the axis of rotation: spirals and rings.
+    ///
+    /// x = ρ·cos θ, y = ρ·sin θ, z = probe. ρ may be negative: the stage has passed the centre.
+    Polar {
+        /// θ, rad, counter-clockwise seen from +z.
+        rotary: Axis,
+        /// ρ, mm.
+        radial: Axis,
+        /// z, mm.
+        probe: Axis,
+    },
+}
+
+impl Kinematics {
+    /// The point of a record. Missing values and flags of any reading involved become flags of the point.
+    pub fn point(&self, record: &Record) -> Point {
+        let mut flags = record.flags;
+        let mut value = |axis: &Axis| match record.readings.get(axis.stream).and_then(Option::as_ref) {
+            Some(reading) => {
+                flags |= reading.flags;
+                match reading.values.get(axis.channel) {
+                    Some(value) => value * axis.scale + axis.offset,
+                    None => {
+                        flags |= Flags::NO_SIGNAL;
+                        0.0
+                    }
+                }
+            }
+            None => {
+                flags |= Flags::UNJOINED;
+                0.0
+            }
+        };
+        let position_mm = match self {
+            Kinematics::Cartesian { x, y, z } => [value(x), value(y), value(z)],
+            Kinematics::Polar { rotary, radial, probe } => {
+                let (theta, rho, z) = (value(rotary), value(radial), value(probe));
+                let (sin, cos) = theta.sin_cos();
+                [rho * cos, rho * sin, z]
+            }
+        };
+        if !position_mm.iter().all(|coordinate| coordinate.is_finite()) {
+            flags |= Flags::NOT_FINITE;
+        }
+        Point { count: record.count, host: record.host, position_mm, flags }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asphera_link::{Reading, Values};
+    use std::f64::consts::TAU;
+
+    fn reading(values: &[Option<f64>], flags: Flags) -> Option<Reading> {
+        let values: Values = values.iter().copied().collect();
+        Some(Reading { host: Nanos::ZERO, device_time_ns: None, count: None, values, flags })
+    }
+
+    fn axis(stream: usize, channel: usize, scale: f64, offset: f64) -> Axis {
+        Axis { stream, channel, scale, offset }
+    }
+
+    fn record(readings: Vec<Option<Reading>>) -> Record {
+        Record { count: Some(7), host: Nanos::ZERO, readings, flags: Flags::empty() }
+    }
+
+    fn polar() -> Kinematics {
+        Kinematics::Polar {
+            rotary: axis(0, 0, TAU / 3600.0, 0.0),
+            radial: axis(1, 0, -1.0, 10.0),
+            probe: axis(0, 1, -1.0, 5.0),
+        }
+    }
+
+    #[test]
+    fn quarter_turn_points_along_y() {
+        let record = record(vec![
+            reading(&[Some(900.0), Some(4.0)], Flags::empty()),
+            reading(&[Some(7.0)], Flags::empty()),
+        ]);
+        let point = polar().point(&record);
+        let [x, y, z] = point.position_mm;
+        assert!(x.abs() < 1e-15 && (y - 3.0).abs() < 1e-15 && z == 1.0, "{point:?}");
+        assert!(point.is_good());
+    }
+
+    #[test]
+    fn what_is_missing_is_flagged_never_zero() {
+        let lonely = record(vec![reading(&[Some(0.0), Some(1.0)], Flags::empty()), None]);
+        assert_eq!(polar().point(&lonely).flags, Flags::UNJOINED);
+        let blind = record(vec![
+            reading(&[Some(0.0), None], Flags::WEAK),
+            reading(&[Some(1.0)], Flags::empty()),
+        ]);
+        let point = polar().point(&blind);
+        assert_eq!(point.flags, Flags::NO_SIGNAL | Flags::WEAK);
+        assert!(!point.is_good());
+    }
+
+    #[test]
+    fn a_delayed_reading_is_noted_and_used() {
+        let cartesian = Kinematics::Cartesian {
+            x: axis(0, 0, 1.0, 0.0),
+            y: axis(0, 1, 1e-3, 0.0),
+            z: axis(0, 2, 1.0, -1.0),
+        };
+        let late = record(vec![reading(&[Some(1.0), Some(2000.0), Some(1.5)], Flags::DELAYED)]);
+        let point = cartesian.point(&late);
+        assert_eq!(point.position_mm, [1.0, 2.0, 0.5]);
+        assert!(point.is_good() && point.flags == Flags::DELAYED);
+    }
+}
