@@ -1,1 +1,38 @@
 //! Topography files, in and out: bytes in, types out.
+//!
+//! | format | source | read | written |
+//! |---|---|---|---|
+//! | [`xyz`] | columns of text, mm | yes | no |
+//! | [`x3p`] | ISO 25178-72:2017 and Amd 1:2020 (ISO 5436-2) | surface, point cloud | surface, point cloud |
+//! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
+//! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
+//! | [`ply`] | Stanford PLY, binary little-endian | no | mesh |
+//!
+//! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
+//! y up, z out of the surface towards the instrument. Missing data are gaps: NaN in a
+//! [`HeightMap`], a count in a [`Cloud`], never a zero and never a made-up height.
+//!
+//! A damaged or hostile file is a [`ReadError`] that names the format, the place, what was expected
+//! and what was found. No reader allocates memory in proportion to a size that a file only claims.
+//!
+//! This crate deliberately opens no file, reads no clock and keeps no state: the same bytes in give
+//! the same values out, and the same values in give the same bytes out.
+
+#![forbid(unsafe_code)]
+
+pub mod metropro;
+pub mod ply;
+pub mod sdf;
+pub mod x3p;
+pub mod xyz;
+
+mod detect;
+mod error;
+mod scan;
+#[cfg(test)]
+mod test_data;
+mod topography;
+
+pub use detect::read;
+pub use error::{Format, MAX_POINTS, Place, ReadError, WriteError};
+pub use topography::{Cloud, HeightMap, Source, Topography};

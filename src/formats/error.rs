@@ -1,0 +1,204 @@
+//! Why a file cannot be read or written.
+
+use std::fmt;
+use std::io;
+
+use thiserror::Error;
+
+/// Most points one file may declare, 10⁸: 0.8 GB of heights. The largest maps of today's
+/// instruments have some 10⁷ points.
+pub const MAX_POINTS: u64 = 100_000_000;
+
+/// File formats this crate knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Columns of text.
+    Xyz,
+    /// ISO 25178-72.
+    X3p,
+    /// Zygo MetroPro `.dat`.
+    MetroPro,
+    /// ISO 25178-71.
+    Sdf,
+}
+
+impl Format {
+    /// Name as reports write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::Xyz => "XYZ",
+            Format::X3p => "X3P",
+            Format::MetroPro => "MetroPro",
+            Format::Sdf => "SDF",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Offset from the start of the file in bytes.
+    Byte(u64),
+    /// Line and column of a text; both count from 1, columns are those of the table, not letters.
+    Line {
+        /// Line of the file.
+        line: usize,
+        /// Column of the table, or 0 for the whole line.
+        column: usize,
+    },
+    /// Path of an XML element below the root of `main.xml`.
+    Element(String),
+    /// Name of an entry of a zip archive.
+    Entry(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Byte(offset) => write!(f, "byte {offset}"),
+            Place::Line { line, column: 0 } => write!(f, "line {line}"),
+            Place::Line { line, column } => write!(f, "line {line}, column {column}"),
+            Place::Element(path) => write!(f, "element {path}"),
+            Place::Entry(name) => write!(f, "zip entry {name}"),
+        }
+    }
+}
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum ReadError {
+    /// The content belongs to no format known here.
+    #[error("{name}: expected an XYZ, X3P, MetroPro or SDF file, found one starting with {start}")]
+    Unknown {
+        /// Name of the file as given.
+        name: String,
+        /// Its first bytes, quoted.
+        start: String,
+    },
+    /// The content breaks the rules of its format.
+    #[error("{format} file, {place}: expected {expected}, found {found}")]
+    Malformed {
+        /// Format of the file.
+        format: Format,
+        /// Where.
+        place: Place,
+        /// What the format asks for there.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// The content may well be right, but this crate does not read it.
+    #[error("{format} file, {place}: {found} is not supported, expected {expected}")]
+    Unsupported {
+        /// Format of the file.
+        format: Format,
+        /// Where.
+        place: Place,
+        /// What is read.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// The content was changed after its checksum was taken.
+    #[error("{format} file, {place}: expected the MD5 checksum {expected}, found {found}")]
+    Checksum {
+        /// Format of the file.
+        format: Format,
+        /// What the checksum covers.
+        place: Place,
+        /// The checksum that the file states, 32 hexadecimal digits.
+        expected: String,
+        /// The checksum of the content, 32 hexadecimal digits.
+        found: String,
+    },
+    /// The content is larger than this crate reads.
+    #[error("{format} file, {place}: expected at most {limit} {unit}, found {found}")]
+    TooLarge {
+        /// Format of the file.
+        format: Format,
+        /// Where.
+        place: Place,
+        /// What is counted: `points`, `bytes`.
+        unit: &'static str,
+        /// How many are read.
+        limit: u64,
+        /// How many there are, or are said to be.
+        found: u64,
+    },
+}
+
+/// Why something cannot be written.
+#[derive(Debug, Error)]
+pub enum WriteError {
+    /// The destination failed.
+    #[error("cannot write {what}")]
+    Io {
+        /// What was being written.
+        what: &'static str,
+        /// What the destination reports.
+        source: io::Error,
+    },
+    /// The values do not make what is to be written.
+    #[error("cannot write {what}: expected {expected}, found {found}")]
+    Invalid {
+        /// The value at fault.
+        what: String,
+        /// What would do.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+}
+
+impl WriteError {
+    pub(crate) fn invalid(
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl fmt::Display,
+    ) -> WriteError {
+        WriteError::Invalid {
+            what: what.into(),
+            expected: expected.into(),
+            found: found.to_string(),
+        }
+    }
+}
+
+/// Bytes of a file as an error message shows them: at most 24, quoted, with what is not printable
+/// ASCII escaped.
+pub(crate) fn quoted(bytes: &[u8]) -> String {
+    const SHOWN: usize = 24;
+    let shown = bytes[..bytes.len().min(SHOWN)].escape_ascii();
+    format!("\"{shown}{}\"", if bytes.len() > SHOWN { "…" } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_name_format_place_expected_and_found() {
+        let error = ReadError::Malformed {
+            format: Format::Xyz,
+            place: Place::Line { line: 3, column: 2 },
+            expected: "a number".into(),
+            found: quoted(b"1,5"),
+        };
+        assert_eq!(
+            error.to_string(),
+            "XYZ file, line 3, column 2: expected a number, found \"1,5\""
+        );
+    }
+
+    #[test]
+    fn quoted_bytes_are_short_and_printable() {
+        assert_eq!(quoted(b"a\"\x00\xFF"), r#""a\"\x00\xff""#);
+        assert_eq!(quoted(&[b'a'; 30]), format!("\"{}…\"", "a".repeat(24)));
+    }
+}

@@ -1,0 +1,93 @@
+//! Numbers, lines and points counted safely: what several readers share.
+
+use crate::{Format, MAX_POINTS, Place, ReadError};
+
+/// A number as these formats write it: decimal, a point, an optional exponent. Not finite numbers,
+/// which Rust would also take, are `None`.
+pub(crate) fn finite(text: &[u8]) -> Option<f64> {
+    let value: f64 = std::str::from_utf8(text).ok()?.trim().parse().ok()?;
+    value.is_finite().then_some(value)
+}
+
+/// Whether a field says that nothing was measured: `NaN`, `BAD` or asterisks.
+pub(crate) fn says_missing(field: &[u8]) -> bool {
+    field.eq_ignore_ascii_case(b"nan")
+        || field.eq_ignore_ascii_case(b"bad")
+        || (!field.is_empty() && field.iter().all(|&byte| byte == b'*'))
+}
+
+/// Lines with their numbers, counted from 1. A line ends with LF, CR LF or CR.
+pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut rest = Some(text);
+    let mut number = 0;
+    std::iter::from_fn(move || {
+        let text = rest?;
+        number += 1;
+        let Some(end) = text.iter().position(|&byte| byte == b'\n' || byte == b'\r') else {
+            rest = None;
+            return Some((number, text));
+        };
+        let ending = if text[end..].starts_with(b"\r\n") { 2 } else { 1 };
+        rest = Some(&text[end + ending..]);
+        Some((number, &text[..end]))
+    })
+}
+
+/// The text without a UTF-8 byte order mark.
+pub(crate) fn without_bom(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
+}
+
+/// How many samples a grid has: at least one, at most [`MAX_POINTS`].
+pub(crate) fn grid_len(format: Format, place: Place, nx: u64, ny: u64) -> Result<usize, ReadError> {
+    if nx == 0 || ny == 0 {
+        return Err(ReadError::Malformed {
+            format,
+            place,
+            expected: "at least one column and one row".into(),
+            found: format!("{nx} × {ny}"),
+        });
+    }
+    let len = nx.saturating_mul(ny);
+    match usize::try_from(len) {
+        Ok(samples) if len <= MAX_POINTS => Ok(samples),
+        _ => Err(ReadError::TooLarge {
+            format,
+            place,
+            unit: "points",
+            limit: MAX_POINTS,
+            found: len,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_three_ways() {
+        let found: Vec<_> = lines(b"a\r\nb\rc\n\nd").collect();
+        let expected: [(usize, &[u8]); 5] = [(1, b"a"), (2, b"b"), (3, b"c"), (4, b""), (5, b"d")];
+        assert_eq!(found, expected);
+        assert_eq!(lines(b"").collect::<Vec<_>>(), [(1, &b""[..])]);
+    }
+
+    #[test]
+    fn only_finite_numbers_count() {
+        assert_eq!(finite(b" -1.27E-007 "), Some(-1.27e-7));
+        for text in ["", "inf", "NaN", "1e999", "1,5", "0x10", "1.5m", "\u{665}"] {
+            assert_eq!(finite(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn grids_are_bounded_without_overflow() {
+        let place = || Place::Byte(0);
+        assert_eq!(grid_len(Format::Sdf, place(), 7, 4), Ok(28));
+        assert!(grid_len(Format::Sdf, place(), 0, 4).is_err());
+        assert!(grid_len(Format::Sdf, place(), u64::MAX, u64::MAX).is_err());
+        assert!(grid_len(Format::Sdf, place(), MAX_POINTS, 1).is_ok());
+        assert!(grid_len(Format::Sdf, place(), MAX_POINTS + 1, 1).is_err());
+    }
+}

@@ -1,0 +1,48 @@
+//! Real files for tests, kept beside the project.
+
+use std::path::PathBuf;
+
+use crate::HeightMap;
+
+/// The bytes of a file of the shared data folder, or `None`, said on standard error, where it is
+/// absent. The folder is the environment variable `ASPHERA_DATA`, or `../shared/data` beside the
+/// repository.
+pub(crate) fn shared(path: &str) -> Option<Vec<u8>> {
+    let folder = std::env::var_os("ASPHERA_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
+        PathBuf::from,
+    );
+    let path = folder.join(path);
+    let bytes = std::fs::read(&path).ok();
+    if bytes.is_none() {
+        eprintln!("skipped: {} not found", path.display());
+    }
+    bytes
+}
+
+/// Root mean square of a complete map about its least-squares polynomial of degree 1 or 2, in mm.
+///
+/// On a complete grid the terms x, y, xy, x² and y², each less its mean and counted from the middle,
+/// are orthogonal, so that each coefficient stands alone.
+pub(crate) fn sq_about_polynomial_mm(map: &HeightMap, degree: usize) -> f64 {
+    let (nx, ny) = (map.nx as f64, map.ny as f64);
+    let place = |index: usize| {
+        let (column, row) = ((index % map.nx) as f64, (index / map.nx) as f64);
+        // The mean square of n whole steps about their middle is (n² − 1) / 12.
+        let (x, y) = (column - (nx - 1.0) / 2.0, row - (ny - 1.0) / 2.0);
+        [1.0, x, y, x * y, x * x - (nx * nx - 1.0) / 12.0, y * y - (ny * ny - 1.0) / 12.0]
+    };
+    let mut rest = map.z_mm.clone();
+    for term in 0..[1, 3, 6][degree] {
+        let (mut product, mut square) = (0.0, 0.0);
+        for (index, z_mm) in rest.iter().enumerate() {
+            let value = place(index)[term];
+            product += value * z_mm;
+            square += value * value;
+        }
+        for (index, z_mm) in rest.iter_mut().enumerate() {
+            *z_mm -= product / square * place(index)[term];
+        }
+    }
+    (rest.iter().map(|z_mm| z_mm * z_mm).sum::<f64>() / rest.len() as f64).sqrt()
+}

@@ -1,0 +1,124 @@
+//! Tests of the `.xyz` reader.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn cloud(text: &str) -> Cloud {
+    match read(text.as_bytes()) {
+        Ok(Topography::Cloud(cloud, _)) => cloud,
+        other => panic!("{text:?} gave {other:?}"),
+    }
+}
+
+fn message(text: &str) -> String {
+    read(text.as_bytes()).unwrap_err().to_string()
+}
+
+#[test]
+fn every_separator_gives_the_same_points() {
+    for text in [
+        "1 2.5 -3e-3\n0 0 7\n",
+        "1\t2.5\t-3e-3\r\n0\t0\t7",
+        "  1,2.5,-3e-3\r0,0,7\r",
+        "1, 2.5, -3e-3\n\n0 ,0 , 7\n",
+        "1.0,2.5, -3.0e-3\n0.0 ,0.0,7.0\n",
+        "1;2.5;-3e-3\n0 ; 0 ; 7\n",
+        "\u{FEFF}1 2.5 -3e-3\n0 0 7",
+        "x y z\n1 2.5 -3e-3 0.9 ok\n0 0 7 0.1\n",
+        "# x\n% y\n// z\nX [mm],Y [mm],Z [mm]\n1 2.5 -3e-3 # weak\n0 0 7// last",
+    ] {
+        assert_eq!(
+            cloud(text),
+            Cloud { points_mm: vec![[1.0, 2.5, -3e-3], [0.0, 0.0, 7.0]], missing: 0 },
+            "{text:?}"
+        );
+    }
+}
+
+#[test]
+fn missing_heights_are_counted_and_never_zero() {
+    let text = "0 0 nan\n1 0 NaN\n2 0 ***\n3 0 BAD\n4 0 *\n5 0 1\n";
+    assert_eq!(cloud(text), Cloud { points_mm: vec![[5.0, 0.0, 1.0]], missing: 5 });
+    assert_eq!(cloud("1;2;\n3,4,,7\n").missing, 2);
+}
+
+#[test]
+fn decimal_commas_are_refused_with_a_hint() {
+    for text in
+        ["1,5 2,5 3,5", "1,5;2,5;3,5", "1,5\t2\t3", "1,5, 2,5, 3,5", "1,5, 2.0, 3.0", "1.5,2 3.5"]
+    {
+        let message = message(text);
+        assert!(message.starts_with("XYZ file, line 1: expected one kind"), "{text}: {message}");
+        assert!(message.contains("write 1.5 where a decimal comma says 1,5"), "{message}");
+    }
+}
+
+#[test]
+fn errors_name_line_and_column() {
+    assert_eq!(
+        message("# no names here\n0 0 1\n0 zwei 1\n"),
+        "XYZ file, line 3, column 2: expected y in mm, found \"zwei\""
+    );
+    assert_eq!(message("0 NaN 1"), "XYZ file, line 1, column 2: expected y in mm, found \"NaN\"");
+    assert_eq!(message("0 1\n"), "XYZ file, line 1: expected at least 3 columns, found 2");
+    assert_eq!(
+        message(""),
+        "XYZ file, line 1: expected at least one line with x, y and z, found none"
+    );
+    assert_eq!(
+        message("0 0 1e999"),
+        "XYZ file, line 1, column 3: expected z in mm, or NaN, BAD or *** where nothing was \
+         measured, found \"1e999\""
+    );
+    assert!(message("x y z\n1 2 3\nx y z\n").contains("line 3, column 1"));
+    assert!(message("3\n0 0 1\n").contains("line 1: expected at least 3 columns"));
+}
+
+#[test]
+fn other_units_and_other_formats_are_refused() {
+    assert_eq!(
+        message("x[mm] y[mm] z[um]\n1 2 3\n"),
+        "XYZ file, line 1, column 3: the unit \"um\" is not supported, expected the unit mm"
+    );
+    assert!(message("Zygo ASCII Data File - Format 2\n0 0 0 0\n").contains("not supported"));
+}
+
+#[test]
+fn measured_mirror_is_read_whole() {
+    let Some(bytes) = crate::test_data::shared("mirrors/xmf_02_hyperbolic_cylinder.xyz") else {
+        return;
+    };
+    let Ok(Topography::Cloud(cloud, _)) = read(&bytes) else { panic!("not a cloud") };
+    assert_eq!((cloud.points_mm.len(), cloud.missing), (106_048, 0));
+    // The first line as the file prints it.
+    assert_eq!(cloud.points_mm[0], [2.016, 4.32, 0.00261657814]);
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        let _ = read(&bytes);
+    }
+
+    #[test]
+    fn random_text_never_panics_or_loses_a_line(text in "([0-9,.;eE*#%/ \t-]{0,20}\n){0,20}") {
+        if let Ok(topography) = read(text.as_bytes()) {
+            let kept = text.lines().filter(|line| {
+                !without_comment(line.as_bytes()).trim_ascii().is_empty()
+            }).count();
+            prop_assert_eq!(topography.points().count() + topography.missing(), kept);
+        }
+    }
+
+    #[test]
+    fn written_points_come_back_bit_for_bit(
+        points in prop::collection::vec(prop::array::uniform3(prop::num::f64::NORMAL), 1..50),
+        separator in prop::sample::select(vec![" ", "\t", ", ", ",", ";"]),
+    ) {
+        let text: String = points.iter().map(|[x, y, z]| {
+            format!("{x:e}{separator}{y:e}{separator}{z:e}\n")
+        }).collect();
+        prop_assert_eq!(cloud(&text).points_mm, points);
+    }
+}
