@@ -1,1 +1,17 @@
-//! Precitec CHRocodile 2, dollar protocol.
+//! Precitec CHRocodile 2 and relatives, dollar protocol, as a driver.
+//!
+//! [`wire`] holds the protocol as bytes, [`Chrocodile`] the device as a state machine. There is no
+//! port, no clock and no async code here; the packet protocol of TCP port 7891 is not supported.
+
+#![forbid(unsafe_code)]
+
+mod config;
+mod decode;
+mod device;
+mod error;
+mod framing;
+pub mod wire;
+
+pub use config::{Settings, Trigger};
+pub use device::Chrocodile;
+pub use error::Error;

@@ -196,32 +196,43 @@ pub struct Check {
     pub ok: bool,
 }
 
-/// What one device on one link delivered and lost.
+/// What one link and its devices delivered and lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkFigures {
     /// The link.
-    pub link: String,
-    /// The device.
-    pub device: String,
-    /// Bytes received on the link (CAN frames: 16 bytes each).
+    pub name: String,
+    /// Bytes received (CAN frames of the kernel: 16 bytes each).
     pub received_bytes: u64,
-    /// Bytes that belong to no valid frame of this device.
+    /// Bytes that belong to no valid frame.
     pub discarded_bytes: u64,
-    /// Readings.
-    pub readings: u64,
-    /// Readings with a flag.
-    pub flagged: u64,
-    /// Counts that were skipped: readings lost before they reached the host.
-    pub lost: u64,
-    /// Readings that found no companion of the same count.
-    pub unjoined: u64,
-    /// Times the link was opened.
+    /// Times it was opened.
     pub opened: u64,
     /// Times it was lost.
     pub closed: u64,
+    /// Its devices.
+    pub devices: Vec<DeviceFigures>,
+}
+
+/// What one device delivered and lost.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DeviceFigures {
+    /// The device.
+    pub name: String,
+    /// Readings.
+    pub readings: u64,
+    /// Readings with a flag, by flag. A reading with several flags counts once for each.
+    pub flagged: BTreeMap<String, u64>,
+    /// Triggers skipped, as gaps in the shared count tell: readings lost before they reached the host.
+    pub lost: u64,
+    /// Readings that found no companion of the same count.
+    pub unjoined: u64,
+    /// Readings whose trigger could not be told.
+    pub ambiguous: u64,
+    /// Times a whole cycle of the shared count was found missing.
+    pub slips: u64,
     /// Faults by kind.
     pub faults: BTreeMap<String, u64>,
-    /// The slow channels recorded beside the points: smallest, mean and largest value.
+    /// Every channel that makes no coordinate: smallest, mean and largest value.
     pub channels: BTreeMap<String, ChannelFigures>,
 }
 

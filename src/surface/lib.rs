@@ -1,1 +1,32 @@
 //! Incremental Delaunay mesh of a projected surface, and the state of its sampling.
+//!
+//! A measured surface z(x, y) arrives point by point. [`Mesh`] triangulates its projection on the
+//! x-y plane while it arrives, [`assess`] says how far the surface lies from the nearest sample
+//! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
+//! regular grid without bridging gaps. [`check`] proves a finished mesh right by exact arithmetic.
+//!
+//! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
+//! starts no thread: the same calls give the same bits.
+
+#![forbid(unsafe_code)]
+
+mod area;
+pub mod check;
+mod delaunay;
+mod exact;
+mod mesh;
+mod order;
+mod outcome;
+mod point;
+mod quantile;
+mod raster;
+mod rim;
+mod sampling;
+mod triangle;
+
+pub use area::{Area, area};
+pub use mesh::{BATCH_POINTS, Mesh};
+pub use outcome::{Counts, Outcome, VertexId};
+pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
+pub use raster::{Grid, RasterError, rasterize};
+pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};

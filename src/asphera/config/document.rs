@@ -253,7 +253,9 @@ impl<'a> Section<'a> {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
+    /// Line of a key of this table; of the key itself where an element of it is meant: `signals[3]`.
     fn line_of(&self, key: &str) -> usize {
+        let key = key.split(['[', '.']).next().unwrap_or(key);
         let key = self.table.and_then(|table| table.key(key));
         key.and_then(toml_edit::Key::span).map_or(self.line, |span| self.file.line(span.start))
     }

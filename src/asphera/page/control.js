@@ -4,11 +4,12 @@ import { byId, setText } from "./dom.js";
 import { forgetToken } from "./token.js";
 
 const SURE_MS = 4000;
+const SAID_MS = 8000;
 
 export class Control {
   #token;
   #sure = null;
-  #state = "none";
+  #said = null;
 
   constructor(token) {
     this.#token = token;
@@ -20,7 +21,6 @@ export class Control {
   }
 
   update(snapshot) {
-    this.#state = snapshot.state;
     const running = snapshot.state === "measuring";
     byId("start").disabled = running || snapshot.state === "finishing";
     byId("stop").disabled = !running;
@@ -92,5 +92,8 @@ export class Control {
     setText(line, text);
     line.className = bad ? "bad" : "";
     line.hidden = false;
+    clearTimeout(this.#said);
+    // What went wrong stays until something else is said.
+    if (!bad) this.#said = setTimeout(() => { line.hidden = true; }, SAID_MS);
   }
 }

@@ -1,7 +1,7 @@
 // The tables of mesh, sampling and fit.
 
 import { byId, setRows, setText } from "./dom.js";
-import { DASH, count, fixed, measured, mm, percent, significant } from "./format.js";
+import { DASH, angles, count, fixed, measured, mm, percent, significant, unitText } from "./format.js";
 
 const pair = (key, name, text, className = "") => ({ key, className, cells: [name, { text, className: "num" }] });
 const withUnit = (text, unit) => (text === DASH ? DASH : `${text} ${unit}`);
@@ -19,18 +19,18 @@ export function showFigures({ mesh, sampling, form, points }) {
   const behind = points.received - sampling.as_of_points;
   setRows(byId("sampling"), [
     pair("coverage", "Coverage", percent(sampling.coverage)),
-    pair("undersampled", "Undersampled area", withUnit(significant(sampling.undersampled_area_mm2), "mm²")),
+    pair("undersampled", "Undersampled", withUnit(significant(sampling.undersampled_area_mm2), "mm²")),
     pair("gap", "Largest gap", withUnit(mm(sampling.gap_max_mm), "mm")),
-    pair("epsilon_max", "Largest ε (gap / lfs)", significant(sampling.epsilon_max)),
-    pair("epsilon_p99", "ε, 99 % of the area", significant(sampling.epsilon_p99)),
-    pair("as_of", "Made at", sampling.as_of_points ? `${count(sampling.as_of_points)} points` : DASH),
-    pair("behind", "Points since", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
+    pair("epsilon_max", "ε max, gap / lfs", significant(sampling.epsilon_max)),
+    pair("epsilon_p99", "ε p99 by area", significant(sampling.epsilon_p99)),
+    pair("as_of", "As of", sampling.as_of_points ? `${count(sampling.as_of_points)} points` : DASH),
+    pair("behind", "Points since then", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
   ]);
   showFit(form);
 }
 
 function showFit(form) {
-  setText(byId("nominal"), form?.nominal ?? DASH);
+  setText(byId("nominal"), form ? unitText(form.nominal) : DASH);
   const parameters = Object.entries(form?.fit.parameters ?? {});
   byId("parameters").hidden = parameters.length === 0;
   setRows(byId("parameters"), parameters.map(([name, { value, unit, u }]) => {
@@ -51,8 +51,6 @@ function showFit(form) {
   }
   const { fit } = form;
   const { pose } = fit;
-  const angle = (rad) => measured(rad, null, "rad");
-  const angles = [pose.rx_rad, pose.ry_rad, pose.rz_rad].map(angle);
   setRows(byId("fit"), [
     pair("method", "Method", fit.method),
     pair("termination", "Ended because", fit.termination),
@@ -61,6 +59,6 @@ function showFit(form) {
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]
       : []),
     pair("shift", "Pose: shift x, y, z", `${[pose.tx_mm, pose.ty_mm, pose.tz_mm].map((v) => fixed(v, 5)).join(", ")} mm`),
-    pair("tilt", "Pose: rotation x, y, z", angles.map((a) => `${a.value} ${a.unit}`).join(", ")),
+    pair("tilt", "Pose: rotation x, y, z", angles([pose.rx_rad, pose.ry_rad, pose.rz_rad])),
   ]);
 }

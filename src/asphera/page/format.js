@@ -81,7 +81,8 @@ export function measured(value, uncertainty, unit) {
   const [v, u] = [value * factor, known(uncertainty) ? uncertainty * factor : null];
   const size = Math.max(Math.abs(v), u ?? 0);
   const power = size === 0 ? 0 : Math.floor(Math.log10(size));
-  const exponent = power < -3 || power > 5 ? power : 0;
+  const smallest = unit === "mm" ? -6 : -3;
+  const exponent = power < smallest || power > 5 ? power : 0;
   const scale = 10 ** exponent;
   const decimals = u ? 1 - Math.floor(Math.log10(u / scale)) : 5 - (power - exponent);
   const places = Math.min(Math.max(decimals, 0), 9);
@@ -91,6 +92,13 @@ export function measured(value, uncertainty, unit) {
     uncertainty: u === null ? DASH : fixed(u / scale, places) + tail,
     unit: unitShown,
   };
+}
+
+/** Angles that belong together: µrad to 0.01 where all are small, else rad. */
+export function angles(list) {
+  const small = list.every((rad) => Math.abs(rad) < 0.01);
+  const shown = list.map((rad) => (small ? fixed(rad * 1e6, 2) : fixed(rad, 7)));
+  return `${shown.join(", ")} ${small ? "µrad" : "rad"}`;
 }
 
 /** `mm^-3` as `mm⁻³`; a pure number has none. */

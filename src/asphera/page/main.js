@@ -53,7 +53,7 @@ function draw() {
 function showStream(state) {
   link = state;
   root.dataset.stream = state.name;
-  const words = { connecting: "connecting …", live: "live", stale: "no connection" };
+  const words = { connecting: "connecting …", live: "live", stale: "not live" };
   setText(byId("stream-state"), words[state.name]);
   byId("stale-banner").hidden = state.name === "live" || !state.why;
   tick();
@@ -66,7 +66,7 @@ function tick() {
       ? `Figures are of ${timeOfDay(link.since)}, ${duration((Date.now() - link.since) / 1000)} old.`
       : "Nothing was received yet.";
     setText(byId("stale-why"), `NOT LIVE: ${link.why}.`);
-    setText(byId("stale-age"), `${since} The page comes back by itself.`);
+    setText(byId("stale-age"), since);
   }
   if (drawn) links.draw(link.name === "live");
 }

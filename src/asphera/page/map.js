@@ -4,8 +4,9 @@ import { css, diverging } from "./colours.js";
 import { byId, colour, setText } from "./dom.js";
 import { DASH, fixed, known, place, signedNm } from "./format.js";
 
-const MARGIN = { left: 58, right: 104, top: 14, bottom: 44 };
+const MARGIN = { left: 66, right: 104, top: 14, bottom: 44 };
 const BAR_WIDTH = 16;
+const BAR_MIN = 120;
 const FONT = "12px system-ui, sans-serif";
 
 export class DeviationMap {
@@ -21,7 +22,11 @@ export class DeviationMap {
   constructor(canvas, flip) {
     this.#canvas = canvas;
     this.#flip = flip;
-    flip.onchange = () => this.draw();
+    flip.onchange = () => {
+      this.#paint();
+      this.draw();
+    };
+    this.#paint();
     canvas.onpointermove = (event) => this.#point(event);
     canvas.onpointerleave = () => this.#select(null);
     canvas.onblur = () => this.#select(null);
@@ -31,11 +36,11 @@ export class DeviationMap {
 
   /** Takes the map (or null) and the deviation whose extremes are marked (or null). */
   update(map, deviation) {
-    this.#map = map;
+    this.#map = map?.nx > 0 && map?.ny > 0 ? map : null;
     this.#deviation = deviation;
     setText(byId("map-max"), extreme(deviation?.max_nm, deviation?.at_max_mm));
     setText(byId("map-min"), extreme(deviation?.min_nm, deviation?.at_min_mm));
-    byId("map-empty").hidden = map !== null;
+    byId("map-empty").hidden = this.#map !== null;
     this.draw();
     this.#tell();
   }
@@ -47,9 +52,6 @@ export class DeviationMap {
     if (width === 0 || height === 0) return;
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
-    this.#table = diverging(this.#flip.checked);
-    byId("swatch-plus").replaceChildren(swatch(this.#table(0.75)));
-    byId("swatch-minus").replaceChildren(swatch(this.#table(-0.75)));
     const pen = canvas.getContext("2d");
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.font = FONT;
@@ -65,9 +67,18 @@ export class DeviationMap {
     this.#drawBar(pen);
     this.#drawMarks(pen);
     this.#drawCursor(pen);
-    // For the browser test: where the cells stand, in canvas pixels.
+    // For the browser test: where the cells stand, in canvas pixels, and how large that is in mm.
+    const { nx, ny, dx_mm: dx, dy_mm: dy } = this.#map;
+    canvas.dataset.spanMm = `${nx * dx},${ny * dy}`;
     const { left, top, wide, high } = this.#frame;
     canvas.dataset.plot = [left, top, wide, high].map((v) => Math.round(v * ratio)).join(",");
+  }
+
+  /** Takes the colours the operator chose, into the legend too. */
+  #paint() {
+    this.#table = diverging(this.#flip.checked);
+    byId("swatch-plus").replaceChildren(swatch(this.#table(0.75)));
+    byId("swatch-minus").replaceChildren(swatch(this.#table(-0.75)));
   }
 
   #drawCells(pen) {
@@ -111,13 +122,13 @@ export class DeviationMap {
     pen.fillText("x in mm", left + wide / 2, top + high + 26);
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    for (const y of ticks(y0, y0 + spanY, Math.max(high / 50, 2))) {
+    for (const y of ticks(y0, y0 + spanY, Math.max(high / 50, 1))) {
       const at = top + high - (y.value - y0) * perMm;
       line(pen, left - 5, at, left, at);
       pen.fillText(y.text, left - 8, at);
     }
     pen.save();
-    pen.translate(left - 46, top + high / 2);
+    pen.translate(left - 56, top + high / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
     pen.fillText("y in mm", 0, 0);
@@ -125,7 +136,9 @@ export class DeviationMap {
   }
 
   #drawBar(pen) {
-    const { left, top, wide, high } = this.#frame;
+    const { left, top, wide } = this.#frame;
+    // A map of few rows is flat; its scale is read all the same.
+    const high = Math.max(this.#frame.high, BAR_MIN);
     const x = left + wide + 18;
     for (let row = 0; row < high; row += 1) {
       pen.fillStyle = css(this.#table(1 - (2 * row) / (high - 1)));
@@ -137,10 +150,12 @@ export class DeviationMap {
     pen.textAlign = "left";
     pen.textBaseline = "middle";
     const middle = top + high / 2;
-    for (const tick of ticks(-this.#scale, this.#scale, Math.max(high / 46, 2))) {
-      const at = middle - (tick.value / this.#scale) * (high / 2);
+    const decimals = decimalsOf(this.#scale / 2);
+    for (const share of [-1, -0.5, 0, 0.5, 1]) {
+      const at = middle - share * (high / 2);
+      const text = fixed(share * this.#scale, decimals);
       line(pen, x + BAR_WIDTH, at, x + BAR_WIDTH + 4, at);
-      pen.fillText(tick.value > 0 ? `+${tick.text}` : tick.text, x + BAR_WIDTH + 7, at);
+      pen.fillText(share > 0 ? `+${text}` : text, x + BAR_WIDTH + 7, at);
     }
     pen.textAlign = "center";
     pen.textBaseline = "top";
@@ -158,7 +173,7 @@ export class DeviationMap {
     const { left, top, wide, high, perMm, x0, y0 } = this.#frame;
     const px = left + (x - x0) * perMm;
     const py = top + high - (y - y0) * perMm;
-    if (px < left || px > left + wide || py < top || py > top + high) return;
+    if (!known(x) || !known(y) || px < left || px > left + wide || py < top || py > top + high) return;
     const size = 7;
     pen.beginPath();
     pen.moveTo(px, py + direction * size);
@@ -235,7 +250,7 @@ function place1to1(map, width, height) {
   const [wide, high] = [spanX * perMm, spanY * perMm];
   return {
     left: Math.round(MARGIN.left + (roomX - wide) / 2),
-    top: Math.round(MARGIN.top + (roomY - high) / 2),
+    top: MARGIN.top,
     wide,
     high,
     perMm,
@@ -265,6 +280,15 @@ function ticks(low, high, wanted) {
     list.push({ value: k * step, text: fixed(k * step, decimals) });
   }
   return list;
+}
+
+/** How many decimals write a round number in full. */
+function decimalsOf(value) {
+  let decimals = 0;
+  while (decimals < 6 && Math.abs(value * 10 ** decimals - Math.round(value * 10 ** decimals)) > 1e-6) {
+    decimals += 1;
+  }
+  return decimals;
 }
 
 function line(pen, x1, y1, x2, y2) {

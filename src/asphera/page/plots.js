@@ -1,9 +1,13 @@
 // PV and RMS against points, by uPlot.
 
-import { byId, colour } from "./dom.js";
+import { byId, colour, setText } from "./dom.js";
 import { count, known, nm } from "./format.js";
 
-const HEIGHT = 168;
+/** The size of a chart as wide as its place. */
+const sizeOf = (place) => ({
+  width: place.clientWidth,
+  height: Math.min(Math.max(Math.round(place.clientWidth * 0.48), 190), 270),
+});
 
 export class Plots {
   #charts = [];
@@ -13,8 +17,11 @@ export class Plots {
   update({ points, pv_nm, rms_nm }) {
     const empty = points.length === 0;
     byId("plots-empty").hidden = !empty;
-    for (const id of ["plot-pv", "plot-rms"]) byId(id).hidden = empty;
-    if (empty) return;
+    for (const id of ["plot-pv", "plot-rms", "plot-readout"]) byId(id).hidden = empty;
+    if (empty) {
+      this.#data = null;
+      return;
+    }
     if (this.#charts.length === 0) this.#build();
     const last = points.length - 1;
     const same = this.#data && this.#data[0].length === points.length
@@ -23,6 +30,7 @@ export class Plots {
     this.#data = [points, pv_nm, rms_nm];
     this.#charts[0].setData([points, pv_nm]);
     this.#charts[1].setData([points, rms_nm]);
+    this.#tell();
   }
 
   /** Draws anew in the colours of the present scheme. */
@@ -30,20 +38,29 @@ export class Plots {
     for (const chart of this.#charts) chart.redraw(false, true);
   }
 
+  /** The figures under the cursor, or the last ones. */
+  #tell() {
+    if (!this.#data) return;
+    const [points, pv, rms] = this.#data;
+    const under = this.#charts.map((one) => one.cursor.idx).find(known);
+    const at = Math.min(under ?? points.length - 1, points.length - 1);
+    setText(byId("plot-readout"), `${count(points[at])} points: PV ${nm(pv[at])} nm, RMS ${nm(rms[at])} nm`);
+  }
+
   #build() {
     this.#charts = [
-      chart(byId("plot-pv"), "PV", "series-pv", []),
-      chart(byId("plot-rms"), "RMS", "series-rms", [6, 3]),
+      chart(byId("plot-pv"), "PV", "series-pv", [], () => this.#tell()),
+      chart(byId("plot-rms"), "RMS", "series-rms", [6, 3], () => this.#tell()),
     ];
     new ResizeObserver(() => {
       for (const one of this.#charts) {
-        one.setSize({ width: one.root.parentElement.clientWidth, height: HEIGHT });
+        one.setSize(sizeOf(one.root.parentElement));
       }
     }).observe(byId("plot-pv"));
   }
 }
 
-function chart(parent, name, series, dash) {
+function chart(parent, name, series, dash, moved) {
   const axis = {
     stroke: () => colour("quiet"),
     grid: { stroke: () => colour("line"), width: 1 },
@@ -54,8 +71,7 @@ function chart(parent, name, series, dash) {
     labelGap: 2,
   };
   return new uPlot({
-    width: parent.clientWidth,
-    height: HEIGHT,
+    ...sizeOf(parent),
     padding: [8, 14, 0, 0],
     scales: { x: { time: false }, y: { range: (_, low, high) => range(low, high) } },
     axes: [
@@ -63,17 +79,17 @@ function chart(parent, name, series, dash) {
       { ...axis, label: `${name} in nm`, size: 48, values: (_, ticks) => ticks.map((v) => String(Number(v.toPrecision(4)))) },
     ],
     series: [
-      { label: "points", value: (_, v) => (known(v) ? count(v) : "–") },
+      { label: "points" },
       {
         label: name,
         stroke: () => colour(series),
         width: 2,
         dash,
         points: { show: (self) => self.data[0].length < 3 },
-        value: (_, v) => (known(v) ? `${nm(v)} nm` : "–"),
       },
     ],
-    legend: { live: true },
+    legend: { show: false },
+    hooks: { setCursor: [moved] },
     cursor: { y: false, sync: { key: "convergence" }, drag: { x: false, y: false } },
   }, [[], []], parent);
 }

@@ -4,6 +4,8 @@ const ALIVE_MS = 6000; // The server says something at least every 2 s.
 const FRESH_MS = 6000; // While measuring, a snapshot older than this is old.
 const FIRST_DELAY_MS = 500;
 const LAST_DELAY_MS = 10000;
+const EXPLAIN_MS = 3000;
+const LOST = "the connection to the station is lost, trying again";
 
 /** Calls `onSnapshot(snapshot, skipped)` and `onState({ name, since, why })`. */
 export class Stream {
@@ -17,6 +19,7 @@ export class Stream {
   #lastGood = null; // Date of the last sign of life, for people.
   #sequence = null;
   #state = null;
+  #why = "";
   #stationState = null;
   skipped = 0;
 
@@ -39,10 +42,25 @@ export class Stream {
     const socket = new WebSocket(url, protocols);
     this.#socket = socket;
     this.#heardAt = performance.now();
+    let opened = false;
+    socket.onopen = () => { opened = true; };
     socket.onmessage = (event) => this.#hear(JSON.parse(event.data));
-    socket.onclose = () => {
-      if (this.#socket === socket) this.#retry("the connection to the station is lost");
+    socket.onclose = async () => {
+      const why = opened ? LOST : await this.#explain();
+      if (this.#socket === socket) this.#retry(why);
     };
+  }
+
+  /** A browser does not tell a page why a WebSocket was refused; a plain request does. */
+  async #explain() {
+    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
+    const signal = AbortSignal.timeout(EXPLAIN_MS);
+    try {
+      const answer = await fetch("/api/v1/snapshot", { headers, signal });
+      return answer.ok ? "the station takes no further page, trying again" : (await answer.json()).error;
+    } catch {
+      return LOST;
+    }
   }
 
   #retry(why) {
@@ -59,7 +77,7 @@ export class Stream {
   #hear(message) {
     this.#heardAt = performance.now();
     this.#attempts = 0;
-    if (message.format?.startsWith("asphera.snapshot/1")) {
+    if (message.format === "asphera.snapshot/1") {
       // A smaller number means that the daemon was started anew.
       if (this.#sequence !== null && message.sequence > this.#sequence) {
         this.skipped += message.sequence - this.#sequence - 1;
@@ -70,6 +88,8 @@ export class Stream {
       this.#lastGood = new Date();
       this.#show("live", "");
       this.#onSnapshot(message);
+    } else if (message.format !== "asphera.alive/1") {
+      this.#show("stale", `the station speaks ${message.format}: reload this page`);
     } else if (this.#fresh()) {
       this.#lastGood = new Date();
       this.#show("live", "");
@@ -78,7 +98,7 @@ export class Stream {
 
   #watch() {
     const silence = performance.now() - this.#heardAt;
-    if (this.#socket && silence > ALIVE_MS) this.#retry("the station does not answer");
+    if (this.#socket && silence > ALIVE_MS) this.#retry("the station does not answer, trying again");
     else if (this.#socket && this.#state === "live" && !this.#fresh()) {
       this.#show("stale", "the station answers but sends no new figures");
     }
@@ -92,8 +112,9 @@ export class Stream {
   }
 
   #show(name, why) {
-    if (name === this.#state) return;
+    if (name === this.#state && why === this.#why) return;
     this.#state = name;
+    this.#why = why;
     this.#onState({ name, why, since: this.#lastGood });
   }
 }

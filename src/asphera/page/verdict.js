@@ -1,6 +1,6 @@
 // The answer in letters that are read from across the room, and what it rests on.
 
-import { byId, setAttribute, setRows, setText } from "./dom.js";
+import { byId, make, setAttribute, setRows, setText } from "./dom.js";
 import { DASH, count, nameAndUnit, nm, significant } from "./format.js";
 
 const WORDS = {
@@ -27,7 +27,7 @@ export function showVerdict(snapshot) {
   document.title = `${word === DASH ? "" : `${word} – `}${snapshot.station} – asphera`;
   showChecks(verdict.checks);
   byId("reasons").replaceChildren(
-    ...verdict.reasons.map((reason) => Object.assign(document.createElement("li"), { textContent: reason })),
+    ...verdict.reasons.map((reason) => make("li", "", reason)),
   );
 }
 

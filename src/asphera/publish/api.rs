@@ -86,10 +86,7 @@ async fn report(State(shared): State<Arc<Shared>>) -> Response {
 }
 
 async fn mesh(State(shared): State<Arc<Shared>>) -> Response {
-    let Ok(_turn) = shared.meshes.acquire().await else {
-        return Problem::new(StatusCode::SERVICE_UNAVAILABLE, "the daemon is ending")
-            .into_response();
-    };
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
     match shared.source.mesh_ply().await {
         Some(ply) => {
             let headers = [

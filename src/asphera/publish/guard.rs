@@ -11,6 +11,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::problem::Problem;
 use super::server::Shared;
+use super::token::Token;
 
 /// Refuses requests under a foreign host name or from a foreign page (403), and adds the security
 /// headers to every answer.
@@ -40,10 +41,7 @@ pub(super) async fn reader(
     request: Request,
     next: Next,
 ) -> Response {
-    if peer.ip().to_canonical().is_loopback() {
-        return next.run(request).await;
-    }
-    match check_token(request.headers(), &shared) {
+    match check_reader(peer.ip(), request.headers(), &shared.token) {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     }
@@ -55,7 +53,7 @@ pub(super) async fn controller(
     request: Request,
     next: Next,
 ) -> Response {
-    match check_token(request.headers(), &shared) {
+    match check_token(request.headers(), &shared.token) {
         Ok(()) => next.run(request).await,
         Err(problem) => {
             tracing::warn!(path = request.uri().path(), "control refused: no valid token");
@@ -122,7 +120,12 @@ fn is_same_site(origin: &str, host: &Authority) -> bool {
         && origin.port_u16().unwrap_or(default_port) == host.port_u16().unwrap_or(default_port)
 }
 
-fn check_token(headers: &HeaderMap, shared: &Shared) -> Result<(), Problem> {
+fn check_reader(peer: IpAddr, headers: &HeaderMap, token: &Token) -> Result<(), Problem> {
+    // An IPv4 client of an IPv6 socket has a mapped address.
+    if peer.to_canonical().is_loopback() { Ok(()) } else { check_token(headers, token) }
+}
+
+fn check_token(headers: &HeaderMap, token: &Token) -> Result<(), Problem> {
     let candidate = single(headers, &header::AUTHORIZATION)
         .and_then(|value| value.split_once(' '))
         .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("Bearer"))
@@ -132,7 +135,7 @@ fn check_token(headers: &HeaderMap, shared: &Shared) -> Result<(), Problem> {
         None => Err(Problem::new(StatusCode::UNAUTHORIZED, "this needs the token")
             .expected("Authorization: Bearer TOKEN")
             .hint("the token stands behind #token= in the address printed at start")),
-        Some(candidate) if shared.token.matches(candidate) => Ok(()),
+        Some(candidate) if token.matches(candidate) => Ok(()),
         // The candidate is not repeated: it may be the token of another station.
         Some(_) => Err(Problem::new(StatusCode::FORBIDDEN, "wrong token").hint(
             "a random token changes at every start of the daemon: use the address printed last",
@@ -185,11 +188,42 @@ mod tests {
     #[test]
     fn hosts_are_literals_localhost_or_listed() {
         let allowed = ["station7.lab.example".to_owned()];
-        for host in ["localhost", "LOCALHOST", "127.0.0.1", "[::1]", "192.168.1.20", "Station7.lab.example"] {
+        for host in
+            ["localhost", "LOCALHOST", "127.0.0.1", "[::1]", "192.168.1.20", "Station7.lab.example"]
+        {
             assert!(is_trusted(host, &allowed), "{host}");
         }
-        for host in ["evil.example", "localhost.evil.example", "127.0.0.1.nip.io", "0x7f.1", "", "localhost."] {
+        for host in [
+            "evil.example",
+            "localhost.evil.example",
+            "127.0.0.1.nip.io",
+            "0x7f.1",
+            "",
+            "localhost.",
+        ] {
             assert!(!is_trusted(host, &allowed), "{host}");
+        }
+    }
+
+    #[test]
+    fn another_machine_reads_only_with_the_token() {
+        let token = Token::parse("0123456789abcdef").unwrap();
+        let ask = |peer: &str, header: Option<(HeaderName, &str)>| {
+            let headers = header.map(|(name, value)| (name, value.parse().unwrap()));
+            check_reader(peer.parse().unwrap(), &headers.into_iter().collect(), &token).is_ok()
+        };
+        for peer in ["127.0.0.1", "127.8.8.8", "::1", "::ffff:127.0.0.1"] {
+            assert!(ask(peer, None), "{peer}");
+        }
+        for peer in ["192.168.1.9", "::ffff:10.0.0.1", "2001:db8::1", "0.0.0.0"] {
+            assert!(!ask(peer, None), "{peer}");
+            let bearer = |text| Some((header::AUTHORIZATION, text));
+            assert!(ask(peer, bearer("Bearer 0123456789abcdef")), "{peer}");
+            assert!(!ask(peer, bearer("Bearer 0123456789abcdeX")), "{peer}");
+            let protocol = |text| Some((header::SEC_WEBSOCKET_PROTOCOL, text));
+            assert!(ask(peer, protocol("asphera.snapshot.v1, asphera.token.0123456789abcdef")));
+            assert!(!ask(peer, protocol("asphera.snapshot.v1, asphera.token.")), "{peer}");
+            assert!(!ask(peer, protocol("asphera.snapshot.v1")), "{peer}");
         }
     }
 

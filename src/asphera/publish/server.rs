@@ -5,6 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::serve::ListenerExt as _;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
@@ -137,7 +138,7 @@ impl Server {
             allowed_hosts: self.allowed_hosts,
             limits: self.limits,
             encoder: Encoder::default(),
-            streams: Arc::new(Semaphore::new(self.limits.streams)),
+            streams: Arc::new(Semaphore::new(self.limits.streams.min(Semaphore::MAX_PERMITS))),
             meshes: Semaphore::new(1),
             closing: closing.clone(),
         });
@@ -151,7 +152,14 @@ impl Server {
                 closing.send_replace(true);
             }
         };
-        let serving = axum::serve(self.listener, service).with_graceful_shutdown(signal);
+        // Snapshots are small and followed by a wait for the answer: Nagle's algorithm against delayed
+        // acknowledgements would make that 40 ms each.
+        let listener = self.listener.tap_io(|socket| {
+            if let Err(error) = socket.set_nodelay(true) {
+                tracing::debug!(%error, "cannot set TCP_NODELAY");
+            }
+        });
+        let serving = axum::serve(listener, service).with_graceful_shutdown(signal);
         let patience = async {
             let mut closing = closing.subscribe();
             // The sender lives in this function: waiting ends by the signal only.

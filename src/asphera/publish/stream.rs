@@ -36,8 +36,12 @@ pub(super) fn accept(
         .max_frame_size(MESSAGE_MAX)
         .on_failed_upgrade(|error| tracing::debug!(%error, "WebSocket upgrade failed"))
         .on_upgrade(|socket| async move {
-            let end = run(socket, &shared).await;
-            tracing::debug!(?end, "stream ended");
+            match run(socket, &shared).await {
+                End::TooSlow { sequence } => {
+                    tracing::info!(sequence, "stream closed: its client was too slow");
+                }
+                End::Client | End::Server => tracing::debug!("stream ended"),
+            }
             drop(permit);
         })
 }
@@ -51,7 +55,6 @@ enum Phase {
 }
 
 /// Why a stream ended.
-#[derive(Debug)]
 enum End {
     /// The client closed it or went away.
     Client,
@@ -73,7 +76,7 @@ async fn run(mut socket: WebSocket, shared: &Shared) -> End {
             Phase::Unanswered { give_up_at, .. } => give_up_at,
         };
         phase = tokio::select! {
-            _ = closing.wait_for(|closing| *closing) => break End::Server,
+            () = ended(&mut closing) => break End::Server,
             message = socket.recv() => match (message, phase) {
                 (None | Some(Err(_) | Ok(Message::Close(_))), _) => break End::Client,
                 (Some(Ok(Message::Pong(payload))), Phase::Unanswered { sequence, .. })
@@ -116,6 +119,11 @@ async fn run(mut socket: WebSocket, shared: &Shared) -> End {
         let _ = timeout(Duration::from_millis(CLOSE_MS), closing).await;
     }
     end
+}
+
+/// Resolves when the shutdown begins, or when nobody is left to begin it.
+async fn ended(closing: &mut watch::Receiver<bool>) {
+    let _ = closing.wait_for(|closing| *closing).await;
 }
 
 async fn send_snapshot(

@@ -1,1 +1,8 @@
-//! x
+//! The server over real loopback sockets: every route, every refusal, streams fast and slow.
+
+mod client;
+mod controls;
+mod page;
+mod routes;
+mod sites;
+mod streams;

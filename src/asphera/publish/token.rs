@@ -99,7 +99,8 @@ mod tests {
     #[test]
     fn only_the_whole_token_matches() {
         let token = Token::parse("0123456789abcdef").unwrap();
-        for wrong in ["", "0123456789abcde", "0123456789abcdeg", "0123456789abcdef0", "X123456789abcdef"]
+        for wrong in
+            ["", "0123456789abcde", "0123456789abcdeg", "0123456789abcdef0", "X123456789abcdef"]
         {
             assert!(!token.matches(wrong), "{wrong}");
         }

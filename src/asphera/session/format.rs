@@ -124,7 +124,7 @@ impl ChannelId {
 
     /// The channel of a number, among those of a session with so many links.
     pub(super) fn from_number(number: u16, links: usize) -> Option<ChannelId> {
-        let link = (usize::from(number).checked_sub(3)) .map(|above| above / 2);
+        let link = (usize::from(number).checked_sub(3)).map(|above| above / 2);
         match (number, link) {
             (1, _) => Some(ChannelId::Events),
             (2, _) => Some(ChannelId::Results),

@@ -66,7 +66,11 @@ impl Header {
             found,
         };
         if self.links.len() > MAX_LINKS {
-            return Err(value("links", format!("at most {MAX_LINKS}"), self.links.len().to_string()));
+            return Err(value(
+                "links",
+                format!("at most {MAX_LINKS}"),
+                self.links.len().to_string(),
+            ));
         }
         if self.config_toml.len() > MAX_CONFIG_BYTES {
             return Err(value(
@@ -186,7 +190,9 @@ mod tests {
         let with = |links| Header { links, ..header() }.check();
         assert!(with(vec![link("probe"), link("stage")]).is_ok());
         for links in [vec![link("")], vec![link("a\n")], vec![link("probe"), link("probe")]] {
-            assert!(matches!(with(links), Err(RecordError::Value { key, .. }) if key == "link name"));
+            assert!(
+                matches!(with(links), Err(RecordError::Value { key, .. }) if key == "link name")
+            );
         }
     }
 }

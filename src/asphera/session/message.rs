@@ -26,16 +26,14 @@ enum CommandName {
 }
 
 /// The channel and the bytes of an entry. Its link must be one of `links`.
-pub(super) fn encode<'a>(what: &'a What, links: &'a [LinkInfo]) -> (ChannelId, Cow<'a, [u8]>) {
+pub(super) fn encode<'a>(what: &'a What, links: &[LinkInfo]) -> (ChannelId, Cow<'a, [u8]>) {
     let name = |link: usize| Cow::Borrowed(links[link].name.as_str());
     let event = match what {
         What::Received { link, bytes } => return (ChannelId::Raw(*link), bytes.into()),
         What::Sent { link, bytes } => return (ChannelId::Sent(*link), bytes.into()),
         What::Results(results) => return (ChannelId::Results, results.as_str().as_bytes().into()),
         What::Opened { link } => Event::Opened { link: name(*link) },
-        What::Closed { link, reason } => {
-            Event::Closed { link: name(*link), reason: reason.into() }
-        }
+        What::Closed { link, reason } => Event::Closed { link: name(*link), reason: reason.into() },
         What::Command(Command::Start) => Event::Command { command: CommandName::Start },
         What::Command(Command::Stop) => Event::Command { command: CommandName::Stop },
         What::Finish { reason } => Event::Finish { reason: reason.into() },

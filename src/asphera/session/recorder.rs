@@ -1,9 +1,9 @@
 //! Recording a session.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use asphera_link::Nanos;
-use std::time::Duration;
 
 use super::format::{MAX_MESSAGE_BYTES, MESSAGE_OVERHEAD_BYTES, segment_name};
 use super::header::SegmentHeader;
@@ -166,18 +166,22 @@ impl Recorder {
 
     /// Ends the session: records why and the results, makes everything durable and amends the manifest.
     /// This also runs below the disk reserve, which is there for it.
+    ///
+    /// Results longer than 16 MiB are left out: the session is finished without them, and the error is
+    /// [`RecordError::EntryTooLarge`].
     pub fn finish(
         mut self,
         now: Nanos,
         reason: &str,
         results: Option<&ResultsJson>,
     ) -> Result<Summary, RecordError> {
-        let finish = What::Finish { reason: reason.to_owned() };
-        self.push(&Entry { at: now, what: finish })?;
-        if let Some(results) = results {
-            self.push(&Entry { at: now, what: What::Results(results.clone()) })?;
+        let size = results.map_or(0, |results| results.as_str().len());
+        let fitting = results.filter(|_| size <= MAX_MESSAGE_BYTES);
+        let result = self.write_end(now, reason, fitting);
+        self.settle(result)?;
+        if size > MAX_MESSAGE_BYTES {
+            return Err(RecordError::EntryTooLarge { bytes: size, limit: MAX_MESSAGE_BYTES });
         }
-        self.close(now, Ended::Finished { reason: reason.to_owned() })?;
         Ok(Summary {
             folder: self.folder.clone(),
             segments: self.segments,
@@ -206,11 +210,28 @@ impl Recorder {
         matches!(self.state, State::Stopped)
     }
 
+    fn write_end(
+        &mut self,
+        now: Nanos,
+        reason: &str,
+        results: Option<&ResultsJson>,
+    ) -> Result<(), RecordError> {
+        self.push(&Entry { at: now, what: What::Finish { reason: reason.to_owned() } })?;
+        if let Some(results) = results {
+            self.push(&Entry { at: now, what: What::Results(results.clone()) })?;
+        }
+        self.close(now, Ended::Finished { reason: reason.to_owned() })
+    }
+
     fn append_checked(&mut self, entry: &Entry) -> Result<(), RecordError> {
         self.advance(entry.at)?;
         self.rotate_if_due(entry.at)?;
         self.push(entry)?;
-        if self.settings.sync_ms == 0 { self.flush().and_then(|()| self.sync_flushed()) } else { Ok(()) }
+        if self.settings.sync_ms == 0 {
+            self.flush()?;
+            self.sync_flushed()?;
+        }
+        Ok(())
     }
 
     fn advance(&mut self, now: Nanos) -> Result<(), RecordError> {
@@ -218,7 +239,8 @@ impl Recorder {
         if self.free_bytes < self.settings.reserve_bytes {
             return self.stop_at_reserve(now);
         }
-        let due = |first: Option<Nanos>, age: Duration| first.is_some_and(|first| now >= first + age);
+        let due =
+            |first: Option<Nanos>, age: Duration| first.is_some_and(|first| now >= first + age);
         if due(self.first_undurable, self.sync_age()) {
             self.flush()?;
             self.sync_flushed()
@@ -249,16 +271,13 @@ impl Recorder {
         if data.len() > MAX_MESSAGE_BYTES {
             return Err(RecordError::EntryTooLarge { bytes: data.len(), limit: MAX_MESSAGE_BYTES });
         }
-        let State::Recording { segment, .. } = &mut self.state else {
-            return Err(RecordError::Stopped);
-        };
-        let size = data.len() + MESSAGE_OVERHEAD_BYTES;
-        if segment.chunk_bytes() > 0 && segment.chunk_bytes() + size > limit {
-            segment.close_chunk()?;
-            self.counters.flushed = self.counters.appended;
-            self.first_unflushed = None;
+        let open = self.segment()?.chunk_bytes();
+        if open > 0 && open + data.len() + MESSAGE_OVERHEAD_BYTES > limit {
+            self.flush()?;
         }
-        segment.push(channel, self.counters.appended.entries, entry.at, &data)?;
+        let sequence = self.counters.appended.entries;
+        let segment = self.segment()?;
+        segment.push(channel, sequence, entry.at, &data)?;
         let full = segment.chunk_bytes() >= limit;
         self.counters.appended.entries += 1;
         self.counters.appended.bytes += data.len() as u64;

@@ -44,8 +44,7 @@ impl SegmentWriter {
         storage.sync_dir(folder).map_err(RecordError::storage("sync", folder))?;
         let pipe = Pipe::default();
         let writer = begin(&pipe, header, at).map_err(RecordError::Encode)?;
-        let mut segment =
-            SegmentWriter { writer, pipe, file, path, file_bytes: 0, chunk_bytes: 0 };
+        let mut segment = SegmentWriter { writer, pipe, file, path, file_bytes: 0, chunk_bytes: 0 };
         segment.close_chunk()?;
         Ok(segment)
     }

@@ -67,6 +67,14 @@ pub enum Kinematics {
 }
 
 impl Kinematics {
+    /// The axes, in no particular order.
+    pub fn axes(&self) -> [Axis; 3] {
+        match *self {
+            Kinematics::Cartesian { x, y, z } => [x, y, z],
+            Kinematics::Polar { rotary, radial, probe } => [rotary, radial, probe],
+        }
+    }
+
     /// The point of a record. Missing values and flags of any reading involved become flags of the point.
     pub fn point(&self, record: &Record) -> Point {
         let mut flags = record.flags;

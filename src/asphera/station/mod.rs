@@ -1,9 +1,15 @@
 //! One measuring station: links → drivers → synchronizer → kinematics → pipeline.
 
+mod assemble;
+mod bench;
 mod gate;
 mod kinematics;
+mod line;
 mod synchronizer;
 mod unwrap;
 
+pub use assemble::{AssembleError, assemble};
+pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening};
 pub use kinematics::{Axis, Kinematics, Point};
+pub use line::{Framing, Line};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};

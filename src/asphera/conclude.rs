@@ -1,0 +1,87 @@
+//! The end of a measurement: the points' figures joined with what the links delivered and lost.
+//!
+//! Live and replay both end here, so that their reports agree.
+
+use crate::pipeline::{Measurement, undecide};
+use crate::report::{DeviceFigures, LinkFigures, SessionFigures};
+use crate::session::{Header, Recovery};
+use crate::station::Bench;
+
+/// What the station knows at the end of a session.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Triggers the primary device skipped.
+    pub lost: u64,
+    /// What every link and device delivered and lost.
+    pub links: Vec<LinkFigures>,
+    /// Whose session it is and how it ended.
+    pub session: SessionFigures,
+}
+
+impl Outcome {
+    /// Taken at the end, before the devices are told to stop.
+    pub fn of(bench: &Bench, session: SessionFigures) -> Outcome {
+        Outcome { lost: bench.lost(), links: bench.figures(), session }
+    }
+}
+
+/// Adds to the figures of the points what the station knows: losses, links, session.
+pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
+    let report = &mut measurement.report;
+    report.points.lost = outcome.lost;
+    let verdict = &mut report.verdict;
+    for (name, slips) in devices(&outcome.links, |device| device.slips) {
+        undecide(
+            verdict,
+            format!(
+                "{name}: a whole cycle of the shared count was missing {slips} times; points in between may be misplaced"
+            ),
+        );
+    }
+    for (name, lost) in devices(&outcome.links, |device| device.lost) {
+        verdict.reasons.push(format!("{name}: {lost} triggers were lost"));
+    }
+    if !matches!(outcome.session.ended.as_str(), "complete" | "idle") {
+        undecide(verdict, format!("the session was {} before its end", outcome.session.ended));
+    }
+    report.links = outcome.links;
+    report.session = Some(outcome.session);
+}
+
+/// Notes what a recording lacks: its figures are those of a part of the session.
+pub fn note_recovery(measurement: &mut Measurement, recovery: &Recovery) {
+    let verdict = &mut measurement.report.verdict;
+    if recovery.lost_at_least > 0 || recovery.damaged_places > 0 {
+        undecide(
+            verdict,
+            format!(
+                "the recording is damaged: at least {} entries are missing, {} places could not be read",
+                recovery.lost_at_least, recovery.damaged_places
+            ),
+        );
+    }
+}
+
+/// Whose session it is and how it ended.
+pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
+    SessionFigures {
+        id: header.folder_name(),
+        started: header.started_rfc3339(),
+        station: header.station.clone(),
+        version: header.version.clone(),
+        ended: ended.to_owned(),
+    }
+}
+
+/// Devices of which a count is not zero.
+fn devices(
+    links: &[LinkFigures],
+    count: impl Fn(&DeviceFigures) -> u64,
+) -> Vec<(String, u64)> {
+    links
+        .iter()
+        .flat_map(|link| &link.devices)
+        .map(|device| (device.name.clone(), count(device)))
+        .filter(|(_, count)| *count > 0)
+        .collect()
+}

@@ -1,0 +1,97 @@
+//! The tables `link.NAME`.
+
+use std::time::Duration;
+
+use asphera_slcan::BitRate;
+use asphera_transport::{Backoff, Endpoint, FlowControl, Parity, SerialSettings};
+
+use super::document::Section;
+use crate::station::Framing;
+
+/// One link.
+#[derive(Clone, Debug)]
+pub struct LinkConfig {
+    /// Name of its table.
+    pub name: String,
+    /// `serial`, `tcp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
+    pub kind: &'static str,
+    /// Where it leads.
+    pub endpoint: Endpoint,
+    /// How its bytes are framed.
+    pub framing: Framing,
+    /// How long it waits before it opens again.
+    pub backoff: Backoff,
+    /// After this long without a reading the link is shown as stale.
+    pub stale_after: Duration,
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Serial,
+    Tcp,
+    SlcanSerial,
+    SlcanTcp,
+    SocketCan,
+}
+
+const KINDS: [(&str, Kind); 5] = [
+    ("serial", Kind::Serial),
+    ("tcp", Kind::Tcp),
+    ("slcan-serial", Kind::SlcanSerial),
+    ("slcan-tcp", Kind::SlcanTcp),
+    ("socketcan", Kind::SocketCan),
+];
+
+/// Reads one link; `index` tells its jitter from that of the others.
+pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<LinkConfig> {
+    let kind = table.required_word("kind", &KINDS)?;
+    let endpoint = match kind {
+        Kind::Serial | Kind::SlcanSerial => serial(table),
+        Kind::Tcp | Kind::SlcanTcp => tcp(table),
+        Kind::SocketCan => table.required("interface").map(|interface| Endpoint::SocketCan { interface }),
+    };
+    let framing = match kind {
+        Kind::Serial | Kind::Tcp => Some(Framing::Raw),
+        Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
+        Kind::SocketCan => Some(Framing::CanRecords),
+    };
+    let first_ms = table.within("reconnect_first_ms", 100, 1..=60_000u64);
+    let max_ms = table.within("reconnect_max_ms", 2000, 1..=600_000u64);
+    let backoff =
+        Backoff::try_new(Duration::from_millis(first_ms), Duration::from_millis(max_ms), index as u64);
+    if let Err(error) = &backoff {
+        table.problem("reconnect_max_ms", "at least reconnect_first_ms", error);
+    }
+    let stale_after = Duration::from_millis(table.within("stale_after_ms", 1000, 10..=3_600_000u64));
+    table.finish();
+    let kind = KINDS.iter().find(|(_, known)| *known as u8 == kind as u8)?.0;
+    Some(LinkConfig { name, kind, endpoint: endpoint?, framing: framing?, backoff: backoff.ok()?, stale_after })
+}
+
+fn serial(table: &Section<'_>) -> Option<Endpoint> {
+    let path = table.required("path");
+    let baud_bd = table.within("baud_bd", 115_200, 300..=4_000_000u32);
+    let parity = [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
+    let parity = table.word("parity", Parity::None, &parity);
+    let two_stop_bits = table.within("stop_bits", 1, 1..=2u8) == 2;
+    let flow = [("none", FlowControl::None), ("hardware", FlowControl::Hardware)];
+    let flow_control = table.word("flow_control", FlowControl::None, &flow);
+    Some(Endpoint::Serial(SerialSettings { path: path?, baud_bd, parity, two_stop_bits, flow_control }))
+}
+
+fn tcp(table: &Section<'_>) -> Option<Endpoint> {
+    let address: String = table.required("address")?;
+    let port = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+    if port.is_none_or(|(_, port)| port.parse::<u16>().is_err()) {
+        table.problem("address", "host:port", format!("{address:?}"));
+        return None;
+    }
+    Some(Endpoint::Tcp { address })
+}
+
+fn bit_rate(table: &Section<'_>) -> Option<BitRate> {
+    let bits_per_s = table.required("bit_rate_bps")?;
+    BitRate::from_bits_per_s(bits_per_s)
+        .inspect_err(|error| table.problem("bit_rate_bps", "a bit rate of slcan adapters", error))
+        .ok()
+}

@@ -1,0 +1,268 @@
+//! Configuration: TOML text in, checked types out. The only reader of configuration files.
+//!
+//! `config/asphera.toml` is the reference: every key with its unit and consequence.
+
+mod devices;
+mod document;
+mod links;
+mod motion;
+mod nominal;
+mod problem;
+
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::str::FromStr as _;
+use std::time::Duration;
+
+use thiserror::Error;
+use toml_edit::{DocumentMut, Item};
+
+pub use devices::{DeviceConfig, DriverConfig};
+pub use links::LinkConfig;
+pub use motion::SyncConfig;
+pub use nominal::Part;
+pub use problem::{Problem, Problems};
+
+use crate::session;
+use crate::station::{EndSettings, Kinematics};
+use document::{File, Section};
+
+/// Everything a station needs to know.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Name of the station, as pages and reports show it.
+    pub name: String,
+    /// Links, in the order of the file.
+    pub links: Vec<LinkConfig>,
+    /// Devices, in the order of the file.
+    pub devices: Vec<DeviceConfig>,
+    /// Which devices share the trigger.
+    pub sync: SyncConfig,
+    /// How their readings make a point.
+    pub kinematics: Kinematics,
+    /// What the part should be.
+    pub part: Part,
+    /// When a scan is over.
+    pub end: EndSettings,
+    /// Whether a session starts with the daemon.
+    pub autostart: bool,
+    /// Folder of the recordings.
+    pub recordings: PathBuf,
+    /// How recordings are written.
+    pub recording: session::Settings,
+    /// Where the page and the API are.
+    pub listen: SocketAddr,
+    /// Names, beside those of the loopback interface, a browser may ask for.
+    pub allowed_hosts: Vec<String>,
+    /// The text these settings were read from, with the nominal in it: what a recording keeps.
+    pub text: String,
+}
+
+/// Why there is no configuration.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// A file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Its content cannot be used.
+    #[error("{} of the configuration cannot be used:\n{problems}", count(.problems))]
+    Problems {
+        /// All that is wrong.
+        problems: Problems,
+    },
+}
+
+impl From<Problems> for ConfigError {
+    fn from(problems: Problems) -> ConfigError {
+        ConfigError::Problems { problems }
+    }
+}
+
+impl Config {
+    /// Reads a configuration file and the nominal file it names.
+    ///
+    /// # Errors
+    ///
+    /// Every problem of both files at once, each with file, line and key.
+    pub fn load(path: &Path) -> Result<Config, ConfigError> {
+        let text = read(path)?;
+        let file = File::parse(&path.display().to_string(), &text)?;
+        let root = file.root();
+        let nominal = root.section("nominal");
+        let Some(nominal_file) =
+            nominal.has("file").then(|| nominal.get::<String>("file")).flatten()
+        else {
+            return Ok(Config::parse(&path.display().to_string(), &text)?);
+        };
+        let nominal_path = path.parent().unwrap_or(Path::new(".")).join(nominal_file);
+        let nominal_text = read(&nominal_path)?;
+        let part = Part::parse(&nominal_path.display().to_string(), &nominal_text);
+        let config = read_root(&root, &inline(&text, &nominal_text), Some(part.as_ref().ok()));
+        root.finish();
+        drop((root, nominal));
+        match (file.conclude(config), part) {
+            (Ok(config), Ok(_)) => Ok(config),
+            (config, part) => {
+                let problems = [part.err(), config.err()].into_iter().flatten();
+                Err(Problems(problems.flat_map(|problems| problems.0).collect()).into())
+            }
+        }
+    }
+
+    /// Reads a configuration with its nominal in it; `name` stands in every problem.
+    ///
+    /// # Errors
+    ///
+    /// Every problem at once.
+    pub fn parse(name: &str, text: &str) -> Result<Config, Problems> {
+        let file = File::parse(name, text)?;
+        let root = file.root();
+        let config = read_root(&root, text, None);
+        root.finish();
+        drop(root);
+        file.conclude(config)
+    }
+}
+
+/// How many problems, in words.
+fn count(problems: &Problems) -> String {
+    match problems.0.len() {
+        1 => "1 setting".to_owned(),
+        count => format!("{count} settings"),
+    }
+}
+
+fn read(path: &Path) -> Result<String, ConfigError> {
+    fs::read_to_string(path).map_err(|source| ConfigError::Read { path: path.to_owned(), source })
+}
+
+/// The configuration with the nominal file's tables in the place of its name. Both texts parse.
+fn inline(text: &str, nominal: &str) -> String {
+    let (Ok(mut document), Ok(nominal)) =
+        (DocumentMut::from_str(text), DocumentMut::from_str(nominal))
+    else {
+        return text.to_owned();
+    };
+    let mut table = nominal.as_table().clone();
+    table.set_implicit(true);
+    document.insert("nominal", Item::Table(table));
+    document.to_string()
+}
+
+/// Reads the whole file. `outside` is the nominal that was read from a file of its own, if it was named
+/// and could be read.
+fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> Option<Config> {
+    let station = root.section("station");
+    let name = station.required("name");
+    let autostart = station.or("autostart", true);
+    station.finish();
+
+    let links: Vec<Option<LinkConfig>> = root
+        .sections("link")
+        .into_iter()
+        .enumerate()
+        .map(|(index, (name, table))| links::read(name, index, &table))
+        .collect();
+    let link_names: Vec<String> =
+        root.sections("link").into_iter().map(|(name, _)| name).collect();
+    let device_tables = root.sections("device");
+    let devices: Vec<Option<DeviceConfig>> = device_tables
+        .iter()
+        .map(|(name, table)| devices::read(name.clone(), table, &link_names))
+        .collect();
+    if link_names.is_empty() {
+        root.problem("link", "at least one table [link.NAME]", "none");
+    }
+    if devices.is_empty() {
+        root.problem("device", "at least one table [device.NAME]", "none");
+    }
+    for ((_, table), device) in device_tables.iter().zip(&devices) {
+        let Some(device) = device else { continue };
+        let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
+        let is_can = link.framing != crate::station::Framing::Raw;
+        if device.driver.is_can() != is_can {
+            let expected = if device.driver.is_can() { "a CAN link" } else { "a serial or tcp link" };
+            table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
+        }
+        let others = devices.iter().flatten().filter(|other| other.link == device.link).count();
+        if !is_can && others > 1 {
+            table.problem("link", "one device on a link that is no CAN bus", others);
+        }
+    }
+    // A device that cannot be used would make every mention of it a problem of its own.
+    let usable = devices.iter().all(Option::is_some);
+    let devices: Vec<DeviceConfig> = devices.into_iter().flatten().collect();
+
+    let (sync_table, kinematics_table) = (root.section("sync"), root.section("kinematics"));
+    let sync = if usable { motion::sync(&sync_table, &devices) } else { None };
+    let kinematics =
+        if usable { motion::kinematics(&kinematics_table, sync.as_ref(), &devices) } else { None };
+
+    let nominal = root.section("nominal");
+    let part = match outside {
+        Some(part) => {
+            nominal.has("file");
+            part.cloned()
+        }
+        None => nominal::read(&nominal),
+    };
+    nominal.finish();
+
+    let scan = root.section("scan");
+    let end = EndSettings {
+        points: scan.has("points").then(|| scan.within("points", 1, 1..=10_000_000_000)),
+        idle: Some(Duration::from_secs_f64(scan.within("idle_s", 10.0, 0.01..=86_400.0))),
+    };
+    scan.finish();
+
+    let session = root.section("session");
+    let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
+    let recording = recording(&session);
+    session.finish();
+
+    let publish = root.section("publish");
+    let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
+    let listen = listen
+        .parse()
+        .inspect_err(|_| publish.problem("listen", "address:port", format!("{listen:?}")))
+        .ok();
+    let allowed_hosts = publish.or("allowed_hosts", Vec::new());
+    publish.finish();
+
+    let links: Option<Vec<LinkConfig>> = links.into_iter().collect();
+    Some(Config {
+        name: name?,
+        links: links?,
+        devices,
+        sync: sync?,
+        kinematics: kinematics?,
+        part: part?,
+        end,
+        autostart,
+        recordings,
+        recording,
+        listen: listen?,
+        allowed_hosts,
+        text: text.to_owned(),
+    })
+}
+
+fn recording(table: &Section<'_>) -> session::Settings {
+    let default = session::Settings::default();
+    session::Settings {
+        segment_bytes: table.within("segment_mib", 64, 1..=4096u64) << 20,
+        segment_s: table.within("segment_s", 60, 1..=86_400u32),
+        sync_ms: table.within("sync_ms", 1000, 0..=60_000u32),
+        reserve_bytes: table.within("reserve_mib", 256, 0..=1_000_000u64) << 20,
+        ..default
+    }
+}
+
+
+

@@ -1,0 +1,127 @@
+//! The tables `sync` and `kinematics`: which readings belong together, and what point they make.
+
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use asphera_link::Unit;
+
+use super::devices::DeviceConfig;
+use super::document::Section;
+use crate::station::{Axis, Kinematics, SyncSettings};
+
+/// Which devices share the trigger.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SyncConfig {
+    /// Devices, the primary first.
+    pub devices: Vec<usize>,
+    /// How their readings are joined.
+    pub settings: SyncSettings,
+}
+
+pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<SyncConfig> {
+    let names: Vec<String> = table.required("devices")?;
+    if names.is_empty() {
+        table.problem("devices", "at least one device, the primary first", "none");
+    }
+    let mut found = Vec::new();
+    for name in &names {
+        match devices.iter().position(|device| device.name == *name) {
+            Some(index) if found.contains(&index) => {
+                table.problem("devices", "each device once", format!("{name:?} twice"));
+            }
+            Some(index) => found.push(index),
+            None => table.problem("devices", format!("devices among {}", list(devices)), format!("{name:?}")),
+        }
+    }
+    let wait = Duration::from_millis(table.within("wait_ms", 2000, 1..=600_000u64));
+    let capacity = table.within("capacity", 65_536, 16..=10_000_000usize);
+    table.finish();
+    (!found.is_empty() && found.len() == names.len())
+        .then_some(SyncConfig { devices: found, settings: SyncSettings { wait, capacity } })
+}
+
+pub(super) fn kinematics(
+    table: &Section<'_>,
+    sync: Option<&SyncConfig>,
+    devices: &[DeviceConfig],
+) -> Option<Kinematics> {
+    #[derive(Clone, Copy)]
+    enum Kind {
+        Polar,
+        Cartesian,
+    }
+    let kind = table.required_word("kind", &[("polar", Kind::Polar), ("cartesian", Kind::Cartesian)])?;
+    let axis = |name: &str, rotary: bool| {
+        let section = table.section(name);
+        if !section.is_present() {
+            table.problem(name, "a table with device and channel", "nothing");
+            return None;
+        }
+        let axis = axis(&section, rotary, sync?, devices);
+        section.finish();
+        axis
+    };
+    let kinematics = match kind {
+        Kind::Polar => {
+            let (rotary, radial, probe) =
+                (axis("rotary", true), axis("radial", false), axis("probe", false));
+            rotary.zip(radial).zip(probe).map(|((rotary, radial), probe)| Kinematics::Polar {
+                rotary,
+                radial,
+                probe,
+            })
+        }
+        Kind::Cartesian => {
+            let (x, y, z) = (axis("x", false), axis("y", false), axis("z", false));
+            x.zip(y).zip(z).map(|((x, y), z)| Kinematics::Cartesian { x, y, z })
+        }
+    };
+    table.finish();
+    kinematics
+}
+
+fn axis(
+    table: &Section<'_>,
+    rotary: bool,
+    sync: &SyncConfig,
+    devices: &[DeviceConfig],
+) -> Option<Axis> {
+    let device: String = table.required("device")?;
+    let index = devices.iter().position(|known| known.name == device);
+    let stream = sync.devices.iter().position(|known| Some(*known) == index);
+    let Some((stream, index)) = stream.zip(index) else {
+        let names: Vec<_> = sync.devices.iter().map(|known| devices[*known].name.as_str()).collect();
+        table.problem("device", format!("one of the synchronized devices {}", names.join(", ")), format!("{device:?}"));
+        return None;
+    };
+    let channels = &devices[index].channels;
+    let name: String = table.required("channel")?;
+    let Some(channel) = channels.iter().position(|known| known.name == name) else {
+        let names: Vec<_> = channels.iter().map(|known| known.name.as_str()).collect();
+        table.problem("channel", format!("one of the channels {} of {device}", names.join(", ")), format!("{name:?}"));
+        return None;
+    };
+    let unit = channels[channel].unit;
+    let offset_key = if rotary { "offset_rad" } else { "offset_mm" };
+    let offset = table.or(offset_key, 0.0);
+    let reverse = if table.or("reverse", false) { -1.0 } else { 1.0 };
+    let scale = match (unit, rotary) {
+        (Unit::Count, true) => TAU / table.required::<f64>("counts_per_turn")?,
+        (Unit::Count, false) => table.required::<f64>("mm_per_count")?,
+        (Unit::Radian, true) | (Unit::Millimetre, false) => table.or("scale", 1.0),
+        _ => {
+            let expected = if rotary { "a channel in rad or counts" } else { "a channel in mm or counts" };
+            table.problem("channel", expected, format!("{name} in {unit}"));
+            return None;
+        }
+    };
+    if !scale.is_finite() || scale == 0.0 {
+        table.problem("channel", "a scale other than 0", scale);
+        return None;
+    }
+    Some(Axis { stream, channel, scale: scale * reverse, offset })
+}
+
+fn list(devices: &[DeviceConfig]) -> String {
+    devices.iter().map(|device| device.name.as_str()).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,223 @@
+//! The nominal file: design surface, aperture, what is fitted, and what is allowed.
+
+use asphera_form::{Aperture, Asphere, Nominal, Parameter};
+
+use super::document::{File, Section};
+use super::problem::Problems;
+
+/// What a part should be and how it is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The design surface.
+    pub nominal: Nominal,
+    /// The region that counts, in the part frame.
+    pub aperture: Aperture,
+    /// Parameters the fit may change.
+    pub free: Vec<Parameter>,
+    /// Largest PV allowed, nm.
+    pub pv_nm: Option<f64>,
+    /// Largest RMS allowed, nm.
+    pub rms_nm: Option<f64>,
+    /// Largest gap of the sampling allowed, mm; none: only ε counts.
+    pub gap_limit_mm: Option<f64>,
+    /// Largest gap over local feature size allowed.
+    pub epsilon_limit: f64,
+    /// Share of the aperture that must be sampled densely enough for a pass, 0 to 1.
+    pub coverage_min: f64,
+}
+
+impl Part {
+    /// Reads a nominal file.
+    ///
+    /// # Errors
+    ///
+    /// All that is wrong with it, each with line and key.
+    pub fn parse(name: &str, text: &str) -> Result<Part, Problems> {
+        let file = File::parse(name, text)?;
+        let root = file.root();
+        let part = read(&root);
+        root.finish();
+        drop(root);
+        file.conclude(part)
+    }
+}
+
+/// Reads the tables `surface`, `aperture`, `fit`, `tolerance` and `sampling` of `table`.
+pub(super) fn read(table: &Section<'_>) -> Option<Part> {
+    let surface = table.section("surface");
+    let nominal = nominal(&surface);
+    surface.finish();
+    let section = table.section("aperture");
+    let aperture = aperture(&section);
+    section.finish();
+
+    let fit = table.section("fit");
+    let free = free(&fit, nominal.as_ref());
+    fit.finish();
+
+    let tolerance = table.section("tolerance");
+    let limit = |key| {
+        tolerance.get::<f64>(key).filter(|limit| {
+            if *limit <= 0.0 {
+                tolerance.problem(key, "a length above 0 in nm", limit);
+            }
+            *limit > 0.0
+        })
+    };
+    let (pv_nm, rms_nm) = (limit("pv_nm"), limit("rms_nm"));
+    tolerance.finish();
+
+    let sampling = table.section("sampling");
+    let gap_limit_mm =
+        sampling.has("gap_limit_mm").then(|| sampling.within("gap_limit_mm", 1.0, 1e-6..=1e6));
+    let epsilon_limit = sampling.within("epsilon_limit", EPSILON_LIMIT, 1e-6..=1.0);
+    let coverage_min = sampling.within("coverage_min", 0.9, 0.0..=1.0);
+    sampling.finish();
+    Some(Part {
+        nominal: nominal?,
+        aperture: aperture?,
+        free,
+        pv_nm,
+        rms_nm,
+        gap_limit_mm,
+        epsilon_limit,
+        coverage_min,
+    })
+}
+
+fn nominal(surface: &Section<'_>) -> Option<Nominal> {
+    #[derive(Clone, Copy)]
+    enum Kind {
+        Plane,
+        Sphere,
+        Asphere,
+    }
+    let words = [("asphere", Kind::Asphere), ("sphere", Kind::Sphere), ("plane", Kind::Plane)];
+    let nominal = match surface.required_word("kind", &words)? {
+        Kind::Plane => Nominal::Plane,
+        Kind::Sphere => Nominal::Sphere { radius_mm: surface.required("radius_mm")? },
+        Kind::Asphere => {
+            let radius_mm = surface.required("radius_mm");
+            let conic = surface.or("conic", 0.0);
+            let terms: Vec<(u8, f64)> = (4..=20)
+                .step_by(2)
+                .filter_map(|order| Some((order, surface.get(&format!("A{order}"))?)))
+                .collect();
+            match Asphere::new(radius_mm?, conic, &terms) {
+                Ok(asphere) => Nominal::Asphere(asphere),
+                Err(error) => {
+                    surface.problem("kind", "an asphere that can be", error);
+                    return None;
+                }
+            }
+        }
+    };
+    match nominal.validate() {
+        Ok(()) => Some(nominal),
+        Err(error) => {
+            surface.problem("radius_mm", "a surface that can be", error);
+            None
+        }
+    }
+}
+
+fn aperture(section: &Section<'_>) -> Option<Aperture> {
+    if !section.is_present() {
+        return Some(Aperture::None);
+    }
+    #[derive(Clone, Copy)]
+    enum Shape {
+        Circle,
+        Rectangle,
+        Annulus,
+    }
+    let words =
+        [("circle", Shape::Circle), ("rectangle", Shape::Rectangle), ("annulus", Shape::Annulus)];
+    let aperture = match section.required_word("shape", &words)? {
+        Shape::Circle => Aperture::Circle { radius_mm: section.required("radius_mm")? },
+        Shape::Rectangle => {
+            let (width_mm, height_mm) = (section.required("width_mm"), section.required("height_mm"));
+            Aperture::Rectangle { width_mm: width_mm?, height_mm: height_mm? }
+        }
+        Shape::Annulus => {
+            let (inner_mm, outer_mm) =
+                (section.required("inner_radius_mm"), section.required("outer_radius_mm"));
+            Aperture::Annulus { inner_mm: inner_mm?, outer_mm: outer_mm? }
+        }
+    };
+    match aperture.validate() {
+        Ok(()) => Some(aperture),
+        Err(error) => {
+            section.problem("shape", "an aperture with positive sizes", error);
+            None
+        }
+    }
+}
+
+fn free(fit: &Section<'_>, nominal: Option<&Nominal>) -> Vec<Parameter> {
+    let Some(names) = fit.get::<Vec<String>>("free") else { return Parameter::RIGID.to_vec() };
+    let mut free = Vec::new();
+    for name in &names {
+        match name.parse::<Parameter>() {
+            Ok(parameter) if nominal.is_some_and(|nominal| !nominal.has(parameter)) => {
+                fit.problem("free", "parameters of this surface", format!("{name:?}"));
+            }
+            Ok(parameter) if free.contains(&parameter) => {
+                fit.problem("free", "each parameter once", format!("{name:?} twice"));
+            }
+            Ok(parameter) => free.push(parameter),
+            Err(error) => fit.problem("free", "names of parameters", error),
+        }
+    }
+    free
+}
+
+/// Bound under which Cocone's reconstruction is guaranteed: seed 002, Table 1.
+const EPSILON_LIMIT: f64 = 0.05;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_needs_no_more_than_its_kind() {
+        let part = Part::parse("plane.toml", "[surface]\nkind = \"plane\"\n").unwrap();
+        assert_eq!(part.nominal, Nominal::Plane);
+        assert_eq!(part.free, Parameter::RIGID);
+    }
+
+    #[test]
+    fn an_asphere_is_read_whole() {
+        let part = Part::parse(
+            "a.toml",
+            "[surface]\nkind = \"asphere\"\nradius_mm = 11.65\nconic = -1.1\nA4 = 3.69067205091e-5\n\
+             [aperture]\nshape = \"circle\"\nradius_mm = 9\n[fit]\nfree = [\"tz\", \"radius\", \"A4\"]\n\
+             [tolerance]\npv_nm = 300\n",
+        )
+        .unwrap();
+        assert_eq!(part.nominal.radius_mm(), Some(11.65));
+        assert_eq!(part.free, [Parameter::Tz, Parameter::Radius, Parameter::A(4)]);
+        assert_eq!((part.pv_nm, part.rms_nm), (Some(300.0), None));
+    }
+
+    #[test]
+    fn every_mistake_is_named() {
+        let text = "[surface]\nkind = \"plane\"\nradius = 3\n[aperture]\nshape = \"circle\"\n\
+                    [fit]\nfree = [\"tz\", \"radius\", \"piston\"]\n[tolerance]\npv_nm = -1\n[extra]\n";
+        let problems = Part::parse("n.toml", text).unwrap_err();
+        let places: Vec<_> =
+            problems.0.iter().map(|problem| (problem.line, problem.key.as_str())).collect();
+        assert_eq!(
+            places,
+            [
+                (3, "surface.radius"),
+                (4, "aperture.radius_mm"),
+                (7, "fit.free"),
+                (7, "fit.free"),
+                (9, "tolerance.pv_nm"),
+                (10, "extra"),
+            ],
+            "{problems}"
+        );
+    }
+}

@@ -1,0 +1,340 @@
+//! The task that holds the core: it decides the order of everything.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use asphera_link::{Command, Nanos};
+use asphera_transport::{Link, LinkCommand, LinkEvent, LinkSettings, What as LinkWhat};
+use tokio::sync::{mpsc, oneshot, watch};
+use tokio::time::{Instant, sleep_until};
+use tracing::{error, info, warn};
+
+use super::recording::Recording;
+use super::view::View;
+use super::worker::Worker;
+use super::{Control, Finished, Handle, Station, StationError};
+use crate::clock::Clock;
+use crate::conclude::{Outcome, conclude, session_figures};
+use crate::config::Config;
+use crate::pipeline::{Measurement, undecide};
+use crate::report::{Report, Timing};
+use crate::session::{
+    Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What,
+};
+use crate::snapshot::State;
+use crate::station::{Action, Bench, Happening, assemble};
+
+/// Starts a station's task.
+pub(super) fn start(config: Config, autostart: bool) -> Result<Station, StationError> {
+    let (control, controls) = mpsc::channel(16);
+    let (finished_sender, finished) = mpsc::channel(4);
+    let (report_sender, report) = watch::channel(None);
+    let (sender, events) = mpsc::channel(EVENTS);
+    let view = View::new(&config);
+    let snapshots = view.watch();
+    let mut core = Core {
+        bench: assemble(&config)?,
+        config,
+        clock: Clock::start(),
+        links: Vec::new(),
+        sender,
+        events,
+        controls,
+        view,
+        session: None,
+        finished: finished_sender,
+        report: report_sender,
+    };
+    if autostart {
+        core.begin()?;
+    } else {
+        core.open_links();
+    }
+    let handle = Handle { control, snapshots, report };
+    Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
+}
+
+struct Core {
+    config: Config,
+    clock: Clock,
+    bench: Bench,
+    links: Vec<Link>,
+    sender: mpsc::Sender<LinkEvent>,
+    events: mpsc::Receiver<LinkEvent>,
+    controls: mpsc::Receiver<Control>,
+    view: View,
+    session: Option<Session>,
+    finished: mpsc::Sender<Arc<Finished>>,
+    report: watch::Sender<Option<Arc<Report>>>,
+}
+
+/// What a running session needs.
+struct Session {
+    header: Header,
+    recording: Recording,
+    worker: Worker,
+    /// While the final figures are made.
+    ending: Option<Ending>,
+}
+
+struct Ending {
+    at: Nanos,
+    outcome: Outcome,
+    measurement: oneshot::Receiver<Measurement>,
+}
+
+impl Core {
+    async fn run(mut self) {
+        let mut next_view = Instant::now();
+        loop {
+            let due = self.next_due();
+            tokio::select! {
+                // In this order, so that a flood of bytes starves neither an operator nor the page.
+                biased;
+                control = self.controls.recv() => match control {
+                    Some(control) => self.control(control).await,
+                    None => return,
+                },
+                measurement = ended(&mut self.session) => self.conclude(measurement).await,
+                () = sleep_until(next_view) => {
+                    self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
+                        (session.worker.figures(), session.recording.failure())
+                    }));
+                    next_view = Instant::now() + VIEW_PERIOD;
+                }
+                event = self.events.recv() => if let Some(event) = event {
+                    self.event(event).await;
+                },
+                () = sleep_until(due) => self.advance().await,
+            }
+        }
+    }
+
+    /// When the core or the end of the scan wants the time.
+    fn next_due(&self) -> Instant {
+        let measuring = self.session.as_ref().is_some_and(|session| session.ending.is_none());
+        let idle = if measuring { self.bench.idle_at() } else { None };
+        let due = self.bench.poll_timeout().into_iter().chain(idle).min();
+        due.map_or_else(|| Instant::now() + VIEW_PERIOD, |due| self.clock.instant(due).into())
+    }
+
+    /// Something happened on a link. It is recorded before it is acted on.
+    async fn event(&mut self, event: LinkEvent) {
+        let LinkEvent { link, what } = event;
+        let now = self.clock.now();
+        match what {
+            LinkWhat::Opened { epoch } => {
+                self.record(now, What::Opened { link }).await;
+                self.bench.happened(now, link, Happening::Opened { epoch });
+            }
+            LinkWhat::Received(bytes) => {
+                self.bench.happened(now, link, Happening::Received(&bytes));
+                self.record(now, What::Received { link, bytes }).await;
+            }
+            LinkWhat::Closed(reason) => {
+                warn!(link = %self.config.links[link].name, %reason, "link lost");
+                self.bench.happened(now, link, Happening::Closed(&reason));
+                self.record(now, What::Closed { link, reason }).await;
+            }
+            LinkWhat::OpenFailed(reason) => {
+                self.bench.happened(now, link, Happening::OpenFailed(&reason));
+            }
+            LinkWhat::BusError(error) => {
+                warn!(link = %self.config.links[link].name, %error, "trouble on the bus");
+                self.bench.happened(now, link, Happening::OpenFailed(&error));
+            }
+        }
+        self.settle(now).await;
+    }
+
+    /// Lets time pass.
+    async fn advance(&mut self) {
+        let now = self.clock.now();
+        self.bench.advance(now);
+        self.settle(now).await;
+    }
+
+    /// Does what the core wants done, hands its points on, and sees whether the scan is over.
+    async fn settle(&mut self, now: Nanos) {
+        while let Some(action) = self.bench.poll_action() {
+            match action {
+                Action::Send { line, epoch, bytes } => {
+                    self.record(now, What::Sent { link: line, bytes: bytes.clone() }).await;
+                    self.links[line].tell(LinkCommand::Send { epoch, bytes });
+                }
+                Action::Confirm { line } => self.links[line].tell(LinkCommand::Confirm),
+                Action::Reopen { line, epoch } => {
+                    self.links[line].tell(LinkCommand::Reopen { epoch });
+                }
+            }
+        }
+        let points = self.bench.take_points();
+        let Some(session) = self.session.as_mut().filter(|session| session.ending.is_none()) else {
+            return;
+        };
+        if !points.is_empty() {
+            session.worker.points(points).await;
+        }
+        if let Some(ended) = self.bench.ended(now) {
+            self.end(now, ended.word()).await;
+        }
+    }
+
+    async fn record(&mut self, at: Nanos, what: What) {
+        if let Some(session) = self.session.as_ref().filter(|session| session.ending.is_none()) {
+            session.recording.append(Entry { at, what }).await;
+        }
+    }
+
+    async fn control(&mut self, control: Control) {
+        match control {
+            Control::MeshPly(reply) => match &self.session {
+                Some(session) if session.ending.is_none() => session.worker.mesh_ply(reply).await,
+                _ => {
+                    // Whoever asked may have gone; then there is nobody to answer.
+                    let _ = reply.send(self.view.final_mesh());
+                }
+            },
+            Control::Session(Command::Start, reply) => {
+                let started = if self.session.is_some() {
+                    Err(StationError::Running)
+                } else {
+                    self.begin()
+                };
+                let _ = reply.send(started);
+            }
+            Control::Session(Command::Stop, reply) => {
+                let running = self.session.as_ref().is_some_and(|session| session.ending.is_none());
+                let _ = reply.send(if running { Ok(()) } else { Err(StationError::NotRunning) });
+                if running {
+                    let now = self.clock.now();
+                    self.bench.advance(now);
+                    self.end(now, "stopped").await;
+                }
+            }
+        }
+    }
+
+    /// Begins a session: everything starts anew, the clock, the core and the connections, so that the
+    /// recording holds all that a replay needs.
+    fn begin(&mut self) -> Result<(), StationError> {
+        let bench = assemble(&self.config)?;
+        let clock = Clock::start();
+        let header = Header {
+            id: SessionId::random().map_err(StationError::Random)?,
+            station: self.config.name.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            started_wall_ns: clock.started_wall_ns(),
+            config_toml: self.config.text.clone(),
+            links: self
+                .config
+                .links
+                .iter()
+                .map(|link| LinkInfo {
+                    name: link.name.clone(),
+                    kind: link.kind.to_owned(),
+                    address: link.endpoint.to_string(),
+                })
+                .collect(),
+        };
+        let dir = &self.config.recordings;
+        let folder = |source| StationError::Folder { folder: dir.display().to_string(), source };
+        std::fs::create_dir_all(dir).map_err(folder)?;
+        let recorder =
+            Recorder::create(dir, header.clone(), self.config.recording, Box::new(Disk), clock.now())
+                .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
+        info!(folder = %recorder.folder().display(), "session begins");
+        let recording = Recording::start(recorder, clock).map_err(folder)?;
+        let worker = Worker::start(self.config.part.clone(), clock).map_err(folder)?;
+        self.clock = clock;
+        self.bench = bench;
+        self.view.begin(session_figures(&header, ""));
+        self.session = Some(Session { header, recording, worker, ending: None });
+        // What the old connections still deliver must not reach the new core: a new channel.
+        let (sender, events) = mpsc::channel(EVENTS);
+        (self.sender, self.events) = (sender, events);
+        self.bench.command(self.clock.now(), Command::Start);
+        self.open_links();
+        Ok(())
+    }
+
+    fn open_links(&mut self) {
+        self.links = self
+            .config
+            .links
+            .iter()
+            .enumerate()
+            .map(|(index, link)| {
+                let settings = LinkSettings {
+                    index,
+                    endpoint: link.endpoint.clone(),
+                    backoff: link.backoff.clone(),
+                };
+                Link::spawn(settings, self.sender.clone())
+            })
+            .collect();
+    }
+
+    /// The scan is over: the devices are told, and the final figures are asked for.
+    async fn end(&mut self, now: Nanos, ended: &str) {
+        info!(ended, "scan over");
+        self.bench.flush();
+        let points = self.bench.take_points();
+        let Some(session) = &mut self.session else { return };
+        if !points.is_empty() {
+            session.worker.points(points).await;
+        }
+        let measurement = session.worker.finish().await;
+        let outcome = Outcome::of(&self.bench, session_figures(&session.header, ended));
+        session.ending = Some(Ending { at: now, outcome, measurement });
+        self.view.state(State::Finishing);
+        self.bench.command(now, Command::Stop);
+        Box::pin(self.settle(now)).await;
+    }
+
+    /// The final figures are there, or the pipeline died.
+    async fn conclude(&mut self, measurement: Option<Measurement>) {
+        let Some(session) = self.session.take() else { return };
+        let Some(ending) = session.ending else { return };
+        let Some(mut measurement) = measurement else {
+            error!("the pipeline ended without figures");
+            self.view.state(State::Failed);
+            return;
+        };
+        let reason = ending.outcome.session.ended.clone();
+        conclude(&mut measurement, ending.outcome);
+        if let Some(failure) = session.recording.failure() {
+            undecide(
+                &mut measurement.report.verdict,
+                format!("the recording is not complete: {failure}"),
+            );
+        }
+        let now = self.clock.now();
+        let report = &mut measurement.report;
+        report.timing = Timing {
+            total_s: now.as_secs_f64(),
+            after_last_point_s: now.since(ending.at).as_secs_f64(),
+            points_per_s: report.points.received as f64 / ending.at.as_secs_f64().max(1e-9),
+        };
+        // A report is numbers and text; should it be no JSON, the recording still ends without it.
+        let results = ResultsJson::of(&*report).ok();
+        let recording = session.recording.finish(ending.at, &reason, results).await;
+        let finished = Arc::new(Finished { measurement, recording });
+        self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
+        self.view.complete(finished.clone());
+        // Whoever waited for the end of a session may have gone.
+        let _ = self.finished.try_send(finished);
+    }
+}
+
+/// The final figures, once a session is ending; never before.
+async fn ended(session: &mut Option<Session>) -> Option<Measurement> {
+    match session.as_mut().and_then(|session| session.ending.as_mut()) {
+        Some(ending) => (&mut ending.measurement).await.ok(),
+        None => std::future::pending().await,
+    }
+}
+
+const VIEW_PERIOD: Duration = Duration::from_millis(150);
+/// Reads of ports that may wait for the core.
+const EVENTS: usize = 256;

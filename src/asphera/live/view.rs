@@ -1,0 +1,211 @@
+//! What a person sees now: snapshots put together from the core and the newest figures.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use asphera_link::Nanos;
+use tokio::sync::watch;
+
+use super::Finished;
+use crate::config::{Config, LinkConfig};
+use crate::pipeline::RunningFigures;
+use crate::report::SessionFigures;
+use crate::results;
+use crate::snapshot::{Connection, FORMAT, LinkState, Progress, Snapshot, State};
+use crate::station::{Bench, Line};
+
+/// Makes snapshots.
+pub(super) struct View {
+    links: Vec<LinkConfig>,
+    expected_points: Option<u64>,
+    sender: watch::Sender<Arc<Snapshot>>,
+    snapshot: Snapshot,
+    points: Meter,
+    readings: Vec<Meter>,
+    finished: Option<Arc<Finished>>,
+}
+
+impl View {
+    pub(super) fn new(config: &Config) -> View {
+        let snapshot = empty(&config.name);
+        View {
+            links: config.links.clone(),
+            expected_points: config.end.points,
+            sender: watch::Sender::new(Arc::new(snapshot.clone())),
+            snapshot,
+            points: Meter::default(),
+            readings: vec![Meter::default(); config.links.len()],
+            finished: None,
+        }
+    }
+
+    pub(super) fn watch(&self) -> watch::Receiver<Arc<Snapshot>> {
+        self.sender.subscribe()
+    }
+
+    /// A session begins: nothing of the one before is shown any more.
+    pub(super) fn begin(&mut self, session: SessionFigures) {
+        self.finished = None;
+        self.points = Meter::default();
+        self.readings.iter_mut().for_each(|meter| *meter = Meter::default());
+        self.snapshot = Snapshot {
+            sequence: self.snapshot.sequence,
+            state: State::Measuring,
+            session: Some(session),
+            ..empty(&self.snapshot.station)
+        };
+    }
+
+    pub(super) fn state(&mut self, state: State) {
+        self.snapshot.state = state;
+    }
+
+    /// A session ended: its report is shown until the next one begins.
+    pub(super) fn complete(&mut self, finished: Arc<Finished>) {
+        let report = &finished.measurement.report;
+        self.snapshot.state = State::Complete;
+        self.snapshot.session = report.session.clone();
+        self.snapshot.points = report.points.clone();
+        self.snapshot.mesh = report.mesh.clone();
+        self.snapshot.sampling = report.sampling.clone();
+        self.snapshot.form = report.form.clone();
+        self.snapshot.verdict = report.verdict.clone();
+        self.snapshot.progress.pending_points = 0;
+        self.snapshot.progress.eta_s = None;
+        if let Some(form) = &report.form {
+            let convergence = &mut self.snapshot.convergence;
+            convergence.points.push(report.points.used);
+            convergence.pv_nm.push(form.deviation.pv_nm);
+            convergence.rms_nm.push(form.deviation.rms_nm);
+        }
+        self.finished = Some(finished);
+    }
+
+    /// The mesh of the session that ended.
+    pub(super) fn final_mesh(&self) -> Option<Vec<u8>> {
+        results::finished_mesh_ply(&self.finished.as_ref()?.measurement)
+    }
+
+    /// Sends a snapshot: the core's state now and, while a session runs, its newest figures.
+    pub(super) fn show(
+        &mut self,
+        now: Nanos,
+        bench: &Bench,
+        session: Option<(Option<Arc<RunningFigures>>, Option<String>)>,
+    ) {
+        let snapshot = &mut self.snapshot;
+        snapshot.sequence += 1;
+        snapshot.links = bench
+            .lines()
+            .iter()
+            .zip(&self.links)
+            .zip(&mut self.readings)
+            .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
+            .collect();
+        if let Some((figures, failure)) = session {
+            snapshot.elapsed_s = now.as_secs_f64();
+            if let Some(figures) = figures {
+                snapshot.points = figures.points.clone();
+                snapshot.mesh = figures.mesh.clone();
+                snapshot.sampling = figures.sampling.clone();
+                snapshot.form = figures.form.clone();
+                snapshot.map = figures.map.clone();
+                snapshot.convergence = figures.convergence.clone();
+                snapshot.progress.pending_points = figures.pending;
+            }
+            snapshot.points.lost = bench.lost();
+            snapshot.verdict.reasons =
+                failure.map(|failure| format!("recording stopped: {failure}")).into_iter().collect();
+            let done = snapshot.points.received + snapshot.points.lost;
+            snapshot.progress = progress(
+                self.points.rate_hz(now, snapshot.points.received),
+                done,
+                self.expected_points,
+                snapshot.progress.pending_points,
+            );
+        }
+        self.sender.send_replace(Arc::new(self.snapshot.clone()));
+    }
+}
+
+fn empty(station: &str) -> Snapshot {
+    Snapshot {
+        format: FORMAT,
+        sequence: 0,
+        station: station.to_owned(),
+        state: State::Idle,
+        elapsed_s: 0.0,
+        session: None,
+        progress: Progress::default(),
+        points: Default::default(),
+        mesh: Default::default(),
+        sampling: Default::default(),
+        form: None,
+        verdict: Default::default(),
+        map: None,
+        convergence: Default::default(),
+        links: Vec::new(),
+    }
+}
+
+fn progress(rate_hz: f64, done: u64, expected: Option<u64>, pending_points: u64) -> Progress {
+    let left = expected.map(|expected| expected.saturating_sub(done) as f64);
+    Progress {
+        expected_points: expected,
+        fraction: expected.map(|expected| (done as f64 / expected as f64).min(1.0)),
+        rate_hz,
+        eta_s: left.filter(|_| rate_hz > 0.0).map(|left| left / rate_hz),
+        pending_points,
+    }
+}
+
+fn link_state(
+    now: Nanos,
+    line: &Line,
+    config: &LinkConfig,
+    meter: &mut Meter,
+    bench: &Bench,
+) -> LinkState {
+    let figures = line.traffic();
+    let age = line.last_reading().map(|last| now.since(last));
+    let stale = age.is_some_and(|age| age > config.stale_after);
+    LinkState {
+        name: config.name.clone(),
+        kind: config.kind.to_owned(),
+        address: config.endpoint.to_string(),
+        devices: line.device_names().map(str::to_owned).collect(),
+        state: match (line.is_open(), line.is_online()) {
+            (false, _) => Connection::Opening,
+            (true, false) => Connection::Waiting,
+            (true, true) if stale => Connection::Stale,
+            (true, true) => Connection::Connected,
+        },
+        rate_hz: meter.rate_hz(now, line.readings()),
+        readings: line.readings(),
+        received_bytes: figures.received_bytes,
+        errors: line.errors(),
+        lost: bench.lost_on(line),
+        reconnects: figures.opened.saturating_sub(1),
+        age_s: age.map(|age| age.as_secs_f64()),
+        last_error: line.last_error().map(str::to_owned),
+    }
+}
+
+/// A rate over the last second.
+#[derive(Clone, Default)]
+struct Meter {
+    counts: VecDeque<(Nanos, u64)>,
+}
+
+impl Meter {
+    /// Takes the count at `now` and gives its growth a second over the last second.
+    fn rate_hz(&mut self, now: Nanos, count: u64) -> f64 {
+        self.counts.push_back((now, count));
+        while self.counts.len() > 2 && now.since(self.counts[1].0).as_secs_f64() >= 1.0 {
+            self.counts.pop_front();
+        }
+        let (since, from) = self.counts[0];
+        let span = now.since(since).as_secs_f64();
+        if span > 0.0 { count.saturating_sub(from) as f64 / span } else { 0.0 }
+    }
+}

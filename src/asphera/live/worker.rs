@@ -1,0 +1,101 @@
+//! The thread that makes figures of points.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::runtime::Handle;
+use tokio::sync::{mpsc, oneshot, watch};
+use tokio::time::timeout;
+
+use crate::clock::Clock;
+use crate::config::Part;
+use crate::pipeline::{Measurement, Pipeline, RunningFigures};
+use crate::results;
+use crate::station::Point;
+
+/// Hands points to the pipeline's thread.
+pub(super) struct Worker {
+    work: mpsc::Sender<Work>,
+    figures: watch::Receiver<Option<Arc<RunningFigures>>>,
+}
+
+enum Work {
+    Points(Vec<Point>),
+    MeshPly(oneshot::Sender<Option<Vec<u8>>>),
+    Finish(oneshot::Sender<Measurement>),
+}
+
+impl Worker {
+    /// Starts the thread for one part. It ends when it has finished, or the worker is dropped.
+    pub(super) fn start(part: Part, clock: Clock) -> std::io::Result<Worker> {
+        let (work, receiver) = mpsc::channel(QUEUE);
+        let (sender, figures) = watch::channel(None);
+        let runtime = Handle::current();
+        std::thread::Builder::new()
+            .name("pipeline".to_owned())
+            .spawn(move || run(Pipeline::new(part), clock, &runtime, receiver, &sender))?;
+        Ok(Worker { work, figures })
+    }
+
+    /// The newest running figures.
+    pub(super) fn figures(&self) -> Option<Arc<RunningFigures>> {
+        self.figures.borrow().clone()
+    }
+
+    /// Hands over points; waits while the pipeline is behind, which holds the links back.
+    pub(super) async fn points(&self, points: Vec<Point>) {
+        // The thread ends only after it was told to finish.
+        let _ = self.work.send(Work::Points(points)).await;
+    }
+
+    /// Asks for the mesh as a PLY file.
+    pub(super) async fn mesh_ply(&self, reply: oneshot::Sender<Option<Vec<u8>>>) {
+        let _ = self.work.send(Work::MeshPly(reply)).await;
+    }
+
+    /// Asks for the final figures.
+    pub(super) async fn finish(&self) -> oneshot::Receiver<Measurement> {
+        let (reply, measurement) = oneshot::channel();
+        let _ = self.work.send(Work::Finish(reply)).await;
+        measurement
+    }
+}
+
+fn run(
+    mut pipeline: Pipeline,
+    clock: Clock,
+    runtime: &Handle,
+    mut work: mpsc::Receiver<Work>,
+    figures: &watch::Sender<Option<Arc<RunningFigures>>>,
+) {
+    let mut shown_at = clock.now();
+    let mut shown = 0;
+    loop {
+        let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
+        match next {
+            Ok(Some(Work::Points(points))) => points.iter().for_each(|point| pipeline.take(point)),
+            Ok(Some(Work::MeshPly(reply))) => {
+                // A client that hung up no longer wants it.
+                let _ = reply.send(results::mesh_ply(&pipeline));
+            }
+            Ok(Some(Work::Finish(reply))) => {
+                figures.send_replace(Some(Arc::new(pipeline.figures())));
+                let _ = reply.send(pipeline.finish());
+                return;
+            }
+            Ok(None) => return,
+            Err(_) => {}
+        }
+        let now = clock.now();
+        if pipeline.received() != shown && now.since(shown_at) >= PERIOD {
+            shown = pipeline.received();
+            shown_at = now;
+            figures.send_replace(Some(Arc::new(pipeline.figures())));
+        }
+    }
+}
+
+/// How often running figures are made: more than five times a second.
+const PERIOD: Duration = Duration::from_millis(120);
+/// Batches of points that may wait.
+const QUEUE: usize = 1024;

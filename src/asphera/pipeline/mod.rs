@@ -1,0 +1,181 @@
+//! From points to figures: mesh, sampling, form, verdict.
+//!
+//! Points go in one by one; running figures can be had at any time at a cost that does not depend on how
+//! many there are; the final figures are made once, from all points, and depend on nothing but the points
+//! and their order. No clock is read here.
+
+mod figures;
+mod measurement;
+mod running;
+
+use std::collections::BTreeMap;
+
+use asphera_link::Flags;
+use asphera_surface::{Mesh, PointMm};
+
+pub(crate) use measurement::undecide;
+pub use measurement::{DeviationMap, Measurement};
+
+use crate::config::Part;
+use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
+use crate::snapshot::{Convergence, Map};
+use crate::station::Point;
+use running::{History, Running};
+
+/// Takes the points of one part.
+pub struct Pipeline {
+    part: Part,
+    mesh: Mesh,
+    running: Running,
+    history: History,
+    received: u64,
+    flagged: BTreeMap<&'static str, u64>,
+    /// The sampling, as of the last time it was looked at.
+    sampling: SamplingFigures,
+    /// Area of the mesh, as of then.
+    area_mm2: f64,
+    /// Points at which it is looked at again.
+    next_sampling: u64,
+}
+
+/// The running figures of a part.
+pub struct RunningFigures {
+    /// What became of the points; `used` are those of the running fit.
+    pub points: Points,
+    /// The mesh; points wait up to a batch before they are in it.
+    pub mesh: MeshFigures,
+    /// The sampling, as of [`SamplingFigures::as_of_points`].
+    pub sampling: SamplingFigures,
+    /// The form, once a fit could be made.
+    pub form: Option<FormFigures>,
+    /// The deviation over the aperture.
+    pub map: Option<Map>,
+    /// PV and RMS so far.
+    pub convergence: Convergence,
+    /// Points received but not yet in the mesh.
+    pub pending: u64,
+}
+
+impl Pipeline {
+    /// For one part.
+    pub fn new(part: Part) -> Pipeline {
+        Pipeline {
+            running: Running::new(&part),
+            history: History::default(),
+            mesh: Mesh::new(),
+            part,
+            received: 0,
+            flagged: BTreeMap::new(),
+            sampling: SamplingFigures::default(),
+            area_mm2: 0.0,
+            next_sampling: FIRST_SAMPLING,
+        }
+    }
+
+    /// Takes a point of a station. A flagged one is counted, by reason.
+    pub fn take(&mut self, point: &Point) {
+        self.received += 1;
+        for name in point.flags.names() {
+            *self.flagged.entry(name).or_default() += 1;
+        }
+        if point.is_good() {
+            self.accept(point.position_mm);
+        }
+    }
+
+    /// Takes a point of a file.
+    pub fn take_position(&mut self, position_mm: PointMm) {
+        self.received += 1;
+        if position_mm.iter().all(|coordinate| coordinate.is_finite()) {
+            self.accept(position_mm);
+        } else {
+            *self.flagged.entry(name(Flags::NOT_FINITE)).or_default() += 1;
+        }
+    }
+
+    /// Counts `gaps` places of a file without a value.
+    pub fn take_gaps(&mut self, gaps: u64) {
+        if gaps > 0 {
+            self.received += gaps;
+            *self.flagged.entry("missing").or_default() += gaps;
+        }
+    }
+
+    /// Points received so far, good or not.
+    pub fn received(&self) -> u64 {
+        self.received
+    }
+
+    /// The figures now. The cost depends on the cells of the map, not on the points; the sampling, which
+    /// does cost more with more points, is looked at only when they have grown by a quarter.
+    pub fn figures(&mut self) -> RunningFigures {
+        let counts = self.mesh.counts();
+        if counts.vertices >= self.next_sampling {
+            self.next_sampling = counts.vertices + counts.vertices / 4;
+            let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
+            self.sampling = figures::sampling(
+                &self.mesh,
+                &figures::survey(&self.mesh, &self.part, &pose),
+            );
+            self.area_mm2 = self.mesh.area().lifted_mm2;
+        }
+        let estimate = self.running.estimate();
+        if let Some(estimate) = &estimate {
+            self.history.note(estimate);
+        }
+        let mut points = self.points();
+        points.used = estimate.as_ref().map_or(0, |estimate| estimate.count as u64);
+        RunningFigures {
+            points,
+            // Summing the area anew would cost every triangle.
+            mesh: figures::mesh(&self.mesh, self.area_mm2),
+            sampling: self.sampling.clone(),
+            form: estimate.as_ref().map(|estimate| figures::running_form(&self.part, estimate)),
+            map: estimate.as_ref().map(figures::map),
+            convergence: self.history.convergence(),
+            pending: counts.pending,
+        }
+    }
+
+    /// The final figures, from all points.
+    pub fn finish(mut self) -> Measurement {
+        self.mesh.flush();
+        let points = self.points();
+        measurement::measure(&self.mesh, &self.part, points)
+    }
+
+    /// The mesh so far, as vertices and triangles; points still waiting for their batch are not in it.
+    pub fn mesh(&self) -> (&[PointMm], Vec<[u32; 3]>) {
+        (self.mesh.points(), self.mesh.triangles().collect())
+    }
+
+    fn accept(&mut self, position_mm: PointMm) {
+        self.mesh.push(position_mm);
+        self.running.push(position_mm);
+    }
+
+    fn points(&self) -> Points {
+        let counts = self.mesh.counts();
+        let mut flagged: BTreeMap<String, u64> =
+            self.flagged.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
+        let mut add = |flag, count| {
+            if count > 0 {
+                *flagged.entry(name(flag).to_owned()).or_default() += count;
+            }
+        };
+        add(Flags::CONFLICT, counts.conflicts);
+        add(Flags::OUT_OF_RANGE, counts.rejected);
+        Points { received: self.received, used: 0, flagged, duplicates: counts.duplicates, lost: 0 }
+    }
+}
+
+/// The name of a single flag.
+fn name(flag: Flags) -> &'static str {
+    flag.names().next().unwrap_or("unnamed")
+}
+
+/// Below this many vertices the sampling says little.
+const FIRST_SAMPLING: u64 = 2000;
+
+#[cfg(test)]
+mod tests;

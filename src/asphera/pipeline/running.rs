@@ -1,0 +1,144 @@
+//! Running figures while points arrive.
+
+use asphera_form::{Aperture, FitSettings, Grid, Live, LiveEstimate, LiveSettings};
+use asphera_surface::PointMm;
+
+use crate::config::Part;
+use crate::snapshot::Convergence;
+
+/// The running estimator over a map that grows with the points.
+///
+/// With an aperture the map has its size from the start. Without one nobody knows how large the part is:
+/// whenever a point falls beyond the map, the map doubles and is made anew from all points, which is
+/// seldom enough to cost each point a constant.
+pub(super) struct Running {
+    part: Part,
+    live: Option<Live>,
+    bounds: Bounds,
+    points: Vec<PointMm>,
+}
+
+#[derive(Clone, Copy)]
+struct Bounds {
+    x_mm: [f64; 2],
+    y_mm: [f64; 2],
+    fixed: bool,
+}
+
+impl Running {
+    pub(super) fn new(part: &Part) -> Running {
+        let bounds = Bounds::of(&part.aperture);
+        let live = bounds.and_then(|bounds| estimator(part, &bounds));
+        Running {
+            part: part.clone(),
+            live,
+            bounds: bounds.unwrap_or(Bounds::NONE),
+            points: Vec::new(),
+        }
+    }
+
+    pub(super) fn push(&mut self, point: PointMm) {
+        if !self.bounds.fixed {
+            self.points.push(point);
+            if !self.bounds.contains(point) && self.points.len() >= FIRST_POINTS {
+                self.bounds = Bounds::around(&self.points);
+                self.live = estimator(&self.part, &self.bounds);
+                if let Some(live) = &mut self.live {
+                    self.points.iter().for_each(|point| live.push(*point));
+                }
+                return;
+            }
+        }
+        if let Some(live) = &mut self.live {
+            live.push(point);
+        }
+    }
+
+    pub(super) fn estimate(&self) -> Option<LiveEstimate> {
+        self.live.as_ref()?.estimate()
+    }
+}
+
+fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
+    let [x_min_mm, x_max_mm] = bounds.x_mm;
+    let [y_min_mm, y_max_mm] = bounds.y_mm;
+    let grid = Grid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, nx: CELLS, ny: CELLS };
+    Live::new(part.nominal, LiveSettings { fit: fit_settings(part), grid }).ok()
+}
+
+/// What is fitted.
+pub(super) fn fit_settings(part: &Part) -> FitSettings {
+    FitSettings { free: part.free.clone(), aperture: part.aperture, ..FitSettings::default() }
+}
+
+impl Bounds {
+    const NONE: Bounds = Bounds { x_mm: [0.0, 0.0], y_mm: [0.0, 0.0], fixed: false };
+
+    fn of(aperture: &Aperture) -> Option<Bounds> {
+        let (x, y) = match *aperture {
+            Aperture::None => return None,
+            Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
+                (radius_mm, radius_mm)
+            }
+            Aperture::Rectangle { width_mm, height_mm } => (width_mm / 2.0, height_mm / 2.0),
+        };
+        Some(Bounds { x_mm: [-x, x], y_mm: [-y, y], fixed: true })
+    }
+
+    /// Twice the extent of the points, square, so that it does not have to grow again soon.
+    fn around(points: &[PointMm]) -> Bounds {
+        let extent = |axis: usize| {
+            points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
+                [low.min(point[axis]), high.max(point[axis])]
+            })
+        };
+        let (x, y) = (extent(0), extent(1));
+        let half = (x[1] - x[0]).max(y[1] - y[0]).max(f64::MIN_POSITIVE);
+        let around = |[low, high]: [f64; 2]| {
+            let middle = (low + high) / 2.0;
+            [middle - half, middle + half]
+        };
+        Bounds { x_mm: around(x), y_mm: around(y), fixed: false }
+    }
+
+    fn contains(&self, [x, y, _]: PointMm) -> bool {
+        (self.x_mm[0]..=self.x_mm[1]).contains(&x) && (self.y_mm[0]..=self.y_mm[1]).contains(&y)
+    }
+}
+
+/// PV and RMS against points, thinned to a bounded number of rows.
+#[derive(Default)]
+pub(super) struct History {
+    rows: Convergence,
+}
+
+impl History {
+    pub(super) fn note(&mut self, estimate: &LiveEstimate) {
+        let count = estimate.count as u64;
+        if self.rows.points.last().is_some_and(|last| *last >= count) {
+            return;
+        }
+        self.rows.points.push(count);
+        self.rows.pv_nm.push(estimate.figures.pv_nm);
+        self.rows.rms_nm.push(estimate.figures.rms_nm);
+        if self.rows.points.len() > MAX_ROWS {
+            // Every other row goes: the shape of the curve stays.
+            thin(&mut self.rows.points);
+            thin(&mut self.rows.pv_nm);
+            thin(&mut self.rows.rms_nm);
+        }
+    }
+
+    pub(super) fn convergence(&self) -> Convergence {
+        self.rows.clone()
+    }
+}
+
+/// Keeps the first, the third, and so on.
+fn thin<T: Copy>(column: &mut Vec<T>) {
+    *column = column.iter().copied().step_by(2).collect();
+}
+
+const CELLS: usize = 96;
+const FIRST_POINTS: usize = 64;
+const MAX_ROWS: usize = 600;

@@ -1,0 +1,97 @@
+//! The pipeline on points whose figures are known.
+
+use super::*;
+use crate::report::Status;
+
+const PLANE: &str = "[surface]\nkind = \"plane\"\n[tolerance]\nrms_nm = 100\n";
+
+/// A tilted plane with a step of ±50 nm on a grid of 1 mm.
+fn waffle(count: usize) -> impl Iterator<Item = PointMm> {
+    (0..count * count).map(move |index| {
+        let (i, j) = (index % count, index / count);
+        let (x, y) = (i as f64, j as f64);
+        [x, y, 1e-4 * x - 2e-4 * y + if (i + j) % 2 == 0 { 5e-5 } else { -5e-5 }]
+    })
+}
+
+fn measured(part: &str, points: impl Iterator<Item = PointMm>) -> Measurement {
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", part).unwrap());
+    points.for_each(|point| pipeline.take_position(point));
+    pipeline.finish()
+}
+
+#[test]
+fn a_waffled_plane_gives_its_step() {
+    let measurement = measured(PLANE, waffle(60));
+    let report = measurement.report;
+    let deviation = &report.form.unwrap().deviation;
+    assert!((deviation.rms_nm - 50.0).abs() < 1e-3, "{deviation:?}");
+    assert!((deviation.pv_nm - 100.0).abs() < 0.1, "{deviation:?}");
+    assert_eq!((report.points.received, report.points.used), (3600, 3600));
+    assert_eq!(report.mesh.triangles, 2 * 59 * 59);
+    assert_eq!(report.sampling.coverage, Some(1.0));
+    assert_eq!(report.verdict.status, Status::Pass);
+    let map = measurement.map.unwrap();
+    assert!(map.values_nm.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn gaps_conflicts_and_duplicates_are_counted_and_a_conflict_is_no_pass() {
+    let odd = [[0.0, 0.0, 5e-5], [1.0, 1.0, 3.0], [f64::NAN, 0.0, 0.0]];
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", PLANE).unwrap());
+    waffle(20).chain(odd).for_each(|point| pipeline.take_position(point));
+    pipeline.take_gaps(7);
+    let report = pipeline.finish().report;
+    assert_eq!(report.points.received, 410);
+    assert_eq!(report.points.duplicates, 1);
+    let flagged: Vec<_> = report.points.flagged.into_iter().collect();
+    assert_eq!(
+        flagged,
+        [("conflict".into(), 1), ("missing".into(), 7), ("not_finite".into(), 1)]
+    );
+    assert!(!report.mesh.projectable);
+    assert_eq!(report.verdict.status, Status::Undecided);
+}
+
+#[test]
+fn a_hole_is_not_covered_and_no_pass() {
+    let part = format!("{PLANE}[sampling]\ngap_limit_mm = 1.0\n");
+    let hole = waffle(40).filter(|[x, y, _]| (x - 20.0).hypot(y - 20.0) > 9.0);
+    let measurement = measured(&part, hole);
+    let sampling = &measurement.report.sampling;
+    assert!((sampling.coverage.unwrap() - 0.8).abs() < 0.05, "{sampling:?}");
+    assert_eq!(measurement.report.verdict.status, Status::Undecided);
+    let gaps = measurement.map.unwrap().values_nm.iter().filter(|value| value.is_nan()).count();
+    assert!(gaps > 150, "{gaps}");
+}
+
+#[test]
+fn too_few_points_are_undecided_not_a_panic() {
+    for count in 0..3 {
+        let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let report = measured(PLANE, points.into_iter().take(count)).report;
+        assert_eq!(report.form, None);
+        assert_eq!(report.verdict.status, Status::Undecided);
+        assert!(report.verdict.reasons.iter().any(|reason| reason.contains("no fit")));
+    }
+}
+
+#[test]
+fn running_figures_approach_the_final_ones_and_do_not_disturb_them() {
+    let part = Part::parse("part.toml", PLANE).unwrap();
+    let (mut looked_at, mut left_alone) = (Pipeline::new(part.clone()), Pipeline::new(part));
+    for (index, point) in waffle(80).enumerate() {
+        looked_at.take_position(point);
+        left_alone.take_position(point);
+        if index % 97 == 0 {
+            looked_at.figures();
+        }
+    }
+    let running = looked_at.figures();
+    let form = running.form.unwrap();
+    assert!(form.provisional);
+    assert!((form.deviation.rms_nm - 50.0).abs() < 0.1, "{form:?}");
+    assert!(running.convergence.points.len() > 20);
+    assert!(running.map.unwrap().values_nm.iter().any(Option::is_some));
+    assert_eq!(looked_at.finish().report, left_alone.finish().report);
+}

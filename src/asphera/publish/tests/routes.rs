@@ -1,0 +1,137 @@
+//! What each address answers.
+
+use std::error::Error as _;
+use std::sync::Arc;
+
+use super::client::{Running, Station, TOKEN, report, within};
+use crate::publish::{BindError, Server, Token};
+
+#[tokio::test]
+async fn reads_answer_as_json() {
+    let mut station = Station::new();
+    station.report = Some(Arc::new(report()));
+    let server = Running::start(&station).await;
+    let snapshot = server.get("/api/v1/snapshot").await;
+    assert_eq!(snapshot.status, 200);
+    assert_eq!(snapshot.json()["format"], "asphera.snapshot/1");
+    assert_eq!(snapshot.json()["state"], "measuring");
+    let links = server.get("/api/v1/links").await.json();
+    assert_eq!(links["sequence"], 1);
+    assert_eq!(links["links"][0]["state"], "connected");
+    assert!(links["links"][0]["age_s"].is_null());
+    assert_eq!(server.get("/api/v1/report").await.json()["format"], "asphera.report/1");
+    let health = server.get("/api/v1/health").await.json();
+    assert_eq!(health["status"], "ok");
+    assert_eq!(health["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(health["sequence"], 1);
+    let mut next = super::client::snapshot(2, 0);
+    next.elapsed_s = f64::NAN;
+    station.publish(next);
+    let next = server.get("/api/v1/snapshot").await.json();
+    assert_eq!(next["sequence"], 2);
+    assert!(next["elapsed_s"].is_null(), "a number that is none is null");
+    server.end().await;
+}
+
+#[tokio::test]
+async fn mesh_and_report_say_why_there_is_none() {
+    let server = Running::start(&Station::new()).await;
+    assert!(server.get("/api/v1/mesh.ply").await.problem(404).contains("no mesh yet"));
+    assert!(server.get("/api/v1/report").await.problem(404).contains("no report yet"));
+    server.end().await;
+}
+
+#[tokio::test]
+async fn mesh_is_a_file_byte_for_byte() {
+    let mut station = Station::new();
+    let ply: Vec<u8> = (0..300_000_u32).map(|i| (i % 251) as u8).collect();
+    station.mesh = Some(ply.clone());
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/mesh.ply").await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.header("content-disposition"), Some("attachment; filename=\"mesh.ply\""));
+    assert_eq!(answer.body, ply);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn unknown_addresses_and_methods_are_told() {
+    let server = Running::start(&Station::new()).await;
+    for path in ["/api", "/api/v2/snapshot", "/api/v1/nothing", "/nothing", "/assets/../main.js"] {
+        let problem = server.get(path).await.problem(404);
+        assert!(problem.contains("no such"), "{path}: {problem}");
+    }
+    for (method, path, allowed) in [
+        ("POST", "/api/v1/snapshot", "GET, HEAD"),
+        ("DELETE", "/api/v1/report", "GET, HEAD"),
+        ("POST", "/", "GET, HEAD"),
+        ("PUT", "/api/v1/session/start", "POST"),
+        ("GET", "/api/v1/session/stop", "POST"),
+    ] {
+        let headers = [("Host", &*server.host()), ("Authorization", &format!("Bearer {TOKEN}"))];
+        let answer = server.ask(method, path, &headers).await;
+        let problem = answer.problem(405);
+        assert!(problem.contains(method), "{method} {path}: {problem}");
+        assert_eq!(answer.header("allow"), Some(allowed), "{method} {path}");
+    }
+    let head = server.ask("HEAD", "/api/v1/snapshot", &[("Host", &server.host())]).await;
+    assert_eq!((head.status, head.body.len()), (200, 0));
+    server.end().await;
+}
+
+#[tokio::test]
+async fn a_stream_without_upgrade_is_explained() {
+    let server = Running::start(&Station::new()).await;
+    let answer = server.get("/api/v1/stream").await;
+    assert!((400..500).contains(&answer.status));
+    assert!(answer.problem(answer.status).contains("WebSocket"));
+    server.end().await;
+}
+
+#[tokio::test]
+async fn every_answer_carries_the_security_headers() {
+    let server = Running::start(&Station::new()).await;
+    for (path, cache) in [
+        ("/", "no-cache"),
+        ("/assets/main.js", "no-cache"),
+        ("/nothing", "no-cache"),
+        ("/api/v1/snapshot", "no-store"),
+        ("/api/v1/nothing", "no-store"),
+        ("/api/v1/report", "no-store"),
+    ] {
+        let answer = server.get(path).await;
+        let policy = answer.header("content-security-policy").unwrap();
+        assert!(policy.starts_with("default-src 'self';"), "{path}");
+        assert!(!policy.contains("unsafe"), "{path}");
+        assert_eq!(answer.header("x-content-type-options"), Some("nosniff"), "{path}");
+        assert_eq!(answer.header("referrer-policy"), Some("no-referrer"), "{path}");
+        assert_eq!(answer.header("cache-control"), Some(cache), "{path}");
+        assert_eq!(answer.header("access-control-allow-origin"), None, "{path}");
+    }
+    server.end().await;
+}
+
+#[tokio::test]
+async fn a_taken_port_is_named_with_its_cause() {
+    let server = Running::start(&Station::new()).await;
+    let token = Token::parse(TOKEN).unwrap();
+    let second = Server::bind(server.addr, token, Station::new()).await;
+    let Err(error) = second else { panic!("two servers on one port") };
+    assert_eq!(error.to_string(), format!("cannot listen on {}", server.addr));
+    let BindError::Listen { addr, ref source } = error;
+    assert_eq!(addr, server.addr);
+    assert_eq!(source.kind(), std::io::ErrorKind::AddrInUse);
+    assert_eq!(error.source().unwrap().to_string(), source.to_string());
+    server.end().await;
+}
+
+#[tokio::test]
+async fn urls_lead_to_the_page() {
+    let token = Token::parse(TOKEN).unwrap();
+    let any = "0.0.0.0:0".parse().unwrap();
+    let server = within(Server::bind(any, token, Station::new())).await.unwrap();
+    let port = server.local_addr().port();
+    assert_ne!(port, 0);
+    assert_eq!(server.url(), format!("http://127.0.0.1:{port}/"));
+    assert_eq!(server.url_with_token(), format!("http://127.0.0.1:{port}/#token={TOKEN}"));
+}

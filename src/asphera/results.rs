@@ -1,0 +1,147 @@
+//! The files a measurement leaves: report, mesh, deviations.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use asphera_formats::{HeightMap, WriteError, ply, x3p};
+use thiserror::Error;
+
+use crate::pipeline::{Measurement, Pipeline};
+
+/// Why a result could not be written.
+#[derive(Debug, Error)]
+pub enum ResultsError {
+    /// The file system refused.
+    #[error("cannot write {}", path.display())]
+    File {
+        /// Which file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The content cannot be put into that format.
+    #[error("cannot write {}", path.display())]
+    Format {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: WriteError,
+    },
+    /// The report is no JSON.
+    #[error("cannot write {}", path.display())]
+    Json {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: serde_json::Error,
+    },
+}
+
+/// Writes `report.json`, `mesh.ply`, `deviation.ply` and `deviation.x3p` into `folder`, which is made if it
+/// is not there. `deviation.x3p` needs a fit; without one it is left out, and so is a stale one.
+///
+/// Each file is written beside its place and then moved there, so that no half file is ever seen.
+///
+/// # Errors
+///
+/// On the first file that cannot be written.
+pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsError> {
+    fs::create_dir_all(folder)
+        .map_err(|source| ResultsError::File { path: folder.to_owned(), source })?;
+    let points = &measurement.points_mm;
+    let triangles = &measurement.triangles;
+    file(folder, "report.json", |w, path| {
+        serde_json::to_writer_pretty(&mut *w, &measurement.report)
+            .map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
+        w.write_all(b"\n").map_err(|source| ResultsError::File { path: path.to_owned(), source })
+    })?;
+    file(folder, "mesh.ply", |w, path| {
+        ply::write_mesh(w, points, triangles, None, &[UNITS]).map_err(format(path))
+    })?;
+    file(folder, "deviation.ply", |w, path| {
+        let scalar = Some(("deviation_nm", measurement.deviations_nm.as_slice()));
+        ply::write_mesh(w, points, triangles, scalar, &[UNITS, "deviation in nm, nan where there is none"])
+            .map_err(format(path))
+    })?;
+    match &measurement.map {
+        Some(map) => file(folder, "deviation.x3p", |w, path| {
+            let heights = HeightMap {
+                nx: map.grid.nx,
+                ny: map.grid.ny,
+                dx_mm: map.grid.dx_mm,
+                dy_mm: map.grid.dy_mm,
+                x0_mm: map.grid.x0_mm,
+                y0_mm: map.grid.y0_mm,
+                z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
+            };
+            let session = measurement.report.session.as_ref();
+            let started = session.map_or(NO_DATE, |session| session.started.as_str());
+            let metadata = x3p::Metadata {
+                date: started,
+                calibration_date: NO_DATE,
+                creator: None,
+                manufacturer: "asphera",
+                model: session.map_or("file", |session| session.station.as_str()),
+                serial: session.map_or("none", |session| session.id.as_str()),
+                version: env!("CARGO_PKG_VERSION"),
+                probing: x3p::Probing::Software,
+                probe: "form deviation along the normal of the nominal, after alignment",
+                comment: None,
+            };
+            x3p::write_map(w, &heights, &metadata).map_err(format(path))
+        }),
+        None => match fs::remove_file(folder.join("deviation.x3p")) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                Err(ResultsError::File { path: folder.join("deviation.x3p"), source })
+            }
+            _ => Ok(()),
+        },
+    }
+}
+
+/// The mesh so far as a PLY file; `None` without a vertex.
+pub fn mesh_ply(pipeline: &Pipeline) -> Option<Vec<u8>> {
+    let (points, triangles) = pipeline.mesh();
+    ply_bytes(points, &triangles)
+}
+
+/// The mesh of a finished session as a PLY file; `None` without a vertex.
+pub fn finished_mesh_ply(measurement: &Measurement) -> Option<Vec<u8>> {
+    ply_bytes(&measurement.points_mm, &measurement.triangles)
+}
+
+fn ply_bytes(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<Vec<u8>> {
+    if points.is_empty() {
+        return None;
+    }
+    let mut bytes = Vec::new();
+    // A mesh's own points and triangles are always finite and in range.
+    ply::write_mesh(&mut bytes, points, triangles, None, &[UNITS]).ok()?;
+    Some(bytes)
+}
+
+/// Where no date is known; the standard wants one.
+const NO_DATE: &str = "1970-01-01T00:00:00Z";
+const UNITS: &str = "coordinates in mm, measured frame";
+
+fn format(path: &Path) -> impl FnOnce(WriteError) -> ResultsError + use<> {
+    let path = path.to_owned();
+    |source| ResultsError::Format { path, source }
+}
+
+/// Writes one file so that it appears whole or not at all.
+fn file(
+    folder: &Path,
+    name: &str,
+    content: impl FnOnce(&mut BufWriter<File>, &Path) -> Result<(), ResultsError>,
+) -> Result<(), ResultsError> {
+    let path = folder.join(name);
+    let beside = folder.join(format!("{name}.part"));
+    let failed = |source| ResultsError::File { path: path.clone(), source };
+    let mut writer = BufWriter::new(File::create(&beside).map_err(failed)?);
+    content(&mut writer, &path)?;
+    let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+    file.sync_data().map_err(failed)?;
+    fs::rename(&beside, &path).map_err(failed)
+}

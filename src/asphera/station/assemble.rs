@@ -1,0 +1,46 @@
+//! From a configuration to the core of a station.
+
+use thiserror::Error;
+
+use super::bench::{Bench, BenchSettings};
+use super::line::Line;
+use crate::config::Config;
+
+/// A driver refused its settings.
+#[derive(Debug, Error)]
+#[error("device {device} cannot be set up: {reason}")]
+pub struct AssembleError {
+    /// The device.
+    pub device: String,
+    /// What its driver says.
+    pub reason: String,
+}
+
+/// Puts the core of a station together. A replay does the same from the configuration in the recording.
+///
+/// # Errors
+///
+/// When a driver refuses settings that passed the check of the configuration.
+pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
+    let mut places = vec![(0, 0); config.devices.len()];
+    let mut lines = Vec::new();
+    for (line, link) in config.links.iter().enumerate() {
+        let mut devices = Vec::new();
+        for (index, device) in config.devices.iter().enumerate().filter(|(_, device)| device.link == line) {
+            places[index] = (line, devices.len());
+            let driver = device.driver.build().map_err(|reason| AssembleError {
+                device: device.name.clone(),
+                reason,
+            })?;
+            devices.push((device.name.clone(), driver));
+        }
+        lines.push(Line::new(link.name.clone(), link.framing, devices));
+    }
+    Ok(Bench::new(BenchSettings {
+        lines,
+        streams: config.sync.devices.iter().map(|device| places[*device]).collect(),
+        sync: config.sync.settings.clone(),
+        kinematics: config.kinematics.clone(),
+        end: config.end,
+    }))
+}

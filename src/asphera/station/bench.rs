@@ -1,0 +1,317 @@
+//! The core of a station: what links received goes in, points come out.
+//!
+//! Everything here follows from the inputs and their times alone. Live, the inputs come from ports and a
+//! clock; in a replay they come from a recording. The code and the results are the same.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use asphera_link::{Command, Nanos};
+
+use super::kinematics::{Kinematics, Point};
+use super::line::{Effect, Line};
+use super::synchronizer::{Record, SyncSettings, Synchronizer};
+use crate::report::LinkFigures;
+
+/// How a station is put together.
+pub struct BenchSettings {
+    /// Links with their devices.
+    pub lines: Vec<Line>,
+    /// Devices read at the same trigger, the primary first: (line, device on that line).
+    pub streams: Vec<(usize, usize)>,
+    /// How their readings are joined.
+    pub sync: SyncSettings,
+    /// How a joined record becomes a point.
+    pub kinematics: Kinematics,
+    /// When the scan is over.
+    pub end: EndSettings,
+}
+
+/// When a scan is over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EndSettings {
+    /// After this many triggers.
+    pub points: Option<u64>,
+    /// After this long without a reading of the primary device, once there was one.
+    pub idle: Option<Duration>,
+}
+
+/// What happens to a station.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Happening<'a> {
+    /// A link opened.
+    Opened {
+        /// The connection's epoch.
+        epoch: u64,
+    },
+    /// A link received bytes.
+    Received(&'a [u8]),
+    /// A link was lost.
+    Closed(&'a str),
+    /// A link could not be opened.
+    OpenFailed(&'a str),
+}
+
+/// What a station wants done with a link.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Send bytes on a connection.
+    Send {
+        /// Which link.
+        line: usize,
+        /// Which connection of it.
+        epoch: u64,
+        /// What.
+        bytes: Vec<u8>,
+    },
+    /// A valid frame arrived.
+    Confirm {
+        /// Which link.
+        line: usize,
+    },
+    /// Close a connection and open a new one.
+    Reopen {
+        /// Which link.
+        line: usize,
+        /// Which connection of it.
+        epoch: u64,
+    },
+}
+
+/// Why a scan ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// All triggers were read.
+    Complete,
+    /// No reading came for too long.
+    Idle,
+}
+
+impl Ended {
+    /// As recordings and reports write it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Ended::Complete => "complete",
+            Ended::Idle => "idle",
+        }
+    }
+}
+
+/// The core of a station.
+pub struct Bench {
+    lines: Vec<Line>,
+    streams: Vec<(usize, usize)>,
+    synchronizer: Synchronizer,
+    kinematics: Kinematics,
+    end: EndSettings,
+    now: Nanos,
+    last_primary: Option<Nanos>,
+    records: u64,
+    joined: Vec<Record>,
+    effects: Vec<Effect>,
+    actions: VecDeque<Action>,
+    points: Vec<Point>,
+}
+
+impl Bench {
+    /// Puts a station together. Nothing happens until its links open.
+    pub fn new(settings: BenchSettings) -> Bench {
+        Bench {
+            synchronizer: Synchronizer::new(settings.streams.len(), settings.sync),
+            lines: settings.lines,
+            streams: settings.streams,
+            kinematics: settings.kinematics,
+            end: settings.end,
+            now: Nanos::ZERO,
+            last_primary: None,
+            records: 0,
+            joined: Vec::new(),
+            effects: Vec::new(),
+            actions: VecDeque::new(),
+            points: Vec::new(),
+        }
+    }
+
+    /// Something happened on `line` at `now`. What was due before is done first, at the time it was due.
+    pub fn happened(&mut self, now: Nanos, line: usize, what: Happening<'_>) {
+        self.advance(now);
+        let target = &mut self.lines[line];
+        match what {
+            Happening::Opened { epoch } => target.opened(now, epoch, &mut self.effects),
+            Happening::Received(bytes) => target.received(now, bytes, &mut self.effects),
+            Happening::Closed(reason) => {
+                target.closed(now, reason.to_owned(), &mut self.effects);
+            }
+            Happening::OpenFailed(reason) => target.open_failed(reason.to_owned()),
+        }
+        self.settle(line);
+    }
+
+    /// Tells every device to start or stop measuring.
+    pub fn command(&mut self, now: Nanos, command: Command) {
+        self.advance(now);
+        for line in 0..self.lines.len() {
+            self.lines[line].command(now, command, &mut self.effects);
+            self.settle(line);
+        }
+    }
+
+    /// Lets time pass: does everything that is due by `now`, each at the time it was due.
+    pub fn advance(&mut self, now: Nanos) {
+        while let Some(due) = self.poll_timeout().filter(|due| *due <= now) {
+            // A driver may ask for a time that has passed; time still never goes back.
+            let due = due.max(self.now);
+            self.now = due;
+            if self.synchronizer.poll_timeout().is_some_and(|wanted| wanted <= due) {
+                self.synchronizer.timeout(due, &mut self.joined);
+                self.emit();
+            }
+            for line in 0..self.lines.len() {
+                if self.lines[line].poll_timeout().is_some_and(|wanted| wanted <= due) {
+                    self.lines[line].timeout(due, &mut self.effects);
+                    self.settle(line);
+                }
+            }
+        }
+        self.now = self.now.max(now);
+    }
+
+    /// When [`Bench::advance`] is to be called at the latest.
+    pub fn poll_timeout(&self) -> Option<Nanos> {
+        let lines = self.lines.iter().filter_map(Line::poll_timeout);
+        lines.chain(self.synchronizer.poll_timeout()).min()
+    }
+
+    /// The next thing to be done with a link.
+    pub fn poll_action(&mut self) -> Option<Action> {
+        self.actions.pop_front()
+    }
+
+    /// The points made since the last call, in the order of their triggers.
+    pub fn take_points(&mut self) -> Vec<Point> {
+        std::mem::take(&mut self.points)
+    }
+
+    /// Whether, at `now`, the scan is over.
+    pub fn ended(&self, now: Nanos) -> Option<Ended> {
+        let seen = self.records + self.synchronizer.counts().next().map_or(0, |counts| counts.lost);
+        if self.end.points.is_some_and(|points| seen >= points && self.synchronizer.pending() == 0) {
+            return Some(Ended::Complete);
+        }
+        self.idle_at().is_some_and(|due| due <= now).then_some(Ended::Idle)
+    }
+
+    /// When the scan will be over if no more readings come.
+    pub fn idle_at(&self) -> Option<Nanos> {
+        Some(self.last_primary? + self.end.idle?)
+    }
+
+    /// No more readings will come: gives up what still waits.
+    pub fn flush(&mut self) {
+        self.synchronizer.flush(&mut self.joined);
+        self.emit();
+    }
+
+    /// Whether every device of the trigger is set up and would answer one.
+    pub fn is_ready(&self) -> bool {
+        self.streams.iter().all(|(line, device)| self.lines[*line].is_ready(*device))
+    }
+
+    /// The links.
+    pub fn lines(&self) -> &[Line] {
+        &self.lines
+    }
+
+    /// Triggers seen whose readings still wait for others.
+    pub fn pending(&self) -> usize {
+        self.synchronizer.pending()
+    }
+
+    /// Triggers the primary device skipped.
+    pub fn lost(&self) -> u64 {
+        self.synchronizer.counts().next().map_or(0, |counts| counts.lost)
+    }
+
+    /// Triggers the devices of a link skipped.
+    pub fn lost_on(&self, line: &Line) -> u64 {
+        self.streams
+            .iter()
+            .zip(self.synchronizer.counts())
+            .filter(|((of, _), _)| self.lines[*of].name() == line.name())
+            .map(|(_, counts)| counts.lost)
+            .sum()
+    }
+
+    /// What every link and device delivered and lost.
+    pub fn figures(&self) -> Vec<LinkFigures> {
+        let coordinates = self.coordinates();
+        let mut figures: Vec<LinkFigures> = self
+            .lines
+            .iter()
+            .enumerate()
+            .map(|(line, link)| {
+                let of_line = coordinates.iter().filter(|(at, ..)| *at == line);
+                let of_line: Vec<_> = of_line.map(|(_, device, channel)| (*device, *channel)).collect();
+                link.figures(&of_line)
+            })
+            .collect();
+        for ((line, device), counts) in self.streams.iter().zip(self.synchronizer.counts()) {
+            let figures = &mut figures[*line].devices[*device];
+            figures.lost = counts.lost;
+            figures.unjoined = counts.unjoined;
+            figures.ambiguous = counts.ambiguous + counts.repeated;
+            figures.slips = counts.slips;
+        }
+        figures
+    }
+
+    /// (line, device, channel) of every coordinate.
+    fn coordinates(&self) -> Vec<(usize, usize, usize)> {
+        self.kinematics
+            .axes()
+            .into_iter()
+            .map(|axis| {
+                let (line, device) = self.streams[axis.stream];
+                (line, device, axis.channel)
+            })
+            .collect()
+    }
+
+    /// Does what a line wants.
+    fn settle(&mut self, line: usize) {
+        let mut effects = std::mem::take(&mut self.effects);
+        for effect in effects.drain(..) {
+            match effect {
+                Effect::Send { epoch, bytes } => {
+                    self.actions.push_back(Action::Send { line, epoch, bytes });
+                }
+                Effect::Confirm => self.actions.push_back(Action::Confirm { line }),
+                Effect::Reopen { epoch } => self.actions.push_back(Action::Reopen { line, epoch }),
+                Effect::Reading { device, reading } => {
+                    if let Some(stream) = self.stream(line, device) {
+                        if stream == 0 {
+                            self.last_primary = Some(reading.host);
+                        }
+                        self.synchronizer.take(stream, reading, &mut self.joined);
+                    }
+                }
+                Effect::Interrupted { device } => {
+                    if let Some(stream) = self.stream(line, device) {
+                        self.synchronizer.interrupted(stream);
+                    }
+                }
+            }
+        }
+        self.effects = effects;
+        self.emit();
+    }
+
+    fn stream(&self, line: usize, device: usize) -> Option<usize> {
+        self.streams.iter().position(|stream| *stream == (line, device))
+    }
+
+    fn emit(&mut self) {
+        self.records += self.joined.len() as u64;
+        self.points.extend(self.joined.drain(..).map(|record| self.kinematics.point(&record)));
+    }
+}

@@ -1,0 +1,394 @@
+//! One link as the core sees it: bytes in, readings out, through the drivers of its devices.
+
+use std::collections::BTreeMap;
+
+use asphera_link::{
+    CanFrame, Command, Driver, Event, Fault, Flags, Input, Nanos, Output, RECORD_LEN, Reading,
+};
+use asphera_slcan::{BitRate, Command as Adapter, Decoder, Item, Timestamps};
+
+use crate::report::{ChannelFigures, DeviceFigures, LinkFigures};
+
+/// How bytes of a link are framed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Framing {
+    /// The one device on the link speaks its own protocol.
+    Raw,
+    /// CAN frames as ASCII lines of a serial adapter.
+    Slcan(BitRate),
+    /// CAN frames of the kernel, in records of 16 bytes.
+    CanRecords,
+}
+
+/// One link and its devices.
+pub struct Line {
+    name: String,
+    framing: Framing,
+    decoder: Decoder,
+    devices: Vec<Device>,
+    /// The open connection, if there is one.
+    epoch: Option<u64>,
+    /// A driver asked for a new connection: what still arrives on this one is not decoded.
+    distrusted: bool,
+    figures: LinkFigures,
+    last_error: Option<String>,
+}
+
+struct Device {
+    name: String,
+    driver: Box<dyn Driver>,
+    online: bool,
+    ready: bool,
+    readings: u64,
+    last_reading: Option<Nanos>,
+    flagged: BTreeMap<&'static str, u64>,
+    faults: BTreeMap<&'static str, u64>,
+    channels: Vec<Running>,
+}
+
+/// Smallest, mean and largest of a channel, as it runs.
+#[derive(Clone, Copy)]
+struct Running {
+    min: f64,
+    max: f64,
+    sum: f64,
+    count: u64,
+}
+
+/// What a line wants done.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Effect {
+    /// Send these bytes on connection `epoch`.
+    Send { epoch: u64, bytes: Vec<u8> },
+    /// The connection proved good.
+    Confirm,
+    /// Close connection `epoch` and open a new one.
+    Reopen { epoch: u64 },
+    /// A device of this line gave a reading.
+    Reading { device: usize, reading: Reading },
+    /// The connection is gone: counts of the device may have run on.
+    Interrupted { device: usize },
+}
+
+impl Line {
+    /// A line of that name with its devices, by name.
+    pub fn new(name: String, framing: Framing, devices: Vec<(String, Box<dyn Driver>)>) -> Line {
+        Line {
+            figures: LinkFigures { name: name.clone(), ..LinkFigures::default() },
+            name,
+            framing,
+            decoder: new_decoder(),
+            devices: devices
+                .into_iter()
+                .map(|(name, driver)| Device {
+                    name,
+                    channels: vec![Running::NONE; driver.channels().len()],
+                    driver,
+                    online: false,
+                    ready: false,
+                    readings: 0,
+                    last_reading: None,
+                    flagged: BTreeMap::new(),
+                    faults: BTreeMap::new(),
+                })
+                .collect(),
+            epoch: None,
+            distrusted: false,
+            last_error: None,
+        }
+    }
+
+    /// Name in the configuration.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(crate) fn is_open(&self) -> bool {
+        self.epoch.is_some()
+    }
+
+    /// Whether every device has shown a valid frame on this connection.
+    pub(crate) fn is_online(&self) -> bool {
+        self.devices.iter().all(|device| device.online)
+    }
+
+    pub(crate) fn is_ready(&self, device: usize) -> bool {
+        self.devices[device].ready
+    }
+
+    pub(crate) fn device_names(&self) -> impl Iterator<Item = &str> {
+        self.devices.iter().map(|device| device.name.as_str())
+    }
+
+    pub(crate) fn readings(&self) -> u64 {
+        self.devices.iter().map(|device| device.readings).sum()
+    }
+
+    /// The device that has been silent longest decides.
+    pub(crate) fn last_reading(&self) -> Option<Nanos> {
+        self.devices.iter().map(|device| device.last_reading).min().flatten()
+    }
+
+    /// What was received and how often it was opened and lost.
+    pub(crate) fn traffic(&self) -> &LinkFigures {
+        &self.figures
+    }
+
+    pub(crate) fn last_error(&self) -> Option<&str> {
+        self.last_error.as_deref()
+    }
+
+    /// Faults, flagged readings and runs of discarded bytes.
+    pub(crate) fn errors(&self) -> u64 {
+        let devices = self.devices.iter().map(|device| {
+            device.faults.values().sum::<u64>() + device.flagged.values().sum::<u64>()
+        });
+        devices.sum::<u64>() + self.figures.discarded_bytes
+    }
+
+    /// What was delivered so far; channels listed in `coordinates` (device, channel) are left out of the
+    /// channel figures. What the synchronizer knows is filled in by the caller.
+    pub(crate) fn figures(&self, coordinates: &[(usize, usize)]) -> LinkFigures {
+        let mut figures = self.figures.clone();
+        figures.devices = self
+            .devices
+            .iter()
+            .enumerate()
+            .map(|(index, device)| DeviceFigures {
+                name: device.name.clone(),
+                readings: device.readings,
+                flagged: owned(&device.flagged),
+                faults: owned(&device.faults),
+                channels: device
+                    .driver
+                    .channels()
+                    .iter()
+                    .zip(&device.channels)
+                    .enumerate()
+                    .filter(|(channel, _)| !coordinates.contains(&(index, *channel)))
+                    .filter_map(|(_, (channel, running))| {
+                        Some((channel.name.clone(), running.figures(channel.unit.symbol())?))
+                    })
+                    .collect(),
+                ..DeviceFigures::default()
+            })
+            .collect();
+        figures
+    }
+
+    pub(crate) fn opened(&mut self, now: Nanos, epoch: u64, out: &mut Vec<Effect>) {
+        self.epoch = Some(epoch);
+        self.distrusted = false;
+        self.figures.opened += 1;
+        self.decoder = new_decoder();
+        if let Framing::Slcan(rate) = self.framing {
+            let mut bytes = Vec::new();
+            // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
+            bytes.push(asphera_slcan::CR);
+            for command in
+                [Adapter::Close, Adapter::BitRate(rate), Adapter::Timestamps(false), Adapter::Open]
+            {
+                command.encode(&mut bytes);
+            }
+            out.push(Effect::Send { epoch, bytes });
+        }
+        self.devices.iter_mut().for_each(|device| device.driver.connected(now));
+        self.pump(out);
+    }
+
+    pub(crate) fn closed(&mut self, now: Nanos, reason: String, out: &mut Vec<Effect>) {
+        self.figures.closed += 1;
+        self.last_error = Some(reason);
+        self.figures.discarded_bytes += self.decoder.pending();
+        self.decoder = new_decoder();
+        if self.epoch.take().is_some() {
+            self.devices.iter_mut().for_each(|device| device.driver.disconnected(now));
+            self.interrupt(out);
+        }
+    }
+
+    pub(crate) fn open_failed(&mut self, reason: String) {
+        self.last_error = Some(reason);
+    }
+
+    pub(crate) fn received(&mut self, now: Nanos, bytes: &[u8], out: &mut Vec<Effect>) {
+        self.figures.received_bytes += bytes.len() as u64;
+        if self.epoch.is_none() || self.distrusted {
+            self.figures.discarded_bytes += bytes.len() as u64;
+            return;
+        }
+        match self.framing {
+            Framing::Raw => {
+                for device in &mut self.devices {
+                    device.driver.receive(now, Input::Bytes(bytes));
+                }
+                self.pump(out);
+            }
+            Framing::CanRecords => {
+                for record in bytes.chunks(RECORD_LEN) {
+                    match CanFrame::from_record(record) {
+                        Ok(frame) => self.frame(now, &frame, out),
+                        Err(_) => self.figures.discarded_bytes += record.len() as u64,
+                    }
+                }
+            }
+            Framing::Slcan(_) => {
+                let mut rest = bytes;
+                while let Some(item) = self.decoder.decode(&mut rest) {
+                    match item {
+                        Item::Frame(frame, _) => self.frame(now, &frame, out),
+                        Item::Malformed { bytes } | Item::Unsupported { bytes } => {
+                            self.figures.discarded_bytes += bytes;
+                        }
+                        Item::Error => {
+                            self.last_error = Some("the adapter refused a command or a frame".to_owned());
+                        }
+                        Item::Status(status) if !status.is_empty() => {
+                            self.last_error = Some(format!("the adapter reports {status:?}"));
+                        }
+                        Item::Status(_)
+                        | Item::Ok
+                        | Item::TransmitAck { .. }
+                        | Item::Version { .. }
+                        | Item::SerialNumber(_)
+                        | Item::Command(_) => {}
+                    }
+                }
+            }
+        }
+    }
+
+    pub(crate) fn command(&mut self, now: Nanos, command: Command, out: &mut Vec<Effect>) {
+        self.devices.iter_mut().for_each(|device| device.driver.command(now, command));
+        self.pump(out);
+    }
+
+    pub(crate) fn poll_timeout(&self) -> Option<Nanos> {
+        if self.epoch.is_none() || self.distrusted {
+            return None;
+        }
+        self.devices.iter().filter_map(|device| device.driver.poll_timeout()).min()
+    }
+
+    pub(crate) fn timeout(&mut self, now: Nanos, out: &mut Vec<Effect>) {
+        for device in &mut self.devices {
+            if device.driver.poll_timeout().is_some_and(|due| due <= now) {
+                device.driver.timeout(now);
+            }
+        }
+        self.pump(out);
+    }
+
+    fn frame(&mut self, now: Nanos, frame: &CanFrame, out: &mut Vec<Effect>) {
+        if self.distrusted {
+            return;
+        }
+        self.devices.iter_mut().for_each(|device| device.driver.receive(now, Input::Frame(frame)));
+        self.pump(out);
+    }
+
+    /// Nothing that comes on this connection counts any more.
+    fn interrupt(&mut self, out: &mut Vec<Effect>) {
+        if self.distrusted {
+            return;
+        }
+        for (index, device) in self.devices.iter_mut().enumerate() {
+            device.online = false;
+            device.ready = false;
+            out.push(Effect::Interrupted { device: index });
+        }
+    }
+
+    /// Takes what the drivers have to send and to tell.
+    fn pump(&mut self, out: &mut Vec<Effect>) {
+        let Some(epoch) = self.epoch else { return };
+        let mut sent = Vec::new();
+        let mut reopen = None;
+        for (index, device) in self.devices.iter_mut().enumerate() {
+            while let Some(output) = device.driver.poll_transmit() {
+                match (output, self.framing) {
+                    (Output::Bytes(bytes), _) => sent.extend(bytes),
+                    (Output::Frame(frame), Framing::CanRecords) => sent.extend(frame.to_record()),
+                    (Output::Frame(frame), _) => asphera_slcan::encode(&frame, &mut sent),
+                }
+            }
+            while let Some(event) = device.driver.poll_event() {
+                match event {
+                    Event::Online => {
+                        device.online = true;
+                        out.push(Effect::Confirm);
+                    }
+                    Event::Ready => device.ready = true,
+                    Event::Reading(reading) => {
+                        device.note(&reading);
+                        out.push(Effect::Reading { device: index, reading });
+                    }
+                    Event::Discarded { bytes } => self.figures.discarded_bytes += bytes,
+                    Event::Fault(fault) => self.last_error = Some(device.fault(&fault)),
+                    Event::Reopen(fault) => reopen = Some(device.fault(&fault)),
+                }
+            }
+        }
+        if !sent.is_empty() {
+            out.push(Effect::Send { epoch, bytes: sent });
+        }
+        if let Some(reason) = reopen {
+            self.last_error = Some(reason);
+            out.push(Effect::Reopen { epoch });
+            self.interrupt(out);
+            self.distrusted = true;
+        }
+    }
+}
+
+impl Device {
+    fn note(&mut self, reading: &Reading) {
+        self.readings += 1;
+        self.last_reading = Some(reading.host);
+        if reading.flags != Flags::empty() {
+            for name in reading.flags.names() {
+                *self.flagged.entry(name).or_default() += 1;
+            }
+        }
+        for (running, value) in self.channels.iter_mut().zip(reading.values.iter()) {
+            if let Some(value) = value {
+                running.take(value);
+            }
+        }
+    }
+
+    fn fault(&mut self, fault: &Fault) -> String {
+        *self.faults.entry(fault.kind.name()).or_default() += 1;
+        format!("{}: {}", self.name, fault.detail)
+    }
+}
+
+impl Running {
+    const NONE: Running = Running { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0 };
+
+    fn take(&mut self, value: f64) {
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+        self.sum += value;
+        self.count += 1;
+    }
+
+    fn figures(&self, unit: &str) -> Option<ChannelFigures> {
+        (self.count > 0).then(|| ChannelFigures {
+            unit: unit.to_owned(),
+            min: self.min,
+            mean: self.sum / self.count as f64,
+            max: self.max,
+            count: self.count,
+        })
+    }
+}
+
+/// The station switches the adapter's time stamps off, so a line that has one is damaged.
+const fn new_decoder() -> Decoder {
+    Decoder::expecting(Timestamps::Never)
+}
+
+fn owned(counts: &BTreeMap<&'static str, u64>) -> BTreeMap<String, u64> {
+    counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
+}

@@ -1,0 +1,243 @@
+//! All points so far, linearised at one pose and shape: what the running figures are made of.
+
+use crate::deviation::NM_PER_MM;
+use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
+use crate::model::Model;
+use crate::selection::Membership;
+use crate::solve::System;
+use crate::triangle::Triangle;
+use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose};
+
+/// All points so far, linearised at one pose and shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Linearised {
+    fit: Fit,
+    /// The determinate parameters: those of the columns.
+    free: Vec<Parameter>,
+    made_at: usize,
+    excluded: Excluded,
+    triangle: Triangle,
+    cells: Vec<Option<Cell>>,
+    /// Scratch for one row: derivatives and distance.
+    row: Vec<f64>,
+}
+
+/// The points of one cell of the map.
+#[derive(Clone, Debug)]
+struct Cell {
+    count: usize,
+    /// Sums of the derivatives and of the distances.
+    sums: Box<[f64]>,
+    /// Sum of the points, measured frame.
+    point_sum_mm: PointMm,
+    low_mm: f64,
+    low: PointMm,
+    high_mm: f64,
+    high: PointMm,
+}
+
+impl Linearised {
+    pub(crate) fn new(fit: Fit, made_at: usize, grid: &Grid) -> Linearised {
+        let free: Vec<Parameter> = fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+        Linearised {
+            made_at,
+            excluded: Excluded::default(),
+            triangle: Triangle::new(free.len() + 1),
+            cells: vec![None; grid.cells() + 1],
+            row: vec![0.0; free.len() + 1],
+            fit,
+            free,
+        }
+    }
+
+    pub(crate) fn add(&mut self, point: PointMm, settings: &LiveSettings) {
+        let model = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
+        let membership = Membership::of(point, &model, &settings.fit.aperture);
+        self.excluded.count(membership);
+        if membership != Membership::Used || model.row(point, &mut self.row).is_none() {
+            return;
+        }
+        let part_mm = model.motion.to_part(point);
+        let distance_mm = self.row[self.free.len()];
+        self.triangle.push(&self.row);
+        let cell = self.cells[settings.grid.cell(part_mm[0], part_mm[1])].get_or_insert_with(|| Cell {
+            count: 0,
+            sums: vec![0.0; self.row.len()].into(),
+            point_sum_mm: [0.0; 3],
+            low_mm: distance_mm,
+            low: point,
+            high_mm: distance_mm,
+            high: point,
+        });
+        cell.count += 1;
+        cell.point_sum_mm.iter_mut().zip(point).for_each(|(sum, coordinate)| *sum += coordinate);
+        cell.sums.iter_mut().zip(&self.row).for_each(|(sum, entry)| *sum += entry);
+        if distance_mm < cell.low_mm {
+            (cell.low_mm, cell.low) = (distance_mm, point);
+        }
+        if distance_mm > cell.high_mm {
+            (cell.high_mm, cell.high) = (distance_mm, point);
+        }
+    }
+
+    pub(crate) fn estimate(&self, grid: &Grid) -> Option<LiveEstimate> {
+        let mut triangle = self.triangle.clone();
+        triangle.flush();
+        let count = triangle.rows();
+        if count < self.free.len().max(1) || !triangle.is_finite() {
+            return None;
+        }
+        let kept: Vec<usize> = (0..self.free.len()).collect();
+        let system = System::new(&triangle);
+        let step = system.solve(&kept, 0.0);
+        let mut change = step.change.clone();
+        let mut bends = self.bends(&change)?;
+        for _ in 0..CORRECTIONS {
+            let gradient = self.gradient(&system, &change, &bends);
+            let correction = step.undo_gram(&gradient);
+            change.iter_mut().zip(&correction).for_each(|(total, part)| *total -= part);
+            bends = self.bends(&change)?;
+            // gᵀ·(JᵀJ)⁻¹·g is the square of the motion at the points, summed.
+            let motion_mm = (dot(&gradient, &correction).max(0.0) / count as f64).sqrt();
+            if motion_mm <= CORRECTED_MM {
+                break;
+            }
+        }
+        let square = self.square(&system, &change, &bends);
+        let (pose, nominal) = self.moved(&change)?;
+        let dof = count - kept.len();
+        let sigma_mm = if dof == 0 { 0.0 } else { (square / dof as f64).sqrt() };
+        let estimates = self.free.iter().zip(&step.variance_factors);
+        let estimates = estimates.filter_map(|(&parameter, factor)| {
+            let value = parameter.value(&pose, &nominal)?;
+            Some(Estimate { parameter, value, u: (dof > 0).then(|| sigma_mm * factor.sqrt()) })
+        });
+        Some(LiveEstimate {
+            estimates: estimates.collect(),
+            indeterminate: self.fit.indeterminate.clone(),
+            figures: self.figures(&nominal, &pose, (square / count as f64).sqrt(), count)?,
+            map: self.map(grid, &change, &bends),
+            count,
+            excluded: self.excluded,
+            reference_count: self.made_at,
+            pose,
+            nominal,
+        })
+    }
+
+    /// The extremes are measured anew, without linearisation, at the estimated pose.
+    fn figures(&self, nominal: &Nominal, pose: &Pose, rms_mm: f64, count: usize) -> Option<Figures> {
+        let model = Model::new(nominal, pose, &[]);
+        let candidates = self.cells.iter().flatten().flat_map(|cell| [cell.low, cell.high]);
+        let mut extremes: Option<[(f64, PointMm); 2]> = None;
+        for point in candidates {
+            let Some(foot) = model.foot(point) else { continue };
+            let here = (foot.distance_mm, point);
+            let [low, high] = extremes.get_or_insert([here, here]);
+            if here.0 < low.0 {
+                *low = here;
+            }
+            if here.0 > high.0 {
+                *high = here;
+            }
+        }
+        let [low, high] = extremes?;
+        Some(Figures {
+            pv_nm: (high.0 - low.0) * NM_PER_MM,
+            rms_nm: rms_mm * NM_PER_MM,
+            max_nm: high.0 * NM_PER_MM,
+            min_nm: low.0 * NM_PER_MM,
+            at_max_mm: model.motion.to_part(high.1),
+            at_min_mm: model.motion.to_part(low.1),
+            count,
+        })
+    }
+
+    /// Pose and shape after a change of the parameters; `None` if they are none.
+    fn moved(&self, change: &[f64]) -> Option<(Pose, Nominal)> {
+        let (mut pose, mut nominal) = (self.fit.pose, self.fit.nominal);
+        for (parameter, &step) in self.free.iter().zip(change) {
+            parameter.add(step, &mut pose, &mut nominal);
+        }
+        (pose.is_finite() && nominal.validate().is_ok()).then_some((pose, nominal))
+    }
+
+    /// What linearisation leaves out, for every cell: by how much the derivatives and, beyond J·δ, the
+    /// distance change at its centroid. Zero where the centroid has no foot.
+    fn bends(&self, change: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let (pose, nominal) = self.moved(change)?;
+        let before = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
+        let after = Model::new(&nominal, &pose, &self.free);
+        let p = change.len();
+        let mut old = vec![0.0; p + 1];
+        let bend = |cell: &Option<Cell>| {
+            let mut bend = vec![0.0; p + 1];
+            let Some(cell) = cell else { return bend };
+            let centroid = cell.point_sum_mm.map(|sum| sum / cell.count as f64);
+            if before.row(centroid, &mut old).is_none() || after.row(centroid, &mut bend).is_none() {
+                bend.fill(0.0);
+                return bend;
+            }
+            bend[p] -= dot(&old, change);
+            bend.iter_mut().zip(&old).for_each(|(new, old)| *new -= old);
+            bend
+        };
+        Some(self.cells.iter().map(bend).collect())
+    }
+
+    /// Jᵀ·d at the changed parameters: that of the linear problem, and what the bends add to d and to J.
+    fn gradient(&self, system: &System, change: &[f64], bends: &[Vec<f64>]) -> Vec<f64> {
+        let p = change.len();
+        let mut gradient = system.gradient(change);
+        for (cell, bend) in self.occupied(bends) {
+            let sum_mm = cell.sums[p] + dot(&cell.sums, change) + cell.count as f64 * bend[p];
+            for (j, entry) in gradient.iter_mut().enumerate() {
+                *entry += cell.sums[j] * bend[p] + bend[j] * sum_mm;
+            }
+        }
+        gradient
+    }
+
+    /// Sum of the squares of the distances at the changed parameters in mm².
+    fn square(&self, system: &System, change: &[f64], bends: &[Vec<f64>]) -> f64 {
+        let p = change.len();
+        let added: f64 = self
+            .occupied(bends)
+            .map(|(cell, bend)| {
+                let linear_mm = cell.sums[p] + dot(&cell.sums, change);
+                bend[p] * (2.0 * linear_mm + cell.count as f64 * bend[p])
+            })
+            .sum();
+        (system.square_after(change) + added).max(0.0)
+    }
+
+    fn occupied<'a>(
+        &'a self,
+        bends: &'a [Vec<f64>],
+    ) -> impl Iterator<Item = (&'a Cell, &'a Vec<f64>)> {
+        let pairs = self.cells.iter().zip(bends);
+        pairs.filter_map(|(cell, bend)| cell.as_ref().map(|cell| (cell, bend)))
+    }
+
+    fn map(&self, grid: &Grid, change: &[f64], bends: &[Vec<f64>]) -> Map {
+        let p = change.len();
+        let mean_nm = |(cell, bend): (&Option<Cell>, &Vec<f64>)| {
+            cell.as_ref().map_or(f64::NAN, |cell| {
+                let sum_mm = cell.sums[p] + dot(&cell.sums, change);
+                (sum_mm / cell.count as f64 + bend[p]) * NM_PER_MM
+            })
+        };
+        let cells = self.cells[..grid.cells()].iter().zip(bends);
+        Map { grid: *grid, mean_nm: cells.map(mean_nm).collect() }
+    }
+}
+
+/// J·δ of the first entries of a row.
+fn dot(row: &[f64], change: &[f64]) -> f64 {
+    row.iter().zip(change).map(|(entry, step)| entry * step).sum()
+}
+
+/// Largest number of Gauss-Newton steps for the terms of second order: one or two are usual.
+const CORRECTIONS: usize = 8;
+/// A correction that moves the surface by less than this root mean square is the last.
+const CORRECTED_MM: f64 = 1e-12;

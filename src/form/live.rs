@@ -1,0 +1,198 @@
+//! Running figures while points still arrive.
+//!
+//! Every point is linearised once, at a reference pose and shape: its distance d and its row of the
+//! Jacobian J go into a triangular factor and into one cell of a map. An estimate solves the small linear
+//! problem that is left, so its cost does not depend on the number of points. When the number of points
+//! has doubled, the reference becomes the full fit of all points so far, and all are linearised anew; over
+//! the life of an estimator that is `O(1)` a point.
+//!
+//! What is provisional: a distance changes with the pose by J·δ and by terms of second order, about |δ|²
+//! times the curvature of the surface for shifts and |δ|²·|p| for turns. These terms are smooth over the
+//! part, so they are measured at the centroid of each cell and taken for all its points; what is left is
+//! their bend within a cell. PV looks at the points that were largest and smallest in their cell at the
+//! reference: a point that has overtaken them since by the change of slope is missed, which is at most the
+//! cell's size times that change. Points are in or out of the aperture as the reference has it.
+//! [`Live::settle`] removes all three.
+
+use thiserror::Error;
+
+use crate::fit::{Estimate, FitError, FitSettings, fit};
+use crate::linearised::Linearised;
+use crate::{Excluded, Figures, Nominal, Parameter, PointMm, Pose};
+
+/// A regular grid of cells in the x-y plane of the part frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// Left border in mm.
+    pub x_min_mm: f64,
+    /// Right border in mm.
+    pub x_max_mm: f64,
+    /// Lower border in mm.
+    pub y_min_mm: f64,
+    /// Upper border in mm.
+    pub y_max_mm: f64,
+    /// Cells along x, 1 to 1024.
+    pub nx: usize,
+    /// Cells along y, 1 to 1024.
+    pub ny: usize,
+}
+
+/// What a running estimator does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveSettings {
+    /// The fit it approaches.
+    pub fit: FitSettings,
+    /// The cells of the map. Points beyond it count in the figures all the same.
+    pub grid: Grid,
+}
+
+/// Why a running estimator cannot be made.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum LiveError {
+    /// A grid without cells, with too many, or with borders that are not finite or not in order.
+    #[error(
+        "map grid of {nx} × {ny} cells from ({x_min_mm}, {y_min_mm}) to ({x_max_mm}, {y_max_mm}) mm is empty or larger than {MAX_CELLS} × {MAX_CELLS}",
+        nx = .0.nx, ny = .0.ny, x_min_mm = .0.x_min_mm, y_min_mm = .0.y_min_mm,
+        x_max_mm = .0.x_max_mm, y_max_mm = .0.y_max_mm
+    )]
+    Grid(Grid),
+}
+
+/// Mean deviations over a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// The cells.
+    pub grid: Grid,
+    /// Mean deviation in nm, row after row from the smallest y, x fastest; NaN where no point has landed.
+    pub mean_nm: Vec<f64>,
+}
+
+/// Running figures. All are provisional: see [`Live`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveEstimate {
+    /// From the part frame into the measured frame.
+    pub pose: Pose,
+    /// The nominal with its fitted shape.
+    pub nominal: Nominal,
+    /// The free and determinate parameters.
+    pub estimates: Vec<Estimate>,
+    /// Free parameters the points do not determine yet; they stand at their start.
+    pub indeterminate: Vec<Parameter>,
+    /// The deviation.
+    pub figures: Figures,
+    /// Its map.
+    pub map: Map,
+    /// Points used.
+    pub count: usize,
+    /// Points left out.
+    pub excluded: Excluded,
+    /// Points there were when the reference was made.
+    pub reference_count: usize,
+}
+
+/// The running estimator.
+///
+/// Its figures approach those of [`fit`] over the same points and reach them by [`Live::settle`]. Before
+/// that they leave out what the second-order change of the distances does within a cell of the map (far
+/// below a picometre for scans that correct the pose by micrometres), and PV may miss a point that has
+/// overtaken the extreme of its own cell.
+///
+/// It keeps every point: 24 bytes each, beside about 400 bytes for each cell of the map.
+#[derive(Clone, Debug)]
+pub struct Live {
+    nominal: Nominal,
+    settings: LiveSettings,
+    points: Vec<PointMm>,
+    /// Number of points at which the next reference is made.
+    next_reference: usize,
+    reference: Option<Linearised>,
+    failure: Option<FitError>,
+}
+
+impl Live {
+    /// An estimator without points. Fails on an impossible grid; what else is wrong with nominal or
+    /// settings, the first fit finds: see [`Live::failure`].
+    pub fn new(nominal: Nominal, settings: LiveSettings) -> Result<Live, LiveError> {
+        settings.grid.validate()?;
+        let next_reference = FIRST_REFERENCE.max(2 * settings.fit.free.len());
+        let (points, reference, failure) = (Vec::new(), None, None);
+        Ok(Live { nominal, settings, points, next_reference, reference, failure })
+    }
+
+    /// Takes a point of the measured frame. `O(p²)` for p free parameters, but `O(n·p²)` whenever the
+    /// number of points n has doubled: amortised constant.
+    pub fn push(&mut self, point: PointMm) {
+        self.points.push(point);
+        if self.points.len() >= self.next_reference {
+            self.settle();
+        } else if let Some(reference) = &mut self.reference {
+            reference.add(point, &self.settings);
+        }
+    }
+
+    /// Makes the fit of all points so far the reference. Thereafter, until the next point, the estimate is
+    /// that of the full fit. `O(n·p²)`.
+    pub fn settle(&mut self) {
+        self.next_reference = (2 * self.points.len()).max(self.next_reference);
+        match fit(&self.points, &self.nominal, &self.settings.fit) {
+            Ok(fit) => {
+                let mut reference = Linearised::new(fit, self.points.len(), &self.settings.grid);
+                self.points.iter().for_each(|&point| reference.add(point, &self.settings));
+                self.reference = Some(reference);
+                self.failure = None;
+            }
+            Err(failure) => self.failure = Some(failure),
+        }
+    }
+
+    /// The figures of the points so far; `None` before the first fit could be made, or if the points
+    /// taken since do not lie in the aperture. The cost does not depend on the number of points.
+    pub fn estimate(&self) -> Option<LiveEstimate> {
+        self.reference.as_ref()?.estimate(&self.settings.grid)
+    }
+
+    /// Points taken, of whatever kind.
+    pub fn taken(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Why the latest attempt at a full fit gave none; `None` if it gave one or there was no attempt.
+    pub fn failure(&self) -> Option<&FitError> {
+        self.failure.as_ref()
+    }
+}
+
+impl Grid {
+    fn validate(&self) -> Result<(), LiveError> {
+        let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
+        let counted = |cells: usize| (1..=MAX_CELLS).contains(&cells);
+        let fine = ordered(self.x_min_mm, self.x_max_mm)
+            && ordered(self.y_min_mm, self.y_max_mm)
+            && counted(self.nx)
+            && counted(self.ny);
+        if fine { Ok(()) } else { Err(LiveError::Grid(*self)) }
+    }
+
+    /// Number of cells.
+    pub(crate) fn cells(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// The cell of a place; one past the last cell for places beyond the grid.
+    pub(crate) fn cell(&self, x_mm: f64, y_mm: f64) -> usize {
+        let share = |value: f64, low: f64, high: f64| (value - low) / (high - low);
+        let u = share(x_mm, self.x_min_mm, self.x_max_mm);
+        let v = share(y_mm, self.y_min_mm, self.y_max_mm);
+        if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
+            return self.cells();
+        }
+        let column = ((u * self.nx as f64) as usize).min(self.nx - 1);
+        let row = ((v * self.ny as f64) as usize).min(self.ny - 1);
+        row * self.nx + column
+    }
+}
+
+/// Points before the first attempt at a fit.
+const FIRST_REFERENCE: usize = 16;
+/// Largest number of cells along one side.
+const MAX_CELLS: usize = 1024;

@@ -1,0 +1,196 @@
+//! The signed orthogonal distance and its derivatives for one pose and nominal.
+//!
+//! With x(s) the meridian, n(s) its unit normal and p the point in the part frame, d = n(s*)·(p − x(s*))
+//! at the foot s*. There p − x = d·n. Any derivative through s* vanishes: n·x′ = 0 because n is normal to
+//! the surface, and n′·(p − x) = d·n′·n = 0 because n has unit length (the envelope theorem). The same
+//! holds for the derivative of n itself. What remains is
+//!
+//! - shape parameter a: ∂d/∂a = −n·∂x/∂a = −n_z·∂z/∂a at r = s*;
+//! - shift: ∂d/∂t_i = −(R·n)_i, because p = Rᵀ·(p_measured − t);
+//! - turn about ω (part frame, [`Pose::turn_axes`]): ∂d = −n·(ω × p) = −ω·(p × n). As p and n lie in one
+//!   half plane through the axis, p × n has no z component: exactly zero, not by rounding.
+//!
+//! None of these depends on d itself beyond the place of the foot.
+
+use crate::foot::MeridianFoot;
+use crate::nominal::conic_root;
+use crate::pose::Motion;
+use crate::{Nominal, Parameter, PointMm, Pose};
+
+/// A pose and a nominal with the free parameters, made ready for many points.
+#[derive(Clone, Debug)]
+pub(crate) struct Model<'a> {
+    pub(crate) nominal: &'a Nominal,
+    pub(crate) motion: Motion,
+    turn_axes: [[f64; 3]; 3],
+    free: &'a [Parameter],
+}
+
+impl<'a> Model<'a> {
+    pub(crate) fn new(nominal: &'a Nominal, pose: &Pose, free: &'a [Parameter]) -> Model<'a> {
+        Model { nominal, motion: pose.motion(), turn_axes: pose.turn_axes(), free }
+    }
+
+    /// Columns of a row: one a free parameter, and the distance.
+    pub(crate) fn columns(&self) -> usize {
+        self.free.len() + 1
+    }
+
+    pub(crate) fn foot(&self, measured_mm: PointMm) -> Option<MeridianFoot> {
+        self.nominal.meridian_foot(self.motion.to_part(measured_mm))
+    }
+
+    /// Writes ∂d/∂parameter for every free parameter and then d. `None` where there is no foot.
+    pub(crate) fn row(&self, measured_mm: PointMm, row: &mut [f64]) -> Option<()> {
+        let foot = self.foot(measured_mm)?;
+        self.derivatives(&foot, row);
+        row[self.free.len()] = foot.distance_mm;
+        Some(())
+    }
+
+    /// Writes ∂d/∂parameter for every free parameter.
+    pub(crate) fn derivatives(&self, foot: &MeridianFoot, row: &mut [f64]) {
+        let normal = self.motion.turn_to_measured(foot.normal());
+        let moment = foot.rho_mm * foot.n_z - foot.zeta_mm * foot.n_r;
+        let (moment_x, moment_y) = (moment * foot.sin, -moment * foot.cos);
+        let turn = |axis: [f64; 3]| -(axis[0] * moment_x + axis[1] * moment_y);
+        for (entry, parameter) in row.iter_mut().zip(self.free) {
+            *entry = match parameter {
+                Parameter::Tx => -normal[0],
+                Parameter::Ty => -normal[1],
+                Parameter::Tz => -normal[2],
+                Parameter::Rx => turn(self.turn_axes[0]),
+                Parameter::Ry => turn(self.turn_axes[1]),
+                Parameter::Rz => turn(self.turn_axes[2]),
+                Parameter::Radius => self.by_radius(foot),
+                Parameter::Conic => self.by_conic(foot),
+                Parameter::A(order) => -foot.n_z * foot.s_mm.powi(i32::from(*order)),
+            };
+        }
+    }
+
+    /// ∂z/∂c = r²/(φ·(1+φ)) and c = 1/R. For a sphere −n_z·∂z/∂R = 1 − n_z, written without cancellation.
+    fn by_radius(&self, foot: &MeridianFoot) -> f64 {
+        match self.nominal {
+            Nominal::Plane => 0.0,
+            Nominal::Sphere { .. } => foot.n_r * foot.n_r / (1.0 + foot.n_z),
+            Nominal::Asphere(asphere) => {
+                let c = asphere.radius_mm.recip();
+                let phi = conic_root(c, asphere.conic, foot.s_mm);
+                let cs = c * foot.s_mm;
+                foot.n_z * cs * cs / (phi * (1.0 + phi))
+            }
+        }
+    }
+
+    /// ∂z/∂κ = c³·r⁴/(2·φ·(1+φ)²).
+    fn by_conic(&self, foot: &MeridianFoot) -> f64 {
+        let Nominal::Asphere(asphere) = self.nominal else { return 0.0 };
+        let c = asphere.radius_mm.recip();
+        let phi = conic_root(c, asphere.conic, foot.s_mm);
+        let cs = c * foot.s_mm;
+        -foot.n_z * cs * cs * cs * foot.s_mm / (2.0 * phi * (1.0 + phi) * (1.0 + phi))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Asphere;
+
+    const EVERY: [Parameter; 17] = [
+        Parameter::Tx,
+        Parameter::Ty,
+        Parameter::Tz,
+        Parameter::Rx,
+        Parameter::Ry,
+        Parameter::Rz,
+        Parameter::Radius,
+        Parameter::Conic,
+        Parameter::A(4),
+        Parameter::A(6),
+        Parameter::A(8),
+        Parameter::A(10),
+        Parameter::A(12),
+        Parameter::A(14),
+        Parameter::A(16),
+        Parameter::A(18),
+        Parameter::A(20),
+    ];
+
+    fn steep() -> Nominal {
+        let coefficients = [(4, 3.7e-5), (6, -1.3e-8), (8, -1.4e-10), (10, -2.5e-13)];
+        Nominal::Asphere(Asphere::new(11.65, -0.6, &coefficients).expect("a valid asphere"))
+    }
+
+    /// Richardson's extrapolation of central differences: error of fourth order in the step.
+    fn numerical(f: impl Fn(f64) -> f64, h: f64) -> f64 {
+        let central = |h: f64| (f(h) - f(-h)) / (2.0 * h);
+        (4.0 * central(0.5 * h) - central(h)) / 3.0
+    }
+
+    fn check(nominal: Nominal, pose: Pose, part_mm: PointMm) -> Result<(), TestCaseError> {
+        let free: Vec<Parameter> = EVERY.into_iter().filter(|&p| nominal.has(p)).collect();
+        let point = pose.to_measured(part_mm);
+        let mut row = vec![0.0; free.len() + 1];
+        Model::new(&nominal, &pose, &free).row(point, &mut row).expect("a foot");
+        for (&parameter, &analytic) in free.iter().zip(&row) {
+            // Steps that move the surface at r = 9 mm by some 10 µm.
+            let h = match parameter {
+                Parameter::A(order) => 1e-2 * 9.0_f64.powi(-i32::from(order)),
+                Parameter::Conic => 1e-2,
+                _ => 1e-3,
+            };
+            let distance = |step: f64| {
+                let (mut pose, mut nominal) = (pose, nominal);
+                parameter.add(step, &mut pose, &mut nominal);
+                Model::new(&nominal, &pose, &[]).foot(point).expect("a foot").distance_mm
+            };
+            let found = numerical(distance, h);
+            let size = analytic.abs().max(1e-2 / h * 1e-3);
+            prop_assert!(
+                (found - analytic).abs() <= 2e-9 * size.max(1.0),
+                "{nominal} {parameter}: analytic {analytic:e}, numerical {found:e}"
+            );
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn jacobian_agrees_with_numerical_derivatives(
+            place in prop::array::uniform2(-6.0..6.0f64),
+            d in -0.1..0.1f64,
+            t in prop::array::uniform3(-20.0..20.0f64),
+            r in prop::array::uniform3(-1.0..1.0f64),
+        ) {
+            let pose = Pose {
+                tx_mm: t[0], ty_mm: t[1], tz_mm: t[2], rx_rad: r[0], ry_rad: r[1], rz_rad: r[2],
+            };
+            let nominals = [
+                Nominal::Plane,
+                Nominal::Sphere { radius_mm: 14.0 },
+                Nominal::Sphere { radius_mm: -14.0 },
+                steep(),
+            ];
+            for nominal in nominals {
+                let z = nominal.sag_mm(place[0].hypot(place[1])) + d;
+                check(nominal, pose, [place[0], place[1], z])?;
+            }
+        }
+    }
+
+    #[test]
+    fn turn_about_the_axis_has_exactly_no_influence() {
+        let nominal = steep();
+        let model = Model::new(&nominal, &Pose::default(), &[Parameter::Rz]);
+        for i in 0..100 {
+            let x = 0.08 * f64::from(i);
+            let mut row = [1.0; 2];
+            model.row([x, 0.3 * x - 1.0, 0.05 * x * x], &mut row).expect("a foot");
+            assert_eq!(row[0], 0.0);
+        }
+    }
+}

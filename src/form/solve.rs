@@ -1,0 +1,182 @@
+//! The small least-squares problem that is left of the large one: which parameters are determinate, the
+//! step, its uncertainty.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::svd::Svd;
+use crate::triangle::Triangle;
+
+/// The linear problem |J·δ + d| → min, reduced to the triangular factor of [J | d] with columns of J
+/// scaled to unit length.
+#[derive(Clone, Debug)]
+pub(crate) struct System {
+    scaled: DMatrix<f64>,
+    /// Length of each column of J; 0 for a parameter without any influence.
+    lengths: Vec<f64>,
+    rhs: DVector<f64>,
+    square: f64,
+    /// What no change of parameters removes from `square`.
+    beyond: f64,
+    rows: usize,
+}
+
+/// A solution of the linear problem for some of the parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Step {
+    /// Change of each kept parameter.
+    pub(crate) change: Vec<f64>,
+    /// Root mean square of J·δ in mm: how far the surface moves at the points.
+    pub(crate) motion_mm: f64,
+    /// Diagonal of (JᵀJ)⁻¹ for each kept parameter.
+    pub(crate) variance_factors: Vec<f64>,
+    /// A root W of (JᵀJ)⁻¹ = W·Wᵀ for the kept parameters.
+    root: DMatrix<f64>,
+    /// Largest over smallest singular value of the scaled Jacobian; 1 without parameters.
+    pub(crate) condition: f64,
+}
+
+impl Step {
+    /// (JᵀJ)⁻¹·g for a gradient g of the kept parameters.
+    pub(crate) fn undo_gram(&self, gradient: &[f64]) -> Vec<f64> {
+        let gradient = DVector::from_column_slice(gradient);
+        (&self.root * self.root.tr_mul(&gradient)).iter().copied().collect()
+    }
+}
+
+impl System {
+    /// The factor must be flushed and finite.
+    pub(crate) fn new(triangle: &Triangle) -> System {
+        let p = triangle.columns() - 1;
+        let lengths: Vec<f64> = (0..p).map(|j| triangle.column_square(j).sqrt()).collect();
+        let scaled = DMatrix::from_fn(p, p, |i, j| {
+            if lengths[j] > 0.0 { triangle.entry(i, j) / lengths[j] } else { 0.0 }
+        });
+        System {
+            scaled,
+            lengths,
+            rhs: DVector::from_fn(p, |i, _| triangle.entry(i, p)),
+            square: triangle.column_square(p),
+            beyond: triangle.entry(p, p) * triangle.entry(p, p),
+            rows: triangle.rows(),
+        }
+    }
+
+    /// Rows of the tall matrix.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Sum of the squares of the distances in mm².
+    pub(crate) fn square(&self) -> f64 {
+        self.square
+    }
+
+    /// The parameters the rows determine, ascending. Parameters are admitted in the order of `priority`
+    /// as long as the smallest singular value of the scaled columns stays above `tolerance` times the
+    /// largest; the others are indeterminate.
+    pub(crate) fn determinate(&self, priority: &[usize], tolerance: f64) -> Vec<usize> {
+        let mut kept: Vec<usize> = Vec::new();
+        for &candidate in priority {
+            if self.lengths[candidate] == 0.0 || kept.len() == self.rows {
+                continue;
+            }
+            kept.push(candidate);
+            let (largest, smallest) = Svd::new(self.scaled.select_columns(&kept)).extremes();
+            if smallest <= tolerance * largest {
+                kept.pop();
+            }
+        }
+        kept.sort_unstable();
+        kept
+    }
+
+    /// The step for the `kept` parameters, which must be determinate, damped by `damping` relative to the
+    /// unit columns (Levenberg-Marquardt; 0 is Gauss-Newton).
+    pub(crate) fn solve(&self, kept: &[usize], damping: f64) -> Step {
+        let svd = Svd::new(self.scaled.select_columns(kept));
+        let square = |k: usize| svd.sigma[k] * svd.sigma[k];
+        let along = svd.scaled_u.tr_mul(&self.rhs);
+        let turned = DVector::from_fn(kept.len(), |k, _| -along[k] / (square(k) + damping));
+        let moved = (0..kept.len()).map(|k| turned[k] * turned[k] * square(k)).sum::<f64>().sqrt();
+        let scaled_change = &svd.v * turned;
+        let change = kept.iter().zip(scaled_change.iter()).map(|(&j, step)| step / self.lengths[j]);
+        let root = DMatrix::from_fn(kept.len(), kept.len(), |i, k| {
+            svd.v[(i, k)] / (svd.sigma[k] * self.lengths[kept[i]])
+        });
+        let (largest, smallest) = svd.extremes();
+        Step {
+            change: change.collect(),
+            motion_mm: moved / (self.rows as f64).sqrt(),
+            variance_factors: root.row_iter().map(|row| row.norm_squared()).collect(),
+            root,
+            condition: if kept.is_empty() { 1.0 } else { largest / smallest },
+        }
+    }
+
+    /// Sum of the squares of d + J·δ for a change of all parameters.
+    pub(crate) fn square_after(&self, change: &[f64]) -> f64 {
+        self.beyond + self.remainder(change).norm_squared()
+    }
+
+    /// Jᵀ·(d + J·δ) for a change of all parameters.
+    pub(crate) fn gradient(&self, change: &[f64]) -> Vec<f64> {
+        let along = self.scaled.tr_mul(&self.remainder(change));
+        along.iter().zip(&self.lengths).map(|(entry, length)| entry * length).collect()
+    }
+
+    /// The part of d + J·δ that lies in the span of J.
+    fn remainder(&self, change: &[f64]) -> DVector<f64> {
+        let scaled = DVector::from_iterator(
+            change.len(),
+            change.iter().zip(&self.lengths).map(|(step, length)| step * length),
+        );
+        &self.rhs + &self.scaled * scaled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn system(rows: &[&[f64]]) -> System {
+        let mut triangle = Triangle::new(rows[0].len());
+        rows.iter().for_each(|row| triangle.push(row));
+        triangle.flush();
+        System::new(&triangle)
+    }
+
+    #[test]
+    fn straight_line_through_four_points() {
+        // y = a + b·x through (0,1) (1,3) (2,4) (3,4): b = 1, a = 1.5, residual square 1.
+        let rows: [[f64; 3]; 4] =
+            [[-1., 0., 1.], [-1., -1., 3.], [-1., -2., 4.], [-1., -3., 4.]];
+        let system = system(&rows.each_ref().map(|row| &row[..]));
+        let kept = system.determinate(&[0, 1], 1e-10);
+        assert_eq!(kept, [0, 1]);
+        let step = system.solve(&kept, 0.0);
+        assert!((step.change[0] - 1.5).abs() < 1e-14 && (step.change[1] - 1.0).abs() < 1e-14);
+        assert!((system.square_after(&step.change) - 1.0).abs() < 1e-13);
+        // (JᵀJ)⁻¹ of x = 0, 1, 2, 3 is [[0.7, −0.3], [−0.3, 0.2]].
+        assert!((step.variance_factors[0] - 0.7).abs() < 1e-14);
+        assert!((step.variance_factors[1] - 0.2).abs() < 1e-14);
+        let undone = step.undo_gram(&[1.0, 2.0]);
+        assert!((undone[0] - 0.1).abs() < 1e-14 && (undone[1] - 0.1).abs() < 1e-14);
+        // Jᵀ·d at δ = 0, and none at the solution.
+        assert!((system.gradient(&[0.0, 0.0])[1] + 23.0).abs() < 1e-13);
+        assert!(system.gradient(&step.change).iter().all(|entry| entry.abs() < 1e-13));
+    }
+
+    #[test]
+    fn dependent_and_empty_columns_are_indeterminate_by_priority() {
+        let rows: Vec<[f64; 5]> = (0..9)
+            .map(|i| {
+                let x = f64::from(i);
+                [1.0, x, 0.0, 1e-9 * (2.0 + 3.0 * x), 0.5 * x * x]
+            })
+            .collect();
+        let rows: Vec<&[f64]> = rows.iter().map(|row| &row[..]).collect();
+        let system = system(&rows);
+        assert_eq!(system.determinate(&[0, 1, 2, 3], 1e-10), [0, 1]);
+        assert_eq!(system.determinate(&[3, 2, 1, 0], 1e-10), [1, 3]);
+    }
+}

@@ -1,0 +1,87 @@
+//! Rates of insertion, assessment and rasterization.
+//!
+//! `cargo bench -p asphera-surface` runs 100,000 points; `ASPHERA_BENCH_POINTS=1000000` another
+//! number.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use asphera_surface::{Criteria, Grid, Mesh, PointMm, assess, rasterize};
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+
+#[path = "../tests/it/patterns.rs"]
+mod patterns;
+
+fn main() {
+    println!("{} points a pattern, seed {SEED}", count());
+    divan::main();
+}
+
+const SEED: u64 = 42;
+
+const PATTERNS: [&str; 4] = ["exact raster", "jittered raster", "spiral", "scattered"];
+
+fn count() -> usize {
+    std::env::var("ASPHERA_BENCH_POINTS").map_or(100_000, |count| {
+        count.parse().expect("ASPHERA_BENCH_POINTS must be a number of points")
+    })
+}
+
+/// Rasters have the largest square number of points up to the count.
+fn points(pattern: &str) -> Vec<PointMm> {
+    let side = count().isqrt();
+    match pattern {
+        "exact raster" => patterns::raster(side),
+        "jittered raster" => patterns::jittered_raster(side, 0.05, SEED),
+        "spiral" => patterns::spiral(count()),
+        _ => patterns::scattered(count(), side as f64 * patterns::PITCH_MM, SEED),
+    }
+}
+
+fn meshed(points: &[PointMm]) -> Mesh {
+    let mut mesh = Mesh::new();
+    mesh.extend(points.iter().copied());
+    mesh.flush();
+    mesh
+}
+
+/// Items are points.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn insert(bencher: Bencher, pattern: &str) {
+    let points = points(pattern);
+    bencher.counter(ItemsCount::new(points.len())).bench(|| meshed(black_box(&points)));
+}
+
+/// Items are triangles.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn assess_all(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let criteria = Criteria {
+        gap_limit_mm: Some(2.0 * FRAC_1_SQRT_2 * patterns::PITCH_MM),
+        epsilon_limit: Some(0.05),
+        aperture_area_mm2: None,
+    };
+    bencher
+        .counter(ItemsCount::new(mesh.counts().triangles))
+        .bench(|| assess(mesh.points(), mesh.triangles(), &criteria, |x, y| 50.0 + x * y));
+}
+
+/// Items are triangles; the grid has as many nodes as the mesh has vertices.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn rasterize_all(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let values: Vec<f64> = mesh.points().iter().map(|point| point[2]).collect();
+    let low = |axis: usize| mesh.points().iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+    let side = count().isqrt();
+    let grid = Grid {
+        x0_mm: low(0),
+        y0_mm: low(1),
+        dx_mm: patterns::PITCH_MM,
+        dy_mm: patterns::PITCH_MM,
+        nx: side,
+        ny: side,
+    };
+    bencher
+        .counter(ItemsCount::new(mesh.counts().triangles))
+        .bench(|| rasterize(mesh.points(), mesh.triangles(), &values, &grid));
+}

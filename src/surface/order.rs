@@ -1,0 +1,60 @@
+//! The order in which a batch of points is inserted: its two ends first, then by bisection.
+//!
+//! Inserting a scan line from one end to the other is the worst case of incremental Delaunay: the
+//! newest point sees the whole last line, so each insertion tears down a fan of as many triangles
+//! as the line has points and builds it anew. With both ends in first, the hull edge between them
+//! covers the last line and only ever gets split. Bisection depth first keeps each new point next
+//! to one that has just been inserted, in the mesh and in memory.
+
+/// One step of the order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Step {
+    /// Index within the batch of the point to insert.
+    pub(crate) index: usize,
+    /// Index of a point of the batch inserted earlier, near in arrival and so probably in place.
+    pub(crate) near: Option<usize>,
+}
+
+/// The order for a batch of `len` points: each index once, and `near` always earlier.
+pub(crate) fn by_bisection(len: usize) -> impl Iterator<Item = Step> {
+    let first = (len > 0).then_some(Step { index: 0, near: None });
+    let last = (len > 1).then(|| Step { index: len - 1, near: Some(0) });
+    let mut open = vec![(0, len.saturating_sub(1))];
+    let inner = std::iter::from_fn(move || {
+        loop {
+            let (from, to) = open.pop()?;
+            if to - from > 1 {
+                let middle = from + (to - from) / 2;
+                open.push((middle, to));
+                open.push((from, middle));
+                return Some(Step { index: middle, near: Some(from) });
+            }
+        }
+    });
+    first.into_iter().chain(last).chain(inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn visits_each_point_once_and_only_points_to_earlier_ones() {
+        for len in [0, 1, 2, 3, 4, 5, 7, 64, 1000, 1024] {
+            let mut visited = vec![false; len];
+            for step in by_bisection(len) {
+                assert!(!visited[step.index], "{len}: {} twice", step.index);
+                assert!(step.near.is_none_or(|near| visited[near]), "{len}: {step:?}");
+                assert_eq!(step.near.is_none(), step.index == 0);
+                visited[step.index] = true;
+            }
+            assert!(visited.into_iter().all(|visited| visited), "{len}");
+        }
+    }
+
+    #[test]
+    fn takes_the_ends_first() {
+        let order: Vec<usize> = by_bisection(6).map(|step| step.index).collect();
+        assert_eq!(order, [0, 5, 2, 1, 3, 4]);
+    }
+}

@@ -1,0 +1,250 @@
+//! Gaps of thin triangles along the outline, from the samples beneath them.
+//!
+//! Where the outline of the points is nearly straight, the hull is closed by thin triangles that
+//! reach over many samples. Their own corners are far apart, but the samples beneath them are near:
+//!
+//! ```text
+//!   a - - - - - - - - - - - - - - - - - - - b     the hull
+//!     ' -c- . _ d _ _ e _ _ f _ _ g _ . - '       the outermost samples
+//! ```
+//!
+//! From any point of such a triangle, obtuse at its corner c and with its longest side to the
+//! outside, a way of at most its height over that side leads to one of its two short sides, and
+//! there the gap of the triangle on the other side of that short side applies. The gap is therefore
+//! at most the height plus the larger gap of the two neighbours; and where a neighbour is itself
+//! obtuse over that very side, the same holds for it in turn. Interior triangles need no such
+//! care: the circumcentre of an obtuse one lies in another triangle whose gap is as large.
+
+use crate::triangle::{Gap, Triangle};
+use crate::{PointMm, VertexId};
+
+/// The triangles, by ascending index, whose gap is smaller than their corners alone tell, and that
+/// gap. Linear time.
+pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Vec<(usize, Gap)> {
+    let outline = on_outline(points.len(), triangles);
+    let roots: Vec<(usize, Triangle)> = triangles
+        .iter()
+        .enumerate()
+        .filter(|(_, corners)| corners.iter().filter(|&&c| outline[c as usize]).count() >= 2)
+        .map(|(index, &corners)| (index, Triangle::new(points, corners)))
+        .filter(|(_, triangle)| {
+            triangle.is_obtuse() && triangle.longest_side().iter().all(|&end| outline[end as usize])
+        })
+        .collect();
+    if roots.is_empty() {
+        return Vec::new();
+    }
+    let mesh = Adjacency::new(points.len(), triangles);
+    let mut refined = Vec::new();
+    for (index, triangle) in roots {
+        if mesh.across(triangle.longest_side()).is_none() {
+            mesh.refine(points, index, triangle, &mut refined);
+        }
+    }
+    refined.sort_unstable_by_key(|&(index, _)| index);
+    refined
+}
+
+/// Whether each point is an end of a side with a triangle on one side only.
+///
+/// About an inner vertex the opposite sides of its triangles close a ring: the differences between
+/// the numbers of their ends cancel. About a vertex of the outline they leave the difference
+/// between the two outline neighbours, which is not zero unless both are the same.
+fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool> {
+    let mut left_over = vec![0_i64; points];
+    for &[a, b, c] in triangles {
+        for (vertex, from, to) in [(a, b, c), (b, c, a), (c, a, b)] {
+            left_over[vertex as usize] += i64::from(to) - i64::from(from);
+        }
+    }
+    left_over.into_iter().map(|difference| difference != 0).collect()
+}
+
+/// Which triangles each point is a corner of.
+struct Adjacency<'a> {
+    triangles: &'a [[VertexId; 3]],
+    /// The triangles at point i are `incident[first[i]..first[i + 1]]`.
+    first: Vec<usize>,
+    incident: Vec<usize>,
+}
+
+/// A triangle reached from outside through one of its sides.
+struct Reached {
+    index: usize,
+    /// From its corners alone.
+    gap: Gap,
+    /// Which reached triangle it lies beneath.
+    above: Option<usize>,
+    /// If it is obtuse over the side it was reached through: what leads to its short sides.
+    way: Option<Way>,
+}
+
+/// The way across a thin triangle.
+struct Way {
+    height_mm: f64,
+    /// The larger gap of the triangles beneath its short sides.
+    beneath: Gap,
+}
+
+impl<'a> Adjacency<'a> {
+    fn new(points: usize, triangles: &'a [[VertexId; 3]]) -> Adjacency<'a> {
+        let mut first = vec![0; points + 1];
+        for &corner in triangles.as_flattened() {
+            first[corner as usize + 1] += 1;
+        }
+        for point in 0..points {
+            first[point + 1] += first[point];
+        }
+        let mut incident = vec![0; 3 * triangles.len()];
+        let mut next = first.clone();
+        for (index, corners) in triangles.iter().enumerate() {
+            for &corner in corners {
+                incident[next[corner as usize]] = index;
+                next[corner as usize] += 1;
+            }
+        }
+        Adjacency { triangles, first, incident }
+    }
+
+    /// The triangle on the right of the side, if there is one.
+    fn across(&self, [from, to]: [VertexId; 2]) -> Option<usize> {
+        let incident = &self.incident[self.first[to as usize]..self.first[to as usize + 1]];
+        incident.iter().copied().find(|&index| {
+            let [a, b, c] = self.triangles[index];
+            [[a, b], [b, c], [c, a]].contains(&[to, from])
+        })
+    }
+
+    /// Refines the gaps of `root` and of the thin triangles beneath it, without recursion: a chain
+    /// of them may be as long as the outline.
+    fn refine(
+        &self,
+        points: &[PointMm],
+        index: usize,
+        root: Triangle,
+        refined: &mut Vec<(usize, Gap)>,
+    ) {
+        let outside = root.longest_side();
+        let mut reached: Vec<Reached> = Vec::new();
+        let mut open = vec![(index, root, outside, None)];
+        while let Some((index, triangle, through, above)) = open.pop() {
+            let here = reached.len();
+            let mut way = None;
+            if triangle.is_obtuse() && triangle.longest_side() == through {
+                let beneath = triangle.short_sides().map(|side| (self.across(side), side));
+                if let [(Some(left), left_side), (Some(right), right_side)] = beneath {
+                    for (index, [from, to]) in [(left, left_side), (right, right_side)] {
+                        let next = Triangle::new(points, self.triangles[index]);
+                        open.push((index, next, [to, from], Some(here)));
+                    }
+                    let nothing = Gap { mm: 0.0, at_mm: [0.0; 3] };
+                    way = Some(Way { height_mm: triangle.height_mm(), beneath: nothing });
+                }
+            }
+            reached.push(Reached { index, gap: triangle.gap(), above, way });
+        }
+        // Whatever lies beneath a triangle was reached after it.
+        while let Some(Reached { index, mut gap, above, way }) = reached.pop() {
+            if let Some(Way { height_mm, beneath }) = way
+                && height_mm + beneath.mm < gap.mm
+            {
+                gap = Gap { mm: height_mm + beneath.mm, at_mm: beneath.at_mm };
+                refined.push((index, gap));
+            }
+            if let Some(way) = above.and_then(|above| reached[above].way.as_mut())
+                && gap.mm > way.beneath.mm
+            {
+                way.beneath = gap;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Mesh;
+
+    #[test]
+    fn the_outline_of_a_fan() {
+        let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+        assert_eq!(on_outline(6, &triangles), [false, true, true, true, true, false]);
+        assert_eq!(on_outline(5, &triangles[..2]), [true, true, true, true, false]);
+    }
+
+    #[test]
+    fn a_thin_triangle_takes_the_gap_beneath_it() {
+        // A dent of 0.01 in the middle of the upper side of 6 × 1, over two right triangles.
+        let points = [
+            [0.0, 1.0, 0.0],
+            [3.0, 0.99, 0.0],
+            [6.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0],
+            [3.0, 0.0, 0.0],
+            [6.0, 0.0, 0.0],
+        ];
+        let triangles = [[0, 1, 2], [0, 3, 1], [3, 4, 1], [4, 2, 1], [4, 5, 2]];
+        let own = Triangle::new(&points, triangles[0]).gap();
+        let found = refined_gaps(&points, &triangles);
+        assert!(found.is_empty(), "{found:?} from {own:?}: the gaps beneath are not smaller");
+        // With samples in between on the line beneath, the neighbours' gaps are half as large.
+        let mut points = points.to_vec();
+        points.extend([[1.5, 0.99, 0.0], [4.5, 0.99, 0.0], [1.5, 0.0, 0.0], [4.5, 0.0, 0.0]]);
+        let triangles = [
+            [0, 1, 2],
+            [0, 6, 1],
+            [1, 7, 2],
+            [0, 3, 6],
+            [3, 8, 6],
+            [8, 1, 6],
+            [8, 4, 1],
+            [4, 7, 1],
+            [4, 9, 7],
+            [9, 2, 7],
+            [9, 5, 2],
+        ];
+        let found = refined_gaps(&points, &triangles);
+        let indices: Vec<usize> = found.iter().map(|&(index, _)| index).collect();
+        assert_eq!(indices, [0]);
+        // The two thin ones beneath are as good as their own corners make them.
+        let root = Triangle::new(&points, triangles[0]);
+        let beneath = [1, 2].map(|i: usize| Triangle::new(&points, triangles[i]).gap().mm);
+        assert_eq!(found[0].1.mm, root.height_mm() + beneath[0].max(beneath[1]));
+        assert!(found[0].1.mm < 0.52 * own.mm, "{found:?}");
+    }
+
+    /// Rows whose ends are out of line by about one part in a thousand.
+    fn rough_rows(count: i32) -> Vec<PointMm> {
+        let rough = |i: i32, j: i32| 1e-3 * f64::from((i * 7_919 + j * 104_729) % 101) / 101.0;
+        let nodes = (0..count).flat_map(|j| (0..count).map(move |i| (i, j)));
+        nodes
+            .map(|(i, j)| [f64::from(i) + rough(i, j), f64::from(j) + rough(j, i + 50), 0.0])
+            .collect()
+    }
+
+    #[test]
+    fn no_place_of_a_thin_triangle_is_farther_from_all_samples() {
+        let mut mesh = Mesh::new();
+        mesh.extend(rough_rows(30));
+        mesh.flush();
+        let points = mesh.points();
+        let triangles: Vec<[VertexId; 3]> = mesh.triangles().collect();
+        let found = refined_gaps(points, &triangles);
+        assert!(found.len() > 20, "{}", found.len());
+        for (index, gap) in found {
+            let triangle = Triangle::new(points, triangles[index]);
+            assert!(gap.mm < triangle.gap().mm && gap.mm < 0.75, "{gap:?}");
+            let [p, q, r] = triangles[index].map(|corner| points[corner as usize]);
+            for (u, v) in (0..=40).flat_map(|u| (0..=40 - u).map(move |v| (u, v))) {
+                let (u, v) = (f64::from(u) / 40.0, f64::from(v) / 40.0);
+                let place =
+                    |axis: usize| p[axis] + u * (q[axis] - p[axis]) + v * (r[axis] - p[axis]);
+                let nearest = points
+                    .iter()
+                    .map(|point| (point[0] - place(0)).hypot(point[1] - place(1)))
+                    .fold(f64::INFINITY, f64::min);
+                assert!(nearest <= gap.mm * (1.0 + 1e-12), "{nearest} above {gap:?}");
+            }
+        }
+    }
+}

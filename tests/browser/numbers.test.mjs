@@ -1,0 +1,99 @@
+// The page's numbers and colours, without a browser: `node --test` in this folder.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+
+/** A module of the page that imports nothing; read as text, since it belongs to no package. */
+async function load(name) {
+  const file = new URL(`../../src/asphera/page/${name}`, import.meta.url);
+  return import(`data:text/javascript,${encodeURIComponent(await readFile(file, "utf8"))}`);
+}
+const format = await load("format.js");
+const { diverging } = await load("colours.js");
+const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
+
+test("what is absent is a dash, never a zero", () => {
+  const { nm, signedNm, mm, count, percent, significant, rate, duration, place } = format;
+  for (const show of [nm, signedNm, mm, count, percent, significant, rate, duration]) {
+    for (const absent of [null, undefined, NaN, Infinity]) assert.equal(show(absent), "–", show.name);
+  }
+  assert.equal(place(null), "–");
+  assert.equal(format.measured(null, 1, "mm").value, "–");
+  assert.equal(format.measured(1, null, "mm").uncertainty, "–");
+});
+
+test("numbers are rounded, grouped and signed", () => {
+  assert.equal(plain(format.count(2782224)), "2 782 224");
+  assert.equal(plain(format.count(9999)), "9999");
+  assert.equal(plain(format.nm(-12345.67)), "-12 345.7");
+  assert.equal(plain(format.nm(-0.04)), "0.0");
+  assert.equal(format.signedNm(3.25), "+3.3");
+  assert.equal(format.signedNm(0), "0.0");
+  assert.equal(format.mm(0.021344), "0.0213");
+  assert.equal(format.mm(11.65021), "11.650");
+  assert.equal(format.significant(0.0021149), "0.00211");
+  assert.equal(plain(format.significant(123456)), "123 456");
+  assert.equal(format.rate(1998.2), "1998");
+  assert.equal(format.rate(0.9981), "0.998");
+});
+
+test("a share is 100 % only where nothing is missing", () => {
+  assert.equal(plain(format.percent(0.99999)), "99.9 %");
+  assert.equal(plain(format.percent(1)), "100.0 %");
+  assert.equal(plain(format.percent(0)), "0.0 %");
+});
+
+test("durations name their units", () => {
+  const shown = [0, 9.96, 59.4, 59.6, 185, 3599.6, 3725].map(format.duration);
+  assert.deepEqual(shown, ["0.0 s", "10.0 s", "59 s", "1 min 00 s", "3 min 05 s", "1 h 00 min", "1 h 02 min"]);
+});
+
+test("a value has the decimals of two digits of its uncertainty", () => {
+  const show = (...args) => Object.values(format.measured(...args)).map(plain).join(" | ");
+  assert.equal(show(11.6502134, 0.000031, "mm"), "11.650213 | 0.000031 | mm");
+  assert.equal(show(-0.0008765, 0.0000041, "mm"), "-0.0008765 | 0.0000041 | mm");
+  assert.equal(show(0.00031245, 3.1e-7, "rad"), "312.45 | 0.31 | µrad");
+  assert.equal(show(1.5, 0.01, "rad"), "1.500 | 0.010 | rad");
+  assert.equal(show(2.1034e-5, 4.2e-8, "mm^-3"), "2.1034·10⁻⁵ | 0.0042·10⁻⁵ | mm⁻³");
+  assert.equal(show(-1.1, null, ""), "-1.10000 | – | ");
+  assert.equal(show(0, null, "mm"), "0.00000 | – | mm");
+});
+
+test("names give their unit away", () => {
+  assert.deepEqual(format.nameAndUnit("pv_nm"), ["PV", "nm"]);
+  assert.deepEqual(format.nameAndUnit("gap_max_mm"), ["Gap max", "mm"]);
+  assert.deepEqual(format.nameAndUnit("undersampled_area_mm2"), ["Undersampled area", "mm²"]);
+  assert.deepEqual(format.nameAndUnit("coverage"), ["Coverage", ""]);
+});
+
+/** CIE L*a*b* (D65) of sRGB, by IEC 61966-2-1 and CIE 15. */
+function lab(rgb) {
+  const [r, g, b] = rgb.map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+  const f = (t) => (t > 216 / 24389 ? Math.cbrt(t) : (24389 / 27 * t + 16) / 116);
+  const x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.95047);
+  const y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);
+  const z = f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.08883);
+  return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+}
+
+test("both arms of the map darken alike and differ for every kind of colour vision", () => {
+  const table = diverging(false);
+  let last = 101;
+  for (let t = 0; t <= 1.0001; t += 0.05) {
+    const [below, above] = [lab(table(-t)), lab(table(t))];
+    assert.ok(Math.abs(below[0] - above[0]) < 8, `lightness at ${t}: ${below[0]} and ${above[0]}`);
+    assert.ok(below[0] < last, `lightness rises at ${t}`);
+    last = below[0];
+    if (t < 0.25) continue;
+    // b*, blue to yellow, is what red-green blindness leaves; a*, green to red, what blue-yellow blindness does.
+    assert.ok(above[2] - below[2] > 30, `b* at ${t}`);
+    assert.ok(above[1] - below[1] > 10, `a* at ${t}`);
+  }
+});
+
+test("flipping swaps the signs and the ends are clamped", () => {
+  const [plain, flipped] = [diverging(false), diverging(true)];
+  for (const t of [-1, -0.4, 0, 0.7, 1]) assert.deepEqual(plain(t), flipped(-t));
+  assert.deepEqual(plain(5), plain(1));
+});
