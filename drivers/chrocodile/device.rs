@@ -6,7 +6,8 @@
 //!                              │                         ▲                                │ Stop
 //!                              │                         └──────────── Talking ◀──────────┘
 //!                              ├─ refused twice ────▶ Refused, until the next Start
-//!                              └─ no answer twice ──▶ Abandoned, until the connection is new
+//!                              └─ no answer twice ──▶ Abandoned, until the connection is new; also
+//!                                 from Streaming, when what arrives is no telegram for too long
 //! ```
 //!
 //! Set-up stops the data first (`STO`), so that no telegram of another format can follow it; chooses
@@ -15,6 +16,7 @@
 //! is wanted: both commands concern this connection only (Command Reference, STA and STO).
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::Duration;
 
 use asphera_link::{
@@ -37,6 +39,10 @@ const MESSAGE_LEN: usize = 120;
 /// Telegrams a free-running device may leave out before the link counts as dead.
 const FREE_RUN_GAP: f64 = 20.0;
 
+/// Bytes without a telegram among them after which the device cannot be sending what it was set up for:
+/// it may have restarted. More than any disturbance that passes.
+const MOST_DISCARDED: u64 = 16_384;
+
 /// Driver of a CHRocodile 2 and its relatives over the dollar protocol.
 ///
 /// The same bytes run over a serial port and over TCP port 7890. Readings hold the channels of
@@ -55,6 +61,8 @@ pub struct Chrocodile {
     plan: Option<Plan>,
     clock: DeviceClock,
     last_receipt: Nanos,
+    /// Bytes passed over since the last telegram or start.
+    discarded: u64,
     /// When a silence is due, while bytes wait for confirmation.
     silence_due: Option<Nanos>,
     outputs: VecDeque<Output>,
@@ -119,6 +127,7 @@ impl Chrocodile {
             plan: None,
             clock: DeviceClock::default(),
             last_receipt: Nanos::ZERO,
+            discarded: 0,
             silence_due: None,
             outputs: VecDeque::new(),
             events: VecDeque::new(),
@@ -179,6 +188,10 @@ impl Chrocodile {
             }
         }
         self.report_discarded();
+        if self.state == State::Streaming && self.discarded > MOST_DISCARDED {
+            let detail = format!("{} bytes without a telegram as set up", self.discarded);
+            self.give_up(FaultKind::Protocol, detail);
+        }
         self.silence_due = (self.is_streaming() && self.framing.is_waiting())
             .then(|| self.last_receipt + self.silence());
     }
@@ -213,6 +226,7 @@ impl Chrocodile {
                 self.state = State::Streaming;
                 self.framing.begin();
                 self.last_receipt = now;
+                self.discarded = 0;
                 self.events.push_back(Event::Ready);
             }
         }
@@ -264,8 +278,9 @@ impl Chrocodile {
         self.events.push_back(Event::Reopen(Fault { kind, detail }));
     }
 
-    fn release(&mut self, at: std::ops::Range<usize>, arrival: Nanos, suspect: bool) {
+    fn release(&mut self, at: Range<usize>, arrival: Nanos, suspect: bool) {
         self.report_discarded();
+        self.discarded = 0;
         let plan = self.plan.as_ref().expect("the set-up ends with a known full scale");
         let decoded = plan.decode(self.framing.bytes(at));
         let mut flags = decoded.flags;
@@ -286,6 +301,7 @@ impl Chrocodile {
     fn report_discarded(&mut self) {
         let bytes = self.framing.take_discarded();
         if bytes > 0 {
+            self.discarded += bytes;
             self.events.push_back(Event::Discarded { bytes });
         }
     }

@@ -13,8 +13,8 @@ use asphera_link::{
 };
 
 use crate::wire::{
-    AbortCode, AreaState, Cob, Emergency, NmtCommand, NmtRequest, NmtState, NodeId, Position, SdoRequest,
-    SdoResponse, TpdoLayout,
+    AbortCode, AreaState, Cob, Emergency, NmtCommand, NmtRequest, NmtState, NodeId, Position,
+    SdoRequest, SdoResponse, TpdoLayout,
 };
 use crate::{Kind, Settings, Transmission};
 use cycle::Cycle;
@@ -196,8 +196,7 @@ impl Cia406 {
             (SdoResponse::Segmented(address), SdoRequest::Upload(_)) => {
                 let abort = SdoRequest::Abort(address, AbortCode::UNSUPPORTED_ACCESS);
                 self.transmit.push_back(abort.encode(self.node));
-                let detail =
-                    format!("node {} has more than four bytes at {address}", self.node);
+                let detail = format!("node {} has more than four bytes at {address}", self.node);
                 return self.give_up(now, Fault { kind: FaultKind::Protocol, detail });
             }
             _ => return self.discard(data),

@@ -1,5 +1,7 @@
 //! Settings of the driver.
 
+use std::time::Duration;
+
 use asphera_link::{Problem, check_range};
 
 use crate::check;
@@ -92,8 +94,9 @@ impl Settings {
         })
     }
 
-    pub(crate) fn late_limit_ms(&self) -> u32 {
-        self.late_limit_ms.unwrap_or(self.timeout_ms.saturating_mul(4))
+    pub(crate) fn late_limit(&self) -> Duration {
+        let default_ms = self.timeout_ms.saturating_mul(4);
+        Duration::from_millis(self.late_limit_ms.unwrap_or(default_ms).into())
     }
 }
 
@@ -171,7 +174,7 @@ mod tests {
         assert_eq!(Settings::default().problems(), []);
         let block = Block { function: Function::ReadInput, address: 200, len: 13 };
         assert_eq!(Settings::default().requests(), [block]);
-        assert_eq!(Settings::default().late_limit_ms(), 800);
+        assert_eq!(Settings::default().late_limit(), Duration::from_millis(800));
     }
 
     #[test]

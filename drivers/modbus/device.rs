@@ -190,7 +190,7 @@ impl Modbus {
         };
         if std::mem::take(&mut self.confirm) {
             self.tally.confirmed += 1;
-            let silence = millis(self.settings.late_limit_ms());
+            let silence = self.settings.late_limit();
             return State::Settling { question: None, until: now + silence, silence };
         }
         image.push(words);
@@ -242,7 +242,7 @@ impl Modbus {
             Transport::Tcp => self.lose(FaultKind::Timeout, detail),
             Transport::Rtu => {
                 self.fault(FaultKind::Timeout, detail);
-                let silence = millis(self.settings.late_limit_ms());
+                let silence = self.settings.late_limit();
                 State::Settling { question: Some(question), until: now + silence, silence }
             }
         }

@@ -55,6 +55,7 @@ fn longest(block: &Block, max_words: u16) -> u16 {
 mod tests {
     use asphera_link::Unit;
     use proptest::prelude::*;
+    use proptest::test_runner::FileFailurePersistence;
 
     use super::*;
     use crate::map::{Function, Kind};
@@ -118,6 +119,10 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_failure_persistence(FileFailurePersistence::WithSource(
+            "regressions"
+        )))]
+
         #[test]
         fn every_field_is_read_and_no_request_is_too_long(
             addresses in prop::collection::vec(0_u16..400, 1..40), max_gap in 0_u16..20, max_words in 4_u16..=125,

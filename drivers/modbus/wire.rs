@@ -110,6 +110,7 @@ fn arrange(order: WordOrder, words: &mut [u16]) {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use proptest::test_runner::FileFailurePersistence;
 
     use super::*;
 
@@ -171,6 +172,10 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_failure_persistence(FileFailurePersistence::WithSource(
+            "regressions"
+        )))]
+
         #[test]
         fn numbers_survive(order in any_order(), whole: i32, short: u16, single: f32, double: f64) {
             for (kind, raw) in [

@@ -36,7 +36,8 @@ impl Dictionary {
         use Access::{Process, ReadOnly, ReadWrite};
         let tpdo_cob = u32::from(tpdo.id());
         let mapping = object::TPDO1_MAPPING.index;
-        let default_mapping = [(config.position, 32), (object::VELOCITY_1, 16), (object::AREA_STATE_1, 8)];
+        let default_mapping =
+            [(config.position, 32), (object::VELOCITY_1, 16), (object::AREA_STATE_1, 8)];
         let mut entries = BTreeMap::new();
         let mut add = |address: Address, bytes, access, value| {
             entries.insert(address, Entry { value, bytes, access });

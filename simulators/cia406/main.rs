@@ -33,9 +33,12 @@ struct Arguments {
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let configs = arguments.nodes.iter().map(|&node_id| NodeConfig { node_id, ..NodeConfig::default() });
+    let configs =
+        arguments.nodes.iter().map(|&node_id| NodeConfig { node_id, ..NodeConfig::default() });
     let simulator = Simulator::new(Bus::new(configs.collect())?);
-    let period = Duration::try_from_secs_f64(1.0 / arguments.sync_hz)?;
+    // An interval of zero is none; a bus carries no SYNC every µs anyway.
+    let period =
+        Duration::try_from_secs_f64(1.0 / arguments.sync_hz)?.max(Duration::from_micros(1));
     tokio::select! {
         served = serve(&simulator, arguments.tcp) => served,
         () = trigger(&simulator, &arguments, period) => Ok(()),

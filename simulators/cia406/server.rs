@@ -71,7 +71,7 @@ struct Noise {
 const QUEUE: usize = 64;
 
 impl Simulator {
-    /// Puts a bus behind an adapter. Must be called within a tokio runtime's time.
+    /// Puts a bus behind an adapter whose channel is closed.
     pub fn new(bus: Bus) -> Simulator {
         let (armed, _) = watch::channel(bus.armed());
         let adapter = Adapter::default();
@@ -330,7 +330,9 @@ impl Adapter {
             | Command::AcceptanceMask(_)
             | Command::AutoPoll(_) => !self.open,
             Command::Version | Command::SerialNumber => true,
-            Command::PollOne | Command::PollAll | Command::Uart(_) | Command::FilterMode(_) => false,
+            Command::PollOne | Command::PollAll | Command::Uart(_) | Command::FilterMode(_) => {
+                false
+            }
         };
         if !allowed {
             return false;

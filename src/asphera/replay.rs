@@ -41,7 +41,6 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
     let mut bench = assemble(&config)?;
     let mut pipeline = Pipeline::new(config.part);
     let mut epochs = vec![0; config.links.len()];
-    let mut now = Nanos::ZERO;
     let mut ended = None;
     let mut entries = session.entries();
     while ended.is_none() {
@@ -49,7 +48,7 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
         // What cannot be read is counted by the reader and said at the end.
         let Ok(entry) = entry else { continue };
         pace(entry.at);
-        now = entry.at;
+        let now = entry.at;
         match &entry.what {
             What::Opened { link } => {
                 epochs[*link] += 1;

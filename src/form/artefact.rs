@@ -109,7 +109,10 @@ impl<E: Fn(f64, f64) -> f64> Artefact<E> {
         let (foot, deviation_mm) = self.evaluate(x_mm, y_mm)?;
         let normal = foot.normal();
         let on_surface = [x_mm, y_mm, foot.zeta_mm];
-        Some(self.pose.to_measured(std::array::from_fn(|i| on_surface[i] + deviation_mm * normal[i])))
+        Some(
+            self.pose
+                .to_measured(std::array::from_fn(|i| on_surface[i] + deviation_mm * normal[i])),
+        )
     }
 
     /// The solution's shape.

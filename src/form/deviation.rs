@@ -91,7 +91,8 @@ mod tests {
 
     #[test]
     fn figures_of_four_points_and_a_gap() {
-        let points = [[0., 0., 1e-6], [1., 0., 3e-6], [0., 1., 3e-6], [9., 0., 1.0], [0., 0., f64::NAN]];
+        let points =
+            [[0., 0., 1e-6], [1., 0., 3e-6], [0., 1., 3e-6], [9., 0., 1.0], [0., 0., f64::NAN]];
         let found = deviations(&points, &Nominal::Plane, &Pose::default());
         assert_eq!(found[..4], [1e-6, 3e-6, 3e-6, 1.0]);
         assert!(found[4].is_nan());

@@ -165,12 +165,15 @@ pub enum FitError {
 pub fn fit(points: &[PointMm], nominal: &Nominal, settings: &FitSettings) -> Result<Fit, FitError> {
     check(nominal, settings)?;
     let start = start::find(points, nominal, settings);
-    let select = |pose: &Pose, shape: &Nominal| Selection::new(points, shape, pose, &settings.aperture);
+    let select =
+        |pose: &Pose, shape: &Nominal| Selection::new(points, shape, pose, &settings.aperture);
     let mut selection = select(&start, nominal);
     let (mut pose, mut shape) = (start, *nominal);
     let mut iterations = 0;
     let mut coarse = true;
-    for round in 1.. {
+    let mut round = 0;
+    loop {
+        round += 1;
         require(&selection, points.len(), nominal, settings)?;
         let used = selection.points.len();
         let last = round == MAX_ROUNDS;
@@ -196,7 +199,6 @@ pub fn fit(points: &[PointMm], nominal: &Nominal, settings: &FitSettings) -> Res
         coarse = coarse && changed > 0;
         selection = next;
     }
-    unreachable!("the loop returns in its last round");
 }
 
 fn check(nominal: &Nominal, settings: &FitSettings) -> Result<(), FitError> {
@@ -269,8 +271,7 @@ fn report(
     let dof = used - kept.len();
     let mut change = vec![0.0; settings.free.len()];
     kept.iter().zip(&last.change).for_each(|(&index, &step)| change[index] = step);
-    let sigma_mm =
-        if dof == 0 { 0.0 } else { (system.square_after(&change) / dof as f64).sqrt() };
+    let sigma_mm = if dof == 0 { 0.0 } else { (system.square_after(&change) / dof as f64).sqrt() };
     let estimates = kept.iter().zip(&last.variance_factors).filter_map(|(&index, factor)| {
         let parameter = settings.free[index];
         let value = parameter.value(&pose, &nominal)?;

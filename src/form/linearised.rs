@@ -38,7 +38,8 @@ struct Cell {
 
 impl Linearised {
     pub(crate) fn new(fit: Fit, made_at: usize, grid: &Grid) -> Linearised {
-        let free: Vec<Parameter> = fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let free: Vec<Parameter> =
+            fit.estimates.iter().map(|estimate| estimate.parameter).collect();
         Linearised {
             made_at,
             excluded: Excluded::default(),
@@ -60,15 +61,16 @@ impl Linearised {
         let part_mm = model.motion.to_part(point);
         let distance_mm = self.row[self.free.len()];
         self.triangle.push(&self.row);
-        let cell = self.cells[settings.grid.cell(part_mm[0], part_mm[1])].get_or_insert_with(|| Cell {
-            count: 0,
-            sums: vec![0.0; self.row.len()].into(),
-            point_sum_mm: [0.0; 3],
-            low_mm: distance_mm,
-            low: point,
-            high_mm: distance_mm,
-            high: point,
-        });
+        let cell =
+            self.cells[settings.grid.cell(part_mm[0], part_mm[1])].get_or_insert_with(|| Cell {
+                count: 0,
+                sums: vec![0.0; self.row.len()].into(),
+                point_sum_mm: [0.0; 3],
+                low_mm: distance_mm,
+                low: point,
+                high_mm: distance_mm,
+                high: point,
+            });
         cell.count += 1;
         cell.point_sum_mm.iter_mut().zip(point).for_each(|(sum, coordinate)| *sum += coordinate);
         cell.sums.iter_mut().zip(&self.row).for_each(|(sum, entry)| *sum += entry);
@@ -90,19 +92,7 @@ impl Linearised {
         let kept: Vec<usize> = (0..self.free.len()).collect();
         let system = System::new(&triangle);
         let step = system.solve(&kept, 0.0);
-        let mut change = step.change.clone();
-        let mut bends = self.bends(&change)?;
-        for _ in 0..CORRECTIONS {
-            let gradient = self.gradient(&system, &change, &bends);
-            let correction = step.undo_gram(&gradient);
-            change.iter_mut().zip(&correction).for_each(|(total, part)| *total -= part);
-            bends = self.bends(&change)?;
-            // gᵀ·(JᵀJ)⁻¹·g is the square of the motion at the points, summed.
-            let motion_mm = (dot(&gradient, &correction).max(0.0) / count as f64).sqrt();
-            if motion_mm <= CORRECTED_MM {
-                break;
-            }
-        }
+        let (change, bends) = self.change(&system, &kept);
         let square = self.square(&system, &change, &bends);
         let (pose, nominal) = self.moved(&change)?;
         let dof = count - kept.len();
@@ -126,7 +116,13 @@ impl Linearised {
     }
 
     /// The extremes are measured anew, without linearisation, at the estimated pose.
-    fn figures(&self, nominal: &Nominal, pose: &Pose, rms_mm: f64, count: usize) -> Option<Figures> {
+    fn figures(
+        &self,
+        nominal: &Nominal,
+        pose: &Pose,
+        rms_mm: f64,
+        count: usize,
+    ) -> Option<Figures> {
         let model = Model::new(nominal, pose, &[]);
         let candidates = self.cells.iter().flatten().flat_map(|cell| [cell.low, cell.high]);
         let mut extremes: Option<[(f64, PointMm); 2]> = None;
@@ -153,6 +149,56 @@ impl Linearised {
         })
     }
 
+    /// The change of the parameters from the reference, and the bends there.
+    ///
+    /// Where few points determine the parameters badly, the linear solution may lie beyond the reach of
+    /// linearisation. Then damped steps are tried, down to none, until one does not make the sum of
+    /// squares larger.
+    fn change(&self, system: &System, kept: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let still = vec![0.0; kept.len()];
+        let flat = vec![0.0; self.cells.len() * (kept.len() + 1)];
+        let most = self.square(system, &still, &flat);
+        let slack = (most.sqrt() + (system.rows() as f64).sqrt() * CORRECTED_MM) * SLACK;
+        if let Some((change, bends)) = self.newton(system, kept)
+            && self.square(system, &change, &bends).sqrt() <= most.sqrt() + slack
+        {
+            return (change, bends);
+        }
+        for damping in DAMPINGS {
+            let change = system.solve(kept, damping).change;
+            let Some(bends) = self.bends(&change) else { continue };
+            if self.square(system, &change, &bends) <= most {
+                return (change, bends);
+            }
+        }
+        (still, flat)
+    }
+
+    /// The linear solution with its corrections for the terms of second order; `None` if these grow.
+    fn newton(&self, system: &System, kept: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let step = system.solve(kept, 0.0);
+        let mut change = step.change.clone();
+        let mut bends = self.bends(&change)?;
+        let mut before_mm = step.motion_mm.max(CORRECTED_MM);
+        for _ in 0..CORRECTIONS {
+            let gradient = self.gradient(system, &change, &bends);
+            let correction = step.undo_gram(&gradient);
+            // gᵀ·(JᵀJ)⁻¹·g is the square of the motion at the points, summed.
+            let square = dot(&gradient, &correction).max(0.0);
+            let motion_mm = (square / system.rows() as f64).sqrt();
+            if motion_mm > before_mm || motion_mm.is_nan() {
+                return None;
+            }
+            change.iter_mut().zip(&correction).for_each(|(total, part)| *total -= part);
+            bends = self.bends(&change)?;
+            if motion_mm <= CORRECTED_MM {
+                break;
+            }
+            before_mm = motion_mm;
+        }
+        Some((change, bends))
+    }
+
     /// Pose and shape after a change of the parameters; `None` if they are none.
     fn moved(&self, change: &[f64]) -> Option<(Pose, Nominal)> {
         let (mut pose, mut nominal) = (self.fit.pose, self.fit.nominal);
@@ -164,29 +210,29 @@ impl Linearised {
 
     /// What linearisation leaves out, for every cell: by how much the derivatives and, beyond J·δ, the
     /// distance change at its centroid. Zero where the centroid has no foot.
-    fn bends(&self, change: &[f64]) -> Option<Vec<Vec<f64>>> {
+    /// One row of derivatives and distance a cell.
+    fn bends(&self, change: &[f64]) -> Option<Vec<f64>> {
         let (pose, nominal) = self.moved(change)?;
         let before = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
         let after = Model::new(&nominal, &pose, &self.free);
         let p = change.len();
         let mut old = vec![0.0; p + 1];
-        let bend = |cell: &Option<Cell>| {
-            let mut bend = vec![0.0; p + 1];
-            let Some(cell) = cell else { return bend };
+        let mut bends = vec![0.0; self.cells.len() * (p + 1)];
+        for (cell, bend) in self.cells.iter().zip(bends.chunks_exact_mut(p + 1)) {
+            let Some(cell) = cell else { continue };
             let centroid = cell.point_sum_mm.map(|sum| sum / cell.count as f64);
-            if before.row(centroid, &mut old).is_none() || after.row(centroid, &mut bend).is_none() {
+            if before.row(centroid, &mut old).is_none() || after.row(centroid, bend).is_none() {
                 bend.fill(0.0);
-                return bend;
+                continue;
             }
             bend[p] -= dot(&old, change);
             bend.iter_mut().zip(&old).for_each(|(new, old)| *new -= old);
-            bend
-        };
-        Some(self.cells.iter().map(bend).collect())
+        }
+        Some(bends)
     }
 
     /// Jᵀ·d at the changed parameters: that of the linear problem, and what the bends add to d and to J.
-    fn gradient(&self, system: &System, change: &[f64], bends: &[Vec<f64>]) -> Vec<f64> {
+    fn gradient(&self, system: &System, change: &[f64], bends: &[f64]) -> Vec<f64> {
         let p = change.len();
         let mut gradient = system.gradient(change);
         for (cell, bend) in self.occupied(bends) {
@@ -199,7 +245,7 @@ impl Linearised {
     }
 
     /// Sum of the squares of the distances at the changed parameters in mm².
-    fn square(&self, system: &System, change: &[f64], bends: &[Vec<f64>]) -> f64 {
+    fn square(&self, system: &System, change: &[f64], bends: &[f64]) -> f64 {
         let p = change.len();
         let added: f64 = self
             .occupied(bends)
@@ -211,23 +257,21 @@ impl Linearised {
         (system.square_after(change) + added).max(0.0)
     }
 
-    fn occupied<'a>(
-        &'a self,
-        bends: &'a [Vec<f64>],
-    ) -> impl Iterator<Item = (&'a Cell, &'a Vec<f64>)> {
-        let pairs = self.cells.iter().zip(bends);
+    /// Cells with points, and their bends.
+    fn occupied<'a>(&'a self, bends: &'a [f64]) -> impl Iterator<Item = (&'a Cell, &'a [f64])> {
+        let pairs = self.cells.iter().zip(bends.chunks_exact(self.free.len() + 1));
         pairs.filter_map(|(cell, bend)| cell.as_ref().map(|cell| (cell, bend)))
     }
 
-    fn map(&self, grid: &Grid, change: &[f64], bends: &[Vec<f64>]) -> Map {
+    fn map(&self, grid: &Grid, change: &[f64], bends: &[f64]) -> Map {
         let p = change.len();
-        let mean_nm = |(cell, bend): (&Option<Cell>, &Vec<f64>)| {
+        let mean_nm = |(cell, bend): (&Option<Cell>, &[f64])| {
             cell.as_ref().map_or(f64::NAN, |cell| {
                 let sum_mm = cell.sums[p] + dot(&cell.sums, change);
                 (sum_mm / cell.count as f64 + bend[p]) * NM_PER_MM
             })
         };
-        let cells = self.cells[..grid.cells()].iter().zip(bends);
+        let cells = self.cells[..grid.cells()].iter().zip(bends.chunks_exact(p + 1));
         Map { grid: *grid, mean_nm: cells.map(mean_nm).collect() }
     }
 }
@@ -241,3 +285,7 @@ fn dot(row: &[f64], change: &[f64]) -> f64 {
 const CORRECTIONS: usize = 8;
 /// A correction that moves the surface by less than this root mean square is the last.
 const CORRECTED_MM: f64 = 1e-12;
+/// Damping of the steps that are tried when the linear solution fails.
+const DAMPINGS: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
+/// Share by which the root of the sum of squares may seem to grow by rounding.
+const SLACK: f64 = 1e-9;

@@ -12,7 +12,8 @@
 //! their bend within a cell. PV looks at the points that were largest and smallest in their cell at the
 //! reference: a point that has overtaken them since by the change of slope is missed, which is at most the
 //! cell's size times that change. Points are in or out of the aperture as the reference has it.
-//! [`Live::settle`] removes all three.
+//! [`Live::settle`] removes all three. Figures of a small patch are those of a pose with the tilts left out
+//! (see [`LiveSettings::rank_tolerance`]), and never of a step that makes the sum of squares larger.
 
 use thiserror::Error;
 
@@ -44,6 +45,17 @@ pub struct LiveSettings {
     pub fit: FitSettings,
     /// The cells of the map. Points beyond it count in the figures all the same.
     pub grid: Grid,
+    /// As [`FitSettings::rank_tolerance`], for references made on the way; the larger of both counts.
+    /// A small patch of an asphere tells tilt from shift so badly that the vertex would wander by more
+    /// than the part's size: until the patch has grown, tilts stay at their start.
+    pub rank_tolerance: f64,
+}
+
+impl LiveSettings {
+    /// Settings with a tolerance of 2e-4 on the way.
+    pub fn new(fit: FitSettings, grid: Grid) -> LiveSettings {
+        LiveSettings { fit, grid, rank_tolerance: 2e-4 }
+    }
 }
 
 /// Why a running estimator cannot be made.
@@ -124,7 +136,8 @@ impl Live {
     pub fn push(&mut self, point: PointMm) {
         self.points.push(point);
         if self.points.len() >= self.next_reference {
-            self.settle();
+            let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
+            self.refer(&FitSettings { rank_tolerance, ..self.settings.fit.clone() });
         } else if let Some(reference) = &mut self.reference {
             reference.add(point, &self.settings);
         }
@@ -133,16 +146,7 @@ impl Live {
     /// Makes the fit of all points so far the reference. Thereafter, until the next point, the estimate is
     /// that of the full fit. `O(n·p²)`.
     pub fn settle(&mut self) {
-        self.next_reference = (2 * self.points.len()).max(self.next_reference);
-        match fit(&self.points, &self.nominal, &self.settings.fit) {
-            Ok(fit) => {
-                let mut reference = Linearised::new(fit, self.points.len(), &self.settings.grid);
-                self.points.iter().for_each(|&point| reference.add(point, &self.settings));
-                self.reference = Some(reference);
-                self.failure = None;
-            }
-            Err(failure) => self.failure = Some(failure),
-        }
+        self.refer(&self.settings.fit.clone());
     }
 
     /// The figures of the points so far; `None` before the first fit could be made, or if the points
@@ -159,6 +163,19 @@ impl Live {
     /// Why the latest attempt at a full fit gave none; `None` if it gave one or there was no attempt.
     pub fn failure(&self) -> Option<&FitError> {
         self.failure.as_ref()
+    }
+
+    fn refer(&mut self, settings: &FitSettings) {
+        self.next_reference = (2 * self.points.len()).max(self.next_reference);
+        match fit(&self.points, &self.nominal, settings) {
+            Ok(fit) => {
+                let mut reference = Linearised::new(fit, self.points.len(), &self.settings.grid);
+                self.points.iter().for_each(|&point| reference.add(point, &self.settings));
+                self.reference = Some(reference);
+                self.failure = None;
+            }
+            Err(failure) => self.failure = Some(failure),
+        }
     }
 }
 

@@ -259,9 +259,11 @@ impl fmt::Display for Nominal {
             Nominal::Sphere { radius_mm } => write!(f, "sphere R {radius_mm} mm"),
             Nominal::Asphere(asphere) => {
                 write!(f, "asphere R {} mm, conic {}", asphere.radius_mm, asphere.conic)?;
-                asphere.orders().filter(|&(_, value)| value != 0.0).try_for_each(|(order, value)| {
-                    write!(f, ", A{order} {value:e} {}", Parameter::A(order).unit())
-                })
+                asphere.orders().filter(|&(_, value)| value != 0.0).try_for_each(
+                    |(order, value)| {
+                        write!(f, ", A{order} {value:e} {}", Parameter::A(order).unit())
+                    },
+                )
             }
         }
     }

@@ -148,8 +148,7 @@ mod tests {
     #[test]
     fn straight_line_through_four_points() {
         // y = a + b·x through (0,1) (1,3) (2,4) (3,4): b = 1, a = 1.5, residual square 1.
-        let rows: [[f64; 3]; 4] =
-            [[-1., 0., 1.], [-1., -1., 3.], [-1., -2., 4.], [-1., -3., 4.]];
+        let rows: [[f64; 3]; 4] = [[-1., 0., 1.], [-1., -1., 3.], [-1., -2., 4.], [-1., -3., 4.]];
         let system = system(&rows.each_ref().map(|row| &row[..]));
         let kept = system.determinate(&[0, 1], 1e-10);
         assert_eq!(kept, [0, 1]);

@@ -33,8 +33,8 @@ impl Svd {
                     }
                     turned = true;
                     let cotangent = (b - a) / (2.0 * along);
-                    let tangent =
-                        cotangent.signum() / (cotangent.abs() + (1.0 + cotangent * cotangent).sqrt());
+                    let tangent = cotangent.signum()
+                        / (cotangent.abs() + (1.0 + cotangent * cotangent).sqrt());
                     let cos = (1.0 + tangent * tangent).sqrt().recip();
                     turn(&mut matrix, p, q, cos, cos * tangent);
                     turn(&mut v, p, q, cos, cos * tangent);

@@ -146,7 +146,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     for (k, (a, b)) in a_tail.iter().zip(b_tail).enumerate() {
         lanes[k] += a * b;
     }
-    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
+    ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5]))
+        + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]))
 }
 
 /// Points a parallel task works on. Fixed, because the result depends on it in the last bits.
@@ -187,7 +188,8 @@ mod tests {
 
     #[test]
     fn joined_factors_hold_all_rows() {
-        let (mut whole, mut left, mut right) = (Triangle::new(4), Triangle::new(4), Triangle::new(4));
+        let (mut whole, mut left, mut right) =
+            (Triangle::new(4), Triangle::new(4), Triangle::new(4));
         for row in 0..300 {
             let values: Vec<f64> = (0..4).map(|column| entry(row, column)).collect();
             whole.push(&values);

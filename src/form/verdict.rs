@@ -60,11 +60,8 @@ pub enum Reason {
 /// Holds figures against a tolerance. A value equal to its limit passes. Measurement uncertainty is not
 /// taken off the limits.
 pub fn verdict(figures: Option<&Figures>, tolerance: &Tolerance) -> Verdict {
-    let undecided = |reason, checks| Verdict {
-        status: Status::Undecided,
-        checks,
-        reason: Some(reason),
-    };
+    let undecided =
+        |reason, checks| Verdict { status: Status::Undecided, checks, reason: Some(reason) };
     if *tolerance == Tolerance::default() {
         return undecided(Reason::NoTolerance, Vec::new());
     }
@@ -123,10 +120,7 @@ mod tests {
         assert_eq!(pass.checks.len(), 2);
         let fail = verdict(Some(&figures(150.0, 20.5)), &both);
         assert_eq!(fail.status, Status::Fail);
-        assert_eq!(
-            fail.checks[1],
-            Check { name: "rms_nm", limit: 20.0, value: 20.5, ok: false }
-        );
+        assert_eq!(fail.checks[1], Check { name: "rms_nm", limit: 20.0, value: 20.5, ok: false });
         assert!(fail.checks[0].ok);
         let only_pv = Tolerance { pv_nm: Some(200.0), rms_nm: None };
         assert_eq!(verdict(Some(&figures(150.0, 1e9)), &only_pv).status, Status::Pass);

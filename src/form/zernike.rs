@@ -36,9 +36,8 @@ pub fn fringe(index: u8, u: f64, v: f64) -> Option<f64> {
     let terms = (n - order) / 2;
     // Horner in ρ². From one k to the next the coefficient changes by
     // −((n+|m|)/2 − k)·((n−|m|)/2 − k) / ((k+1)·(n−k)).
-    let mut coefficient = (1..=terms).fold(1.0, |product, i| {
-        product * f64::from(terms + order + i) / f64::from(i)
-    });
+    let mut coefficient =
+        (1..=terms).fold(1.0, |product, i| product * f64::from(terms + order + i) / f64::from(i));
     let mut radial = 0.0;
     for k in 0..=terms {
         radial = radial * square + coefficient;
@@ -76,7 +75,15 @@ impl FormError {
     pub fn typical(radius_mm: f64) -> FormError {
         FormError {
             radius_mm,
-            fringe_nm: vec![(5, 47.0), (6, -27.0), (7, 24.0), (8, 16.0), (9, 34.0), (10, 30.0), (11, 12.0)],
+            fringe_nm: vec![
+                (5, 47.0),
+                (6, -27.0),
+                (7, 24.0),
+                (8, 16.0),
+                (9, 34.0),
+                (10, 30.0),
+                (11, 12.0),
+            ],
             ring: Some(Ring {
                 radius_mm: 0.62 * radius_mm,
                 width_mm: 0.06 * radius_mm,
@@ -109,7 +116,8 @@ mod tests {
             let (n, m) = fringe_orders(index).unwrap();
             let (n, a) = (f64::from(n), f64::from(m.abs()));
             let sign = f64::from(m.signum());
-            let forward = ((1.0 + (n + a) / 2.0).powi(2) - 2.0 * a - (1.0 + sign) / 2.0).floor() + 1.0;
+            let forward =
+                ((1.0 + (n + a) / 2.0).powi(2) - 2.0 * a - (1.0 + sign) / 2.0).floor() + 1.0;
             assert_eq!(forward, f64::from(index));
         }
         assert_eq!((fringe_orders(0), fringe_orders(101)), (None, None));

@@ -248,6 +248,9 @@ fn on_one_line(points: &[PointMm]) -> Result<(), Violation> {
 mod tests {
     use super::*;
 
+    /// Points, triangles, and what is to be found.
+    type Case<'a> = (&'a [PointMm], &'a [[VertexId; 3]], Result<(), Violation>);
+
     const SQUARE: [PointMm; 4] =
         [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.5, 0.0]];
 
@@ -257,7 +260,7 @@ mod tests {
         concave[2] = [0.5, 0.5, 0.0];
         let mut islands = SQUARE.to_vec();
         islands.extend([[5.0, 0.0, 0.0], [6.0, 0.0, 0.0], [5.0, 1.0, 0.0]]);
-        let cases: [(&[PointMm], &[[VertexId; 3]], Result<(), Violation>); 10] = [
+        let cases: [Case; 10] = [
             (&SQUARE, &[[0, 1, 2], [0, 2, 3]], Ok(())),
             (
                 &SQUARE,

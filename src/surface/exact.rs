@@ -165,6 +165,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::regressions::beside_source;
 
     /// Coordinates that are small multiples of 2⁻³⁰ around a far centre: differences are exact as
     /// integers, but the plain determinants drown in rounding.
@@ -192,6 +193,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
         #[test]
         fn agrees_with_integers(places in nearly_degenerate()) {
             let [a, b, c, d] = places.map(to_place);
@@ -244,6 +247,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
         #[test]
         fn orientation_is_exact_over_many_magnitudes(
             mantissas in prop::array::uniform6(-15_i64..=15),

@@ -20,6 +20,8 @@ mod outcome;
 mod point;
 mod quantile;
 mod raster;
+#[cfg(test)]
+mod regressions;
 mod rim;
 mod sampling;
 mod triangle;

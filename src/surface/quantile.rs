@@ -31,6 +31,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::regressions::beside_source;
 
     /// By sorting; the weights are integers, so that all sums are exact in any order.
     fn by_sorting(entries: &[(f64, f64)], share: f64) -> Option<f64> {
@@ -45,6 +46,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
         #[test]
         fn agrees_with_sorting(
             entries in prop::collection::vec((0_u8..20, 1_u8..9), 0..200),

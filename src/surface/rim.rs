@@ -49,7 +49,8 @@ pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> V
 ///
 /// About an inner vertex the opposite sides of its triangles close a ring: the differences between
 /// the numbers of their ends cancel. About a vertex of the outline they leave the difference
-/// between the two outline neighbours, which is not zero unless both are the same.
+/// between the two outline neighbours. Should several such differences cancel at a vertex where
+/// parts of a filtered mesh meet, it is taken for an inner one and gaps there are not refined.
 fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool> {
     let mut left_over = vec![0_i64; points];
     for &[a, b, c] in triangles {

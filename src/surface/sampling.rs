@@ -10,8 +10,9 @@
 //! within ε·lfs(x), with lfs(x) the distance from x to the medial axis (N. Amenta, M. Bern, Discrete
 //! & Computational Geometry 22 (1999) 481-504, doi:10.1007/PL00009475). The ε of a triangle is its
 //! gap over the smallest lfs at its three corners and at the place of the gap. lfs changes by no
-//! more than the way gone, so if the true lfs is passed, no point of the triangle has a ratio above
-//! ε / (1 - ε): at the limits in use the difference is in the second digit. Cocone's guarantees
+//! more than the way gone, so if the true lfs is passed and the nearest corner is the nearest sample,
+//! no point of the triangle has a ratio above ε / (1 - ε), at the limits in use a difference in the
+//! second digit. Cocone's guarantees
 //! need ε < 0.05 (W. El-Hayek et al., J. Phys.: Conf. Ser. 483 (2014) 012003,
 //! doi:10.1088/1742-6596/483/1/012003, table 1); the caller passes the limit that counts.
 //!

@@ -160,6 +160,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::regressions::beside_source;
 
     fn triangle(points: [PointMm; 3]) -> Triangle {
         Triangle::new(&points, [0, 1, 2])
@@ -214,6 +215,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
         #[test]
         fn no_point_of_the_triangle_is_farther(
             corners in prop::array::uniform3(prop::array::uniform3(-10.0..10.0)),

@@ -4,6 +4,8 @@
 //! when these were written). C: "CHRocodile C Operation Manual" 1.0, 2016-09-20. CLS: "CHRocodile CLS
 //! 0.2" operation manual. C and CLS are cited by printed page.
 
+#![expect(clippy::unwrap_used, reason = "a panic here is a failed test")]
+
 use asphera_chrocodile::{Chrocodile, Settings, Trigger};
 use asphera_link::{
     Command, Count, Driver, Event, FaultKind, Flags, Input, Nanos, Output, Reading,

@@ -155,8 +155,8 @@ impl Cycle {
         let count = Count { raw: counter.into(), first: 1, modulus: overflow.into() };
         let mut passed = 1;
         if let Some(last) = self.last_counter.replace(counter) {
-            let step = (u16::from(counter) + u16::from(overflow) - u16::from(last))
-                % u16::from(overflow);
+            let step =
+                (u16::from(counter) + u16::from(overflow) - u16::from(last)) % u16::from(overflow);
             // A producer that starts anew begins with 1: no jump.
             if step != 1 && counter != 1 {
                 let detail = format!("SYNC {counter} follows SYNC {last}");
@@ -215,10 +215,10 @@ mod tests {
         (1..=4).for_each(|counter| cycle.sync(NOW, &[counter], &mut told));
         let (count, flags) = cycle.position(NOW, &mut told);
         assert_eq!((count.unwrap().raw, flags), (4, Flags::TRIGGER_LOST));
-        assert_eq!(details(&told), [
-            "node 5 sent no position for SYNC 1",
-            "node 5: 3 positions missing in a row"
-        ]);
+        assert_eq!(
+            details(&told),
+            ["node 5 sent no position for SYNC 1", "node 5: 3 positions missing in a row"]
+        );
         told.clear();
         cycle.sync(NOW, &[5], &mut told);
         assert_eq!(cycle.position(NOW, &mut told).1, Flags::empty());
@@ -286,10 +286,13 @@ mod tests {
         cycle.sync(NOW + 3 * WINDOW, &[3], &mut told);
         let (count, flags) = cycle.position(NOW + 4 * WINDOW, &mut told);
         assert_eq!((count.unwrap().raw, flags), (3, Flags::TRIGGER_LOST));
-        assert_eq!(details(&told), [
-            "node 5 sent a position too long after the last SYNC seen",
-            "node 5 sent no position for SYNC 1",
-            "SYNC 3 follows SYNC 1"
-        ]);
+        assert_eq!(
+            details(&told),
+            [
+                "node 5 sent a position too long after the last SYNC seen",
+                "node 5 sent no position for SYNC 1",
+                "SYNC 3 follows SYNC 1"
+            ]
+        );
     }
 }

@@ -116,9 +116,7 @@ impl Setup {
             Step::LinearScale => SdoRequest::Upload(object::POSITION_STEP),
             Step::SensorScale => SdoRequest::Upload(object::MEASURING_STEP),
             Step::SpeedScale => SdoRequest::Upload(object::VELOCITY_STEP),
-            Step::SyncOverflow(overflow) => {
-                write(object::SYNC_OVERFLOW, Expedited::u8(overflow))
-            }
+            Step::SyncOverflow(overflow) => write(object::SYNC_OVERFLOW, Expedited::u8(overflow)),
             Step::HeartbeatTime => {
                 write(object::HEARTBEAT_TIME, Expedited::u16(settings.heartbeat_ms))
             }

@@ -8,6 +8,7 @@ use asphera_link::{Driver as _, Event, FaultKind, Flags, Nanos, Unit};
 use asphera_modbus::{Field, Function, Kind, Map, Settings, Transport};
 use bench::Bench;
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 const OM20_REQUEST: [u8; 5] = [4, 0, 200, 0, 13];
 
@@ -385,6 +386,10 @@ fn run(settings: &Settings, stretches: &[(Vec<u8>, bool)], cut: usize) -> Bench 
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_failure_persistence(FileFailurePersistence::WithSource(
+        "regressions"
+    )))]
+
     #[test]
     fn tcp_does_not_depend_on_how_bytes_are_cut(
         stretches in prop::collection::vec(any_stretch(Transport::Tcp), 1..8),

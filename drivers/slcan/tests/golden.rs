@@ -6,6 +6,7 @@ use asphera_slcan::{
     encode_timestamped,
 };
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 fn items(decoder: &mut Decoder, mut bytes: &[u8]) -> Vec<Item> {
     let mut items = Vec::new();
@@ -189,10 +190,10 @@ fn endless_noise_without_an_end_is_counted() {
         assert_eq!(decoder.decode(&mut &[b'5'; 1000][..]), None);
     }
     assert_eq!(decoder.pending(), 100_000);
-    assert_eq!(items(&mut decoder, b"\rO\r"), [
-        Item::Malformed { bytes: 100_001 },
-        Item::Command(Command::Open)
-    ]);
+    assert_eq!(
+        items(&mut decoder, b"\rO\r"),
+        [Item::Malformed { bytes: 100_001 }, Item::Command(Command::Open)]
+    );
 }
 
 #[test]
@@ -231,7 +232,16 @@ fn line_noise() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(piece, 0..30).prop_map(|pieces| pieces.concat())
 }
 
+/// Where a failing case is kept. The default would be a folder beside the crate, and there the
+/// workspace takes every folder for a member.
+fn beside_this_file() -> ProptestConfig {
+    let place = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(place)), ..ProptestConfig::default() }
+}
+
 proptest! {
+    #![proptest_config(beside_this_file())]
+
     #[test]
     fn frames_survive_the_line(frame in any_frame(), time in prop::option::of(0..60_000_u16)) {
         let mut out = Vec::new();

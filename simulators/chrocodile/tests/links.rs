@@ -1,5 +1,7 @@
 //! The driver against the simulator over a real pseudo-terminal and over TCP.
 
+#![expect(clippy::unwrap_used, reason = "a panic here is a failed test")]
+
 use std::time::Duration;
 
 use asphera_chrocodile::{Chrocodile, Settings};

@@ -1,5 +1,7 @@
 //! The driver against the device in virtual time, without sockets.
 
+#![expect(clippy::unwrap_used, reason = "a panic here is a failed test")]
+
 use std::time::Duration;
 
 use asphera_chrocodile::{Chrocodile, Settings, Trigger};
@@ -239,6 +241,26 @@ fn a_dead_link_is_reopened_and_measures_again() {
     pair.expose(0..3);
     pair.pass(Duration::from_secs(1));
     assert_eq!(counts(&pair.take_readings()), [0, 1, 2]);
+}
+
+#[test]
+fn a_device_that_restarted_is_reopened() {
+    let mut pair = Pair::measuring(Settings::default());
+    pair.expose(0..10);
+    pair.device.restart();
+    // It streams in ASCII now.
+    pair.expose(10..2000);
+    let events = pair.take_events();
+    let readings = events.iter().filter(|event| matches!(event, Event::Reading(_))).count();
+    assert!((9..=10).contains(&readings), "{readings}");
+    let faults: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Reopen(fault) => Some(fault.kind),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(faults, [FaultKind::Protocol]);
 }
 
 #[test]

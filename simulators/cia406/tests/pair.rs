@@ -10,6 +10,7 @@ use asphera_link::{
 };
 use asphera_sim_cia406::{Bus, NodeConfig};
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 /// Drivers and nodes on one wire. `lost` says of each frame of the bus whether it gets lost.
 struct Pair {
@@ -173,11 +174,7 @@ fn every_sync_gives_the_exact_position_with_its_count() {
 
 #[test]
 fn two_nodes_share_a_bus_and_its_syncs() {
-    let rotary = NodeConfig {
-        position: object::POSITION,
-        device_type: 0x0002_0196,
-        ..node(6)
-    };
+    let rotary = NodeConfig { position: object::POSITION, device_type: 0x0002_0196, ..node(6) };
     let turning = Settings {
         position: PositionObject::SingleUnsigned,
         kind: Kind::Rotary { counts_per_turn: 8192 },
@@ -222,10 +219,9 @@ fn a_lost_position_is_a_gap_in_the_counts_and_a_fault() {
     assert_eq!(counts, [1, 2, 3, 6, 7, 8, 9, 10]);
     let flagged: Vec<_> = pair.readings(0).iter().map(|each| each.flags).collect();
     assert_eq!(flagged[3], Flags::TRIGGER_LOST);
-    assert!(flagged[4..].iter().all(|flags| flags.is_empty()));
+    assert!(flagged[4..].iter().all(Flags::is_empty));
     let faults: Vec<_> = pair.faults(0).into_iter().map(|(_, detail)| detail).collect();
-    let expected =
-        ["node 5 sent no position for SYNC 4", "node 5: 2 positions missing in a row"];
+    let expected = ["node 5 sent no position for SYNC 4", "node 5: 2 positions missing in a row"];
     assert_eq!(faults, expected);
 }
 
@@ -233,9 +229,8 @@ fn a_lost_position_is_a_gap_in_the_counts_and_a_fault() {
 fn an_emergency_marks_readings_until_all_is_clear() {
     let mut pair = Pair::started(node(5), settings(5));
     let mut flags = Vec::new();
-    for (cycle, said) in [None, Some((0x5000, 0x01)), Some((0, 0x01)), Some((0, 0))]
-        .into_iter()
-        .enumerate()
+    for (cycle, said) in
+        [None, Some((0x5000, 0x01)), Some((0, 0x01)), Some((0, 0))].into_iter().enumerate()
     {
         if let Some((code, register)) = said {
             let frame = pair.bus.emergency(0, code, register);
@@ -248,10 +243,14 @@ fn an_emergency_marks_readings_until_all_is_clear() {
     assert_eq!(flags, [Flags::empty(), error, error, Flags::empty()]);
     let faults = pair.faults(0);
     assert_eq!(faults.len(), 2);
-    assert_eq!(faults[0], (
-        FaultKind::Device,
-        "node 5: emergency 5000h (device hardware), error register 01h, 00 00 00 00 00".to_owned()
-    ));
+    assert_eq!(
+        faults[0],
+        (
+            FaultKind::Device,
+            "node 5: emergency 5000h (device hardware), error register 01h, 00 00 00 00 00"
+                .to_owned()
+        )
+    );
 }
 
 #[test]
@@ -285,10 +284,10 @@ fn a_node_without_power_is_told_and_found_when_it_starts() {
     pair.advance(Duration::from_secs(20));
     let faults = pair.faults(0);
     assert!(pair.events[0].is_empty(), "nothing proves that the node is there");
-    assert_eq!(faults[0], (
-        FaultKind::Timeout,
-        "node 5 did not answer for 1000.00h within 3 times 200 ms".to_owned()
-    ));
+    assert_eq!(
+        faults[0],
+        (FaultKind::Timeout, "node 5 did not answer for 1000.00h within 3 times 200 ms".to_owned())
+    );
     // At 0.6 s, then after pauses of 1, 2, 4 and 8 s.
     assert_eq!(faults.len(), 5);
     pair.powered = true;
@@ -336,7 +335,8 @@ fn a_fixed_mapping_is_used_where_it_is_right_and_refused_where_it_is_not() {
 
     let mut pair = Pair::started(fixed, settings(5));
     assert_eq!(pair.count(0, &Event::Ready), 0);
-    let expected = "node 5 refused writing 0h to 1A00.00h: the object cannot be written (abort 06010002h)";
+    let expected =
+        "node 5 refused writing 0h to 1A00.00h: the object cannot be written (abort 06010002h)";
     assert_eq!(pair.faults(0)[0], (FaultKind::Refused, expected.to_owned()));
 }
 
@@ -374,11 +374,42 @@ fn velocity_and_work_area_are_read_and_flagged() {
         all.push((reading.values.iter().flatten().collect::<Vec<_>>(), reading.flags));
     }
     // Velocity steps of 1 mm/s; the bits of object 6400h.
-    assert_eq!(all, [
-        (vec![0.010, -3.0, 0.0], Flags::empty()),
-        (vec![1.001, 0.0, 3.0], Flags::OUT_OF_RANGE),
-        (vec![-0.001, 7.0, 5.0], Flags::OUT_OF_RANGE),
-    ]);
+    assert_eq!(
+        all,
+        [
+            (vec![0.010, -3.0, 0.0], Flags::empty()),
+            (vec![1.001, 0.0, 3.0], Flags::OUT_OF_RANGE),
+            (vec![-0.001, 7.0, 5.0], Flags::OUT_OF_RANGE),
+        ]
+    );
+}
+
+/// MTS E-Series manual: seven bytes mapped (p.32), six said to be sent (p.36).
+#[test]
+fn the_length_received_decides_and_a_difference_is_told_once() {
+    let full = Settings { map_velocity: true, map_status: true, ..settings(5) };
+    let mut pair = Pair::started(node(5), full);
+    let bytes = [0x40, 0xE2, 0x01, 0x00, 0xFD, 0xFF, 0x07, 0x00];
+    for (cycle, len) in [7, 6, 8, 4, 3].into_iter().enumerate() {
+        let sync = CanFrame::data_frame(CanId::Standard(0x080), &[counter(cycle)]).unwrap();
+        let position = CanFrame::data_frame(CanId::Standard(0x185), &bytes[..len]).unwrap();
+        pair.settle(vec![sync, position]);
+    }
+    let values: Vec<Vec<_>> =
+        pair.readings(0).iter().map(|each| each.values.iter().collect()).collect();
+    let (position, velocity, status) = (Some(123.456), Some(-3.0), Some(7.0));
+    assert_eq!(
+        values,
+        [
+            [position, velocity, status],
+            [position, velocity, None],
+            [position, velocity, status],
+            [position, None, None],
+        ]
+    );
+    assert_eq!(pair.count(0, &Event::Discarded { bytes: 3 }), 1);
+    let expected = "TPDO1 of node 5 has 6 bytes, its mapping 7".to_owned();
+    assert_eq!(pair.faults(0), [(FaultKind::Protocol, expected)]);
 }
 
 #[test]
@@ -442,7 +473,16 @@ fn any_frame() -> impl Strategy<Value = CanFrame> {
     })
 }
 
+/// Where a failing case is kept. The default would be a folder beside the crate, and there the
+/// workspace takes every folder for a member.
+fn beside_this_file() -> ProptestConfig {
+    let place = FileFailurePersistence::WithSource("regressions");
+    ProptestConfig { failure_persistence: Some(Box::new(place)), ..ProptestConfig::default() }
+}
+
 proptest! {
+    #![proptest_config(beside_this_file())]
+
     /// Whatever is on the bus, in whatever state, nothing panics, and the same calls give the same events.
     #[test]
     fn any_frames_are_survived_and_decide_everything(

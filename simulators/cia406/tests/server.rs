@@ -26,11 +26,7 @@ fn served(size: usize) -> (Simulator, DuplexStream, JoinHandle<io::Result<()>>) 
 }
 
 /// Says something and reads as many bytes as the answer is expected to have.
-async fn ask(
-    host: &mut (impl AsyncReadExt + AsyncWriteExt + Unpin),
-    said: &str,
-    expected: &str,
-) {
+async fn ask(host: &mut (impl AsyncReadExt + AsyncWriteExt + Unpin), said: &str, expected: &str) {
     host.write_all(said.as_bytes()).await.expect("the adapter listens");
     let mut answer = vec![0; expected.len()];
     host.read_exact(&mut answer).await.expect("the adapter answers");

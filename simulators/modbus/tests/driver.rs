@@ -6,6 +6,7 @@ use asphera_link::{Driver as _, Event, FaultKind, Input, Nanos, Output, Reading}
 use asphera_modbus::{Modbus, Settings, Transport};
 use asphera_sim_modbus::{Device, Fault, Session};
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 const INTERVAL: Duration = Duration::from_millis(100);
 const TIMEOUT: Duration = Duration::from_millis(40);
@@ -256,7 +257,11 @@ fn any_fault() -> impl Strategy<Value = Option<Fault>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig {
+        cases: 300,
+        failure_persistence: Some(Box::new(FileFailurePersistence::WithSource("regressions"))),
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn whatever_the_device_does_no_value_is_wrong_and_polling_goes_on(

@@ -266,3 +266,6 @@ fn recording(table: &Section<'_>) -> session::Settings {
 
 
 
+
+#[cfg(test)]
+mod tests;

@@ -63,7 +63,7 @@ fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
     let [x_min_mm, x_max_mm] = bounds.x_mm;
     let [y_min_mm, y_max_mm] = bounds.y_mm;
     let grid = Grid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, nx: CELLS, ny: CELLS };
-    Live::new(part.nominal, LiveSettings { fit: fit_settings(part), grid }).ok()
+    Live::new(part.nominal, LiveSettings::new(fit_settings(part), grid)).ok()
 }
 
 /// What is fitted.

@@ -12,8 +12,11 @@ use rand_pcg::Pcg64Mcg;
 const SEED: u64 = 2012;
 const RADIUS_MM: f64 = 9.0;
 
+#[expect(clippy::print_stderr, reason = "whoever reads the rates must see what they are for")]
 fn main() {
-    eprintln!("asphere R 11.65 mm with seven coefficients, semi-diameter {RADIUS_MM} mm, seed {SEED}");
+    eprintln!(
+        "asphere R 11.65 mm with seven coefficients, semi-diameter {RADIUS_MM} mm, seed {SEED}"
+    );
     divan::main();
 }
 
@@ -34,7 +37,8 @@ fn nominal() -> Nominal {
 fn points(count: usize) -> Vec<PointMm> {
     let mut random = Pcg64Mcg::seed_from_u64(SEED);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-    let pose = Pose { tx_mm: 0.03, ty_mm: -0.02, tz_mm: 0.4, rx_rad: 5e-4, ry_rad: -3e-4, rz_rad: 0.0 };
+    let pose =
+        Pose { tx_mm: 0.03, ty_mm: -0.02, tz_mm: 0.4, rx_rad: 5e-4, ry_rad: -3e-4, rz_rad: 0.0 };
     let nominal = nominal();
     (0..count)
         .map(|_| {
@@ -55,7 +59,7 @@ fn live(count: usize) -> Live {
         nx: 96,
         ny: 96,
     };
-    let settings = LiveSettings { fit: FitSettings::default(), grid };
+    let settings = LiveSettings::new(FitSettings::default(), grid);
     let mut live = Live::new(nominal(), settings).expect("a valid grid");
     points(count).into_iter().for_each(|point| live.push(point));
     live
@@ -89,10 +93,12 @@ fn deviations_of_asphere(bencher: Bencher, count: usize) {
 #[divan::bench(args = [1_000, 100_000], sample_count = 10)]
 fn live_push(bencher: Bencher, count: usize) {
     let points = points(count);
-    bencher.counter(ItemsCount::new(count)).with_inputs(|| live(0)).bench_local_values(|mut live| {
-        points.iter().for_each(|&point| live.push(point));
-        live
-    });
+    bencher.counter(ItemsCount::new(count)).with_inputs(|| live(0)).bench_local_values(
+        |mut live| {
+            points.iter().for_each(|&point| live.push(point));
+            live
+        },
+    );
 }
 
 #[divan::bench(args = [1_000, 10_000, 100_000])]

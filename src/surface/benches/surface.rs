@@ -1,7 +1,8 @@
 //! Rates of insertion, assessment and rasterization.
 //!
 //! `cargo bench -p asphera-surface` runs 100,000 points; `ASPHERA_BENCH_POINTS=1000000` another
-//! number.
+//! number. Scattered points, which are no scan, are inserted at the cost of long walks: there are
+//! at most 20,000 of them.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -12,8 +13,9 @@ use divan::{Bencher, black_box};
 #[path = "../tests/it/patterns.rs"]
 mod patterns;
 
+#[expect(clippy::print_stdout, reason = "a figure without its size and seed says nothing")]
 fn main() {
-    println!("{} points a pattern, seed {SEED}", count());
+    println!("{} points a pattern ({} scattered), seed {SEED}", count(), scattered_count());
     divan::main();
 }
 
@@ -27,6 +29,10 @@ fn count() -> usize {
     })
 }
 
+fn scattered_count() -> usize {
+    count().min(20_000)
+}
+
 /// Rasters have the largest square number of points up to the count.
 fn points(pattern: &str) -> Vec<PointMm> {
     let side = count().isqrt();
@@ -34,7 +40,10 @@ fn points(pattern: &str) -> Vec<PointMm> {
         "exact raster" => patterns::raster(side),
         "jittered raster" => patterns::jittered_raster(side, 0.05, SEED),
         "spiral" => patterns::spiral(count()),
-        _ => patterns::scattered(count(), side as f64 * patterns::PITCH_MM, SEED),
+        _ => {
+            let side_mm = (scattered_count() as f64).sqrt() * patterns::PITCH_MM;
+            patterns::scattered(scattered_count(), side_mm, SEED)
+        }
     }
 }
 

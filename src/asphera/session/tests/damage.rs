@@ -98,9 +98,9 @@ fn truncated_anywhere_every_whole_chunk_is_read() {
     }
 }
 
-/// Bits from one that is flipped to the next. A prime: every bit of a byte has its turn, and records of
-/// every kind are met at every place. With 1 the test takes a minute.
-const STRIDE: usize = 23;
+/// Bits from one that is flipped to the next. Every byte is met, and every bit of a byte has its turn;
+/// with 1, which takes five times as long, the test passes too.
+const STRIDE: usize = 5;
 
 #[test]
 fn single_flipped_bits_are_detected_or_harmless() {

@@ -14,7 +14,8 @@ const COUNT: u64 = 150;
 const SEGMENTS: usize = 5;
 
 fn small_settings() -> Settings {
-    Settings { sync_ms: 40, segment_bytes: 3000, ..settings() }
+    // A segment lasts some 30 ms here, so each is synced in its course too.
+    Settings { sync_ms: 12, segment_bytes: 3000, ..settings() }
 }
 
 /// Records [`COUNT`] entries until something fails. Gives the counters before the call that failed or

@@ -20,14 +20,7 @@ pub(crate) fn al1815() -> Nominal {
 
 /// Half a milliradian of tilt and thirty micrometres of decentre.
 pub(crate) fn misaligned() -> Pose {
-    Pose {
-        tx_mm: 0.030,
-        ty_mm: -0.021,
-        tz_mm: 0.4,
-        rx_rad: 5e-4,
-        ry_rad: -3e-4,
-        rz_rad: 0.0,
-    }
+    Pose { tx_mm: 0.030, ty_mm: -0.021, tz_mm: 0.4, rx_rad: 5e-4, ry_rad: -3e-4, rz_rad: 0.0 }
 }
 
 /// A spiral from the centre outwards, equal area a point.

@@ -1,10 +1,10 @@
 //! Inputs that determine little or nothing.
 
+use crate::common::{al1815, misaligned, spiral};
 use asphera_form::{
     Aperture, ApertureError, Excluded, FitError, FitSettings, Nominal, NominalError, Parameter,
-    PointMm, Pose, fit,
+    PointMm, Pose, Termination, fit,
 };
-use crate::common::{al1815, misaligned, spiral};
 
 fn plane(points: &[PointMm]) -> Result<asphera_form::Fit, FitError> {
     fit(points, &Nominal::Plane, &FitSettings::default())
@@ -38,7 +38,10 @@ fn points_that_are_not_finite_are_counted() {
 #[test]
 fn collinear_points_leave_a_tilt_indeterminate() {
     let line = |dx: f64, dy: f64| -> Vec<PointMm> {
-        (0..50).map(|i| f64::from(i) * 0.1 - 2.0).map(|s| [s * dx, s * dy, 0.5 + 0.01 * s]).collect()
+        (0..50)
+            .map(|i| f64::from(i) * 0.1 - 2.0)
+            .map(|s| [s * dx, s * dy, 0.5 + 0.01 * s])
+            .collect()
     };
     let along_x = plane(&line(1.0, 0.0)).unwrap();
     assert!(along_x.termination.is_converged());
@@ -167,9 +170,26 @@ fn too_few_iterations_are_told() {
         .into_iter()
         .map(|[x, y]| misaligned().to_measured([x, y, al1815().sag_mm(x.hypot(y))]))
         .collect();
-    let settings = FitSettings { max_iterations: 1, ..FitSettings::default() };
+    let settings = FitSettings { max_iterations: 0, ..FitSettings::default() };
     let fitted = fit(&points, &al1815(), &settings).unwrap();
-    assert!(fitted.iterations >= 1 && fitted.pose.is_finite());
+    assert!(
+        matches!(fitted.termination, Termination::MaxIterations { limit: 0, motion_mm } if motion_mm > 1e-6)
+    );
+    assert_eq!((fitted.iterations, fitted.pose), (0, fitted.start));
+}
+
+/// A high point on the border of the aperture: with it the plane tilts so that it lies outside, without it
+/// the plane is level and it lies inside.
+#[test]
+fn an_aperture_that_never_settles_is_told() {
+    let mut points: Vec<PointMm> =
+        (0..40).map(|i| [0.05 * f64::from(i) - 1.0, 0.4 * f64::from(i % 3 - 1), 0.0]).collect();
+    points.push([1.0, 0.0, 0.5]);
+    let aperture = Aperture::Rectangle { width_mm: 2.0, height_mm: 2.0 };
+    let settings = FitSettings { aperture, ..FitSettings::default() };
+    let fitted = fit(&points, &Nominal::Plane, &settings).unwrap();
+    assert!(matches!(fitted.termination, Termination::UnstableAperture { changed } if changed > 0));
+    assert!(!fitted.termination.is_converged());
 }
 
 trait MapPoints {

@@ -1,11 +1,11 @@
 //! Fits with a known answer: numerical artefacts, closed forms, far offsets.
 
+use crate::common::{Noise, al1815, misaligned, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::zernike::FormError;
 use asphera_form::{
     Aperture, Figures, FitSettings, Nominal, Parameter, PointMm, Pose, deviations, fit,
 };
-use crate::common::{Noise, al1815, misaligned, spiral};
 
 fn shape_free(extra: &[Parameter]) -> Vec<Parameter> {
     Parameter::RIGID.iter().chain(extra).copied().collect()
@@ -42,13 +42,15 @@ fn artefact_points(
 #[test]
 fn artefact_on_an_asphere_gives_back_pose_and_deviations() {
     let sample = spiral(20_000, 9.0);
-    let (points, truth) =
-        artefact_points(al1815(), misaligned(), &Parameter::RIGID, &sample, 9.0);
+    let (points, truth) = artefact_points(al1815(), misaligned(), &Parameter::RIGID, &sample, 9.0);
     let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
     assert!(fitted.termination.is_converged(), "{:?}", fitted.termination);
     assert!(fitted.indeterminate.is_empty());
     let difference = pose_difference(&fitted.pose, &misaligned());
-    eprintln!("pose off by {difference:e}, {} iterations, condition {}", fitted.iterations, fitted.condition);
+    eprintln!(
+        "pose off by {difference:e}, {} iterations, condition {}",
+        fitted.iterations, fitted.condition
+    );
     assert!(difference < 1e-12, "{difference:e}");
     let found = deviations(&points, &fitted.nominal, &fitted.pose);
     for (found, truth) in found.iter().zip(&truth) {
@@ -92,8 +94,7 @@ fn artefact_with_free_shape_gives_back_the_shape() {
 fn artefacts_on_spheres_and_planes() {
     let far = Pose { tx_mm: 310.0, ty_mm: -220.0, tz_mm: 95.0, ..Pose::default() };
     for radius_mm in [25.0, -25.0, 400.0] {
-        let free =
-            [Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Radius];
+        let free = [Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Radius];
         let nominal = Nominal::Sphere { radius_mm };
         let (points, _) = artefact_points(nominal, far, &free, &spiral(3_000, 12.0), 12.0);
         let begin = Nominal::Sphere { radius_mm: radius_mm * 1.01 };
@@ -169,9 +170,9 @@ fn height_map_that_begins_at_the_corner() {
 
 #[test]
 fn far_offsets_are_found_without_a_start() {
-    let far = Pose { tx_mm: 412.0, ty_mm: -97.0, tz_mm: -33.0, rx_rad: 2e-3, ry_rad: 1e-3, rz_rad: 0.0 };
-    let (points, _) =
-        artefact_points(al1815(), far, &Parameter::RIGID, &spiral(5_000, 9.0), 9.0);
+    let far =
+        Pose { tx_mm: 412.0, ty_mm: -97.0, tz_mm: -33.0, rx_rad: 2e-3, ry_rad: 1e-3, rz_rad: 0.0 };
+    let (points, _) = artefact_points(al1815(), far, &Parameter::RIGID, &spiral(5_000, 9.0), 9.0);
     let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
     assert!(fitted.termination.is_converged(), "{:?}", fitted.termination);
     assert!(pose_difference(&fitted.pose, &far) < 1e-11, "{:?}", fitted.pose);
@@ -187,8 +188,7 @@ fn far_offsets_are_found_without_a_start() {
 #[test]
 fn only_points_in_the_aperture_count_and_the_rest_is_counted() {
     let sample = spiral(8_000, 7.0);
-    let (mut points, _) =
-        artefact_points(al1815(), misaligned(), &Parameter::RIGID, &sample, 9.0);
+    let (mut points, _) = artefact_points(al1815(), misaligned(), &Parameter::RIGID, &sample, 9.0);
     // Rubbish on the rim and beyond, as a scan that leaves the part brings it.
     for [x, y] in spiral(500, 1.0) {
         let r = x.hypot(y);

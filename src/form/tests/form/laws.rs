@@ -1,8 +1,8 @@
 //! Laws of a fit: rigid motion, scale, order of the points, number of threads.
 
+use crate::common::{Noise, al1815, misaligned, spiral};
 use asphera_form::{Aperture, Figures, Fit, FitSettings, Nominal, PointMm, Pose, deviations, fit};
 use asphera_form::{Asphere, Parameter};
-use crate::common::{Noise, al1815, misaligned, spiral};
 use proptest::prelude::*;
 
 /// A lens with a rough surface, 20 nm.
@@ -111,6 +111,24 @@ proptest! {
         let other = Figures::new(&points, &other, &pose, &Aperture::None).unwrap();
         prop_assert!(figures(&points, &best).rms_nm <= other.rms_nm);
     }
+}
+
+/// Rounding of coordinates of 50 mm once hid the descent of the last step.
+#[test]
+fn converges_where_rounding_exceeds_the_last_descent() {
+    let motion = Pose {
+        tx_mm: 4.916213095324017,
+        ty_mm: 0.0,
+        tz_mm: 49.152991583014675,
+        rx_rad: 0.16272176510906203,
+        ry_rad: -0.04714784655617325,
+        rz_rad: 0.04552187241252351,
+    };
+    let points: Vec<PointMm> =
+        rough_lens(1_500, 500).iter().map(|&point| motion.to_measured(point)).collect();
+    let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
+    assert!(fitted.termination.is_converged(), "{:?}", fitted.termination);
+    assert!(fitted.iterations < 20);
 }
 
 #[test]

@@ -1,18 +1,18 @@
 //! The running estimator against the full fit.
 
+use crate::common::{Noise, al1815, misaligned, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::zernike::FormError;
 use asphera_form::{
-    Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings,
-    PointMm, Pose, deviations, fit,
+    Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate, LiveSettings,
+    Nominal, Parameter, PointMm, Pose, deviations, fit,
 };
-use crate::common::{Noise, al1815, misaligned, spiral};
 
 const GRID: Grid =
     Grid { x_min_mm: -9.0, x_max_mm: 9.0, y_min_mm: -9.0, y_max_mm: 9.0, nx: 96, ny: 96 };
 
 fn settings(fit: FitSettings) -> LiveSettings {
-    LiveSettings { fit, grid: GRID }
+    LiveSettings::new(fit, GRID)
 }
 
 /// A lens with 200 nm of form error and 2 nm of noise, scanned along `sample`.
@@ -38,7 +38,8 @@ fn raster(count: usize, radius: f64) -> Vec<[f64; 2]> {
     for line in 0..lines {
         let y = -radius + (f64::from(line) + 0.5) * pitch;
         let row = (0..lines).map(|column| -radius + (f64::from(column) + 0.5) * pitch);
-        let mut row: Vec<[f64; 2]> = row.map(|x| [x, y]).filter(|p| p[0].hypot(p[1]) <= radius).collect();
+        let mut row: Vec<[f64; 2]> =
+            row.map(|x| [x, y]).filter(|p| p[0].hypot(p[1]) <= radius).collect();
         if line % 2 == 1 {
             row.reverse();
         }
@@ -93,5 +94,108 @@ fn after_100_000_points_of_a_lens_it_agrees_with_the_full_fit() {
         compare(&points, &live.estimate().unwrap(), name, 1e-9, 0.01, 1.0);
         live.settle();
         compare(&points, &live.estimate().unwrap(), name, 1e-11, 1e-6, 1e-5);
+    }
+}
+
+#[test]
+fn every_estimate_on_the_way_is_near_the_full_fit_of_the_same_points() {
+    let sample = raster(6_000, 9.0);
+    let points = lens(&sample);
+    let mut live = Live::new(al1815(), settings(FitSettings::default())).unwrap();
+    for (index, &point) in points.iter().enumerate() {
+        live.push(point);
+        // Not the first lines: on a narrow strip tilt and shift cannot be told apart.
+        if index > 3_000 && index % 1_000 == 0 {
+            compare(&points[..=index], &live.estimate().unwrap(), "raster", 1e-7, 0.01, 1.0);
+        }
+    }
+}
+
+#[test]
+fn map_holds_the_mean_deviation_and_gaps() {
+    let grid = Grid { x_min_mm: 0.0, x_max_mm: 4.0, y_min_mm: 0.0, y_max_mm: 3.0, nx: 4, ny: 3 };
+    let fit = FitSettings { free: vec![Parameter::Tz], ..FitSettings::default() };
+    let mut live = Live::new(Nominal::Plane, LiveSettings::new(fit, grid)).unwrap();
+    // Two points in each cell, 1 nm and 3 nm above a level of 1 mm, but none in the cell (2, 1); the far
+    // point outside the grid is 10 nm below.
+    for i in 0..24 {
+        let (column, row) = (f64::from(i % 4), f64::from(i / 4 % 3));
+        if (column, row) != (2.0, 1.0) {
+            let height = if i < 12 { 1e-6 } else { 3e-6 };
+            live.push([column + 0.5, row + 0.5, 1.0 + height]);
+        }
+    }
+    live.push([10.0, 0.0, 1.0 - 1e-5]);
+    let estimate = live.estimate().unwrap();
+    let mean = (11.0 + 33.0 - 10.0) / 23.0;
+    assert!((estimate.pose.tz_mm - 1.0 - mean * 1e-6).abs() < 1e-14);
+    assert_eq!((estimate.count, estimate.map.mean_nm.len()), (23, 12));
+    for (cell, value) in estimate.map.mean_nm.iter().enumerate() {
+        if cell == 6 {
+            assert!(value.is_nan());
+        } else {
+            assert!((value - (2.0 - mean)).abs() < 1e-8, "{cell}: {value}");
+        }
+    }
+    assert!((estimate.figures.pv_nm - 13.0).abs() < 1e-8);
+    assert_eq!(estimate.figures.at_min_mm[..2], [10.0, 0.0]);
+    assert_eq!(estimate.figures.at_max_mm[..2], [0.5, 0.5]);
+}
+
+#[test]
+fn nothing_is_said_before_a_fit_is_possible() {
+    let mut live = Live::new(Nominal::Plane, settings(FitSettings::default())).unwrap();
+    assert_eq!((live.estimate(), live.failure(), live.taken()), (None, None, 0));
+    (0..20).for_each(|_| live.push([f64::NAN; 3]));
+    assert_eq!(live.estimate(), None);
+    assert_eq!(live.failure(), Some(&FitError::NoPoints { given: 16 }));
+    for i in 0..20 {
+        live.push([f64::from(i % 5), f64::from(i / 5), 1.0]);
+    }
+    let estimate = live.estimate().unwrap();
+    assert_eq!((live.failure(), live.taken()), (None, 40));
+    assert_eq!((estimate.count, estimate.excluded.not_finite), (20, 20));
+    assert_eq!(estimate.indeterminate, [Parameter::Tx, Parameter::Ty]);
+    assert!((estimate.pose.tz_mm - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn impossible_grids_are_refused() {
+    let bad = [
+        Grid { nx: 0, ..GRID },
+        Grid { ny: 1025, ..GRID },
+        Grid { x_max_mm: -9.0, ..GRID },
+        Grid { y_min_mm: f64::NAN, ..GRID },
+    ];
+    for grid in bad {
+        let settings = LiveSettings::new(FitSettings::default(), grid);
+        assert!(matches!(Live::new(Nominal::Plane, settings), Err(LiveError::Grid(_))));
+    }
+}
+
+/// From the first millimetre of a spiral tilt and shift cannot be told apart.
+#[test]
+fn a_small_patch_makes_no_wild_pose() {
+    let points = lens(&spiral(100_000, 9.0));
+    let mut live = Live::new(al1815(), settings(FitSettings::default())).unwrap();
+    for (index, &point) in points[..10_000].iter().enumerate() {
+        live.push(point);
+        if index > 16 && index % 97 == 0 {
+            let estimate = live.estimate().unwrap();
+            let off = pose_difference(&estimate.pose, &misaligned());
+            assert!(off < 0.05, "{index}: {:?}", estimate.pose);
+            assert!(estimate.figures.pv_nm < 200.0 && estimate.figures.rms_nm < 40.0);
+            assert_eq!(estimate.count, index + 1);
+        }
+    }
+    // With every tilt admitted the figures still hold, because no step may make the sum larger.
+    let reckless = LiveSettings { rank_tolerance: 0.0, ..settings(FitSettings::default()) };
+    let mut live = Live::new(al1815(), reckless).unwrap();
+    for (index, &point) in points[..2_000].iter().enumerate() {
+        live.push(point);
+        if index > 16 && index % 97 == 0 {
+            let figures = live.estimate().unwrap().figures;
+            assert!(figures.rms_nm < 400.0, "{index}: {figures:?}");
+        }
     }
 }

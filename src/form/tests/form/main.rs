@@ -1,5 +1,11 @@
 //! Tests of the crate through its public interface, one binary.
 
+#![expect(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
+#![expect(
+    clippy::print_stderr,
+    reason = "a skipped test and the margin of a comparison must be seen"
+)]
+
 mod common;
 mod degenerate;
 mod known;

@@ -14,7 +14,13 @@ pub(crate) fn reference(name: &str) -> Vec<f64> {
 }
 
 /// `made` of reference.py.
-fn made(count: u32, radius_mm: f64, nominal: &Nominal, roughness: f64, pose: &Pose) -> Vec<PointMm> {
+fn made(
+    count: u32,
+    radius_mm: f64,
+    nominal: &Nominal,
+    roughness: f64,
+    pose: &Pose,
+) -> Vec<PointMm> {
     let weyl = |i: u32, f: f64| (f64::from(i) * f).fract();
     (1..=count)
         .map(|i| {

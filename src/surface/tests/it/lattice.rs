@@ -66,8 +66,8 @@ fn assert_delaunay(pushed: &[(Node, bool)]) {
     let vertices: Vec<PointMm> = distinct.iter().map(|n| [n[0] as f64, n[1] as f64, 0.0]).collect();
     assert_eq!(mesh.points(), vertices);
     for (index, (node, _)) in pushed.iter().enumerate() {
-        let first = pushed.iter().position(|(other, _)| other == node).unwrap();
-        let of = distinct.iter().position(|other| other == node).unwrap() as VertexId;
+        let first = pushed.iter().position(|(other, _)| other == node).expect("it is one of them");
+        let of = distinct.iter().position(|other| other == node).expect("it was added") as VertexId;
         let expected = if first == index { Outcome::Vertex(of) } else { Outcome::Duplicate { of } };
         assert_eq!(mesh.outcome(index), Some(expected));
     }

@@ -18,22 +18,20 @@ fn data_folder() -> PathBuf {
 /// Header Block"; X, Y, Z start each point record of every format.
 fn read_las(bytes: &[u8]) -> (Vec<[i32; 3]>, [f64; 3]) {
     assert_eq!((&bytes[..4], bytes[24]), (&b"LASF"[..], 1));
-    let field = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
-    let first_point = field(96);
-    let record_length = usize::from(u16::from_le_bytes(bytes[105..107].try_into().unwrap()));
-    let count = field(107);
-    let scale = |axis: usize| {
-        let at = 131 + 8 * axis;
-        f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap())
-    };
+    let first_point = u32::from_le_bytes(field(bytes, 96)) as usize;
+    let record_length = usize::from(u16::from_le_bytes(field(bytes, 105)));
+    let count = u32::from_le_bytes(field(bytes, 107)) as usize;
     let points = bytes[first_point..]
         .chunks_exact(record_length)
         .take(count)
-        .map(|record| {
-            [0, 4, 8].map(|at| i32::from_le_bytes(record[at..at + 4].try_into().unwrap()))
-        })
+        .map(|record| [0, 4, 8].map(|at| i32::from_le_bytes(field(record, at))))
         .collect();
-    (points, [scale(0), scale(1), scale(2)])
+    (points, [131, 139, 147].map(|at| f64::from_le_bytes(field(bytes, at))))
+}
+
+/// The `N` bytes at an offset.
+fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+    bytes[at..at + N].try_into().expect("a slice of N bytes makes an array of N")
 }
 
 #[test]

@@ -27,7 +27,7 @@ fn bulk(points: &[PointMm]) -> BTreeSet<[VertexId; 3]> {
         (0..).zip(points).map(|(i, p)| ([p[0].to_bits(), p[1].to_bits()], i)).collect();
     let places = points.iter().map(|p| Point2::new(p[0], p[1])).collect();
     let mesh: DelaunayTriangulation<Point2<f64>> =
-        DelaunayTriangulation::bulk_load(places).unwrap();
+        DelaunayTriangulation::bulk_load(places).expect("the places are finite");
     let corner = |place: Point2<f64>| index[&[place.x.to_bits(), place.y.to_bits()]];
     canonical(mesh.inner_faces().map(|face| face.positions().map(corner)))
 }

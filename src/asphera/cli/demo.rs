@@ -1,0 +1,143 @@
+//! `asphera demo`: a simulated part on a simulated bench, measured over real protocols.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use asphera_link::Command;
+use asphera_rig::{Rig, Scene, StationOptions};
+use clap::Args;
+use tokio::time::interval;
+
+use super::exit::Exit;
+use super::output::{Failure, deliver, progress, say, write_json};
+use super::serve::{Page, interrupted};
+use super::{Listen, OutputArgs, Speed};
+use crate::config::Config;
+use crate::live::{Finished, Handle, Station};
+use crate::results;
+
+#[derive(Args)]
+pub(super) struct DemoArgs {
+    /// What is simulated; an unknown name lists them.
+    #[arg(long, value_name = "NAME", default_value = "asphere")]
+    scene: String,
+    /// How many points the scan has.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
+    points: Option<u64>,
+    /// How many times as fast as the bench would really be, or max.
+    #[arg(long, default_value = "1")]
+    speed: Speed,
+    /// Seed of the probe's noise.
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
+    /// End when the scan is complete; otherwise the page stays until Ctrl-C.
+    #[arg(long)]
+    exit: bool,
+    #[command(flatten)]
+    output: OutputArgs,
+    /// Where the page is.
+    #[arg(long, value_name = "ADDR")]
+    listen: Listen,
+}
+
+pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
+    let Some(mut scene) = Scene::built_in(&args.scene) else {
+        let names: Vec<_> = Scene::names().collect();
+        return Err(format!("no scene {:?}; there are {}", args.scene, names.join(", ")).into());
+    };
+    if let Some(points) = args.points {
+        scene = scene.with_points(points);
+    }
+    if let Some(seed) = args.seed {
+        scene = scene.with_seed(seed);
+    }
+    scene = scene.with_speed(match args.speed {
+        Speed::Times(times) => asphera_rig::Speed::Times(times),
+        Speed::Max => asphera_rig::Speed::Max,
+    });
+    tokio::runtime::Runtime::new()?.block_on(demo(scene, args))
+}
+
+async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
+    let folder = args.output.out.clone().unwrap_or_else(default_folder);
+    args.output.out = Some(folder.clone());
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    let ports = folder.join("ports");
+    let rig = Rig::start(scene, &ports).await?;
+    write_json(&folder.join("truth.json"), &rig.truth())?;
+    for listing in rig.listing() {
+        say(&format!("simulated: {:<8} {:<13} {}", listing.name, listing.kind, listing.address));
+    }
+    let toml = rig.station_toml(&StationOptions {
+        recordings: folder.clone(),
+        // A demo that ends by itself takes any port, so that it never fails because one is taken.
+        listen: args.listen.unwrap_or_else(|| ([127, 0, 0, 1], if args.exit { 0 } else { 7717 }).into()),
+    });
+    let config = Config::parse("the demo's configuration", &toml)?;
+    let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
+    let mut station = Station::start(config, true)?;
+    let page = Page::serve(station.handle(), listen, hosts).await?;
+    say(&format!("results: {}", folder.display()));
+
+    let drawn = tokio::spawn(draw(station.handle()));
+    let first = tokio::select! {
+        finished = station.finished() => finished,
+        signal = interrupted() => {
+            signal?;
+            // The session ends in good order; what was measured is kept.
+            station.handle().session(Command::Stop).await?;
+            station.finished().await
+        }
+    };
+    drawn.abort();
+    progress("");
+    let Some(finished) = first else { return Err("the station ended without a report".into()) };
+    let exit = finish(&finished, &args)?;
+    if !args.exit && finished.measurement.report.session.as_ref().is_some_and(|session| session.ended != "stopped") {
+        say("the page stays; Ctrl-C ends");
+        loop {
+            tokio::select! {
+                again = station.finished() => match again {
+                    Some(finished) => results::write(&folder, &finished.measurement)?,
+                    None => break,
+                },
+                signal = interrupted() => {
+                    signal?;
+                    break;
+                }
+            }
+        }
+    }
+    page.close().await?;
+    drop(station);
+    drop(rig);
+    Ok(exit)
+}
+
+fn finish(finished: &Finished, args: &DemoArgs) -> Result<Exit, Failure> {
+    deliver(&finished.measurement, &args.output)?;
+    if finished.recording.is_none() {
+        say("the recording is not complete");
+    }
+    Ok(Exit::of(&finished.measurement.report, true))
+}
+
+/// Draws the progress on a terminal.
+async fn draw(station: Handle) {
+    let snapshots = station.watch();
+    let mut ticks = interval(Duration::from_millis(200));
+    loop {
+        ticks.tick().await;
+        let snapshot = snapshots.borrow().clone();
+        let percent = snapshot.progress.fraction.map_or(0.0, |fraction| 100.0 * fraction);
+        let figures = snapshot.form.as_ref().map_or_else(String::new, |form| {
+            format!(", PV {:.0} nm, RMS {:.1} nm", form.deviation.pv_nm, form.deviation.rms_nm)
+        });
+        progress(&format!("{percent:5.1} %  {} points{figures}", snapshot.points.received));
+    }
+}
+
+fn default_folder() -> PathBuf {
+    std::env::temp_dir().join(format!("asphera-demo-{}", std::process::id()))
+}

@@ -1,0 +1,143 @@
+//! The command line: one file a subcommand.
+
+mod check;
+mod demo;
+mod exit;
+mod measure;
+mod output;
+mod ports;
+mod replay;
+mod run;
+mod serve;
+mod simulate;
+mod summary;
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+
+use exit::Exit;
+
+/// Measures optical surfaces on line: points in, form deviation out.
+#[derive(Parser)]
+#[command(name = "asphera", version, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// What is logged to stderr: error, warn, info, debug, trace, or a filter like asphera_transport=trace.
+    #[arg(long, global = true, env = "ASPHERA_LOG", default_value = "warn")]
+    log: String,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done (a verdict of pass or fail was given, or none was asked for); \
+1 a file, a port or a configuration cannot be used; 2 the command line is wrong; \
+3 the measurement ended but a verdict could not be given.";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Measures a simulated part on a simulated bench, over real protocols.
+    Demo(demo::DemoArgs),
+    /// Runs a station.
+    Run(ConfigArgs),
+    /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
+    Check(ConfigArgs),
+    /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF.
+    Measure(measure::MeasureArgs),
+    /// Replays a recorded session.
+    Replay(replay::ReplayArgs),
+    /// Runs the simulators of a bench alone.
+    Simulate(simulate::SimulateArgs),
+    /// Lists serial ports and CAN interfaces by their stable names.
+    Ports,
+}
+
+#[derive(Args)]
+struct ConfigArgs {
+    /// The configuration file; config/asphera.toml is the reference.
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+}
+
+/// What is done with the figures.
+#[derive(Args, Clone)]
+struct OutputArgs {
+    /// Print the report as one JSON object on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+    /// Write report.json, mesh.ply, deviation.ply and deviation.x3p into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// How fast simulated or recorded time passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Speed {
+    Times(f64),
+    Max,
+}
+
+impl FromStr for Speed {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Speed, String> {
+        if word == "max" {
+            return Ok(Speed::Max);
+        }
+        match word.parse::<f64>() {
+            Ok(times) if times.is_finite() && times > 0.0 => Ok(Speed::Times(times)),
+            _ => Err(format!("expected a number above 0 or `max`, found `{word}`")),
+        }
+    }
+}
+
+/// Where the page is, for commands that show one.
+type Listen = Option<SocketAddr>;
+
+/// Reads the command line and does what it says.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_env_filter(EnvFilter::try_new(&cli.log).unwrap_or_else(|_| EnvFilter::new("warn")))
+        .init();
+    let done = match cli.command {
+        Command::Demo(args) => demo::run(args),
+        Command::Run(args) => run::run(&args.config),
+        Command::Check(args) => check::run(&args.config),
+        Command::Measure(args) => measure::run(&args),
+        Command::Replay(args) => replay::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Ports => ports::run(),
+    };
+    match done {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            output::complain(&failure);
+            Exit::Failed.into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn speeds_are_numbers_or_max() {
+        assert_eq!("max".parse(), Ok(Speed::Max));
+        assert_eq!("2.5".parse(), Ok(Speed::Times(2.5)));
+        for word in ["0", "-1", "fast", "inf", "NaN", ""] {
+            assert!(word.parse::<Speed>().is_err(), "{word}");
+        }
+    }
+}

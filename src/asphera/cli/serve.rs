@@ -1,0 +1,52 @@
+//! A station with its page, until a signal: what `run` and `demo` share.
+
+use std::net::SocketAddr;
+
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+
+use super::output::{Failure, say};
+use crate::live::Handle;
+use crate::publish::{Server, Token};
+
+/// The page of a station, being served.
+pub(super) struct Page {
+    shutdown: oneshot::Sender<()>,
+    task: JoinHandle<std::io::Result<()>>,
+}
+
+impl Page {
+    /// Serves the page of a station and prints its address with the token.
+    pub(super) async fn serve(
+        station: Handle,
+        listen: SocketAddr,
+        allowed_hosts: Vec<String>,
+    ) -> Result<Page, Failure> {
+        let server =
+            Server::bind(listen, Token::random()?, station).await?.with_allowed_hosts(allowed_hosts);
+        say(&format!("page: {}", server.url_with_token()));
+        let (shutdown, stop) = oneshot::channel::<()>();
+        let task = tokio::spawn(server.serve(async {
+            // A dropped sender stops the server too.
+            let _ = stop.await;
+        }));
+        Ok(Page { shutdown, task })
+    }
+
+    /// Stops serving; open answers end first.
+    pub(super) async fn close(self) -> Result<(), Failure> {
+        // The server may have ended by itself; then there is nothing to stop.
+        let _ = self.shutdown.send(());
+        Ok(self.task.await??)
+    }
+}
+
+/// Waits for SIGINT or SIGTERM.
+pub(super) async fn interrupted() -> std::io::Result<()> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::select! {
+        result = tokio::signal::ctrl_c() => result,
+        _ = terminate.recv() => Ok(()),
+    }
+}

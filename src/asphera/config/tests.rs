@@ -1,0 +1,144 @@
+//! The files of the project are read as a user's would be; mistakes are named all at once.
+
+use super::*;
+
+fn project(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(path)
+}
+
+#[test]
+fn the_reference_is_valid() {
+    let config = Config::load(&project("asphera.toml")).unwrap();
+    assert_eq!((config.links.len(), config.devices.len()), (3, 3));
+    assert_eq!(config.sync.devices, [0, 1]);
+    assert_eq!(config.part.pv_nm, Some(300.0));
+}
+
+/// A key that is shown commented out must exist, and mean what it says: its default.
+#[test]
+fn commented_keys_of_the_reference_are_known() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let shown: String = text
+        .lines()
+        .map(|line| match line.strip_prefix("# ") {
+            // `key = value` at the beginning of a comment is a setting that was commented out.
+            Some(setting)
+                if setting.split_once(" = ").is_some_and(|(key, _)| {
+                    key.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_')
+                }) && !ALTERNATIVES.contains(&setting) =>
+            {
+                format!("{setting}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let plain = Config::parse("asphera.toml", &text).unwrap();
+    let shown = Config::parse("asphera.toml", &shown).unwrap();
+    assert_eq!(plain.end, shown.end);
+    assert_eq!(plain.sync, shown.sync);
+    assert_eq!(plain.part, shown.part);
+    assert_eq!(plain.recordings, shown.recordings);
+    assert_eq!(plain.recording, shown.recording);
+    assert_eq!((plain.listen, plain.autostart), (shown.listen, shown.autostart));
+    for (plain, shown) in plain.links.iter().zip(&shown.links) {
+        assert_eq!(plain.endpoint, shown.endpoint);
+        assert_eq!(plain.stale_after, shown.stale_after);
+    }
+}
+
+/// Settings shown as alternatives to others, or as examples that are not defaults.
+const ALTERNATIVES: [&str; 14] = [
+    "kind = \"socketcan\"",
+    "interface = \"can0\"",
+    "scale_um = 10000",
+    "step_nm = 100",
+    "counts_per_turn = 3600000",
+    "event_timer_ms = 1",
+    "sync_window_us = 200",
+    "vendor_id = 0x40",
+    "map = \"baumer-om20\"",
+    "late_limit_ms = 800",
+    "file = \"al1815.toml\"",
+    "function = \"input\"",
+    "address = 200",
+    "length = 13",
+];
+
+#[test]
+fn every_example_is_valid_and_keeps_its_nominal_in_the_effective_text() {
+    let mut stations = 0;
+    for entry in fs::read_dir(project("examples")).unwrap() {
+        let path = entry.unwrap().path();
+        let text = read(&path).unwrap();
+        if text.contains("[station]") {
+            let config = Config::load(&path).unwrap();
+            let again = Config::parse("effective", &config.text).unwrap();
+            assert_eq!(again.part, config.part, "{}", path.display());
+            assert_eq!(again.kinematics, config.kinematics);
+            crate::station::assemble(&config).unwrap();
+            stations += 1;
+        } else {
+            Part::parse("part", &text).unwrap();
+        }
+    }
+    assert!(stations > 0);
+}
+
+#[test]
+fn all_mistakes_of_a_station_come_at_once() {
+    let text = read(&project("asphera.toml"))
+        .unwrap()
+        .replace("baud_bd = 921600", "baud = 921600")
+        .replace("node_id = 5", "node_id = 200")
+        .replace("[75, 76, 65, 256, 257]", "[75, 76, 65, 256, 9999]")
+        .replace("bit_rate_bps = 1000000", "bit_rate_bps = 750000")
+        .replace("link = \"thermal\"", "link = \"termal\"")
+        .replace("conic = -1.1", "conic = \"hyperbolic\"")
+        .replace("[scan]\n", "[scna]\n");
+    let problems = Config::parse("asphera.toml", &text).unwrap_err();
+    let keys: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(
+        keys,
+        [
+            "link.probe.baud",
+            "link.stage.bit_rate_bps",
+            "device.probe.settings.signals[4]",
+            "device.stage.settings.node_id",
+            "device.thermal.link",
+            "nominal.surface.conic",
+            "scna",
+        ],
+        "{problems}"
+    );
+}
+
+#[test]
+fn devices_must_suit_their_link() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let crossed = text
+        .replace("driver = \"cia406\"\nlink = \"stage\"", "driver = \"cia406\"\nlink = \"probe\"");
+    let problems = Config::parse("asphera.toml", &crossed).unwrap_err().to_string();
+    assert!(problems.contains("expected a CAN link"), "{problems}");
+}
+
+#[test]
+fn axes_must_name_channels_that_are_there() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let wrong = text
+        .replace("channel = \"encoder_x\"", "channel = \"encoder_y\"")
+        .replace("counts_per_turn = 3600000, offset_rad", "offset_rad");
+    let problems = Config::parse("asphera.toml", &wrong).unwrap_err().to_string();
+    assert!(problems.contains("kinematics.rotary.channel"), "{problems}");
+    assert!(problems.contains("encoder_x, distance1, intensity1"), "{problems}");
+}
+
+#[test]
+fn a_nominal_in_a_file_of_its_own_reports_its_own_lines() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = read(&project("examples/om30-line.toml")).unwrap().replace("idle_s = 5", "idle = 5");
+    fs::write(dir.path().join("station.toml"), text).unwrap();
+    fs::write(dir.path().join("flat.toml"), "[surface]\nkind = \"plan\"\n").unwrap();
+    let error = Config::load(&dir.path().join("station.toml")).unwrap_err().to_string();
+    assert!(error.contains("flat.toml:2: surface.kind"), "{error}");
+    assert!(error.contains("station.toml:") && error.contains("scan.idle"), "{error}");
+}
