@@ -74,10 +74,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
 }
 
 /// Devices of which a count is not zero.
-fn devices(
-    links: &[LinkFigures],
-    count: impl Fn(&DeviceFigures) -> u64,
-) -> Vec<(String, u64)> {
+fn devices(links: &[LinkFigures], count: impl Fn(&DeviceFigures) -> u64) -> Vec<(String, u64)> {
     links
         .iter()
         .flat_map(|link| &link.devices)

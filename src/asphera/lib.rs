@@ -7,7 +7,7 @@
 //!     └───────▶ session recorder
 //! ```
 
-//pub mod cli;
+pub mod cli;
 pub mod clock;
 pub mod conclude;
 pub mod config;

@@ -61,8 +61,14 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
     })?;
     file(folder, "deviation.ply", |w, path| {
         let scalar = Some(("deviation_nm", measurement.deviations_nm.as_slice()));
-        ply::write_mesh(w, points, triangles, scalar, &[UNITS, "deviation in nm, nan where there is none"])
-            .map_err(format(path))
+        ply::write_mesh(
+            w,
+            points,
+            triangles,
+            scalar,
+            &[UNITS, "deviation in nm, nan where there is none"],
+        )
+        .map_err(format(path))
     })?;
     match &measurement.map {
         Some(map) => file(folder, "deviation.x3p", |w, path| {

@@ -1,5 +1,6 @@
 //! `asphera demo`: a simulated part on a simulated bench, measured over real protocols.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,7 +12,7 @@ use tokio::time::interval;
 use super::exit::Exit;
 use super::output::{Failure, deliver, progress, say, write_json};
 use super::serve::{Page, interrupted};
-use super::{Listen, OutputArgs, Speed};
+use super::{OutputArgs, Speed};
 use crate::config::Config;
 use crate::live::{Finished, Handle, Station};
 use crate::results;
@@ -37,7 +38,7 @@ pub(super) struct DemoArgs {
     output: OutputArgs,
     /// Where the page is.
     #[arg(long, value_name = "ADDR")]
-    listen: Listen,
+    listen: Option<SocketAddr>,
 }
 
 pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
@@ -72,7 +73,9 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     let toml = rig.station_toml(&StationOptions {
         recordings: folder.clone(),
         // A demo that ends by itself takes any port, so that it never fails because one is taken.
-        listen: args.listen.unwrap_or_else(|| ([127, 0, 0, 1], if args.exit { 0 } else { 7717 }).into()),
+        listen: args
+            .listen
+            .unwrap_or_else(|| ([127, 0, 0, 1], if args.exit { 0 } else { 7717 }).into()),
     });
     let config = Config::parse("the demo's configuration", &toml)?;
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
@@ -94,7 +97,14 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     progress("");
     let Some(finished) = first else { return Err("the station ended without a report".into()) };
     let exit = finish(&finished, &args)?;
-    if !args.exit && finished.measurement.report.session.as_ref().is_some_and(|session| session.ended != "stopped") {
+    if !args.exit
+        && finished
+            .measurement
+            .report
+            .session
+            .as_ref()
+            .is_some_and(|session| session.ended != "stopped")
+    {
         say("the page stays; Ctrl-C ends");
         loop {
             tokio::select! {

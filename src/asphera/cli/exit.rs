@@ -19,7 +19,11 @@ impl Exit {
     /// Whether the verdict asked for could be given.
     pub(super) fn of(report: &Report, tolerance_given: bool) -> Exit {
         let undecided = report.verdict.status == Status::Undecided;
-        if report.form.is_none() || (tolerance_given && undecided) { Exit::Undecided } else { Exit::Done }
+        if report.form.is_none() || (tolerance_given && undecided) {
+            Exit::Undecided
+        } else {
+            Exit::Done
+        }
     }
 }
 

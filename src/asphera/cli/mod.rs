@@ -12,7 +12,6 @@ mod serve;
 mod simulate;
 mod summary;
 
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -93,9 +92,6 @@ impl FromStr for Speed {
         }
     }
 }
-
-/// Where the page is, for commands that show one.
-type Listen = Option<SocketAddr>;
 
 /// Reads the command line and does what it says.
 pub fn main() -> ExitCode {

@@ -22,7 +22,9 @@ pub(super) fn run() -> Result<Exit, Failure> {
         text.push_str("no serial ports\n");
     }
     if interfaces.is_empty() {
-        text.push_str("no CAN interfaces (a serial CAN adapter is a serial port: kind \"slcan-serial\")\n");
+        text.push_str(
+            "no CAN interfaces (a serial CAN adapter is a serial port: kind \"slcan-serial\")\n",
+        );
     }
     print(&text);
     Ok(Exit::Done)

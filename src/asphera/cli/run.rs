@@ -19,7 +19,8 @@ pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
 }
 
 async fn station(config: Config) -> Result<Exit, Failure> {
-    let (listen, hosts, autostart) = (config.listen, config.allowed_hosts.clone(), config.autostart);
+    let (listen, hosts, autostart) =
+        (config.listen, config.allowed_hosts.clone(), config.autostart);
     let mut station = Station::start(config, autostart)?;
     let page = Page::serve(station.handle(), listen, hosts).await?;
     let mut stop = std::pin::pin!(interrupted());

@@ -23,8 +23,9 @@ impl Page {
         listen: SocketAddr,
         allowed_hosts: Vec<String>,
     ) -> Result<Page, Failure> {
-        let server =
-            Server::bind(listen, Token::random()?, station).await?.with_allowed_hosts(allowed_hosts);
+        let server = Server::bind(listen, Token::random()?, station)
+            .await?
+            .with_allowed_hosts(allowed_hosts);
         say(&format!("page: {}", server.url_with_token()));
         let (shutdown, stop) = oneshot::channel::<()>();
         let task = tokio::spawn(server.serve(async {

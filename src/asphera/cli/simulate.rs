@@ -20,8 +20,8 @@ pub(super) struct SimulateArgs {
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
     let name = args.rig.display().to_string();
-    let text =
-        std::fs::read_to_string(&args.rig).map_err(|error| format!("cannot read {name}: {error}"))?;
+    let text = std::fs::read_to_string(&args.rig)
+        .map_err(|error| format!("cannot read {name}: {error}"))?;
     let scene = Scene::parse(&name, &text)?;
     let ports = match &args.ports {
         Some(folder) => folder.clone(),

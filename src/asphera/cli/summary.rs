@@ -37,7 +37,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     if let Some(form) = &report.form {
         writeln!(text, "nominal    {}", form.nominal)?;
-        writeln!(text, "fit        {}, {} in {} steps", form.fit.method, form.fit.termination, form.fit.iterations)?;
+        writeln!(
+            text,
+            "fit        {}, {} in {} steps",
+            form.fit.method, form.fit.termination, form.fit.iterations
+        )?;
         for (name, parameter) in &form.fit.parameters {
             write!(text, "  {name:<8} {:.9} {}", parameter.value, parameter.unit)?;
             match parameter.u {
@@ -46,7 +50,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             }
         }
         if !form.fit.indeterminate.is_empty() {
-            writeln!(text, "  not determined by these points: {}", form.fit.indeterminate.join(", "))?;
+            writeln!(
+                text,
+                "  not determined by these points: {}",
+                form.fit.indeterminate.join(", ")
+            )?;
         }
         let deviation = &form.deviation;
         writeln!(
@@ -63,7 +71,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     for link in &report.links {
         for device in &link.devices {
             write!(text, "{:<10} {} readings on {}", device.name, device.readings, link.name)?;
-            for (count, what) in [(device.lost, "lost"), (device.unjoined, "unjoined"), (device.ambiguous, "ambiguous")] {
+            for (count, what) in [
+                (device.lost, "lost"),
+                (device.unjoined, "unjoined"),
+                (device.ambiguous, "ambiguous"),
+            ] {
                 if count > 0 {
                     write!(text, ", {count} {what}")?;
                 }
@@ -71,7 +83,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             for (kind, count) in &device.faults {
                 write!(text, ", {count} {kind} faults")?;
             }
-            for (name, channel) in device.channels.iter().filter(|_| device.lost == 0 && device.unjoined == 0) {
+            for (name, channel) in
+                device.channels.iter().filter(|_| device.lost == 0 && device.unjoined == 0)
+            {
                 write!(text, ", {name} {:.3} {}", channel.mean, channel.unit)?;
             }
             writeln!(text)?;

@@ -98,7 +98,11 @@ pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Optio
     let index = link.and_then(|link| {
         let index = links.iter().position(|known| *known == link);
         if index.is_none() {
-            table.problem("link", format!("one of the links {}", links.join(", ")), format!("{link:?}"));
+            table.problem(
+                "link",
+                format!("one of the links {}", links.join(", ")),
+                format!("{link:?}"),
+            );
         }
         index
     });
@@ -119,7 +123,8 @@ pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Optio
         settings.problem(&problem.key, &problem.expected, &problem.found);
     }
     // Without problems the driver can be made; what it measures is asked of itself.
-    let channels = if problems.is_empty() { driver.build().ok()?.channels().to_vec() } else { Vec::new() };
+    let channels =
+        if problems.is_empty() { driver.build().ok()?.channels().to_vec() } else { Vec::new() };
     Some(DeviceConfig { name, link: index?, driver, channels })
 }
 
@@ -146,8 +151,14 @@ fn cia406(table: &Section<'_>) -> asphera_cia406::Settings {
         ("6004", PositionObject::Single),
         ("6004-unsigned", PositionObject::SingleUnsigned),
     ];
-    let kind = match table.word("kind", "linear", &[("linear", "linear"), ("rotary", "rotary"), ("counts", "counts")]) {
-        "rotary" => Kind::Rotary { counts_per_turn: table.required("counts_per_turn").unwrap_or(1) },
+    let kind = match table.word(
+        "kind",
+        "linear",
+        &[("linear", "linear"), ("rotary", "rotary"), ("counts", "counts")],
+    ) {
+        "rotary" => {
+            Kind::Rotary { counts_per_turn: table.required("counts_per_turn").unwrap_or(1) }
+        }
         "counts" => Kind::Counts,
         _ => Kind::Linear { step_nm: table.get("step_nm") },
     };
@@ -213,7 +224,11 @@ fn field(table: &Section<'_>) -> Option<Field> {
     let function = parsed(table, "function");
     let address = table.required("address");
     let kind = parsed(table, "kind");
-    let word_order = if table.has("word_order") { parsed(table, "word_order") } else { Some(Default::default()) };
+    let word_order = if table.has("word_order") {
+        parsed(table, "word_order")
+    } else {
+        Some(Default::default())
+    };
     let units: Vec<(&str, Unit)> = Unit::ALL.iter().map(|unit| (unit.symbol(), *unit)).collect();
     let unit = table.word("unit", Unit::One, &units);
     let role = role(table);
@@ -249,7 +264,8 @@ fn block(table: &Section<'_>) -> Option<Block> {
 }
 
 fn role(table: &Section<'_>) -> Option<Role> {
-    let words = ["channel", "quality", "alarm", "device-time-s", "device-time-us", "count"].map(|word| (word, word));
+    let words = ["channel", "quality", "alarm", "device-time-s", "device-time-us", "count"]
+        .map(|word| (word, word));
     Some(match table.word("role", "channel", &words) {
         "quality" => Role::Quality {
             good: table.or("good", vec![0]),

@@ -335,8 +335,13 @@ fn found(item: &Item) -> String {
     }
 }
 
-/// The known word nearest to `word`, if it is near enough to be a typing error.
+/// The known word nearest to `word`, if it is near enough to be a typing error or a unit left out.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let without_unit =
+        |known: &&&str| known.strip_prefix(word).is_some_and(|rest| rest.starts_with('_'));
+    if let Some(known) = known.iter().find(without_unit) {
+        return Some(known);
+    }
     let (distance, nearest) = known.iter().map(|known| (edits(word, known), *known)).min()?;
     (distance <= 1 + word.len() / 4).then_some(nearest)
 }
@@ -395,7 +400,8 @@ mod tests {
 
     #[test]
     fn far_words_are_not_suggested() {
-        assert_eq!(nearest("radius", &["radius_mm", "conic"]), None);
+        assert_eq!(nearest("radius", &["radius_mm", "conic"]), Some("radius_mm"));
+        assert_eq!(nearest("height", &["radius_mm", "conic"]), None);
         assert_eq!(nearest("radius_m", &["radius_mm", "conic"]), Some("radius_mm"));
         assert_eq!(nearest("x", &["conic"]), None);
     }

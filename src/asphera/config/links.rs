@@ -48,7 +48,9 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
     let endpoint = match kind {
         Kind::Serial | Kind::SlcanSerial => serial(table),
         Kind::Tcp | Kind::SlcanTcp => tcp(table),
-        Kind::SocketCan => table.required("interface").map(|interface| Endpoint::SocketCan { interface }),
+        Kind::SocketCan => {
+            table.required("interface").map(|interface| Endpoint::SocketCan { interface })
+        }
     };
     let framing = match kind {
         Kind::Serial | Kind::Tcp => Some(Framing::Raw),
@@ -57,15 +59,26 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
     };
     let first_ms = table.within("reconnect_first_ms", 100, 1..=60_000u64);
     let max_ms = table.within("reconnect_max_ms", 2000, 1..=600_000u64);
-    let backoff =
-        Backoff::try_new(Duration::from_millis(first_ms), Duration::from_millis(max_ms), index as u64);
+    let backoff = Backoff::try_new(
+        Duration::from_millis(first_ms),
+        Duration::from_millis(max_ms),
+        index as u64,
+    );
     if let Err(error) = &backoff {
         table.problem("reconnect_max_ms", "at least reconnect_first_ms", error);
     }
-    let stale_after = Duration::from_millis(table.within("stale_after_ms", 1000, 10..=3_600_000u64));
+    let stale_after =
+        Duration::from_millis(table.within("stale_after_ms", 1000, 10..=3_600_000u64));
     table.finish();
     let kind = KINDS.iter().find(|(_, known)| *known as u8 == kind as u8)?.0;
-    Some(LinkConfig { name, kind, endpoint: endpoint?, framing: framing?, backoff: backoff.ok()?, stale_after })
+    Some(LinkConfig {
+        name,
+        kind,
+        endpoint: endpoint?,
+        framing: framing?,
+        backoff: backoff.ok()?,
+        stale_after,
+    })
 }
 
 fn serial(table: &Section<'_>) -> Option<Endpoint> {
@@ -76,7 +89,13 @@ fn serial(table: &Section<'_>) -> Option<Endpoint> {
     let two_stop_bits = table.within("stop_bits", 1, 1..=2u8) == 2;
     let flow = [("none", FlowControl::None), ("hardware", FlowControl::Hardware)];
     let flow_control = table.word("flow_control", FlowControl::None, &flow);
-    Some(Endpoint::Serial(SerialSettings { path: path?, baud_bd, parity, two_stop_bits, flow_control }))
+    Some(Endpoint::Serial(SerialSettings {
+        path: path?,
+        baud_bd,
+        parity,
+        two_stop_bits,
+        flow_control,
+    }))
 }
 
 fn tcp(table: &Section<'_>) -> Option<Endpoint> {

@@ -169,8 +169,7 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
         .enumerate()
         .map(|(index, (name, table))| links::read(name, index, &table))
         .collect();
-    let link_names: Vec<String> =
-        root.sections("link").into_iter().map(|(name, _)| name).collect();
+    let link_names: Vec<String> = root.sections("link").into_iter().map(|(name, _)| name).collect();
     let device_tables = root.sections("device");
     let devices: Vec<Option<DeviceConfig>> = device_tables
         .iter()
@@ -187,7 +186,8 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
         let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
         let is_can = link.framing != crate::station::Framing::Raw;
         if device.driver.is_can() != is_can {
-            let expected = if device.driver.is_can() { "a CAN link" } else { "a serial or tcp link" };
+            let expected =
+                if device.driver.is_can() { "a CAN link" } else { "a serial or tcp link" };
             table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
         }
         let others = devices.iter().flatten().filter(|other| other.link == device.link).count();
@@ -263,9 +263,6 @@ fn recording(table: &Section<'_>) -> session::Settings {
         ..default
     }
 }
-
-
-
 
 #[cfg(test)]
 mod tests;

@@ -30,7 +30,11 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
                 table.problem("devices", "each device once", format!("{name:?} twice"));
             }
             Some(index) => found.push(index),
-            None => table.problem("devices", format!("devices among {}", list(devices)), format!("{name:?}")),
+            None => table.problem(
+                "devices",
+                format!("devices among {}", list(devices)),
+                format!("{name:?}"),
+            ),
         }
     }
     let wait = Duration::from_millis(table.within("wait_ms", 2000, 1..=600_000u64));
@@ -50,7 +54,8 @@ pub(super) fn kinematics(
         Polar,
         Cartesian,
     }
-    let kind = table.required_word("kind", &[("polar", Kind::Polar), ("cartesian", Kind::Cartesian)])?;
+    let kind =
+        table.required_word("kind", &[("polar", Kind::Polar), ("cartesian", Kind::Cartesian)])?;
     let axis = |name: &str, rotary: bool| {
         let section = table.section(name);
         if !section.is_present() {
@@ -90,15 +95,24 @@ fn axis(
     let index = devices.iter().position(|known| known.name == device);
     let stream = sync.devices.iter().position(|known| Some(*known) == index);
     let Some((stream, index)) = stream.zip(index) else {
-        let names: Vec<_> = sync.devices.iter().map(|known| devices[*known].name.as_str()).collect();
-        table.problem("device", format!("one of the synchronized devices {}", names.join(", ")), format!("{device:?}"));
+        let names: Vec<_> =
+            sync.devices.iter().map(|known| devices[*known].name.as_str()).collect();
+        table.problem(
+            "device",
+            format!("one of the synchronized devices {}", names.join(", ")),
+            format!("{device:?}"),
+        );
         return None;
     };
     let channels = &devices[index].channels;
     let name: String = table.required("channel")?;
     let Some(channel) = channels.iter().position(|known| known.name == name) else {
         let names: Vec<_> = channels.iter().map(|known| known.name.as_str()).collect();
-        table.problem("channel", format!("one of the channels {} of {device}", names.join(", ")), format!("{name:?}"));
+        table.problem(
+            "channel",
+            format!("one of the channels {} of {device}", names.join(", ")),
+            format!("{name:?}"),
+        );
         return None;
     };
     let unit = channels[channel].unit;
@@ -110,7 +124,8 @@ fn axis(
         (Unit::Count, false) => table.required::<f64>("mm_per_count")?,
         (Unit::Radian, true) | (Unit::Millimetre, false) => table.or("scale", 1.0),
         _ => {
-            let expected = if rotary { "a channel in rad or counts" } else { "a channel in mm or counts" };
+            let expected =
+                if rotary { "a channel in rad or counts" } else { "a channel in mm or counts" };
             table.problem("channel", expected, format!("{name} in {unit}"));
             return None;
         }

@@ -136,7 +136,8 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
     let aperture = match section.required_word("shape", &words)? {
         Shape::Circle => Aperture::Circle { radius_mm: section.required("radius_mm")? },
         Shape::Rectangle => {
-            let (width_mm, height_mm) = (section.required("width_mm"), section.required("height_mm"));
+            let (width_mm, height_mm) =
+                (section.required("width_mm"), section.required("height_mm"));
             Aperture::Rectangle { width_mm: width_mm?, height_mm: height_mm? }
         }
         Shape::Annulus => {

@@ -103,6 +103,7 @@ fn all_mistakes_of_a_station_come_at_once() {
             "link.probe.baud",
             "link.stage.bit_rate_bps",
             "device.probe.settings.signals[4]",
+            "device.probe.settings.intensity_min",
             "device.stage.settings.node_id",
             "device.thermal.link",
             "nominal.surface.conic",

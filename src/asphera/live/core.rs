@@ -18,9 +18,7 @@ use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
 use crate::pipeline::{Measurement, undecide};
 use crate::report::{Report, Timing};
-use crate::session::{
-    Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What,
-};
+use crate::session::{Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What};
 use crate::snapshot::State;
 use crate::station::{Action, Bench, Happening, assemble};
 
@@ -196,11 +194,8 @@ impl Core {
                 }
             },
             Control::Session(Command::Start, reply) => {
-                let started = if self.session.is_some() {
-                    Err(StationError::Running)
-                } else {
-                    self.begin()
-                };
+                let started =
+                    if self.session.is_some() { Err(StationError::Running) } else { self.begin() };
                 let _ = reply.send(started);
             }
             Control::Session(Command::Stop, reply) => {
@@ -240,9 +235,14 @@ impl Core {
         let dir = &self.config.recordings;
         let folder = |source| StationError::Folder { folder: dir.display().to_string(), source };
         std::fs::create_dir_all(dir).map_err(folder)?;
-        let recorder =
-            Recorder::create(dir, header.clone(), self.config.recording, Box::new(Disk), clock.now())
-                .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
+        let recorder = Recorder::create(
+            dir,
+            header.clone(),
+            self.config.recording,
+            Box::new(Disk),
+            clock.now(),
+        )
+        .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         info!(folder = %recorder.folder().display(), "session begins");
         let recording = Recording::start(recorder, clock).map_err(folder)?;
         let worker = Worker::start(self.config.part.clone(), clock).map_err(folder)?;

@@ -114,8 +114,10 @@ impl View {
                 snapshot.progress.pending_points = figures.pending;
             }
             snapshot.points.lost = bench.lost();
-            snapshot.verdict.reasons =
-                failure.map(|failure| format!("recording stopped: {failure}")).into_iter().collect();
+            snapshot.verdict.reasons = failure
+                .map(|failure| format!("recording stopped: {failure}"))
+                .into_iter()
+                .collect();
             let done = snapshot.points.received + snapshot.points.lost;
             snapshot.progress = progress(
                 self.points.rate_hz(now, snapshot.points.received),

@@ -8,9 +8,7 @@ use super::figures;
 use super::name;
 use super::running::fit_settings;
 use crate::config::Part;
-use crate::report::{
-    Check, FORMAT, Points, Report, Status, Timing, Verdict,
-};
+use crate::report::{Check, FORMAT, Points, Report, Status, Timing, Verdict};
 
 /// All that is known of a part when its last point has landed.
 #[derive(Clone, Debug)]
@@ -65,7 +63,10 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
     match &result {
         Err(error) => verdict.reasons.push(format!("no fit: {error}")),
         Ok(fit) if !fit.termination.is_converged() => {
-            undecide(&mut verdict, format!("the fit did not converge: {}", figures::termination(&fit.termination)));
+            undecide(
+                &mut verdict,
+                format!("the fit did not converge: {}", figures::termination(&fit.termination)),
+            );
         }
         Ok(_) => {}
     }

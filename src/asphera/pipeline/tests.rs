@@ -45,10 +45,7 @@ fn gaps_conflicts_and_duplicates_are_counted_and_a_conflict_is_no_pass() {
     assert_eq!(report.points.received, 410);
     assert_eq!(report.points.duplicates, 1);
     let flagged: Vec<_> = report.points.flagged.into_iter().collect();
-    assert_eq!(
-        flagged,
-        [("conflict".into(), 1), ("missing".into(), 7), ("not_finite".into(), 1)]
-    );
+    assert_eq!(flagged, [("conflict".into(), 1), ("missing".into(), 7), ("not_finite".into(), 1)]);
     assert!(!report.mesh.projectable);
     assert_eq!(report.verdict.status, Status::Undecided);
 }

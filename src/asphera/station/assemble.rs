@@ -26,12 +26,14 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
     let mut lines = Vec::new();
     for (line, link) in config.links.iter().enumerate() {
         let mut devices = Vec::new();
-        for (index, device) in config.devices.iter().enumerate().filter(|(_, device)| device.link == line) {
+        for (index, device) in
+            config.devices.iter().enumerate().filter(|(_, device)| device.link == line)
+        {
             places[index] = (line, devices.len());
-            let driver = device.driver.build().map_err(|reason| AssembleError {
-                device: device.name.clone(),
-                reason,
-            })?;
+            let driver = device
+                .driver
+                .build()
+                .map_err(|reason| AssembleError { device: device.name.clone(), reason })?;
             devices.push((device.name.clone(), driver));
         }
         lines.push(Line::new(link.name.clone(), link.framing, devices));

@@ -195,7 +195,8 @@ impl Bench {
     /// Whether, at `now`, the scan is over.
     pub fn ended(&self, now: Nanos) -> Option<Ended> {
         let seen = self.records + self.synchronizer.counts().next().map_or(0, |counts| counts.lost);
-        if self.end.points.is_some_and(|points| seen >= points && self.synchronizer.pending() == 0) {
+        if self.end.points.is_some_and(|points| seen >= points && self.synchronizer.pending() == 0)
+        {
             return Some(Ended::Complete);
         }
         self.idle_at().is_some_and(|due| due <= now).then_some(Ended::Idle)
@@ -251,7 +252,8 @@ impl Bench {
             .enumerate()
             .map(|(line, link)| {
                 let of_line = coordinates.iter().filter(|(at, ..)| *at == line);
-                let of_line: Vec<_> = of_line.map(|(_, device, channel)| (*device, *channel)).collect();
+                let of_line: Vec<_> =
+                    of_line.map(|(_, device, channel)| (*device, *channel)).collect();
                 link.figures(&of_line)
             })
             .collect();

@@ -25,8 +25,7 @@ impl Point {
 }
 
 /// Flags that forbid the use of a point. A delayed or preceded-by-a-loss reading is noted, and good.
-const UNUSABLE: Flags =
-    Flags::all().difference(Flags::TRIGGER_LOST.union(Flags::DELAYED));
+const UNUSABLE: Flags = Flags::all().difference(Flags::TRIGGER_LOST.union(Flags::DELAYED));
 
 /// One axis: which channel moves it and what the channel's value is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,22 +77,23 @@ impl Kinematics {
     /// The point of a record. Missing values and flags of any reading involved become flags of the point.
     pub fn point(&self, record: &Record) -> Point {
         let mut flags = record.flags;
-        let mut value = |axis: &Axis| match record.readings.get(axis.stream).and_then(Option::as_ref) {
-            Some(reading) => {
-                flags |= reading.flags;
-                match reading.values.get(axis.channel) {
-                    Some(value) => value * axis.scale + axis.offset,
-                    None => {
-                        flags |= Flags::NO_SIGNAL;
-                        0.0
+        let mut value =
+            |axis: &Axis| match record.readings.get(axis.stream).and_then(Option::as_ref) {
+                Some(reading) => {
+                    flags |= reading.flags;
+                    match reading.values.get(axis.channel) {
+                        Some(value) => value * axis.scale + axis.offset,
+                        None => {
+                            flags |= Flags::NO_SIGNAL;
+                            0.0
+                        }
                     }
                 }
-            }
-            None => {
-                flags |= Flags::UNJOINED;
-                0.0
-            }
-        };
+                None => {
+                    flags |= Flags::UNJOINED;
+                    0.0
+                }
+            };
         let position_mm = match self {
             Kinematics::Cartesian { x, y, z } => [value(x), value(y), value(z)],
             Kinematics::Polar { rotary, radial, probe } => {

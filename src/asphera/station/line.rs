@@ -241,7 +241,8 @@ impl Line {
                             self.figures.discarded_bytes += bytes;
                         }
                         Item::Error => {
-                            self.last_error = Some("the adapter refused a command or a frame".to_owned());
+                            self.last_error =
+                                Some("the adapter refused a command or a frame".to_owned());
                         }
                         Item::Status(status) if !status.is_empty() => {
                             self.last_error = Some(format!("the adapter reports {status:?}"));
@@ -364,7 +365,8 @@ impl Device {
 }
 
 impl Running {
-    const NONE: Running = Running { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0 };
+    const NONE: Running =
+        Running { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0 };
 
     fn take(&mut self, value: f64) {
         self.min = self.min.min(value);

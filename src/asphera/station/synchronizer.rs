@@ -196,7 +196,8 @@ impl Synchronizer {
     fn settle(&mut self, stream: usize) {
         let primary = self.streams[0].unwrapper.latest();
         let companion = &mut self.streams[stream];
-        let Some((modulus, (count, _))) = companion.modulus.zip(companion.unwrapper.latest()) else {
+        let Some((modulus, (count, _))) = companion.modulus.zip(companion.unwrapper.latest())
+        else {
             return;
         };
         if primary.is_some_and(|(primary, _)| is_far(primary, count, modulus)) {
@@ -209,10 +210,10 @@ impl Synchronizer {
 
     fn place(&mut self, stream: usize, count: u64, reading: Reading) {
         let streams = self.streams.len();
-        let slot = self.pending.entry(count).or_insert_with(|| Slot {
-            since: reading.host,
-            readings: vec![None; streams],
-        });
+        let slot = self
+            .pending
+            .entry(count)
+            .or_insert_with(|| Slot { since: reading.host, readings: vec![None; streams] });
         slot.readings[stream] = Some(reading);
     }
 
@@ -228,12 +229,7 @@ impl Synchronizer {
 
     fn release(&mut self, now: Nanos, out: &mut Vec<Record>) {
         // Streams come in order: what all of them have passed will never be completed.
-        let passed = self
-            .streams
-            .iter()
-            .map(Stream::settled)
-            .min()
-            .unwrap_or(0);
+        let passed = self.streams.iter().map(Stream::settled).min().unwrap_or(0);
         while let Some(entry) = self.pending.first_entry() {
             let slot = entry.get();
             let complete = slot.readings.iter().all(Option::is_some);
@@ -337,7 +333,11 @@ mod tests {
         Reading {
             host,
             device_time_ns: None,
-            count: Some(Count { raw: first + (trigger % u64::from(modulus)) as u32, first, modulus }),
+            count: Some(Count {
+                raw: first + (trigger % u64::from(modulus)) as u32,
+                first,
+                modulus,
+            }),
             values: [Some(trigger as f64 + 0.5 * stream as f64)].into_iter().collect::<Values>(),
             flags: Flags::empty(),
         }
@@ -388,7 +388,8 @@ mod tests {
             }
         }
         assert_eq!(out.len(), 40_000);
-        let (joined, lonely): (Vec<_>, Vec<_>) = out.iter().partition(|record| record.flags.is_empty());
+        let (joined, lonely): (Vec<_>, Vec<_>) =
+            out.iter().partition(|record| record.flags.is_empty());
         joined.iter().for_each(|record| assert_joined(record));
         assert_eq!((joined.len(), lonely.len()), (28_000, 12_000));
         let counts: Vec<_> = sync.counts().collect();
@@ -397,7 +398,8 @@ mod tests {
 
     #[test]
     fn cycles_lost_on_an_open_link_are_found_and_never_joined_wrongly() {
-        let mut sync = Synchronizer::new(2, SyncSettings { wait: Duration::from_secs(2), ..settings() });
+        let mut sync =
+            Synchronizer::new(2, SyncSettings { wait: Duration::from_secs(2), ..settings() });
         let mut out = Vec::new();
         for trigger in 0..20_000 {
             while let Some(due) = sync.poll_timeout().filter(|due| *due <= at(trigger)) {

@@ -1,0 +1,202 @@
+//! The daemon's configuration for a bench.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use asphera_form::Nominal;
+use toml::Value;
+
+use crate::bench::SYNC_OVERFLOW;
+use crate::motion::Motion;
+use crate::{Scene, Speed, thermal};
+
+/// What a configuration says that the bench does not know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StationOptions {
+    /// Folder of the recordings.
+    pub recordings: PathBuf,
+    /// Address and port of the page and the API; port 0: any.
+    pub listen: SocketAddr,
+}
+
+/// Where the devices are.
+pub(crate) struct Ports<'a> {
+    pub(crate) probe: &'a Path,
+    pub(crate) stage: &'a Path,
+    pub(crate) thermal: Option<SocketAddr>,
+}
+
+/// The whole configuration.
+pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -> String {
+    let mut text = format!(
+        "# Station of the simulated scene {}. The links lead to simulators.\n\n",
+        scene.name
+    );
+    let mut section = |lines: String| {
+        text.push_str(&lines);
+        text.push('\n');
+    };
+    section(format!("[station]\nname = {}\n", quoted(&scene.title)));
+    section(links(ports));
+    section(devices(scene));
+    if ports.thermal.is_some()
+        && let Some(thermal) = scene.thermal
+    {
+        section(thermometer(thermal.unit_id));
+    }
+    section(kinematics(scene));
+    section(nominal(scene));
+    section(format!("[scan]\npoints = {}\nidle_s = {}\n", scene.points, float(idle_s(scene))));
+    section(format!("[session]\ndir = {}\n", quoted(&options.recordings.display().to_string())));
+    text.push_str(&format!("[publish]\nlisten = {}\n", quoted(&options.listen.to_string())));
+    text
+}
+
+fn links(ports: &Ports<'_>) -> String {
+    let path = |path: &Path| quoted(&path.display().to_string());
+    let mut text = format!(
+        "[link.probe]\nkind = \"serial\"\npath = {}\nbaud_bd = 921600\n\n\
+         [link.stage]\nkind = \"slcan-serial\"\npath = {}\nbit_rate_bps = 1000000\n",
+        path(ports.probe),
+        path(ports.stage),
+    );
+    if let Some(address) = ports.thermal {
+        text += &format!(
+            "\n[link.thermal]\nkind = \"tcp\"\naddress = {}\n",
+            quoted(&address.to_string())
+        );
+    }
+    text
+}
+
+fn devices(scene: &Scene) -> String {
+    let signals = match scene.motion {
+        Motion::Spiral { .. } => "[75, 76, 65, 256, 257]",
+        Motion::Raster { .. } => "[75, 76, 256, 257]",
+    };
+    let mut text = format!(
+        "[device.probe]\ndriver = \"chrocodile2\"\nlink = \"probe\"\n\n\
+         # Exposure count, exposure flags, rotary encoder on a polar machine, distance, intensity.\n\
+         [device.probe.settings]\nsignals = {signals}\nsample_rate_hz = {}\ntrigger = \"each\"\n",
+        float(sample_rate_hz(scene)),
+    );
+    for (name, node_id) in stage_names(scene).iter().zip(&scene.node_ids) {
+        text += &format!(
+            "\n[device.{name}]\ndriver = \"cia406\"\nlink = \"stage\"\n\n\
+             [device.{name}.settings]\nnode_id = {node_id}\nkind = \"linear\"\nstep_nm = {}\n\
+             sync_counter_overflow = {SYNC_OVERFLOW}\n",
+            float(scene.motion.step_nm().into()),
+        );
+    }
+    text
+}
+
+fn thermometer(unit_id: u8) -> String {
+    let mut text = format!(
+        "[device.thermal]\ndriver = \"modbus\"\nlink = \"thermal\"\n\n\
+         [device.thermal.settings]\nframing = \"tcp\"\nunit_id = {unit_id}\npoll_interval_ms = 500\n"
+    );
+    for (address, name) in thermal::FIELDS.iter().enumerate() {
+        text += &format!(
+            "\n[[device.thermal.settings.field]]\nname = \"{name}\"\nfunction = \"input\"\n\
+             address = {address}\nkind = \"i16\"\nscale = {}\nunit = \"degC\"\n",
+            thermal::STEP_DEGC,
+        );
+    }
+    text
+}
+
+fn kinematics(scene: &Scene) -> String {
+    let stages = stage_names(scene);
+    let devices = std::iter::once(&"probe").chain(stages).map(|name| format!("\"{name}\""));
+    let devices: Vec<String> = devices.collect();
+    let probe = format!(
+        "{{ device = \"probe\", channel = \"distance1\", offset_mm = {} }}",
+        float(-scene.standoff_mm)
+    );
+    let axis = |device: &str| format!("{{ device = \"{device}\", channel = \"position\" }}");
+    let axes = match scene.motion {
+        Motion::Spiral { counts_per_turn, .. } => format!(
+            "kind = \"polar\"\n\
+             rotary = {{ device = \"probe\", channel = \"encoder_x\", counts_per_turn = {} }}\n\
+             radial = {}\nprobe = {probe}\n",
+            float(counts_per_turn.into()),
+            axis(stages[0]),
+        ),
+        Motion::Raster { .. } => format!(
+            "kind = \"cartesian\"\nx = {}\ny = {}\nz = {probe}\n",
+            axis(stages[0]),
+            axis(stages[1])
+        ),
+    };
+    format!("[sync]\ndevices = [{}]\nwait_ms = 1000\n\n[kinematics]\n{axes}", devices.join(", "))
+}
+
+fn nominal(scene: &Scene) -> String {
+    let surface = match &scene.nominal {
+        Nominal::Plane => "kind = \"plane\"\n".to_owned(),
+        Nominal::Sphere { radius_mm } => {
+            format!("kind = \"sphere\"\nradius_mm = {}\n", float(*radius_mm))
+        }
+        Nominal::Asphere(asphere) => {
+            let mut text = format!(
+                "kind = \"asphere\"\nradius_mm = {}\nconic = {}\n",
+                float(asphere.radius_mm),
+                float(asphere.conic)
+            );
+            for order in (4..=20).step_by(2) {
+                if let Some(value) = asphere.coefficient(order).filter(|&value| value != 0.0) {
+                    text += &format!("A{order} = {}\n", float(value));
+                }
+            }
+            text
+        }
+    };
+    let free: Vec<String> = scene.free.iter().map(|parameter| format!("\"{parameter}\"")).collect();
+    let limit = |name: &str, limit_nm: Option<f64>| {
+        limit_nm.map_or(String::new(), |limit_nm| format!("{name} = {}\n", float(limit_nm)))
+    };
+    format!(
+        "[nominal.surface]\n{surface}\n\
+         [nominal.aperture]\nshape = \"circle\"\nradius_mm = {}\n\n\
+         [nominal.fit]\nfree = [{}]\n\n[nominal.tolerance]\n{}{}",
+        float(scene.semi_diameter_mm),
+        free.join(", "),
+        limit("pv_nm", scene.tolerance.pv_nm),
+        limit("rms_nm", scene.tolerance.rms_nm),
+    )
+}
+
+/// Devices of the stage, in the order of the nodes.
+fn stage_names(scene: &Scene) -> &'static [&'static str] {
+    match scene.motion {
+        Motion::Spiral { .. } => &["stage"],
+        Motion::Raster { .. } => &["stage_x", "stage_y"],
+    }
+}
+
+/// The probe's own rate must not be below that of the triggers, or it would lose some.
+fn sample_rate_hz(scene: &Scene) -> f64 {
+    match scene.speed {
+        Speed::Times(times) => (scene.rate_hz * times).clamp(1000.0, FASTEST_HZ).ceil(),
+        Speed::Max => FASTEST_HZ,
+    }
+}
+
+/// How long nothing may come before the scan counts as over: longer than any outage of the scene.
+fn idle_s(scene: &Scene) -> f64 {
+    let outages = scene.faults.iter().map(|scheduled| scheduled.fault.outage().as_secs_f64());
+    3.0 + outages.fold(0.0, f64::max)
+}
+
+/// As TOML has it: the shortest digits that are this number, never an integer.
+fn float(value: f64) -> String {
+    Value::Float(value).to_string()
+}
+
+fn quoted(text: &str) -> String {
+    Value::String(text.to_owned()).to_string()
+}
+
+/// Highest rate of a CHRocodile 2, Hz.
+const FASTEST_HZ: f64 = 66_000.0;

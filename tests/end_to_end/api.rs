@@ -1,0 +1,114 @@
+//! The API of a running station: snapshots, mesh, links, start and stop.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use asphera_tests::{Running, asphera, http, page};
+use futures_util::StreamExt as _;
+use serde_json::Value;
+use tokio_tungstenite::tungstenite::Message;
+
+fn get(address: &str, path: &str) -> Value {
+    let (status, body) = http(address, "GET", path, &[]);
+    assert_eq!(status, 200, "{path}: {}", String::from_utf8_lossy(&body));
+    serde_json::from_slice(&body).unwrap()
+}
+
+/// Asks until a snapshot is as wanted.
+fn until(address: &str, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+    for _ in 0..300 {
+        let snapshot = get(address, "/api/v1/snapshot");
+        if wanted(&snapshot) {
+            return snapshot;
+        }
+        std::thread::park_timeout(Duration::from_millis(100));
+    }
+    panic!("never {what}: {:#}", get(address, "/api/v1/snapshot"));
+}
+
+#[test]
+fn a_station_is_watched_stopped_and_started_again() {
+    let out = tempfile::tempdir().unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["demo", "--points", "200000", "--listen", "127.0.0.1:0", "--out"])
+            .arg(out.path())
+            .stdout(Stdio::null()),
+    );
+    let (address, token) = page(&daemon.line("page:", Duration::from_secs(60)));
+    let snapshot = until(&address, "measuring with a fit", |snapshot| {
+        snapshot["state"] == "measuring"
+            && snapshot["form"].is_object()
+            && snapshot["map"].is_object()
+    });
+    assert_eq!(snapshot["form"]["provisional"], true);
+    assert_eq!(snapshot["verdict"]["status"], "undecided");
+    let links = get(&address, "/api/v1/links");
+    assert!(links.to_string().contains("connected"), "{links:#}");
+    let (status, ply) = http(&address, "GET", "/api/v1/mesh.ply", &[]);
+    assert_eq!(status, 200);
+    assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
+
+    let bearer = format!("Bearer {token}");
+    let stop = "/api/v1/session/stop";
+    assert_eq!(http(&address, "POST", stop, &[]).0, 401);
+    assert_eq!(
+        http(&address, "POST", stop, &[("Authorization", "Bearer guessed-guessed-guessed")]).0,
+        403
+    );
+    let foreign = [("Authorization", bearer.as_str()), ("Origin", "http://evil.example")];
+    assert_eq!(http(&address, "POST", stop, &foreign).0, 403);
+    assert_eq!(http(&address, "GET", "/api/v1/snapshot", &[("Host", "evil.example")]).0, 403);
+    assert_eq!(
+        until(&address, "measuring", |_| true)["state"],
+        "measuring",
+        "a refused request stopped it"
+    );
+
+    let authorized = [("Authorization", bearer.as_str())];
+    assert_eq!(http(&address, "POST", "/api/v1/session/start", &authorized).0, 409);
+    assert_eq!(http(&address, "POST", stop, &authorized).0, 204);
+    let done = until(&address, "complete", |snapshot| snapshot["state"] == "complete");
+    assert_eq!(done["session"]["ended"], "stopped");
+    let report = get(&address, "/api/v1/report");
+    assert_eq!(report["format"], "asphera.report/1");
+}
+
+/// While points arrive there are at least five snapshots a second, each newer than the one before.
+#[test]
+fn snapshots_stream_at_least_five_times_a_second() {
+    let out = tempfile::tempdir().unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["demo", "--points", "60000", "--listen", "127.0.0.1:0", "--out"])
+            .arg(out.path())
+            .stdout(Stdio::null()),
+    );
+    let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    let times: Vec<f64> = runtime.block_on(async {
+        let url = format!("ws://{address}/api/v1/stream");
+        let (mut stream, _) = tokio_tungstenite::connect_async(url).await.unwrap();
+        let (mut times, mut sequence) = (Vec::new(), 0);
+        while let Some(message) = stream.next().await {
+            let Message::Text(text) = message.unwrap() else { continue };
+            let snapshot: Value = serde_json::from_str(&text).unwrap();
+            if snapshot["format"] != "asphera.snapshot/1" {
+                continue;
+            }
+            let next = snapshot["sequence"].as_u64().unwrap();
+            assert!(next > sequence, "snapshot {next} after {sequence}");
+            sequence = next;
+            if snapshot["state"] == "complete" {
+                break;
+            }
+            if snapshot["points"]["received"].as_u64() > Some(0) {
+                times.push(snapshot["elapsed_s"].as_f64().unwrap());
+            }
+        }
+        times
+    });
+    let span = times.last().unwrap() - times[0];
+    let rate = (times.len() - 1) as f64 / span;
+    assert!(rate >= 5.0, "{} snapshots in {span} s", times.len());
+}

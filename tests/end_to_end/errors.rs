@@ -1,0 +1,97 @@
+//! Bad input gets an error that names place, expected, found and the cure; the exit codes are the documented
+//! ones.
+
+use std::process::Output;
+
+use asphera_tests::run;
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn every_mistake_of_a_configuration_is_named_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let reference = asphera_tests::root().join("config/asphera.toml");
+    let text = std::fs::read_to_string(&reference).unwrap();
+    let good = run(["check", "--config", reference.to_str().unwrap()]);
+    assert_eq!(good.status.code(), Some(0), "{}", words(&good));
+
+    let bad = dir.path().join("bad.toml");
+    let text = text
+        .replace("baud_bd = 921600", "baud_bd = \"fast\"")
+        .replace("node_id = 5", "node_id = 0");
+    std::fs::write(&bad, text).unwrap();
+    for command in ["check", "run"] {
+        let output = run([command, "--config", bad.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(1), "{command}");
+        assert!(output.stdout.is_empty());
+        let words = words(&output);
+        for place in [
+            "bad.toml:30: link.probe.baud_bd",
+            "device.stage.settings.node_id",
+            "found the string \"fast\"",
+        ] {
+            assert!(words.contains(place), "{command}: no {place:?} in {words}");
+        }
+    }
+}
+
+#[test]
+fn a_malformed_file_is_named_with_its_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let nominal = dir.path().join("n.toml");
+    std::fs::write(&nominal, "[surface]\nkind = \"plane\"\n").unwrap();
+    let file = dir.path().join("p.xyz");
+    std::fs::write(&file, "0 0 0\n1 0 zero\n").unwrap();
+    let measure =
+        |file: &str, nominal: &str| run(["measure", file, "--nominal", nominal, "--json"]);
+    let output = measure(file.to_str().unwrap(), nominal.to_str().unwrap());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(output.stdout.is_empty());
+    let text = words(&output);
+    assert!(text.contains("p.xyz") && text.contains("line 2") && text.contains("zero"), "{text}");
+
+    let missing = measure("/nowhere/p.xyz", nominal.to_str().unwrap());
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(words(&missing).contains("/nowhere/p.xyz"));
+
+    std::fs::write(&nominal, "[surface]\nkind = \"asphere\"\nradius_mm = 0\n").unwrap();
+    let output = measure(file.to_str().unwrap(), nominal.to_str().unwrap());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output).contains("n.toml:"), "{}", words(&output));
+}
+
+#[test]
+fn a_wrong_command_line_ends_with_two_and_no_verdict_with_three() {
+    assert_eq!(run(["measure"]).status.code(), Some(2));
+    assert_eq!(run(["demo", "--speed", "warp"]).status.code(), Some(2));
+    assert_eq!(run(["frobnicate"]).status.code(), Some(2));
+    let help = run(["--help"]);
+    assert_eq!(help.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&help.stdout).contains("Exit codes"));
+
+    let dir = tempfile::tempdir().unwrap();
+    let (nominal, file) = (dir.path().join("n.toml"), dir.path().join("p.xyz"));
+    std::fs::write(&nominal, "[surface]\nkind = \"plane\"\n[tolerance]\npv_nm = 1\n").unwrap();
+    std::fs::write(&file, "0 0 0\n").unwrap();
+    let output =
+        run(["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap(), "--json"]);
+    assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+}
+
+#[test]
+fn no_recording_is_an_error_with_its_path() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = run(["replay", dir.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output).contains(dir.path().to_str().unwrap()), "{}", words(&output));
+}
+
+#[test]
+fn ports_are_listed_or_said_to_be_absent() {
+    let output = run(["ports"]);
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("serial") && text.to_lowercase().contains("can"), "{text}");
+}

@@ -1,0 +1,130 @@
+//! Devices nobody of us wrote: python `canopen` and `python-can` as a transducer over slcan, `pymodbus` as a
+//! Baumer OM20. The daemon reads both.
+
+use std::io::{Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use asphera_tests::{Running, asphera, http, json_file, number, page, python, recording, root};
+
+use crate::faults::device;
+
+/// Two hosts on one null modem: what either sends the other receives.
+fn null_modem() -> (u16, u16) {
+    let ends = [0, 1].map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
+    let ports = ends.each_ref().map(|end| end.local_addr().unwrap().port());
+    std::thread::spawn(move || {
+        let [a, b] = ends.map(|end| end.accept().unwrap().0);
+        let pump = |mut from: TcpStream, mut to: TcpStream| {
+            let mut buffer = [0; 4096];
+            while let Ok(count @ 1..) = from.read(&mut buffer) {
+                if to.write_all(&buffer[..count]).is_err() {
+                    return;
+                }
+            }
+        };
+        let (from_a, to_a) = (a.try_clone().unwrap(), a);
+        let (from_b, to_b) = (b.try_clone().unwrap(), b);
+        std::thread::spawn(move || pump(from_a, to_b));
+        pump(from_b, to_a);
+    });
+    (ports[0], ports[1])
+}
+
+#[test]
+fn the_daemon_reads_a_canopen_stack_and_pymodbus() {
+    let Some(python) = python("canopen, can, serial, pymodbus") else { return };
+    let (daemon_port, peer_port) = null_modem();
+    let modbus_port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+
+    let mut modbus = Command::new(&python)
+        .arg(root().join("drivers/modbus/tests/peer.py"))
+        .args(["tcp", &modbus_port.to_string()])
+        .stdout(Stdio::piped())
+        .stdin(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut ready = [0; 5];
+    modbus.stdout.as_mut().unwrap().read_exact(&mut ready).unwrap();
+
+    let dir = tempfile::tempdir().unwrap();
+    let cycles = 400;
+    let config = format!(
+        r#"
+[station]
+name = "peers"
+[link.bus]
+kind = "slcan-tcp"
+address = "127.0.0.1:{daemon_port}"
+bit_rate_bps = 500000
+[link.table]
+kind = "tcp"
+address = "127.0.0.1:{modbus_port}"
+[device.stage]
+driver = "cia406"
+link = "bus"
+settings = {{ node_id = 5, step_nm = 1000, map_velocity = true, map_status = true }}
+[device.table]
+driver = "modbus"
+link = "table"
+settings = {{ framing = "tcp", map = "baumer-om20", poll_interval_ms = 20, skip_repeated = false }}
+[sync]
+devices = ["stage"]
+[kinematics]
+kind = "cartesian"
+x = {{ device = "stage", channel = "position" }}
+y = {{ device = "stage", channel = "velocity" }}
+z = {{ device = "stage", channel = "position" }}
+[nominal.surface]
+kind = "plane"
+[scan]
+idle_s = 2
+[session]
+dir = "{dir}"
+[publish]
+listen = "127.0.0.1:0"
+"#,
+        dir = dir.path().join("recordings").display()
+    )
+    // y has no length in this bench; the position stands for it.
+    .replace("channel = \"velocity\"", "channel = \"position\"");
+    let path = dir.path().join("station.toml");
+    std::fs::write(&path, config).unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera()).args(["run", "--config"]).arg(&path).stdout(Stdio::null()),
+    );
+    let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
+    let mut stage = Command::new(&python)
+        .arg(root().join("drivers/cia406/tests/peer.py"))
+        .arg(peer_port.to_string())
+        .arg(root().join("drivers/cia406/tests/peer.eds"))
+        .args(["5", &cycles.to_string(), "240"])
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    daemon.line("recording:", Duration::from_secs(60));
+    let (status, body) = http(&address, "GET", "/api/v1/report", &[]);
+    assert_eq!(status, 200);
+    let report: serde_json::Value = serde_json::from_slice(&body).unwrap();
+
+    let transducer = device(&report, "stage");
+    assert_eq!(transducer["readings"], cycles, "{transducer:#}");
+    assert_eq!(transducer["lost"], 0);
+    assert!(
+        transducer["faults"].to_string().contains("device"),
+        "the emergency was not seen: {transducer:#}"
+    );
+    let gauge = device(&report, "table");
+    for place in ["/channels/distance/min", "/channels/distance/max"] {
+        let distance = number(gauge, place);
+        assert!((distance - 69.7426).abs() < 5e-5, "{place}: {distance} mm");
+    }
+    assert!(gauge["readings"].as_u64().unwrap() > 10, "{gauge:#}");
+    let manifest = json_file(&recording(&dir.path().join("recordings")).join("manifest.json"));
+    assert_eq!(manifest["session"]["station"], "peers");
+    for child in [&mut stage, &mut modbus] {
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}
