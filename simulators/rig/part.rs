@@ -8,11 +8,9 @@ use crate::Scene;
 /// A place of the part, (x, y) in mm in the part frame.
 pub(crate) type PlaceMm = [f64; 2];
 
-/// The part under the machine: places whose points stand over the machine's positions.
+/// The part under the machine's positions, in the order of the triggers.
 pub(crate) struct Meeting {
-    /// Places of the feet in the part frame, in the order of the triggers, mm.
-    pub(crate) places: Vec<PlaceMm>,
-    /// The points of the part there, machine frame, mm.
+    /// The points of the part, machine frame, mm.
     pub(crate) points: Vec<PointMm>,
     /// Form error there along the normal, mm.
     pub(crate) deviations_mm: Vec<f64>,
@@ -52,7 +50,7 @@ pub(crate) fn meet(scene: &Scene, machine_mm: &[PlaceMm]) -> Result<Meeting, Mis
         points.push(point);
         deviations_mm.push(deviation_mm);
     }
-    Ok(Meeting { places, points, deviations_mm })
+    Ok(Meeting { points, deviations_mm })
 }
 
 fn artefact<E: Fn(f64, f64) -> f64>(

@@ -58,7 +58,7 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
         Kind::SocketCan => Some(Framing::CanRecords),
     };
     let first_ms = table.within("reconnect_first_ms", 100, 1..=60_000u64);
-    let max_ms = table.within("reconnect_max_ms", 2000, 1..=600_000u64);
+    let max_ms = table.within("reconnect_max_ms", 1000, 1..=600_000u64);
     let backoff = Backoff::try_new(
         Duration::from_millis(first_ms),
         Duration::from_millis(max_ms),

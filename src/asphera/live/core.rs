@@ -116,7 +116,7 @@ impl Core {
         due.map_or_else(|| Instant::now() + VIEW_PERIOD, |due| self.clock.instant(due).into())
     }
 
-    /// Something happened on a link. It is recorded before it is acted on.
+    /// Something happened on a link. It is recorded before anything that follows from it.
     async fn event(&mut self, event: LinkEvent) {
         let LinkEvent { link, what } = event;
         let now = self.clock.now();
@@ -235,7 +235,7 @@ impl Core {
         let dir = &self.config.recordings;
         let folder = |source| StationError::Folder { folder: dir.display().to_string(), source };
         std::fs::create_dir_all(dir).map_err(folder)?;
-        let recorder = Recorder::create(
+        let mut recorder = Recorder::create(
             dir,
             header.clone(),
             self.config.recording,
@@ -244,6 +244,11 @@ impl Core {
         )
         .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         info!(folder = %recorder.folder().display(), "session begins");
+        // The first entry, so that a replay begins as the session did.
+        let start = Entry { at: clock.now(), what: What::Command(Command::Start) };
+        recorder
+            .append(&start)
+            .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock).map_err(folder)?;
         let worker = Worker::start(self.config.part.clone(), clock).map_err(folder)?;
         self.clock = clock;
@@ -253,7 +258,7 @@ impl Core {
         // What the old connections still deliver must not reach the new core: a new channel.
         let (sender, events) = mpsc::channel(EVENTS);
         (self.sender, self.events) = (sender, events);
-        self.bench.command(self.clock.now(), Command::Start);
+        self.bench.command(start.at, Command::Start);
         self.open_links();
         Ok(())
     }
