@@ -41,7 +41,9 @@ fn metropro_map() {
     assert_eq!(count(&report, "/points/used"), 640 * 480);
     let dx_mm = 0.702_881_3 / 640.0;
     let area = number(&report, "/mesh/area_mm2");
-    assert!((area / (639.0 * 479.0 * dx_mm * dx_mm) - 1.0).abs() < 1e-6, "{area}");
+    // The surface is a little larger than its projection.
+    let excess = area / (639.0 * 479.0 * dx_mm * dx_mm) - 1.0;
+    assert!((0.0..1e-4).contains(&excess), "{area} mm²");
 }
 
 /// Sq 7.728033273597876e-8 m about the mean height is published with the file.

@@ -70,7 +70,10 @@ fn mistakes_are_named_with_key_expected_and_found() {
             "a reach of 9.01 mm".to_owned()
         )
     );
-    assert_eq!(key(changed("semi_diameter_mm = 9.0", "semi_diameter_mm = -9.0")), "part.semi_diameter_mm");
+    assert_eq!(
+        key(changed("semi_diameter_mm = 9.0", "semi_diameter_mm = -9.0")),
+        "part.semi_diameter_mm"
+    );
     assert_eq!(key(changed("rx_rad = 0.0003", "rx_rad = 0.3")), "part.pose.rx_rad");
     assert_eq!(key(changed("points = 100_000", "points = 0")), "scan.points");
     assert_eq!(key(changed("points = 100_000", "points = 2_000_000")), "scan.points");
@@ -95,8 +98,8 @@ fn unknown_missing_and_mistyped_keys_are_named_with_their_line() {
         ("noise_nm = 5.0", "noise_um = 5.0", "noise_um"),
         ("seed = 1 ", "sed = 1 ", "sed"),
         ("intensity = 100.0", "", "intensity"),
-        ("standoff_mm = 1.0", "standoff_mm = \"1\"", "floating point"),
-        ("kind = \"spiral\"", "kind = \"random\"", "random"),
+        ("standoff_mm = 1.0", "standoff_mm = \"1\"", "f64"),
+        ("kind = \"spiral\"\n", "kind = \"random\"\n", "random"),
     ] {
         let Err(SceneError::Syntax { source, .. }) = changed(from, to) else {
             panic!("{to} was taken");

@@ -32,6 +32,8 @@ pub struct Line {
     distrusted: bool,
     figures: LinkFigures,
     last_error: Option<String>,
+    /// Commands and frames the adapter refused on this connection.
+    refusals: u64,
 }
 
 struct Device {
@@ -95,6 +97,7 @@ impl Line {
             epoch: None,
             distrusted: false,
             last_error: None,
+            refusals: 0,
         }
     }
 
@@ -181,6 +184,7 @@ impl Line {
         self.distrusted = false;
         self.figures.opened += 1;
         self.decoder = new_decoder();
+        self.refusals = 0;
         if let Framing::Slcan(rate) = self.framing {
             let mut bytes = Vec::new();
             // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
@@ -241,8 +245,11 @@ impl Line {
                             self.figures.discarded_bytes += bytes;
                         }
                         Item::Error => {
-                            self.last_error =
-                                Some("the adapter refused a command or a frame".to_owned());
+                            self.refusals += 1;
+                            if self.refusals > EXPECTED_REFUSALS {
+                                let words = "the adapter refused a command or a frame";
+                                self.last_error = Some(words.to_owned());
+                            }
                         }
                         Item::Status(status) if !status.is_empty() => {
                             self.last_error = Some(format!("the adapter reports {status:?}"));
@@ -385,6 +392,9 @@ impl Running {
         })
     }
 }
+
+/// An adapter that is closed already refuses to be closed, and some refuse the empty line before.
+const EXPECTED_REFUSALS: u64 = 2;
 
 /// The station switches the adapter's time stamps off, so a line that has one is damaged.
 const fn new_decoder() -> Decoder {

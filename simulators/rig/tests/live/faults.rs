@@ -1,0 +1,180 @@
+//! What goes wrong, and that the scan goes on.
+
+use std::fs::read_link;
+use std::time::Duration;
+
+use asphera_rig::{Fault, FaultError, Link, Rig, Scene, Speed};
+use tokio::time::{sleep, timeout};
+
+use crate::host::{
+    Host, PATIENCE, address, arm_probe, arm_stage, aside, cycle, open_stage, start, telegram,
+};
+
+/// A second and a half at the scene's rate.
+const POINTS: u64 = 6_000;
+
+async fn armed(scene: Scene) -> (tempfile::TempDir, Rig, Host, Host) {
+    let (dir, rig) = start(scene).await;
+    let (probe, stage) = (address(&rig, "probe"), address(&rig, "stage"));
+    let probe = aside(|| arm_probe(probe)).await;
+    let stage = aside(|| arm_stage(stage, &[5])).await;
+    (dir, rig, probe, stage)
+}
+
+async fn progress(rig: &Rig, triggers: u64) {
+    let wait = async {
+        while rig.progress() < triggers {
+            sleep(Duration::from_millis(1)).await;
+        }
+    };
+    timeout(PATIENCE, wait).await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_unplugged_stage_comes_back_as_another_device_and_the_scan_goes_on() {
+    let scene = Scene::built_in("asphere").unwrap().with_points(POINTS);
+    let (_dir, rig, mut probe, mut stage) = armed(scene).await;
+    let path = address(&rig, "stage");
+    let first = read_link(&path).unwrap();
+    let telegrams =
+        tokio::spawn(aside(move || (0..POINTS).map_while(|_| telegram(&mut probe)).count()));
+
+    let until_it_hangs_up = tokio::spawn(aside(move || {
+        let cycles = std::iter::from_fn(|| cycle(&mut stage, 1)).collect::<Vec<_>>();
+        (cycles, stage)
+    }));
+    progress(&rig, 1_000).await;
+    let duration = Duration::from_millis(200);
+    rig.fault(Link::Stage, Fault::Unplug { duration, restart: false }).unwrap();
+    assert!(std::fs::symlink_metadata(&path).is_err(), "the name is gone");
+    let (before, stage) = until_it_hangs_up.await.unwrap();
+    assert!((900..2_500).contains(&before.len()), "{}", before.len());
+    let wait = async {
+        while std::fs::symlink_metadata(&path).is_err() {
+            sleep(Duration::from_millis(1)).await;
+        }
+    };
+    timeout(PATIENCE, wait).await.unwrap();
+    // The first is still open here, so its name cannot have been given away again.
+    assert_ne!(read_link(&path).unwrap(), first);
+    drop(stage);
+    // The node has kept its settings: to open the channel is enough.
+    let reopened = rig.progress();
+    let after = aside(move || {
+        let mut stage = open_stage(&path);
+        let mut cycles = Vec::new();
+        while cycles.last().is_none_or(|(counter, _)| *counter != (POINTS % 240) as u8)
+            || cycles.len() < 1_000
+        {
+            cycles.push(cycle(&mut stage, 1).unwrap());
+        }
+        cycles
+    })
+    .await;
+    timeout(PATIENCE, rig.finished()).await.unwrap();
+    assert_eq!(telegrams.await.unwrap(), POINTS as usize, "the probe lost nothing");
+    let lost = POINTS as usize - before.len() - after.len();
+    assert!(lost >= 700, "200 ms at 4000 Hz are 800 triggers, {lost} are missing");
+    assert!(reopened >= 1_700, "{reopened}");
+    let counters_go_on =
+        |cycles: &[(u8, Vec<i32>)]| cycles.windows(2).all(|pair| pair[1].0 == pair[0].0 % 240 + 1);
+    assert!(counters_go_on(&before) && counters_go_on(&after));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_unplugged_probe_keeps_its_settings_unless_it_restarts() {
+    for restart in [false, true] {
+        let scene = Scene::built_in("asphere").unwrap().with_points(POINTS);
+        let (_dir, rig, probe, mut stage) = armed(scene).await;
+        let path = address(&rig, "probe");
+        let cycles =
+            tokio::spawn(aside(move || (0..POINTS).map_while(|_| cycle(&mut stage, 1)).count()));
+        progress(&rig, 500).await;
+        let duration = Duration::from_millis(50);
+        rig.fault(Link::Probe, Fault::Unplug { duration, restart }).unwrap();
+        drop(probe);
+        let wait = async {
+            while std::fs::symlink_metadata(&path).is_err() {
+                sleep(Duration::from_millis(1)).await;
+            }
+        };
+        timeout(PATIENCE, wait).await.unwrap();
+        let answer = aside(move || {
+            let mut probe = Host::open(path);
+            probe.say("$SODX ?\r");
+            probe.until(b"$SODX ? ").unwrap();
+            probe.until(b"ready\r\n").unwrap()
+        })
+        .await;
+        let expected: &[u8] =
+            if restart { b"256 257ready\r\n" } else { b"75 76 65 256 257ready\r\n" };
+        assert_eq!(answer, expected);
+        timeout(PATIENCE, rig.finished()).await.unwrap();
+        assert_eq!(cycles.await.unwrap(), POINTS as usize);
+    }
+}
+
+/// The scene's own fault, at its trigger, with the same bytes each time.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn noise_of_a_scene_is_the_same_each_time() {
+    let mut heard = Vec::new();
+    for _ in 0..2 {
+        let scene = Scene::built_in("asphere-noise").unwrap().with_points(1_000);
+        let (_dir, rig, mut probe, mut stage) = armed(scene.with_speed(Speed::Max)).await;
+        let bytes = tokio::join!(
+            aside(move || probe.exactly(18 * 1_000 + 10_000).unwrap()),
+            aside(move || stage.exactly(22 * 1_000 + 10_000).unwrap()),
+        );
+        timeout(PATIENCE, rig.finished()).await.unwrap();
+        heard.push(bytes);
+    }
+    assert!(heard[0] == heard[1]);
+    let (probe, _) = &heard[0];
+    let whole = |telegram: usize| probe[18 * telegram..].starts_with(&[0xFF, 0xFF]);
+    assert!((0..300).all(whole), "the noise came before trigger 300");
+    assert!(!(300..320).all(whole), "the noise did not come at trigger 300");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_emergency_and_a_lost_position_are_heard_among_the_cycles() {
+    let scene = Scene::built_in("asphere").unwrap().with_points(2_000);
+    let (_dir, rig, mut probe, mut stage) = armed(scene).await;
+    let telegrams =
+        tokio::spawn(aside(move || (0..2_000).map_while(|_| telegram(&mut probe)).count()));
+    rig.fault(Link::Stage, Fault::Emergency { code: 0x5000, register: 1 }).unwrap();
+    rig.fault(Link::Stage, Fault::Drop).unwrap();
+    let (syncs, positions, emergencies) = aside(move || {
+        let (mut syncs, mut positions, mut emergencies) = (0, 0, 0);
+        while (syncs, positions, emergencies) != (2_000, 1_999, 1) {
+            let line = String::from_utf8(stage.until(b"\r").unwrap()).unwrap();
+            syncs += usize::from(line.starts_with("t0801"));
+            positions += usize::from(line.starts_with("t1854"));
+            emergencies += usize::from(line == "t08580050010000000000\r");
+            assert!(syncs <= 2_000 && emergencies <= 1);
+        }
+        (syncs, positions, emergencies)
+    })
+    .await;
+    assert_eq!((syncs, positions, emergencies), (2_000, 1_999, 1));
+    assert_eq!(telegrams.await.unwrap(), 2_000);
+}
+
+#[tokio::test]
+async fn faults_that_cannot_be_are_refused() {
+    let scene = Scene::built_in("asphere").unwrap().with_points(10);
+    let (_dir, rig) = start(scene).await;
+    let emergency = Fault::Emergency { code: 1, register: 1 };
+    assert_eq!(
+        rig.fault(Link::Probe, emergency),
+        Err(FaultError::Unsuitable { link: Link::Probe, kind: "emergency" })
+    );
+    assert_eq!(
+        rig.fault(Link::Thermal, Fault::Restart),
+        Err(FaultError::Unsuitable { link: Link::Thermal, kind: "restart" })
+    );
+    let text = Scene::built_in_toml("asphere").unwrap();
+    let text = &text[..text.find("# A thermometer").unwrap()];
+    let (_dir, rig) = start(Scene::parse("cold", text).unwrap().with_points(10)).await;
+    assert_eq!(rig.listing().len(), 2);
+    assert_eq!(rig.fault(Link::Thermal, Fault::Drop), Err(FaultError::NoLink(Link::Thermal)));
+}

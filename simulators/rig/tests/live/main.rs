@@ -1,0 +1,7 @@
+//! Whole benches on real pseudo-terminals and sockets, measured by raw hosts written by hand: they
+//! know the wire from the manuals and nothing of the drivers.
+
+mod faults;
+mod host;
+mod scans;
+mod thermometer;
