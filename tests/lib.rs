@@ -96,6 +96,7 @@ pub fn data(name: &str) -> Option<PathBuf> {
 }
 
 /// Says that a test was skipped, and why.
+#[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
 pub fn skipped(why: &str) {
     eprintln!("skipped: {why}");
 }

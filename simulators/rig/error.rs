@@ -36,10 +36,8 @@ pub enum SceneError {
 /// Why there is no bench.
 #[derive(Debug, Error)]
 pub enum RigError {
-    /// The scene cannot be; a number was changed after it was read.
-    #[error("the scene cannot be played")]
-    Scene(#[from] SceneError),
-    /// The scan cannot be computed.
+    /// The scan cannot be computed; a scene whose numbers were changed after it was read is looked
+    /// at again.
     #[error("the scan cannot be computed")]
     Plan(#[from] PlanError),
     /// The computation of the scan was cut off.

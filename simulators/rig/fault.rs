@@ -52,7 +52,8 @@ pub enum Fault {
         /// How long.
         duration: Duration,
     },
-    /// Random bytes among those to the host, the same for the same scene and trigger.
+    /// Random bytes among those to the host, the same for the same scene and trigger. On the probe's
+    /// line they may stand some telegrams before the trigger: those that wait are not sent yet.
     Noise {
         /// How many.
         bytes: usize,

@@ -36,10 +36,11 @@ fn a_station_is_watched_stopped_and_started_again() {
             .stdout(Stdio::null()),
     );
     let (address, token) = page(&daemon.line("page:", Duration::from_secs(60)));
-    let snapshot = until(&address, "measuring with a fit", |snapshot| {
+    let snapshot = until(&address, "measuring with a fit and a mesh", |snapshot| {
         snapshot["state"] == "measuring"
             && snapshot["form"].is_object()
             && snapshot["map"].is_object()
+            && snapshot["mesh"]["triangles"].as_u64() > Some(0)
     });
     assert_eq!(snapshot["form"]["provisional"], true);
     assert_eq!(snapshot["verdict"]["status"], "undecided");

@@ -1,5 +1,7 @@
 //! The computed scan against the fit, against sums of its own, and against itself.
 
+#![expect(clippy::unwrap_used, reason = "a failed test may panic, in its helpers too")]
+
 use std::f64::consts::TAU;
 
 use asphera_form::{

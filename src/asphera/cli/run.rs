@@ -37,10 +37,9 @@ async fn station(config: Config) -> Result<Exit, Failure> {
         }
     }
     // A running session is ended in good order, so that its recording says why it ended.
-    if station.handle().session(Command::Stop).await.is_ok() {
-        if let Ok(Some(finished)) = timeout(STOP, station.finished()).await {
-            show(&finished);
-        }
+    let stopped = station.handle().session(Command::Stop).await.is_ok();
+    if stopped && let Ok(Some(finished)) = timeout(STOP, station.finished()).await {
+        show(&finished);
     }
     page.close().await?;
     Ok(Exit::Done)

@@ -1,8 +1,8 @@
 //! A station at work: ports, clock, recorder and pipeline around the core.
 //!
-//! Three threads of work, joined by channels: the links read and write ports; [`core`] holds the core,
+//! Three threads of work, joined by channels: the links read and write ports; `core` holds the core,
 //! decides the order of everything and hands it to the recorder; the pipeline makes figures. What a
-//! person sees is put together in [`view`].
+//! person sees is put together in `view`.
 
 mod core;
 mod recording;
