@@ -1,5 +1,7 @@
 //! The rules of the house that a machine can check: which crate may use which, and what the code does not do.
 
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

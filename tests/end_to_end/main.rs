@@ -1,5 +1,7 @@
 //! The daemon end to end: one behaviour a file.
 
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
 mod api;
 mod browser;
 mod demo;
