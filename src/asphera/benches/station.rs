@@ -9,6 +9,7 @@ use asphera_sim_cia406::{Bus, NodeConfig};
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 
+#[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
 fn main() {
     println!(
         "points of an asphere R 11.65 mm on a spiral of 9 mm, without noise; {TRIGGERS} triggers a run, chunks of 4096 bytes"
@@ -120,7 +121,7 @@ fn part() -> Part {
     Part::parse("part", &NOMINAL.replace("nominal.", "")).expect("a nominal made for the benchmark")
 }
 
-fn run(bencher: Bencher<'_, '_>, prepare: impl Fn() -> Lab) {
+fn run(bencher: Bencher<'_, '_>, prepare: impl Fn() -> Lab + Sync) {
     let bytes: usize = prepare().chunks.iter().map(|(_, chunk)| chunk.len()).sum();
     bencher
         .counter(BytesCount::new(bytes))
