@@ -48,8 +48,7 @@ pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -
     section(nominal(scene));
     section(format!("[scan]\npoints = {}\nidle_s = {}\n", scene.points, float(idle_s(scene))));
     section(format!("[session]\ndir = {}\n", quoted(&options.recordings.display().to_string())));
-    text.push_str(&format!("[publish]\nlisten = {}\n", quoted(&options.listen.to_string())));
-    text
+    text + &format!("[publish]\nlisten = {}\n", quoted(&options.listen.to_string()))
 }
 
 fn links(ports: &Ports<'_>) -> String {
@@ -200,3 +199,73 @@ fn quoted(text: &str) -> String {
 
 /// Highest rate of a CHRocodile 2, Hz.
 const FASTEST_HZ: f64 = 66_000.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn station(name: &str, thermal: bool) -> toml::Table {
+        let ports = Ports {
+            probe: Path::new("/run/a \"b\"/probe"),
+            stage: Path::new("/run/stage"),
+            thermal: thermal.then(|| "127.0.0.1:1502".parse().unwrap()),
+        };
+        let options = StationOptions {
+            recordings: "/tmp/recordings".into(),
+            listen: "127.0.0.1:0".parse().unwrap(),
+        };
+        toml(&Scene::built_in(name).unwrap(), &ports, &options).parse().unwrap()
+    }
+
+    fn at<'a>(table: &'a toml::Table, path: &str) -> &'a Value {
+        let mut keys = path.split('.');
+        let first = &table[keys.next().unwrap()];
+        keys.fold(first, |value, key| &value[key])
+    }
+
+    #[test]
+    fn a_polar_station_has_every_table_the_daemon_needs() {
+        let table = station("asphere", true);
+        for (path, expected) in [
+            ("link.probe.path", Value::from("/run/a \"b\"/probe")),
+            ("link.stage.kind", Value::from("slcan-serial")),
+            ("link.thermal.address", Value::from("127.0.0.1:1502")),
+            ("device.probe.driver", Value::from("chrocodile2")),
+            ("device.probe.settings.sample_rate_hz", Value::from(4000.0)),
+            ("device.stage.settings.node_id", Value::from(5)),
+            ("device.thermal.settings.framing", Value::from("tcp")),
+            ("kinematics.kind", Value::from("polar")),
+            ("kinematics.rotary.counts_per_turn", Value::from(3.6e6)),
+            ("kinematics.probe.offset_mm", Value::from(-1.0)),
+            ("nominal.surface.A8", Value::from(-1.400167659754e-10)),
+            ("nominal.aperture.radius_mm", Value::from(9.0)),
+            ("nominal.tolerance.rms_nm", Value::from(150.0)),
+            ("scan.points", Value::from(100_000)),
+            ("scan.idle_s", Value::from(3.0)),
+            ("session.dir", Value::from("/tmp/recordings")),
+            ("publish.listen", Value::from("127.0.0.1:0")),
+        ] {
+            assert_eq!(*at(&table, path), expected, "{path}");
+        }
+        let fields = at(&table, "device.thermal.settings.field").as_array().unwrap();
+        assert_eq!(fields.len(), 2);
+        let devices = at(&table, "sync.devices").as_array().unwrap();
+        assert_eq!(devices, &[Value::from("probe"), Value::from("stage")]);
+    }
+
+    #[test]
+    fn a_cartesian_station_has_both_nodes_on_one_link() {
+        let table = station("sphere", false);
+        assert_eq!(*at(&table, "kinematics.y.device"), Value::from("stage_y"));
+        assert_eq!(*at(&table, "device.stage_y.settings.node_id"), Value::from(6));
+        assert_eq!(*at(&table, "device.stage_x.link"), Value::from("stage"));
+        assert!(!table["link"].as_table().unwrap().contains_key("thermal"));
+        assert!(!table["device"].as_table().unwrap().contains_key("thermal"));
+    }
+
+    #[test]
+    fn an_outage_of_the_scene_is_no_end_of_the_scan() {
+        let table = station("asphere-unplugged", true);
+        assert_eq!(*at(&table, "scan.idle_s"), Value::from(6.0));
+    }
+}
