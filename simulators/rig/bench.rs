@@ -62,7 +62,8 @@ impl Bench {
             }
             None => None,
         };
-        let (probe_port, stage_port) = (port(Link::Probe)?, port(Link::Stage)?);
+        let probe_port = port(Link::Probe)?;
+        let stage_port = port(Link::Stage).inspect_err(|_| probe_port.remove())?;
         // A wire neither ends nor fails, so these run as long as the bench.
         let (served, wire) = (probe.clone(), probe_port.wire());
         tasks.spawn(async move {
