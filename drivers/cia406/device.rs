@@ -262,6 +262,10 @@ impl Cia406 {
             return self.discard(data);
         };
         self.running();
+        // A position is a sign of life too: on a busy bus a heartbeat may wait behind hundreds of them.
+        if self.alive_until.is_some() {
+            self.alive_until = Some(now + self.heartbeat_timeout());
+        }
         let State::Running { learned, cycle } = &mut self.state else {
             return self.discard(data);
         };

@@ -6,7 +6,7 @@ use asphera_link::{CanFrame, RECORD_LEN};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout};
 use tracing::{debug, trace};
 
 use crate::socketcan::{CanPort, Received};
@@ -29,6 +29,8 @@ pub struct LinkSettings {
 pub struct LinkEvent {
     /// Which link.
     pub link: usize,
+    /// When: for bytes, when they were read, however long the event then waited to be handled.
+    pub at: Instant,
     /// What happened.
     pub what: What,
 }
@@ -152,7 +154,8 @@ impl Worker {
 
     /// Whether anybody listens still.
     async fn tell(&mut self, what: What) -> bool {
-        self.events.send(LinkEvent { link: self.settings.index, what }).await.is_ok()
+        let event = LinkEvent { link: self.settings.index, at: Instant::now(), what };
+        self.events.send(event).await.is_ok()
     }
 
     async fn serve_stream(&mut self, stream: Box<dyn Bytes>) -> End {

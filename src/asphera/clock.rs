@@ -28,6 +28,11 @@ impl Clock {
         Nanos::ZERO + self.start.elapsed()
     }
 
+    /// Time from the start to `instant`; 0 for one before the start.
+    pub fn at(&self, instant: Instant) -> Nanos {
+        Nanos::ZERO + instant.saturating_duration_since(self.start)
+    }
+
     /// What the wall clock said at the start, in ns since 1970-01-01T00:00Z.
     pub fn started_wall_ns(&self) -> i64 {
         self.started_wall_ns

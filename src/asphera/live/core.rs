@@ -118,8 +118,9 @@ impl Core {
 
     /// Something happened on a link. It is recorded before anything that follows from it.
     async fn event(&mut self, event: LinkEvent) {
-        let LinkEvent { link, what } = event;
-        let now = self.clock.now();
+        let LinkEvent { link, at, what } = event;
+        // Not the time now: if this task was held up, what was read in time must not count as late.
+        let now = self.clock.at(at.into()).max(self.bench.now());
         match what {
             LinkWhat::Opened { epoch } => {
                 self.record(now, What::Opened { link }).await;

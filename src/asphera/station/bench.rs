@@ -176,6 +176,11 @@ impl Bench {
         self.now = self.now.max(now);
     }
 
+    /// The time of the latest happening, or of what was done since.
+    pub fn now(&self) -> Nanos {
+        self.now
+    }
+
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
@@ -295,6 +300,11 @@ impl Bench {
                             self.last_primary = Some(reading.host);
                         }
                         self.synchronizer.take(stream, reading, &mut self.joined);
+                    }
+                }
+                Effect::Ready { device } => {
+                    if let Some(stream) = self.stream(line, device) {
+                        self.synchronizer.ready(stream, self.now);
                     }
                 }
                 Effect::Interrupted { device } => {

@@ -66,6 +66,8 @@ pub(crate) enum Effect {
     Confirm,
     /// Close connection `epoch` and open a new one.
     Reopen { epoch: u64 },
+    /// A device of this line is set up.
+    Ready { device: usize },
     /// A device of this line gave a reading.
     Reading { device: usize, reading: Reading },
     /// The connection is gone: counts of the device may have run on.
@@ -326,7 +328,10 @@ impl Line {
                         device.online = true;
                         out.push(Effect::Confirm);
                     }
-                    Event::Ready => device.ready = true,
+                    Event::Ready => {
+                        device.ready = true;
+                        out.push(Effect::Ready { device: index });
+                    }
                     Event::Reading(reading) => {
                         device.note(&reading);
                         out.push(Effect::Reading { device: index, reading });

@@ -58,6 +58,8 @@ pub struct Synchronizer {
     streams: Vec<Stream>,
     pending: BTreeMap<u64, Slot>,
     rate: Rate,
+    /// Count and time of the primary's first reading.
+    first_primary: Option<(u64, Nanos)>,
 }
 
 #[derive(Debug, Default)]
@@ -65,6 +67,8 @@ struct Stream {
     unwrapper: Unwrapper,
     gate: Gate,
     held: Vec<(u64, Reading)>,
+    /// When its device was first ready.
+    ready: Option<Nanos>,
     modulus: Option<u32>,
     counts: StreamCounts,
 }
@@ -83,6 +87,7 @@ impl Synchronizer {
             streams: (0..streams.max(1)).map(|_| Stream::default()).collect(),
             pending: BTreeMap::new(),
             rate: Rate::default(),
+            first_primary: None,
         }
     }
 
@@ -94,6 +99,11 @@ impl Synchronizer {
     /// Triggers waiting for a reading.
     pub fn pending(&self) -> usize {
         self.pending.len()
+    }
+
+    /// The device of `stream` is set up and would answer a trigger.
+    pub fn ready(&mut self, stream: usize, now: Nanos) {
+        self.streams[stream].ready.get_or_insert(now);
     }
 
     /// The link of `stream` was lost.
@@ -108,9 +118,10 @@ impl Synchronizer {
         // Bytes that may be damaged say nothing about the trigger.
         let count = reading.count.filter(|_| !reading.flags.contains(Flags::SUSPECT));
         let other = self.progress_beside(stream);
+        let from_start = self.was_ready_at_the_start(stream);
         let known = count.map(|count| {
             self.streams[stream].modulus = Some(count.modulus);
-            self.streams[stream].unwrapper.take(count, reading.host, other)
+            self.streams[stream].unwrapper.take(count, reading.host, from_start, other)
         });
         let alone = self.streams.len() == 1;
         let counts = &mut self.streams[stream].counts;
@@ -118,6 +129,7 @@ impl Synchronizer {
             Some(Unwrapped::Known { count, skipped }) => {
                 counts.lost += skipped;
                 if stream == 0 {
+                    self.first_primary.get_or_insert((count, reading.host));
                     self.rate.take(count, reading.host);
                     self.place(stream, count, reading);
                 } else {
@@ -264,6 +276,14 @@ impl Synchronizer {
         }
     }
 
+    /// Whether a device saw the first trigger: the primary always defines it; a companion must have been
+    /// ready before the primary's first reading, and the scan must have begun with that.
+    fn was_ready_at_the_start(&self, stream: usize) -> bool {
+        let Some((first, at)) = self.first_primary else { return true };
+        let ready = self.streams[stream].ready.is_some_and(|ready| ready <= at);
+        stream == 0 || (ready && first < START_COUNTS)
+    }
+
     /// Progress of the trigger as seen by the others: by the primary, and for the primary by the companion
     /// that is furthest.
     fn progress_beside(&self, stream: usize) -> Option<Progress> {
@@ -298,6 +318,8 @@ fn is_far(primary: u64, companion: u64, modulus: u32) -> bool {
     primary.abs_diff(companion) >= u64::from(modulus / 2)
 }
 
+/// A primary whose first count is below this saw the beginning of the scan, but for a few losses.
+const START_COUNTS: u64 = 60;
 /// After this the primary's count says nothing about now.
 const PRIMARY_SILENT: Duration = Duration::from_millis(20);
 
@@ -347,6 +369,14 @@ mod tests {
         SyncSettings { wait: Duration::from_millis(500), capacity: 10_000 }
     }
 
+    /// Two devices that are ready before the scan.
+    fn armed(settings: SyncSettings) -> Synchronizer {
+        let mut sync = Synchronizer::new(2, settings);
+        sync.ready(0, Nanos::ZERO);
+        sync.ready(1, Nanos::ZERO);
+        sync
+    }
+
     fn at(trigger: u64) -> Nanos {
         Nanos::from_nanos(trigger * 250_000)
     }
@@ -359,7 +389,7 @@ mod tests {
 
     #[test]
     fn hundred_thousand_triggers_join_through_every_wrap() {
-        let mut sync = Synchronizer::new(2, settings());
+        let mut sync = armed(settings());
         let mut out = Vec::new();
         for trigger in 0..100_000 {
             sync.take(0, reading(0, trigger, at(trigger)), &mut out);
@@ -372,7 +402,7 @@ mod tests {
 
     #[test]
     fn companion_that_was_gone_for_three_seconds_joins_again_at_the_right_place() {
-        let mut sync = Synchronizer::new(2, settings());
+        let mut sync = armed(settings());
         let mut out = Vec::new();
         for trigger in 0..40_000 {
             let gone = (8_000..20_000).contains(&trigger);
@@ -399,7 +429,7 @@ mod tests {
     #[test]
     fn cycles_lost_on_an_open_link_are_found_and_never_joined_wrongly() {
         let mut sync =
-            Synchronizer::new(2, SyncSettings { wait: Duration::from_secs(2), ..settings() });
+            armed(SyncSettings { wait: Duration::from_secs(2), ..settings() });
         let mut out = Vec::new();
         for trigger in 0..20_000 {
             while let Some(due) = sync.poll_timeout().filter(|due| *due <= at(trigger)) {
@@ -422,7 +452,7 @@ mod tests {
     #[test]
     fn a_host_that_was_held_up_joins_everything() {
         for primary_first in [true, false] {
-            let mut sync = Synchronizer::new(2, settings());
+            let mut sync = armed(settings());
             let mut out = Vec::new();
             let mut backlog = Vec::new();
             for trigger in 0..10_000 {
@@ -451,7 +481,7 @@ mod tests {
 
     #[test]
     fn a_cycle_lost_beyond_all_rates_shows_at_the_end() {
-        let mut sync = Synchronizer::new(2, settings());
+        let mut sync = armed(settings());
         let mut out = Vec::new();
         for trigger in 0..2_000 {
             sync.take(0, reading(0, trigger, Nanos::ZERO), &mut out);
@@ -463,9 +493,31 @@ mod tests {
         assert_eq!(sync.counts().nth(1).unwrap().slips, 1);
     }
 
+    /// Beyond all rates nothing tells the cycle of a device that came late: nothing of it is joined.
+    #[test]
+    fn a_device_that_comes_late_to_a_fast_scan_is_not_joined_on_a_guess() {
+        let mut sync = Synchronizer::new(2, settings());
+        sync.ready(0, Nanos::ZERO);
+        let fast = |trigger: u64| Nanos::from_nanos(1_000_000 + trigger * 5_000);
+        let mut out = Vec::new();
+        for trigger in 0..50_000 {
+            sync.take(0, reading(0, trigger, fast(trigger)), &mut out);
+            if trigger == 20_000 {
+                sync.ready(1, fast(trigger));
+            }
+            if trigger >= 20_000 {
+                sync.take(1, reading(1, trigger, fast(trigger)), &mut out);
+            }
+        }
+        sync.flush(&mut out);
+        assert_eq!(out.len(), 50_000);
+        assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
+        assert_eq!(sync.counts().nth(1).unwrap().ambiguous, 30_000);
+    }
+
     #[test]
     fn wait_is_bounded_in_number_too() {
-        let mut sync = Synchronizer::new(2, SyncSettings { capacity: 10, ..settings() });
+        let mut sync = armed(SyncSettings { capacity: 10, ..settings() });
         let mut out = Vec::new();
         (0..100).for_each(|trigger| sync.take(0, reading(0, trigger, at(0)), &mut out));
         assert!(sync.pending() <= 10);
@@ -476,7 +528,7 @@ mod tests {
 
     #[test]
     fn suspect_readings_do_not_move_the_count() {
-        let mut sync = Synchronizer::new(2, settings());
+        let mut sync = armed(settings());
         let mut out = Vec::new();
         sync.take(0, reading(0, 0, at(0)), &mut out);
         sync.take(0, Reading { flags: Flags::SUSPECT, ..reading(0, 40_000, at(0)) }, &mut out);
@@ -493,7 +545,7 @@ mod tests {
             losses in prop::collection::vec((0u8..10, 0u8..10), 1..600),
             lag in 0usize..40,
         ) {
-            let mut sync = Synchronizer::new(2, settings());
+            let mut sync = armed(settings());
             let mut out = Vec::new();
             let mut late = std::collections::VecDeque::new();
             let mut primaries = 0;

@@ -7,9 +7,10 @@ use asphera_link::{Count, Nanos};
 /// Follows the cyclic count of one device and gives the count since the first trigger, from 0.
 ///
 /// A count of modulus m says where a reading is within a cycle, not in which cycle. On an unbroken link
-/// the next reading's cycle is the nearest ahead. After a link was lost, and for the first reading of a
-/// device that joins a running scan, the cycle is told from the progress of another device on the same
-/// trigger, if that is known to a quarter of a cycle; if not, the count is *ambiguous*.
+/// the next reading's cycle is the nearest ahead. The first reading of a device that was ready before the
+/// scan began is in the first cycle. After a link was lost, and for the first reading of a device that
+/// joins a running scan, the cycle is told from the progress of another device on the same trigger, if
+/// that is known to a quarter of a cycle; if not, the count is *ambiguous*.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unwrapper {
     last: Option<(u64, Nanos)>,
@@ -55,14 +56,20 @@ impl Unwrapper {
         self.last
     }
 
-    /// Takes the next reading's count, which arrived at `host`.
-    pub(crate) fn take(&mut self, raw: Count, host: Nanos, other: Option<Progress>) -> Unwrapped {
+    /// Takes the next reading's count, which arrived at `host`. `from_start`: the device was ready before
+    /// the first trigger.
+    pub(crate) fn take(
+        &mut self,
+        raw: Count,
+        host: Nanos,
+        from_start: bool,
+        other: Option<Progress>,
+    ) -> Unwrapped {
         let modulus = u64::from(raw.modulus.max(2));
         let within = u64::from(raw.raw.wrapping_sub(raw.first)) % modulus;
         let nearest = || other.and_then(|other| nearest(within, modulus, host, other));
         let (count, first_free) = match self.last {
-            // Within the first cycle a count is what it says.
-            None if other.is_none_or(|other| other.count < modulus / 2) => (Some(within), 0),
+            None if from_start || other.is_none() => (Some(within), 0),
             None => (nearest(), 0),
             Some((last, _)) if self.adrift => (nearest().filter(|count| *count > last), last + 1),
             Some((last, _)) => match (within + modulus - last % modulus) % modulus {
@@ -90,7 +97,8 @@ pub(crate) fn tells_cycle(rate_hz: f64, modulus: u32) -> bool {
 fn nearest(within: u64, modulus: u64, host: Nanos, other: Progress) -> Option<u64> {
     let silent = host.since(other.host);
     let doubt = other.rate_hz * (LATENCY + silent).as_secs_f64();
-    if doubt > modulus as f64 / 4.0 {
+    // Without a rate nothing is known of the doubt.
+    if other.rate_hz <= 0.0 || doubt > modulus as f64 / 4.0 {
         return None;
     }
     let expected = other.count + (other.rate_hz * silent.as_secs_f64()).round() as u64;
@@ -123,7 +131,7 @@ mod tests {
     #[test]
     fn wraps_and_counts_what_is_lost() {
         let mut unwrapper = Unwrapper::default();
-        let mut take = |raw| unwrapper.take(sync(raw), ms(0), None);
+        let mut take = |raw| unwrapper.take(sync(raw), ms(0), true, None);
         assert_eq!(take(1), Unwrapped::Known { count: 0, skipped: 0 });
         assert_eq!(take(2), Unwrapped::Known { count: 1, skipped: 0 });
         assert_eq!(take(2), Unwrapped::Repeated);
@@ -135,15 +143,15 @@ mod tests {
     #[test]
     fn cycle_after_an_interruption_comes_from_the_other_device() {
         let mut unwrapper = Unwrapper::default();
-        unwrapper.take(sync(1), ms(0), None);
+        unwrapper.take(sync(1), ms(0), true, None);
         unwrapper.interrupted();
         // 3 s at 1 kHz: trigger 3000 is within cycle 12, at 120, sent as 121.
         assert_eq!(
-            unwrapper.take(sync(121), ms(3001), at(3001, 3000, 1000.0)),
+            unwrapper.take(sync(121), ms(3001), false, at(3001, 3000, 1000.0)),
             Unwrapped::Known { count: 3000, skipped: 2999 }
         );
         assert_eq!(
-            unwrapper.take(sync(122), ms(3002), at(3002, 3001, 1000.0)),
+            unwrapper.take(sync(122), ms(3002), false, at(3002, 3001, 1000.0)),
             Unwrapped::Known { count: 3001, skipped: 0 }
         );
     }
@@ -151,21 +159,36 @@ mod tests {
     #[test]
     fn without_a_good_reference_the_cycle_is_ambiguous() {
         let mut unwrapper = Unwrapper::default();
-        unwrapper.take(sync(1), ms(0), None);
+        unwrapper.take(sync(1), ms(0), true, None);
         unwrapper.interrupted();
-        assert_eq!(unwrapper.take(sync(5), ms(3000), None), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(5), ms(3000), false, None), Unwrapped::Ambiguous);
         // At 100 kHz 10 ms of doubt are 1000 triggers, more than a cycle.
         let fast = at(300_000, 3000, 100_000.0);
-        assert_eq!(unwrapper.take(sync(5), ms(3000), fast), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(5), ms(3000), false, fast), Unwrapped::Ambiguous);
         // A known count is never followed by a smaller one.
-        assert_eq!(unwrapper.take(sync(1), ms(0), at(0, 0, 1.0)), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(1), ms(0), false, at(0, 0, 1.0)), Unwrapped::Ambiguous);
+    }
+
+    #[test]
+    fn a_device_that_was_ready_before_the_scan_is_in_the_first_cycle_however_far_the_other_is() {
+        let mut unwrapper = Unwrapper::default();
+        assert_eq!(
+            unwrapper.take(sync(1), ms(10), true, at(50_000, 10, 0.0)),
+            Unwrapped::Known { count: 0, skipped: 0 }
+        );
+        // One that was not, while nothing is known of the rate, is nowhere.
+        let mut unwrapper = Unwrapper::default();
+        assert_eq!(
+            unwrapper.take(sync(1), ms(10), false, at(50_000, 10, 0.0)),
+            Unwrapped::Ambiguous
+        );
     }
 
     #[test]
     fn joining_a_running_scan_takes_the_cycle_of_the_other() {
         let mut unwrapper = Unwrapper::default();
         assert_eq!(
-            unwrapper.take(sync(41), ms(10), at(1000, 10, 1000.0)),
+            unwrapper.take(sync(41), ms(10), false, at(1000, 10, 1000.0)),
             Unwrapped::Known { count: 1000, skipped: 1000 }
         );
     }
