@@ -76,7 +76,9 @@ fn devices(scene: &Scene) -> String {
     let mut text = format!(
         "[device.probe]\ndriver = \"chrocodile2\"\nlink = \"probe\"\n\n\
          # Exposure count, exposure flags, rotary encoder on a polar machine, distance, intensity.\n\
-         [device.probe.settings]\nsignals = {signals}\nsample_rate_hz = {}\ntrigger = \"each\"\n",
+         [device.probe.settings]\nsignals = {signals}\nsample_rate_hz = {}\ntrigger = \"each\"\n\
+         # A simulator shares its processors with others and may pause within a telegram.\n\
+         silence_ms = {SILENCE_MS}\n",
         float(sample_rate_hz(scene)),
     );
     for (name, node_id) in stage_names(scene).iter().zip(&scene.node_ids) {
@@ -89,6 +91,9 @@ fn devices(scene: &Scene) -> String {
     }
     text
 }
+
+/// Longer than a loaded machine holds a simulator up.
+const SILENCE_MS: u32 = 250;
 
 fn thermometer(unit_id: u8) -> String {
     let mut text = format!(

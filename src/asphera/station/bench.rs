@@ -138,7 +138,14 @@ impl Bench {
         let target = &mut self.lines[line];
         match what {
             Happening::Opened { epoch } => target.opened(now, epoch, &mut self.effects),
-            Happening::Received(bytes) => target.received(now, bytes, &mut self.effects),
+            Happening::Received(bytes) => {
+                for (stream, (of, _)) in self.streams.iter().enumerate() {
+                    if *of == line {
+                        self.synchronizer.backlogged(stream, bytes.len() >= BACKLOG_BYTES);
+                    }
+                }
+                target.received(now, bytes, &mut self.effects);
+            }
             Happening::Closed(reason) => {
                 target.closed(now, reason.to_owned(), &mut self.effects);
             }
@@ -327,3 +334,7 @@ impl Bench {
         self.points.extend(self.joined.drain(..).map(|record| self.kinematics.point(&record)));
     }
 }
+
+/// One read of so much means that bytes had piled up: at the rates at which host times tell anything, what
+/// arrives between two reads is far less.
+const BACKLOG_BYTES: usize = 2048;

@@ -18,8 +18,8 @@ pub(crate) enum Gate {
     Open,
     /// Far from the primary since `since`; perhaps only late.
     Lagging {
-        /// First reading that was far.
-        since: Nanos,
+        /// First reading that was far while no backlog stood in the way; `None` while one does.
+        since: Option<Nanos>,
     },
     /// A cycle was chosen after an interruption; it was good since `since`.
     Proving {
@@ -46,15 +46,19 @@ impl Gate {
     }
 
     /// Judges a reading that arrived at `host`, `far` from the primary by half a cycle or more; `None`
-    /// where the primary itself is silent.
+    /// where that says nothing: the primary is silent, or a backlog of either is being read.
     pub(crate) fn judge(&mut self, far: Option<bool>, host: Nanos) -> Pass {
         let (next, pass) = match (*self, far) {
-            (Gate::Open, Some(true)) => (Gate::Lagging { since: host }, Pass::Hold),
+            (Gate::Open, Some(true)) => (Gate::Lagging { since: Some(host) }, Pass::Hold),
             (Gate::Open, _) => (Gate::Open, Pass::Release),
             (Gate::Lagging { .. }, Some(false)) => (Gate::Open, Pass::Release),
-            (Gate::Lagging { since }, Some(true)) if host.since(since) > PATIENCE => {
+            (Gate::Lagging { since: Some(since) }, Some(true)) if host.since(since) > PATIENCE => {
                 (Gate::Proving { since: None }, Pass::Slip)
             }
+            (Gate::Lagging { since }, Some(true)) => {
+                (Gate::Lagging { since: since.or(Some(host)) }, Pass::Hold)
+            }
+            (Gate::Lagging { .. }, None) => (Gate::Lagging { since: None }, Pass::Hold),
             (Gate::Proving { since: Some(since) }, Some(false)) if host.since(since) >= PROOF => {
                 (Gate::Open, Pass::Release)
             }
@@ -95,9 +99,18 @@ mod tests {
     fn distance_that_stays_is_a_slip() {
         let mut gate = Gate::default();
         assert_eq!(gate.judge(Some(true), ms(0)), Pass::Hold);
-        assert_eq!(gate.judge(None, ms(400)), Pass::Hold);
+        assert_eq!(gate.judge(Some(true), ms(499)), Pass::Hold);
         assert_eq!(gate.judge(Some(true), ms(501)), Pass::Slip);
         assert_eq!(gate, Gate::Proving { since: None });
+    }
+
+    #[test]
+    fn a_backlog_proves_nothing() {
+        let mut gate = Gate::default();
+        assert_eq!(gate.judge(Some(true), ms(0)), Pass::Hold);
+        assert_eq!(gate.judge(None, ms(400)), Pass::Hold);
+        assert_eq!(gate.judge(Some(true), ms(600)), Pass::Hold);
+        assert_eq!(gate.judge(Some(true), ms(1101)), Pass::Slip);
     }
 
     #[test]

@@ -69,6 +69,7 @@ struct Stream {
     held: Vec<(u64, Reading)>,
     /// When its device was first ready.
     ready: Option<Nanos>,
+    backlogged: bool,
     modulus: Option<u32>,
     counts: StreamCounts,
 }
@@ -99,6 +100,12 @@ impl Synchronizer {
     /// Triggers waiting for a reading.
     pub fn pending(&self) -> usize {
         self.pending.len()
+    }
+
+    /// Whether what is now read of `stream` had piled up before: then its distance from another stream
+    /// says nothing.
+    pub fn backlogged(&mut self, stream: usize, backlogged: bool) {
+        self.streams[stream].backlogged = backlogged;
     }
 
     /// The device of `stream` is set up and would answer a trigger.
@@ -184,10 +191,11 @@ impl Synchronizer {
         let modulus = reading.count.map_or(2, |count| count.modulus);
         // Above the rate at which host times tell cycles, only the order of the bytes is left to trust.
         let pass = if tells_cycle(self.rate.hz, modulus) {
+            let backlogged = self.streams[0].backlogged || self.streams[stream].backlogged;
             let far = self.streams[0]
                 .unwrapper
                 .latest()
-                .filter(|(_, host)| reading.host.since(*host) < PRIMARY_SILENT)
+                .filter(|(_, host)| !backlogged && reading.host.since(*host) < PRIMARY_SILENT)
                 .map(|(primary, _)| is_far(primary, count, modulus));
             self.streams[stream].gate.judge(far, reading.host)
         } else {
@@ -428,8 +436,7 @@ mod tests {
 
     #[test]
     fn cycles_lost_on_an_open_link_are_found_and_never_joined_wrongly() {
-        let mut sync =
-            armed(SyncSettings { wait: Duration::from_secs(2), ..settings() });
+        let mut sync = armed(SyncSettings { wait: Duration::from_secs(2), ..settings() });
         let mut out = Vec::new();
         for trigger in 0..20_000 {
             while let Some(due) = sync.poll_timeout().filter(|due| *due <= at(trigger)) {
