@@ -353,6 +353,8 @@ impl Driver for Chrocodile {
     }
 
     fn disconnected(&mut self, _now: Nanos) {
+        self.framing.abandon();
+        self.report_discarded();
         self.framing.reset();
         self.outputs.clear();
         self.silence_due = None;

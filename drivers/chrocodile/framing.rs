@@ -141,6 +141,12 @@ impl Framing {
         self.begin();
     }
 
+    /// Nothing more comes: what was not released yet never will be.
+    pub(crate) fn abandon(&mut self) {
+        self.discarded += (self.buffer.len() - self.head) as u64;
+        self.head = self.buffer.len();
+    }
+
     /// Telegrams start here.
     pub(crate) fn begin(&mut self) {
         self.lock = Lock::Likely;

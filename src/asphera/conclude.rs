@@ -2,7 +2,9 @@
 //!
 //! Live and replay both end here, so that their reports agree.
 
-use crate::pipeline::{Measurement, undecide};
+use asphera_link::Nanos;
+
+use crate::pipeline::{Measurement, doubt, undecide};
 use crate::report::{DeviceFigures, LinkFigures, SessionFigures};
 use crate::session::{Header, Recovery};
 use crate::station::Bench;
@@ -12,6 +14,12 @@ use crate::station::Bench;
 pub struct Outcome {
     /// Triggers the primary device skipped.
     pub lost: u64,
+    /// Triggers the scan should have had and that never came, where that is known.
+    pub missing: u64,
+    /// The primary's first count, if the counters had not been reset.
+    pub unreset: Option<u64>,
+    /// When the last reading of the primary arrived.
+    pub last_point: Option<Nanos>,
     /// What every link and device delivered and lost.
     pub links: Vec<LinkFigures>,
     /// Whose session it is and how it ended.
@@ -21,17 +29,24 @@ pub struct Outcome {
 impl Outcome {
     /// Taken at the end, before the devices are told to stop.
     pub fn of(bench: &Bench, session: SessionFigures) -> Outcome {
-        Outcome { lost: bench.lost(), links: bench.figures(), session }
+        Outcome {
+            lost: bench.lost(),
+            missing: bench.missing(),
+            unreset: bench.unreset(),
+            last_point: bench.last_primary(),
+            links: bench.figures(),
+            session,
+        }
     }
 }
 
 /// Adds to the figures of the points what the station knows: losses, links, session.
 pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     let report = &mut measurement.report;
-    report.points.lost = outcome.lost;
+    report.points.lost = outcome.lost + outcome.missing;
     let verdict = &mut report.verdict;
     for (name, slips) in devices(&outcome.links, |device| device.slips) {
-        undecide(
+        doubt(
             verdict,
             format!(
                 "{name}: a whole cycle of the shared count was missing {slips} times; points in between may be misplaced"
@@ -40,6 +55,17 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     }
     for (name, lost) in devices(&outcome.links, |device| device.lost) {
         verdict.reasons.push(format!("{name}: {lost} triggers were lost"));
+    }
+    if let Some(first) = outcome.unreset {
+        doubt(
+            verdict,
+            format!(
+                "the counters were not reset before the scan: the first count was {first}; nothing could be joined"
+            ),
+        );
+    }
+    if outcome.missing > 0 {
+        undecide(verdict, format!("{} triggers of the scan never came", outcome.missing));
     }
     if !matches!(outcome.session.ended.as_str(), "complete" | "idle") {
         undecide(verdict, format!("the session was {} before its end", outcome.session.ended));
@@ -52,7 +78,7 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
 pub fn note_recovery(measurement: &mut Measurement, recovery: &Recovery) {
     let verdict = &mut measurement.report.verdict;
     if recovery.lost_at_least > 0 || recovery.damaged_places > 0 {
-        undecide(
+        doubt(
             verdict,
             format!(
                 "the recording is damaged: at least {} entries are missing, {} places could not be read",

@@ -60,8 +60,11 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
             What::Closed { link, reason } => bench.happened(now, *link, Happening::Closed(reason)),
             What::Command(command) => bench.command(now, *command),
             What::Finish { reason } => {
+                // Why it ended was decided then; the rest of the time only has to pass.
                 bench.advance(now);
+                settle(&mut bench, &mut pipeline);
                 ended = Some(reason.clone());
+                break;
             }
             What::Sent { .. } | What::Results(_) => continue,
         }
@@ -70,7 +73,13 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
             ended = Some(end.word().to_owned());
         }
     }
-    let ended = ended.unwrap_or_else(|| "interrupted".to_owned());
+    let ended = ended.unwrap_or_else(|| {
+        // Killed: what a driver still held back is counted as it is when a link is lost.
+        for line in 0..config.links.len() {
+            bench.happened(bench.now(), line, Happening::Closed("the recording ends here"));
+        }
+        "interrupted".to_owned()
+    });
     bench.flush();
     settle(&mut bench, &mut pipeline);
     let outcome = Outcome::of(&bench, session_figures(session.header(), &ended));
@@ -91,7 +100,7 @@ fn settle(bench: &mut Bench, pipeline: &mut Pipeline) {
 /// Waits so that entries come `speed` times as fast as they were recorded.
 pub fn paced(speed: f64, clock: crate::clock::Clock) -> impl FnMut(Nanos) {
     move |at| {
-        let due = Duration::from_secs_f64(at.as_secs_f64() / speed);
+        let due = Duration::try_from_secs_f64(at.as_secs_f64() / speed).unwrap_or(Duration::MAX);
         let passed = clock.now().since(Nanos::ZERO);
         if let Some(wait) = due.checked_sub(passed) {
             // Nothing else happens on this thread.

@@ -40,7 +40,8 @@ pub struct Points {
     pub received: u64,
     /// Points in the mesh and inside the aperture: those of the fit and the figures.
     pub used: u64,
-    /// Points not used, by reason. A point with several reasons counts once for each.
+    /// Points not used, by reason. A point with several reasons counts once for each. A flag that does not
+    /// forbid the use of a point stands in the figures of its device.
     pub flagged: BTreeMap<String, u64>,
     /// Points at the exact place and height of an earlier one.
     pub duplicates: u64,
@@ -78,6 +79,10 @@ pub struct SamplingFigures {
     pub coverage: Option<f64>,
     /// Area that is not sampled densely enough, in mm².
     pub undersampled_area_mm2: Option<f64>,
+    /// Largest gap allowed, in mm: the nominal's, or else four times the average distance of the points.
+    pub gap_limit_mm: Option<f64>,
+    /// Largest gap over local feature size allowed.
+    pub epsilon_limit: f64,
     /// How many points had arrived when these figures were made.
     pub as_of_points: u64,
 }

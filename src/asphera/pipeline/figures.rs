@@ -36,11 +36,18 @@ pub(super) fn survey(mesh: &Mesh, part: &Part, pose: &Pose) -> Survey {
     };
     let area_mm2 = part.aperture.area_mm2();
     let criteria = Criteria {
-        gap_limit_mm: part.gap_limit_mm,
+        gap_limit_mm: gap_limit_mm(mesh, part),
         epsilon_limit: Some(part.epsilon_limit),
         aperture_area_mm2: area_mm2.is_finite().then_some(area_mm2),
     };
     assess(points, mesh.triangles().filter(inside), &criteria, lfs_mm(&part.nominal, pose))
+}
+
+/// The largest gap allowed: that of the part, or four times the distance the points have on average. On a
+/// flat surface ε allows anything, and a triangulation fills every hole.
+fn gap_limit_mm(mesh: &Mesh, part: &Part) -> Option<f64> {
+    let distance_mm = (mesh.area().projected_mm2 / mesh.points().len() as f64).sqrt();
+    part.gap_limit_mm.or((distance_mm > 0.0).then_some(4.0 * distance_mm))
 }
 
 /// An upper bound of the local feature size at a place of the measured frame: the nominal's smallest
@@ -50,9 +57,11 @@ fn lfs_mm(nominal: &Nominal, pose: &Pose) -> impl Fn(f64, f64) -> f64 + use<> {
     move |x, y| nominal.lfs_bound_mm((x - tx).hypot(y - ty))
 }
 
-pub(super) fn sampling(mesh: &Mesh, survey: &Survey) -> SamplingFigures {
+pub(super) fn sampling(mesh: &Mesh, part: &Part, survey: &Survey) -> SamplingFigures {
     let sampling = survey.sampling();
     SamplingFigures {
+        gap_limit_mm: gap_limit_mm(mesh, part),
+        epsilon_limit: part.epsilon_limit,
         gap_max_mm: sampling.gap_max_mm,
         epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
         epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),

@@ -1,14 +1,13 @@
 //! The final figures of one part.
 
-use asphera_form::{Figures, Fit, Status as FormStatus, Tolerance, deviations, fit, verdict};
-use asphera_link::Flags;
+use asphera_form::{Figures, Fit, deviations, fit};
 use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
 
 use super::figures;
-use super::name;
+use super::judgement::judge;
 use super::running::fit_settings;
 use crate::config::Part;
-use crate::report::{Check, FORMAT, Points, Report, Status, Timing, Verdict};
+use crate::report::{FORMAT, Points, Report, Timing};
 
 /// All that is known of a part when its last point has landed.
 #[derive(Clone, Debug)]
@@ -38,19 +37,19 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
     let result = fit(mesh.points(), &part.nominal, &fit_settings(part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
     let survey = figures::survey(mesh, part, &pose);
-    let sampling = figures::sampling(mesh, &survey);
+    let sampling = figures::sampling(mesh, part, &survey);
     let (deviations_mm, found) = match &result {
         Ok(fit) => deviation(mesh, part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
     };
     if let Ok(fit) = &result {
         points.used = fit.used as u64;
-        for (flag, count) in [
-            (Flags::OUTSIDE_APERTURE, fit.excluded.outside_aperture),
-            (Flags::OUT_OF_RANGE, fit.excluded.outside_domain),
+        for (reason, count) in [
+            ("outside_aperture", fit.excluded.outside_aperture),
+            ("outside_domain", fit.excluded.outside_domain),
         ] {
             if count > 0 {
-                *points.flagged.entry(name(flag).to_owned()).or_default() += count as u64;
+                *points.flagged.entry(reason.to_owned()).or_default() += count as u64;
             }
         }
     }
@@ -59,34 +58,7 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
         .ok()
         .zip(found.as_ref())
         .map(|(fit, found)| figures::form(part, fit, found));
-    let mut verdict = judge(part, found.as_ref());
-    match &result {
-        Err(error) => verdict.reasons.push(format!("no fit: {error}")),
-        Ok(fit) if !fit.termination.is_converged() => {
-            undecide(
-                &mut verdict,
-                format!("the fit did not converge: {}", figures::termination(&fit.termination)),
-            );
-        }
-        Ok(_) => {}
-    }
-    if let Some(coverage) = sampling.coverage.filter(|coverage| *coverage < part.coverage_min) {
-        undecide(
-            &mut verdict,
-            format!(
-                "only {:.1} % of the aperture is sampled densely enough, {:.1} % are wanted",
-                100.0 * coverage,
-                100.0 * part.coverage_min
-            ),
-        );
-    }
-    if !mesh.projectable() {
-        let conflicts = mesh.counts().conflicts;
-        undecide(
-            &mut verdict,
-            format!("not projectable: {conflicts} points stand above or below others"),
-        );
-    }
+    let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map = form.as_ref().and_then(|_| deviation_map(mesh, &survey, &deviations_nm));
     Measurement {
@@ -108,14 +80,6 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
     }
 }
 
-/// A pass becomes undecided; a fail stands, for what is measured already breaks a limit.
-pub(crate) fn undecide(verdict: &mut Verdict, reason: String) {
-    if verdict.status == Status::Pass {
-        verdict.status = Status::Undecided;
-    }
-    verdict.reasons.push(reason);
-}
-
 /// Deviations in mm, NaN outside the aperture, and their figures.
 fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>) {
     let mut all_mm = deviations(mesh.points(), &fit.nominal, &fit.pose);
@@ -127,28 +91,6 @@ fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>)
         }
     }
     (all_mm, found)
-}
-
-fn judge(part: &Part, found: Option<&Figures>) -> Verdict {
-    let verdict = verdict(found, &Tolerance { pv_nm: part.pv_nm, rms_nm: part.rms_nm });
-    Verdict {
-        status: match verdict.status {
-            FormStatus::Pass => Status::Pass,
-            FormStatus::Fail => Status::Fail,
-            FormStatus::Undecided => Status::Undecided,
-        },
-        checks: verdict
-            .checks
-            .iter()
-            .map(|check| Check {
-                name: check.name.to_owned(),
-                limit: check.limit,
-                value: check.value,
-                ok: check.ok,
-            })
-            .collect(),
-        reasons: verdict.reason.map(|reason| reason.to_string()).into_iter().collect(),
-    }
 }
 
 /// The deviation at nodes as far apart as the points are on average, over well-sampled triangles in the

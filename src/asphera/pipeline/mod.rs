@@ -5,15 +5,15 @@
 //! and their order. No clock is read here.
 
 mod figures;
+mod judgement;
 mod measurement;
 mod running;
 
 use std::collections::BTreeMap;
 
-use asphera_link::Flags;
 use asphera_surface::{Mesh, PointMm};
 
-pub(crate) use measurement::undecide;
+pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 
 use crate::config::Part;
@@ -75,11 +75,13 @@ impl Pipeline {
     /// Takes a point of a station. A flagged one is counted, by reason.
     pub fn take(&mut self, point: &Point) {
         self.received += 1;
-        for name in point.flags.names() {
-            *self.flagged.entry(name).or_default() += 1;
-        }
+        // A flag that does not forbid the use of a point stands in the figures of its device.
         if point.is_good() {
             self.accept(point.position_mm);
+            return;
+        }
+        for name in point.flags.names() {
+            *self.flagged.entry(name).or_default() += 1;
         }
     }
 
@@ -89,7 +91,7 @@ impl Pipeline {
         if position_mm.iter().all(|coordinate| coordinate.is_finite()) {
             self.accept(position_mm);
         } else {
-            *self.flagged.entry(name(Flags::NOT_FINITE)).or_default() += 1;
+            *self.flagged.entry("not_finite").or_default() += 1;
         }
     }
 
@@ -114,7 +116,10 @@ impl Pipeline {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
             self.sampling =
-                figures::sampling(&self.mesh, &figures::survey(&self.mesh, &self.part, &pose));
+                figures::sampling(
+                &self.mesh,
+                &self.part,
+                &figures::survey(&self.mesh, &self.part, &pose));
             self.area_mm2 = self.mesh.area().lifted_mm2;
         }
         let estimate = self.running.estimate();
@@ -156,20 +161,13 @@ impl Pipeline {
         let counts = self.mesh.counts();
         let mut flagged: BTreeMap<String, u64> =
             self.flagged.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect();
-        let mut add = |flag, count| {
+        for (reason, count) in [("conflict", counts.conflicts), ("not_meshable", counts.rejected)] {
             if count > 0 {
-                *flagged.entry(name(flag).to_owned()).or_default() += count;
+                *flagged.entry(reason.to_owned()).or_default() += count;
             }
-        };
-        add(Flags::CONFLICT, counts.conflicts);
-        add(Flags::OUT_OF_RANGE, counts.rejected);
+        }
         Points { received: self.received, used: 0, flagged, duplicates: counts.duplicates, lost: 0 }
     }
-}
-
-/// The name of a single flag.
-fn name(flag: Flags) -> &'static str {
-    flag.names().next().unwrap_or("unnamed")
 }
 
 /// Below this many vertices the sampling says little.

@@ -240,6 +240,26 @@ impl Bench {
         self.synchronizer.pending()
     }
 
+    /// Triggers seen or known to be lost.
+    fn seen(&self) -> u64 {
+        self.records + self.lost()
+    }
+
+    /// Triggers the scan should have had and that were neither seen nor known to be lost.
+    pub fn missing(&self) -> u64 {
+        self.end.points.map_or(0, |points| points.saturating_sub(self.seen()))
+    }
+
+    /// The primary's first count, if the counters had not been reset before the scan.
+    pub fn unreset(&self) -> Option<u64> {
+        self.synchronizer.unreset()
+    }
+
+    /// When the latest reading of the primary arrived.
+    pub fn last_primary(&self) -> Option<Nanos> {
+        self.last_primary
+    }
+
     /// Triggers the primary device skipped.
     pub fn lost(&self) -> u64 {
         self.synchronizer.counts().next().map_or(0, |counts| counts.lost)

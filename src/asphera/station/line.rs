@@ -34,6 +34,8 @@ pub struct Line {
     last_error: Option<String>,
     /// Commands and frames the adapter refused on this connection.
     refusals: u64,
+    /// How often bytes were discarded.
+    discarded_runs: u64,
 }
 
 struct Device {
@@ -100,6 +102,7 @@ impl Line {
             distrusted: false,
             last_error: None,
             refusals: 0,
+            discarded_runs: 0,
         }
     }
 
@@ -148,7 +151,7 @@ impl Line {
         let devices = self.devices.iter().map(|device| {
             device.faults.values().sum::<u64>() + device.flagged.values().sum::<u64>()
         });
-        devices.sum::<u64>() + self.figures.discarded_bytes
+        devices.sum::<u64>() + self.discarded_runs
     }
 
     /// What was delivered so far; channels listed in `coordinates` (device, channel) are left out of the
@@ -207,9 +210,12 @@ impl Line {
         self.last_error = Some(reason);
         self.figures.discarded_bytes += self.decoder.pending();
         self.decoder = new_decoder();
-        if self.epoch.take().is_some() {
+        if self.epoch.is_some() {
             self.devices.iter_mut().for_each(|device| device.driver.disconnected(now));
+            // What they held back of the lost connection is told now.
+            self.pump(out);
             self.interrupt(out);
+            self.epoch = None;
         }
     }
 
@@ -245,6 +251,7 @@ impl Line {
                         Item::Frame(frame, _) => self.frame(now, &frame, out),
                         Item::Malformed { bytes } | Item::Unsupported { bytes } => {
                             self.figures.discarded_bytes += bytes;
+                            self.discarded_runs += 1;
                         }
                         Item::Error => {
                             self.refusals += 1;
@@ -336,7 +343,10 @@ impl Line {
                         device.note(&reading);
                         out.push(Effect::Reading { device: index, reading });
                     }
-                    Event::Discarded { bytes } => self.figures.discarded_bytes += bytes,
+                    Event::Discarded { bytes } => {
+                        self.figures.discarded_bytes += bytes;
+                        self.discarded_runs += 1;
+                    }
                     Event::Fault(fault) => self.last_error = Some(device.fault(&fault)),
                     Event::Reopen(fault) => reopen = Some(device.fault(&fault)),
                 }

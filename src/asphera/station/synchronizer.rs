@@ -6,7 +6,7 @@ use std::time::Duration;
 use asphera_link::{Flags, Nanos, Reading};
 
 use super::gate::{Gate, Pass};
-use super::unwrap::{Progress, Unwrapped, Unwrapper, tells_cycle};
+use super::unwrap::{Context, Progress, Unwrapped, Unwrapper, tells_cycle};
 
 /// How readings are joined.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +70,10 @@ struct Stream {
     /// When its device was first ready.
     ready: Option<Nanos>,
     backlogged: bool,
+    /// A loss at a rate at which a lost cycle cannot be told: only the end of the scan settles it.
+    unsettled: bool,
+    /// Readings without a known count since the last known one: their triggers are not lost.
+    orphans: u64,
     modulus: Option<u32>,
     counts: StreamCounts,
 }
@@ -122,44 +126,53 @@ impl Synchronizer {
 
     /// Takes a reading of `stream`; what is complete or given up by it goes to `out`.
     pub fn take(&mut self, stream: usize, reading: Reading, out: &mut Vec<Record>) {
-        // Bytes that may be damaged say nothing about the trigger.
-        let count = reading.count.filter(|_| !reading.flags.contains(Flags::SUSPECT));
-        let other = self.progress_beside(stream);
-        let from_start = self.was_ready_at_the_start(stream);
-        let known = count.map(|count| {
+        // Bytes that may be damaged say nothing about the trigger, nor do counters without a common zero.
+        let usable = !reading.flags.contains(Flags::SUSPECT)
+            && (stream == 0 || self.unreset().is_none());
+        let context = self.context(stream);
+        let known = reading.count.filter(|_| usable).map(|count| {
             self.streams[stream].modulus = Some(count.modulus);
-            self.streams[stream].unwrapper.take(count, reading.host, from_start, other)
+            self.streams[stream].unwrapper.take(count, reading.host, context)
         });
         let alone = self.streams.len() == 1;
-        let counts = &mut self.streams[stream].counts;
         match known {
             Some(Unwrapped::Known { count, skipped }) => {
-                counts.lost += skipped;
+                let first = stream == 0 && self.first_primary.is_none();
+                if first {
+                    self.first_primary = Some((count, reading.host));
+                }
+                let orphans = std::mem::take(&mut self.streams[stream].orphans);
+                // What a counter that was not reset counted before the scan is no loss.
+                let skipped =
+                    if first && count >= START_COUNTS { 0 } else { skipped.saturating_sub(orphans) };
+                self.streams[stream].counts.lost += skipped;
                 if stream == 0 {
-                    self.first_primary.get_or_insert((count, reading.host));
                     self.rate.take(count, reading.host);
                     self.place(stream, count, reading);
                 } else {
-                    self.admit(stream, count, reading);
+                    self.admit(stream, count, skipped, reading);
                 }
             }
             Some(Unwrapped::Repeated) => {
-                counts.repeated += 1;
+                self.streams[stream].counts.repeated += 1;
                 self.orphan(stream, reading, Flags::AMBIGUOUS_COUNT, out);
             }
             Some(Unwrapped::Ambiguous) => {
-                counts.ambiguous += 1;
+                self.streams[stream].counts.ambiguous += 1;
                 self.orphan(stream, reading, Flags::AMBIGUOUS_COUNT, out);
             }
             // One device alone needs no count.
-            None if alone => out.push(Record {
-                count: None,
-                host: reading.host,
-                readings: vec![Some(reading)],
-                flags: Flags::empty(),
-            }),
+            None if alone => {
+                self.streams[0].orphans += 1;
+                out.push(Record {
+                    count: None,
+                    host: reading.host,
+                    readings: vec![Some(reading)],
+                    flags: Flags::empty(),
+                });
+            }
             None => {
-                counts.ambiguous += 1;
+                self.streams[stream].counts.ambiguous += 1;
                 self.orphan(stream, reading, Flags::UNJOINED, out);
             }
         }
@@ -187,21 +200,28 @@ impl Synchronizer {
     }
 
     /// Joins a companion's reading once its cycle is believed.
-    fn admit(&mut self, stream: usize, count: u64, reading: Reading) {
-        let modulus = reading.count.map_or(2, |count| count.modulus);
-        // Above the rate at which host times tell cycles, only the order of the bytes is left to trust.
-        let pass = if tells_cycle(self.rate.hz, modulus) {
-            let backlogged = self.streams[0].backlogged || self.streams[stream].backlogged;
-            let far = self.streams[0]
-                .unwrapper
-                .latest()
-                .filter(|(_, host)| !backlogged && reading.host.since(*host) < PRIMARY_SILENT)
-                .map(|(primary, _)| is_far(primary, count, modulus));
-            self.streams[stream].gate.judge(far, reading.host)
-        } else {
-            Pass::Release
-        };
+    fn admit(&mut self, stream: usize, count: u64, skipped: u64, reading: Reading) {
+        let modulus = self.cycle(stream);
+        let rate_hz = self.rate.hz;
+        let primary = self.streams[0].unwrapper.latest();
+        let backlogged = self.streams[0].backlogged || self.streams[stream].backlogged;
         let companion = &mut self.streams[stream];
+        let pass = if rate_hz == 0.0 {
+            Pass::Release
+        } else if tells_cycle(rate_hz, modulus) {
+            let far = primary
+                .filter(|(_, host)| {
+                    let silent = reading.host.since(*host).as_secs_f64();
+                    !backlogged && silent * rate_hz <= f64::from(modulus) / 4.0
+                })
+                .map(|(primary, _)| is_far(primary, count, modulus, rate_hz));
+            companion.gate.judge(far, reading.host)
+        } else {
+            // Above the rate at which host times tell cycles only the order of the bytes is left to trust,
+            // and after a loss not even that, until the end shows whether both saw the same last trigger.
+            companion.unsettled |= skipped > 0 || matches!(companion.gate, Gate::Proving { .. });
+            if companion.unsettled { Pass::Hold } else { Pass::Release }
+        };
         companion.held.push((count, reading));
         if companion.held.len() > self.settings.capacity || pass == Pass::Slip {
             companion.slip();
@@ -215,12 +235,12 @@ impl Synchronizer {
     /// The scan is over: both devices saw the same last trigger, or a cycle is missing.
     fn settle(&mut self, stream: usize) {
         let primary = self.streams[0].unwrapper.latest();
+        let modulus = self.cycle(stream);
         let companion = &mut self.streams[stream];
-        let Some((modulus, (count, _))) = companion.modulus.zip(companion.unwrapper.latest())
-        else {
-            return;
-        };
-        if primary.is_some_and(|(primary, _)| is_far(primary, count, modulus)) {
+        let last = companion.unwrapper.latest();
+        if let (Some((primary, _)), Some((count, _))) = (primary, last)
+            && primary.abs_diff(count) >= u64::from(modulus / 2)
+        {
             companion.slip();
         }
         for (count, reading) in std::mem::take(&mut companion.held) {
@@ -240,6 +260,7 @@ impl Synchronizer {
     /// A reading that cannot be joined: the primary's still becomes a record, so that it is seen.
     fn orphan(&mut self, stream: usize, reading: Reading, flags: Flags, out: &mut Vec<Record>) {
         self.streams[stream].counts.unjoined += 1;
+        self.streams[stream].orphans += 1;
         if stream == 0 {
             let mut readings = vec![None; self.streams.len()];
             readings[0] = Some(reading);
@@ -284,22 +305,33 @@ impl Synchronizer {
         }
     }
 
-    /// Whether a device saw the first trigger: the primary always defines it; a companion must have been
-    /// ready before the primary's first reading, and the scan must have begun with that.
-    fn was_ready_at_the_start(&self, stream: usize) -> bool {
-        let Some((first, at)) = self.first_primary else { return true };
-        let ready = self.streams[stream].ready.is_some_and(|ready| ready <= at);
-        stream == 0 || (ready && first < START_COUNTS)
+    /// A companion's cycle: a loss of that many is not seen in its counts. The configuration sees to it that
+    /// the primary's is not shorter.
+    fn cycle(&self, stream: usize) -> u32 {
+        self.streams[stream].modulus.unwrap_or(2)
     }
 
-    /// Progress of the trigger as seen by the others: by the primary, and for the primary by the companion
-    /// that is furthest.
-    fn progress_beside(&self, stream: usize) -> Option<Progress> {
+    /// The primary's first count, if there are companions and it is so large that the counters cannot have
+    /// been reset before the scan: then nothing says which of their counts belong together.
+    pub fn unreset(&self) -> Option<u64> {
+        let (first, _) = self.first_primary?;
+        (self.streams.len() > 1 && first >= START_COUNTS).then_some(first)
+    }
+
+    fn context(&self, stream: usize) -> Context {
+        let ready = self.streams[stream].ready;
         let others = if stream == 0 { 1..self.streams.len() } else { 0..1 };
-        others
-            .filter_map(|other| self.streams[other].unwrapper.latest())
-            .max()
-            .map(|(count, host)| Progress { count, host, rate_hz: self.rate.hz })
+        Context {
+            // The primary defines the start; a companion must have been ready before it.
+            from_start: stream == 0
+                || self.first_primary.is_none_or(|(_, at)| ready.is_some_and(|ready| ready <= at)),
+            alone: self.streams.len() == 1,
+            other: others
+                .filter_map(|other| self.streams[other].unwrapper.latest())
+                .max()
+                .map(|(count, host)| Progress { count, host, rate_hz: self.rate.hz }),
+            peak_hz: self.rate.peak_hz,
+        }
     }
 }
 
@@ -316,26 +348,29 @@ impl Stream {
         self.counts.slips += 1;
         self.counts.ambiguous += held;
         self.counts.unjoined += held;
-        self.unwrapper.interrupted();
+        self.unwrapper.slipped();
         self.gate.interrupted();
     }
 }
 
-/// Half a cycle apart or more.
-fn is_far(primary: u64, companion: u64, modulus: u32) -> bool {
-    primary.abs_diff(companion) >= u64::from(modulus / 2)
+/// Half a cycle apart, or further than the links' delays explain.
+fn is_far(primary: u64, companion: u64, modulus: u32, rate_hz: f64) -> bool {
+    let delays = 8 + (rate_hz * LINK_DELAY_S) as u64;
+    primary.abs_diff(companion) >= u64::from(modulus / 2).min(delays)
 }
 
 /// A primary whose first count is below this saw the beginning of the scan, but for a few losses.
 const START_COUNTS: u64 = 60;
-/// After this the primary's count says nothing about now.
-const PRIMARY_SILENT: Duration = Duration::from_millis(20);
+/// How much one link may be slower than another: USB adapters collect bytes for 16 ms.
+const LINK_DELAY_S: f64 = 0.05;
 
 /// Triggers a second, from the primary's counts, over windows of at least 50 ms.
 #[derive(Debug, Default)]
 struct Rate {
     window: Option<(u64, Nanos)>,
     hz: f64,
+    /// The highest there was.
+    peak_hz: f64,
 }
 
 impl Rate {
@@ -347,6 +382,7 @@ impl Rate {
         let span = host.since(since);
         if span >= Duration::from_millis(50) {
             self.hz = count.saturating_sub(from) as f64 / span.as_secs_f64();
+            self.peak_hz = self.peak_hz.max(self.hz);
             self.window = Some((count, host));
         }
     }
@@ -520,6 +556,53 @@ mod tests {
         assert_eq!(out.len(), 50_000);
         assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
         assert_eq!(sync.counts().nth(1).unwrap().ambiguous, 30_000);
+    }
+
+    #[test]
+    fn counters_that_were_not_reset_are_not_joined_and_cost_nothing_that_was_not_lost() {
+        let mut sync = armed(settings());
+        let mut out = Vec::new();
+        for trigger in 0..20_000 {
+            sync.take(0, reading(0, 5_000 + trigger, at(trigger)), &mut out);
+            sync.take(1, reading(1, 56 + trigger, at(trigger)), &mut out);
+        }
+        sync.flush(&mut out);
+        assert_eq!(sync.unreset(), Some(5_000));
+        assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
+        assert_eq!(sync.counts().next().unwrap().lost, 0);
+    }
+
+    /// Beyond all rates a loss leaves the cycle open until both are seen to have had the same last trigger.
+    #[test]
+    fn a_loss_beyond_all_rates_is_never_joined_on_a_guess() {
+        for (lost, end_joins) in [(3, true), (700, false)] {
+            let mut sync = armed(SyncSettings { wait: Duration::from_secs(100), ..settings() });
+            let fast = |trigger: u64| Nanos::from_nanos(trigger * 20_000);
+            let mut out = Vec::new();
+            for trigger in 0..10_000 {
+                sync.take(0, reading(0, trigger, fast(trigger)), &mut out);
+                if !(5_000..5_000 + lost).contains(&trigger) {
+                    sync.take(1, reading(1, trigger, fast(trigger)), &mut out);
+                }
+            }
+            sync.flush(&mut out);
+            let joined = out.iter().filter(|record| record.flags.is_empty());
+            assert_eq!(joined.clone().inspect(|record| assert_joined(record)).count() > 6_000, end_joins);
+            assert_eq!(sync.counts().nth(1).unwrap().slips, u64::from(!end_joins));
+        }
+    }
+
+    #[test]
+    fn suspect_readings_are_not_counted_twice() {
+        let mut sync = Synchronizer::new(1, settings());
+        let mut out = Vec::new();
+        for trigger in 0..100 {
+            let flags = if trigger % 10 == 5 { Flags::SUSPECT } else { Flags::empty() };
+            sync.take(0, Reading { flags, ..reading(0, trigger, at(trigger)) }, &mut out);
+        }
+        sync.flush(&mut out);
+        assert_eq!(out.len(), 100);
+        assert_eq!(sync.counts().next().unwrap().lost, 0);
     }
 
     #[test]

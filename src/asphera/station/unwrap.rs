@@ -16,6 +16,23 @@ pub(crate) struct Unwrapper {
     last: Option<(u64, Nanos)>,
     /// The cycle is unknown since the link was lost.
     adrift: bool,
+    /// The cycle was found wrong: its own past tells nothing any more.
+    slipped: bool,
+    /// The counter started over: its zero is lost for good.
+    started_over: bool,
+}
+
+/// What is known beside a reading's own count.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Context {
+    /// The device was ready before the first trigger, and the counters began with it.
+    pub(crate) from_start: bool,
+    /// No other device shares the trigger: nothing can be joined wrongly.
+    pub(crate) alone: bool,
+    /// Progress of another device, once the counters are known to share their zero.
+    pub(crate) other: Option<Progress>,
+    /// Most triggers a second there have been, 0 while unknown.
+    pub(crate) peak_hz: f64,
 }
 
 /// What is known of the trigger from another device.
@@ -51,40 +68,61 @@ impl Unwrapper {
         self.adrift = self.last.is_some();
     }
 
+    /// The cycle was wrong: it must be told anew, from another device.
+    pub(crate) fn slipped(&mut self) {
+        self.interrupted();
+        self.slipped = true;
+    }
+
     /// Count of the latest reading that was known, and when it arrived.
     pub(crate) fn latest(&self) -> Option<(u64, Nanos)> {
         self.last
     }
 
-    /// Takes the next reading's count, which arrived at `host`. `from_start`: the device was ready before
-    /// the first trigger.
-    pub(crate) fn take(
-        &mut self,
-        raw: Count,
-        host: Nanos,
-        from_start: bool,
-        other: Option<Progress>,
-    ) -> Unwrapped {
+    /// Takes the next reading's count, which arrived at `host`.
+    pub(crate) fn take(&mut self, raw: Count, host: Nanos, context: Context) -> Unwrapped {
         let modulus = u64::from(raw.modulus.max(2));
         let within = u64::from(raw.raw.wrapping_sub(raw.first)) % modulus;
-        let nearest = || other.and_then(|other| nearest(within, modulus, host, other));
+        let nearest = || context.other.and_then(|other| nearest(within, modulus, host, other));
         let (count, first_free) = match self.last {
-            None if from_start || other.is_none() => (Some(within), 0),
+            None if context.from_start || context.alone => (Some(within), 0),
             None => (nearest(), 0),
-            Some((last, _)) if self.adrift => (nearest().filter(|count| *count > last), last + 1),
-            Some((last, _)) => match (within + modulus - last % modulus) % modulus {
-                0 => return Unwrapped::Repeated,
-                ahead => (Some(last + ahead), last + 1),
-            },
+            Some((last, at)) => {
+                let ahead = (within + modulus - last % modulus) % modulus;
+                let most = most_triggers(host.since(at), context.peak_hz);
+                // A long counter that went further than the trigger can have gone went back.
+                if modulus >= LONG && !context.alone && most.map_or(modulus / 2, |most| most + modulus / 16) < ahead {
+                    self.started_over = true;
+                }
+                let told = context.alone || (!self.slipped && most.is_some_and(|most| most < modulus));
+                let count = match ahead {
+                    _ if self.started_over => None,
+                    // After a slip the count may go back: it had run ahead of the trigger.
+                    _ if self.adrift && !told => {
+                        nearest().filter(|count| self.slipped || *count > last)
+                    }
+                    0 if !self.adrift || !context.alone => return Unwrapped::Repeated,
+                    0 => Some(last + modulus),
+                    ahead => Some(last + ahead),
+                };
+                (count, last + 1)
+            }
         };
         let Some(count) = count else {
             self.adrift = self.last.is_some();
             return Unwrapped::Ambiguous;
         };
         self.adrift = false;
+        self.slipped = false;
         self.last = Some((count, host));
-        Unwrapped::Known { count, skipped: count - first_free }
+        Unwrapped::Known { count, skipped: count.saturating_sub(first_free) }
     }
+}
+
+/// Most triggers there can have been in this time, at the highest rate there was; `None` while no rate is
+/// known.
+fn most_triggers(time: Duration, peak_hz: f64) -> Option<u64> {
+    (peak_hz > 0.0).then(|| (1.2 * peak_hz * (time + LATENCY).as_secs_f64() + 8.0) as u64)
 }
 
 /// Whether, at this rate, host times tell counts well enough to choose a cycle.
@@ -109,6 +147,8 @@ fn nearest(within: u64, modulus: u64, host: Nanos, other: Progress) -> Option<u6
     }
 }
 
+/// From here on a counter is long: half of it is more than any loss that goes unnoticed.
+const LONG: u64 = 4096;
 /// How much later than another a device's bytes may reach us: buffers of ports, adapters and the kernel.
 const LATENCY: Duration = Duration::from_millis(10);
 
@@ -124,14 +164,17 @@ mod tests {
         Nanos::from_millis(ms)
     }
 
-    fn at(count: u64, host_ms: u64, rate_hz: f64) -> Option<Progress> {
-        Some(Progress { count, host: ms(host_ms), rate_hz })
+    fn at(count: u64, host_ms: u64, rate_hz: f64) -> Context {
+        let other = Some(Progress { count, host: ms(host_ms), rate_hz });
+        Context { other, peak_hz: rate_hz, ..Context::default() }
     }
+
+    const START: Context = Context { from_start: true, alone: false, other: None, peak_hz: 0.0 };
 
     #[test]
     fn wraps_and_counts_what_is_lost() {
         let mut unwrapper = Unwrapper::default();
-        let mut take = |raw| unwrapper.take(sync(raw), ms(0), true, None);
+        let mut take = |raw| unwrapper.take(sync(raw), ms(0), START);
         assert_eq!(take(1), Unwrapped::Known { count: 0, skipped: 0 });
         assert_eq!(take(2), Unwrapped::Known { count: 1, skipped: 0 });
         assert_eq!(take(2), Unwrapped::Repeated);
@@ -143,15 +186,15 @@ mod tests {
     #[test]
     fn cycle_after_an_interruption_comes_from_the_other_device() {
         let mut unwrapper = Unwrapper::default();
-        unwrapper.take(sync(1), ms(0), true, None);
+        unwrapper.take(sync(1), ms(0), START);
         unwrapper.interrupted();
         // 3 s at 1 kHz: trigger 3000 is within cycle 12, at 120, sent as 121.
         assert_eq!(
-            unwrapper.take(sync(121), ms(3001), false, at(3001, 3000, 1000.0)),
+            unwrapper.take(sync(121), ms(3001), at(3001, 3000, 1000.0)),
             Unwrapped::Known { count: 3000, skipped: 2999 }
         );
         assert_eq!(
-            unwrapper.take(sync(122), ms(3002), false, at(3002, 3001, 1000.0)),
+            unwrapper.take(sync(122), ms(3002), at(3002, 3001, 1000.0)),
             Unwrapped::Known { count: 3001, skipped: 0 }
         );
     }
@@ -159,36 +202,66 @@ mod tests {
     #[test]
     fn without_a_good_reference_the_cycle_is_ambiguous() {
         let mut unwrapper = Unwrapper::default();
-        unwrapper.take(sync(1), ms(0), true, None);
+        unwrapper.take(sync(1), ms(0), START);
         unwrapper.interrupted();
-        assert_eq!(unwrapper.take(sync(5), ms(3000), false, None), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(5), ms(3000), Context::default()), Unwrapped::Ambiguous);
         // At 100 kHz 10 ms of doubt are 1000 triggers, more than a cycle.
         let fast = at(300_000, 3000, 100_000.0);
-        assert_eq!(unwrapper.take(sync(5), ms(3000), false, fast), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(5), ms(3000), fast), Unwrapped::Ambiguous);
         // A known count is never followed by a smaller one.
-        assert_eq!(unwrapper.take(sync(1), ms(0), false, at(0, 0, 1.0)), Unwrapped::Ambiguous);
+        assert_eq!(unwrapper.take(sync(1), ms(3000), at(1, 3000, 1000.0)), Unwrapped::Ambiguous);
     }
 
     #[test]
     fn a_device_that_was_ready_before_the_scan_is_in_the_first_cycle_however_far_the_other_is() {
         let mut unwrapper = Unwrapper::default();
         assert_eq!(
-            unwrapper.take(sync(1), ms(10), true, at(50_000, 10, 0.0)),
+            unwrapper.take(sync(1), ms(10), Context { from_start: true, ..at(50_000, 10, 0.0) }),
             Unwrapped::Known { count: 0, skipped: 0 }
         );
         // One that was not, while nothing is known of the rate, is nowhere.
         let mut unwrapper = Unwrapper::default();
         assert_eq!(
-            unwrapper.take(sync(1), ms(10), false, at(50_000, 10, 0.0)),
+            unwrapper.take(sync(1), ms(10), at(50_000, 10, 0.0)),
             Unwrapped::Ambiguous
         );
+    }
+
+    #[test]
+    fn a_short_interruption_needs_no_other_device() {
+        let probe = |raw| Count { raw, first: 0, modulus: 65_536 };
+        let mut unwrapper = Unwrapper::default();
+        unwrapper.take(probe(60_000), ms(0), START);
+        unwrapper.interrupted();
+        // 8 s at 4 kHz are 32,000 triggers: less than a cycle, wherever the other device is.
+        let context = Context { peak_hz: 4000.0, ..Context::default() };
+        assert_eq!(
+            unwrapper.take(probe(26_464), ms(8000), context),
+            Unwrapped::Known { count: 92_000, skipped: 31_999 }
+        );
+        // 20 s are more than one.
+        unwrapper.interrupted();
+        assert_eq!(unwrapper.take(probe(1), ms(28_000), context), Unwrapped::Ambiguous);
+        // A device alone goes on within its cycle: it has nobody to be joined with.
+        let alone = Context { alone: true, ..context };
+        assert!(matches!(unwrapper.take(probe(1), ms(28_000), alone), Unwrapped::Known { .. }));
+    }
+
+    #[test]
+    fn a_long_counter_that_went_back_has_started_over() {
+        let probe = |raw| Count { raw, first: 0, modulus: 65_536 };
+        let mut unwrapper = Unwrapper::default();
+        unwrapper.take(probe(5_000), ms(0), START);
+        assert_eq!(unwrapper.take(probe(3), ms(1), START), Unwrapped::Ambiguous);
+        // Its zero is lost: without a reference nothing of it is known any more.
+        assert_eq!(unwrapper.take(probe(4), ms(2), START), Unwrapped::Ambiguous);
     }
 
     #[test]
     fn joining_a_running_scan_takes_the_cycle_of_the_other() {
         let mut unwrapper = Unwrapper::default();
         assert_eq!(
-            unwrapper.take(sync(41), ms(10), false, at(1000, 10, 1000.0)),
+            unwrapper.take(sync(41), ms(10), at(1000, 10, 1000.0)),
             Unwrapped::Known { count: 1000, skipped: 1000 }
         );
     }

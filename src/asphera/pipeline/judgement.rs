@@ -1,0 +1,88 @@
+//! The verdict: limits held against values, and what stands in the way of an answer.
+
+use asphera_form::{Figures, Fit, FitError, Status as FormStatus, Tolerance, verdict};
+use asphera_surface::Mesh;
+
+use super::figures;
+use crate::config::Part;
+use crate::report::{Check, SamplingFigures, Status, Verdict};
+
+/// Judges a part by its final figures.
+pub(super) fn judge(
+    part: &Part,
+    mesh: &Mesh,
+    fit: Result<&Fit, &FitError>,
+    found: Option<&Figures>,
+    sampling: &SamplingFigures,
+) -> Verdict {
+    let mut verdict = compare(part, found);
+    match fit {
+        Err(error) => verdict.reasons.push(format!("no fit: {}", crate::error_chain(error))),
+        Ok(fit) if !fit.termination.is_converged() => {
+            let why = figures::termination(&fit.termination);
+            doubt(&mut verdict, format!("the fit did not converge: {why}"));
+        }
+        Ok(fit) if fit.dof == 0 => {
+            let used = fit.used;
+            doubt(&mut verdict, format!("{used} points determine {used} parameters and no deviation"));
+        }
+        Ok(_) => {}
+    }
+    match sampling.coverage {
+        None => undecide(&mut verdict, "the points span no area".to_owned()),
+        Some(coverage) if coverage < part.coverage_min => undecide(
+            &mut verdict,
+            format!(
+                "only {:.1} % of the aperture is sampled densely enough, {:.1} % are wanted",
+                100.0 * coverage,
+                100.0 * part.coverage_min
+            ),
+        ),
+        Some(_) => {}
+    }
+    if !mesh.projectable() {
+        let conflicts = mesh.counts().conflicts;
+        doubt(
+            &mut verdict,
+            format!("not projectable: {conflicts} points stand above or below others"),
+        );
+    }
+    verdict
+}
+
+/// The figures themselves are in doubt: neither a pass nor a fail can be said.
+pub(crate) fn doubt(verdict: &mut Verdict, reason: String) {
+    verdict.status = Status::Undecided;
+    verdict.reasons.push(reason);
+}
+
+/// Something is not known: a pass becomes undecided. A fail stands, for what is measured already breaks a
+/// limit.
+pub(crate) fn undecide(verdict: &mut Verdict, reason: String) {
+    if verdict.status == Status::Pass {
+        verdict.status = Status::Undecided;
+    }
+    verdict.reasons.push(reason);
+}
+
+fn compare(part: &Part, found: Option<&Figures>) -> Verdict {
+    let verdict = verdict(found, &Tolerance { pv_nm: part.pv_nm, rms_nm: part.rms_nm });
+    Verdict {
+        status: match verdict.status {
+            FormStatus::Pass => Status::Pass,
+            FormStatus::Fail => Status::Fail,
+            FormStatus::Undecided => Status::Undecided,
+        },
+        checks: verdict
+            .checks
+            .iter()
+            .map(|check| Check {
+                name: check.name.to_owned(),
+                limit: check.limit,
+                value: check.value,
+                ok: check.ok,
+            })
+            .collect(),
+        reasons: verdict.reason.map(|reason| reason.to_string()).into_iter().collect(),
+    }
+}
