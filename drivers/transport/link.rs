@@ -90,6 +90,13 @@ impl Link {
         Link { commands, task: tokio::spawn(worker.run()) }
     }
 
+    /// Ends the link and waits until its port is closed.
+    pub async fn close(mut self) {
+        self.task.abort();
+        // It ends because it was told to; there is nothing to learn from how.
+        let _ = (&mut self.task).await;
+    }
+
     /// Tells the link something. A link that has ended takes no notice.
     pub fn tell(&self, command: LinkCommand) {
         // The task ends only when the station is going down; what is said then is said to nobody.

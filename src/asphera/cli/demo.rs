@@ -11,7 +11,7 @@ use tokio::time::interval;
 
 use super::exit::Exit;
 use super::output::{Failure, deliver, progress, say, write_json};
-use super::serve::{Page, interrupted};
+use super::serve::{Page, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
 use crate::live::{Finished, Handle, Station};
@@ -79,44 +79,38 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     });
     let config = Config::parse("the demo's configuration", &toml)?;
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
-    let mut station = Station::start(config, true)?;
+    let mut station = Station::start(config)?;
     let page = Page::serve(station.handle(), listen, hosts).await?;
+    station.handle().session(Command::Start).await?;
     say(&format!("results: {}", folder.display()));
 
     let drawn = tokio::spawn(draw(station.handle()));
-    let first = tokio::select! {
-        finished = station.finished() => finished,
-        signal = interrupted() => {
+    let mut stop = std::pin::pin!(interrupted());
+    let (first, interrupted) = tokio::select! {
+        finished = station.finished() => (Some(finished?), false),
+        signal = &mut stop => {
             signal?;
             // The session ends in good order; what was measured is kept.
-            station.handle().session(Command::Stop).await?;
-            station.finished().await
+            (stop_session(&mut station).await?, true)
         }
     };
     drawn.abort();
     progress("");
-    let Some(finished) = first else { return Err("the station ended without a report".into()) };
+    let Some(finished) = first else { return Err("stopped before the session began".into()) };
     let exit = finish(&finished, &args)?;
-    if !args.exit
-        && finished
-            .measurement
-            .report
-            .session
-            .as_ref()
-            .is_some_and(|session| session.ended != "stopped")
-    {
+    if !args.exit && !interrupted {
         say("the page stays; Ctrl-C ends");
         loop {
             tokio::select! {
-                again = station.finished() => match again {
-                    Some(finished) => results::write(&folder, &finished.measurement)?,
-                    None => break,
-                },
-                signal = interrupted() => {
+                again = station.finished() => results::write(&folder, &again?.measurement)?,
+                signal = &mut stop => {
                     signal?;
                     break;
                 }
             }
+        }
+        if let Some(finished) = stop_session(&mut station).await? {
+            results::write(&folder, &finished.measurement)?;
         }
     }
     page.close().await?;

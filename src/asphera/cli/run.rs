@@ -1,17 +1,15 @@
 //! `asphera run`: a station until a signal.
 
 use std::path::Path;
-use std::time::Duration;
 
 use asphera_link::Command;
-use tokio::time::timeout;
 
 use super::exit::Exit;
-use super::output::{Failure, print, say};
-use super::serve::{Page, interrupted};
+use super::output::{Failure, complain, print, say};
+use super::serve::{Page, interrupted, stop_session};
 use super::summary;
 use crate::config::Config;
-use crate::live::{Finished, Station};
+use crate::live::{Finished, Station, StationError};
 
 pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
     let config = Config::load(path)?;
@@ -21,14 +19,21 @@ pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
 async fn station(config: Config) -> Result<Exit, Failure> {
     let (listen, hosts, autostart) =
         (config.listen, config.allowed_hosts.clone(), config.autostart);
-    let mut station = Station::start(config, autostart)?;
+    let mut station = Station::start(config)?;
+    // The page first: a port that is taken must not leave a recording behind.
     let page = Page::serve(station.handle(), listen, hosts).await?;
+    if autostart {
+        station.handle().session(Command::Start).await?;
+    } else {
+        station.handle().watch_links().await;
+    }
     let mut stop = std::pin::pin!(interrupted());
     loop {
         tokio::select! {
             finished = station.finished() => match finished {
-                Some(finished) => show(&finished),
-                None => break,
+                Ok(finished) => show(&finished),
+                Err(StationError::Ended) => return Err(StationError::Ended.into()),
+                Err(error) => complain(&error.into()),
             },
             signal = &mut stop => {
                 signal?;
@@ -36,9 +41,7 @@ async fn station(config: Config) -> Result<Exit, Failure> {
             }
         }
     }
-    // A running session is ended in good order, so that its recording says why it ended.
-    let stopped = station.handle().session(Command::Stop).await.is_ok();
-    if stopped && let Ok(Some(finished)) = timeout(STOP, station.finished()).await {
+    if let Some(finished) = stop_session(&mut station).await? {
         show(&finished);
     }
     page.close().await?;
@@ -52,6 +55,3 @@ fn show(finished: &Finished) {
         None => say("recording: not complete, see above"),
     }
 }
-
-/// How long the figures of an interrupted session may take.
-const STOP: Duration = Duration::from_secs(30);

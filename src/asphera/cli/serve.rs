@@ -1,13 +1,17 @@
 //! A station with its page, until a signal: what `run` and `demo` share.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
 
+use asphera_link::Command;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+use tokio::time::timeout;
 
 use super::output::{Failure, say};
-use crate::live::Handle;
+use crate::live::{Finished, Handle, Station, StationError};
 use crate::publish::{Server, Token};
 
 /// The page of a station, being served.
@@ -51,3 +55,20 @@ pub(super) async fn interrupted() -> std::io::Result<()> {
         _ = terminate.recv() => Ok(()),
     }
 }
+
+/// Ends a running session in good order, so that its recording says why it ended; `None` if none ran.
+pub(super) async fn stop_session(station: &mut Station) -> Result<Option<Arc<Finished>>, Failure> {
+    match timeout(STOP, station.handle().session(Command::Stop)).await {
+        Ok(Ok(())) => {}
+        Ok(Err(StationError::NotRunning)) => return Ok(None),
+        Ok(Err(error)) => return Err(error.into()),
+        Err(_) => return Err(format!("the station did not stop within {STOP:?}").into()),
+    }
+    let finished = timeout(STOP, station.finished())
+        .await
+        .map_err(|_| format!("the figures were not there within {STOP:?}"))?;
+    Ok(Some(finished?))
+}
+
+/// How long the end of a session may take: the disk, the links and the figures.
+const STOP: Duration = Duration::from_secs(30);

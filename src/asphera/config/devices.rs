@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::str::FromStr;
+use std::time::Duration;
 
 use asphera_chrocodile::{Chrocodile, Trigger};
 use asphera_cia406::{Cia406, Kind, PositionObject, Transmission};
@@ -75,6 +76,56 @@ impl DriverConfig {
         matches!(self, DriverConfig::Cia406(_))
     }
 
+    /// How many numbers the device's trigger count has, if it counts every trigger; otherwise what keeps it
+    /// from that, in words.
+    pub fn count_cycle(&self) -> Result<u32, &'static str> {
+        match self {
+            DriverConfig::Chrocodile(settings) => {
+                if !settings.signals.contains(&EXPOSURE_COUNT) {
+                    Err("signal 75, the exposure count, is not among its signals")
+                } else if settings.averaging > 1 {
+                    Err("it averages several exposures")
+                } else if settings.trigger == Trigger::Free {
+                    Err("it runs free of the trigger")
+                } else {
+                    Ok(1 << 16)
+                }
+            }
+            DriverConfig::Cia406(settings) => {
+                match (settings.transmission, settings.sync_counter_overflow) {
+                    (Transmission::Sync { every: 1 }, Some(overflow)) => Ok(overflow.into()),
+                    (Transmission::Sync { every: 1 }, None) => Err("its SYNC has no counter"),
+                    _ => Err("it does not answer every SYNC"),
+                }
+            }
+            DriverConfig::Modbus(settings) => {
+                let map = settings.map.resolve();
+                let fields = map.iter().flat_map(|map| &map.fields);
+                let mut cycles = fields.filter_map(|field| match field.role {
+                    Role::Count { modulus, .. } => Some(modulus),
+                    _ => None,
+                });
+                cycles.next().ok_or("its map has no field with the role count")
+            }
+        }
+    }
+
+    /// Its number on a shared bus.
+    pub fn bus_number(&self) -> Option<u8> {
+        match self {
+            DriverConfig::Cia406(settings) => Some(settings.node_id),
+            DriverConfig::Chrocodile(_) | DriverConfig::Modbus(_) => None,
+        }
+    }
+
+    /// How long the driver may hold a reading back, to be sure of it.
+    pub fn holds_back(&self) -> Duration {
+        match self {
+            DriverConfig::Chrocodile(settings) => Duration::from_millis(settings.silence_ms.into()),
+            DriverConfig::Cia406(_) | DriverConfig::Modbus(_) => Duration::ZERO,
+        }
+    }
+
     fn problems(&self) -> Vec<Problem> {
         match self {
             DriverConfig::Chrocodile(settings) => settings.problems(),
@@ -83,6 +134,20 @@ impl DriverConfig {
         }
     }
 }
+
+/// The key a person wrote for a setting of a driver.
+fn key_of(setting: &str) -> String {
+    match setting {
+        "kind.step_nm" => "step_nm".to_owned(),
+        "kind.counts_per_turn" => "counts_per_turn".to_owned(),
+        "transmission.every" => "every_sync".to_owned(),
+        "transmission.period_ms" => "event_timer_ms".to_owned(),
+        other => other.replace("map.fields", "field").replace("map.blocks", "block"),
+    }
+}
+
+/// CHRocodile's identifier of the exposure count.
+const EXPOSURE_COUNT: u16 = 75;
 
 fn words(problems: &[Problem]) -> String {
     let words = problems.iter().map(|Problem { key, expected, found }| {
@@ -120,7 +185,7 @@ pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Optio
     table.finish();
     let problems = driver.problems();
     for problem in &problems {
-        settings.problem(&problem.key, &problem.expected, &problem.found);
+        settings.problem(&key_of(&problem.key), &problem.expected, &problem.found);
     }
     // Without problems the driver can be made; what it measures is asked of itself.
     let channels =

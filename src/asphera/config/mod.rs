@@ -101,7 +101,11 @@ impl Config {
             return Ok(Config::parse(&path.display().to_string(), &text)?);
         };
         let nominal_path = path.parent().unwrap_or(Path::new(".")).join(nominal_file);
-        let nominal_text = read(&nominal_path)?;
+        let nominal_text = fs::read_to_string(&nominal_path).unwrap_or_else(|error| {
+            let found = format!("{}: {error}", nominal_path.display());
+            nominal.problem("file", "a file that can be read", found);
+            String::new()
+        });
         let part = Part::parse(&nominal_path.display().to_string(), &nominal_text);
         let config = read_root(&root, &inline(&text, &nominal_text), Some(part.as_ref().ok()));
         root.finish();
@@ -109,7 +113,9 @@ impl Config {
         match (file.conclude(config), part) {
             (Ok(config), Ok(_)) => Ok(config),
             (config, part) => {
-                let problems = [part.err(), config.err()].into_iter().flatten();
+                // Of a file that could not be read there is nothing more to say.
+                let part = part.err().filter(|_| !nominal_text.is_empty());
+                let problems = [part, config.err()].into_iter().flatten();
                 Err(Problems(problems.flat_map(|problems| problems.0).collect()).into())
             }
         }
@@ -195,6 +201,33 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
             table.problem("link", "one device on a link that is no CAN bus", others);
         }
     }
+    for (index, (name, table)) in device_tables.iter().enumerate() {
+        check_name("device", name, root);
+        let Some(device) = &devices[index] else { continue };
+        let Some(number) = device.driver.bus_number() else { continue };
+        let earlier = devices[..index].iter().flatten().find(|earlier| {
+            earlier.link == device.link && earlier.driver.bus_number() == Some(number)
+        });
+        if let Some(earlier) = earlier {
+            let found = format!("{number}, which {} has", earlier.name);
+            table.section("settings").problem("node_id", "a number of its own on this bus", found);
+        }
+    }
+    for (index, name) in link_names.iter().enumerate() {
+        check_name("link", name, root);
+        let Some(link) = &links[index] else { continue };
+        let address = link.endpoint.to_string();
+        let earlier =
+            links[..index].iter().flatten().find(|earlier| earlier.endpoint.to_string() == address);
+        if let Some(earlier) = earlier {
+            let found = format!("{address}, where link {} leads", earlier.name);
+            root.section("link").section(name).problem(
+                "kind",
+                "a port or address of its own",
+                found,
+            );
+        }
+    }
     // A device that cannot be used would make every mention of it a problem of its own.
     let usable = devices.iter().all(Option::is_some);
     let devices: Vec<DeviceConfig> = devices.into_iter().flatten().collect();
@@ -251,6 +284,13 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
         allowed_hosts,
         text: text.to_owned(),
     })
+}
+
+/// Names stand in recordings and on the page.
+fn check_name(kind: &str, name: &str, root: &Section<'_>) {
+    if name.is_empty() || name.chars().any(char::is_control) {
+        root.section(kind).problem(name, "a name of printable characters", format!("{name:?}"));
+    }
 }
 
 fn recording(table: &Section<'_>) -> session::Settings {

@@ -39,9 +39,49 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
     }
     let wait = Duration::from_millis(table.within("wait_ms", 2000, 1..=600_000u64));
     let capacity = table.within("capacity", 65_536, 16..=10_000_000usize);
+    let devices: Vec<&DeviceConfig> = found.iter().map(|index| &devices[*index]).collect();
+    if let Some(longest) = devices.iter().map(|device| device.driver.holds_back()).max()
+        && wait <= longest
+    {
+        let expected = format!(
+            "more than {} ms, for which a driver may hold a reading back",
+            longest.as_millis()
+        );
+        table.problem("wait_ms", expected, wait.as_millis());
+    }
+    if devices.len() > 1 {
+        counts(table, &devices);
+    }
     table.finish();
     (!found.is_empty() && found.len() == names.len())
         .then_some(SyncConfig { devices: found, settings: SyncSettings { wait, capacity } })
+}
+
+/// Devices that are joined must count every trigger, and the primary's count must not be the shorter: its
+/// own losses are told from it.
+fn counts(table: &Section<'_>, devices: &[&DeviceConfig]) {
+    let mut longest: Option<(u32, &str)> = None;
+    for (index, device) in devices.iter().enumerate() {
+        match device.driver.count_cycle() {
+            Err(why) => {
+                table.problem(
+                    "devices",
+                    "devices that count every trigger",
+                    format!("{}: {why}", device.name),
+                );
+            }
+            Ok(cycle) if index == 0 => longest = Some((cycle, &device.name)),
+            Ok(cycle) => {
+                if let Some((first, name)) = longest.filter(|(first, _)| cycle > *first) {
+                    table.problem(
+                        "devices",
+                        format!("the device with the longest counter first: {}", device.name),
+                        format!("{name}, which counts {first} against {cycle}"),
+                    );
+                }
+            }
+        }
+    }
 }
 
 pub(super) fn kinematics(
@@ -81,6 +121,12 @@ pub(super) fn kinematics(
             x.zip(y).zip(z).map(|((x, y), z)| Kinematics::Cartesian { x, y, z })
         }
     };
+    if let Some(axes) = kinematics.as_ref().map(Kinematics::axes) {
+        let same = |a: &Axis, b: &Axis| (a.stream, a.channel) == (b.stream, b.channel);
+        if same(&axes[0], &axes[1]) || same(&axes[1], &axes[2]) || same(&axes[0], &axes[2]) {
+            table.problem("kind", "a channel of its own for each axis", "one channel for two axes");
+        }
+    }
     table.finish();
     kinematics
 }

@@ -133,6 +133,51 @@ fn axes_must_name_channels_that_are_there() {
     assert!(problems.contains("encoder_x, distance1, intensity1"), "{problems}");
 }
 
+/// What would be accepted and then measure wrongly.
+#[test]
+fn benches_that_cannot_measure_are_refused() {
+    let text = read(&project("asphera.toml")).unwrap();
+    for (from, to, words) in [
+        (
+            "devices = [\"probe\", \"stage\"]",
+            "devices = [\"stage\", \"probe\"]",
+            "longest counter first",
+        ),
+        ("signals = [75, 76, 65, 256, 257]", "signals = [76, 65, 256, 257]", "signal 75"),
+        ("# averaging = 1", "averaging = 4", "averages"),
+        ("# trigger = \"each\"", "trigger = \"free\"", "runs free"),
+        ("# every_sync = 1", "every_sync = 2", "does not answer every SYNC"),
+        ("# sync_counter_overflow = 240", "sync_counter_overflow = 0", "no counter"),
+        ("# wait_ms = 2000", "wait_ms = 50", "hold a reading back"),
+        (
+            "channel = \"position\", offset_mm",
+            "channel = \"velocity\", offset_mm",
+            "one of the channels",
+        ),
+        ("address = \"192.168.10.21:502\"", "address = \"192.168.10.21\"", "host:port"),
+    ] {
+        let changed = text.replace(from, to);
+        assert_ne!(changed, text, "{from}");
+        let problems = Config::parse("asphera.toml", &changed).unwrap_err().to_string();
+        assert!(problems.contains(words), "{to}: {problems}");
+    }
+    let twice = text.replace(
+        "path = \"/dev/serial/by-id/usb-CANable-if00\"",
+        "path = \"/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A10KZP45-if00-port0\"",
+    );
+    let problems = Config::parse("asphera.toml", &twice).unwrap_err().to_string();
+    assert!(problems.contains("where link probe leads"), "{problems}");
+}
+
+#[test]
+fn a_missing_nominal_file_does_not_hide_other_mistakes() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = read(&project("examples/om30-line.toml")).unwrap().replace("idle_s = 5", "idle = 5");
+    fs::write(dir.path().join("station.toml"), text).unwrap();
+    let error = Config::load(&dir.path().join("station.toml")).unwrap_err().to_string();
+    assert!(error.contains("nominal.file") && error.contains("scan.idle"), "{error}");
+}
+
 #[test]
 fn a_nominal_in_a_file_of_its_own_reports_its_own_lines() {
     let dir = tempfile::tempdir().unwrap();

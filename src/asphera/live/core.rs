@@ -18,19 +18,20 @@ use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
 use crate::pipeline::{Measurement, undecide};
 use crate::report::{Report, Timing};
+use crate::results;
 use crate::session::{Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What};
 use crate::snapshot::State;
 use crate::station::{Action, Bench, Happening, assemble};
 
 /// Starts a station's task.
-pub(super) fn start(config: Config, autostart: bool) -> Result<Station, StationError> {
+pub(super) fn start(config: Config) -> Result<Station, StationError> {
     let (control, controls) = mpsc::channel(16);
     let (finished_sender, finished) = mpsc::channel(4);
     let (report_sender, report) = watch::channel(None);
     let (sender, events) = mpsc::channel(EVENTS);
     let view = View::new(&config);
     let snapshots = view.watch();
-    let mut core = Core {
+    let core = Core {
         bench: assemble(&config)?,
         config,
         clock: Clock::start(),
@@ -43,11 +44,6 @@ pub(super) fn start(config: Config, autostart: bool) -> Result<Station, StationE
         finished: finished_sender,
         report: report_sender,
     };
-    if autostart {
-        core.begin()?;
-    } else {
-        core.open_links();
-    }
     let handle = Handle { control, snapshots, report };
     Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
 }
@@ -62,7 +58,7 @@ struct Core {
     controls: mpsc::Receiver<Control>,
     view: View,
     session: Option<Session>,
-    finished: mpsc::Sender<Arc<Finished>>,
+    finished: mpsc::Sender<Result<Arc<Finished>, StationError>>,
     report: watch::Sender<Option<Arc<Report>>>,
 }
 
@@ -171,10 +167,9 @@ impl Core {
         let Some(session) = self.session.as_mut().filter(|session| session.ending.is_none()) else {
             return;
         };
-        if !points.is_empty() {
-            session.worker.points(points).await;
-        }
-        if let Some(ended) = self.bench.ended(now) {
+        if !points.is_empty() && session.worker.points(points).await.is_err() {
+            self.end(now, "failed").await;
+        } else if let Some(ended) = self.bench.ended(now) {
             self.end(now, ended.word()).await;
         }
     }
@@ -190,30 +185,54 @@ impl Core {
             Control::MeshPly(reply) => match &self.session {
                 Some(session) if session.ending.is_none() => session.worker.mesh_ply(reply).await,
                 _ => {
-                    // Whoever asked may have gone; then there is nobody to answer.
-                    let _ = reply.send(self.view.final_mesh());
+                    let finished = self.view.finished();
+                    tokio::task::spawn_blocking(move || {
+                        let ply = finished
+                            .and_then(|finished| results::finished_mesh_ply(&finished.measurement));
+                        // Whoever asked may have gone; then there is nobody to answer.
+                        let _ = reply.send(ply);
+                    });
                 }
             },
+            Control::Watch => self.open_links().await,
             Control::Session(Command::Start, reply) => {
-                let started =
-                    if self.session.is_some() { Err(StationError::Running) } else { self.begin() };
+                let started = match self.session {
+                    Some(_) => Err(StationError::Running),
+                    None => self.begin().await,
+                };
                 let _ = reply.send(started);
             }
-            Control::Session(Command::Stop, reply) => {
-                let running = self.session.as_ref().is_some_and(|session| session.ending.is_none());
-                let _ = reply.send(if running { Ok(()) } else { Err(StationError::NotRunning) });
-                if running {
-                    let now = self.clock.now();
-                    self.bench.advance(now);
-                    self.end(now, "stopped").await;
+            Control::Session(Command::Stop, reply) => match &self.session {
+                Some(session) => {
+                    let running = session.ending.is_none();
+                    let _ = reply.send(Ok(()));
+                    if running {
+                        self.stop().await;
+                    }
                 }
-            }
+                None => {
+                    let _ = reply.send(Err(StationError::NotRunning));
+                }
+            },
+        }
+    }
+
+    /// Ends a session at an operator's word, with all that had been read by then.
+    async fn stop(&mut self) {
+        for _ in 0..EVENTS {
+            let Ok(event) = self.events.try_recv() else { break };
+            self.event(event).await;
+        }
+        if self.session.as_ref().is_some_and(|session| session.ending.is_none()) {
+            let now = self.clock.now();
+            self.bench.advance(now);
+            self.end(now, "stopped").await;
         }
     }
 
     /// Begins a session: everything starts anew, the clock, the core and the connections, so that the
     /// recording holds all that a replay needs.
-    fn begin(&mut self) -> Result<(), StationError> {
+    async fn begin(&mut self) -> Result<(), StationError> {
         let bench = assemble(&self.config)?;
         let clock = Clock::start();
         let header = Header {
@@ -260,11 +279,15 @@ impl Core {
         let (sender, events) = mpsc::channel(EVENTS);
         (self.sender, self.events) = (sender, events);
         self.bench.command(start.at, Command::Start);
-        self.open_links();
+        self.open_links().await;
         Ok(())
     }
 
-    fn open_links(&mut self) {
+    /// Opens the links anew. A port is opened for one link alone, so the old ones close first.
+    async fn open_links(&mut self) {
+        for link in self.links.drain(..) {
+            link.close().await;
+        }
         self.links = self
             .config
             .links
@@ -288,7 +311,8 @@ impl Core {
         let points = self.bench.take_points();
         let Some(session) = &mut self.session else { return };
         if !points.is_empty() {
-            session.worker.points(points).await;
+            // A pipeline that died is found when its figures do not come.
+            let _ = session.worker.points(points).await;
         }
         let measurement = session.worker.finish().await;
         let outcome = Outcome::of(&self.bench, session_figures(&session.header, ended));
@@ -304,9 +328,12 @@ impl Core {
         let Some(ending) = session.ending else { return };
         let Some(mut measurement) = measurement else {
             error!("the pipeline ended without figures");
-            self.view.state(State::Failed);
+            self.view.failed("the figures could not be made: the pipeline ended");
+            let recording = session.recording.finish(ending.at, "failed", None).await;
+            let _ = self.finished.try_send(Err(StationError::Pipeline { recording }));
             return;
         };
+        let last_point = ending.outcome.last_point.unwrap_or(ending.at);
         let reason = ending.outcome.session.ended.clone();
         conclude(&mut measurement, ending.outcome);
         if let Some(failure) = session.recording.failure() {
@@ -319,7 +346,7 @@ impl Core {
         let report = &mut measurement.report;
         report.timing = Timing {
             total_s: now.as_secs_f64(),
-            after_last_point_s: now.since(ending.at).as_secs_f64(),
+            after_last_point_s: now.since(last_point).as_secs_f64(),
             points_per_s: report.points.received as f64 / ending.at.as_secs_f64().max(1e-9),
         };
         // A report is numbers and text; should it be no JSON, the recording still ends without it.
@@ -329,7 +356,7 @@ impl Core {
         self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
         self.view.complete(finished.clone());
         // Whoever waited for the end of a session may have gone.
-        let _ = self.finished.try_send(finished);
+        let _ = self.finished.try_send(Ok(finished));
     }
 }
 

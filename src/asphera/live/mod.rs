@@ -65,6 +65,12 @@ pub enum StationError {
     /// No session is running.
     #[error("no session is running")]
     NotRunning,
+    /// The figures could not be made.
+    #[error("the figures could not be made; what was received is in {}", place(recording.as_deref()))]
+    Pipeline {
+        /// Where the recording is, if there is one.
+        recording: Option<std::path::PathBuf>,
+    },
     /// The station has ended.
     #[error("the station has ended")]
     Ended,
@@ -73,7 +79,7 @@ pub enum StationError {
 /// A running station. It ends when the handle is dropped.
 pub struct Station {
     handle: Handle,
-    finished: mpsc::Receiver<Arc<Finished>>,
+    finished: mpsc::Receiver<Result<Arc<Finished>, StationError>>,
     task: JoinHandle<()>,
 }
 
@@ -87,18 +93,20 @@ pub struct Handle {
 
 /// What a station is asked to do.
 enum Control {
+    Watch,
     Session(Command, oneshot::Sender<Result<(), StationError>>),
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
 }
 
 impl Station {
-    /// Starts a station on the current tokio runtime; with `autostart` its first session too.
+    /// Starts a station on the current tokio runtime. It opens nothing before it is told to: see
+    /// [`Handle::watch_links`] and [`Handle::session`].
     ///
     /// # Errors
     ///
-    /// When it cannot be set up, or its first session cannot be recorded.
-    pub fn start(config: Config, autostart: bool) -> Result<Station, StationError> {
-        core::start(config, autostart)
+    /// When it cannot be set up.
+    pub fn start(config: Config) -> Result<Station, StationError> {
+        core::start(config)
     }
 
     /// For servers and signal handlers.
@@ -106,9 +114,13 @@ impl Station {
         self.handle.clone()
     }
 
-    /// Waits for the end of a session. `None` when the station has ended.
-    pub async fn finished(&mut self) -> Option<Arc<Finished>> {
-        self.finished.recv().await
+    /// Waits for the end of a session.
+    ///
+    /// # Errors
+    ///
+    /// When its figures could not be made, or the station has ended.
+    pub async fn finished(&mut self) -> Result<Arc<Finished>, StationError> {
+        self.finished.recv().await.unwrap_or(Err(StationError::Ended))
     }
 }
 
@@ -129,6 +141,12 @@ impl Handle {
         let sent = self.control.send(Control::Session(command, reply)).await;
         sent.map_err(|_| StationError::Ended)?;
         answer.await.map_err(|_| StationError::Ended)?
+    }
+
+    /// Opens the links without a session, to show their state.
+    pub async fn watch_links(&self) {
+        // A station that has ended has nothing to show.
+        let _ = self.control.send(Control::Watch).await;
     }
 
     /// The newest snapshot, and when there is a newer one.
@@ -168,4 +186,8 @@ fn control_error(error: StationError) -> ControlError {
         conflict: matches!(error, StationError::Running | StationError::NotRunning),
         message: crate::error_chain(&error),
     }
+}
+
+fn place(recording: Option<&std::path::Path>) -> String {
+    recording.map_or_else(|| "no recording".to_owned(), |folder| folder.display().to_string())
 }

@@ -10,7 +10,6 @@ use super::Finished;
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
 use crate::report::SessionFigures;
-use crate::results;
 use crate::snapshot::{Connection, FORMAT, LinkState, Progress, Snapshot, State};
 use crate::station::{Bench, Line};
 
@@ -81,9 +80,15 @@ impl View {
         self.finished = Some(finished);
     }
 
-    /// The mesh of the session that ended.
-    pub(super) fn final_mesh(&self) -> Option<Vec<u8>> {
-        results::finished_mesh_ply(&self.finished.as_ref()?.measurement)
+    /// A session ended without figures.
+    pub(super) fn failed(&mut self, reason: &str) {
+        self.snapshot.state = State::Failed;
+        self.snapshot.verdict.reasons = vec![reason.to_owned()];
+    }
+
+    /// The session that ended last.
+    pub(super) fn finished(&self) -> Option<Arc<Finished>> {
+        self.finished.clone()
     }
 
     /// Sends a snapshot: the core's state now and, while a session runs, its newest figures.

@@ -19,6 +19,10 @@ pub(super) struct Worker {
     figures: watch::Receiver<Option<Arc<RunningFigures>>>,
 }
 
+/// The pipeline's thread has ended before it was told to finish.
+#[derive(Debug)]
+pub(super) struct Died;
+
 enum Work {
     Points(Vec<Point>),
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
@@ -42,10 +46,10 @@ impl Worker {
         self.figures.borrow().clone()
     }
 
-    /// Hands over points; waits while the pipeline is behind, which holds the links back.
-    pub(super) async fn points(&self, points: Vec<Point>) {
-        // The thread ends only after it was told to finish.
-        let _ = self.work.send(Work::Points(points)).await;
+    /// Hands over points; waits while the pipeline is behind, which holds the links back. Fails when the
+    /// pipeline has died.
+    pub(super) async fn points(&self, points: Vec<Point>) -> Result<(), Died> {
+        self.work.send(Work::Points(points)).await.map_err(|_| Died)
     }
 
     /// Asks for the mesh as a PLY file.

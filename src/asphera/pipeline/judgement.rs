@@ -24,7 +24,10 @@ pub(super) fn judge(
         }
         Ok(fit) if fit.dof == 0 => {
             let used = fit.used;
-            doubt(&mut verdict, format!("{used} points determine {used} parameters and no deviation"));
+            doubt(
+                &mut verdict,
+                format!("{used} points determine {used} parameters and no deviation"),
+            );
         }
         Ok(_) => {}
     }

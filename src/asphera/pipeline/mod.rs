@@ -115,11 +115,11 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            self.sampling =
-                figures::sampling(
+            self.sampling = figures::sampling(
                 &self.mesh,
                 &self.part,
-                &figures::survey(&self.mesh, &self.part, &pose));
+                &figures::survey(&self.mesh, &self.part, &pose),
+            );
             self.area_mm2 = self.mesh.area().lifted_mm2;
         }
         let estimate = self.running.estimate();

@@ -127,8 +127,8 @@ impl Synchronizer {
     /// Takes a reading of `stream`; what is complete or given up by it goes to `out`.
     pub fn take(&mut self, stream: usize, reading: Reading, out: &mut Vec<Record>) {
         // Bytes that may be damaged say nothing about the trigger, nor do counters without a common zero.
-        let usable = !reading.flags.contains(Flags::SUSPECT)
-            && (stream == 0 || self.unreset().is_none());
+        let usable =
+            !reading.flags.contains(Flags::SUSPECT) && (stream == 0 || self.unreset().is_none());
         let context = self.context(stream);
         let known = reading.count.filter(|_| usable).map(|count| {
             self.streams[stream].modulus = Some(count.modulus);
@@ -143,8 +143,11 @@ impl Synchronizer {
                 }
                 let orphans = std::mem::take(&mut self.streams[stream].orphans);
                 // What a counter that was not reset counted before the scan is no loss.
-                let skipped =
-                    if first && count >= START_COUNTS { 0 } else { skipped.saturating_sub(orphans) };
+                let skipped = if first && count >= START_COUNTS {
+                    0
+                } else {
+                    skipped.saturating_sub(orphans)
+                };
                 self.streams[stream].counts.lost += skipped;
                 if stream == 0 {
                     self.rate.take(count, reading.host);
@@ -587,7 +590,10 @@ mod tests {
             }
             sync.flush(&mut out);
             let joined = out.iter().filter(|record| record.flags.is_empty());
-            assert_eq!(joined.clone().inspect(|record| assert_joined(record)).count() > 6_000, end_joins);
+            assert_eq!(
+                joined.clone().inspect(|record| assert_joined(record)).count() > 6_000,
+                end_joins
+            );
             assert_eq!(sync.counts().nth(1).unwrap().slips, u64::from(!end_joins));
         }
     }

@@ -91,10 +91,14 @@ impl Unwrapper {
                 let ahead = (within + modulus - last % modulus) % modulus;
                 let most = most_triggers(host.since(at), context.peak_hz);
                 // A long counter that went further than the trigger can have gone went back.
-                if modulus >= LONG && !context.alone && most.map_or(modulus / 2, |most| most + modulus / 16) < ahead {
+                if modulus >= LONG
+                    && !context.alone
+                    && most.map_or(modulus / 2, |most| most + modulus / 16) < ahead
+                {
                     self.started_over = true;
                 }
-                let told = context.alone || (!self.slipped && most.is_some_and(|most| most < modulus));
+                let told =
+                    context.alone || (!self.slipped && most.is_some_and(|most| most < modulus));
                 let count = match ahead {
                     _ if self.started_over => None,
                     // After a slip the count may go back: it had run ahead of the trigger.
@@ -221,10 +225,7 @@ mod tests {
         );
         // One that was not, while nothing is known of the rate, is nowhere.
         let mut unwrapper = Unwrapper::default();
-        assert_eq!(
-            unwrapper.take(sync(1), ms(10), at(50_000, 10, 0.0)),
-            Unwrapped::Ambiguous
-        );
+        assert_eq!(unwrapper.take(sync(1), ms(10), at(50_000, 10, 0.0)), Unwrapped::Ambiguous);
     }
 
     #[test]
