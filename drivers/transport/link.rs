@@ -83,7 +83,8 @@ impl Link {
     /// Starts the link's task on the current tokio runtime.
     ///
     /// Events go to `events`; while that is full the link reads nothing, and the kernel's buffer and
-    /// the protocol's own flow control hold the other end back.
+    /// the protocol's own flow control hold the other end back. CAN has none: there the kernel keeps
+    /// about 550 frames (`net.core.rmem_max` of 212992, the usual value) and loses those after them.
     pub fn spawn(settings: LinkSettings, events: mpsc::Sender<LinkEvent>) -> Link {
         let (commands, receiver) = mpsc::unbounded_channel();
         let worker = Worker { settings, events, commands: receiver, epoch: 0 };
@@ -213,12 +214,14 @@ impl Worker {
                 }
                 command = self.commands.recv() => match self.act(command) {
                     Act::Send(bytes) => for record in bytes.chunks(RECORD_LEN) {
-                        let sent = match CanFrame::from_record(record) {
-                            Ok(frame) => port.send(&frame).await.map_err(|error| error.to_string()),
-                            Err(error) => Err(error.to_string()),
+                        let frame = match CanFrame::from_record(record) {
+                            Ok(frame) => frame,
+                            Err(error) => return End::Closed(format!("writing failed: {error}")),
                         };
-                        if let Err(error) = sent {
-                            return End::Closed(format!("writing failed: {error}"));
+                        match timeout(WRITE_TIMEOUT, port.send(&frame)).await {
+                            Ok(Ok(())) => {}
+                            Ok(Err(error)) => return End::Closed(format!("writing failed: {error}")),
+                            Err(_) => return End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}")),
                         }
                     },
                     Act::Nothing => {}
