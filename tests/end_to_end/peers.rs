@@ -3,7 +3,7 @@
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use asphera_tests::{Running, asphera, http, json_file, number, page, python, recording, root};
@@ -32,21 +32,38 @@ fn null_modem() -> (u16, u16) {
     (ports[0], ports[1])
 }
 
+/// A peer's process; it ends with the test, however that ends.
+struct Peer(Child);
+
+impl Peer {
+    fn start(command: &mut Command) -> Peer {
+        // Nothing of it may keep the test's own output open.
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        Peer(command.spawn().unwrap())
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // It may have ended; then there is nothing to kill.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 #[test]
 fn the_daemon_reads_a_canopen_stack_and_pymodbus() {
     let Some(python) = python("canopen, can, serial, pymodbus") else { return };
     let (daemon_port, peer_port) = null_modem();
     let modbus_port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
 
-    let mut modbus = Command::new(&python)
-        .arg(root().join("drivers/modbus/tests/peer.py"))
-        .args(["tcp", &modbus_port.to_string()])
-        .stdout(Stdio::piped())
-        .stdin(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut modbus = Peer::start(
+        Command::new(&python)
+            .arg(root().join("drivers/modbus/tests/peer.py"))
+            .args(["tcp", &modbus_port.to_string()]),
+    );
     let mut ready = [0; 5];
-    modbus.stdout.as_mut().unwrap().read_exact(&mut ready).unwrap();
+    modbus.0.stdout.as_mut().unwrap().read_exact(&mut ready).unwrap();
 
     let dir = tempfile::tempdir().unwrap();
     let cycles = 400;
@@ -74,8 +91,8 @@ devices = ["stage"]
 [kinematics]
 kind = "cartesian"
 x = {{ device = "stage", channel = "position" }}
-y = {{ device = "stage", channel = "velocity" }}
-z = {{ device = "stage", channel = "position" }}
+y = {{ constant_mm = 0 }}
+z = {{ constant_mm = 0 }}
 [nominal.surface]
 kind = "plane"
 [scan]
@@ -86,23 +103,20 @@ dir = "{dir}"
 listen = "127.0.0.1:0"
 "#,
         dir = dir.path().join("recordings").display()
-    )
-    // y has no length in this bench; the position stands for it.
-    .replace("channel = \"velocity\"", "channel = \"position\"");
+    );
     let path = dir.path().join("station.toml");
     std::fs::write(&path, config).unwrap();
     let mut daemon = Running::start(
         Command::new(asphera()).args(["run", "--config"]).arg(&path).stdout(Stdio::null()),
     );
     let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
-    let mut stage = Command::new(&python)
-        .arg(root().join("drivers/cia406/tests/peer.py"))
-        .arg(peer_port.to_string())
-        .arg(root().join("drivers/cia406/tests/peer.eds"))
-        .args(["5", &cycles.to_string(), "240"])
-        .stdin(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let _stage = Peer::start(
+        Command::new(&python)
+            .arg(root().join("drivers/cia406/tests/peer.py"))
+            .arg(peer_port.to_string())
+            .arg(root().join("drivers/cia406/tests/peer.eds"))
+            .args(["5", &cycles.to_string(), "240"]),
+    );
     daemon.line("recording:", Duration::from_secs(60));
     let (status, body) = http(&address, "GET", "/api/v1/report", &[]);
     assert_eq!(status, 200);
@@ -123,8 +137,4 @@ listen = "127.0.0.1:0"
     assert!(gauge["readings"].as_u64().unwrap() > 10, "{gauge:#}");
     let manifest = json_file(&recording(&dir.path().join("recordings")).join("manifest.json"));
     assert_eq!(manifest["session"]["station"], "peers");
-    for child in [&mut stage, &mut modbus] {
-        child.kill().unwrap();
-        child.wait().unwrap();
-    }
 }

@@ -7,7 +7,7 @@ use asphera_link::Unit;
 
 use super::devices::DeviceConfig;
 use super::document::Section;
-use crate::station::{Axis, Kinematics, SyncSettings};
+use crate::station::{Axis, Kinematics, Source, SyncSettings};
 
 /// Which devices share the trigger.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,7 +122,7 @@ pub(super) fn kinematics(
         }
     };
     if let Some(axes) = kinematics.as_ref().map(Kinematics::axes) {
-        let same = |a: &Axis, b: &Axis| (a.stream, a.channel) == (b.stream, b.channel);
+        let same = |a: &Axis, b: &Axis| a.source.is_some() && a.source == b.source;
         if same(&axes[0], &axes[1]) || same(&axes[1], &axes[2]) || same(&axes[0], &axes[2]) {
             table.problem("kind", "a channel of its own for each axis", "one channel for two axes");
         }
@@ -137,6 +137,9 @@ fn axis(
     sync: &SyncConfig,
     devices: &[DeviceConfig],
 ) -> Option<Axis> {
+    if let Some(offset) = table.get("constant_mm").filter(|_| !rotary) {
+        return Some(Axis { source: None, scale: 1.0, offset });
+    }
     let device: String = table.required("device")?;
     let index = devices.iter().position(|known| known.name == device);
     let stream = sync.devices.iter().position(|known| Some(*known) == index);
@@ -180,7 +183,7 @@ fn axis(
         table.problem("channel", "a scale other than 0", scale);
         return None;
     }
-    Some(Axis { stream, channel, scale: scale * reverse, offset })
+    Some(Axis { source: Some(Source { stream, channel }), scale: scale * reverse, offset })
 }
 
 fn list(devices: &[DeviceConfig]) -> String {

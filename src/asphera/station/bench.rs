@@ -304,9 +304,10 @@ impl Bench {
         self.kinematics
             .axes()
             .into_iter()
-            .map(|axis| {
-                let (line, device) = self.streams[axis.stream];
-                (line, device, axis.channel)
+            .filter_map(|axis| axis.source)
+            .map(|source| {
+                let (line, device) = self.streams[source.stream];
+                (line, device, source.channel)
             })
             .collect()
     }

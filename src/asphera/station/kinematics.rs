@@ -30,14 +30,21 @@ const UNUSABLE: Flags = Flags::all().difference(Flags::TRIGGER_LOST.union(Flags:
 /// One axis: which channel moves it and what the channel's value is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Which stream of the synchronizer.
-    pub stream: usize,
-    /// Which channel of that stream's device.
-    pub channel: usize,
+    /// What moves it; `None` for one that stands still at its offset.
+    pub source: Option<Source>,
     /// mm (or rad, for a rotary axis) per unit of the channel; negative where the axis runs the other way.
     pub scale: f64,
     /// mm (or rad) added after scaling.
     pub offset: f64,
+}
+
+/// A channel of a synchronized device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Which stream of the synchronizer.
+    pub stream: usize,
+    /// Which channel of that stream's device.
+    pub channel: usize,
 }
 
 /// How axes make a position.
@@ -77,23 +84,21 @@ impl Kinematics {
     /// The point of a record. Missing values and flags of any reading involved become flags of the point.
     pub fn point(&self, record: &Record) -> Point {
         let mut flags = record.flags;
-        let mut value =
-            |axis: &Axis| match record.readings.get(axis.stream).and_then(Option::as_ref) {
-                Some(reading) => {
-                    flags |= reading.flags;
-                    match reading.values.get(axis.channel) {
-                        Some(value) => value * axis.scale + axis.offset,
-                        None => {
-                            flags |= Flags::NO_SIGNAL;
-                            0.0
-                        }
-                    }
-                }
+        let mut value = |axis: &Axis| {
+            let Some(Source { stream, channel }) = axis.source else { return axis.offset };
+            let Some(reading) = record.readings.get(stream).and_then(Option::as_ref) else {
+                flags |= Flags::UNJOINED;
+                return 0.0;
+            };
+            flags |= reading.flags;
+            match reading.values.get(channel) {
+                Some(value) => value * axis.scale + axis.offset,
                 None => {
-                    flags |= Flags::UNJOINED;
+                    flags |= Flags::NO_SIGNAL;
                     0.0
                 }
-            };
+            }
+        };
         let position_mm = match self {
             Kinematics::Cartesian { x, y, z } => [value(x), value(y), value(z)],
             Kinematics::Polar { rotary, radial, probe } => {
@@ -121,7 +126,7 @@ mod tests {
     }
 
     fn axis(stream: usize, channel: usize, scale: f64, offset: f64) -> Axis {
-        Axis { stream, channel, scale, offset }
+        Axis { source: Some(Source { stream, channel }), scale, offset }
     }
 
     fn record(readings: Vec<Option<Reading>>) -> Record {
@@ -159,6 +164,17 @@ mod tests {
         let point = polar().point(&blind);
         assert_eq!(point.flags, Flags::NO_SIGNAL | Flags::WEAK);
         assert!(!point.is_good());
+    }
+
+    #[test]
+    fn an_axis_that_stands_still_needs_no_reading() {
+        let profile = Kinematics::Cartesian {
+            x: axis(0, 0, 1.0, 0.0),
+            y: Axis { source: None, scale: 1.0, offset: 4.0 },
+            z: axis(0, 1, 1.0, 0.0),
+        };
+        let point = profile.point(&record(vec![reading(&[Some(1.0), Some(2.0)], Flags::empty())]));
+        assert_eq!((point.position_mm, point.is_good()), ([1.0, 4.0, 2.0], true));
     }
 
     #[test]

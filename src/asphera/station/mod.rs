@@ -10,6 +10,6 @@ mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
 pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening};
-pub use kinematics::{Axis, Kinematics, Point};
+pub use kinematics::{Axis, Kinematics, Point, Source};
 pub use line::{Framing, Line};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};
