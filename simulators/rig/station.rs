@@ -160,11 +160,20 @@ fn nominal(scene: &Scene) -> String {
     let limit = |name: &str, limit_nm: Option<f64>| {
         limit_nm.map_or(String::new(), |limit_nm| format!("{name} = {}\n", float(limit_nm)))
     };
+    // What is not scanned cannot be judged: a raster's aperture is its square, wide enough for a part that
+    // does not sit in the middle.
+    let aperture = match scene.motion {
+        Motion::Spiral { .. } => {
+            format!("shape = \"circle\"\nradius_mm = {}", float(scene.semi_diameter_mm))
+        }
+        Motion::Raster { half_width_mm, .. } => {
+            let side = float(2.0 * half_width_mm + 0.2);
+            format!("shape = \"rectangle\"\nwidth_mm = {side}\nheight_mm = {side}")
+        }
+    };
     format!(
-        "[nominal.surface]\n{surface}\n\
-         [nominal.aperture]\nshape = \"circle\"\nradius_mm = {}\n\n\
+        "[nominal.surface]\n{surface}\n[nominal.aperture]\n{aperture}\n\n\
          [nominal.fit]\nfree = [{}]\n\n[nominal.tolerance]\n{}{}",
-        float(scene.semi_diameter_mm),
         free.join(", "),
         limit("pv_nm", scene.tolerance.pv_nm),
         limit("rms_nm", scene.tolerance.rms_nm),

@@ -71,6 +71,23 @@ fn hundred_thousand_points_agree_with_the_truth_and_replay_alike() {
     assert_eq!(timeless(replayed(out.path())), timeless(report));
 }
 
+/// A cartesian bench: two encoders on one bus, a raster, a sphere whose radius is fitted.
+#[test]
+fn a_raster_of_a_sphere_agrees_with_the_truth_and_replays_alike() {
+    let out = tempfile::tempdir().unwrap();
+    let report = demo(out.path(), &["--scene", "sphere", "--points", "20000", "--speed", "max"]);
+    let truth = json_file(&out.path().join("truth.json"));
+    for (place, tolerance) in [
+        ("/form/deviation/rms_nm", 2.0),
+        ("/form/deviation/pv_nm", 5.0),
+        ("/form/fit/pose/tz_mm", 1e-5),
+    ] {
+        let (found, had) = (number(&report, place), number(&truth, place));
+        assert!((found - had).abs() <= tolerance, "{place}: {found}, the simulator had {had}");
+    }
+    assert_eq!(timeless(replayed(out.path())), timeless(report));
+}
+
 #[test]
 fn the_same_seed_gives_the_same_part_and_another_seed_another_noise() {
     let truth = |seed: &str| {

@@ -5,6 +5,7 @@ mod bench;
 mod gate;
 mod kinematics;
 mod line;
+mod rate;
 mod synchronizer;
 mod unwrap;
 
