@@ -7,7 +7,7 @@ use asphera_link::{Flags, Nanos, Reading};
 
 use super::gate::{Gate, Pass};
 use super::rate::Rate;
-use super::unwrap::{Context, Progress, Unwrapped, Unwrapper, tells_cycle};
+use super::unwrap::{Context, LATENCY, Progress, Unwrapped, Unwrapper, most_triggers, tells_cycle};
 
 /// How readings are joined.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,6 +124,10 @@ impl Synchronizer {
     /// The link of `stream` was lost.
     pub fn interrupted(&mut self, stream: usize) {
         let stream = &mut self.streams[stream];
+        // What was held because its cycle was in doubt will not be proved any more.
+        if stream.gate != Gate::Open {
+            stream.give_up();
+        }
         stream.unwrapper.interrupted();
         stream.gate.interrupted();
     }
@@ -134,6 +138,7 @@ impl Synchronizer {
         let usable =
             !reading.flags.contains(Flags::SUSPECT) && (stream == 0 || self.unreset().is_none());
         let context = self.context(stream);
+        let before = self.streams[stream].unwrapper.latest();
         let known = reading.count.filter(|_| usable).map(|count| {
             self.streams[stream].modulus = Some(count.modulus);
             self.streams[stream].unwrapper.take(count, reading.host, context)
@@ -160,7 +165,12 @@ impl Synchronizer {
                         self.rejudge(companion, reading.host);
                     }
                 } else {
-                    self.admit(stream, count, skipped, reading);
+                    // Whether a whole cycle may have passed since the reading before.
+                    let silent = before.map(|(_, at)| reading.host.since(at));
+                    let most = silent.and_then(|silent| most_triggers(silent, self.rate.peak_hz));
+                    let may_hide = skipped > 0
+                        && most.is_none_or(|most| most >= u64::from(self.cycle(stream)));
+                    self.admit(stream, count, may_hide, reading);
                 }
             }
             Some(Unwrapped::Repeated) => {
@@ -222,10 +232,10 @@ impl Synchronizer {
     }
 
     /// Joins a companion's reading once its cycle is believed.
-    fn admit(&mut self, stream: usize, count: u64, skipped: u64, reading: Reading) {
+    fn admit(&mut self, stream: usize, count: u64, may_hide: bool, reading: Reading) {
         let companion = &mut self.streams[stream];
         companion.held.push((count, reading));
-        if skipped > 0 && self.rate.hz > 0.0 && !tells_cycle(self.rate.hz, self.cycle(stream)) {
+        if may_hide && self.rate.hz > 0.0 && !tells_cycle(self.rate.hz, self.cycle(stream)) {
             self.streams[stream].unsettled = true;
         }
         if self.streams[stream].held.len() > self.settings.capacity {
@@ -256,7 +266,7 @@ impl Synchronizer {
                 // Both must be as of now, or stand still together.
                 let apart = primary.1.since(own.1).max(own.1.since(primary.1)).as_secs_f64();
                 let known = !backlogged && apart * rate_hz <= f64::from(modulus) / 4.0;
-                known.then(|| is_far(primary.0, own.0, modulus, rate_hz))
+                known.then(|| is_far(primary.0, own.0, modulus, rate_hz * (LINK_DELAY_S + apart)))
             });
             companion.gate.judge(far, now)
         } else {
@@ -280,12 +290,17 @@ impl Synchronizer {
     fn settle(&mut self, stream: usize) {
         let primary = self.streams[0].unwrapper.latest();
         let modulus = self.cycle(stream);
+        let slow = tells_cycle(self.rate.hz, modulus);
         let companion = &mut self.streams[stream];
-        let last = companion.unwrapper.latest();
-        if let (Some((primary, _)), Some((count, _))) = (primary, last)
-            && primary.abs_diff(count) >= u64::from(modulus / 2)
-        {
+        let doubted = companion.unsettled || (slow && companion.gate != Gate::Open);
+        let Some((primary, own)) = primary.zip(companion.unwrapper.latest()) else { return };
+        // The last counts can be compared where both were seen to the same end.
+        let together = primary.1.since(own.1).max(own.1.since(primary.1)) <= LATENCY;
+        let apart = primary.0.abs_diff(own.0) >= u64::from(modulus / 2);
+        if together && apart {
             companion.slip();
+        } else if doubted && (slow || !together) {
+            companion.give_up();
         }
         for (count, reading) in std::mem::take(&mut companion.held) {
             self.place(stream, count, reading);
@@ -386,21 +401,25 @@ impl Stream {
         held.or(self.unwrapper.latest().map(|(count, _)| count)).unwrap_or(0)
     }
 
-    /// A cycle is missing: what is held cannot be placed, and the next reading is placed anew.
-    fn slip(&mut self) {
+    /// What is held cannot be placed.
+    fn give_up(&mut self) {
         let held = std::mem::take(&mut self.held).len() as u64;
-        self.counts.slips += 1;
         self.counts.ambiguous += held;
         self.counts.unjoined += held;
+    }
+
+    /// A cycle is missing: what is held cannot be placed, and the next reading is placed anew.
+    fn slip(&mut self) {
+        self.give_up();
+        self.counts.slips += 1;
         self.unwrapper.slipped();
         self.gate.interrupted();
     }
 }
 
-/// Half a cycle apart, or further than the links' delays explain.
-fn is_far(primary: u64, companion: u64, modulus: u32, rate_hz: f64) -> bool {
-    let delays = 8 + (rate_hz * LINK_DELAY_S) as u64;
-    primary.abs_diff(companion) >= u64::from(modulus / 2).min(delays)
+/// Half a cycle apart, or further than `delay`, what the links' delays explain, in triggers.
+fn is_far(primary: u64, companion: u64, modulus: u32, delay: f64) -> bool {
+    primary.abs_diff(companion) >= u64::from(modulus / 2).min(8 + delay as u64)
 }
 
 /// A primary whose first count is below this saw the beginning of the scan, but for a few losses.

@@ -90,11 +90,11 @@ impl Unwrapper {
             Some((last, at)) => {
                 let ahead = (within + modulus - last % modulus) % modulus;
                 let most = most_triggers(host.since(at), context.peak_hz);
-                // A long counter that went further than the trigger can have gone went back.
-                if modulus >= LONG
-                    && !context.alone
-                    && most.map_or(modulus / 2, |most| most + modulus / 16) < ahead
-                {
+                // A long counter that went further than the trigger can have gone, and stands near its zero,
+                // started over.
+                let gone = most.map_or(modulus / 2, |most| most + modulus / 16) < ahead;
+                let near_zero = within <= most.unwrap_or(modulus / 2).saturating_add(64);
+                if modulus >= LONG && !context.alone && gone && near_zero {
                     self.started_over = true;
                 }
                 let told =
@@ -125,7 +125,7 @@ impl Unwrapper {
 
 /// Most triggers there can have been in this time, at the highest rate there was; `None` while no rate is
 /// known.
-fn most_triggers(time: Duration, peak_hz: f64) -> Option<u64> {
+pub(crate) fn most_triggers(time: Duration, peak_hz: f64) -> Option<u64> {
     (peak_hz > 0.0).then(|| (1.2 * peak_hz * (time + LATENCY).as_secs_f64() + 8.0) as u64)
 }
 
@@ -154,7 +154,7 @@ fn nearest(within: u64, modulus: u64, host: Nanos, other: Progress) -> Option<u6
 /// From here on a counter is long: half of it is more than any loss that goes unnoticed.
 const LONG: u64 = 4096;
 /// How much later than another a device's bytes may reach us: buffers of ports, adapters and the kernel.
-const LATENCY: Duration = Duration::from_millis(10);
+pub(crate) const LATENCY: Duration = Duration::from_millis(10);
 
 #[cfg(test)]
 mod tests {
