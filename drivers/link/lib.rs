@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod can;
+mod chain;
 mod channel;
 mod driver;
 mod reading;
@@ -17,6 +18,7 @@ mod setting;
 mod time;
 
 pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
+pub use chain::error_chain;
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
 pub use reading::{Count, Flags, MAX_CHANNELS, Reading, Values};

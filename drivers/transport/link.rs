@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{CanFrame, RECORD_LEN};
+use asphera_link::{CanFrame, RECORD_LEN, error_chain};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -151,7 +151,7 @@ impl Worker {
                     }
                 }
                 Err(error) => {
-                    if !self.tell(What::OpenFailed(chain(&error))).await {
+                    if !self.tell(What::OpenFailed(error_chain(&error))).await {
                         return;
                     }
                 }
@@ -252,18 +252,6 @@ enum Act {
     Send(Vec<u8>),
     Nothing,
     End(End),
-}
-
-/// An error and its causes in one line.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut words = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        words.push_str(": ");
-        words.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    words
 }
 
 /// The first bytes in hex, for the trace.

@@ -21,14 +21,4 @@ pub mod session;
 pub mod snapshot;
 pub mod station;
 
-/// An error and its causes in one line, as it is printed at the edge.
-pub fn error_chain(error: &dyn std::error::Error) -> String {
-    let mut words = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        words.push_str(": ");
-        words.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    words
-}
+pub use asphera_link::error_chain;
