@@ -62,8 +62,8 @@ fn chrocodile_and_cia406_to_points(bencher: Bencher<'_, '_>) {
 #[divan::bench]
 fn cia406_to_points(bencher: Bencher<'_, '_>) {
     let kinematics = "[sync]\ndevices = [\"stage\"]\n[kinematics]\nkind = \"cartesian\"\n\
-        x = { device = \"stage\", channel = \"position\" }\ny = { device = \"stage\", channel = \"position\" }\n\
-        z = { device = \"stage\", channel = \"position\" }\n";
+        x = { device = \"stage\", channel = \"position\" }\ny = { constant_mm = 0 }\n\
+        z = { constant_mm = 0 }\n";
     let config = config(&[STAGE, kinematics, NOMINAL]);
     run(bencher, || {
         let mut lab = Lab::new(&config, &["stage"]);
