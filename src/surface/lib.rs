@@ -14,6 +14,9 @@ mod area;
 pub mod check;
 mod delaunay;
 mod exact;
+#[cfg(test)]
+#[path = "exact/tests/mod.rs"]
+mod exact_tests;
 mod mesh;
 mod order;
 mod outcome;
@@ -22,6 +25,7 @@ mod quantile;
 mod raster;
 #[cfg(test)]
 mod regressions;
+mod repeats;
 mod rim;
 mod sampling;
 mod triangle;
@@ -31,4 +35,5 @@ pub use mesh::{BATCH_POINTS, Mesh};
 pub use outcome::{Counts, Outcome, VertexId};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
 pub use raster::{Grid, RasterError, rasterize};
+pub use repeats::Repeats;
 pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};

@@ -1,65 +1,51 @@
 //! The mesh of a surface that grows while the surface is measured.
 
-use crate::area::{Area, area};
-use crate::delaunay::{Delaunay, Slot};
-use crate::order::by_bisection;
-use crate::point::{admit, place};
-use crate::{Counts, Outcome, PointMm, VertexId};
+use std::collections::BTreeMap;
 
-/// How many points a batch has.
-///
-/// Points are inserted by batches, in an order that keeps scan lines from being the worst case (see
-/// `order.rs`). Smaller batches would show points sooner, but a scan line cut into many batches
-/// costs a fan over the rest of the last line for each of them.
+use crate::area::{Area, area};
+use crate::delaunay::{Delaunay, Duplicate};
+use crate::point::admit;
+use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
+
+/// How many points [`Mesh::push`] gathers before it inserts them.
 pub const BATCH_POINTS: usize = 1024;
 
-/// The triangulation of a surface's points, projected along z; it grows point by point.
+/// The triangulation of a surface's points, projected along z; it grows by batches of any size.
 ///
 /// The mesh is the Delaunay triangulation of the projected points, lifted to their heights. It fills
 /// the convex hull of the projection: triangles that bridge a gap or a hollow of the outline belong
 /// to it, and it is for [`crate::assess`] to tell them from the surface.
 ///
-/// Points are buffered and inserted [`BATCH_POINTS`] at a time, counted from the first point or the
-/// last [`Mesh::flush`]. The same points and flushes in the same order give the same mesh, bit by
-/// bit. Where more than three points lie exactly on one circle with none inside, as on a raster, the
-/// Delaunay triangulation is not unique and the choice depends on the order and the flushes;
-/// elsewhere it depends on the points alone. Flush at the end of a measurement or at fixed counts,
-/// then, but not by the clock, if a replay is to give the same mesh.
+/// After [`Mesh::insert`] the mesh is that of all points so far, exactly. Where more than three
+/// points lie on one circle with none inside, as on a raster, the Delaunay triangulation is not
+/// unique; then of four such corners the diagonal that avoids the one with the largest x, and of
+/// those the largest y, is taken. So the mesh depends on the points alone: not on the batches, and
+/// but for the numbers of its vertices not on their order.
 ///
 /// ```
 /// use asphera_surface::{Mesh, Outcome};
 ///
 /// let mut mesh = Mesh::new();
-/// for point in [[0.0, 0.0, 0.1], [1.0, 0.0, 0.2], [0.0, 1.0, 0.3], [0.0, 0.0, 0.1]] {
-///     mesh.push(point);
-/// }
-/// assert_eq!(mesh.outcome(3), Some(Outcome::Pending));
-/// mesh.flush();
+/// mesh.insert(&[[0.0, 0.0, 0.1], [1.0, 0.0, 0.2], [0.0, 1.0, 0.3]]);
+/// assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+/// mesh.insert(&[[0.0, 0.0, 0.1]]);
 /// assert_eq!(mesh.outcome(3), Some(Outcome::Duplicate { of: 0 }));
-/// assert_eq!(mesh.triangles().collect::<Vec<_>>().len(), 1);
 /// ```
 pub struct Mesh {
     conflict_tolerance_mm: f64,
     delaunay: Delaunay,
     /// The vertices, in order of arrival.
     points: Vec<PointMm>,
-    /// The vertex in each slot of the triangulation. Slots follow insertion, vertices arrival.
-    vertex_of_slot: Vec<VertexId>,
-    /// One for each pushed point.
-    outcomes: Vec<Outcome>,
-    /// Admitted points that wait for their batch, as vertices would carry them.
-    pending: Vec<Arrival>,
+    /// Points pushed but not inserted yet.
+    pending: Vec<PointMm>,
+    /// Points taken so far, pending ones left out.
+    taken: usize,
+    /// What became of those that are no vertices of their own, by index.
+    others: Vec<(usize, Outcome)>,
+    repeats: BTreeMap<VertexId, Repeats>,
     duplicates: u64,
     conflicts: u64,
     rejected: u64,
-}
-
-/// A point in the buffer.
-#[derive(Clone, Copy)]
-struct Arrival {
-    /// Which pushed point it is.
-    index: usize,
-    point: PointMm,
 }
 
 impl Mesh {
@@ -77,83 +63,128 @@ impl Mesh {
     pub fn with_conflict_tolerance(tolerance_mm: f64) -> Mesh {
         Mesh {
             conflict_tolerance_mm: tolerance_mm.max(0.0),
-            delaunay: Delaunay::new(),
+            delaunay: Delaunay::default(),
             points: Vec::new(),
-            vertex_of_slot: Vec::new(),
-            outcomes: Vec::new(),
-            pending: Vec::with_capacity(BATCH_POINTS),
+            pending: Vec::new(),
+            taken: 0,
+            others: Vec::new(),
+            repeats: BTreeMap::new(),
             duplicates: 0,
             conflicts: 0,
             rejected: 0,
         }
     }
 
-    /// Takes the next point; the last of a batch inserts the batch.
+    /// Takes the next points; the mesh holds them when this returns.
     ///
-    /// Coordinates below [`crate::TINY_MM`] are taken as zero. Points that are not finite or out of
-    /// range are counted and take no part in the batch. Amortised cost: a few walk steps and edge
-    /// flips where points arrive along a scan; the square root of the vertices where they arrive
-    /// scattered at random.
+    /// Points that were pushed and wait are inserted first. Coordinates below [`crate::TINY_MM`] are
+    /// taken as zero; points that are not finite or out of range are counted and no vertices.
+    ///
+    /// Costs some walk steps and flips a point, wherever it lies, and for every batch the triangles
+    /// by which the hull is closed beside an unfinished scan line: as many as the last line has
+    /// points that the next has not reached. So batches much smaller than a scan line cost more.
     ///
     /// # Panics
     ///
-    /// When the triangulation's 32-bit numbers run out, at some 700 million vertices.
+    /// At 2²⁹ vertices.
+    pub fn insert(&mut self, points: &[PointMm]) {
+        self.flush();
+        self.take(points);
+    }
+
+    /// Takes the next point; it waits until there are [`BATCH_POINTS`].
+    ///
+    /// # Panics
+    ///
+    /// As [`Mesh::insert`].
     pub fn push(&mut self, point: PointMm) {
-        match admit(point) {
-            Ok(point) => {
-                self.pending.push(Arrival { index: self.outcomes.len(), point });
-                self.outcomes.push(Outcome::Pending);
-                if self.pending.len() == BATCH_POINTS {
-                    self.flush();
-                }
-            }
-            Err(rejection) => {
-                self.rejected += 1;
-                self.outcomes.push(Outcome::Rejected(rejection));
-            }
+        self.pending.push(point);
+        if self.pending.len() == BATCH_POINTS {
+            self.flush();
         }
     }
 
-    /// Inserts the points that wait, as a batch of their own.
+    /// Inserts the points that wait.
     pub fn flush(&mut self) {
-        let batch = std::mem::take(&mut self.pending);
-        let mut slots: Vec<Slot> = vec![0; batch.len()];
-        for step in by_bisection(batch.len()) {
-            let near = step.near.map(|near| slots[near]);
-            slots[step.index] = self.delaunay.insert(place(batch[step.index].point), near);
-        }
-        // Of several points of the batch in one place the first to arrive is the vertex, whichever
-        // was inserted first.
-        self.vertex_of_slot.resize(self.delaunay.len(), VACANT);
-        for (arrival, slot) in batch.iter().zip(slots) {
-            self.outcomes[arrival.index] = self.settle(arrival.point, slot);
-        }
+        let mut batch = std::mem::take(&mut self.pending);
+        self.take(&batch);
+        batch.clear();
         self.pending = batch;
-        self.pending.clear();
     }
 
-    /// Decides what a point in `slot` is; all that arrived before it are decided.
-    fn settle(&mut self, point: PointMm, slot: Slot) -> Outcome {
-        let vertex = &mut self.vertex_of_slot[slot as usize];
-        if *vertex == VACANT {
-            // There are no more vertices than slots, and slots are numbered with u32.
-            *vertex = self.points.len() as VertexId;
-            self.points.push(point);
-            return Outcome::Vertex(*vertex);
+    fn take(&mut self, batch: &[PointMm]) {
+        let first = self.points.len() as VertexId;
+        let mut rejected = Vec::new();
+        if self.points.capacity() < self.points.len() + batch.len() {
+            // By half, not twice: what is kept for points to come is lost to others.
+            self.points.reserve_exact(batch.len().max(self.points.len() / 2));
         }
-        let height_mm = point[2] - self.points[*vertex as usize][2];
+        for (index, &point) in batch.iter().enumerate() {
+            match admit(point) {
+                Ok(point) => self.points.push(point),
+                Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
+            }
+        }
+        let duplicated = self.delaunay.insert(&self.points, first..self.points.len() as VertexId);
+        self.rejected += rejected.len() as u64;
+        if duplicated || !rejected.is_empty() {
+            self.settle(batch, first, rejected);
+        }
+        self.taken += batch.len();
+    }
+
+    /// Notes what became of the points of a batch that are no vertices.
+    fn settle(&mut self, batch: &[PointMm], first: VertexId, rejected: Vec<(usize, Outcome)>) {
+        // The heights of all admitted points, before the vertices close up.
+        let heights_mm: Vec<f64> =
+            self.points[first as usize..].iter().map(|point| point[2]).collect();
+        let duplicates = self.delaunay.close_gaps(&mut self.points, first);
+        let mut rejected = rejected.into_iter().peekable();
+        let mut duplicates = duplicates.into_iter().peekable();
+        let mut admitted = first;
+        for index in 0..batch.len() {
+            if let Some((_, outcome)) = rejected.next_if(|&(rejected, _)| rejected == index) {
+                self.others.push((self.taken + index, outcome));
+                continue;
+            }
+            if let Some(Duplicate { of, .. }) = duplicates.next_if(|other| other.point == admitted)
+            {
+                let outcome = self.repeat(of, heights_mm[(admitted - first) as usize]);
+                self.others.push((self.taken + index, outcome));
+            }
+            admitted += 1;
+        }
+    }
+
+    /// Takes another measurement in the place of a vertex.
+    fn repeat(&mut self, of: VertexId, z_mm: f64) -> Outcome {
+        let vertex_mm = self.points[of as usize][2];
+        let height_mm = z_mm - vertex_mm;
+        self.repeats.entry(of).or_insert_with(|| Repeats::first(vertex_mm)).add(z_mm);
         if height_mm.abs() <= self.conflict_tolerance_mm {
             self.duplicates += 1;
-            Outcome::Duplicate { of: *vertex }
+            Outcome::Duplicate { of }
         } else {
             self.conflicts += 1;
-            Outcome::Conflict { of: *vertex, height_mm }
+            Outcome::Conflict { of, height_mm }
         }
     }
 
-    /// What became of the pushed point `index`, counted from 0; `None` if there is no such point.
+    /// What became of point `index`, counted from 0; `None` if there is no such point.
     pub fn outcome(&self, index: usize) -> Option<Outcome> {
-        self.outcomes.get(index).copied()
+        if index >= self.taken {
+            return (index < self.taken + self.pending.len()).then_some(Outcome::Pending);
+        }
+        let before = self.others.partition_point(|&(other, _)| other < index);
+        match self.others.get(before) {
+            Some(&(other, outcome)) if other == index => Some(outcome),
+            _ => Some(Outcome::Vertex((index - before) as VertexId)),
+        }
+    }
+
+    /// All measurements in the place of a vertex, if there is more than one.
+    pub fn repeats(&self, vertex: VertexId) -> Option<&Repeats> {
+        self.repeats.get(&vertex)
     }
 
     /// How many there are of everything. Constant time.
@@ -164,7 +195,7 @@ impl Mesh {
         let edges = (vertices + triangles).saturating_sub(1);
         let hull = if triangles == 0 { vertices } else { 2 * edges - 3 * triangles };
         Counts {
-            pushed: self.outcomes.len() as u64,
+            pushed: (self.taken + self.pending.len()) as u64,
             vertices,
             triangles,
             edges,
@@ -189,10 +220,11 @@ impl Mesh {
         &self.points
     }
 
-    /// The triangles, counter-clockwise seen from +z, in an order that depends on the pushed points
-    /// and flushes alone.
-    pub fn triangles(&self) -> impl Iterator<Item = [VertexId; 3]> + '_ {
-        self.delaunay.triangles().map(|slots| slots.map(|slot| self.vertex_of_slot[slot as usize]))
+    /// The triangles, counter-clockwise seen from +z, each from its smallest corner on, in
+    /// lexicographic order of the corners: a list that depends on the points and their order alone.
+    /// Linear time.
+    pub fn triangles(&self) -> Vec<[VertexId; 3]> {
+        in_order(self.points.len(), self.delaunay.triangles())
     }
 
     /// Area of the whole mesh, hull-filling triangles included. Takes time in proportion to the
@@ -214,5 +246,34 @@ impl Extend<PointMm> for Mesh {
     }
 }
 
-/// Marks a slot whose vertex is not numbered yet.
-const VACANT: VertexId = VertexId::MAX;
+/// Turns every triangle to start with its smallest corner, and sorts all by their corners.
+fn in_order(vertices: usize, triangles: impl Iterator<Item = [VertexId; 3]>) -> Vec<[VertexId; 3]> {
+    // Counting those of each first corner leaves only a few to be compared.
+    let mut turned: Vec<[VertexId; 3]> = Vec::new();
+    let mut starts = vec![0_usize; vertices + 1];
+    for [a, b, c] in triangles {
+        let corners = if a < b && a < c {
+            [a, b, c]
+        } else if b < c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
+        starts[corners[0] as usize + 1] += 1;
+        turned.push(corners);
+    }
+    for vertex in 0..vertices {
+        starts[vertex + 1] += starts[vertex];
+    }
+    let mut ordered = vec![[0; 3]; turned.len()];
+    let mut next = starts.clone();
+    for corners in turned {
+        let place = &mut next[corners[0] as usize];
+        ordered[*place] = corners;
+        *place += 1;
+    }
+    for pair in starts.windows(2) {
+        ordered[pair[0]..pair[1]].sort_unstable();
+    }
+    ordered
+}

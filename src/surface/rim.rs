@@ -229,7 +229,7 @@ mod tests {
         mesh.extend(rough_rows(30));
         mesh.flush();
         let points = mesh.points();
-        let triangles: Vec<[VertexId; 3]> = mesh.triangles().collect();
+        let triangles: Vec<[VertexId; 3]> = mesh.triangles();
         let found = refined_gaps(points, &triangles);
         assert!(found.len() > 20, "{}", found.len());
         for (index, gap) in found {

@@ -40,7 +40,12 @@ pub(super) fn survey(mesh: &Mesh, part: &Part, pose: &Pose) -> Survey {
         epsilon_limit: Some(part.epsilon_limit),
         aperture_area_mm2: area_mm2.is_finite().then_some(area_mm2),
     };
-    assess(points, mesh.triangles().filter(inside), &criteria, lfs_mm(&part.nominal, pose))
+    assess(
+        points,
+        mesh.triangles().into_iter().filter(inside),
+        &criteria,
+        lfs_mm(&part.nominal, pose),
+    )
 }
 
 /// The largest gap allowed: that of the part, or four times the distance the points have on average. On a

@@ -74,7 +74,7 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
             session: None,
         },
         points_mm: mesh.points().to_vec(),
-        triangles: mesh.triangles().collect(),
+        triangles: mesh.triangles(),
         deviations_nm,
         map,
     }

@@ -149,7 +149,7 @@ impl Pipeline {
 
     /// The mesh so far, as vertices and triangles; points still waiting for their batch are not in it.
     pub fn mesh(&self) -> (&[PointMm], Vec<[u32; 3]>) {
-        (self.mesh.points(), self.mesh.triangles().collect())
+        (self.mesh.points(), self.mesh.triangles())
     }
 
     fn accept(&mut self, position_mm: PointMm) {

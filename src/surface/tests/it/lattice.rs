@@ -72,8 +72,11 @@ fn assert_delaunay(pushed: &[(Node, bool)]) {
         assert_eq!(mesh.outcome(index), Some(expected));
     }
 
-    let triangles: Vec<[Node; 3]> =
-        mesh.triangles().map(|corners| corners.map(|corner| distinct[corner as usize])).collect();
+    let triangles: Vec<[Node; 3]> = mesh
+        .triangles()
+        .into_iter()
+        .map(|corners| corners.map(|corner| distinct[corner as usize]))
+        .collect();
     let mut twice_area = 0;
     for &triangle in &triangles {
         let [a, b, c] = triangle;

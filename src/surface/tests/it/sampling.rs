@@ -102,6 +102,7 @@ fn thin_triangles_along_the_outline_are_no_gaps() {
     let sampling = figures(&mesh, &Criteria::default(), flat);
     let thinnest = mesh
         .triangles()
+        .into_iter()
         .map(|corners| area(mesh.points(), [corners]).projected_mm2)
         .fold(f64::INFINITY, f64::min);
     assert!(thinnest < 0.02 * PITCH_MM * PITCH_MM, "there should be thin ones: {thinnest}");
@@ -178,7 +179,7 @@ proptest! {
         scale in 0.01..100.0_f64,
     ) {
         let mesh = meshed(scattered(200, 1.0, seed));
-        let triangles: Vec<[VertexId; 3]> = mesh.triangles().collect();
+        let triangles: Vec<[VertexId; 3]> = mesh.triangles();
         let (sin, cos) = angle.sin_cos();
         let moved: Vec<PointMm> = mesh
             .points()

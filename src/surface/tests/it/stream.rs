@@ -19,7 +19,7 @@ fn meshed(points: &[PointMm]) -> Mesh {
 fn assert_sound(mesh: &Mesh) {
     assert_eq!(check::delaunay(mesh.points(), mesh.triangles()), Ok(()));
     let counts = mesh.counts();
-    assert_eq!(mesh.triangles().count() as u64, counts.triangles);
+    assert_eq!(mesh.triangles().len() as u64, counts.triangles);
     assert_eq!(
         counts.pushed,
         counts.vertices + counts.duplicates + counts.conflicts + counts.rejected + counts.pending
@@ -91,7 +91,7 @@ fn counts_read_in_between_change_nothing() {
         one_by_one.flush();
         one_by_one.flush();
         assert_eq!(one_by_one.points(), at_once.points());
-        assert!(one_by_one.triangles().eq(at_once.triangles()));
+        assert!(one_by_one.triangles() == at_once.triangles());
         assert_sound(&at_once);
     }
 }
@@ -144,7 +144,7 @@ fn nothing_and_next_to_nothing() {
     let mut mesh = Mesh::default();
     mesh.flush();
     assert_eq!(mesh.counts(), Counts::default());
-    assert_eq!((mesh.triangles().count(), mesh.area()), (0, Area::default()));
+    assert_eq!((mesh.triangles().len(), mesh.area()), (0, Area::default()));
     assert_eq!(mesh.outcome(0), None);
     assert!(mesh.projectable());
 
@@ -161,7 +161,7 @@ fn nothing_and_next_to_nothing() {
     mesh.flush();
     let three = Counts { pushed: 3, vertices: 3, triangles: 1, edges: 3, hull: 3, ..one };
     assert_eq!(mesh.counts(), three);
-    assert_eq!(mesh.triangles().count(), 1);
+    assert_eq!(mesh.triangles().len(), 1);
     assert_sound(&mesh);
 }
 
@@ -176,7 +176,7 @@ fn nonsense_is_counted_and_changes_nothing() {
     }
     mesh.flush();
     let clean = meshed(&points);
-    assert!(mesh.triangles().eq(clean.triangles()));
+    assert!(mesh.triangles() == clean.triangles());
     assert_eq!(mesh.counts(), Counts { pushed: 4_800, rejected: 3_200, ..clean.counts() });
     assert_eq!(mesh.outcome(0), Some(Outcome::Rejected(Rejection::NotFinite)));
     assert_eq!(mesh.outcome(1), Some(Outcome::Vertex(0)));

@@ -1,0 +1,106 @@
+//! What is kept while all places lie on one line and there is nothing to triangulate.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
+use super::cells::{Cells, GHOST, Side, Slot};
+use crate::exact::{Place, orientation};
+use crate::point::place;
+use crate::{PointMm, VertexId};
+
+/// Places on one line, in the order along it.
+#[derive(Default)]
+pub(super) struct Line {
+    /// The first two different places: they define the line.
+    ends: Vec<Place>,
+    /// The vertex at each place, in lexicographic order of the places.
+    vertices: BTreeMap<[OrderedBits; 2], VertexId>,
+}
+
+impl Line {
+    /// Whether all places would still lie on one line.
+    pub(super) fn contains(&self, place: Place) -> bool {
+        match self.ends[..] {
+            [from, to] => orientation(from, to, place) == Ordering::Equal,
+            _ => true,
+        }
+    }
+
+    /// Adds a place on the line; the vertex that stands there.
+    pub(super) fn insert(&mut self, place: Place, vertex: VertexId) -> VertexId {
+        let there = *self.vertices.entry(place.map(OrderedBits::new)).or_insert(vertex);
+        if there == vertex && self.ends.len() < 2 {
+            self.ends.push(place);
+        }
+        there
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Gives the vertex at a place another number.
+    pub(super) fn relabel(&mut self, place: Place, to: VertexId) {
+        if let Some(vertex) = self.vertices.get_mut(&place.map(OrderedBits::new)) {
+            *vertex = to;
+        }
+    }
+
+    /// Triangulates the line, of at least two places, with a vertex off it: a fan about that vertex.
+    /// Takes cells from `spare`; returns one of the triangles.
+    pub(super) fn span(
+        &self,
+        points: &[PointMm],
+        apex: VertexId,
+        cells: &Cells,
+        spare: &mut Vec<Slot>,
+    ) -> Slot {
+        let mut along: Vec<VertexId> = self.vertices.values().copied().collect();
+        let at = |vertex: VertexId| place(points[vertex as usize]);
+        if orientation(at(along[0]), at(along[1]), at(apex)) == Ordering::Less {
+            along.reverse();
+        }
+        // Seen from the apex the line runs counter-clockwise now.
+        let count = along.len() - 1;
+        let mut take = || spare.pop().expect("two cells are kept for each point to come");
+        let triangles: Vec<Slot> = (0..count).map(|_| take()).collect();
+        let below: Vec<Slot> = (0..count).map(|_| take()).collect();
+        // The ghosts before the sides from the apex to the line's first and from its last to the apex.
+        let (left, right) = (take(), take());
+        for i in 0..count {
+            let (t, g) = (triangles[i], below[i]);
+            let (from, to) = (along[i], along[i + 1]);
+            let before = if i == 0 { Side::new(left, 2) } else { Side::new(triangles[i - 1], 1) };
+            let after =
+                if i + 1 == count { Side::new(right, 2) } else { Side::new(triangles[i + 1], 2) };
+            // Side 0 lies on the line, side 1 leads from `to` to the apex, side 2 from it to `from`.
+            cells.write(t, [apex, from, to], [Side::new(g, 2), after, before]);
+            let ghost_before = if i == 0 { left } else { below[i - 1] };
+            let ghost_after = if i + 1 == count { right } else { below[i + 1] };
+            let across = [Side::new(ghost_before, 1), Side::new(ghost_after, 0), Side::new(t, 0)];
+            cells.write(g, [to, from, GHOST], across);
+        }
+        let (first, last) = (along[0], along[count]);
+        let across = [Side::new(right, 1), Side::new(below[0], 0), Side::new(triangles[0], 2)];
+        cells.write(left, [first, apex, GHOST], across);
+        let across = [
+            Side::new(below[count - 1], 1),
+            Side::new(left, 0),
+            Side::new(triangles[count - 1], 1),
+        ];
+        cells.write(right, [apex, last, GHOST], across);
+        triangles[0]
+    }
+}
+
+/// A finite double other than negative zero, ordered by value.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct OrderedBits(u64);
+
+impl OrderedBits {
+    fn new(value: f64) -> OrderedBits {
+        let bits = value.to_bits();
+        // Negative numbers sort backwards by their bits, and above the positive ones.
+        OrderedBits(if bits >> 63 == 1 { !bits } else { bits | 1 << 63 })
+    }
+}

@@ -1,0 +1,92 @@
+//! Insertion of points that follow no line.
+//!
+//! Each such point meets triangles that no cache holds, and the time goes into waiting for memory. So the
+//! points are taken some dozens at a time, and what they will meet is fetched for all of them before
+//! any is inserted: the waits of many overlap.
+
+use std::hint::black_box;
+
+use super::Inserter;
+use super::cells::{GHOST, Side, Slot};
+use super::editor::Editor;
+use crate::exact::Place;
+use crate::order::by_place;
+
+impl Inserter<'_> {
+    /// Inserts all points of the batch, those near one another together.
+    pub(super) fn insert_scattered(&mut self) {
+        let first = self.first as usize;
+        let order = by_place(&self.editor.points[first..first + self.slots.len()]);
+        let mut from = [0; WINDOW];
+        for window in order.chunks(WINDOW) {
+            let from = &mut from[..window.len()];
+            for (slot, &index) in from.iter_mut().zip(window) {
+                *slot = self.plane.hints.near(self.place(index)).unwrap_or(self.plane.recent);
+            }
+            for _ in 0..STEPS {
+                self.editor.fetch(from);
+                for (slot, &index) in from.iter_mut().zip(window) {
+                    *slot = self.editor.step(self.place(index), *slot);
+                }
+            }
+            self.editor.fetch_around(from);
+            for (&slot, &index) in from.iter().zip(window) {
+                let slot = self.insert(index, slot);
+                self.plane.hints.note(self.place(index), slot);
+                self.plane.recent = slot;
+            }
+        }
+    }
+}
+
+impl Editor<'_> {
+    /// Reads triangles and their corners, and nothing that depends on what is read.
+    fn fetch(&self, slots: &[Slot]) {
+        let mut read = 0;
+        for &slot in slots {
+            read ^= self.cells.corner(slot, 0);
+        }
+        black_box(read);
+        let mut read = 0.0;
+        for &slot in slots {
+            for corner in self.cells.corners(slot) {
+                // The corner at infinity has no place: any other will do.
+                read += self.points[if corner == GHOST { 0 } else { corner as usize }][0];
+            }
+        }
+        black_box(read);
+    }
+
+    /// Reads the triangles around some, and theirs.
+    fn fetch_around(&self, slots: &[Slot]) {
+        for &slot in slots {
+            let around = [0, 1, 2].map(|i| self.cells.across(Side::new(slot, i)));
+            self.fetch(&around.map(Side::slot));
+        }
+        for &slot in slots {
+            for side in [0, 1, 2].map(|i| self.cells.across(Side::new(slot, i))) {
+                let beyond = [side.next(), side.prev()].map(|side| self.cells.across(side).slot());
+                self.fetch(&beyond);
+            }
+        }
+    }
+
+    /// One step of the walk from a triangle to a place.
+    fn step(&self, place: Place, slot: Slot) -> Slot {
+        let corners = self.cells.corners(slot);
+        if corners[2] == GHOST {
+            return self.cells.across(Side::new(slot, 2)).slot();
+        }
+        let at = corners.map(|corner| self.at(corner));
+        match self.side_before(at, place, 3) {
+            Some(index) => self.cells.across(Side::new(slot, index)).slot(),
+            None => slot,
+        }
+    }
+}
+
+/// How many points are looked ahead for.
+const WINDOW: usize = 48;
+
+/// How many steps of their walks.
+const STEPS: usize = 4;

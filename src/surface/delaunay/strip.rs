@@ -1,0 +1,388 @@
+//! Insertion of a whole run of points that lies outside the hull, as the next line of a scan does.
+//!
+//! Point by point, each would tear down what the one before it built towards the rest of the last
+//! line. Here the strip between the hull and the run is filled at once, as two lines are sewn
+//! together, and then made Delaunay by flips, of which few are needed:
+//!
+//! ```text
+//!        c0 ── c1 ── c2 ── c3 ── c4      the hull, its inside above
+//!         \   / \   /\    / \   / \
+//!          p0 ── p1 ── p2 ── p3 ── …     the run, in the sense of the hull
+//! ```
+//!
+//! This is the merge step of L. Guibas and J. Stolfi, Primitives for the manipulation of general
+//! subdivisions, ACM Trans. Graph. 4 (1985) 74-123, doi:10.1145/282918.282923, for a set that is a
+//! mere line, with the repair left to Lawson's flips.
+//!
+//! **Why the result is right.** Both lines advance strictly along one axis, which doubles tell exactly,
+//! and every new triangle turns counter-clockwise. The closed line around the strip then winds at
+//! most once about any place, so the triangles do not overlap. The hull is closed to a convex
+//! one, and from any triangulation of a convex region flips lead to the Delaunay triangulation. Where
+//! one of the conditions does not hold the plan is given up before anything is changed, and the points
+//! are inserted one by one.
+
+use std::ops::Range;
+
+use super::cells::{GHOST, Side, Slot};
+use super::editor::Editor;
+use super::runs::Axis;
+use crate::VertexId;
+use crate::exact::{Place, encloses, left_of};
+
+/// A run of points in the sense of the hull.
+#[derive(Clone, Copy)]
+struct Path {
+    first: VertexId,
+    count: u32,
+    backwards: bool,
+}
+
+impl Path {
+    fn at(self, index: u32) -> VertexId {
+        if self.backwards { self.first + self.count - 1 - index } else { self.first + index }
+    }
+}
+
+/// How the strip is to be filled, and memory for doing so.
+#[derive(Default)]
+pub(super) struct Plan {
+    /// One for each triangle of the strip.
+    steps: Vec<Step>,
+    /// Triangles and ghosts that make way.
+    freed: Vec<Slot>,
+    /// Sides of the hull after those triangles went, still to be passed, the next one last.
+    chain: Vec<Side>,
+    /// Old sides that were not found Delaunay.
+    doubtful: Vec<Side>,
+    /// The ghost before the next side of the old hull.
+    ghost: Slot,
+    /// How many of the freed are ghosts.
+    ghosts_passed: usize,
+    /// A triangle at each point, in the order of arrival.
+    slots: Vec<Slot>,
+    /// The hull after the strip: vertices, and the triangle's side that ends at each.
+    hull: Vec<(VertexId, Side)>,
+}
+
+/// A triangle of the strip: on a side of the run, or on an old side, seen from inside.
+#[derive(Clone, Copy)]
+enum Step {
+    Run,
+    Hull(Side),
+}
+
+impl Editor<'_> {
+    /// Inserts the points `run`, which advance along `axis`, if all lie outside the hull and nothing
+    /// stands in the way of a strip; otherwise changes nothing.
+    ///
+    /// `from` is a triangle near the first point. True if they are inserted; then
+    /// [`Editor::strip_slots`] has a triangle at each.
+    pub(super) fn insert_strip(&mut self, run: Range<VertexId>, axis: Axis, from: Slot) -> bool {
+        let ghost = self.locate(self.at(run.start), from);
+        if !self.cells.is_ghost(ghost) {
+            return false;
+        }
+        let [start, end] = [1, 0].map(|index| axis.along(self.at(self.cells.corner(ghost, index))));
+        let (axis, backwards) = if start < end { (axis, false) } else { (axis.reversed(), true) };
+        let path = Path { first: run.start, count: run.end - run.start, backwards };
+        let Some(ghost) = self.hull_side_at(self.at(path.at(0)), axis, ghost) else { return false };
+        let mut plan = std::mem::take(&mut self.work.strip);
+        let planned = self.plan(&mut plan, path, axis, ghost);
+        if planned {
+            self.sew(&mut plan, path, ghost);
+            if backwards {
+                plan.slots.reverse();
+            }
+        }
+        self.work.strip = plan;
+        self.legalize();
+        planned
+    }
+
+    /// A triangle that was made at each point of the last strip.
+    pub(super) fn strip_slots(&self) -> &[Slot] {
+        &self.work.strip.slots
+    }
+
+    /// The ghost before that side of the hull over which `place` lies, seen across `axis`, or the
+    /// outermost of those sides that lead along the axis.
+    fn hull_side_at(&self, place: Place, axis: Axis, from: Slot) -> Option<Slot> {
+        let target = axis.along(place);
+        let mut ghost = from;
+        loop {
+            let [start, end] = [1, 0].map(|i| axis.along(self.at(self.cells.corner(ghost, i))));
+            if end <= start {
+                return None;
+            }
+            let beyond = if start > target {
+                let before = self.cells.across(Side::new(ghost, 0)).slot();
+                (axis.along(self.at(self.cells.corner(before, 1))) < start).then_some(before)
+            } else if end <= target {
+                let after = self.cells.across(Side::new(ghost, 1)).slot();
+                (axis.along(self.at(self.cells.corner(after, 0))) > end).then_some(after)
+            } else {
+                None
+            };
+            match beyond {
+                Some(beyond) => ghost = beyond,
+                None => return Some(ghost),
+            }
+        }
+    }
+
+    /// Decides on the triangles between the run and the hull from `ghost` on. False if there is
+    /// no way.
+    fn plan(&self, plan: &mut Plan, path: Path, axis: Axis, ghost: Slot) -> bool {
+        plan.restart(ghost);
+        let (mut on_hull, mut on_run) = (self.at(self.cells.corner(ghost, 1)), self.at(path.at(0)));
+        let mut passed = 1;
+        let mut side = self.next_side(plan, axis, on_hull);
+        // Whether the run went on although the hull's next side lay before it.
+        let mut owed = false;
+        loop {
+            let hull_next =
+                side.as_mut().and_then(|side| self.clear(plan, axis, on_hull, on_run, side));
+            let run_next = (passed < path.count).then(|| self.at(path.at(passed)));
+            let goes_on = match (run_next, hull_next) {
+                (Some(on), Some(end)) => {
+                    left_of(on_hull, on_run, on) && encloses(on_hull, on_run, end, on)
+                }
+                (Some(on), None) if !left_of(on_hull, on_run, on) => return false,
+                (next, _) => next.is_some(),
+            };
+            if goes_on {
+                let Some(on) = run_next else { return false };
+                plan.steps.push(Step::Run);
+                (on_run, passed) = (on, passed + 1);
+                owed |= hull_next.is_some();
+            } else if let (Some(NextSide { inner, of_ghost }), Some(end)) = (side, hull_next) {
+                plan.steps.push(Step::Hull(inner));
+                if of_ghost {
+                    self.pass_ghost(plan);
+                }
+                (on_hull, owed) = (end, false);
+                side = self.next_side(plan, axis, on_hull);
+            } else {
+                // What made way must be filled, and a side that was before the run and is not any more
+                // would be overlapped.
+                let open = side.is_some_and(|side| owed || !side.of_ghost);
+                return !open && plan.steps.iter().any(|step| matches!(step, Step::Hull(_)));
+            }
+        }
+    }
+
+    /// The next side of the hull: one that a triangle left which made way, or one of the old hull
+    /// as long as those lead along the axis.
+    fn next_side(&self, plan: &mut Plan, axis: Axis, on_hull: Place) -> Option<NextSide> {
+        if let Some(inner) = plan.chain.pop() {
+            return Some(NextSide { inner, of_ghost: false });
+        }
+        let end = self.at(self.cells.corner(plan.ghost, 0));
+        let inner = self.cells.across(Side::new(plan.ghost, 2));
+        (axis.along(on_hull) < axis.along(end)).then_some(NextSide { inner, of_ghost: true })
+    }
+
+    /// Where the side ends if it lies before `on_run`.
+    ///
+    /// Triangles of which that place is inside the circumcircle make way first, unless the line
+    /// would not advance along the axis then: the side becomes the first of those they leave.
+    #[inline]
+    fn clear(
+        &self,
+        plan: &mut Plan,
+        axis: Axis,
+        on_hull: Place,
+        on_run: Place,
+        side: &mut NextSide,
+    ) -> Option<Place> {
+        loop {
+            let inner = side.inner;
+            let end = self.at(self.cells.end(inner));
+            if !left_of(end, on_hull, on_run) {
+                return None;
+            }
+            // Behind a mesh of a single row lies a ghost.
+            if self.cells.is_ghost(inner.slot()) {
+                return Some(end);
+            }
+            let corners = self.cells.corners(inner.slot()).map(|corner| self.at(corner));
+            let ([a, b, c], apex) = (corners, corners[inner.index()]);
+            if !encloses(a, b, c, on_run) {
+                return Some(end);
+            }
+            let advances =
+                axis.along(on_hull) < axis.along(apex) && axis.along(apex) < axis.along(end);
+            if !advances {
+                plan.doubtful.push(inner);
+                return Some(end);
+            }
+            let (to_apex, to_end) =
+                (self.cells.across(inner.prev()), self.cells.across(inner.next()));
+            if side.of_ghost {
+                self.pass_ghost(plan);
+            }
+            plan.freed.push(inner.slot());
+            plan.chain.push(to_end);
+            *side = NextSide { inner: to_apex, of_ghost: false };
+        }
+    }
+
+    fn pass_ghost(&self, plan: &mut Plan) {
+        plan.freed.push(plan.ghost);
+        plan.ghosts_passed += 1;
+        plan.ghost = self.cells.across(Side::new(plan.ghost, 1)).slot();
+    }
+
+    /// Carries out the plan: the strip that starts at `ghost`, and the hull about it.
+    fn sew(&mut self, plan: &mut Plan, path: Path, ghost: Slot) {
+        let Plan { steps, freed, doubtful, hull, ghost: after, ghosts_passed, slots, .. } = plan;
+        slots.clear();
+        self.work.suspects.append(doubtful);
+        let mut closing = Closing { before: self.cells.across(Side::new(ghost, 0)).slot(), hull };
+        let mut tip = self.cells.corner(ghost, 1);
+        closing.hull.clear();
+        closing.hull.push((tip, Side::NONE));
+        self.work.ghosts -= *ghosts_passed;
+        self.work.spare.append(freed);
+        // The open side of the last triangle, from the run to the hull.
+        let mut bridge = Side::NONE;
+        let mut passed = 0;
+        for step in steps.drain(..) {
+            let slot = self.take_spare();
+            let here = path.at(passed);
+            let to_here = Side::new(slot, 2);
+            if bridge != Side::NONE {
+                self.cells.set_across(bridge, to_here);
+                self.work.suspects.push(to_here);
+            }
+            match step {
+                Step::Run => {
+                    let next = path.at(passed + 1);
+                    self.cells.write(slot, [tip, here, next], [Side::NONE, Side::NONE, bridge]);
+                    if bridge == Side::NONE {
+                        self.close(&mut closing, here, to_here);
+                    }
+                    self.close(&mut closing, next, Side::new(slot, 0));
+                    bridge = Side::new(slot, 1);
+                    slots.push(slot);
+                    passed += 1;
+                }
+                Step::Hull(inner) => {
+                    let end = self.cells.end(inner);
+                    self.cells.write(slot, [tip, here, end], [Side::NONE, inner, bridge]);
+                    self.cells.set_across(inner, Side::new(slot, 1));
+                    if bridge == Side::NONE {
+                        self.close(&mut closing, here, to_here);
+                    }
+                    bridge = Side::new(slot, 0);
+                    tip = end;
+                }
+            }
+        }
+        slots.push(bridge.slot());
+        self.close(&mut closing, tip, bridge);
+        while let [.., (before, _), (corner, _)] = closing.hull[..] {
+            let next = self.cells.corner(*after, 0);
+            if !left_of(self.at(corner), self.at(before), self.at(next)) {
+                break;
+            }
+            let ghost = *after;
+            *after = self.cells.across(Side::new(ghost, 1)).slot();
+            let inner = self.cells.across(Side::new(ghost, 2));
+            self.free_ghost(ghost);
+            self.close(&mut closing, next, inner);
+        }
+        self.write_ghosts(&closing, *after);
+    }
+
+    /// Takes a vertex that follows on the hull; the triangle inside has the side `inner` that ends there.
+    /// Where the hull turns right, triangles fill it.
+    ///
+    /// ```text
+    ///                inner of the corner
+    ///      before ──────▶ corner
+    ///             \        │            before, next and corner make a triangle
+    ///               \      ▼ inner
+    ///                 ──▶ next
+    /// ```
+    #[inline]
+    fn close(&mut self, closing: &mut Closing, next: VertexId, mut inner: Side) {
+        while let [.., (corner, before_side)] = closing.hull[..] {
+            let before = match closing.hull[..] {
+                [.., (before, _), _] => before,
+                _ => self.cells.corner(closing.before, 1),
+            };
+            if !left_of(self.at(corner), self.at(before), self.at(next)) {
+                break;
+            }
+            if closing.hull.len() == 1 {
+                // The hull before the strip takes part from here on.
+                let ghost = closing.before;
+                closing.before = self.cells.across(Side::new(ghost, 0)).slot();
+                closing.hull[0] = (before, Side::NONE);
+                closing.hull.push((corner, self.cells.across(Side::new(ghost, 2))));
+                self.free_ghost(ghost);
+                continue;
+            }
+            let slot = self.take_spare();
+            self.cells.write(slot, [before, next, corner], [inner, before_side, Side::NONE]);
+            let sides = [0, 1, 2].map(|i| Side::new(slot, i));
+            self.cells.set_across(inner, sides[0]);
+            self.cells.set_across(before_side, sides[1]);
+            self.work.suspects.extend([sides[0], sides[1]]);
+            closing.hull.pop();
+            inner = sides[2];
+        }
+        closing.hull.push((next, inner));
+    }
+
+    /// Puts ghosts before all sides of the new hull, up to the ghost `after` it.
+    fn write_ghosts(&mut self, closing: &Closing, after: Slot) {
+        let mut before = closing.before;
+        let mut start = closing.hull[0].0;
+        self.work.ghosts += closing.hull.len() - 1;
+        for &(end, inner) in &closing.hull[1..] {
+            let ghost = self.take_spare();
+            self.cells.write(ghost, [end, start, GHOST], [Side::new(before, 1), Side::NONE, inner]);
+            self.cells.set_across(Side::new(before, 1), Side::new(ghost, 0));
+            self.cells.set_across(inner, Side::new(ghost, 2));
+            (before, start) = (ghost, end);
+        }
+        self.cells.join(Side::new(before, 1), Side::new(after, 0));
+    }
+
+    fn free_ghost(&mut self, ghost: Slot) {
+        self.work.spare.push(ghost);
+        self.work.ghosts -= 1;
+    }
+
+    fn take_spare(&mut self) -> Slot {
+        self.work.spare.pop().expect("two cells are kept for each point to come")
+    }
+}
+
+/// A side of the hull before the run, seen from inside.
+#[derive(Clone, Copy)]
+struct NextSide {
+    inner: Side,
+    /// Whether it is a side of the old hull, before `Plan::ghost`.
+    of_ghost: bool,
+}
+
+/// The new hull as it is closed.
+struct Closing<'a> {
+    /// The ghost before the side that ends at the first vertex of `hull`.
+    before: Slot,
+    hull: &'a mut Vec<(VertexId, Side)>,
+}
+
+impl Plan {
+    fn restart(&mut self, ghost: Slot) {
+        self.ghost = ghost;
+        self.ghosts_passed = 0;
+        self.steps.clear();
+        self.freed.clear();
+        self.chain.clear();
+        self.doubtful.clear();
+    }
+}
