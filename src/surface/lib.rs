@@ -3,7 +3,9 @@
 //! A measured surface z(x, y) arrives point by point. [`Mesh`] triangulates its projection on the
 //! x-y plane while it arrives, [`assess`] says how far the surface lies from the nearest sample
 //! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
-//! regular grid without bridging gaps. [`check`] proves a finished mesh right by exact arithmetic.
+//! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
+//! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
+//! well-sampled part has. [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
 //! starts no thread: the same calls give the same bits.
@@ -20,20 +22,29 @@ mod exact_tests;
 mod mesh;
 mod order;
 mod outcome;
+mod outline;
 mod point;
+mod projection;
 mod quantile;
 mod raster;
 #[cfg(test)]
 mod regressions;
+mod relief;
 mod repeats;
 mod rim;
 mod sampling;
+mod sets;
 mod triangle;
 
 pub use area::{Area, area};
 pub use mesh::{BATCH_POINTS, Mesh};
 pub use outcome::{Counts, Outcome, VertexId};
+pub use outline::{Contour, Island, islands};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
+pub use projection::{
+    Obstacle, Plane, PlaneError, Projectability, THINNED_POINTS, projectable_along,
+};
 pub use raster::{Grid, RasterError, rasterize};
+pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
 pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};

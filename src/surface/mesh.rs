@@ -215,6 +215,11 @@ impl Mesh {
         self.conflicts == 0
     }
 
+    #[cfg(test)]
+    pub(crate) fn assert_sound(&self) {
+        self.delaunay.assert_sound();
+    }
+
     /// The vertices in order of arrival; a [`VertexId`] is an index into them.
     pub fn points(&self) -> &[PointMm] {
         &self.points

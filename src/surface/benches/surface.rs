@@ -1,12 +1,15 @@
-//! Rates of insertion, assessment and rasterization.
+//! Rates of insertion, assessment, rasterization, and of the search for folds and islands.
 //!
 //! `cargo bench -p asphera-surface` runs 100,000 points; `ASPHERA_BENCH_POINTS=1000000` another
 //! number. Scattered points, which are no scan, are inserted at the cost of long walks: there are
 //! at most 20,000 of them.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-use asphera_surface::{Criteria, Grid, Mesh, PointMm, assess, rasterize};
+use asphera_surface::{
+    Criteria, Grid, Mesh, PointMm, Relief, VertexId, assess, islands, projectable_along, rasterize,
+    topography,
+};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 
@@ -93,4 +96,54 @@ fn rasterize_all(bencher: Bencher, pattern: &str) {
     bencher
         .counter(ItemsCount::new(mesh.counts().triangles))
         .bench(|| rasterize(mesh.points(), mesh.triangles(), &values, &grid));
+}
+
+/// Items are triangles; nothing is steep.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn topography_gentle(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let triangles: Vec<[VertexId; 3]> = mesh.triangles();
+    bencher
+        .counter(ItemsCount::new(triangles.len()))
+        .bench(|| topography(mesh.points(), &triangles, &Relief::default()));
+}
+
+/// Items are triangles; nearly all are steep.
+#[divan::bench(sample_count = 5, sample_size = 1)]
+fn topography_folded(bencher: Bencher) {
+    let mesh = meshed(&lying_cylinder());
+    let triangles: Vec<[VertexId; 3]> = mesh.triangles();
+    bencher
+        .counter(ItemsCount::new(triangles.len()))
+        .bench(|| topography(mesh.points(), &triangles, &Relief::default()));
+}
+
+/// Items are triangles; every fifth is left out.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn islands_all(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let triangles: Vec<[VertexId; 3]> = mesh.triangles();
+    let keep: Vec<bool> = (0..triangles.len()).map(|index| index % 5 != 0).collect();
+    bencher
+        .counter(ItemsCount::new(triangles.len()))
+        .bench(|| islands(mesh.points(), &triangles, &keep));
+}
+
+/// Items are planes tried.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn projectable_along_all(bencher: Bencher) {
+    let points = lying_cylinder();
+    bencher
+        .counter(ItemsCount::new(84_usize))
+        .bench(|| projectable_along(&points, &Relief::default()));
+}
+
+/// A cylinder measured all round, along its length: two sheets one above the other.
+fn lying_cylinder() -> Vec<PointMm> {
+    let side_mm = count().isqrt() as f64 * patterns::PITCH_MM;
+    let bent = |[x, y, _]: PointMm| {
+        let (sine, cosine) = (TAU * y / side_mm).sin_cos();
+        [side_mm / TAU * sine, x, side_mm / TAU * cosine]
+    };
+    points("jittered raster").into_iter().map(bent).collect()
 }

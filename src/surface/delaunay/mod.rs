@@ -12,10 +12,13 @@
 mod cells;
 mod editor;
 mod hints;
+mod hull;
 mod insert;
 mod line;
 mod runs;
 mod scattered;
+#[cfg(test)]
+mod soundness;
 mod strip;
 
 use std::collections::BTreeMap;

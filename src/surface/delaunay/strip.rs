@@ -238,10 +238,10 @@ impl Editor<'_> {
         let Plan { steps, freed, doubtful, hull, ghost: after, ghosts_passed, slots, .. } = plan;
         slots.clear();
         self.work.suspects.append(doubtful);
-        let mut closing = Closing { before: self.cells.across(Side::new(ghost, 0)).slot(), hull };
+        let before = self.cells.across(Side::new(ghost, 0)).slot();
         let mut tip = self.cells.corner(ghost, 1);
-        closing.hull.clear();
-        closing.hull.push((tip, Side::NONE));
+        hull.clear();
+        hull.push((tip, Side::NONE));
         self.work.ghosts -= *ghosts_passed;
         self.work.spare.append(freed);
         // The open side of the last triangle, from the run to the hull.
@@ -260,9 +260,9 @@ impl Editor<'_> {
                     let next = path.at(passed + 1);
                     self.cells.write(slot, [tip, here, next], [Side::NONE, Side::NONE, bridge]);
                     if bridge == Side::NONE {
-                        self.close(&mut closing, here, to_here);
+                        self.close(hull, here, to_here);
                     }
-                    self.close(&mut closing, next, Side::new(slot, 0));
+                    self.close(hull, next, Side::new(slot, 0));
                     bridge = Side::new(slot, 1);
                     slots.push(slot);
                     passed += 1;
@@ -272,7 +272,7 @@ impl Editor<'_> {
                     self.cells.write(slot, [tip, here, end], [Side::NONE, inner, bridge]);
                     self.cells.set_across(inner, Side::new(slot, 1));
                     if bridge == Side::NONE {
-                        self.close(&mut closing, here, to_here);
+                        self.close(hull, here, to_here);
                     }
                     bridge = Side::new(slot, 0);
                     tip = end;
@@ -280,19 +280,10 @@ impl Editor<'_> {
             }
         }
         slots.push(bridge.slot());
-        self.close(&mut closing, tip, bridge);
-        while let [.., (before, _), (corner, _)] = closing.hull[..] {
-            let next = self.cells.corner(*after, 0);
-            if !left_of(self.at(corner), self.at(before), self.at(next)) {
-                break;
-            }
-            let ghost = *after;
-            *after = self.cells.across(Side::new(ghost, 1)).slot();
-            let inner = self.cells.across(Side::new(ghost, 2));
-            self.free_ghost(ghost);
-            self.close(&mut closing, next, inner);
-        }
-        self.write_ghosts(&closing, *after);
+        self.close(hull, tip, bridge);
+        let last = self.write_ghosts(hull, before, *after);
+        self.close_corner(before);
+        self.close_corner(last);
     }
 
     /// Takes a vertex that follows on the hull; the triangle inside has the side `inner` that ends there.
@@ -306,54 +297,36 @@ impl Editor<'_> {
     ///                 ──▶ next
     /// ```
     #[inline]
-    fn close(&mut self, closing: &mut Closing, next: VertexId, mut inner: Side) {
-        while let [.., (corner, before_side)] = closing.hull[..] {
-            let before = match closing.hull[..] {
-                [.., (before, _), _] => before,
-                _ => self.cells.corner(closing.before, 1),
-            };
-            if !left_of(self.at(corner), self.at(before), self.at(next)) {
-                break;
-            }
-            if closing.hull.len() == 1 {
-                // The hull before the strip takes part from here on.
-                let ghost = closing.before;
-                closing.before = self.cells.across(Side::new(ghost, 0)).slot();
-                closing.hull[0] = (before, Side::NONE);
-                closing.hull.push((corner, self.cells.across(Side::new(ghost, 2))));
-                self.free_ghost(ghost);
-                continue;
-            }
+    fn close(&mut self, hull: &mut Vec<(VertexId, Side)>, next: VertexId, mut inner: Side) {
+        while let [.., (before, _), (corner, before_side)] = hull[..]
+            && left_of(self.at(corner), self.at(before), self.at(next))
+        {
             let slot = self.take_spare();
             self.cells.write(slot, [before, next, corner], [inner, before_side, Side::NONE]);
             let sides = [0, 1, 2].map(|i| Side::new(slot, i));
             self.cells.set_across(inner, sides[0]);
             self.cells.set_across(before_side, sides[1]);
             self.work.suspects.extend([sides[0], sides[1]]);
-            closing.hull.pop();
+            hull.pop();
             inner = sides[2];
         }
-        closing.hull.push((next, inner));
+        hull.push((next, inner));
     }
 
-    /// Puts ghosts before all sides of the new hull, up to the ghost `after` it.
-    fn write_ghosts(&mut self, closing: &Closing, after: Slot) {
-        let mut before = closing.before;
-        let mut start = closing.hull[0].0;
-        self.work.ghosts += closing.hull.len() - 1;
-        for &(end, inner) in &closing.hull[1..] {
+    /// Puts ghosts before all sides of the new hull, from the ghost `before` it to the one `after` it;
+    /// returns the last.
+    fn write_ghosts(&mut self, hull: &[(VertexId, Side)], before: Slot, after: Slot) -> Slot {
+        self.work.ghosts += hull.len() - 1;
+        let (mut last, mut start) = (before, hull[0].0);
+        for &(end, inner) in &hull[1..] {
             let ghost = self.take_spare();
-            self.cells.write(ghost, [end, start, GHOST], [Side::new(before, 1), Side::NONE, inner]);
-            self.cells.set_across(Side::new(before, 1), Side::new(ghost, 0));
+            self.cells.write(ghost, [end, start, GHOST], [Side::new(last, 1), Side::NONE, inner]);
+            self.cells.set_across(Side::new(last, 1), Side::new(ghost, 0));
             self.cells.set_across(inner, Side::new(ghost, 2));
-            (before, start) = (ghost, end);
+            (last, start) = (ghost, end);
         }
-        self.cells.join(Side::new(before, 1), Side::new(after, 0));
-    }
-
-    fn free_ghost(&mut self, ghost: Slot) {
-        self.work.spare.push(ghost);
-        self.work.ghosts -= 1;
+        self.cells.join(Side::new(last, 1), Side::new(after, 0));
+        last
     }
 
     fn take_spare(&mut self) -> Slot {
@@ -367,13 +340,6 @@ struct NextSide {
     inner: Side,
     /// Whether it is a side of the old hull, before `Plan::ghost`.
     of_ghost: bool,
-}
-
-/// The new hull as it is closed.
-struct Closing<'a> {
-    /// The ghost before the side that ends at the first vertex of `hull`.
-    before: Slot,
-    hull: &'a mut Vec<(VertexId, Side)>,
 }
 
 impl Plan {

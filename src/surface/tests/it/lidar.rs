@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use asphera_surface::{Mesh, Outcome, check};
+use asphera_surface::{Kind, Mesh, Outcome, Relief, VertexId, check, topography};
 
 /// Where reference data is kept: beside the repository, or where `ASPHERA_DATA` says.
 fn data_folder() -> PathBuf {
@@ -93,4 +93,45 @@ fn autzen() {
     let hull_area = 0.5 * twice_area as f64 * scale[0] * scale[1];
     let projected = mesh.area().projected_mm2;
     assert!((projected / hull_area - 1.0).abs() < 1e-12, "{projected} against {hull_area}");
+}
+
+#[test]
+fn folds_are_where_the_laser_met_several_surfaces() {
+    let path = data_folder().join("lidar/autzen_trim.las");
+    let Ok(bytes) = std::fs::read(&path) else {
+        eprintln!("skipped: {} not found", path.display());
+        return;
+    };
+    let (steps, scale) = read_las(&bytes);
+    let first_point = u32::from_le_bytes(field(&bytes, 96)) as usize;
+    let record_length = usize::from(u16::from_le_bytes(field(&bytes, 105)));
+    // "Number of Returns" are bits 3 to 5 of byte 14 of a record of formats 0 to 5. Two or more mean
+    // that a pulse met something and, below it, something else: a crown and the ground.
+    assert!(bytes[104] <= 5);
+    let several = |index: usize| bytes[first_point + index * record_length + 14] >> 3 & 7 > 1;
+
+    let mut mesh = Mesh::new();
+    mesh.extend(
+        steps.iter().map(|step| std::array::from_fn(|axis| f64::from(step[axis]) * scale[axis])),
+    );
+    mesh.flush();
+    let mut of_several = vec![false; mesh.points().len()];
+    for index in 0..steps.len() {
+        if let Some(Outcome::Vertex(vertex)) = mesh.outcome(index) {
+            of_several[vertex as usize] = several(index);
+        }
+    }
+    let triangles: Vec<[VertexId; 3]> = mesh.triangles();
+    let found = topography(mesh.points(), &triangles, &Relief::default());
+    let share = |chosen: &dyn Fn(Option<Kind>) -> bool| {
+        let corners: Vec<VertexId> = (0..triangles.len())
+            .filter(|&index| chosen(found.region_of(index).map(|at| found.regions()[at].kind)))
+            .flat_map(|index| triangles[index])
+            .collect();
+        let several = corners.iter().filter(|&&corner| of_several[corner as usize]).count();
+        several as f64 / corners.len() as f64
+    };
+    let [folded, elsewhere] =
+        [share(&|kind| kind == Some(Kind::Fold)), share(&|kind| kind != Some(Kind::Fold))];
+    assert!(folded > 0.6 && elsewhere < 0.05, "{folded} against {elsewhere}");
 }
