@@ -124,6 +124,11 @@ impl Cells {
         self.corner(side.slot(), PREV[side.index()])
     }
 
+    /// The corner it lies opposite to.
+    pub(super) fn apex(&self, side: Side) -> VertexId {
+        self.corner(side.slot(), side.index())
+    }
+
     #[inline(always)]
     pub(super) fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]) {
         let cell = &self.0[slot as usize];

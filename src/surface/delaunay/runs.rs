@@ -18,6 +18,12 @@ impl Axis {
         self.sign * place[self.index]
     }
 
+    /// Whether three places follow one another along the axis, strictly.
+    #[inline(always)]
+    pub(super) fn is_between(self, first: Place, middle: Place, last: Place) -> bool {
+        self.along(first) < self.along(middle) && self.along(middle) < self.along(last)
+    }
+
     pub(super) fn reversed(self) -> Axis {
         Axis { index: self.index, sign: -self.sign }
     }

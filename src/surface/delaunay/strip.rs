@@ -52,14 +52,21 @@ pub(super) struct Plan {
     freed: Vec<Slot>,
     /// Sides of the hull after those triangles went, still to be passed, the next one last.
     chain: Vec<Side>,
+    /// Such sides before and behind the run, which bound the hull again.
+    before: Vec<Side>,
+    after: Vec<Side>,
     /// Old sides that were not found Delaunay.
     doubtful: Vec<Side>,
     /// The ghost before the next side of the old hull.
     ghost: Slot,
+    /// How many triangles made way only because they were in the way.
+    dug: usize,
     /// How many of the freed are ghosts.
     ghosts_passed: usize,
     /// A triangle at each point, in the order of arrival.
     slots: Vec<Slot>,
+    /// Ghosts at the start and at the end of the last strip.
+    ends: [Slot; 2],
     /// The hull after the strip: vertices, and the triangle's side that ends at each.
     hull: Vec<(VertexId, Side)>,
 }
@@ -72,16 +79,13 @@ enum Step {
 }
 
 impl Editor<'_> {
-    /// Inserts the points `run`, which advance along `axis`, if all lie outside the hull and nothing
-    /// stands in the way of a strip; otherwise changes nothing.
+    /// Inserts the points `run`, which advance along `axis`, if they lie outside the hull, or in what
+    /// merely closes it, and nothing stands in the way of a strip; otherwise changes nothing.
     ///
     /// `from` is a triangle near the first point. True if they are inserted; then
     /// [`Editor::strip_slots`] has a triangle at each.
     pub(super) fn insert_strip(&mut self, run: Range<VertexId>, axis: Axis, from: Slot) -> bool {
-        let ghost = self.locate(self.at(run.start), from);
-        if !self.cells.is_ghost(ghost) {
-            return false;
-        }
+        let Some(ghost) = self.hull_near(run.start, from) else { return false };
         let [start, end] = [1, 0].map(|index| axis.along(self.at(self.cells.corner(ghost, index))));
         let (axis, backwards) = if start < end { (axis, false) } else { (axis.reversed(), true) };
         let path = Path { first: run.start, count: run.end - run.start, backwards };
@@ -97,6 +101,28 @@ impl Editor<'_> {
         self.work.strip = plan;
         self.legalize();
         planned
+    }
+
+    /// A ghost near a point: the one before which it lies or, inside the hull, one at the end of the
+    /// strip that the point's run continues, if it does.
+    fn hull_near(&self, point: VertexId, from: Slot) -> Option<Slot> {
+        let place = self.at(point);
+        let home = self.locate(place, from);
+        if self.cells.is_ghost(home) {
+            return Some(home);
+        }
+        let next = self.at(point + 1);
+        let step = (next[0] - place[0]).hypot(next[1] - place[1]);
+        let is_near = |ghost: Slot| {
+            let [end, start, last] = self.cells.corners(ghost);
+            last == GHOST
+                && end != GHOST
+                && distance_mm(self.at(start), self.at(end), place) < NEAR_STEPS * step
+        };
+        let next = |ghost: Slot| self.cells.across(Side::new(ghost, 1)).slot();
+        let ends = self.work.strip.ends;
+        let known = ends.into_iter().filter(|&ghost| self.cells.is_ghost(ghost));
+        known.flat_map(|ghost| [ghost, next(ghost)]).find(|&ghost| is_near(ghost))
     }
 
     /// A triangle that was made at each point of the last strip.
@@ -137,6 +163,18 @@ impl Editor<'_> {
         let (mut on_hull, mut on_run) = (self.at(self.cells.corner(ghost, 1)), self.at(path.at(0)));
         let mut passed = 1;
         let mut side = self.next_side(plan, axis, on_hull);
+        // What lies before the run comes to light where triangles made way, and bounds the hull again.
+        while let Some(next) = &mut side {
+            self.clear(plan, axis, on_hull, on_run, next);
+            let inner = next.inner;
+            let end = self.at(self.cells.end(inner));
+            if next.of_ghost || axis.along(end) > axis.along(on_run) {
+                break;
+            }
+            plan.before.push(inner);
+            on_hull = end;
+            side = self.next_side(plan, axis, on_hull);
+        }
         // Whether the run went on although the hull's next side lay before it.
         let mut owed = false;
         loop {
@@ -163,10 +201,8 @@ impl Editor<'_> {
                 (on_hull, owed) = (end, false);
                 side = self.next_side(plan, axis, on_hull);
             } else {
-                // What made way must be filled, and a side that was before the run and is not any more
-                // would be overlapped.
-                let open = side.is_some_and(|side| owed || !side.of_ghost);
-                return !open && plan.steps.iter().any(|step| matches!(step, Step::Hull(_)));
+                let behind = axis.along(on_hull) >= axis.along(on_run);
+                return (behind || !owed) && plan.ends(side, behind);
             }
         }
     }
@@ -182,11 +218,12 @@ impl Editor<'_> {
         (axis.along(on_hull) < axis.along(end)).then_some(NextSide { inner, of_ghost: true })
     }
 
-    /// Where the side ends if it lies before `on_run`.
+    /// Where the side ends if `on_run` lies before it, that is outside.
     ///
-    /// Triangles of which that place is inside the circumcircle make way first, unless the line
-    /// would not advance along the axis then: the side becomes the first of those they leave.
-    #[inline]
+    /// Triangles of which that place is inside the circumcircle make way first, and those behind which it
+    /// lies, as they close the hull beside an unfinished line; the side becomes the first of those
+    /// they leave. Not so where the line would not advance along the axis then.
+    #[inline(always)]
     fn clear(
         &self,
         plan: &mut Plan,
@@ -198,33 +235,48 @@ impl Editor<'_> {
         loop {
             let inner = side.inner;
             let end = self.at(self.cells.end(inner));
-            if !left_of(end, on_hull, on_run) {
-                return None;
-            }
+            let before = left_of(end, on_hull, on_run).then_some(end);
             // Behind a mesh of a single row lies a ghost.
             if self.cells.is_ghost(inner.slot()) {
-                return Some(end);
+                return before;
             }
-            let corners = self.cells.corners(inner.slot()).map(|corner| self.at(corner));
-            let ([a, b, c], apex) = (corners, corners[inner.index()]);
-            if !encloses(a, b, c, on_run) {
-                return Some(end);
+            let [a, b, c] = self.cells.corners(inner.slot()).map(|corner| self.at(corner));
+            if before.is_some() && !encloses(a, b, c, on_run) {
+                return before;
             }
-            let advances =
-                axis.along(on_hull) < axis.along(apex) && axis.along(apex) < axis.along(end);
-            if !advances {
-                plan.doubtful.push(inner);
-                return Some(end);
+            if !self.make_way(plan, axis, [on_hull, on_run, end], side) {
+                return before;
             }
-            let (to_apex, to_end) =
-                (self.cells.across(inner.prev()), self.cells.across(inner.next()));
-            if side.of_ghost {
-                self.pass_ghost(plan);
-            }
-            plan.freed.push(inner.slot());
-            plan.chain.push(to_end);
-            *side = NextSide { inner: to_apex, of_ghost: false };
         }
+    }
+
+    /// Takes the triangle behind the side out, unless the line would not advance along the axis then,
+    /// or the place is neither before the side nor straight behind it.
+    #[inline(never)]
+    fn make_way(
+        &self,
+        plan: &mut Plan,
+        axis: Axis,
+        [on_hull, on_run, end]: [Place; 3],
+        side: &mut NextSide,
+    ) -> bool {
+        let inner = side.inner;
+        let is_before = left_of(end, on_hull, on_run);
+        if !is_before && (!axis.is_between(on_hull, on_run, end) || !plan.may_dig()) {
+            return false;
+        }
+        if !axis.is_between(on_hull, self.at(self.cells.apex(inner)), end) {
+            plan.doubtful.extend(is_before.then_some(inner));
+            return false;
+        }
+        let (to_apex, to_end) = (self.cells.across(inner.prev()), self.cells.across(inner.next()));
+        if side.of_ghost {
+            self.pass_ghost(plan);
+        }
+        plan.freed.push(inner.slot());
+        plan.chain.push(to_end);
+        *side = NextSide { inner: to_apex, of_ghost: false };
+        true
     }
 
     fn pass_ghost(&self, plan: &mut Plan) {
@@ -235,19 +287,23 @@ impl Editor<'_> {
 
     /// Carries out the plan: the strip that starts at `ghost`, and the hull about it.
     fn sew(&mut self, plan: &mut Plan, path: Path, ghost: Slot) {
-        let Plan { steps, freed, doubtful, hull, ghost: after, ghosts_passed, slots, .. } = plan;
-        slots.clear();
-        self.work.suspects.append(doubtful);
-        let before = self.cells.across(Side::new(ghost, 0)).slot();
+        let ghost_before = self.cells.across(Side::new(ghost, 0)).slot();
         let mut tip = self.cells.corner(ghost, 1);
+        let mut hull = std::mem::take(&mut plan.hull);
         hull.clear();
         hull.push((tip, Side::NONE));
-        self.work.ghosts -= *ghosts_passed;
-        self.work.spare.append(freed);
+        self.work.ghosts -= plan.ghosts_passed;
+        self.work.spare.append(&mut plan.freed);
+        for inner in plan.before.drain(..) {
+            tip = self.cells.end(inner);
+            self.close(&mut hull, tip, inner);
+        }
+        plan.slots.clear();
+        self.work.suspects.append(&mut plan.doubtful);
         // The open side of the last triangle, from the run to the hull.
         let mut bridge = Side::NONE;
         let mut passed = 0;
-        for step in steps.drain(..) {
+        for step in plan.steps.drain(..) {
             let slot = self.take_spare();
             let here = path.at(passed);
             let to_here = Side::new(slot, 2);
@@ -260,11 +316,11 @@ impl Editor<'_> {
                     let next = path.at(passed + 1);
                     self.cells.write(slot, [tip, here, next], [Side::NONE, Side::NONE, bridge]);
                     if bridge == Side::NONE {
-                        self.close(hull, here, to_here);
+                        self.close(&mut hull, here, to_here);
                     }
-                    self.close(hull, next, Side::new(slot, 0));
+                    self.close(&mut hull, next, Side::new(slot, 0));
                     bridge = Side::new(slot, 1);
-                    slots.push(slot);
+                    plan.slots.push(slot);
                     passed += 1;
                 }
                 Step::Hull(inner) => {
@@ -272,17 +328,22 @@ impl Editor<'_> {
                     self.cells.write(slot, [tip, here, end], [Side::NONE, inner, bridge]);
                     self.cells.set_across(inner, Side::new(slot, 1));
                     if bridge == Side::NONE {
-                        self.close(hull, here, to_here);
+                        self.close(&mut hull, here, to_here);
                     }
                     bridge = Side::new(slot, 0);
                     tip = end;
                 }
             }
         }
-        slots.push(bridge.slot());
-        self.close(hull, tip, bridge);
-        let last = self.write_ghosts(hull, before, *after);
-        self.close_corner(before);
+        plan.slots.push(bridge.slot());
+        self.close(&mut hull, tip, bridge);
+        for inner in plan.after.drain(..) {
+            self.close(&mut hull, self.cells.end(inner), inner);
+        }
+        let last = self.write_ghosts(&hull, ghost_before, plan.ghost);
+        plan.hull = hull;
+        plan.ends = [ghost_before, last];
+        self.close_corner(ghost_before);
         self.close_corner(last);
     }
 
@@ -334,6 +395,18 @@ impl Editor<'_> {
     }
 }
 
+/// How far a place lies from a side.
+fn distance_mm(start: Place, end: Place, place: Place) -> f64 {
+    let [along, off] = [end, place].map(|place| [place[0] - start[0], place[1] - start[1]]);
+    let share = (along[0] * off[0] + along[1] * off[1])
+        / (along[0] * along[0] + along[1] * along[1]).max(f64::MIN_POSITIVE);
+    let share = share.clamp(0.0, 1.0);
+    (off[0] - share * along[0]).hypot(off[1] - share * along[1])
+}
+
+/// A run continues a strip from which it is no farther than so many of its steps.
+const NEAR_STEPS: f64 = 4.0;
+
 /// A side of the hull before the run, seen from inside.
 #[derive(Clone, Copy)]
 struct NextSide {
@@ -343,12 +416,32 @@ struct NextSide {
 }
 
 impl Plan {
+    /// Whether the strip can end before `side`. What is left of the sides that came to light must lie
+    /// behind the run, to bound the hull again: else it would be left open.
+    fn ends(&mut self, side: Option<NextSide>, behind: bool) -> bool {
+        let left = side.filter(|side| !side.of_ghost).map(|side| side.inner);
+        self.after.extend(left);
+        self.after.extend(self.chain.drain(..).rev());
+        (behind || self.after.is_empty())
+            && self.steps.iter().any(|step| matches!(step, Step::Hull(_)))
+    }
+
+    /// Whether one triangle more may make way only because it is in the way. A run that leads into the
+    /// mesh is not for a strip.
+    fn may_dig(&mut self) -> bool {
+        self.dug += 1;
+        self.dug < 4 * self.steps.len() + 256
+    }
+
     fn restart(&mut self, ghost: Slot) {
+        self.dug = 0;
         self.ghost = ghost;
         self.ghosts_passed = 0;
         self.steps.clear();
         self.freed.clear();
         self.chain.clear();
         self.doubtful.clear();
+        self.before.clear();
+        self.after.clear();
     }
 }
