@@ -6,7 +6,8 @@ use crate::exact::left_of;
 
 impl Editor<'_> {
     /// Fills the corner between the side of the hull before `ghost` and the next, if the hull turns
-    /// right there, and those that turn right then. Triangles are suspect afterwards.
+    /// right there, and those that turn right then. Triangles are suspect afterwards. Returns the ghost
+    /// that lies where `ghost` lay.
     ///
     /// ```text
     ///            ghost's side
@@ -18,7 +19,8 @@ impl Editor<'_> {
     ///
     /// The two ghosts' cells become the triangle's and the new ghost's. All is done on the ring of
     /// ghosts itself: it does not matter how far around the hull this leads.
-    pub(super) fn close_corner(&mut self, ghost: Slot) {
+    pub(super) fn close_corner(&mut self, ghost: Slot) -> Slot {
+        let mut heir = ghost;
         let mut open = vec![ghost];
         while let Some(ghost) = open.pop() {
             let [corner, start, last] = self.cells.corners(ghost);
@@ -41,8 +43,12 @@ impl Editor<'_> {
             self.cells.write(ghost, [end, start, GHOST], [before, after, sides[2]]);
             self.cells.set_across(after, Side::new(ghost, 1));
             self.work.ghosts -= 1;
+            if next == heir {
+                heir = ghost;
+            }
             self.work.suspects.extend([sides[0], sides[1]]);
             open.extend([ghost, before.slot()]);
         }
+        heir
     }
 }

@@ -342,9 +342,7 @@ impl Editor<'_> {
         }
         let last = self.write_ghosts(&hull, ghost_before, plan.ghost);
         plan.hull = hull;
-        plan.ends = [ghost_before, last];
-        self.close_corner(ghost_before);
-        self.close_corner(last);
+        plan.ends = [ghost_before, last].map(|ghost| self.close_corner(ghost));
     }
 
     /// Takes a vertex that follows on the hull; the triangle inside has the side `inner` that ends there.
