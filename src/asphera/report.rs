@@ -62,8 +62,59 @@ pub struct MeshFigures {
     pub hull: u64,
     /// Area of the lifted triangles in mm².
     pub area_mm2: f64,
-    /// Whether no two points stand above each other at different heights.
+    /// Whether no two points stand above each other at different heights, and no fold was found.
     pub projectable: bool,
+    /// Where the surface is steep or folded; in a snapshot as of `sampling.as_of_points`.
+    #[serde(default)]
+    pub relief: ReliefFigures,
+    /// Places measured more than once.
+    #[serde(default)]
+    pub repeats: RepeatFigures,
+}
+
+/// Where the surface is steep or folded, inside the aperture. See `asphera_surface::topography` for what
+/// points can tell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReliefFigures {
+    /// Where the projection is not one-to-one, the largest first. Their triangles join different sheets and
+    /// count as not sampled.
+    pub folds: Vec<RegionFigures>,
+    /// Steps and steep flanks.
+    pub walls: u64,
+    /// Single readings off their surroundings.
+    pub spikes: u64,
+    /// If there are folds: in which plane the points would be projectable, or that none was found.
+    pub projection: Option<String>,
+}
+
+/// A region of steep triangles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegionFigures {
+    /// The middle of its steepest rise, measured frame, mm.
+    pub at_mm: [f64; 3],
+    /// Smallest coordinates of its steep sides, mm.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates, mm.
+    pub max_mm: [f64; 3],
+    /// Vertices.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Projected area in mm².
+    pub projected_area_mm2: f64,
+    /// Largest slope of a side in degrees.
+    pub slope_max_deg: f64,
+}
+
+/// Places measured more than once.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RepeatFigures {
+    /// How many places.
+    pub places: u64,
+    /// How many measurements in them.
+    pub measurements: u64,
+    /// Standard deviation of the heights about the mean of their place, pooled over all, in nm.
+    pub spread_nm: Option<f64>,
 }
 
 /// The state of the sampling. See `asphera_surface::sampling` for the definitions.
@@ -83,6 +134,15 @@ pub struct SamplingFigures {
     pub gap_limit_mm: Option<f64>,
     /// Largest gap over local feature size allowed.
     pub epsilon_limit: f64,
+    /// How many pieces the part that is sampled densely enough is in; in the final report only.
+    #[serde(default)]
+    pub islands: Option<u64>,
+    /// How many holes those pieces have.
+    #[serde(default)]
+    pub holes: Option<u64>,
+    /// The largest of these holes, in mm².
+    #[serde(default)]
+    pub hole_max_mm2: Option<f64>,
     /// How many points had arrived when these figures were made.
     pub as_of_points: u64,
 }

@@ -187,6 +187,11 @@ impl Mesh {
         self.repeats.get(&vertex)
     }
 
+    /// The same for all such vertices, in order.
+    pub fn all_repeats(&self) -> impl Iterator<Item = (VertexId, &Repeats)> {
+        self.repeats.iter().map(|(&vertex, repeats)| (vertex, repeats))
+    }
+
     /// How many there are of everything. Constant time.
     pub fn counts(&self) -> Counts {
         let vertices = self.points.len() as u64;

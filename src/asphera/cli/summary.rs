@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{Report, Status};
+use crate::report::{RepeatFigures, Report, Status};
 
 /// The report in a few lines.
 pub(super) fn of(report: &Report) -> String {
@@ -25,6 +25,21 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     let mesh = &report.mesh;
     writeln!(text, "\nmesh       {} triangles, {:.4} mm²", mesh.triangles, mesh.area_mm2)?;
+    let relief = &mesh.relief;
+    for (count, what) in
+        [(relief.folds.len() as u64, "folds"), (relief.walls, "walls"), (relief.spikes, "spikes")]
+    {
+        if count > 0 {
+            writeln!(text, "           {count} {what}")?;
+        }
+    }
+    if let Some(spread_nm) = mesh.repeats.spread_nm {
+        let RepeatFigures { places, measurements, .. } = mesh.repeats;
+        writeln!(
+            text,
+            "           {places} places measured {measurements} times, spread {spread_nm:.1} nm"
+        )?;
+    }
     let sampling = &report.sampling;
     if let (Some(coverage), Some(gap), Some(epsilon)) =
         (sampling.coverage, sampling.gap_max_mm, sampling.epsilon_max)

@@ -15,6 +15,7 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("hull", "On the hull", count(mesh.hull)),
     pair("area", "Area", empty ? DASH : withUnit(significant(mesh.area_mm2, 6), "mm²")),
     pair("projectable", "Projectable", empty ? DASH : mesh.projectable ? "yes" : "no", !empty && !mesh.projectable ? "bad" : ""),
+    pair("relief", "Folds, walls, spikes", empty ? DASH : `${count(mesh.relief.folds.length)}, ${count(mesh.relief.walls)}, ${count(mesh.relief.spikes)}`, mesh.relief.folds.length > 0 ? "bad" : ""),
   ]);
   const behind = points.received - sampling.as_of_points;
   setRows(byId("sampling"), [
@@ -23,6 +24,7 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("gap", "Largest gap", withUnit(mm(sampling.gap_max_mm), "mm")),
     pair("epsilon_max", "ε max, gap / lfs", significant(sampling.epsilon_max)),
     pair("epsilon_p99", "ε p99 by area", significant(sampling.epsilon_p99)),
+    pair("islands", "Islands, holes", sampling.islands === null ? DASH : `${count(sampling.islands)}, ${count(sampling.holes)}`),
     pair("as_of", "As of", sampling.as_of_points ? `${count(sampling.as_of_points)} points` : DASH),
     pair("behind", "Points since then", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
   ]);

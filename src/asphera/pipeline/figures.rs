@@ -3,77 +3,23 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
-use asphera_surface::{Criteria, Mesh, Survey, assess};
 
 use crate::config::Part;
-use crate::report::{
-    DeviationFigures, FitFigures, FormFigures, MeshFigures, ParameterFigures, PoseFigures,
-    SamplingFigures,
-};
+use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
 use crate::snapshot::Map;
-
-pub(super) fn mesh(mesh: &Mesh, area_mm2: f64) -> MeshFigures {
-    let counts = mesh.counts();
-    MeshFigures {
-        vertices: counts.vertices,
-        triangles: counts.triangles,
-        edges: counts.edges,
-        hull: counts.hull,
-        area_mm2,
-        projectable: mesh.projectable(),
-    }
-}
-
-/// Looks at the sampling of the triangles whose centre lies in the aperture.
-pub(super) fn survey(mesh: &Mesh, part: &Part, pose: &Pose) -> Survey {
-    let points = mesh.points();
-    let inside = |corners: &[u32; 3]| {
-        let centre = [0, 1, 2].map(|axis| {
-            corners.iter().map(|corner| points[*corner as usize][axis]).sum::<f64>() / 3.0
-        });
-        let [x, y, _] = pose.to_part(centre);
-        part.aperture.contains(x, y)
-    };
-    let area_mm2 = part.aperture.area_mm2();
-    let criteria = Criteria {
-        gap_limit_mm: gap_limit_mm(mesh, part),
-        epsilon_limit: Some(part.epsilon_limit),
-        aperture_area_mm2: area_mm2.is_finite().then_some(area_mm2),
-    };
-    assess(
-        points,
-        mesh.triangles().into_iter().filter(inside),
-        &criteria,
-        lfs_mm(&part.nominal, pose),
-    )
-}
 
 /// The largest gap allowed: that of the part, or four times the distance the points have on average. On a
 /// flat surface ε allows anything, and a triangulation fills every hole.
-fn gap_limit_mm(mesh: &Mesh, part: &Part) -> Option<f64> {
-    let distance_mm = (mesh.area().projected_mm2 / mesh.points().len() as f64).sqrt();
+pub(super) fn gap_limit_mm(part: &Part, points: usize, projected_area_mm2: f64) -> Option<f64> {
+    let distance_mm = (projected_area_mm2 / points as f64).sqrt();
     part.gap_limit_mm.or((distance_mm > 0.0).then_some(4.0 * distance_mm))
 }
 
 /// An upper bound of the local feature size at a place of the measured frame: the nominal's smallest
 /// radius of curvature there. Tilts of a part are small, so the place is only shifted.
-fn lfs_mm(nominal: &Nominal, pose: &Pose) -> impl Fn(f64, f64) -> f64 + use<> {
+pub(super) fn lfs_mm(nominal: &Nominal, pose: &Pose) -> impl Fn(f64, f64) -> f64 + use<> {
     let (nominal, tx, ty) = (*nominal, pose.tx_mm, pose.ty_mm);
     move |x, y| nominal.lfs_bound_mm((x - tx).hypot(y - ty))
-}
-
-pub(super) fn sampling(mesh: &Mesh, part: &Part, survey: &Survey) -> SamplingFigures {
-    let sampling = survey.sampling();
-    SamplingFigures {
-        gap_limit_mm: gap_limit_mm(mesh, part),
-        epsilon_limit: part.epsilon_limit,
-        gap_max_mm: sampling.gap_max_mm,
-        epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
-        epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),
-        coverage: sampling.coverage,
-        undersampled_area_mm2: sampling.gap_max_mm.map(|_| sampling.undersampled_area_mm2),
-        as_of_points: mesh.counts().pushed,
-    }
 }
 
 pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures) -> FormFigures {

@@ -5,7 +5,7 @@ use asphera_surface::Mesh;
 
 use super::figures;
 use crate::config::Part;
-use crate::report::{Check, SamplingFigures, Status, Verdict};
+use crate::report::{Check, MeshFigures, SamplingFigures, Status, Verdict};
 
 /// Judges a part by its final figures.
 pub(super) fn judge(
@@ -13,6 +13,7 @@ pub(super) fn judge(
     mesh: &Mesh,
     fit: Result<&Fit, &FitError>,
     found: Option<&Figures>,
+    seen: &MeshFigures,
     sampling: &SamplingFigures,
 ) -> Verdict {
     let mut verdict = compare(part, found);
@@ -48,6 +49,17 @@ pub(super) fn judge(
         doubt(
             &mut verdict,
             format!("not projectable: {conflicts} points stand above or below others"),
+        );
+    }
+    if let [fold, ..] = &seen.relief.folds[..] {
+        let [x, y, z] = fold.at_mm;
+        let count = seen.relief.folds.len();
+        let along = seen.relief.projection.as_deref().unwrap_or("in no other plane either");
+        doubt(
+            &mut verdict,
+            format!(
+                "not projectable: folds in {count} places, the largest about ({x:.4}, {y:.4}, {z:.4}) mm; {along}"
+            ),
         );
     }
     verdict

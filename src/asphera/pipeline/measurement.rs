@@ -5,6 +5,7 @@ use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
 
 use super::figures;
 use super::judgement::judge;
+use super::look::{Look, look};
 use super::running::fit_settings;
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
@@ -36,8 +37,9 @@ pub struct DeviationMap {
 pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measurement {
     let result = fit(mesh.points(), &part.nominal, &fit_settings(part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
-    let survey = figures::survey(mesh, part, &pose);
-    let sampling = figures::sampling(mesh, part, &survey);
+    let mut look = look(mesh, part, &pose);
+    look.finish(mesh);
+    let Look { triangles, survey, mesh: seen, sampling } = look;
     let (deviations_mm, found) = match &result {
         Ok(fit) => deviation(mesh, part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
@@ -58,14 +60,14 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
         .ok()
         .zip(found.as_ref())
         .map(|(fit, found)| figures::form(part, fit, found));
-    let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &sampling);
+    let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map = form.as_ref().and_then(|_| deviation_map(mesh, &survey, &deviations_nm));
     Measurement {
         report: Report {
             format: FORMAT.to_owned(),
             points,
-            mesh: figures::mesh(mesh, mesh.area().lifted_mm2),
+            mesh: seen,
             sampling,
             form,
             verdict,
@@ -74,7 +76,7 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
             session: None,
         },
         points_mm: mesh.points().to_vec(),
-        triangles: mesh.triangles(),
+        triangles,
         deviations_nm,
         map,
     }

@@ -6,6 +6,7 @@
 
 mod figures;
 mod judgement;
+mod look;
 mod measurement;
 mod running;
 
@@ -32,8 +33,8 @@ pub struct Pipeline {
     flagged: BTreeMap<&'static str, u64>,
     /// The sampling, as of the last time it was looked at.
     sampling: SamplingFigures,
-    /// Area of the mesh, as of then.
-    area_mm2: f64,
+    /// What was seen of the mesh then.
+    seen: MeshFigures,
     /// Points at which it is looked at again.
     next_sampling: u64,
 }
@@ -67,7 +68,7 @@ impl Pipeline {
             received: 0,
             flagged: BTreeMap::new(),
             sampling: SamplingFigures::default(),
-            area_mm2: 0.0,
+            seen: MeshFigures::default(),
             next_sampling: FIRST_SAMPLING,
         }
     }
@@ -115,12 +116,8 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            self.sampling = figures::sampling(
-                &self.mesh,
-                &self.part,
-                &figures::survey(&self.mesh, &self.part, &pose),
-            );
-            self.area_mm2 = self.mesh.area().lifted_mm2;
+            let look = look::look(&self.mesh, &self.part, &pose);
+            (self.sampling, self.seen) = (look.sampling, look.mesh);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -130,8 +127,8 @@ impl Pipeline {
         points.used = estimate.as_ref().map_or(0, |estimate| estimate.count as u64);
         RunningFigures {
             points,
-            // Summing the area anew would cost every triangle.
-            mesh: figures::mesh(&self.mesh, self.area_mm2),
+            // Looking at the whole mesh anew would cost every triangle.
+            mesh: look::with_counts(&self.mesh, self.seen.clone()),
             sampling: self.sampling.clone(),
             form: estimate.as_ref().map(|estimate| figures::running_form(&self.part, estimate)),
             map: estimate.as_ref().map(figures::map),

@@ -92,3 +92,40 @@ fn running_figures_approach_the_final_ones_and_do_not_disturb_them() {
     assert!(running.map.unwrap().values_nm.iter().any(Option::is_some));
     assert_eq!(looked_at.finish().report, left_alone.finish().report);
 }
+
+#[test]
+fn a_second_sheet_is_named_with_its_place_and_is_no_pass() {
+    let sheet = |offset: f64, z: f64| {
+        waffle(30).map(move |[x, y, w]| [x + offset, y + 0.618 * offset, w + z])
+    };
+    let upper = sheet(0.37, 20.0).filter(|[x, y, _]| *x > 10.0 && *y > 10.0);
+    let report = measured(PLANE, sheet(0.0, 0.0).chain(upper)).report;
+    let [fold] = &report.mesh.relief.folds[..] else { panic!("{:?}", report.mesh) };
+    // The triangles about its rim reach some samples farther.
+    assert!(fold.min_mm[0] > 3.0 && fold.min_mm[1] > 3.0, "{fold:?}");
+    assert!((fold.projected_area_mm2 - 19.0 * 19.0).abs() < 60.0, "{fold:?}");
+    assert!(report.mesh.relief.projection.is_some() && !report.mesh.projectable);
+    assert_eq!(report.verdict.status, Status::Undecided);
+    assert!(report.verdict.reasons.iter().any(|reason| reason.contains("folds")));
+}
+
+#[test]
+fn repeated_places_give_their_spread() {
+    let again = waffle(20).map(|[x, y, z]| [x, y, z + 2e-5]);
+    let report = measured(PLANE, waffle(20).chain(again)).report;
+    let repeats = &report.mesh.repeats;
+    assert_eq!((repeats.places, repeats.measurements), (400, 800));
+    // Two readings 20 nm apart: the standard deviation is 20/√2.
+    assert!((repeats.spread_nm.unwrap() - 200.0_f64.sqrt()).abs() < 1e-6, "{repeats:?}");
+    assert_eq!(report.points.duplicates, 400);
+}
+
+#[test]
+fn islands_and_holes_are_counted() {
+    let part = format!("{PLANE}[sampling]\ngap_limit_mm = 1.0\n");
+    let kept =
+        waffle(60).filter(|[x, y, _]| (x - 12.0).hypot(y - 12.0) > 5.0 && (*x < 27.0 || *x > 32.0));
+    let sampling = measured(&part, kept).report.sampling;
+    assert_eq!((sampling.islands, sampling.holes), (Some(2), Some(1)));
+    assert!((sampling.hole_max_mm2.unwrap() - 90.0).abs() < 15.0, "{sampling:?}");
+}
