@@ -15,10 +15,12 @@
 mod area;
 pub mod check;
 mod delaunay;
+mod distance;
 mod exact;
 #[cfg(test)]
 #[path = "exact/tests/mod.rs"]
 mod exact_tests;
+mod location;
 mod mesh;
 mod order;
 mod outcome;
@@ -37,7 +39,11 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
-pub use mesh::{BATCH_POINTS, Mesh};
+pub use location::Location;
+pub use mesh::{
+    BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
+    Revision,
+};
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};

@@ -1,9 +1,20 @@
 //! The mesh of a surface that grows while the surface is measured.
 
+mod changes;
+mod edit;
+mod interpolate;
+mod locate;
+mod neighbours;
+
 use std::collections::BTreeMap;
 
+pub use self::changes::{BoundsMm, ChangedPart, Changes, HEIGHTS_REMEMBERED, Revision};
+pub use self::edit::EditError;
+use self::edit::Edits;
+pub use self::neighbours::Neighbours;
 use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate};
+use crate::location::from_smallest;
 use crate::point::admit;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
@@ -34,7 +45,7 @@ pub const BATCH_POINTS: usize = 1024;
 pub struct Mesh {
     conflict_tolerance_mm: f64,
     delaunay: Delaunay,
-    /// The vertices, in order of arrival.
+    /// The vertices, in order of arrival, withdrawn ones among them.
     points: Vec<PointMm>,
     /// Points pushed but not inserted yet.
     pending: Vec<PointMm>,
@@ -46,6 +57,7 @@ pub struct Mesh {
     duplicates: u64,
     conflicts: u64,
     rejected: u64,
+    edits: Edits,
 }
 
 impl Mesh {
@@ -72,6 +84,7 @@ impl Mesh {
             duplicates: 0,
             conflicts: 0,
             rejected: 0,
+            edits: Edits::default(),
         }
     }
 
@@ -178,7 +191,11 @@ impl Mesh {
         let before = self.others.partition_point(|&(other, _)| other < index);
         match self.others.get(before) {
             Some(&(other, outcome)) if other == index => Some(outcome),
-            _ => Some(Outcome::Vertex((index - before) as VertexId)),
+            _ => {
+                let vertex = (index - before) as VertexId;
+                let there = self.is_vertex(vertex);
+                Some(if there { Outcome::Vertex(vertex) } else { Outcome::Withdrawn(vertex) })
+            }
         }
     }
 
@@ -194,7 +211,8 @@ impl Mesh {
 
     /// How many there are of everything. Constant time.
     pub fn counts(&self) -> Counts {
-        let vertices = self.points.len() as u64;
+        let withdrawn = self.withdrawn().len() as u64;
+        let vertices = self.points.len() as u64 - withdrawn;
         let triangles = self.delaunay.triangle_count() as u64;
         // Euler's relation, and each triangle has three edges, each inner edge two triangles.
         let edges = (vertices + triangles).saturating_sub(1);
@@ -205,6 +223,7 @@ impl Mesh {
             triangles,
             edges,
             hull,
+            withdrawn,
             duplicates: self.duplicates,
             conflicts: self.conflicts,
             rejected: self.rejected,
@@ -225,7 +244,14 @@ impl Mesh {
         self.delaunay.assert_sound();
     }
 
-    /// The vertices in order of arrival; a [`VertexId`] is an index into them.
+    /// How many cells there are for triangles, used or not, for tests.
+    #[cfg(test)]
+    pub(crate) fn cells(&self) -> usize {
+        self.delaunay.cells()
+    }
+
+    /// The vertices in order of arrival; a [`VertexId`] is an index into them. Those withdrawn keep
+    /// their index: [`Mesh::vertices`] leaves them out.
     pub fn points(&self) -> &[PointMm] {
         &self.points
     }
@@ -261,14 +287,8 @@ fn in_order(vertices: usize, triangles: impl Iterator<Item = [VertexId; 3]>) -> 
     // Counting those of each first corner leaves only a few to be compared.
     let mut turned: Vec<[VertexId; 3]> = Vec::new();
     let mut starts = vec![0_usize; vertices + 1];
-    for [a, b, c] in triangles {
-        let corners = if a < b && a < c {
-            [a, b, c]
-        } else if b < c {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
+    for corners in triangles {
+        let corners = from_smallest(corners);
         starts[corners[0] as usize + 1] += 1;
         turned.push(corners);
     }

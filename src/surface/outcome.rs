@@ -2,7 +2,7 @@
 
 use crate::Rejection;
 
-/// Number of a vertex: its index in [`crate::Mesh::points`].
+/// Number of a vertex: its index in [`crate::Mesh::points`]. It is never given again.
 pub type VertexId = u32;
 
 /// What became of one pushed point.
@@ -27,14 +27,17 @@ pub enum Outcome {
         /// Height of this point above that vertex in mm; negative below.
         height_mm: f64,
     },
+    /// It was this vertex of the mesh until it was withdrawn; see [`crate::Mesh::remove`].
+    Withdrawn(VertexId),
     /// It cannot be meshed.
     Rejected(Rejection),
 }
 
 /// How many points, vertices, triangles and edges a mesh has.
 ///
-/// Every pushed point is counted once: `pushed = vertices + duplicates + conflicts + rejected +
-/// pending`. With at least one vertex Euler's relation `vertices - edges + triangles = 1` holds.
+/// Every pushed point is counted once: `pushed = vertices + withdrawn + duplicates + conflicts +
+/// rejected + pending`. With at least one vertex Euler's relation
+/// `vertices - edges + triangles = 1` holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Points pushed.
@@ -48,6 +51,8 @@ pub struct Counts {
     /// Vertices on the boundary of the convex hull, those inside a straight side of it included.
     /// While all vertices lie on one line: all of them.
     pub hull: u64,
+    /// Vertices taken out of the mesh again.
+    pub withdrawn: u64,
     /// Points in the place of an earlier vertex and at its height.
     pub duplicates: u64,
     /// Points in the place of an earlier vertex but at another height.

@@ -1,7 +1,7 @@
 //! The triangles: the corners of each, and what lies across each of its sides.
 //!
-//! Across the hull lie ghosts: triangles with a corner at infinity, one for each side of the hull. With
-//! them the triangles close to a sphere, every side has another one across, and n points make
+//! Across the hull lie ghosts: triangles with a corner at infinity, one for each side of the hull.
+//! With them the triangles close to a sphere, every side has another one across, and n points make
 //! exactly 2n - 2 triangles. A point more is two triangles more, whatever else changes.
 //!
 //! ```text
@@ -20,7 +20,8 @@ use crate::VertexId;
 /// Which triangle: its index among the cells.
 pub(super) type Slot = u32;
 
-/// The corner at infinity. A ghost has it last; an unused cell has it three times.
+/// The corner at infinity. A ghost has it last; a cell that was never used has it three times, and
+/// one that is not used any more has it last, too.
 pub(super) const GHOST: VertexId = VertexId::MAX;
 
 /// Cells there can be: a side is numbered with 32 bits, two of which tell which of the three it is.

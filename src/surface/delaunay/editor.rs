@@ -44,7 +44,8 @@ impl Editor<'_> {
     /// doi:10.1142/S0129054102001047).
     pub(super) fn locate(&self, place: Place, from: Slot) -> Slot {
         let mut slot = from;
-        if self.cells.is_ghost(slot) {
+        // A cell that is not used any more leads on as a ghost does, perhaps to another such.
+        while self.cells.is_ghost(slot) {
             slot = self.cells.across(Side::new(slot, 2)).slot();
         }
         let mut entered = 3;

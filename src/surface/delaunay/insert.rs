@@ -33,7 +33,7 @@ impl Editor<'_> {
     }
 
     /// Finds the triangles in conflict with `place`, of which `home` is one, and the sides around.
-    fn carve(&mut self, place: Place, home: Slot) {
+    pub(super) fn carve(&mut self, place: Place, home: Slot) {
         let work = &mut *self.work;
         let mut open = std::mem::take(&mut work.open);
         let mut doomed = std::mem::take(&mut work.doomed);

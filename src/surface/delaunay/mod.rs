@@ -7,7 +7,7 @@
 //! Scans are what it is made for: a batch is cut into runs along lines ([`runs`]); a run that lies outside
 //! the hull, as the next line of a growing scan does, is sewn to it as a whole ([`strip`]); all
 //! else is inserted point by point ([`insert`]), runs ends first and then by bisection, and points in no
-//! order by the place they belong to.
+//! order by the place they belong to. Vertices go one by one ([`remove`]).
 
 mod cells;
 mod editor;
@@ -15,10 +15,14 @@ mod hints;
 mod hull;
 mod insert;
 mod line;
+mod natural;
+mod queries;
+mod remove;
 mod runs;
 mod scattered;
 #[cfg(test)]
 mod soundness;
+mod star;
 mod strip;
 
 use std::collections::BTreeMap;
@@ -29,6 +33,7 @@ use self::editor::{Editor, Work};
 use self::hints::Hints;
 use self::insert::Placed;
 use self::line::Line;
+pub(crate) use self::queries::{About, Conflict};
 use self::runs::{Run, runs};
 use crate::exact::Place;
 use crate::order::by_bisection;
@@ -76,7 +81,9 @@ impl Delaunay {
     /// out of `points` by [`Delaunay::close_gaps`] before anything else.
     pub(crate) fn insert(&mut self, points: &[PointMm], batch: Range<VertexId>) -> bool {
         self.duplicates.clear();
-        self.work.spare.extend(self.cells.grow(2 * batch.len()));
+        // What duplicates and removed vertices left is taken first.
+        let wanted = 2 * (self.vertices + batch.len());
+        self.work.spare.extend(self.cells.grow(wanted.saturating_sub(self.cells.len())));
         let mut rest = batch.clone();
         while self.plane.is_none()
             && let Some(vertex) = rest.next()

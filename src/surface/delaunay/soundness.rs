@@ -4,6 +4,11 @@ use super::Delaunay;
 use super::cells::{GHOST, NEXT, Side, Slot};
 
 impl Delaunay {
+    /// How many cells there are, used or not.
+    pub(crate) fn cells(&self) -> usize {
+        self.cells.len()
+    }
+
     /// Checks that every side and the one across it name each other and run between the same
     /// vertices, that the ghosts close one ring, and that no cell is lost.
     ///

@@ -1,12 +1,15 @@
 //! Tests of the mesh, its sampling and its raster through the public interface.
 
+mod changes;
 mod folds;
 mod lattice;
 mod lidar;
+mod natural;
 mod oracle;
 mod outline;
 mod patterns;
 mod projection;
+mod queries;
 mod raster;
 mod sampling;
 mod shapes;

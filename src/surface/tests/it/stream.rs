@@ -263,7 +263,9 @@ proptest! {
                 }
                 Outcome::Rejected(Rejection::NotFinite) => prop_assert!(z.is_nan()),
                 Outcome::Rejected(Rejection::OutOfRange) => prop_assert_eq!(z, 1e13),
-                Outcome::Pending => prop_assert!(false, "{} still pending", index),
+                outcome @ (Outcome::Pending | Outcome::Withdrawn(_)) => {
+                    prop_assert!(false, "{} is {:?}", index, outcome);
+                }
             }
         }
         prop_assert_eq!(u64::from(vertices), mesh.counts().vertices);
