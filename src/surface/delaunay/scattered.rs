@@ -57,18 +57,32 @@ impl Editor<'_> {
         black_box(read);
     }
 
-    /// Reads the triangles around some, and theirs.
+    /// Reads the triangles across the sides of some, and those across theirs, each with the one corner
+    /// that is not theirs. In passes, each of which reads nothing that depends on what it reads.
     fn fetch_around(&self, slots: &[Slot]) {
-        for &slot in slots {
-            let around = [0, 1, 2].map(|i| self.cells.across(Side::new(slot, i)));
-            self.fetch(&around.map(Side::slot));
+        let mut around = [Side::NONE; 3 * WINDOW];
+        let around = &mut around[..3 * slots.len()];
+        for (sides, &slot) in around.chunks_exact_mut(3).zip(slots) {
+            sides
+                .copy_from_slice(&[0, 1, 2].map(|index| self.cells.across(Side::new(slot, index))));
         }
-        for &slot in slots {
-            for side in [0, 1, 2].map(|i| self.cells.across(Side::new(slot, i))) {
-                let beyond = [side.next(), side.prev()].map(|side| self.cells.across(side).slot());
-                self.fetch(&beyond);
-            }
+        self.fetch_beyond(around);
+        let mut beyond = [Side::NONE; 6 * WINDOW];
+        let beyond = &mut beyond[..6 * slots.len()];
+        for (sides, &side) in beyond.chunks_exact_mut(2).zip(&*around) {
+            sides.copy_from_slice(&[side.next(), side.prev()].map(|side| self.cells.across(side)));
         }
+        self.fetch_beyond(beyond);
+    }
+
+    /// Reads triangles seen across a side, and the corners opposite to it.
+    fn fetch_beyond(&self, sides: &[Side]) {
+        black_box(sides.iter().fold(0, |read, &side| read ^ self.cells.apex(side)));
+        black_box(sides.iter().fold(0.0, |read, &side| {
+            let apex = self.cells.apex(side);
+            // The corner at infinity has no place: any other will do.
+            read + self.points[if apex == GHOST { 0 } else { apex as usize }][0]
+        }));
     }
 
     /// One step of the walk from a triangle to a place.

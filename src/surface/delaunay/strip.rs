@@ -113,15 +113,18 @@ impl Editor<'_> {
         }
         let next = self.at(point + 1);
         let step = (next[0] - place[0]).hypot(next[1] - place[1]);
+        // Where vertices were removed since, cells may be unused that were ghosts then. Those of the
+        // last triangles lead nowhere.
+        let is_ghost = |slot: Slot| {
+            let [end, _, last] = self.cells.corners(slot);
+            last == GHOST && end != GHOST
+        };
         let is_near = |ghost: Slot| {
-            let [end, start, last] = self.cells.corners(ghost);
-            last == GHOST
-                && end != GHOST
-                && distance_mm(self.at(start), self.at(end), place) < NEAR_STEPS * step
+            let [end, start, _] = self.cells.corners(ghost);
+            is_ghost(ghost) && distance_mm(self.at(start), self.at(end), place) < NEAR_STEPS * step
         };
         let next = |ghost: Slot| self.cells.across(Side::new(ghost, 1)).slot();
-        let ends = self.work.strip.ends;
-        let known = ends.into_iter().filter(|&ghost| self.cells.is_ghost(ghost));
+        let known = self.work.strip.ends.into_iter().filter(|&ghost| is_ghost(ghost));
         known.flat_map(|ghost| [ghost, next(ghost)]).find(|&ghost| is_near(ghost))
     }
 

@@ -1,5 +1,6 @@
 //! Tests of the mesh, its sampling and its raster through the public interface.
 
+mod batches;
 mod changes;
 mod folds;
 mod lattice;
@@ -12,5 +13,7 @@ mod projection;
 mod queries;
 mod raster;
 mod sampling;
+mod scans;
 mod shapes;
 mod stream;
+mod withdrawn;
