@@ -330,7 +330,7 @@ proptest! {
         let (points, triangles) = meshed(&mixture(seed));
         let relief = Relief::default();
         let found = topography(&points, &triangles, &relief);
-        prop_assert!(found.regions().len() > 1);
+        prop_assert!(!found.regions().is_empty());
         let mut random = Random::new(seed);
         let new_of_old = shuffled(points.len(), &mut random);
         let mut renumbered = vec![[0.0; 3]; points.len()];
