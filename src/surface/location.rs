@@ -36,14 +36,3 @@ pub enum Location {
     /// The mesh admits no point there.
     Rejected(Rejection),
 }
-
-/// A triangle with its smallest corner first, in the order it turns.
-pub(crate) fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
-    if a < b && a < c {
-        [a, b, c]
-    } else if b < c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
-}

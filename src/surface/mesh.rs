@@ -14,8 +14,8 @@ use self::edit::Edits;
 pub use self::neighbours::Neighbours;
 use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate};
-use crate::location::from_smallest;
 use crate::point::admit;
+use crate::triangle::from_smallest;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
 /// How many points [`Mesh::push`] gathers before it inserts them.

@@ -124,6 +124,17 @@ impl Triangle {
     }
 }
 
+/// A triangle with its smallest corner first, in the order it turns.
+pub(crate) fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
+    if a < b && a < c {
+        [a, b, c]
+    } else if b < c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
 /// Where on the longest side the bisector of a short one meets it, as a share of the longest side
 /// from their common corner: the squared short side over twice the scalar product of both.
 fn clipped_share(short_squared: f64, product: f64) -> f64 {

@@ -22,7 +22,7 @@ use super::cells::Slot;
 use super::editor::Editor;
 use crate::VertexId;
 use crate::exact::Place;
-use crate::location::from_smallest;
+use crate::triangle::from_smallest;
 
 impl Editor<'_> {
     /// The natural neighbours of a place located in the triangle `home`, no vertex, and their

@@ -5,8 +5,8 @@ use super::editor::{Editor, Work};
 use super::star::Spoke;
 use super::{Delaunay, Plane};
 use crate::exact::{Place, left_of, orientation};
-use crate::location::from_smallest;
 use crate::point::place;
+use crate::triangle::from_smallest;
 use crate::{Location, PointMm, VertexId};
 
 impl Plane {

@@ -30,8 +30,8 @@ use super::Delaunay;
 use super::cells::{GHOST, Side, Slot};
 use super::editor::Editor;
 use super::line::Line;
-use super::star::{Spoke, by_x_then_y};
-use crate::exact::{Place, left_of, orientation};
+use super::star::Spoke;
+use crate::exact::{Place, by_x_then_y, left_of, orientation};
 use crate::point::place;
 use crate::{PointMm, VertexId};
 

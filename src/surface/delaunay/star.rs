@@ -93,10 +93,7 @@ impl Editor<'_> {
 
 /// Whether `p` is nearer to `place` than `q`, or as near and smaller by x, then y.
 pub(super) fn nearer(place: Place, p: Place, q: Place) -> bool {
-    crate::distance::compare_distances(place, p, q).then_with(|| by_x_then_y(p, q)).is_lt()
-}
-
-/// The order of places without negative zeros by x, then y.
-pub(super) fn by_x_then_y(p: Place, q: Place) -> std::cmp::Ordering {
-    p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1]))
+    crate::distance::compare_distances(place, p, q)
+        .then_with(|| crate::exact::by_x_then_y(p, q))
+        .is_lt()
 }

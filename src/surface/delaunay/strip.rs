@@ -14,12 +14,24 @@
 //! subdivisions, ACM Trans. Graph. 4 (1985) 74-123, doi:10.1145/282918.282923, for a set that is a
 //! mere line, with the repair left to Lawson's flips.
 //!
-//! **Why the result is right.** Both lines advance strictly along one axis, which doubles tell exactly,
-//! and every new triangle turns counter-clockwise. The closed line around the strip then winds at
-//! most once about any place, so the triangles do not overlap. The hull is closed to a convex
-//! one, and from any triangulation of a convex region flips lead to the Delaunay triangulation. Where
-//! one of the conditions does not hold the plan is given up before anything is changed, and the points
-//! are inserted one by one.
+//! **Why the result is right.** From any triangulation of a convex region flips lead to the Delaunay
+//! triangulation, so nothing needs to be shown but that the triangles do not overlap and leave nothing
+//! open. Where one of the conditions does not hold the plan is given up before anything is changed,
+//! and the points are inserted one by one.
+//!
+//! - *Within the strip.* Both lines advance strictly along one axis, which doubles tell exactly, and every
+//!   new triangle turns counter-clockwise. A line across the axis meets the closed line around the
+//!   strip at most twice, so it winds at most once about any place.
+//! - *With what stands.* Triangles make way only so that the line of the hull still advances along the
+//!   axis: within its span the strip lies outside it. Beyond its end the run may only go if no side of
+//!   the hull that leads on was before it and left (`owed`), and none that came to light
+//!   (`Plan::ends`); a side that was never before the run meets the last one in a convex corner, and
+//!   behind that the run does not reach it. At the start the run begins before the hull's line only
+//!   where that is the outermost along the axis.
+//! - *With the hull.* The new line of the hull advances along the axis too, so that closing its corners
+//!   fills empty ears. The corners at its two ends are closed on the ring of ghosts, after all else is
+//!   in place, because that may lead all around (`hull.rs`).
+//! - *Cells.* A strip of k points takes 2k cells more than make way, and those that make way come first.
 
 use std::ops::Range;
 
@@ -184,15 +196,15 @@ impl Editor<'_> {
             let hull_next =
                 side.as_mut().and_then(|side| self.clear(plan, axis, on_hull, on_run, side));
             let run_next = (passed < path.count).then(|| self.at(path.at(passed)));
-            let goes_on = match (run_next, hull_next) {
+            let along_run = match (run_next, hull_next) {
                 (Some(on), Some(end)) => {
-                    left_of(on_hull, on_run, on) && encloses(on_hull, on_run, end, on)
+                    let turns = left_of(on_hull, on_run, on);
+                    (turns && encloses(on_hull, on_run, end, on)).then_some(on)
                 }
                 (Some(on), None) if !left_of(on_hull, on_run, on) => return false,
-                (next, _) => next.is_some(),
+                (next, _) => next,
             };
-            if goes_on {
-                let Some(on) = run_next else { return false };
+            if let Some(on) = along_run {
                 plan.steps.push(Step::Run);
                 (on_run, passed) = (on, passed + 1);
                 owed |= hull_next.is_some();

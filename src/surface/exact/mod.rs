@@ -105,9 +105,9 @@ fn encloses_unrounded(a: Place, b: Place, c: Place, d: Place) -> bool {
 ///   is that from b to d       diagonal is a-b
 /// ```
 fn encloses_on_circle(a: Place, b: Place, c: Place, d: Place) -> bool {
-    let last = if precedes(a, b) { b } else { a };
-    let last = if precedes(last, c) { c } else { last };
-    if precedes(last, d) {
+    let last = if by_x_then_y(a, b).is_lt() { b } else { a };
+    let last = if by_x_then_y(last, c).is_lt() { c } else { last };
+    if by_x_then_y(last, d).is_lt() {
         false
     } else if last == a {
         left_of(d, b, c)
@@ -118,10 +118,10 @@ fn encloses_on_circle(a: Place, b: Place, c: Place, d: Place) -> bool {
     }
 }
 
-/// The order by x, then y.
+/// The order by x, then y, by which ties are decided.
 #[inline]
-fn precedes(p: Place, q: Place) -> bool {
-    p[0] < q[0] || (p[0] == q[0] && p[1] < q[1])
+pub(crate) fn by_x_then_y(p: Place, q: Place) -> Ordering {
+    p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1]))
 }
 
 /// The determinant of the orientation in doubles, and a bound: at or above it the sign is right.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::Mesh;
 use crate::VertexId;
 use crate::delaunay::About;
-use crate::location::from_smallest;
+use crate::triangle::from_smallest;
 
 /// The neighbours of a vertex: those an edge leads to.
 #[derive(Clone, Debug, PartialEq, Eq)]
