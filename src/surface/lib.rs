@@ -23,6 +23,7 @@ mod mesh;
 mod order;
 mod outcome;
 mod outline;
+mod paged;
 mod point;
 mod projection;
 mod quantile;
@@ -40,6 +41,7 @@ pub use area::{Area, area};
 pub use mesh::{BATCH_POINTS, Mesh};
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};
+pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
 pub use projection::{
     Obstacle, Plane, PlaneError, Projectability, THINNED_POINTS, projectable_along,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate};
+use crate::outcome::edges_and_hull;
 use crate::point::admit;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
@@ -125,7 +126,8 @@ impl Mesh {
                 Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
             }
         }
-        let duplicated = self.delaunay.insert(&self.points, first..self.points.len() as VertexId);
+        let duplicated =
+            self.delaunay.insert(&self.points[..], first..self.points.len() as VertexId);
         self.rejected += rejected.len() as u64;
         if duplicated || !rejected.is_empty() {
             self.settle(batch, first, rejected);
@@ -196,9 +198,7 @@ impl Mesh {
     pub fn counts(&self) -> Counts {
         let vertices = self.points.len() as u64;
         let triangles = self.delaunay.triangle_count() as u64;
-        // Euler's relation, and each triangle has three edges, each inner edge two triangles.
-        let edges = (vertices + triangles).saturating_sub(1);
-        let hull = if triangles == 0 { vertices } else { 2 * edges - 3 * triangles };
+        let (edges, hull) = edges_and_hull(vertices, triangles);
         Counts {
             pushed: (self.taken + self.pending.len()) as u64,
             vertices,

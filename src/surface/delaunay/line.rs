@@ -4,9 +4,9 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::cells::{Cells, GHOST, Side, Slot};
+use super::places::Places;
+use crate::VertexId;
 use crate::exact::{Place, orientation};
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
 /// Places on one line, in the order along it.
 #[derive(Default)]
@@ -50,13 +50,13 @@ impl Line {
     /// Takes cells from `spare`; returns one of the triangles.
     pub(super) fn span(
         &self,
-        points: &[PointMm],
+        points: &(impl Places + ?Sized),
         apex: VertexId,
-        cells: &Cells,
+        cells: &impl Cells,
         spare: &mut Vec<Slot>,
     ) -> Slot {
         let mut along: Vec<VertexId> = self.vertices.values().copied().collect();
-        let at = |vertex: VertexId| place(points[vertex as usize]);
+        let at = |vertex: VertexId| points.place(vertex);
         if orientation(at(along[0]), at(along[1]), at(apex)) == Ordering::Less {
             along.reverse();
         }

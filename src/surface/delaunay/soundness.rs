@@ -1,7 +1,7 @@
 //! What must hold between the cells whatever was done, for tests.
 
 use super::Delaunay;
-use super::cells::{GHOST, NEXT, Side, Slot};
+use super::cells::{Cells, GHOST, NEXT, Side, Slot};
 
 impl Delaunay {
     /// Checks that every side and the one across it name each other and run between the same

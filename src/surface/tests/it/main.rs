@@ -5,6 +5,7 @@ mod lattice;
 mod lidar;
 mod oracle;
 mod outline;
+mod paged;
 mod patterns;
 mod projection;
 mod raster;
