@@ -25,6 +25,7 @@ mod mesh;
 mod order;
 mod outcome;
 mod outline;
+mod paged;
 mod point;
 mod projection;
 mod quantile;
@@ -46,6 +47,7 @@ pub use mesh::{
 };
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};
+pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
 pub use projection::{
     Obstacle, Plane, PlaneError, Projectability, THINNED_POINTS, projectable_along,

@@ -14,6 +14,7 @@ use self::edit::Edits;
 pub use self::neighbours::Neighbours;
 use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate};
+use crate::outcome::edges_and_hull;
 use crate::point::admit;
 use crate::triangle::from_smallest;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
@@ -138,7 +139,8 @@ impl Mesh {
                 Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
             }
         }
-        let duplicated = self.delaunay.insert(&self.points, first..self.points.len() as VertexId);
+        let duplicated =
+            self.delaunay.insert(&self.points[..], first..self.points.len() as VertexId);
         self.rejected += rejected.len() as u64;
         if duplicated || !rejected.is_empty() {
             self.settle(batch, first, rejected);
@@ -214,9 +216,7 @@ impl Mesh {
         let withdrawn = self.withdrawn().len() as u64;
         let vertices = self.points.len() as u64 - withdrawn;
         let triangles = self.delaunay.triangle_count() as u64;
-        // Euler's relation, and each triangle has three edges, each inner edge two triangles.
-        let edges = (vertices + triangles).saturating_sub(1);
-        let hull = if triangles == 0 { vertices } else { 2 * edges - 3 * triangles };
+        let (edges, hull) = edges_and_hull(vertices, triangles);
         Counts {
             pushed: (self.taken + self.pending.len()) as u64,
             vertices,
@@ -247,7 +247,7 @@ impl Mesh {
     /// How many cells there are for triangles, used or not, for tests.
     #[cfg(test)]
     pub(crate) fn cells(&self) -> usize {
-        self.delaunay.cells()
+        crate::delaunay::Cells::len(self.delaunay.cells())
     }
 
     /// The vertices in order of arrival; a [`VertexId`] is an index into them. Those withdrawn keep

@@ -6,7 +6,7 @@
 //! covers the last line and only ever gets split. Bisection depth first keeps each new point next
 //! to one that has just been inserted, in the mesh and in memory.
 
-use crate::PointMm;
+use crate::exact::Place;
 
 /// One step of the order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,21 +36,20 @@ pub(crate) fn by_bisection(len: usize) -> impl Iterator<Item = Step> {
     first.into_iter().chain(last).chain(inner)
 }
 
-/// The indices of points in an order that keeps near ones together: by the squares of a grid over
+/// The indices of places in an order that keeps near ones together: by the squares of a grid over
 /// all of them, row by row, every other row backwards.
-pub(crate) fn by_place(points: &[PointMm]) -> Vec<usize> {
+pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> Vec<usize> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for [x, y, _] in points {
-        low = [low[0].min(*x), low[1].min(*y)];
-        high = [high[0].max(*x), high[1].max(*y)];
+    for [x, y] in places.clone() {
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
     }
-    let side = points.len().isqrt() as f64;
+    let side = places.len().isqrt() as f64;
     let scale = [0, 1].map(|axis| side / (high[axis] - low[axis]).max(f64::MIN_POSITIVE));
-    let mut order: Vec<(u64, usize)> = points
-        .iter()
+    let mut order: Vec<(u64, usize)> = places
         .enumerate()
-        .map(|(index, point)| {
-            let [column, row] = [0, 1].map(|axis| ((point[axis] - low[axis]) * scale[axis]) as u32);
+        .map(|(index, place)| {
+            let [column, row] = [0, 1].map(|axis| ((place[axis] - low[axis]) * scale[axis]) as u32);
             let column = if row % 2 == 0 { column } else { u32::MAX - column };
             (u64::from(row) << 32 | u64::from(column), index)
         })

@@ -62,3 +62,12 @@ pub struct Counts {
     /// Points waiting for their batch to fill.
     pub pending: u64,
 }
+
+/// How many edges there are, and vertices on the hull.
+///
+/// Euler's relation, and each triangle has three edges, each inner edge two triangles.
+pub(crate) fn edges_and_hull(vertices: u64, triangles: u64) -> (u64, u64) {
+    let edges = (vertices + triangles).saturating_sub(1);
+    let hull = if triangles == 0 { vertices } else { 2 * edges - 3 * triangles };
+    (edges, hull)
+}

@@ -13,38 +13,52 @@
 //!            side i
 //! ```
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::hints::Layout;
+use super::places::Places;
 use crate::VertexId;
+use crate::exact::Place;
 
 /// Which triangle: its index among the cells.
-pub(super) type Slot = u32;
+pub(crate) type Slot = u32;
 
 /// The corner at infinity. A ghost has it last; a cell that was never used has it three times, and
 /// one that is not used any more has it last, too.
-pub(super) const GHOST: VertexId = VertexId::MAX;
+pub(crate) const GHOST: VertexId = VertexId::MAX;
 
 /// Cells there can be: a side is numbered with 32 bits, two of which tell which of the three it is.
 pub(super) const MOST_CELLS: usize = 1 << 30;
 
 /// One side of one triangle, seen from that triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Side(u32);
+pub(crate) struct Side(u32);
 
 impl Side {
     /// Of no triangle; it stands where a side is not known yet.
     pub(super) const NONE: Side = Side(u32::MAX);
 
+    /// As one number.
+    pub(crate) fn number(self) -> u32 {
+        self.0
+    }
+
+    /// The side of which [`Side::number`] is the number.
+    pub(crate) fn numbered(number: u32) -> Side {
+        Side(number)
+    }
+
     pub(super) fn new(slot: Slot, index: usize) -> Side {
         Side(slot << 2 | index as u32)
     }
 
-    pub(super) fn slot(self) -> Slot {
+    pub(crate) fn slot(self) -> Slot {
         self.0 >> 2
     }
 
     /// Which corner it lies opposite to.
-    pub(super) fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         (self.0 & 3) as usize
     }
 
@@ -59,12 +73,86 @@ impl Side {
     }
 }
 
-/// All triangles.
+/// All triangles, wherever they are kept.
+///
+/// They are written through a shared reference: a triangle is changed while others are read.
+pub(crate) trait Cells {
+    /// How the table of hints is laid out.
+    const HINTS: Layout;
+
+    /// How many cells there are, unused ones included.
+    fn len(&self) -> usize;
+
+    /// Adds `count` unused cells and returns their slots.
+    ///
+    /// # Panics
+    ///
+    /// When there would be more than [`MOST_CELLS`].
+    fn grow(&mut self, count: usize) -> Range<Slot>;
+
+    fn corners(&self, slot: Slot) -> [VertexId; 3];
+
+    fn corner(&self, slot: Slot, index: usize) -> VertexId;
+
+    /// The same side, seen from the triangle across it.
+    fn across(&self, side: Side) -> Side;
+
+    fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]);
+
+    fn set_corner(&self, slot: Slot, index: usize, vertex: VertexId);
+
+    /// Says what lies across `side`; the other way round is not touched.
+    fn set_across(&self, side: Side, across: Side);
+
+    /// Takes note of triangles at places that were inserted, for
+    /// [`Cells::for_each_landmark`].
+    fn note_landmarks(&mut self, places: &(impl Places + ?Sized), first: VertexId, slots: &[Slot]);
+
+    /// Some places all over the triangulation, and a triangle at or near each.
+    fn for_each_landmark(&self, places: &(impl Places + ?Sized), note: impl FnMut(Place, Slot));
+
+    /// Whether the triangle lies outside the hull, or is no triangle at all.
+    #[inline(always)]
+    fn is_ghost(&self, slot: Slot) -> bool {
+        self.corner(slot, 2) == GHOST
+    }
+
+    /// Where the side ends, triangle on its left.
+    #[inline(always)]
+    fn end(&self, side: Side) -> VertexId {
+        self.corner(side.slot(), PREV[side.index()])
+    }
+
+    /// The corner it lies opposite to.
+    #[inline(always)]
+    fn apex(&self, side: Side) -> VertexId {
+        self.corner(side.slot(), side.index())
+    }
+
+    /// Makes two sides the two of one edge.
+    #[inline(always)]
+    fn join(&self, one: Side, other: Side) {
+        self.set_across(one, other);
+        self.set_across(other, one);
+    }
+}
+
+/// The slots of `count` cells more, after `len` there are.
+///
+/// # Panics
+///
+/// When there would be more than [`MOST_CELLS`].
+pub(crate) fn next_slots(len: usize, count: usize) -> Range<Slot> {
+    assert!(len + count <= MOST_CELLS, "a mesh has at most {} vertices", MOST_CELLS / 2);
+    len as Slot..(len + count) as Slot
+}
+
+/// Triangles in memory, one after the other.
 ///
 /// The words are atomic so that two threads may work on different parts of one triangulation; which
 /// parts those are is for the callers to settle. Alone they cost nothing: every access is relaxed.
 #[derive(Default)]
-pub(super) struct Cells(Vec<Cell>);
+pub(crate) struct FlatCells(Vec<Cell>);
 
 /// One triangle.
 #[derive(Default)]
@@ -73,19 +161,17 @@ struct Cell {
     across: [AtomicU32; 3],
 }
 
-impl Cells {
-    pub(super) fn len(&self) -> usize {
+impl Cells for FlatCells {
+    // Up to twice as many points a cell when the table is replaced.
+    const HINTS: Layout = Layout { points_a_cell: 4, least_cells: 1024, slack: None };
+
+    fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Adds `count` unused cells and returns their slots.
-    ///
-    /// # Panics
-    ///
-    /// When there would be more than [`MOST_CELLS`].
-    pub(super) fn grow(&mut self, count: usize) -> std::ops::Range<Slot> {
+    fn grow(&mut self, count: usize) -> Range<Slot> {
         let first = self.0.len();
-        assert!(first + count <= MOST_CELLS, "a mesh has at most {} vertices", MOST_CELLS / 2);
+        let slots = next_slots(first, count);
         if self.0.capacity() < first + count {
             // By half, not twice: what is kept for points to come is lost to others.
             self.0.reserve_exact(count.max(first / 2));
@@ -94,44 +180,27 @@ impl Cells {
             corners: [const { AtomicU32::new(GHOST) }; 3],
             across: Default::default(),
         });
-        first as Slot..(first + count) as Slot
+        slots
     }
 
     #[inline(always)]
-    pub(super) fn corners(&self, slot: Slot) -> [VertexId; 3] {
+    fn corners(&self, slot: Slot) -> [VertexId; 3] {
         let [a, b, c] = &self.0[slot as usize].corners;
         [a.load(RELAXED), b.load(RELAXED), c.load(RELAXED)]
     }
 
     #[inline(always)]
-    pub(super) fn corner(&self, slot: Slot, index: usize) -> VertexId {
+    fn corner(&self, slot: Slot, index: usize) -> VertexId {
         self.0[slot as usize].corners[index].load(RELAXED)
     }
 
-    /// Whether the triangle lies outside the hull, or is no triangle at all.
     #[inline(always)]
-    pub(super) fn is_ghost(&self, slot: Slot) -> bool {
-        self.corner(slot, 2) == GHOST
-    }
-
-    /// The same side, seen from the triangle across it.
-    #[inline(always)]
-    pub(super) fn across(&self, side: Side) -> Side {
+    fn across(&self, side: Side) -> Side {
         Side(self.0[side.slot() as usize].across[side.index()].load(RELAXED))
     }
 
-    /// Where the side ends, triangle on its left.
-    pub(super) fn end(&self, side: Side) -> VertexId {
-        self.corner(side.slot(), PREV[side.index()])
-    }
-
-    /// The corner it lies opposite to.
-    pub(super) fn apex(&self, side: Side) -> VertexId {
-        self.corner(side.slot(), side.index())
-    }
-
     #[inline(always)]
-    pub(super) fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]) {
+    fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]) {
         let cell = &self.0[slot as usize];
         for i in 0..3 {
             cell.corners[i].store(corners[i], RELAXED);
@@ -140,21 +209,30 @@ impl Cells {
     }
 
     #[inline(always)]
-    pub(super) fn set_corner(&self, slot: Slot, index: usize, vertex: VertexId) {
+    fn set_corner(&self, slot: Slot, index: usize, vertex: VertexId) {
         self.0[slot as usize].corners[index].store(vertex, RELAXED);
     }
 
-    /// Says what lies across `side`; the other way round is not touched.
     #[inline(always)]
-    pub(super) fn set_across(&self, side: Side, across: Side) {
+    fn set_across(&self, side: Side, across: Side) {
         self.0[side.slot() as usize].across[side.index()].store(across.0, RELAXED);
     }
 
-    /// Makes two sides the two of one edge.
-    #[inline(always)]
-    pub(super) fn join(&self, one: Side, other: Side) {
-        self.set_across(one, other);
-        self.set_across(other, one);
+    /// All are at hand.
+    fn note_landmarks(&mut self, _: &(impl Places + ?Sized), _: VertexId, _: &[Slot]) {}
+
+    fn for_each_landmark(
+        &self,
+        places: &(impl Places + ?Sized),
+        mut note: impl FnMut(Place, Slot),
+    ) {
+        // Two triangles to a point: every fourth makes for two in a cell of the table.
+        for slot in (0..self.len() as Slot).step_by(4) {
+            let [corner, _, last] = self.corners(slot);
+            if last != GHOST {
+                note(places.place(corner), slot);
+            }
+        }
     }
 }
 

@@ -2,14 +2,14 @@
 //! Delaunay.
 
 use super::cells::{Cells, GHOST, NEXT, PREV, Side, Slot};
+use super::places::Places;
+use crate::VertexId;
 use crate::exact::{Place, encloses, left_of, outside_edge};
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
 /// Works on the triangles of `points`.
-pub(super) struct Editor<'a> {
-    pub(super) points: &'a [PointMm],
-    pub(super) cells: &'a Cells,
+pub(super) struct Editor<'a, P: ?Sized, C> {
+    pub(super) points: &'a P,
+    pub(super) cells: &'a C,
     pub(super) work: &'a mut Work,
 }
 
@@ -31,9 +31,10 @@ pub(super) struct Work {
     pub(super) strip: super::strip::Plan,
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
+    #[inline(always)]
     pub(super) fn at(&self, vertex: VertexId) -> Place {
-        place(self.points[vertex as usize])
+        self.points.place(vertex)
     }
 
     /// The triangle in which `place` lies, its sides included, or the ghost before which it lies.

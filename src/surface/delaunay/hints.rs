@@ -7,6 +7,18 @@
 use super::cells::Slot;
 use crate::exact::Place;
 
+/// How a table is laid out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    /// How many points a cell has when a table is made.
+    pub(crate) points_a_cell: usize,
+    /// How many cells there are however few points.
+    pub(crate) least_cells: usize,
+    /// How much wider than the points the table is made, so that the next ones share no cell with
+    /// those there are; it is replaced when they do. `None`: they may share cells.
+    pub(crate) slack: Option<f64>,
+}
+
 pub(super) struct Hints {
     /// Cells per mm.
     scale: f64,
@@ -17,16 +29,18 @@ pub(super) struct Hints {
     low: Place,
     high: Place,
     noted: usize,
+    layout: Layout,
     /// How many points may be noted before the table is too coarse.
     enough: usize,
 }
 
 impl Hints {
     /// No hints yet, for about `points` to come, within the box.
-    pub(super) fn new(points: usize, low: Place, high: Place) -> Hints {
-        let size = [high[0] - low[0], high[1] - low[1]];
+    pub(super) fn new(points: usize, low: Place, high: Place, layout: Layout) -> Hints {
+        let slack = layout.slack.unwrap_or(1.0);
+        let size = [high[0] - low[0], high[1] - low[1]].map(|size| size * slack);
         let longest = size[0].max(size[1]);
-        let wanted = (points / POINTS_A_CELL).max(LEAST_CELLS) as f64;
+        let wanted = (points / layout.points_a_cell).max(layout.least_cells) as f64;
         // Along a box that is all but a line there are not more cells than wanted, either.
         let cell = (size[0] / wanted * size[1]).sqrt().max(longest / wanted);
         let cell = if cell > 0.0 { cell } else { 1.0 };
@@ -38,7 +52,8 @@ impl Hints {
             low,
             high,
             noted: 0,
-            enough: 2 * points.max(LEAST_CELLS),
+            layout,
+            enough: 2 * points.max(LEAST_POINTS),
         }
     }
 
@@ -53,17 +68,32 @@ impl Hints {
     }
 
     /// A triangle near `place`: that of its cell, or of one of the cells around.
+    ///
+    /// What lies outside the box shares its cell with far places inside; the border is nearer.
     #[inline]
     pub(super) fn near(&self, place: Place) -> Option<Slot> {
+        let place = [0, 1].map(|axis| place[axis].max(self.low[axis]).min(self.high[axis]));
         let slots = AROUND.into_iter().map(|offset| self.cells[self.cell(place, offset)]);
         slots.into_iter().find(|&slot| slot != NONE)
     }
 
-    /// Once there are twice as many points as the table is made for: a finer one for all of them,
-    /// still empty.
+    /// Once there are twice as many points as the table is made for, or they lie farther apart than
+    /// the slack was for: a finer or wider one for all of them, still empty.
     pub(super) fn outgrown(&self) -> Option<Hints> {
-        (self.noted > self.enough)
-            .then(|| Hints { noted: self.noted, ..Hints::new(self.noted, self.low, self.high) })
+        let is_wider = |axis: usize| {
+            (self.high[axis] - self.low[axis]) * self.scale > (self.masks[axis] + 1) as f64
+        };
+        let outgrown = self.noted > self.enough
+            || self.layout.slack.is_some() && [0, 1].iter().any(|&axis| is_wider(axis));
+        outgrown.then(|| Hints {
+            noted: self.noted,
+            ..Hints::new(self.noted, self.low, self.high, self.layout)
+        })
+    }
+
+    /// Bytes of the table.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.cells[..])
     }
 
     /// Notes a triangle again, in a table that replaces an outgrown one.
@@ -87,7 +117,6 @@ impl Hints {
 const AROUND: [[i64; 2]; 9] =
     [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1], [1, -1], [-1, 1]];
 
-/// How many points a cell has when a table is made; up to twice as many when it is replaced.
-const POINTS_A_CELL: usize = 4;
-const LEAST_CELLS: usize = 1024;
+/// No table is replaced before so many points were noted twice over.
+const LEAST_POINTS: usize = 1024;
 const NONE: Slot = Slot::MAX;

@@ -1,10 +1,11 @@
 //! The hull, closed where it turns right.
 
-use super::cells::{GHOST, Side, Slot};
+use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use crate::exact::left_of;
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Fills the corner between the side of the hull before `ghost` and the next, if the hull turns
     /// right there, and those that turn right then. Triangles are suspect afterwards. Returns the ghost
     /// that lies where `ghost` lay.

@@ -6,8 +6,9 @@
 //! connected and have no vertex inside, so they are found by a search from the one in which the point
 //! lies that never meets a triangle twice, and the search meets the sides around them in order.
 
-use super::cells::{GHOST, Side, Slot};
+use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use crate::VertexId;
 use crate::exact::Place;
 
@@ -20,7 +21,7 @@ pub(super) enum Placed {
     Occupied(VertexId, Slot),
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Inserts a point, walking to it from a triangle.
     pub(super) fn insert(&mut self, vertex: VertexId, from: Slot) -> Placed {
         let place = self.at(vertex);

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::ops::Bound::{Excluded, Unbounded};
 
 use super::cells::{Cells, GHOST, Side, Slot};
+use super::places::Places;
 use super::star::nearer;
 use crate::exact::{Place, orientation};
-use crate::point::place;
-use crate::{Location, PointMm, VertexId};
+use crate::{Location, VertexId};
 
 /// Places on one line, in the order along it.
 #[derive(Default)]
@@ -22,10 +22,13 @@ pub(super) struct Line {
 
 impl Line {
     /// The line of vertices of which no three span a triangle.
-    pub(super) fn of(points: &[PointMm], vertices: impl Iterator<Item = VertexId>) -> Line {
+    pub(super) fn of(
+        points: &(impl Places + ?Sized),
+        vertices: impl Iterator<Item = VertexId>,
+    ) -> Line {
         let mut line = Line::default();
         for vertex in vertices.filter(|&vertex| vertex != GHOST) {
-            line.insert(place(points[vertex as usize]), vertex);
+            line.insert(points.place(vertex), vertex);
         }
         line
     }
@@ -48,9 +51,9 @@ impl Line {
     }
 
     /// Removes the vertex at a place.
-    pub(super) fn remove(&mut self, points: &[PointMm], place: Place) {
+    pub(super) fn remove(&mut self, points: &(impl Places + ?Sized), place: Place) {
         self.vertices.remove(&key(place));
-        let outermost = self.outermost().map(|ends| ends.map(|vertex| at(points, vertex)));
+        let outermost = self.outermost().map(|ends| ends.map(|vertex| points.place(vertex)));
         // A single vertex is both.
         self.ends = outermost.into_iter().flatten().collect();
         self.ends.dedup();
@@ -88,7 +91,11 @@ impl Line {
     }
 
     /// The nearest vertex to a place, the one with the smaller x, then y, of two.
-    pub(super) fn nearest(&self, points: &[PointMm], place: Place) -> Option<VertexId> {
+    pub(super) fn nearest(
+        &self,
+        points: &(impl Places + ?Sized),
+        place: Place,
+    ) -> Option<VertexId> {
         let foot = self.foot(place);
         let start = match (self.vertices.get(&key(foot)), self.about(foot)) {
             (Some(&there), _) => there,
@@ -97,9 +104,9 @@ impl Line {
         // Along a line the distance has one minimum: whichever neighbour is better leads to it.
         let mut nearest = start;
         loop {
-            let about = self.about(at(points, nearest)).into_iter().flatten();
+            let about = self.about(points.place(nearest)).into_iter().flatten();
             let better =
-                |&vertex: &VertexId| nearer(place, at(points, vertex), at(points, nearest));
+                |&vertex: &VertexId| nearer(place, points.place(vertex), points.place(nearest));
             let Some(vertex) = about.into_iter().find(better) else { return Some(nearest) };
             nearest = vertex;
         }
@@ -129,13 +136,13 @@ impl Line {
     /// vertex. Takes cells from `spare`; returns one of the triangles.
     pub(super) fn span(
         &self,
-        points: &[PointMm],
+        points: &(impl Places + ?Sized),
         apex: VertexId,
-        cells: &Cells,
+        cells: &impl Cells,
         spare: &mut Vec<Slot>,
     ) -> Slot {
         let mut along: Vec<VertexId> = self.vertices.values().copied().collect();
-        let at = |vertex: VertexId| place(points[vertex as usize]);
+        let at = |vertex: VertexId| points.place(vertex);
         if orientation(at(along[0]), at(along[1]), at(apex)) == Ordering::Less {
             along.reverse();
         }
@@ -172,10 +179,6 @@ impl Line {
         cells.write(right, [apex, last, GHOST], across);
         triangles[0]
     }
-}
-
-fn at(points: &[PointMm], vertex: VertexId) -> Place {
-    place(points[vertex as usize])
 }
 
 fn key(place: Place) -> [OrderedBits; 2] {

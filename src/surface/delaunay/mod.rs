@@ -16,6 +16,7 @@ mod hull;
 mod insert;
 mod line;
 mod natural;
+mod places;
 mod queries;
 mod remove;
 mod runs;
@@ -28,22 +29,23 @@ mod strip;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use self::cells::{Cells, GHOST, Slot};
+pub(crate) use self::cells::{Cells, FlatCells, GHOST, Side, Slot, next_slots};
 use self::editor::{Editor, Work};
 use self::hints::Hints;
+pub(crate) use self::hints::Layout;
 use self::insert::Placed;
 use self::line::Line;
+pub(crate) use self::places::{Places, Vertices};
 pub(crate) use self::queries::{About, Conflict};
 use self::runs::{Run, runs};
+use crate::VertexId;
 use crate::exact::Place;
 use crate::order::by_bisection;
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
 /// A growing Delaunay triangulation.
 #[derive(Default)]
-pub(crate) struct Delaunay {
-    cells: Cells,
+pub(crate) struct Delaunay<C = FlatCells> {
+    cells: C,
     work: Work,
     /// The places, while all lie on one line.
     line: Line,
@@ -73,13 +75,17 @@ pub(crate) struct Duplicate {
     pub(crate) of: VertexId,
 }
 
-impl Delaunay {
+impl<C: Cells> Delaunay<C> {
     /// Inserts the points `batch`, the last ones of `points`, all admitted (see
     /// [`crate::point::admit`]).
     ///
     /// Returns whether some stand where another does: they are no vertices, and the caller takes them
     /// out of `points` by [`Delaunay::close_gaps`] before anything else.
-    pub(crate) fn insert(&mut self, points: &[PointMm], batch: Range<VertexId>) -> bool {
+    pub(crate) fn insert(
+        &mut self,
+        points: &(impl Places + ?Sized),
+        batch: Range<VertexId>,
+    ) -> bool {
         self.duplicates.clear();
         // What duplicates and removed vertices left is taken first.
         let wanted = 2 * (self.vertices + batch.len());
@@ -97,8 +103,8 @@ impl Delaunay {
         !self.duplicates.is_empty()
     }
 
-    fn insert_on_line(&mut self, points: &[PointMm], vertex: VertexId) {
-        let place = place(points[vertex as usize]);
+    fn insert_on_line(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
+        let place = points.place(vertex);
         if self.line.contains(place) {
             let there = self.line.insert(place, vertex);
             if there != vertex {
@@ -109,18 +115,17 @@ impl Delaunay {
         let slot = self.line.span(points, vertex, &self.cells, &mut self.work.spare);
         // A ghost at each place of the line, but for its two ends and with the vertex off it.
         self.work.ghosts = self.line.len() + 1;
-        let mut hints = Hints::new(0, place, place);
+        let mut hints = Hints::new(0, place, place, C::HINTS);
         hints.note(place, slot);
         self.plane = Some(Plane { recent: slot, run_start: slot, hints });
         self.line = Line::default();
     }
 
-    fn insert_in_plane(&mut self, points: &[PointMm], batch: Range<VertexId>) {
+    fn insert_in_plane(&mut self, points: &(impl Places + ?Sized), batch: Range<VertexId>) {
         let Some(plane) = &mut self.plane else { return };
-        let places = &points[batch.start as usize..batch.end as usize];
-        runs(places.iter().map(|&point| place(point)), &mut self.runs);
+        runs(batch.clone().map(|vertex| points.place(vertex)), &mut self.runs);
         self.slots.clear();
-        self.slots.resize(places.len(), plane.recent);
+        self.slots.resize(batch.len(), plane.recent);
         let mut inserter = Inserter {
             editor: Editor { points, cells: &self.cells, work: &mut self.work },
             plane,
@@ -128,23 +133,48 @@ impl Delaunay {
             slots: &mut self.slots,
             duplicates: &mut self.duplicates,
         };
-        if self.runs.len() > places.len() / SCATTERED {
+        if self.runs.len() > batch.len() / SCATTERED {
             inserter.insert_scattered();
         } else {
             for run in &self.runs {
                 inserter.insert_run(run);
             }
         }
+        self.cells.note_landmarks(points, batch.start, &self.slots);
         if let Some(mut hints) = plane.hints.outgrown() {
-            // Two triangles to a point: every fourth makes for two in a cell.
-            for slot in (0..self.cells.len() as Slot).step_by(4) {
-                let [corner, _, last] = self.cells.corners(slot);
-                if last != GHOST {
-                    hints.note_again(place(points[corner as usize]), slot);
-                }
-            }
+            self.cells.for_each_landmark(points, |place, slot| hints.note_again(place, slot));
             plane.hints = hints;
         }
+    }
+
+    /// No triangles yet, to be kept in `cells`, which has none.
+    pub(crate) fn kept_in(cells: C) -> Delaunay<C> {
+        Delaunay {
+            cells,
+            work: Work::default(),
+            line: Line::default(),
+            plane: None,
+            vertices: 0,
+            runs: Vec::new(),
+            slots: Vec::new(),
+            duplicates: Vec::new(),
+        }
+    }
+
+    /// Where its triangles are kept.
+    pub(crate) fn cells(&self) -> &C {
+        &self.cells
+    }
+
+    /// The same, to be put in order between batches.
+    pub(crate) fn cells_mut(&mut self) -> &mut C {
+        &mut self.cells
+    }
+
+    /// Bytes of memory it takes besides that of the cells, as long as there are triangles.
+    pub(crate) fn other_bytes(&self) -> usize {
+        let hints = self.plane.as_ref().map_or(0, |plane| plane.hints.bytes());
+        hints + size_of_val(&self.slots[..]) + size_of_val(&self.work.spare[..])
     }
 
     /// How many triangles there are.
@@ -163,7 +193,7 @@ impl Delaunay {
     /// order of arrival. Returns the duplicates in order, each of the first to arrive in its place.
     pub(crate) fn close_gaps(
         &mut self,
-        points: &mut Vec<PointMm>,
+        points: &mut impl Vertices,
         first: VertexId,
     ) -> Vec<Duplicate> {
         let mut duplicates = std::mem::take(&mut self.duplicates);
@@ -177,7 +207,7 @@ impl Delaunay {
             let (inserted, arrived) = (duplicate.of, firsts[&duplicate.of]);
             if duplicate.point == arrived {
                 duplicate.point = inserted;
-                self.relabel(points, inserted, arrived);
+                self.relabel(points.places(), inserted, arrived);
             }
             duplicate.of = arrived;
         }
@@ -185,14 +215,14 @@ impl Delaunay {
         let mut gaps = duplicates.iter().map(|duplicate| duplicate.point).peekable();
         let first_gap = gaps.peek().copied().unwrap_or(first);
         let mut filled = first_gap;
-        for vertex in first_gap..points.len() as VertexId {
+        for vertex in first_gap..points.count() as VertexId {
             if gaps.next_if_eq(&vertex).is_none() {
-                self.relabel(points, vertex, filled);
-                points[filled as usize] = points[vertex as usize];
+                self.relabel(points.places(), vertex, filled);
+                points.copy(vertex, filled);
                 filled += 1;
             }
         }
-        points.truncate(points.len() - duplicates.len());
+        points.shorten(points.count() - duplicates.len());
         for index in 0..duplicates.len() {
             // An earlier duplicate of the batch moved what comes after it.
             let of = duplicates[index].of;
@@ -203,8 +233,8 @@ impl Delaunay {
     }
 
     /// Gives a vertex another number. Its point is still, or also, to be found at the old one.
-    fn relabel(&mut self, points: &[PointMm], from: VertexId, to: VertexId) {
-        let place = place(points[from as usize]);
+    fn relabel(&mut self, points: &(impl Places + ?Sized), from: VertexId, to: VertexId) {
+        let place = points.place(from);
         match &mut self.plane {
             None => self.line.relabel(place, to),
             Some(plane) => {
@@ -216,8 +246,8 @@ impl Delaunay {
 }
 
 /// Inserts one batch.
-struct Inserter<'a> {
-    editor: Editor<'a>,
+struct Inserter<'a, P: ?Sized, C> {
+    editor: Editor<'a, P, C>,
     plane: &'a mut Plane,
     /// The first point of the batch.
     first: VertexId,
@@ -226,7 +256,7 @@ struct Inserter<'a> {
     duplicates: &'a mut Vec<Duplicate>,
 }
 
-impl Inserter<'_> {
+impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     fn insert_run(&mut self, run: &Run) {
         let Range { start, end } = run.points;
         let mut from = self.nearest(start);

@@ -18,13 +18,14 @@
 //!       g1 ─── o2                the side from g1 to g0 halves the way from place to neighbour
 //! ```
 
-use super::cells::Slot;
+use super::cells::{Cells, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use crate::VertexId;
 use crate::exact::Place;
 use crate::triangle::from_smallest;
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// The natural neighbours of a place located in the triangle `home`, no vertex, and their
     /// weights, not negative and with the sum one, counter-clockwise from the smallest number on.
     ///

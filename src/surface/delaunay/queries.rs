@@ -1,13 +1,13 @@
 //! What can be asked of the triangulation while it stands still.
 
-use super::cells::{GHOST, NEXT, PREV, Side, Slot};
+use super::cells::{Cells, GHOST, NEXT, PREV, Side, Slot};
 use super::editor::{Editor, Work};
+use super::places::Places;
 use super::star::Spoke;
 use super::{Delaunay, Plane};
 use crate::exact::{Place, left_of, orientation};
-use crate::point::place;
 use crate::triangle::from_smallest;
-use crate::{Location, PointMm, VertexId};
+use crate::{Location, VertexId};
 
 impl Plane {
     /// A triangle from which it should not be far to a place.
@@ -16,9 +16,9 @@ impl Plane {
     }
 }
 
-impl Delaunay {
+impl<C: Cells> Delaunay<C> {
     /// Where an admitted place lies.
-    pub(crate) fn locate(&self, points: &[PointMm], place: Place) -> Location {
+    pub(crate) fn locate(&self, points: &(impl Places + ?Sized), place: Place) -> Location {
         let Some(plane) = &self.plane else { return self.line.locate(place) };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
@@ -26,7 +26,11 @@ impl Delaunay {
     }
 
     /// The nearest vertex to an admitted place, and of several the one with the smallest x, then y.
-    pub(crate) fn nearest(&self, points: &[PointMm], place: Place) -> Option<VertexId> {
+    pub(crate) fn nearest(
+        &self,
+        points: &(impl Places + ?Sized),
+        place: Place,
+    ) -> Option<VertexId> {
         let Some(plane) = &self.plane else { return self.line.nearest(points, place) };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
@@ -34,8 +38,8 @@ impl Delaunay {
     }
 
     /// The neighbours of a vertex.
-    pub(crate) fn about(&self, points: &[PointMm], vertex: VertexId) -> About {
-        let at = place(points[vertex as usize]);
+    pub(crate) fn about(&self, points: &(impl Places + ?Sized), vertex: VertexId) -> About {
+        let at = points.place(vertex);
         let Some(plane) = &self.plane else {
             let vertices = self.line.about(at).into_iter().flatten().collect();
             return About { vertices, on_hull: true, near: None };
@@ -45,7 +49,12 @@ impl Delaunay {
     }
 
     /// The neighbours of a vertex which is one of those of another.
-    pub(crate) fn about_next(&self, points: &[PointMm], vertex: VertexId, of: &About) -> About {
+    pub(crate) fn about_next(
+        &self,
+        points: &(impl Places + ?Sized),
+        vertex: VertexId,
+        of: &About,
+    ) -> About {
         match of.near {
             None => self.about(points, vertex),
             Some(near) => self.reader(points, &mut Work::default()).about(vertex, near),
@@ -53,7 +62,11 @@ impl Delaunay {
     }
 
     /// All that is there only because no vertex stands in an admitted place.
-    pub(crate) fn in_conflict(&self, points: &[PointMm], place: Place) -> Vec<Conflict> {
+    pub(crate) fn in_conflict(
+        &self,
+        points: &(impl Places + ?Sized),
+        place: Place,
+    ) -> Vec<Conflict> {
         let Some(plane) = &self.plane else {
             let ends = self.line.outermost();
             return ends.map(|[first, last]| Conflict::Beyond([first, last])).into_iter().collect();
@@ -76,7 +89,11 @@ impl Delaunay {
 
     /// The natural neighbours of an admitted place inside the triangle or on the edge where it
     /// lies, not on the hull: see [`Editor::natural`].
-    pub(crate) fn natural(&self, points: &[PointMm], place: Place) -> Option<Vec<(VertexId, f64)>> {
+    pub(crate) fn natural(
+        &self,
+        points: &(impl Places + ?Sized),
+        place: Place,
+    ) -> Option<Vec<(VertexId, f64)>> {
         let plane = self.plane.as_ref()?;
         let mut work = Work::default();
         let mut reader = self.reader(points, &mut work);
@@ -85,7 +102,11 @@ impl Delaunay {
     }
 
     /// Reads the triangulation, with memory of its own for what is found.
-    fn reader<'a>(&'a self, points: &'a [PointMm], work: &'a mut Work) -> Editor<'a> {
+    fn reader<'a, P: Places + ?Sized>(
+        &'a self,
+        points: &'a P,
+        work: &'a mut Work,
+    ) -> Editor<'a, P, C> {
         Editor { points, cells: &self.cells, work }
     }
 }
@@ -115,7 +136,7 @@ pub(crate) enum Conflict {
     Beyond([VertexId; 2]),
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     fn about(&self, vertex: VertexId, from: Slot) -> About {
         let star = self.star(self.spoke(vertex, from));
         let on_hull = star.last().is_some_and(|spoke| spoke.end == GHOST);

@@ -27,21 +27,21 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::Delaunay;
-use super::cells::{GHOST, Side, Slot};
+use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
 use super::line::Line;
+use super::places::Places;
 use super::star::Spoke;
+use crate::VertexId;
 use crate::exact::{Place, by_x_then_y, left_of, orientation};
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
-impl Delaunay {
+impl<C: Cells> Delaunay<C> {
     /// Removes a vertex; its point stays among `points`. Afterwards the triangulation is that of
     /// the other vertices, exactly.
     ///
     /// Takes time in proportion to k·log k for k neighbours, and to the walk.
-    pub(crate) fn remove(&mut self, points: &[PointMm], vertex: VertexId) {
-        let at = place(points[vertex as usize]);
+    pub(crate) fn remove(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
+        let at = points.place(vertex);
         self.vertices -= 1;
         let Some(plane) = &mut self.plane else {
             self.line.remove(points, at);
@@ -72,7 +72,7 @@ struct Hole {
     freed: [Slot; 2],
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Whether the `others` vertices without that of the star all lie on one line.
     fn leaves_a_line(&self, star: &[Spoke], others: usize) -> bool {
         // A vertex off a line of all others is a neighbour of all, and on the hull.
@@ -175,7 +175,7 @@ impl<'a> Rim<'a> {
     }
 
     /// Notes the ear with this tip, if it is one.
-    fn consider(&mut self, editor: &Editor, tip: usize) {
+    fn consider(&mut self, editor: &Editor<'_, impl Places + ?Sized, impl Cells>, tip: usize) {
         self.versions[tip] += 1;
         let corners = self.about(tip);
         if corners.contains(&GHOST) {
@@ -198,7 +198,12 @@ impl<'a> Rim<'a> {
         None
     }
 
-    fn cut(&mut self, editor: &mut Editor, tip: usize, slot: Slot) {
+    fn cut(
+        &mut self,
+        editor: &mut Editor<'_, impl Places + ?Sized, impl Cells>,
+        tip: usize,
+        slot: Slot,
+    ) {
         let (before, after) = (self.prev[tip], self.next[tip]);
         let (left, right) = (self.outside[before], self.outside[tip]);
         let open = Side::new(slot, 1);
@@ -215,7 +220,7 @@ impl<'a> Rim<'a> {
     }
 
     /// Puts the last triangle in.
-    fn finish(&self, editor: &mut Editor, slot: Slot) {
+    fn finish(&self, editor: &mut Editor<'_, impl Places + ?Sized, impl Cells>, slot: Slot) {
         let tip = self.left;
         let across =
             [self.outside[tip], self.outside[self.next[tip]], self.outside[self.prev[tip]]];
@@ -226,7 +231,11 @@ impl<'a> Rim<'a> {
     }
 
     /// Puts ghosts before all that is left, but infinity; returns how many.
-    fn close(&self, editor: &mut Editor, mut take: impl FnMut() -> Slot) -> usize {
+    fn close(
+        &self,
+        editor: &mut Editor<'_, impl Places + ?Sized, impl Cells>,
+        mut take: impl FnMut() -> Slot,
+    ) -> usize {
         let infinity = self.star.len() - 1;
         let mut before = self.outside[infinity];
         let mut corner = self.next[infinity];

@@ -7,16 +7,16 @@
 use std::hint::black_box;
 
 use super::Inserter;
-use super::cells::{GHOST, Side, Slot};
+use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use crate::exact::Place;
 use crate::order::by_place;
 
-impl Inserter<'_> {
+impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
     /// Inserts all points of the batch, those near one another together.
     pub(super) fn insert_scattered(&mut self) {
-        let first = self.first as usize;
-        let order = by_place(&self.editor.points[first..first + self.slots.len()]);
+        let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
         let mut from = [0; WINDOW];
         for window in order.chunks(WINDOW) {
             let from = &mut from[..window.len()];
@@ -39,7 +39,7 @@ impl Inserter<'_> {
     }
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Reads triangles and their corners, and nothing that depends on what is read.
     fn fetch(&self, slots: &[Slot]) {
         let mut read = 0;
@@ -51,7 +51,7 @@ impl Editor<'_> {
         for &slot in slots {
             for corner in self.cells.corners(slot) {
                 // The corner at infinity has no place: any other will do.
-                read += self.points[if corner == GHOST { 0 } else { corner as usize }][0];
+                read += self.at(if corner == GHOST { 0 } else { corner })[0];
             }
         }
         black_box(read);
@@ -81,7 +81,7 @@ impl Editor<'_> {
         black_box(sides.iter().fold(0.0, |read, &side| {
             let apex = self.cells.apex(side);
             // The corner at infinity has no place: any other will do.
-            read + self.points[if apex == GHOST { 0 } else { apex as usize }][0]
+            read + self.at(if apex == GHOST { 0 } else { apex })[0]
         }));
     }
 

@@ -1,14 +1,9 @@
 //! What must hold between the cells whatever was done, for tests.
 
 use super::Delaunay;
-use super::cells::{GHOST, NEXT, Side, Slot};
+use super::cells::{Cells, GHOST, NEXT, Side, Slot};
 
-impl Delaunay {
-    /// How many cells there are, used or not.
-    pub(crate) fn cells(&self) -> usize {
-        self.cells.len()
-    }
-
+impl<C: Cells> Delaunay<C> {
     /// Checks that every side and the one across it name each other and run between the same
     /// vertices, that the ghosts close one ring, and that no cell is lost.
     ///

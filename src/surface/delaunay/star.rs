@@ -6,8 +6,9 @@
 //!            vertex           leads to b
 //! ```
 
-use super::cells::{GHOST, NEXT, PREV, Side, Slot};
+use super::cells::{Cells, GHOST, NEXT, PREV, Side, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use crate::VertexId;
 use crate::exact::Place;
 
@@ -21,7 +22,7 @@ pub(super) struct Spoke {
     pub(super) slot: Slot,
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// A side that starts at `vertex`, which is one of the triangulation, walking to it from a
     /// triangle.
     pub(super) fn spoke(&self, vertex: VertexId, from: Slot) -> Side {

@@ -35,8 +35,9 @@
 
 use std::ops::Range;
 
-use super::cells::{GHOST, Side, Slot};
+use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::places::Places;
 use super::runs::Axis;
 use crate::VertexId;
 use crate::exact::{Place, encloses, left_of};
@@ -90,7 +91,7 @@ enum Step {
     Hull(Side),
 }
 
-impl Editor<'_> {
+impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Inserts the points `run`, which advance along `axis`, if they lie outside the hull, or in what
     /// merely closes it, and nothing stands in the way of a strip; otherwise changes nothing.
     ///

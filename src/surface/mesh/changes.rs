@@ -108,7 +108,7 @@ impl Mesh {
         for &vertex in withdrawn.iter().filter(|&&vertex| vertex < inserted.start) {
             changed.surround(&[vertex]);
             let at = place(self.points[vertex as usize]);
-            for conflict in self.delaunay.in_conflict(&self.points, at) {
+            for conflict in self.delaunay.in_conflict(&self.points[..], at) {
                 match conflict {
                     Conflict::Triangle(corners) => changed.add(corners),
                     Conflict::Beyond(side) => changed.surround(&side),

@@ -67,7 +67,7 @@ impl Mesh {
     /// If there is no such vertex, or it was withdrawn before.
     pub fn remove(&mut self, vertex: VertexId) -> Result<PointMm, EditError> {
         self.existing(vertex)?;
-        self.delaunay.remove(&self.points, vertex);
+        self.delaunay.remove(&self.points[..], vertex);
         self.edits.withdrawn.push(vertex);
         self.edits.vacant.insert(vertex);
         Ok(self.points[vertex as usize])

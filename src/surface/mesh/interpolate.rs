@@ -70,9 +70,9 @@ impl Mesh {
     /// Takes as long as [`Mesh::locate`], and time in proportion to the neighbours.
     pub fn natural_coordinates(&self, x_mm: f64, y_mm: f64) -> Vec<(VertexId, f64)> {
         let Ok(at) = admit_place(x_mm, y_mm) else { return Vec::new() };
-        let natural = match self.delaunay.locate(&self.points, at) {
+        let natural = match self.delaunay.locate(&self.points[..], at) {
             Location::Inside { .. } | Location::OnEdge { .. } => {
-                self.delaunay.natural(&self.points, at)
+                self.delaunay.natural(&self.points[..], at)
             }
             _ => None,
         };
@@ -81,7 +81,7 @@ impl Mesh {
 
     fn linear(&self, at: Place) -> Vec<(VertexId, f64)> {
         let place_of = |vertex: VertexId| place(self.points[vertex as usize]);
-        let mut weights = match self.delaunay.locate(&self.points, at) {
+        let mut weights = match self.delaunay.locate(&self.points[..], at) {
             Location::At { vertex } => vec![(vertex, 1.0)],
             Location::OnEdge { edge } => {
                 let share = share_along(edge.map(place_of), at);

@@ -23,7 +23,7 @@ impl Mesh {
     /// ```
     pub fn locate(&self, x_mm: f64, y_mm: f64) -> Location {
         match admit_place(x_mm, y_mm) {
-            Ok(place) => self.delaunay.locate(&self.points, place),
+            Ok(place) => self.delaunay.locate(&self.points[..], place),
             Err(rejection) => Location::Rejected(rejection),
         }
     }
@@ -34,7 +34,7 @@ impl Mesh {
     /// None in a mesh without vertices, and if the mesh admits no point in the place. Takes as long
     /// as [`Mesh::locate`], and from there some steps from neighbour to neighbour.
     pub fn nearest(&self, x_mm: f64, y_mm: f64) -> Option<VertexId> {
-        self.delaunay.nearest(&self.points, admit_place(x_mm, y_mm).ok()?)
+        self.delaunay.nearest(&self.points[..], admit_place(x_mm, y_mm).ok()?)
     }
 }
 

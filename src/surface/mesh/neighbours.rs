@@ -59,7 +59,7 @@ impl Mesh {
                 break;
             }
             let about_next = |(vertex, of): (VertexId, &About)| {
-                (vertex, self.delaunay.about_next(&self.points, vertex, of))
+                (vertex, self.delaunay.about_next(&self.points[..], vertex, of))
             };
             ring = next.into_iter().map(about_next).collect();
         }
@@ -67,7 +67,7 @@ impl Mesh {
     }
 
     pub(super) fn about(&self, vertex: VertexId) -> Option<About> {
-        self.is_vertex(vertex).then(|| self.delaunay.about(&self.points, vertex))
+        self.is_vertex(vertex).then(|| self.delaunay.about(&self.points[..], vertex))
     }
 }
 

@@ -6,6 +6,7 @@
 mod clock;
 mod compare;
 mod large;
+mod long;
 mod memory;
 mod orders;
 mod ours;
@@ -14,6 +15,7 @@ mod report;
 mod table;
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
@@ -26,6 +28,9 @@ fn main() -> ExitCode {
     let options = Options::parse();
     if let Some(peak) = options.peak {
         return memory::child(peak, options.scan(options.chosen()[0]), options.batch);
+    }
+    if let Some(points) = options.long {
+        return long::measure(points.get(), &options);
     }
     if options.large.is_some() {
         options.report(large::measure).print(options.json, table::large);
@@ -67,6 +72,15 @@ struct Options {
     /// Measure ours alone: N points, at least 10, against a tenth of them.
     #[arg(long, value_name = "N", conflicts_with_all = ["points", "no_spade"], value_parser = ten_or_more)]
     large: Option<NonZeroUsize>,
+    /// Measure the mesh of a line scan of N points that memory has no room for.
+    #[arg(long, value_name = "N", conflicts_with_all = ["points", "no_spade", "large", "order", "json"])]
+    long: Option<NonZeroUsize>,
+    /// Megabytes (10^6 bytes) of memory the chunks of that mesh may take.
+    #[arg(long, value_name = "MB", default_value = "1900", requires = "long")]
+    memory_mb: NonZeroUsize,
+    /// Folder of the file for the other chunks; that of temporary files unless given.
+    #[arg(long, value_name = "FOLDER", requires = "long")]
+    shelf: Option<PathBuf>,
     /// Be the child process whose peak of memory is measured.
     #[arg(long, hide = true)]
     peak: Option<Peak>,

@@ -70,7 +70,7 @@ fn print_bytes(bytes: u64) {
 }
 
 /// The most memory this process ever had resident.
-fn vm_hwm_bytes() -> Option<u64> {
+pub(crate) fn vm_hwm_bytes() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

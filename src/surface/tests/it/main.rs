@@ -8,6 +8,7 @@ mod lidar;
 mod natural;
 mod oracle;
 mod outline;
+mod paged;
 mod patterns;
 mod projection;
 mod queries;

@@ -1,0 +1,55 @@
+//! Where vertices lie, wherever that is kept.
+
+use crate::exact::Place;
+use crate::point::place;
+use crate::{PointMm, VertexId};
+
+/// The places of vertices.
+pub(crate) trait Places {
+    /// Where the vertex lies.
+    fn place(&self, vertex: VertexId) -> Place;
+}
+
+/// The points of vertices, the last of which can be moved up and taken away.
+pub(crate) trait Vertices {
+    /// What tells their places.
+    type Places: Places + ?Sized;
+
+    fn places(&self) -> &Self::Places;
+
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// Puts the point of a vertex in the stead of that of another.
+    fn copy(&mut self, from: VertexId, to: VertexId);
+
+    /// Takes away all but the first `count`.
+    fn shorten(&mut self, count: usize);
+}
+
+impl Places for [PointMm] {
+    #[inline(always)]
+    fn place(&self, vertex: VertexId) -> Place {
+        place(self[vertex as usize])
+    }
+}
+
+impl Vertices for Vec<PointMm> {
+    type Places = [PointMm];
+
+    fn places(&self) -> &[PointMm] {
+        self
+    }
+
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn copy(&mut self, from: VertexId, to: VertexId) {
+        self[to as usize] = self[from as usize];
+    }
+
+    fn shorten(&mut self, count: usize) {
+        self.truncate(count);
+    }
+}
