@@ -8,7 +8,8 @@
 //! well-sampled part has. [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
-//! starts no thread: the same calls give the same bits.
+//! starts no thread of its own: where two help it works in the caller's rayon pool. The same calls give the
+//! same bits, whatever the threads.
 
 #![forbid(unsafe_code)]
 

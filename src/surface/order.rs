@@ -58,6 +58,14 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
     order.into_iter().map(|(_, index)| index).collect()
 }
 
+/// Such an order cut in two, below the y of the one in the middle and from there on.
+pub(crate) fn in_two(order: &[usize], place: impl Fn(usize) -> Place) -> (f64, [Vec<usize>; 2]) {
+    let y = order.get(order.len() / 2).map_or(0.0, |&index| place(index)[1]);
+    let (below, from): (Vec<usize>, Vec<usize>) =
+        order.iter().partition(|&&index| place(index)[1] < y);
+    (y, [below, from])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

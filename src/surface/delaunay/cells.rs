@@ -111,6 +111,11 @@ pub(crate) trait Cells {
     /// Some places all over the triangulation, and a triangle at or near each.
     fn for_each_landmark(&self, places: &(impl Places + ?Sized), note: impl FnMut(Place, Slot));
 
+    /// All triangles, if they lie in memory for any thread to work on.
+    fn in_memory(&self) -> Option<&FlatCells> {
+        None
+    }
+
     /// Whether the triangle lies outside the hull, or is no triangle at all.
     #[inline(always)]
     fn is_ghost(&self, slot: Slot) -> bool {
@@ -216,6 +221,10 @@ impl Cells for FlatCells {
     #[inline(always)]
     fn set_across(&self, side: Side, across: Side) {
         self.0[side.slot() as usize].across[side.index()].store(across.0, RELAXED);
+    }
+
+    fn in_memory(&self) -> Option<&FlatCells> {
+        Some(self)
     }
 
     /// All are at hand.

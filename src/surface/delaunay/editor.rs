@@ -49,14 +49,28 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         while self.cells.is_ghost(slot) {
             slot = self.cells.across(Side::new(slot, 2)).slot();
         }
-        let mut entered = 3;
+        self.locate_among(place, slot, |_| true).expect("every triangle is one of all")
+    }
+
+    /// The same from a triangle, no ghost, if the walk only meets some of the triangles and ghosts.
+    #[inline(always)]
+    pub(super) fn locate_among(
+        &self,
+        place: Place,
+        from: Slot,
+        among: impl Fn([VertexId; 3]) -> bool,
+    ) -> Option<Slot> {
+        let (mut slot, mut entered) = (from, 3);
         loop {
             let corners = self.cells.corners(slot);
+            if !among(corners) {
+                return None;
+            }
             if corners[2] == GHOST {
-                return slot;
+                return Some(slot);
             }
             let at = corners.map(|corner| self.at(corner));
-            let Some(index) = self.side_before(at, place, entered) else { return slot };
+            let Some(index) = self.side_before(at, place, entered) else { return Some(slot) };
             let across = self.cells.across(Side::new(slot, index));
             (slot, entered) = (across.slot(), across.index());
         }

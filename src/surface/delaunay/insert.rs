@@ -35,6 +35,17 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
 
     /// Finds the triangles in conflict with `place`, of which `home` is one, and the sides around.
     pub(super) fn carve(&mut self, place: Place, home: Slot) {
+        self.carve_among(place, home, |_, _| true);
+    }
+
+    /// The same, as long as they are some of the triangles and ghosts, as `home` is; whether all are.
+    #[inline(always)]
+    pub(super) fn carve_among(
+        &mut self,
+        place: Place,
+        home: Slot,
+        among: impl Fn(&Self, Slot) -> bool,
+    ) -> bool {
         let work = &mut *self.work;
         let mut open = std::mem::take(&mut work.open);
         let mut doomed = std::mem::take(&mut work.doomed);
@@ -43,9 +54,15 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         border.clear();
         doomed.push(home);
         open.extend([1, 0, 2].map(|i| Side::new(home, i)));
+        let mut all = true;
         while let Some(side) = open.pop() {
             let across = self.cells.across(side);
             if self.in_conflict(across.slot(), place) {
+                if !among(self, across.slot()) {
+                    all = false;
+                    open.clear();
+                    break;
+                }
                 doomed.push(across.slot());
                 open.push(across.prev());
                 open.push(across.next());
@@ -55,6 +72,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         }
         let work = &mut *self.work;
         (work.open, work.doomed, work.border) = (open, doomed, border);
+        all
     }
 
     /// Joins the vertex with every side around the hole; returns one of the new triangles.
@@ -64,7 +82,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     ///         \   /               out:  from the vertex to the start
     ///         vertex              the next triangle starts where this one ends
     /// ```
-    fn fill(&mut self, vertex: VertexId) -> Slot {
+    pub(super) fn fill(&mut self, vertex: VertexId) -> Slot {
         let work = &mut *self.work;
         if work.border.iter().any(|&(_, start)| start == GHOST) {
             let ghosts = work.doomed.iter().filter(|&&slot| self.cells.is_ghost(slot)).count();

@@ -11,6 +11,7 @@
 
 mod cells;
 mod editor;
+mod halves;
 mod hints;
 mod hull;
 mod insert;

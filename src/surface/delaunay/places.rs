@@ -8,6 +8,11 @@ use crate::{PointMm, VertexId};
 pub(crate) trait Places {
     /// Where the vertex lies.
     fn place(&self, vertex: VertexId) -> Place;
+
+    /// All points, if they lie in memory for any thread to read.
+    fn in_memory(&self) -> Option<&[PointMm]> {
+        None
+    }
 }
 
 /// The points of vertices, the last of which can be moved up and taken away.
@@ -31,6 +36,10 @@ impl Places for [PointMm] {
     #[inline(always)]
     fn place(&self, vertex: VertexId) -> Place {
         place(self[vertex as usize])
+    }
+
+    fn in_memory(&self) -> Option<&[PointMm]> {
+        Some(self)
     }
 }
 

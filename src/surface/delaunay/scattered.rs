@@ -9,37 +9,66 @@ use std::hint::black_box;
 use super::Inserter;
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::halves::{Halves, Inserted};
 use super::places::Places;
 use crate::exact::Place;
 use crate::order::by_place;
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
-    /// Inserts all points of the batch, those near one another together.
+    /// Inserts all points of the batch, those near one another together; by two threads where there
+    /// are two and it pays.
     pub(super) fn insert_scattered(&mut self) {
         let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
+        match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
+            (Some(points), Some(cells))
+                if order.len() >= FOR_TWO && rayon::current_num_threads() > 1 =>
+            {
+                let halves = Halves { points, cells, hints: &self.plane.hints, first: self.first };
+                let Inserted { slots, duplicates, left } = halves.insert(&order, self.editor.work);
+                for (index, slot) in slots {
+                    self.note(index, slot);
+                }
+                self.duplicates.extend(duplicates);
+                self.insert_in_order(&left);
+            }
+            _ => self.insert_in_order(&order),
+        }
+    }
+
+    fn insert_in_order(&mut self, order: &[usize]) {
         let mut from = [0; WINDOW];
         for window in order.chunks(WINDOW) {
             let from = &mut from[..window.len()];
             for (slot, &index) in from.iter_mut().zip(window) {
                 *slot = self.plane.hints.near(self.place(index)).unwrap_or(self.plane.recent);
             }
-            for _ in 0..STEPS {
-                self.editor.fetch(from);
-                for (slot, &index) in from.iter_mut().zip(window) {
-                    *slot = self.editor.step(self.place(index), *slot);
-                }
-            }
-            self.editor.fetch_around(from);
+            self.editor.look_ahead(from, |at| self.place(window[at]));
             for (&slot, &index) in from.iter().zip(window) {
                 let slot = self.insert(index, slot);
-                self.plane.hints.note(self.place(index), slot);
-                self.plane.recent = slot;
+                self.note(index, slot);
             }
         }
+    }
+
+    fn note(&mut self, index: usize, slot: Slot) {
+        self.slots[index] = slot;
+        self.plane.hints.note(self.place(index), slot);
+        self.plane.recent = slot;
     }
 }
 
 impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
+    /// Leads some walks on, each to a place of its own, and reads what will be met at their ends.
+    pub(super) fn look_ahead(&self, from: &mut [Slot], place: impl Fn(usize) -> Place) {
+        for _ in 0..STEPS {
+            self.fetch(from);
+            for (at, slot) in from.iter_mut().enumerate() {
+                *slot = self.step(place(at), *slot);
+            }
+        }
+        self.fetch_around(from);
+    }
+
     /// Reads triangles and their corners, and nothing that depends on what is read.
     fn fetch(&self, slots: &[Slot]) {
         let mut read = 0;
@@ -100,7 +129,10 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
 }
 
 /// How many points are looked ahead for.
-const WINDOW: usize = 48;
+pub(super) const WINDOW: usize = 48;
 
 /// How many steps of their walks.
 const STEPS: usize = 4;
+
+/// Batches of fewer points are not worth a second thread.
+const FOR_TWO: usize = 256;

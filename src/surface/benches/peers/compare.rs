@@ -101,8 +101,8 @@ impl Runs {
         let mut runs = Runs::default();
         for run in 1..=options.runs.get() {
             progress(scan, run, options.runs);
-            runs.ours.extend(ours::mesh(scan, options.batch, NonZeroUsize::MIN));
-            runs.ours_two_threads.extend(ours::mesh(scan, options.batch, TWO));
+            runs.ours.push(ours::mesh(scan, options.batch, NonZeroUsize::MIN));
+            runs.ours_two_threads.push(ours::mesh(scan, options.batch, TWO));
             runs.delaunator.push(peers::delaunator(&for_delaunator));
             if options.no_spade {
                 continue;

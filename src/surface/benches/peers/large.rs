@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::Options;
 use crate::memory::bytes_per_point;
 use crate::orders::{Order, Scan};
-use crate::ours::{self, Meshed, TWO};
+use crate::ours::{self, TWO};
 use crate::report::{median, progress};
 
 /// What was measured of an order of arrival. Times are medians; `None` was not measured.
@@ -40,10 +40,9 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
     for run in 1..=options.runs.get() {
         progress(scan, run, options.runs);
         for (runs, threads) in [(&mut one_thread, NonZeroUsize::MIN), (&mut two_threads, TWO)] {
-            let total_s =
-                |scan| ours::mesh(scan, options.batch, threads).as_ref().map(Meshed::total_s);
-            runs.tenth_s.extend(total_s(tenth));
-            runs.all_s.extend(total_s(scan));
+            let total_s = |scan| ours::mesh(scan, options.batch, threads).total_s();
+            runs.tenth_s.push(total_s(tenth));
+            runs.all_s.push(total_s(scan));
         }
     }
     Row {

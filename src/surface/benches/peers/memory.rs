@@ -10,10 +10,10 @@ use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::process::{Command, ExitCode, Stdio};
 
+use asphera_surface::Mesh;
 use clap::ValueEnum;
 
 use crate::orders::Scan;
-use crate::ours::Ours;
 
 /// What a child process does before it says its peak.
 #[derive(Clone, Copy, ValueEnum)]
@@ -51,15 +51,15 @@ fn peak_bytes(peak: Peak, scan: Scan, batch: NonZeroUsize) -> Option<f64> {
 
 /// Does the work of a child process and prints its peak in bytes.
 pub(crate) fn child(peak: Peak, scan: Scan, batch: NonZeroUsize) -> ExitCode {
-    let mut ours = Ours::with_threads(NonZeroUsize::MIN);
-    scan.for_each_batch(batch.get(), |points| match (peak, &mut ours) {
-        (Peak::Mesh, Some(ours)) => ours.insert(points),
-        _ => {
+    let mut mesh = Mesh::new();
+    scan.for_each_batch(batch.get(), |points| match peak {
+        Peak::Mesh => mesh.insert(points),
+        Peak::Generate => {
             black_box(points);
         }
     });
     let Some(bytes) = vm_hwm_bytes() else { return ExitCode::FAILURE };
-    black_box(ours.map(|ours| ours.triangles()));
+    black_box(mesh.counts());
     print_bytes(bytes);
     ExitCode::SUCCESS
 }

@@ -17,4 +17,5 @@ mod sampling;
 mod scans;
 mod shapes;
 mod stream;
+mod threads;
 mod withdrawn;
