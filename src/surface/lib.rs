@@ -14,6 +14,7 @@
 
 mod area;
 pub mod check;
+mod curvature;
 mod delaunay;
 mod distance;
 mod exact;
@@ -22,6 +23,7 @@ mod exact;
 mod exact_tests;
 mod location;
 mod mesh;
+mod noise;
 mod order;
 mod outcome;
 mod outline;
@@ -40,10 +42,19 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
+pub use curvature::{
+    Adjacency, AdjacencyError, LocalShape, Model, RingsError, ShapeSettings, ShapeUncertainty,
+    Surroundings, Undetermined, local_shape, local_shapes,
+};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
     Revision,
+};
+pub use noise::{
+    Advice, Along, Noise, NoiseError, NoiseEstimate, NoiseMap, NoiseSettings, NoiseSettingsError,
+    NoiseUnknown, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing, estimate_noise,
+    facet_tilt_rad, noise_map,
 };
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};
