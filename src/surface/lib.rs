@@ -5,10 +5,13 @@
 //! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
-//! well-sampled part has. [`check`] proves a finished mesh right by exact arithmetic.
+//! well-sampled part has. [`local_shapes`] gives normals and curvatures at the vertices,
+//! [`estimate_noise`] the noise of the heights, and [`assess_spacing`] what spacing both allow.
+//! [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
-//! starts no thread: the same calls give the same bits.
+//! starts no thread but those of rayon's pool: the same calls give the same bits, whatever their
+//! number.
 
 #![forbid(unsafe_code)]
 

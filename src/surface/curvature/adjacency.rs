@@ -204,9 +204,6 @@ mod tests {
         }
         let found = Adjacency::new(&POINTS, &[[0, 1, 4], [0, 1, 6]], None).unwrap_err();
         assert_eq!(found, AdjacencyError::Corner { triangle: 1, corner: 6, points: 6 });
-        assert_eq!(
-            found.to_string(),
-            "triangle 1 has the corner 6, but there are 6 points"
-        );
+        assert_eq!(found.to_string(), "triangle 1 has the corner 6, but there are 6 points");
     }
 }

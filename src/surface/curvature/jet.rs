@@ -94,15 +94,21 @@ impl Jet {
 
     /// Variance of a linear combination of the terms for heights of variance 1 mm².
     pub(super) fn variance(&self, weights: &[f64; 6]) -> f64 {
-        self.covariance(weights, weights)
+        self.along(weights).iter().map(|part| part * part).sum()
     }
 
     /// Covariance of two linear combinations of the terms for heights of variance 1 mm².
     pub(super) fn covariance(&self, left: &[f64; 6], right: &[f64; 6]) -> f64 {
-        let along = |weights: &[f64; 6], column: usize| -> f64 {
-            weights.iter().zip(&self.factor).map(|(weight, row)| weight * row[column]).sum()
-        };
-        (0..6).map(|column| along(left, column) * along(right, column)).sum()
+        self.along(left).iter().zip(self.along(right)).map(|(p, q)| p * q).sum()
+    }
+
+    /// A linear combination in coordinates in which its variance is its squared length.
+    fn along(&self, weights: &[f64; 6]) -> [f64; 6] {
+        let mut along = [0.0; 6];
+        for (weight, row) in weights.iter().zip(&self.factor) {
+            along.iter_mut().zip(row).for_each(|(sum, entry)| *sum += weight * entry);
+        }
+        along
     }
 }
 
@@ -150,8 +156,7 @@ impl Local {
         let (first, mixed) = ((xx / count).sqrt(), xy / count);
         let lower = mixed / first;
         let second = (yy / count - lower * lower).sqrt();
-        let local =
-            Local { a: first.recip(), b: -lower / (first * second), d: second.recip() };
+        let local = Local { a: first.recip(), b: -lower / (first * second), d: second.recip() };
         for place in places.iter_mut() {
             let [x, y, z] = *place;
             *place = [local.a * x, local.b * x + local.d * y, z];
@@ -176,23 +181,25 @@ impl Local {
 
 /// The normal equations of a fit of N terms, factorised: AᵀA = L Lᵀ.
 pub(crate) struct System<const N: usize> {
-    /// L, lower triangle.
+    /// L below its diagonal.
     lower: [[f64; N]; N],
+    /// One over the diagonal of L.
+    inverse: [f64; N],
     condition: f64,
 }
 
 impl<const N: usize> System<N> {
     /// `None` if the condition is above the limit.
     pub(crate) fn of(places: &[[f64; 3]], condition_limit: f64) -> Option<System<N>> {
+        let moments = moments::<N>(places);
+        let powers = &POWERS[CUBIC - N..];
         let mut lower = [[0.0; N]; N];
-        for place in places {
-            let row = terms_at::<N>(place);
-            for i in 0..N {
-                for j in 0..=i {
-                    lower[i][j] += row[i] * row[j];
-                }
+        for (row, p) in lower.iter_mut().zip(powers) {
+            for (entry, q) in row.iter_mut().zip(powers) {
+                *entry = moments[p[0] + q[0]][p[1] + q[1]];
             }
         }
+        let mut inverse = [0.0; N];
         let mut smallest_share = 1.0_f64;
         for j in 0..N {
             let whole = lower[j][j];
@@ -204,20 +211,20 @@ impl<const N: usize> System<N> {
                 return None;
             }
             smallest_share = smallest_share.min(pivot / whole);
-            row[j] = pivot.sqrt();
+            inverse[j] = pivot.sqrt().recip();
             for other in rest {
                 let known: f64 = other[..j].iter().zip(&row[..j]).map(|(p, q)| p * q).sum();
-                other[j] = (other[j] - known) / row[j];
+                other[j] = (other[j] - known) * inverse[j];
             }
         }
-        Some(System { lower, condition: smallest_share.sqrt().recip() })
+        Some(System { lower, inverse, condition: smallest_share.sqrt().recip() })
     }
 
     /// L⁻¹ of a vector.
     pub(crate) fn forward(&self, mut vector: [f64; N]) -> [f64; N] {
         for i in 0..N {
             let known: f64 = self.lower[i][..i].iter().zip(&vector).map(|(p, q)| p * q).sum();
-            vector[i] = (vector[i] - known) / self.lower[i][i];
+            vector[i] = (vector[i] - known) * self.inverse[i];
         }
         vector
     }
@@ -225,7 +232,7 @@ impl<const N: usize> System<N> {
     /// L⁻ᵀ of a vector.
     fn backward(&self, mut vector: [f64; N]) -> [f64; N] {
         for i in (0..N).rev() {
-            vector[i] /= self.lower[i][i];
+            vector[i] *= self.inverse[i];
             for j in 0..i {
                 vector[j] -= self.lower[i][j] * vector[i];
             }
@@ -237,25 +244,25 @@ impl<const N: usize> System<N> {
     pub(crate) fn solve(&self, places: &[[f64; 3]]) -> ([f64; N], f64) {
         let mut found = [0.0; N];
         let mut squares = 0.0;
-        // The second time the residuals are solved for, the third time they are only summed.
-        for time in 0..3 {
+        // The second time what the first left is solved for.
+        for _ in 0..2 {
             let mut moments = [0.0; N];
             squares = 0.0;
             for place in places {
                 let row = terms_at::<N>(place);
-                let fitted: f64 = row.iter().zip(&found).map(|(p, q)| p * q).sum();
-                let residual = place[2] - fitted;
+                let residual = place[2] - dot(&row, &found);
                 squares += residual * residual;
                 for (moment, term) in moments.iter_mut().zip(row) {
                     *moment += residual * term;
                 }
             }
-            if time < 2 {
-                let step = self.backward(self.forward(moments));
-                found.iter_mut().zip(step).for_each(|(term, step)| *term += step);
-            }
+            let fitted = self.forward(moments);
+            // Pythagoras: what is left is at right angles to what is fitted.
+            squares -= fitted.iter().map(|part| part * part).sum::<f64>();
+            let step = self.backward(fitted);
+            found.iter_mut().zip(step).for_each(|(term, step)| *term += step);
         }
-        (found, squares)
+        (found, squares.max(0.0))
     }
 
     fn jet(&self, places: &[[f64; 3]], local: &Local, model: Model) -> Jet {
@@ -268,13 +275,13 @@ impl<const N: usize> System<N> {
             unit[skipped + column] = 1.0;
             // Row `column` of L⁻ᵀ at the end: nothing before it takes part.
             let inverse = self.backward_end(unit);
-            let terms = local.in_mm(last_six(&inverse));
+            let terms = local.in_mm(derivatives(&inverse));
             for (row, term) in factor.iter_mut().zip(terms) {
                 row[column] = term;
             }
         }
         Jet {
-            terms: local.in_mm(last_six(&found)),
+            terms: local.in_mm(derivatives(&found)),
             factor,
             model,
             squares_mm2,
@@ -286,7 +293,7 @@ impl<const N: usize> System<N> {
     /// L⁻ᵀ of a vector, but for the terms before the last six.
     fn backward_end(&self, mut vector: [f64; N]) -> [f64; N] {
         for i in (N - QUADRIC..N).rev() {
-            vector[i] /= self.lower[i][i];
+            vector[i] *= self.inverse[i];
             for j in N - QUADRIC..i {
                 vector[j] -= self.lower[i][j] * vector[i];
             }
@@ -295,17 +302,50 @@ impl<const N: usize> System<N> {
     }
 }
 
-/// The terms of the expansion at a place, those of the highest order first, so that the covariance
+/// The powers of u and v that are the terms, those of the highest order first, so that the covariance
 /// of the last six needs the end of the factor only.
+const POWERS: [[usize; 2]; CUBIC] =
+    [[3, 0], [2, 1], [1, 2], [0, 3], [0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
+
+/// The terms at a place.
 pub(crate) fn terms_at<const N: usize>(&[u, v, _]: &[f64; 3]) -> [f64; N] {
-    let second = [1.0, u, v, 0.5 * u * u, u * v, 0.5 * v * v];
-    let third = [u * second[3] / 3.0, second[3] * v, u * second[5], v * second[5] / 3.0];
-    std::array::from_fn(|i| {
-        let skipped = N - QUADRIC;
-        if i < skipped { third[i] } else { second[i - skipped] }
-    })
+    let (uu, vv) = (u * u, v * v);
+    let terms = [u * uu, uu * v, u * vv, v * vv, 1.0, u, v, uu, u * v, vv];
+    std::array::from_fn(|i| terms[CUBIC - N + i])
 }
 
-fn last_six<const N: usize>(terms: &[f64; N]) -> [f64; 6] {
-    std::array::from_fn(|i| terms[N - QUADRIC + i])
+/// Sums of uᵃ·vᵇ, by a and b, up to twice the order of the terms: products of two terms are such
+/// powers, and there are half as many of them as of pairs of terms.
+fn moments<const N: usize>(places: &[[f64; 3]]) -> [[f64; 7]; 7] {
+    let order = if N == CUBIC { 6 } else { 4 };
+    let mut moments = [[0.0; 7]; 7];
+    for &[u, v, _] in places {
+        let mut powers = [1.0; 7];
+        for i in 1..=order {
+            powers[i] = powers[i - 1] * v;
+        }
+        let mut power = 1.0;
+        for (a, sums) in moments.iter_mut().enumerate().take(order + 1) {
+            for (sum, other) in sums.iter_mut().zip(powers).take(order + 1 - a) {
+                *sum += power * other;
+            }
+            power *= u;
+        }
+    }
+    moments
+}
+
+/// Scalar product in four sums, each of which need not wait for the others.
+pub(crate) fn dot<const N: usize>(left: &[f64; N], right: &[f64; N]) -> f64 {
+    let mut sums = [0.0; 4];
+    for i in 0..N {
+        sums[i % 4] += left[i] * right[i];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// Height, slopes and second derivatives along u and v, from coefficients of all terms.
+pub(crate) fn derivatives<const N: usize>(terms: &[f64; N]) -> [f64; 6] {
+    let [height, u, v, uu, uv, vv] = std::array::from_fn(|i| terms[N - QUADRIC + i]);
+    [height, u, v, 2.0 * uu, uv, 2.0 * vv]
 }

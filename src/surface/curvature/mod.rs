@@ -27,7 +27,7 @@ use thiserror::Error;
 
 pub use self::adjacency::{Adjacency, AdjacencyError};
 pub use self::jet::Model;
-pub(crate) use self::jet::{CUBIC, Local, QUADRIC, System, terms_at};
+pub(crate) use self::jet::{CUBIC, Local, QUADRIC, System, derivatives, dot, terms_at};
 pub(crate) use self::rings::Rings;
 pub use self::rings::Surroundings;
 pub use self::shape::{LocalShape, ShapeUncertainty};

@@ -119,7 +119,8 @@ impl Tangent {
         let [_, gx, gy, xx, xy, yy] = jet.terms;
         let steepness = gx.hypot(gy);
         let secant = steepness.hypot(1.0);
-        let [cos, sin] = if steepness > 0.0 { [gx / steepness, gy / steepness] } else { [1.0, 0.0] };
+        let [cos, sin] =
+            if steepness > 0.0 { [gx / steepness, gy / steepness] } else { [1.0, 0.0] };
         let along = (cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy) / secant.powi(3);
         let mixed = (cos * sin * (yy - xx) + (cos * cos - sin * sin) * xy) / secant.powi(2);
         let across = (sin * sin * xx - 2.0 * cos * sin * xy + cos * cos * yy) / secant;
@@ -172,8 +173,7 @@ impl Tangent {
         let across = deviation(&mixed);
         let along = deviation(&sum(&larger, 0.5, &smaller, -0.5));
         let apart = 0.5 * (self.curvatures_per_mm[0] - self.curvatures_per_mm[1]);
-        let without_noise =
-            (apart * apart - across * across - along * along).max(0.0).sqrt();
+        let without_noise = (apart * apart - across * across - along * along).max(0.0).sqrt();
         let driven = without_noise.hypot(across) - without_noise;
         let [first, second] = self.curvatures_per_mm;
         ShapeUncertainty {

@@ -76,7 +76,8 @@ fn errors_fall_with_the_square_and_the_cube_of_the_spacing() {
     for (name, surface, centre) in SURFACES {
         for whole in [true, false] {
             let kind = |surroundings| (surroundings == Surroundings::Whole) == whole;
-            let at = |pitch_mm| errors(&raster(centre, 30, pitch_mm, 0.35, 7), pitch_mm, surface, kind);
+            let at =
+                |pitch_mm| errors(&raster(centre, 30, pitch_mm, 0.35, 7), pitch_mm, surface, kind);
             let [coarse, fine] = [at(0.08), at(0.02)];
             let curvature = (coarse.curvature_per_mm / fine.curvature_per_mm).log(4.0);
             let normal = (coarse.normal_rad / fine.normal_rad).log(4.0);
@@ -182,6 +183,16 @@ fn coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along, seed
     within.map(|within| f64::from(within) / shapes.len() as f64)
 }
 
+/// The principal curvatures are no linear functions of the heights where they are nearly equal.
+fn assert_covered([height, normal, larger, smaller, mean]: [f64; 5]) {
+    for share in [height, normal, mean] {
+        assert!((share - 0.95).abs() < 0.005, "height {height}, normal {normal}, mean {mean}");
+    }
+    for share in [larger, smaller] {
+        assert!((share - 0.95).abs() < 0.02, "curvatures {larger}, {smaller}");
+    }
+}
+
 /// Over several seeds: neighbourhoods overlap, so one mesh is few independent ones.
 fn mean_coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along) -> [f64; 5] {
     let seeds = 10..16_u64;
@@ -200,9 +211,7 @@ fn the_stated_uncertainty_covers_the_error() {
         for (rings, along) in [(2, Along::Z), (3, Along::Normal)] {
             let found = mean_coverage(surface, centre, rings, along);
             eprintln!("{name}, {rings} rings, {along:?}: {found:.3?}");
-            for share in found {
-                assert!((share - 0.95).abs() < 0.02, "{name}, {rings} rings: {found:?}");
-            }
+            assert_covered(found);
         }
     }
 }
@@ -213,7 +222,7 @@ fn the_stated_uncertainty_covers_the_error_about_the_vertex_of_an_asphere() {
     for rings in [2, 4] {
         let found = mean_coverage(asphere, [0.0, 0.0], rings, Along::Z);
         eprintln!("{rings} rings: {found:.3?}");
-        assert!(found.iter().all(|share| (share - 0.95).abs() < 0.02), "{found:?}");
+        assert_covered(found);
     }
 }
 
@@ -268,8 +277,10 @@ fn what_is_not_determined_says_why() {
     let line: Vec<PointMm> = (0..8).map(|i| [f64::from(i), 2.0 * f64::from(i), 0.3]).collect();
     let flat = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 7]];
     assert_eq!(shape(&line, &flat), Err(Undetermined::Collinear { vertices: 8 }));
-    let circle: Vec<PointMm> =
-        (0..8).map(|i| f64::from(i) / 8.0 * std::f64::consts::TAU).map(|t| [t.cos(), t.sin(), 0.0]).collect();
+    let circle: Vec<PointMm> = (0..8)
+        .map(|i| f64::from(i) / 8.0 * std::f64::consts::TAU)
+        .map(|t| [t.cos(), t.sin(), 0.0])
+        .collect();
     assert_eq!(shape(&circle, &flat), Err(Undetermined::OnConic { vertices: 8 }));
     let rows: Vec<PointMm> =
         (0..8).map(|i| [f64::from(i % 4), f64::from(i / 4), f64::from(i)]).collect();

@@ -69,7 +69,11 @@ pub(crate) fn cylinder(x: f64, y: f64) -> Truth {
     let across = x * cos + y * sin;
     let depth = (64.0 - across * across).sqrt();
     let rise = -across / depth;
-    Truth { height_mm: depth, slope: [rise * cos, rise * sin], curvatures_per_mm: [0.0, -1.0 / 8.0] }
+    Truth {
+        height_mm: depth,
+        slope: [rise * cos, rise * sin],
+        curvatures_per_mm: [0.0, -1.0 / 8.0],
+    }
 }
 
 /// A freeform: a saddle with a wave. Curvatures by the formulas of a graph for mean and Gaussian
@@ -79,8 +83,7 @@ pub(crate) fn freeform(x: f64, y: f64) -> Truth {
     let height_mm = 0.02 * (x * x - y * y) + 0.001 * x * x * y + 0.01 * sin * y;
     let [gx, gy] =
         [0.04 * x + 0.002 * x * y + 0.004 * cos * y, -0.04 * y + 0.001 * x * x + 0.01 * sin];
-    let [xx, xy, yy] =
-        [0.04 + 0.002 * y - 0.0016 * sin * y, 0.002 * x + 0.004 * cos, -0.04];
+    let [xx, xy, yy] = [0.04 + 0.002 * y - 0.0016 * sin * y, 0.002 * x + 0.004 * cos, -0.04];
     let squared = 1.0 + gx * gx + gy * gy;
     let gaussian = (xx * yy - xy * xy) / (squared * squared);
     let mean = ((1.0 + gy * gy) * xx - 2.0 * gx * gy * xy + (1.0 + gx * gx) * yy)

@@ -6,7 +6,7 @@
 //!    is fitted to two rings (see `residuals.rs`).
 //! 2. *Rough scale.* Wrong readings must not decide what counts as one. So a third of the degrees
 //!    of freedom of every neighbourhood is given away to its worst samples, one after the other; the
-//!    rest has a standard deviation of about 0.6 σ, and the median over the neighbourhoods is safe
+//!    rest has a standard deviation of about 0.46 σ, and the median over the neighbourhoods is safe
 //!    while half of them have no more wrong readings than that.
 //! 3. Again from the start, samples are left out while the worst studentized residual is above 4.5
 //!    times the rough scale of the neighbourhood, or of all neighbourhoods if that is larger.
@@ -101,7 +101,7 @@ pub enum NoiseUnknown {
 
 /// Estimates the noise of the heights of a surface. `adjacency` is that of these points.
 ///
-/// Takes some 15 µs for each of the neighbourhoods looked at, however many points there are, and
+/// Takes some 8 µs for each of the neighbourhoods looked at, however many points there are, and
 /// depends on nothing but the arguments. Neighbourhoods are shared out to rayon's threads.
 ///
 /// # Panics
@@ -152,7 +152,8 @@ pub(super) fn estimate_from(
     let samples: usize = cleaned.iter().map(|cleaned| cleaned.samples.len()).sum();
     let out: usize = cleaned.iter().map(|cleaned| cleaned.left_out).sum();
     let freedom: usize = cleaned.iter().map(|cleaned| cleaned.freedom).sum();
-    let mut distinct: Vec<VertexId> = cleaned.iter().flat_map(|c| c.samples.iter().copied()).collect();
+    let mut distinct: Vec<VertexId> =
+        cleaned.iter().flat_map(|c| c.samples.iter().copied()).collect();
     distinct.sort_unstable();
     distinct.dedup();
     // Neighbourhoods that overlap tell the same twice.
@@ -248,13 +249,13 @@ const RINGS: usize = 2;
 const GOLDEN_RATIO: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Standard deviation of normal residuals over the true one when a third of nine degrees of freedom
 /// went to the worst. It decides only where wrong readings begin.
-const TRIMMED: f64 = 0.6;
+const TRIMMED: f64 = 0.46;
 /// A residual above this many standard deviations is a wrong reading: normal noise has 7 in a
 /// million beyond.
 const OUTLIER: f64 = 4.5;
 /// How much larger than typical the noise of one neighbourhood can be before it must be due to wrong
 /// readings.
-const LOUDEST: f64 = 8.0;
+const LOUDEST: f64 = 3.0;
 /// Standard deviation of a normal distribution over the median of its sizes.
 const NORMAL: f64 = 1.482_602_218_505_602;
 /// Standard deviation of that estimate over σ, times the root of the number of values: its

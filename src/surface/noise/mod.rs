@@ -15,11 +15,11 @@ mod tests;
 use thiserror::Error;
 
 pub use self::cells::{NoiseMap, noise_map};
-pub use self::estimate::{NoiseEstimate, NoiseSettings, NoiseSettingsError, NoiseUnknown, estimate_noise};
-pub use self::facet::facet_tilt_rad;
-pub use self::spacing::{
-    Advice, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing,
+pub use self::estimate::{
+    NoiseEstimate, NoiseSettings, NoiseSettingsError, NoiseUnknown, estimate_noise,
 };
+pub use self::facet::facet_tilt_rad;
+pub use self::spacing::{Advice, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing};
 
 /// Along which direction the measured points deviate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -1,6 +1,6 @@
 //! Residuals of one neighbourhood from its own polynomial, freed of wrong readings.
 
-use crate::curvature::{CUBIC, Local, QUADRIC, System, terms_at};
+use crate::curvature::{CUBIC, Local, QUADRIC, System, derivatives, dot, terms_at};
 use crate::{PointMm, VertexId};
 
 /// Fewest degrees of freedom that say something of the noise.
@@ -59,23 +59,22 @@ impl Residuals {
             self.places.iter().map(|place| system.forward(terms_at::<N>(place))).collect();
         self.projection.clear();
         for (i, left) in rows.iter().enumerate() {
-            self.projection.extend(rows.iter().enumerate().map(|(j, right)| {
-                let hat: f64 = left.iter().zip(right).map(|(p, q)| p * q).sum();
-                f64::from(u8::from(i == j)) - hat
-            }));
+            self.projection.extend(
+                rows.iter()
+                    .enumerate()
+                    .map(|(j, right)| f64::from(u8::from(i == j)) - dot(left, right)),
+            );
         }
         // From the residuals of a refined solution, not from P z: z may be steep.
         let (terms, _) = system.solve(&self.places);
         self.values.clear();
-        self.values.extend(self.places.iter().map(|place| {
-            let fitted: f64 = terms_at::<N>(place).iter().zip(&terms).map(|(p, q)| p * q).sum();
-            place[2] - fitted
-        }));
+        self.values
+            .extend(self.places.iter().map(|place| place[2] - dot(&terms_at::<N>(place), &terms)));
         self.out.clear();
         self.out.resize(count, false);
         self.freedom = count - N;
         self.squares = self.values.iter().map(|value| value * value).sum();
-        std::array::from_fn(|i| terms[N - QUADRIC + i])
+        derivatives(&terms)
     }
 
     /// How many samples there are, those left out among them.
@@ -132,8 +131,7 @@ impl Residuals {
 
     fn leave_out(&mut self, index: usize) {
         let count = self.samples();
-        let column: Vec<f64> =
-            self.projection[index * count..(index + 1) * count].to_vec();
+        let column: Vec<f64> = self.projection[index * count..(index + 1) * count].to_vec();
         let pivot = column[index];
         let residual = self.values[index];
         for (i, value) in self.values.iter_mut().enumerate() {

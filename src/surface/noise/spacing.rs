@@ -178,7 +178,8 @@ pub fn assess_spacing(
     for corners in triangles {
         let triangle = Triangle::new(points, corners);
         let corners = corners.map(|corner| points[corner as usize]);
-        let [x, y] = [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
+        let [x, y] =
+            [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 3.0);
         let area_mm2 = triangle.area_mm2();
         if area_mm2 <= 0.0 {
             continue;
@@ -208,8 +209,7 @@ pub fn assess_spacing(
         area_mm2: area.total(),
         overdense_area_mm2: overdense.total(),
         unknown_area_mm2: unknown.total(),
-        overdense_fraction: loudest_mm.is_some()
-            .then(|| overdense.total() / known_mm2),
+        overdense_fraction: loudest_mm.is_some().then(|| overdense.total() / known_mm2),
         advice: loudest_mm.and_then(|sigma_mm| criteria.advice(sigma_mm, finest_mm)),
     }
 }
