@@ -17,7 +17,7 @@
 //! squaring the matrix costs.
 
 use super::Undetermined;
-use crate::PointMm;
+use crate::{PointMm, RANGE_MM};
 
 /// The terms up to the second order.
 pub(crate) const QUADRIC: usize = 6;
@@ -134,7 +134,8 @@ impl Local {
             let point = points[sample as usize];
             [point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]]
         }));
-        if !places.as_flattened().iter().all(|coordinate| coordinate.is_finite()) {
+        // Written so that NaN fails.
+        if !places.as_flattened().iter().all(|coordinate| coordinate.abs() <= 2.0 * RANGE_MM) {
             return Err(Undetermined::NotFinite);
         }
         let [mut xx, mut xy, mut yy] = [0.0; 3];

@@ -87,7 +87,7 @@ pub enum Undetermined {
     #[error("no edge leads to the vertex")]
     Isolated,
     /// The neighbourhood has too few vertices, as on a small island.
-    #[error("the neighbourhood has {vertices} vertices, six are needed", vertices = vertices)]
+    #[error("the neighbourhood has {vertices} vertices, six are needed")]
     TooFew {
         /// How many there are, the vertex included.
         vertices: usize,
@@ -105,8 +105,8 @@ pub enum Undetermined {
         /// How many there are, the vertex included.
         vertices: usize,
     },
-    /// A coordinate of the neighbourhood is not finite.
-    #[error("a coordinate of the neighbourhood is not finite")]
+    /// A coordinate of the neighbourhood is not finite, or larger than [`crate::RANGE_MM`].
+    #[error("a coordinate of the neighbourhood is not finite or out of range")]
     NotFinite,
 }
 
@@ -130,6 +130,28 @@ pub fn local_shape(
 ///
 /// The vertices are shared out to rayon's threads; every one is computed by itself, so the bits do
 /// not depend on how many there are.
+///
+/// ```
+/// use asphera_surface::{
+///     Adjacency, Along, Mesh, Noise, NoiseSettings, ShapeSettings, estimate_noise, local_shapes,
+/// };
+///
+/// // z = x²/40, a trough with a radius of 20 mm at its bottom.
+/// let places = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20)].map(|x| 0.1 * (x - 9.5)));
+/// let mut mesh = Mesh::new();
+/// mesh.extend(places.map(|[x, y]| [x, y, x * x / 40.0]));
+/// mesh.flush();
+/// let adjacency = Adjacency::new(mesh.points(), &mesh.triangles(), Some(0.5))?;
+/// let noise = estimate_noise(mesh.points(), &adjacency, &NoiseSettings::default())?.noise;
+/// assert!(noise.sigma_mm() < 1e-12);
+///
+/// let settings = ShapeSettings::default().with_noise(Noise::new(1e-5, Along::Z)?);
+/// let shape = local_shapes(mesh.points(), &adjacency, 189..190, &settings)[0]?;
+/// assert!((shape.curvatures_per_mm[0] - 0.05).abs() < 1e-5);
+/// let uncertainty = shape.uncertainty.expect("noise was given");
+/// assert!(uncertainty.curvatures_per_mm[0] < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Panics
 ///

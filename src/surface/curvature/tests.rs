@@ -4,7 +4,8 @@ use proptest::prelude::*;
 
 use super::truth::*;
 use super::*;
-use crate::noise::Along;
+use crate::Mesh;
+use crate::noise::{Along, NoiseSettings, estimate_noise};
 use crate::regressions::beside_source;
 
 type Surface = fn(f64, f64) -> Truth;
@@ -138,10 +139,31 @@ fn directions_of_a_torus() {
     }
 }
 
+/// A surface with noise whose curvatures are asked for.
+#[derive(Clone, Copy)]
+struct Scene {
+    surface: Surface,
+    centre: [f64; 2],
+    pitch_mm: f64,
+    sigma_mm: f64,
+    rings: usize,
+    along: Along,
+    /// Whether the noise is to be found in the points.
+    estimated: bool,
+}
+
+impl Scene {
+    /// 2.8 mm wide.
+    fn close(surface: Surface, centre: [f64; 2], rings: usize, along: Along) -> Scene {
+        let (pitch_mm, sigma_mm) = (0.02, 3e-5);
+        Scene { surface, centre, pitch_mm, sigma_mm, rings, along, estimated: false }
+    }
+}
+
 /// Share of the vertices whose errors are within 1.96 standard uncertainties: of the height, the
 /// normal's two tilts together, the larger, the smaller and the mean curvature.
-fn coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along, seed: u64) -> [f64; 5] {
-    let (sigma_mm, pitch_mm) = (3e-5, 0.02);
+fn coverage(scene: Scene, seed: u64) -> [f64; 5] {
+    let Scene { surface, centre, pitch_mm, sigma_mm, rings, along, estimated } = scene;
     let places = raster(centre, 142, pitch_mm, 0.3, seed);
     let mut points = over(&places, surface);
     let clean = triangles(&points);
@@ -153,7 +175,12 @@ fn coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along, seed
         point[2] += sigma_mm * secant * random.normal();
     }
     let adjacency = Adjacency::new(&points, &clean, Some(3.0 * pitch_mm)).unwrap();
-    let noise = Noise::new(sigma_mm, along).unwrap();
+    let noise = if estimated {
+        let settings = NoiseSettings::new(NoiseSettings::NEIGHBOURHOODS, along).unwrap();
+        estimate_noise(&points, &adjacency, &settings).unwrap().noise
+    } else {
+        Noise::new(sigma_mm, along).unwrap()
+    };
     let settings = ShapeSettings::new(rings).unwrap().with_noise(noise);
     let shapes = local_shapes(&points, &adjacency, 0..points.len() as VertexId, &settings);
     let mut within = [0_u32; 5];
@@ -194,12 +221,12 @@ fn assert_covered([height, normal, larger, smaller, mean]: [f64; 5]) {
 }
 
 /// Over several seeds: neighbourhoods overlap, so one mesh is few independent ones.
-fn mean_coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along) -> [f64; 5] {
+fn mean_coverage(scene: Scene) -> [f64; 5] {
     let seeds = 10..16_u64;
     let count = seeds.clone().count() as f64;
     let mut mean = [0.0; 5];
     for seed in seeds {
-        let found = coverage(surface, centre, rings, along, 2 * seed);
+        let found = coverage(scene, 2 * seed);
         mean.iter_mut().zip(found).for_each(|(mean, share)| *mean += share / count);
     }
     mean
@@ -209,7 +236,7 @@ fn mean_coverage(surface: Surface, centre: [f64; 2], rings: usize, along: Along)
 fn the_stated_uncertainty_covers_the_error() {
     for (name, surface, centre) in SURFACES {
         for (rings, along) in [(2, Along::Z), (3, Along::Normal)] {
-            let found = mean_coverage(surface, centre, rings, along);
+            let found = mean_coverage(Scene::close(surface, centre, rings, along));
             eprintln!("{name}, {rings} rings, {along:?}: {found:.3?}");
             assert_covered(found);
         }
@@ -220,9 +247,27 @@ fn the_stated_uncertainty_covers_the_error() {
 #[test]
 fn the_stated_uncertainty_covers_the_error_about_the_vertex_of_an_asphere() {
     for rings in [2, 4] {
-        let found = mean_coverage(asphere, [0.0, 0.0], rings, Along::Z);
+        let found = mean_coverage(Scene::close(asphere, [0.0, 0.0], rings, Along::Z));
         eprintln!("{rings} rings: {found:.3?}");
         assert_covered(found);
+    }
+}
+
+/// 12 mm of an asphere, noise of 20 nm along z that is not told but found.
+#[test]
+fn the_uncertainty_from_estimated_noise_covers_the_error_on_a_whole_asphere() {
+    for rings in [2, 3] {
+        let scene = Scene {
+            pitch_mm: 0.085,
+            sigma_mm: 2e-5,
+            estimated: true,
+            ..Scene::close(asphere, [0.0, 0.0], rings, Along::Z)
+        };
+        let found = mean_coverage(scene);
+        eprintln!("{rings} rings: {found:.3?}");
+        for share in found {
+            assert!((share - 0.95).abs() < 0.02, "{found:?}");
+        }
     }
 }
 
@@ -286,8 +331,10 @@ fn what_is_not_determined_says_why() {
         (0..8).map(|i| [f64::from(i % 4), f64::from(i / 4), f64::from(i)]).collect();
     assert_eq!(shape(&rows, &flat), Err(Undetermined::OnConic { vertices: 8 }));
     let mut broken = circle;
-    broken[3][2] = f64::NAN;
-    assert_eq!(shape(&broken, &flat), Err(Undetermined::NotFinite));
+    for height in [f64::NAN, f64::INFINITY, 1e300] {
+        broken[3][2] = height;
+        assert_eq!(shape(&broken, &flat), Err(Undetermined::NotFinite));
+    }
     assert_eq!(ShapeSettings::new(0), Err(RingsError { rings: 0 }));
     assert_eq!(RingsError { rings: 17 }.to_string(), "17 rings are not from 1 to 16");
 }
@@ -352,6 +399,45 @@ fn assert_like(left: &LocalShape, right: &LocalShape, tolerance: f64) {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..beside_source() })]
+
+    /// Small lattices with missing nodes, steps and places that lie on one line or conic.
+    #[test]
+    fn what_is_stated_is_finite(
+        nodes in prop::collection::btree_map((0_u8..5, 0_u8..5), -2_i8..=2, 3..25),
+        shift in 0_i32..12,
+    ) {
+        let unit = 10.0_f64.powi(-shift);
+        let points: Vec<PointMm> = nodes
+            .iter()
+            .map(|(&(x, y), &z)| [1e3 + unit * f64::from(x), unit * f64::from(y), f64::from(z)])
+            .collect();
+        let mut mesh = Mesh::new();
+        mesh.insert(&points);
+        let points = mesh.points();
+        let adjacency = Adjacency::new(points, &mesh.triangles(), None).unwrap();
+        let settings = ShapeSettings::default().with_noise(Noise::new(1e-5, Along::Normal).unwrap());
+        for shape in local_shapes(points, &adjacency, 0..points.len() as VertexId, &settings) {
+            let Ok(shape) = shape else { continue };
+            let u = shape.uncertainty.unwrap();
+            let stated = [shape.height_mm, shape.condition, u.height_mm, u.mean_per_mm]
+                .into_iter()
+                .chain(shape.normal)
+                .chain(shape.curvatures_per_mm)
+                .chain(u.curvatures_per_mm)
+                .chain(u.normal_rad)
+                .chain(shape.residual_mm);
+            for figure in stated {
+                prop_assert!(figure.is_finite(), "{:?}", shape);
+            }
+            prop_assert!(u.curvatures_per_mm[0] > 0.0 && shape.condition >= 1.0, "{:?}", shape);
+            prop_assert!(shape.residual_mm.is_none() == (shape.degrees_of_freedom == 0));
+        }
+        // Three vertices or more, most of them without what it takes: no panic, whatever is found.
+        let few = NoiseSettings::new(NoiseSettings::NEIGHBOURHOODS_MIN, Along::Normal).unwrap();
+        if let Ok(found) = estimate_noise(points, &adjacency, &few) {
+            prop_assert!(found.noise.sigma_mm().is_finite() && found.neighbourhoods >= 20);
+        }
+    }
 
     #[test]
     fn motions_and_scales(

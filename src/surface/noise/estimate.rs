@@ -1,9 +1,8 @@
 //! The noise of the heights from what neighbourhoods leave of their own polynomials.
 //!
-//! 1. Vertices are chosen evenly along the numbers of the vertices, by the multiples of the golden
-//!    ratio modulo 1, the sequence of one dimension that leaves the smallest gaps (H. Niederreiter,
-//!    Random Number Generation and Quasi-Monte Carlo Methods, 1992, section 3.1). About each a cubic
-//!    is fitted to two rings (see `residuals.rs`).
+//! 1. Vertices are chosen evenly along their numbers, by the multiples of the golden ratio modulo 1,
+//!    a sequence of low discrepancy (H. Niederreiter, Random Number Generation and Quasi-Monte Carlo
+//!    Methods, 1992, chapter 3). About each a cubic is fitted to two rings (see `residuals.rs`).
 //! 2. *Rough scale.* Wrong readings must not decide what counts as one. So a third of the degrees
 //!    of freedom of every neighbourhood is given away to its worst samples, one after the other; the
 //!    rest has a standard deviation of about 0.46 σ, and the median over the neighbourhoods is safe

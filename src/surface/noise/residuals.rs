@@ -14,9 +14,9 @@ const CONDITION: f64 = 1e3;
 /// Residuals r = P z of a least-squares fit, P the projection on what the terms leave.
 ///
 /// Under white noise σ the covariance of the residuals is σ² P (R. D. Cook, S. Weisberg, Residuals
-/// and Influence in Regression, 1982, section 2.1), so rᵢ/√Pᵢᵢ, the studentized residual, has the
+/// and Influence in Regression, 1982, chapter 2), so rᵢ/√Pᵢᵢ, the studentized residual, has the
 /// standard deviation σ whatever its leverage. A sample is left out by a step of elimination, after
-/// which r and P are those of the fit without it (their section 2.2).
+/// which r and P are those of the fit without it.
 #[derive(Default)]
 pub(super) struct Residuals {
     /// Row by row.
@@ -25,8 +25,6 @@ pub(super) struct Residuals {
     /// Whether a sample was left out.
     out: Vec<bool>,
     freedom: usize,
-    /// Sum of the squared residuals.
-    squares: f64,
     places: Vec<[f64; 3]>,
 }
 
@@ -73,7 +71,6 @@ impl Residuals {
         self.out.clear();
         self.out.resize(count, false);
         self.freedom = count - N;
-        self.squares = self.values.iter().map(|value| value * value).sum();
         derivatives(&terms)
     }
 
@@ -93,7 +90,9 @@ impl Residuals {
 
     /// Standard deviation of the noise from the sum of the squared residuals.
     pub(super) fn deviation(&self) -> f64 {
-        (self.squares.max(0.0) / self.freedom as f64).sqrt()
+        // Summed anew: taking off what a sample contributed leaves rounding where little is left.
+        let squares: f64 = self.values.iter().map(|value| value * value).sum();
+        (squares / self.freedom as f64).sqrt()
     }
 
     /// The sizes of the studentized residuals of the samples that were not left out.
@@ -117,7 +116,6 @@ impl Residuals {
         match worst {
             Some((index, squared)) if squared > limit * limit && self.freedom > FREEDOM_MIN => {
                 self.leave_out(index);
-                self.squares -= squared;
                 true
             }
             _ => false,
@@ -140,6 +138,8 @@ impl Residuals {
             let row = &mut self.projection[i * count..(i + 1) * count];
             row.iter_mut().zip(&column).for_each(|(entry, other)| *entry -= share * other);
         }
+        // But for rounding they are zero already.
+        self.values[index] = 0.0;
         self.out[index] = true;
         self.freedom -= 1;
     }

@@ -13,14 +13,15 @@
 //! 301,698 points, spacings 1.65 and 1.86 times as wide (section 6); a sampling condition that only
 //! bounds the spacing from above cannot say why.
 //!
-//! *How much tilt is too much?* Over a gap of ε·lfs the normal of the surface itself turns by about
-//! ε rad: it turns by at most d/(lfs - d) over a way d (N. Amenta, M. Bern, Discrete & Computational
-//! Geometry 22 (1999) 481-504, doi:10.1007/PL00009475, gives ε/(1 - 3ε)). The turning of the surface
-//! over a facet is thus what the sampling condition already admits. The default lets noise have as
-//! much again: 2σ/h ≤ ε, so h ≥ 2σ/ε. Both together can be satisfied while σ ≤ ε²·lfs/√2.
+//! *How much tilt is too much?* The normals of two places of a surface ρ·lfs apart differ by up to
+//! ρ/(1 - 3ρ) rad (N. Amenta, M. Bern, Discrete & Computational Geometry 22 (1999) 481-504,
+//! doi:10.1007/PL00009475, lemma 2): over a gap of ε·lfs the surface itself turns by about ε rad. So
+//! much turning of the surface over a facet is what the sampling condition already admits. The
+//! default lets noise have as much again: 2σ/h ≤ ε, so h ≥ 2σ/ε. Both together can be satisfied
+//! while σ ≤ ε²·lfs/√2.
 //!
 //! **Best.** Between these bounds lies the spacing at which facets have the truest normals: noise
-//! turns them by 2σ/h, and at its corners the surface is turned against them by h/(√2·lfs) at most.
+//! turns them by 2σ/h, and at their corners a sphere of radius lfs is turned against them by h/(√2·lfs).
 //! The sum of the squares is smallest where both are equal, at h = √(2√2·σ·lfs).
 
 use std::f64::consts::SQRT_2;

@@ -107,6 +107,11 @@ fn a_surface_without_noise_has_next_to_none() {
     let (points, adjacency) = sampled(asphere, [0.0, 0.0], 1);
     let found = estimate(&points, &adjacency);
     assert!(found.noise.sigma_mm() < 2e-8, "{found:?}");
+    // A quadric is followed to rounding: 1 mm is rounded to 1e-16 mm.
+    let followed = over(&raster([0.0, 0.0], 20, 0.1, 0.0, 1), paraboloid);
+    let lattice = crate::curvature::truth::adjacency(&followed, None);
+    let rounding_mm = estimate(&followed, &lattice).noise.sigma_mm();
+    assert!(rounding_mm > 0.0 && rounding_mm < 1e-16, "{rounding_mm}");
     let flat: Vec<PointMm> = points.iter().map(|&[x, y, _]| [x, y, 5.0]).collect();
     assert_eq!(estimate(&flat, &adjacency).noise.sigma_mm(), 0.0);
 }
