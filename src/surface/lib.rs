@@ -5,7 +5,9 @@
 //! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
-//! well-sampled part has. [`check`] proves a finished mesh right by exact arithmetic.
+//! well-sampled part has. [`local_shapes`] gives normals and curvatures at the vertices,
+//! [`estimate_noise`] the noise of the heights, and [`assess_spacing`] what spacing both allow.
+//! [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
 //! starts no thread of its own: where two help it works in the caller's rayon pool. The same calls give the
@@ -15,6 +17,7 @@
 
 mod area;
 pub mod check;
+mod curvature;
 mod delaunay;
 mod distance;
 mod exact;
@@ -23,6 +26,7 @@ mod exact;
 mod exact_tests;
 mod location;
 mod mesh;
+mod noise;
 mod order;
 mod outcome;
 mod outline;
@@ -41,10 +45,19 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
+pub use curvature::{
+    Adjacency, AdjacencyError, LocalShape, Model, RingsError, ShapeSettings, ShapeUncertainty,
+    Surroundings, Undetermined, local_shape, local_shapes,
+};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
     Revision,
+};
+pub use noise::{
+    Advice, Along, Noise, NoiseError, NoiseEstimate, NoiseMap, NoiseSettings, NoiseSettingsError,
+    NoiseUnknown, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing, estimate_noise,
+    facet_tilt_rad, noise_map,
 };
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};
