@@ -82,9 +82,10 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
                 z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
             };
             let session = measurement.report.session.as_ref();
-            let plane = measurement.report.mesh.projection.as_ref().map(|projection| {
-                format!("x and y lie in the plane of projection: {projection}")
-            });
+            let plane =
+                measurement.report.mesh.projection.as_ref().map(|projection| {
+                    format!("x and y lie in the plane of projection: {projection}")
+                });
             let started = session.map_or(NO_DATE, |session| session.started.as_str());
             let metadata = x3p::Metadata {
                 date: started,

@@ -206,20 +206,47 @@ fn the_direction_of_projection_is_a_word_or_a_vector() {
     assert_eq!(along("along = \"fitted\"\npoints = 40"), Ok(Along::fitted(40).unwrap()));
     let line = 2 + text.lines().position(|line| line == "[projection]").unwrap();
     for (table, problem) in [
-        ("along = \"x\"", "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found \"x\""),
-        ("along = 1", "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found 1"),
-        ("along = [0, 1]", "projection.along: expected three numbers [nx, ny, nz], found 2 numbers"),
-        ("along = [0, 0.0, -0.0]", "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [0.0, 0.0, -0.0]"),
-        ("along = [nan, 0, 1]", "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [NaN, 0.0, 1.0]"),
-        ("points = 5", "projection.points: expected no such key, or along = \"fitted\", found `points`"),
+        (
+            "along = \"x\"",
+            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found \"x\"",
+        ),
+        (
+            "along = 1",
+            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found 1",
+        ),
+        (
+            "along = [0, 1]",
+            "projection.along: expected three numbers [nx, ny, nz], found 2 numbers",
+        ),
+        (
+            "along = [0, 0.0, -0.0]",
+            "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [0.0, 0.0, -0.0]",
+        ),
+        (
+            "along = [nan, 0, 1]",
+            "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [NaN, 0.0, 1.0]",
+        ),
+        (
+            "points = 5",
+            "projection.points: expected no such key, or along = \"fitted\", found `points`",
+        ),
         ("points = 2\nalong = \"fitted\"", "projection.points: expected 3 to 1000000, found 2"),
-        ("along = \"fitted\"\npoints = -2", ": projection.points: expected a whole number, not negative, found -2"),
-        ("normal = [0, 0, 1]", "projection.normal: expected one of the keys along, points, found `normal`"),
+        (
+            "along = \"fitted\"\npoints = -2",
+            ": projection.points: expected a whole number, not negative, found -2",
+        ),
+        (
+            "normal = [0, 0, 1]",
+            "projection.normal: expected one of the keys along, points, found `normal`",
+        ),
     ] {
         let problems = along(table).unwrap_err();
         let [found] = &problems.0[..] else { panic!("{table}: {problems}") };
         assert!(found.to_string().ends_with(problem), "{table}: {found}");
-        let named = 1 + table.lines().position(|key| found.key.ends_with(key.split(' ').next().unwrap())).unwrap();
+        let named = 1 + table
+            .lines()
+            .position(|key| found.key.ends_with(key.split(' ').next().unwrap()))
+            .unwrap();
         assert_eq!(found.line, line + named - 1, "{table}: {found}");
     }
 }

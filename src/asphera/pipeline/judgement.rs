@@ -5,9 +5,7 @@ use asphera_surface::Mesh;
 
 use super::figures;
 use crate::config::Part;
-use crate::report::{
-    Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict,
-};
+use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
 /// Judges a part by its final figures.
 pub(super) fn judge(

@@ -2,8 +2,8 @@
 
 use asphera_form::Pose;
 use asphera_surface::{
-    Criteria, Kind, Mesh, Plane, PointMm, Region, Relief, State, Survey, Topography, VertexId, area,
-    assess, islands, projectable_along, topography,
+    Criteria, Kind, Mesh, Plane, PointMm, Region, Relief, State, Survey, Topography, VertexId,
+    area, assess, islands, projectable_along, topography,
 };
 
 use super::figures::{gap_limit_mm, lfs_mm};

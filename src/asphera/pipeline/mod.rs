@@ -146,7 +146,9 @@ impl Pipeline {
                 ..look::with_counts(&self.mesh, self.seen.clone())
             },
             sampling: self.sampling.clone(),
-            form: estimate.as_ref().map(|estimate| figures::running_form(&self.part, estimate, &plane)),
+            form: estimate
+                .as_ref()
+                .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
             map: estimate.as_ref().map(figures::map),
             convergence: self.history.convergence(),
             pending: counts.pending + self.projector.waiting(),

@@ -278,3 +278,6 @@ pub const MIN_POINTS: usize = 3;
 pub const MAX_POINTS: usize = 1_000_000;
 /// As many points may wait: 25 MB of them.
 const MOST_WAITING: usize = 1 << 20;
+
+#[cfg(test)]
+mod tests;
