@@ -40,6 +40,7 @@ struct Scan {
 }
 
 impl Scan {
+    #[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
     fn load() -> Option<Scan> {
         let path = data_folder().join("lidar/autzen_trim.las");
         let Ok(bytes) = std::fs::read(&path) else {
