@@ -39,7 +39,7 @@ pub(super) fn look(mesh: &Mesh, part: &Part, pose: &Pose, plane: &Plane) -> Look
         .iter()
         .enumerate()
         .filter_map(|(index, &corners)| folded.next_if_eq(&index).is_none().then_some(corners));
-    let aperture_mm2 = part.aperture.area_mm2();
+    let aperture_mm2 = part.aperture.area_mm2() * foreshortening(pose, plane);
     let criteria = Criteria {
         gap_limit_mm: gap_limit_mm(part, points.len(), whole.projected_mm2),
         epsilon_limit: Some(part.epsilon_limit),
@@ -87,6 +87,12 @@ impl Look {
         }
         self.mesh.repeats = repeats(mesh);
     }
+}
+
+/// What becomes of an area across the part's axis in the projection. A plane that was fitted from some rows
+/// of a curved part may lie far askew; along z a part lies straight but for less than counts.
+fn foreshortening(pose: &Pose, plane: &Plane) -> f64 {
+    if *plane == Plane::XY { 1.0 } else { pose.rotation()[2][2].abs() }
 }
 
 fn centre_mm(points: &[PointMm], corners: &[VertexId; 3]) -> PointMm {

@@ -112,7 +112,8 @@ fn a_given_direction_gives_the_figures_of_a_part_that_faces_z() {
                 (sampling.hole_max_mm2, flat.hole_max_mm2),
             ] {
                 let [found, expected] = [found, expected].map(Option::unwrap_or_default);
-                assert!(near(found, expected, 1e-9), "{sampling:?}, facing z {flat:?}");
+                // The aperture is foreshortened by the tilt left, some 1e-5 rad, along z it is not.
+                assert!(near(found, expected, 1e-8), "{sampling:?}, facing z {flat:?}");
             }
             assert_eq!((sampling.islands, sampling.holes), (flat.islands, flat.holes));
             assert_eq!(found.report.verdict.status, Status::Pass);
@@ -170,6 +171,30 @@ fn a_fitted_plane_gives_the_figures_of_a_part_that_faces_z() {
     assert_eq!(found.report.points, expected.report.points);
     let areas = [&found, &expected].map(|measurement| measurement.report.mesh.area_mm2);
     assert!(near(areas[0], areas[1], 1e-3 * areas[1]), "{areas:?}");
+}
+
+/// As one fitted from the first rows of a curved part would be.
+#[test]
+fn a_plane_askew_to_the_part_changes_no_figure_but_by_its_triangles() {
+    // A rectangle's sides follow u and v.
+    let part =
+        ASPHERE.replace("rectangle\"\nwidth_mm = 10\nheight_mm = 8", "circle\"\nradius_mm = 7.5");
+    let expected = measured(&part, Along::Z, &asphere()).report;
+    for normal in [[0.1, -0.2, 1.0], [0.0, 0.6, 0.8]] {
+        let found = measured(&part, Along::direction(normal).unwrap(), &asphere()).report;
+        assert_same_form(&found, &expected, 1e-3);
+        assert_eq!(found.points, expected.points);
+        assert_eq!(found.mesh.relief.folds, []);
+        let coverages = [&found, &expected].map(|report| report.sampling.coverage.unwrap());
+        assert!(near(coverages[0], coverages[1], 0.01), "{normal:?}: {coverages:?}");
+        let [axis_mm, expected_mm] = [&found, &expected].map(|report| {
+            let pose = pose(&report.form.as_ref().unwrap().fit.pose);
+            [[0.0; 3], [0.0, 0.0, 10.0]].map(|part_mm| pose.to_measured(part_mm))
+        });
+        for (found, expected) in axis_mm.iter().zip(&expected_mm) {
+            assert!(all_near(found, expected, 1e-6), "{found:?}, along z {expected:?}");
+        }
+    }
 }
 
 /// Looking at the figures changes nothing, and says how far the plane is.
