@@ -39,7 +39,7 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
     let config = Config::parse("config.toml of the recording", session.config_toml())
         .map_err(ReplayError::Config)?;
     let mut bench = assemble(&config)?;
-    let mut pipeline = Pipeline::new(config.part);
+    let mut pipeline = Pipeline::along(config.part, config.along);
     let mut epochs = vec![0; config.links.len()];
     let mut ended = None;
     let mut entries = session.entries();

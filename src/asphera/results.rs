@@ -82,6 +82,10 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
                 z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
             };
             let session = measurement.report.session.as_ref();
+            let plane =
+                measurement.report.mesh.projection.as_ref().map(|projection| {
+                    format!("x and y lie in the plane of projection: {projection}")
+                });
             let started = session.map_or(NO_DATE, |session| session.started.as_str());
             let metadata = x3p::Metadata {
                 date: started,
@@ -93,7 +97,7 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
                 version: env!("CARGO_PKG_VERSION"),
                 probing: x3p::Probing::Software,
                 probe: "form deviation along the normal of the nominal, after alignment",
-                comment: None,
+                comment: plane.as_deref(),
             };
             x3p::write_map(w, &heights, &metadata).map_err(format(path))
         }),
@@ -109,7 +113,7 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
 /// The mesh so far as a PLY file; `None` without a vertex.
 pub fn mesh_ply(pipeline: &Pipeline) -> Option<Vec<u8>> {
     let (points, triangles) = pipeline.mesh();
-    ply_bytes(points, &triangles)
+    ply_bytes(&points, &triangles)
 }
 
 /// The mesh of a finished session as a PLY file; `None` without a vertex.

@@ -1,11 +1,12 @@
 //! How fast bytes become points, and points figures. Prints sizes and rates; nothing is asserted about time.
 
 use asphera::config::{Config, Part};
-use asphera::pipeline::Pipeline;
+use asphera::pipeline::{Along, Pipeline};
 use asphera::station::{Action, Bench, Happening, Point, assemble};
 use asphera_link::{CanFrame, Command, Flags, Nanos};
 use asphera_sim_chrocodile::Sample;
 use asphera_sim_cia406::{Bus, NodeConfig};
+use asphera_surface::Plane;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 
@@ -80,6 +81,24 @@ fn points_into_pipeline(bencher: Bencher<'_, '_>, count: u64) {
     bencher
         .counter(ItemsCount::new(count))
         .with_inputs(|| Pipeline::new(part.clone()))
+        .bench_values(|mut pipeline| {
+            points.iter().for_each(|point| pipeline.take(point));
+            pipeline
+        });
+}
+
+/// The same of a part that faces another direction than z.
+#[divan::bench(args = [1_000_000], sample_count = 3)]
+fn points_into_tilted_pipeline(bencher: Bencher<'_, '_>, count: u64) {
+    let part = part();
+    let normal = [0.5, -0.7, 0.5];
+    let along = Along::direction(normal).expect("a direction");
+    let plane = Plane::new([0.0; 3], normal).expect("a direction");
+    let turned = |point: Point| Point { position_mm: plane.from_plane(point.position_mm), ..point };
+    let points: Vec<Point> = spiral(count).map(turned).collect();
+    bencher
+        .counter(ItemsCount::new(count))
+        .with_inputs(|| Pipeline::along(part.clone(), along))
         .bench_values(|mut pipeline| {
             points.iter().for_each(|point| pipeline.take(point));
             pipeline

@@ -10,7 +10,7 @@ use super::exit::Exit;
 use super::output::{Failure, deliver};
 use crate::clock::Clock;
 use crate::config::Part;
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Along, Pipeline};
 use crate::report::Timing;
 
 #[derive(Args)]
@@ -20,6 +20,10 @@ pub(super) struct MeasureArgs {
     /// The nominal: surface, aperture, what is fitted, tolerances.
     #[arg(long, value_name = "FILE")]
     nominal: PathBuf,
+    /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first
+    /// 1000 of them. The nominal's axis is taken to point there.
+    #[arg(long, value_name = "DIRECTION", default_value = "z", allow_hyphen_values = true)]
+    along: Along,
     #[command(flatten)]
     output: OutputArgs,
     /// Take the points in another order, drawn from this seed.
@@ -49,7 +53,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     if let Some(seed) = args.shuffle {
         shuffle(&mut points, seed);
     }
-    let mut pipeline = Pipeline::new(part);
+    let mut pipeline = Pipeline::along(part, args.along);
     points.iter().for_each(|point| pipeline.take_position(*point));
     pipeline.take_gaps(topography.missing() as u64);
     let landed = clock.now();

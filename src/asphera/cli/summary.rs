@@ -25,6 +25,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     let mesh = &report.mesh;
     writeln!(text, "\nmesh       {} triangles, {:.4} mm²", mesh.triangles, mesh.area_mm2)?;
+    if let Some(projection) = &mesh.projection {
+        writeln!(text, "plane      {projection}")?;
+    }
     let relief = &mesh.relief;
     for (count, what) in
         [(relief.folds.len() as u64, "folds"), (relief.walls, "walls"), (relief.spikes, "spikes")]

@@ -8,6 +8,7 @@ mod links;
 mod motion;
 mod nominal;
 mod problem;
+mod projection;
 
 use std::fs;
 use std::net::SocketAddr;
@@ -24,6 +25,7 @@ pub use motion::SyncConfig;
 pub use nominal::Part;
 pub use problem::{Problem, Problems};
 
+use crate::pipeline::Along;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
 use document::{File, Section};
@@ -41,6 +43,8 @@ pub struct Config {
     pub sync: SyncConfig,
     /// How their readings make a point.
     pub kinematics: Kinematics,
+    /// Along which direction the points are projected for their mesh.
+    pub along: Along,
     /// What the part should be.
     pub part: Part,
     /// When a scan is over.
@@ -237,6 +241,8 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
     let kinematics =
         if usable { motion::kinematics(&kinematics_table, sync.as_ref(), &devices) } else { None };
 
+    let along = projection::read(&root.section("projection"));
+
     let nominal = root.section("nominal");
     let part = match outside {
         Some(part) => {
@@ -275,6 +281,7 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
         devices,
         sync: sync?,
         kinematics: kinematics?,
+        along: along?,
         part: part?,
         end,
         autostart,

@@ -37,6 +37,7 @@ fn commented_keys_of_the_reference_are_known() {
     assert_eq!(plain.end, shown.end);
     assert_eq!(plain.sync, shown.sync);
     assert_eq!(plain.part, shown.part);
+    assert_eq!(plain.along, shown.along);
     assert_eq!(plain.recordings, shown.recordings);
     assert_eq!(plain.recording, shown.recording);
     assert_eq!((plain.listen, plain.autostart), (shown.listen, shown.autostart));
@@ -47,7 +48,7 @@ fn commented_keys_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 14] = [
+const ALTERNATIVES: [&str; 15] = [
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",
@@ -62,6 +63,7 @@ const ALTERNATIVES: [&str; 14] = [
     "function = \"input\"",
     "address = 200",
     "length = 13",
+    "points = 1000",
 ];
 
 #[test]
@@ -187,4 +189,64 @@ fn a_nominal_in_a_file_of_its_own_reports_its_own_lines() {
     let error = Config::load(&dir.path().join("station.toml")).unwrap_err().to_string();
     assert!(error.contains("flat.toml:2: surface.kind"), "{error}");
     assert!(error.contains("station.toml:") && error.contains("scan.idle"), "{error}");
+}
+
+#[test]
+fn the_direction_of_projection_is_a_word_or_a_vector() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let along = |table: &str| {
+        let text = text.replace("[projection]\n", &format!("[projection]\n{table}\n"));
+        Config::parse("a.toml", &text).map(|config| config.along)
+    };
+    assert_eq!(along(""), Ok(Along::Z));
+    assert_eq!(along("along = \"z\""), Ok(Along::Z));
+    assert_eq!(along("along = [0, 0, 2.5]"), Ok(Along::Z));
+    assert_eq!(along("along = [0, 1, -1.5]"), Ok(Along::direction([0.0, 1.0, -1.5]).unwrap()));
+    assert_eq!(along("along = \"fitted\""), Ok(Along::fitted(1000).unwrap()));
+    assert_eq!(along("along = \"fitted\"\npoints = 40"), Ok(Along::fitted(40).unwrap()));
+    let line = 2 + text.lines().position(|line| line == "[projection]").unwrap();
+    for (table, problem) in [
+        (
+            "along = \"x\"",
+            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found \"x\"",
+        ),
+        (
+            "along = 1",
+            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found 1",
+        ),
+        (
+            "along = [0, 1]",
+            "projection.along: expected three numbers [nx, ny, nz], found 2 numbers",
+        ),
+        (
+            "along = [0, 0.0, -0.0]",
+            "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [0.0, 0.0, -0.0]",
+        ),
+        (
+            "along = [nan, 0, 1]",
+            "projection.along: expected a direction of finite length above 0, such as [0, 0.5, 0.866], found [NaN, 0.0, 1.0]",
+        ),
+        (
+            "points = 5",
+            "projection.points: expected no such key, or along = \"fitted\", found `points`",
+        ),
+        ("points = 2\nalong = \"fitted\"", "projection.points: expected 3 to 1000000, found 2"),
+        (
+            "along = \"fitted\"\npoints = -2",
+            ": projection.points: expected a whole number, not negative, found -2",
+        ),
+        (
+            "normal = [0, 0, 1]",
+            "projection.normal: expected one of the keys along, points, found `normal`",
+        ),
+    ] {
+        let problems = along(table).unwrap_err();
+        let [found] = &problems.0[..] else { panic!("{table}: {problems}") };
+        assert!(found.to_string().ends_with(problem), "{table}: {found}");
+        let named = 1 + table
+            .lines()
+            .position(|key| found.key.ends_with(key.split(' ').next().unwrap()))
+            .unwrap();
+        assert_eq!(found.line, line + named - 1, "{table}: {found}");
+    }
 }

@@ -9,7 +9,7 @@ use tokio::time::timeout;
 
 use crate::clock::Clock;
 use crate::config::Part;
-use crate::pipeline::{Measurement, Pipeline, RunningFigures};
+use crate::pipeline::{Along, Measurement, Pipeline, RunningFigures};
 use crate::results;
 use crate::station::Point;
 
@@ -31,13 +31,13 @@ enum Work {
 
 impl Worker {
     /// Starts the thread for one part. It ends when it has finished, or the worker is dropped.
-    pub(super) fn start(part: Part, clock: Clock) -> std::io::Result<Worker> {
+    pub(super) fn start(part: Part, along: Along, clock: Clock) -> std::io::Result<Worker> {
         let (work, receiver) = mpsc::channel(QUEUE);
         let (sender, figures) = watch::channel(None);
         let runtime = Handle::current();
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(Pipeline::new(part), clock, &runtime, receiver, &sender))?;
+            .spawn(move || run(Pipeline::along(part, along), clock, &runtime, receiver, &sender))?;
         Ok(Worker { work, figures })
     }
 

@@ -14,6 +14,7 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("edges", "Edges", count(mesh.edges)),
     pair("hull", "On the hull", count(mesh.hull)),
     pair("area", "Area", empty ? DASH : withUnit(significant(mesh.area_mm2, 6), "mm²")),
+    ...planeRows(mesh.projection),
     pair("projectable", "Projectable", empty ? DASH : mesh.projectable ? "yes" : "no", !empty && !mesh.projectable ? "bad" : ""),
     pair("relief", "Folds, walls, spikes", empty ? DASH : `${count(mesh.relief.folds.length)}, ${count(mesh.relief.walls)}, ${count(mesh.relief.spikes)}`, mesh.relief.folds.length > 0 ? "bad" : ""),
   ]);
@@ -29,6 +30,22 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("behind", "Points since then", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
   ]);
   showFit(form);
+}
+
+// Only where something else than z was asked for: most stations need no such row.
+function planeRows(projection) {
+  if (!projection) return [];
+  const { how, plane, points, wanted } = projection;
+  if (how === "fitting") return [pair("plane", "Fitting the plane", `${count(points)} of ${count(wanted)}`)];
+  const origin = {
+    given: "as given",
+    fitted: `from ${count(points)} points`,
+    unfitted: `none through ${count(points)} points, so along z`,
+  }[how];
+  return [
+    pair("plane", "Plane of projection", origin, how === "unfitted" ? "bad" : ""),
+    pair("normal", "Its normal x, y, z", plane.normal.map((part) => fixed(part, 5)).join(", "), "sub"),
+  ];
 }
 
 function showFit(form) {

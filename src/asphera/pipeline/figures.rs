@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
+use asphera_surface::Plane;
 
 use crate::config::Part;
 use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
@@ -15,14 +16,15 @@ pub(super) fn gap_limit_mm(part: &Part, points: usize, projected_area_mm2: f64) 
     part.gap_limit_mm.or((distance_mm > 0.0).then_some(4.0 * distance_mm))
 }
 
-/// An upper bound of the local feature size at a place of the measured frame: the nominal's smallest
+/// An upper bound of the local feature size at a place of the plane of projection: the nominal's smallest
 /// radius of curvature there. Tilts of a part are small, so the place is only shifted.
 pub(super) fn lfs_mm(nominal: &Nominal, pose: &Pose) -> impl Fn(f64, f64) -> f64 + use<> {
     let (nominal, tx, ty) = (*nominal, pose.tx_mm, pose.ty_mm);
     move |x, y| nominal.lfs_bound_mm((x - tx).hypot(y - ty))
 }
 
-pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures) -> FormFigures {
+/// `plane` is that of projection, in whose frame the fit was made.
+pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> FormFigures {
     FormFigures {
         nominal: part.nominal.to_string(),
         fit: FitFigures {
@@ -32,14 +34,15 @@ pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures) -> FormFigures {
             free: names(&part.free),
             parameters: parameters(&fit.estimates),
             indeterminate: names(&fit.indeterminate),
-            pose: pose(&fit.pose),
+            pose: pose(&fit.pose, plane),
         },
         deviation: deviation(figures),
         provisional: false,
     }
 }
 
-pub(super) fn running_form(part: &Part, estimate: &LiveEstimate) -> FormFigures {
+/// As [`form`], of running figures.
+pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) -> FormFigures {
     FormFigures {
         nominal: part.nominal.to_string(),
         fit: FitFigures {
@@ -49,7 +52,7 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate) -> FormFigures 
             free: names(&part.free),
             parameters: parameters(&estimate.estimates),
             indeterminate: names(&estimate.indeterminate),
-            pose: pose(&estimate.pose),
+            pose: pose(&estimate.pose, plane),
         },
         deviation: deviation(&estimate.figures),
         provisional: true,
@@ -121,14 +124,83 @@ fn names(parameters: &[Parameter]) -> Vec<String> {
     parameters.iter().map(ToString::to_string).collect()
 }
 
-/// The pose as reports write it.
-fn pose(pose: &Pose) -> PoseFigures {
-    PoseFigures {
-        tx_mm: pose.tx_mm,
-        ty_mm: pose.ty_mm,
-        tz_mm: pose.tz_mm,
-        rx_rad: pose.rx_rad,
-        ry_rad: pose.ry_rad,
-        rz_rad: pose.rz_rad,
+/// The pose as reports write it: from the part frame into the measured one, whatever plane lies between.
+fn pose(pose: &Pose, plane: &Plane) -> PoseFigures {
+    let Pose { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad } = *pose;
+    if *plane == Plane::XY {
+        return PoseFigures { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad };
+    }
+    let (axes, in_plane) = (plane.axes(), pose.rotation());
+    let turned: [[f64; 3]; 3] = std::array::from_fn(|row| {
+        std::array::from_fn(|column| (0..3).map(|k| axes[k][row] * in_plane[k][column]).sum())
+    });
+    let [rx_rad, ry_rad, rz_rad] = turns_rad(&turned);
+    let [tx_mm, ty_mm, tz_mm] = plane.from_plane([tx_mm, ty_mm, tz_mm]);
+    PoseFigures { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad }
+}
+
+/// The angles about x, y and z of the matrix `Rz·Ry·Rx`, that about y between -π/2 and π/2.
+///
+/// The angle about z is taken after that about x is undone. So it makes up for whatever that one came to
+/// where the two cannot be told apart, with y at a right angle.
+fn turns_rad([[_, r01, r02], [_, r11, r12], [r20, r21, r22]]: &[[f64; 3]; 3]) -> [f64; 3] {
+    let rx_rad = r21.atan2(*r22);
+    let (sin, cos) = rx_rad.sin_cos();
+    let ry_rad = (-r20).atan2(sin * r21 + cos * r22);
+    let rz_rad = (sin * r02 - cos * r01).atan2(cos * r11 - sin * r12);
+    [rx_rad, ry_rad, rz_rad]
+}
+
+#[cfg(test)]
+mod tests {
+    use asphera_form::Pose;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn assert_leads_the_same_way(pose_in_plane: &Pose, plane: &Plane) {
+        let found = pose(pose_in_plane, plane);
+        let found = Pose {
+            tx_mm: found.tx_mm,
+            ty_mm: found.ty_mm,
+            tz_mm: found.tz_mm,
+            rx_rad: found.rx_rad,
+            ry_rad: found.ry_rad,
+            rz_rad: found.rz_rad,
+        };
+        for part_mm in [[0.0; 3], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]] {
+            let expected = plane.from_plane(pose_in_plane.to_measured(part_mm));
+            let measured_mm = found.to_measured(part_mm);
+            for axis in 0..3 {
+                let error = (measured_mm[axis] - expected[axis]).abs();
+                assert!(error < 1e-13 * 30.0, "{plane}: {measured_mm:?}, not {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn upright_planes_have_a_pose_too() {
+        let tilted = Pose { rx_rad: 1e-9, ry_rad: -2e-5, rz_rad: 0.3, ..Pose::default() };
+        for normal in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]] {
+            let plane = Plane::new([1.0, 2.0, 3.0], normal).unwrap();
+            assert_leads_the_same_way(&Pose::default(), &plane);
+            assert_leads_the_same_way(&tilted, &plane);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_pose_leads_from_the_part_through_the_plane_into_the_measured_frame(
+            normal in prop::array::uniform3(-1.0..1.0f64),
+            t in prop::array::uniform3(-10.0..10.0f64),
+            r in prop::array::uniform3(-3.0..3.0f64),
+        ) {
+            prop_assume!(normal.iter().any(|coordinate| *coordinate != 0.0));
+            let plane = Plane::new([1.0, -2.0, 3.0], normal).unwrap();
+            let pose = Pose {
+                tx_mm: t[0], ty_mm: t[1], tz_mm: t[2], rx_rad: r[0], ry_rad: r[1], rz_rad: r[2],
+            };
+            assert_leads_the_same_way(&pose, &plane);
+        }
     }
 }

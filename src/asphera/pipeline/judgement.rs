@@ -5,7 +5,7 @@ use asphera_surface::Mesh;
 
 use super::figures;
 use crate::config::Part;
-use crate::report::{Check, MeshFigures, SamplingFigures, Status, Verdict};
+use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
 /// Judges a part by its final figures.
 pub(super) fn judge(
@@ -43,6 +43,9 @@ pub(super) fn judge(
             ),
         ),
         Some(_) => {}
+    }
+    if let Some(unfitted @ ProjectionFigures::Unfitted { .. }) = &seen.projection {
+        doubt(&mut verdict, format!("projected {unfitted}"));
     }
     if !mesh.projectable() {
         let conflicts = mesh.counts().conflicts;

@@ -6,6 +6,7 @@ use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
 use super::figures;
 use super::judgement::judge;
 use super::look::{Look, look};
+use super::projection::{Projector, measured};
 use super::running::fit_settings;
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
@@ -17,28 +18,38 @@ pub struct Measurement {
     pub report: Report,
     /// Vertices of the mesh, measured frame, mm.
     pub points_mm: Vec<PointMm>,
-    /// Its triangles, counter-clockwise seen from +z.
+    /// Its triangles, counter-clockwise seen from the side the normal of the plane of projection points to:
+    /// +z, where nothing else was asked for.
     pub triangles: Vec<[u32; 3]>,
     /// Deviation of every vertex, nm; NaN outside the aperture or without a fit.
     pub deviations_nm: Vec<f64>,
-    /// The deviation on a regular grid of the measured frame; `None` without a fit or without area.
+    /// The deviation on a regular grid of the plane of projection; `None` without a fit or without area.
     pub map: Option<DeviationMap>,
 }
 
 /// A deviation map on a regular grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviationMap {
-    /// The nodes, measured frame.
+    /// The nodes, u and v of the plane of projection: x and y of the measured frame, where it is projected
+    /// along z.
     pub grid: Grid,
     /// Deviation at every node, nm, x fastest; NaN where nothing was measured.
     pub values_nm: Vec<f64>,
 }
 
-pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measurement {
+pub(super) fn measure(
+    mesh: &Mesh,
+    part: &Part,
+    projector: &Projector,
+    mut points: Points,
+) -> Measurement {
+    let plane = projector.plane();
     let result = fit(mesh.points(), &part.nominal, &fit_settings(part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
-    let mut look = look(mesh, part, &pose);
-    look.finish(mesh);
+    let points_mm = measured(mesh, &plane);
+    let mut look = look(mesh, part, &pose, &plane);
+    look.finish(mesh, &points_mm);
+    look.mesh.projection = projector.figures();
     let Look { triangles, survey, mesh: seen, sampling } = look;
     let (deviations_mm, found) = match &result {
         Ok(fit) => deviation(mesh, part, fit),
@@ -59,7 +70,7 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
         .as_ref()
         .ok()
         .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(part, fit, found));
+        .map(|(fit, found)| figures::form(part, fit, found, &plane));
     let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map = form.as_ref().and_then(|_| deviation_map(mesh, &survey, &deviations_nm));
@@ -75,7 +86,7 @@ pub(super) fn measure(mesh: &Mesh, part: &Part, mut points: Points) -> Measureme
             timing: Timing::default(),
             session: None,
         },
-        points_mm: mesh.points().to_vec(),
+        points_mm: points_mm.into_owned(),
         triangles,
         deviations_nm,
         map,

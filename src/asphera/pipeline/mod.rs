@@ -8,24 +8,30 @@ mod figures;
 mod judgement;
 mod look;
 mod measurement;
+mod projection;
 mod running;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use asphera_surface::{Mesh, PointMm};
 
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
+pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
 use crate::snapshot::{Convergence, Map};
 use crate::station::Point;
+use projection::Projector;
 use running::{History, Running};
 
 /// Takes the points of one part.
 pub struct Pipeline {
     part: Part,
+    projector: Projector,
+    /// In the frame of the plane of projection, as are the points of the running figures.
     mesh: Mesh,
     running: Running,
     history: History,
@@ -58,9 +64,15 @@ pub struct RunningFigures {
 }
 
 impl Pipeline {
-    /// For one part.
+    /// For one part, whose points are projected along z.
     pub fn new(part: Part) -> Pipeline {
+        Pipeline::along(part, Along::Z)
+    }
+
+    /// For one part and a plane of projection. Until a plane that is to be fitted is known, points wait.
+    pub fn along(part: Part, along: Along) -> Pipeline {
         Pipeline {
+            projector: Projector::new(along),
             running: Running::new(&part),
             history: History::default(),
             mesh: Mesh::new(),
@@ -113,10 +125,11 @@ impl Pipeline {
     /// does cost more with more points, is looked at only when they have grown by a quarter.
     pub fn figures(&mut self) -> RunningFigures {
         let counts = self.mesh.counts();
+        let plane = self.projector.plane();
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            let look = look::look(&self.mesh, &self.part, &pose);
+            let look = look::look(&self.mesh, &self.part, &pose, &plane);
             (self.sampling, self.seen) = (look.sampling, look.mesh);
         }
         let estimate = self.running.estimate();
@@ -127,31 +140,39 @@ impl Pipeline {
         points.used = estimate.as_ref().map_or(0, |estimate| estimate.count as u64);
         RunningFigures {
             points,
-            // Looking at the whole mesh anew would cost every triangle.
-            mesh: look::with_counts(&self.mesh, self.seen.clone()),
+            mesh: MeshFigures {
+                projection: self.projector.figures(),
+                // Looking at the whole mesh anew would cost every triangle.
+                ..look::with_counts(&self.mesh, self.seen.clone())
+            },
             sampling: self.sampling.clone(),
-            form: estimate.as_ref().map(|estimate| figures::running_form(&self.part, estimate)),
+            form: estimate
+                .as_ref()
+                .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
             map: estimate.as_ref().map(figures::map),
             convergence: self.history.convergence(),
-            pending: counts.pending,
+            pending: counts.pending + self.projector.waiting(),
         }
     }
 
     /// The final figures, from all points.
     pub fn finish(mut self) -> Measurement {
+        let (mesh, running) = (&mut self.mesh, &mut self.running);
+        self.projector.finish(|point| accept(mesh, running, point));
         self.mesh.flush();
         let points = self.points();
-        measurement::measure(&self.mesh, &self.part, points)
+        measurement::measure(&self.mesh, &self.part, &self.projector, points)
     }
 
-    /// The mesh so far, as vertices and triangles; points still waiting for their batch are not in it.
-    pub fn mesh(&self) -> (&[PointMm], Vec<[u32; 3]>) {
-        (self.mesh.points(), self.mesh.triangles())
+    /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
+    /// batch, or for the plane of projection, are not in it.
+    pub fn mesh(&self) -> (Cow<'_, [PointMm]>, Vec<[u32; 3]>) {
+        (projection::measured(&self.mesh, &self.projector.plane()), self.mesh.triangles())
     }
 
     fn accept(&mut self, position_mm: PointMm) {
-        self.mesh.push(position_mm);
-        self.running.push(position_mm);
+        let (mesh, running) = (&mut self.mesh, &mut self.running);
+        self.projector.take(position_mm, |point| accept(mesh, running, point));
     }
 
     fn points(&self) -> Points {
@@ -165,6 +186,12 @@ impl Pipeline {
         }
         Points { received: self.received, used: 0, flagged, duplicates: counts.duplicates, lost: 0 }
     }
+}
+
+/// Takes a point in the frame of the plane of projection.
+fn accept(mesh: &mut Mesh, running: &mut Running, uvw_mm: PointMm) {
+    mesh.push(uvw_mm);
+    running.push(uvw_mm);
 }
 
 /// Below this many vertices the sampling says little.

@@ -29,6 +29,36 @@ fn read_las(bytes: &[u8]) -> (Vec<[i32; 3]>, [f64; 3]) {
     (points, [131, 139, 147].map(|at| f64::from_le_bytes(field(bytes, at))))
 }
 
+/// The scan, where it is at hand; skipped, and said so, where it is not.
+struct Scan {
+    /// The file.
+    bytes: Vec<u8>,
+    /// Its points in steps of the scale.
+    steps: Vec<[i32; 3]>,
+    scale: [f64; 3],
+    mesh: Mesh,
+}
+
+impl Scan {
+    #[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
+    fn load() -> Option<Scan> {
+        let path = data_folder().join("lidar/autzen_trim.las");
+        let Ok(bytes) = std::fs::read(&path) else {
+            eprintln!("skipped: {} not found", path.display());
+            return None;
+        };
+        let (steps, scale) = read_las(&bytes);
+        let mut mesh = Mesh::new();
+        mesh.extend(
+            steps
+                .iter()
+                .map(|step| std::array::from_fn(|axis| f64::from(step[axis]) * scale[axis])),
+        );
+        mesh.flush();
+        Some(Scan { bytes, steps, scale, mesh })
+    }
+}
+
 /// The `N` bytes at an offset.
 fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     bytes[at..at + N].try_into().expect("a slice of N bytes makes an array of N")
@@ -36,19 +66,8 @@ fn field<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
 
 #[test]
 fn autzen() {
-    let path = data_folder().join("lidar/autzen_trim.las");
-    let Ok(bytes) = std::fs::read(&path) else {
-        eprintln!("skipped: {} not found", path.display());
-        return;
-    };
-    let (steps, scale) = read_las(&bytes);
+    let Some(Scan { steps, scale, mesh, .. }) = Scan::load() else { return };
     assert_eq!(steps.len(), 110_000);
-
-    let mut mesh = Mesh::new();
-    mesh.extend(
-        steps.iter().map(|step| std::array::from_fn(|axis| f64::from(step[axis]) * scale[axis])),
-    );
-    mesh.flush();
     let counts = mesh.counts();
     assert_eq!((counts.vertices, counts.triangles, counts.hull), (109_993, 219_955, 29));
     assert_eq!(counts.vertices + counts.triangles, counts.edges + 1);
@@ -97,12 +116,7 @@ fn autzen() {
 
 #[test]
 fn folds_are_where_the_laser_met_several_surfaces() {
-    let path = data_folder().join("lidar/autzen_trim.las");
-    let Ok(bytes) = std::fs::read(&path) else {
-        eprintln!("skipped: {} not found", path.display());
-        return;
-    };
-    let (steps, scale) = read_las(&bytes);
+    let Some(Scan { bytes, steps, mesh, .. }) = Scan::load() else { return };
     let first_point = u32::from_le_bytes(field(&bytes, 96)) as usize;
     let record_length = usize::from(u16::from_le_bytes(field(&bytes, 105)));
     // "Number of Returns" are bits 3 to 5 of byte 14 of a record of formats 0 to 5. Two or more mean
@@ -110,11 +124,6 @@ fn folds_are_where_the_laser_met_several_surfaces() {
     assert!(bytes[104] <= 5);
     let several = |index: usize| bytes[first_point + index * record_length + 14] >> 3 & 7 > 1;
 
-    let mut mesh = Mesh::new();
-    mesh.extend(
-        steps.iter().map(|step| std::array::from_fn(|axis| f64::from(step[axis]) * scale[axis])),
-    );
-    mesh.flush();
     let mut of_several = vec![false; mesh.points().len()];
     for index in 0..steps.len() {
         if let Some(Outcome::Vertex(vertex)) = mesh.outcome(index) {

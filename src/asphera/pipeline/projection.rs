@@ -1,0 +1,283 @@
+//! On which plane the points are projected: given, or fitted from the first of them.
+//!
+//! The points of a part are turned into the frame u, v, w of the plane, and everything that is made of them
+//! (mesh, sampling, fit) takes u, v and w for what x, y and z are where the projection is along z: the
+//! nominal's axis is taken to point along the normal at first, and its aperture to lie about it. Every
+//! nominal is a height over its own x and y, so a part that needs another direction of projection than z is
+//! one whose axis points there. What is reported with a place is turned back into the measured frame.
+//!
+//! Every plane's u and v are zero at the origin of the measured frame, as x and y are.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::str::FromStr;
+
+use asphera_surface::{Mesh, Plane, PlaneError, PointMm, RANGE_MM};
+use thiserror::Error;
+
+use crate::report::{PlaneFigures, ProjectionFigures};
+
+/// How the plane of projection is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Along(How);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum How {
+    Given(Plane),
+    Fitted { points: usize },
+}
+
+/// Why a projection is none.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AlongError {
+    /// The direction has no length, or a coordinate is not finite.
+    #[error("expected a direction of finite length above 0, as 0,0.5,0.866; found {normal:?}")]
+    Direction {
+        /// Its coordinates.
+        normal: [f64; 3],
+    },
+    /// So few points determine no plane, so many would wait too long.
+    #[error("expected {MIN_POINTS} to {MAX_POINTS} points to fit a plane from, found {points}")]
+    Points {
+        /// How many were asked for.
+        points: usize,
+    },
+    /// No word that is known, and no three numbers.
+    #[error("expected z, fitted or three numbers nx,ny,nz, found `{found}`")]
+    Word {
+        /// What was said.
+        found: String,
+    },
+}
+
+impl Along {
+    /// Along z of the measured frame.
+    pub const Z: Along = Along(How::Given(Plane::XY));
+
+    /// Along a direction of the measured frame, of any length, from the side it points to.
+    ///
+    /// # Errors
+    ///
+    /// When it is zero or not finite.
+    pub fn direction(normal: [f64; 3]) -> Result<Along, AlongError> {
+        match Plane::new([0.0; 3], normal) {
+            Ok(plane) => Ok(Along(How::Given(plane))),
+            Err(_) => Err(AlongError::Direction { normal }),
+        }
+    }
+
+    /// Along the normal of the plane through the first `points` good points; of the two normals the one
+    /// with positive z.
+    ///
+    /// # Errors
+    ///
+    /// Below [`MIN_POINTS`] and above [`MAX_POINTS`].
+    pub fn fitted(points: usize) -> Result<Along, AlongError> {
+        if (MIN_POINTS..=MAX_POINTS).contains(&points) {
+            Ok(Along(How::Fitted { points }))
+        } else {
+            Err(AlongError::Points { points })
+        }
+    }
+}
+
+impl Default for Along {
+    /// Along z.
+    fn default() -> Along {
+        Along::Z
+    }
+}
+
+impl FromStr for Along {
+    type Err = AlongError;
+
+    /// `z`, `fitted` (from [`DEFAULT_POINTS`] points) or `nx,ny,nz`.
+    fn from_str(word: &str) -> Result<Along, AlongError> {
+        let numbers = || -> Option<[f64; 3]> {
+            let numbers: Option<Vec<f64>> =
+                word.split(',').map(|number| number.trim().parse().ok()).collect();
+            numbers?.try_into().ok()
+        };
+        match word {
+            "z" => Ok(Along::Z),
+            "fitted" => Along::fitted(DEFAULT_POINTS),
+            _ => match numbers() {
+                Some(normal) => Along::direction(normal),
+                None => Err(AlongError::Word { found: word.to_owned() }),
+            },
+        }
+    }
+}
+
+/// The plane of one part, from before it is known until the end.
+#[derive(Clone, Debug)]
+pub(super) enum Projector {
+    /// It was given.
+    Given(Plane),
+    /// Points wait for it.
+    Fitting {
+        /// How many were asked for.
+        wanted: usize,
+        /// At how many it is tried next.
+        next: usize,
+        waiting: Vec<PointMm>,
+    },
+    /// It goes through the first points.
+    Fitted { plane: Plane, points: usize },
+    /// The first points determine none: projected along z.
+    Unfitted { points: usize, why: PlaneError },
+}
+
+impl Projector {
+    pub(super) fn new(along: Along) -> Projector {
+        match along.0 {
+            How::Given(plane) => Projector::Given(plane),
+            How::Fitted { points } => {
+                Projector::Fitting { wanted: points, next: points, waiting: Vec::new() }
+            }
+        }
+    }
+
+    /// Takes the next point; gives those whose u, v and w are known now to `out`, in their order.
+    pub(super) fn take(&mut self, point: PointMm, mut out: impl FnMut(PointMm)) {
+        let Projector::Fitting { next, waiting, .. } = self else {
+            return out(self.plane().to_plane(point));
+        };
+        // One that no mesh admits must not turn the plane, nor fill the memory.
+        if !point.iter().all(|coordinate| coordinate.abs() <= RANGE_MM) {
+            return out(point);
+        }
+        waiting.push(point);
+        if waiting.len() < *next {
+            return;
+        }
+        match through(waiting) {
+            Ok(plane) => self.settle(Ok(plane), out),
+            // A line or a curve, which is what a scan may begin with: more of it may do.
+            Err(_) if 2 * *next <= MOST_WAITING => *next *= 2,
+            Err(why) => self.settle(Err(why), out),
+        }
+    }
+
+    /// There are no more points: those that wait have to do.
+    pub(super) fn finish(&mut self, out: impl FnMut(PointMm)) {
+        if let Projector::Fitting { waiting, .. } = self {
+            let found = through(waiting);
+            self.settle(found, out);
+        }
+    }
+
+    /// The plane; z = 0 as long as it is not known.
+    pub(super) fn plane(&self) -> Plane {
+        match self {
+            Projector::Given(plane) | Projector::Fitted { plane, .. } => *plane,
+            Projector::Fitting { .. } | Projector::Unfitted { .. } => Plane::XY,
+        }
+    }
+
+    /// How many points wait for the plane.
+    pub(super) fn waiting(&self) -> u64 {
+        match self {
+            Projector::Fitting { waiting, .. } => waiting.len() as u64,
+            _ => 0,
+        }
+    }
+
+    /// As reports write it; `None` where the projection is along z and nothing else was asked for.
+    pub(super) fn figures(&self) -> Option<ProjectionFigures> {
+        match self {
+            Projector::Given(plane) if *plane == Plane::XY => None,
+            Projector::Given(plane) => Some(ProjectionFigures::Given { plane: figures(plane) }),
+            Projector::Fitting { wanted, next, waiting } => Some(ProjectionFigures::Fitting {
+                points: waiting.len() as u64,
+                wanted: *next as u64,
+                tried: next > wanted,
+            }),
+            Projector::Fitted { plane, points } => {
+                Some(ProjectionFigures::Fitted { plane: figures(plane), points: *points as u64 })
+            }
+            Projector::Unfitted { points, why } => Some(ProjectionFigures::Unfitted {
+                plane: figures(&Plane::XY),
+                points: *points as u64,
+                reason: why.to_string(),
+            }),
+        }
+    }
+
+    fn settle(&mut self, found: Result<Plane, PlaneError>, mut out: impl FnMut(PointMm)) {
+        let Projector::Fitting { waiting, .. } = self else { return };
+        let waiting = std::mem::take(waiting);
+        let points = waiting.len();
+        *self = match found {
+            Ok(plane) => Projector::Fitted { plane, points },
+            Err(why) => Projector::Unfitted { points, why },
+        };
+        let plane = self.plane();
+        waiting.into_iter().for_each(|point| out(plane.to_plane(point)));
+    }
+}
+
+/// The vertices of a mesh in the measured frame.
+pub(super) fn measured<'a>(mesh: &'a Mesh, plane: &Plane) -> Cow<'a, [PointMm]> {
+    if *plane == Plane::XY {
+        return Cow::Borrowed(mesh.points());
+    }
+    mesh.points().iter().map(|point| plane.from_plane(*point)).collect()
+}
+
+/// The least-squares plane, with u and v zero at the origin of the measured frame.
+fn through(points: &[PointMm]) -> Result<Plane, PlaneError> {
+    let fitted = Plane::fitted(points)?;
+    let (normal, centre_mm) = (fitted.normal(), fitted.origin_mm());
+    let height_mm: f64 = (0..3).map(|axis| normal[axis] * centre_mm[axis]).sum();
+    Plane::new(normal.map(|coordinate| height_mm * coordinate), normal)
+}
+
+fn figures(plane: &Plane) -> PlaneFigures {
+    let [u, v, normal] = plane.axes();
+    PlaneFigures { normal, origin_mm: plane.origin_mm(), u, v }
+}
+
+impl fmt::Display for ProjectionFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ProjectionFigures::Given { plane } => write!(f, "{plane}, as given"),
+            ProjectionFigures::Fitting { points, wanted, tried } => {
+                write!(f, "fitting the plane: {points} of {wanted}")?;
+                if *tried {
+                    f.write_str("; fewer determined none")?;
+                }
+                Ok(())
+            }
+            ProjectionFigures::Fitted { plane, points } => {
+                write!(f, "{plane}, fitted from {points} points")
+            }
+            ProjectionFigures::Unfitted { points, reason, .. } => {
+                write!(f, "along z, for no plane could be fitted from {points} points: {reason}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for PlaneFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([nx, ny, nz], [x, y, z]) = (self.normal, self.origin_mm);
+        // Adding zero keeps a rounded negative zero from being written with its sign.
+        let rounded = |value: f64, places: f64| (value * places).round() / places + 0.0;
+        let [nx, ny, nz] = [nx, ny, nz].map(|coordinate| rounded(coordinate, 1e6));
+        let [x, y, z] = [x, y, z].map(|coordinate| rounded(coordinate, 1e6));
+        write!(f, "normal ({nx}, {ny}, {nz}), through ({x}, {y}, {z}) mm")
+    }
+}
+
+/// Points a plane is fitted from, where nothing else is said.
+pub const DEFAULT_POINTS: usize = 1000;
+/// As many a plane needs.
+pub const MIN_POINTS: usize = 3;
+/// As many may be asked for.
+pub const MAX_POINTS: usize = 1_000_000;
+/// As many points may wait: 25 MB of them.
+const MOST_WAITING: usize = 1 << 20;
+
+#[cfg(test)]
+mod tests;
