@@ -14,6 +14,7 @@
 
 mod area;
 pub mod check;
+mod coverage;
 mod delaunay;
 mod distance;
 mod exact;
@@ -40,6 +41,11 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
+pub use coverage::{
+    Aperture, ApertureError, Completion, Coverage, CoverageCounts, CoverageError, CoveredAreas,
+    Patch, PlanError, Polygon, Progress, Reach, Reference, Ring, Spacing, Spread, Target,
+    TargetError, Waypoint, completion, cover, waypoints, write_waypoints,
+};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
