@@ -5,8 +5,9 @@
 //! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
-//! well-sampled part has. [`local_shapes`] gives normals and curvatures at the vertices,
-//! [`estimate_noise`] the noise of the heights, and [`assess_spacing`] what spacing both allow.
+//! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
+//! [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
+//! spacing it allows.
 //! [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
@@ -17,7 +18,8 @@
 
 mod area;
 pub mod check;
-mod curvature;
+pub mod coverage;
+pub mod curvature;
 mod delaunay;
 mod distance;
 mod exact;
@@ -26,7 +28,7 @@ mod exact;
 mod exact_tests;
 mod location;
 mod mesh;
-mod noise;
+pub mod noise;
 mod order;
 mod outcome;
 mod outline;
@@ -45,19 +47,10 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
-pub use curvature::{
-    Adjacency, AdjacencyError, LocalShape, Model, RingsError, ShapeSettings, ShapeUncertainty,
-    Surroundings, Undetermined, local_shape, local_shapes,
-};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
     Revision,
-};
-pub use noise::{
-    Advice, Along, Noise, NoiseError, NoiseEstimate, NoiseMap, NoiseSettings, NoiseSettingsError,
-    NoiseUnknown, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing, estimate_noise,
-    facet_tilt_rad, noise_map,
 };
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, islands};

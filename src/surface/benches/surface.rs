@@ -6,6 +6,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use asphera_surface::coverage::{Aperture, Target, cover};
 use asphera_surface::{
     Criteria, Grid, Mesh, PointMm, Relief, VertexId, assess, islands, projectable_along, rasterize,
     topography,
@@ -62,6 +63,35 @@ fn meshed(points: &[PointMm]) -> Mesh {
 fn insert(bencher: Bencher, pattern: &str) {
     let points = points(pattern);
     bencher.counter(ItemsCount::new(points.len())).bench(|| meshed(black_box(&points)));
+}
+
+/// Coverage of a circle that the scan reaches beyond. Items are triangles.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn cover_all(bencher: Bencher, pattern: &str) {
+    cover_circle(bencher, pattern, 2.0);
+}
+
+/// The same where nothing is covered.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn cover_nothing(bencher: Bencher, pattern: &str) {
+    cover_circle(bencher, pattern, 0.5);
+}
+
+/// The target is a spacing of so many pitches.
+fn cover_circle(bencher: Bencher, pattern: &str, pitches: f64) {
+    let mesh = meshed(&points(pattern));
+    let triangles = mesh.triangles();
+    let (low, high) =
+        mesh.points().iter().fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), p| {
+            ([low[0].min(p[0]), low[1].min(p[1])], [high[0].max(p[0]), high[1].max(p[1])])
+        });
+    let centre_mm = [0, 1].map(|axis| (low[axis] + high[axis]) / 2.0);
+    let aperture = Aperture::circle(centre_mm, 0.48 * (high[0] - low[0])).expect("it is sound");
+    let target = Target { spacing_mm: Some(pitches * patterns::PITCH_MM), ..Target::default() };
+    let lfs_mm = |x: f64, y: f64| Some(50.0 + x * y);
+    bencher
+        .counter(ItemsCount::new(triangles.len()))
+        .bench(|| cover(mesh.points(), &triangles, &[], Some(&aperture), &target, lfs_mm));
 }
 
 /// Items are triangles.

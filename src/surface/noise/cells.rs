@@ -59,7 +59,7 @@ impl NoiseMap {
 ///
 /// The neighbourhoods of the settings are spread over all points and fall into the cell of their
 /// vertex, as many as the cell has of the points; a cell with fewer than
-/// [`NoiseSettings::NEIGHBOURHOODS_MIN`] is not known. Otherwise as [`crate::estimate_noise`].
+/// [`NoiseSettings::NEIGHBOURHOODS_MIN`] is not known. Otherwise as [`crate::noise::estimate_noise`].
 ///
 /// # Panics
 ///

@@ -8,7 +8,7 @@
 //! **Noise.** Reconstruction chooses facets by their normals: Cocone takes those that lie across the
 //! direction in which a vertex' Voronoi cell is long (W. El-Hayek et al., J. Phys.: Conf. Ser. 483
 //! (2014) 012003, doi:10.1088/1742-6596/483/1/012003, section 4.2). Noise σ turns a facet by 2σ/h
-//! (see [`crate::facet_tilt_rad`]): the denser the samples, the more. There two measured lenses could
+//! (see [`crate::noise::facet_tilt_rad`]): the denser the samples, the more. There two measured lenses could
 //! not be reconstructed before they were reduced from 2,782,224 to 1,023,300 and from 1,044,336 to
 //! 301,698 points, spacings 1.65 and 1.86 times as wide (section 6); a sampling condition that only
 //! bounds the spacing from above cannot say why.

@@ -9,7 +9,7 @@ mod loops;
 
 use std::cmp::Ordering;
 
-use self::loops::{Loop, loops};
+pub(crate) use self::loops::{Loop, loops};
 use crate::relief::sides;
 use crate::sets::Sets;
 use crate::{PointMm, VertexId};
@@ -157,7 +157,7 @@ fn vertex_counts(starts: &Starts, of_triangle: &[usize], islands: usize) -> Vec<
 }
 
 /// The directed sides of triangles by the vertex they start from.
-struct Starts {
+pub(crate) struct Starts {
     first: Vec<usize>,
     /// The ends of the sides from vertex i, ascending, with the triangle on their left, are
     /// `ends[first[i]..first[i + 1]]`.
@@ -165,7 +165,8 @@ struct Starts {
 }
 
 impl Starts {
-    fn new(points: usize, triangles: &[[VertexId; 3]]) -> Starts {
+    /// Those of `triangles`, whose corners are below `points`.
+    pub(crate) fn new(points: usize, triangles: &[[VertexId; 3]]) -> Starts {
         let mut first = vec![0; points + 1];
         for &corner in triangles.as_flattened() {
             first[corner as usize + 1] += 1;
@@ -191,7 +192,8 @@ impl Starts {
         &self.ends[self.first[vertex]..self.first[vertex + 1]]
     }
 
-    fn triangle_left_of(&self, [p, q]: [VertexId; 2]) -> Option<usize> {
+    /// The triangle on the left of the side, if there is one.
+    pub(crate) fn triangle_left_of(&self, [p, q]: [VertexId; 2]) -> Option<usize> {
         let ends = self.at(p as usize);
         ends.binary_search_by_key(&q, |&(end, _)| end).ok().map(|at| ends[at].1)
     }

@@ -2,6 +2,7 @@
 
 mod batches;
 mod changes;
+mod coverage;
 mod folds;
 mod lattice;
 mod lidar;
