@@ -30,6 +30,7 @@ mod point;
 mod projection;
 mod quantile;
 mod raster;
+mod reduce;
 #[cfg(test)]
 mod regressions;
 mod relief;
@@ -53,6 +54,11 @@ pub use projection::{
     Obstacle, Plane, PlaneError, Projectability, THINNED_POINTS, projectable_along,
 };
 pub use raster::{Grid, RasterError, rasterize};
+pub use reduce::{
+    Averaged, AveragedPoint, Bound, CurvatureBound, Fate, Noise, Reducer, Reduction, Spacing,
+    Split, Spread, Tally, Target, TargetError, average, crumpled_fraction, curvature_bound,
+    noise_limit_mm, noise_of, reduce, spread,
+};
 pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
 pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};

@@ -51,7 +51,7 @@ pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> V
 /// the numbers of their ends cancel. About a vertex of the outline they leave the difference
 /// between the two outline neighbours. Should several such differences cancel at a vertex where
 /// parts of a filtered mesh meet, it is taken for an inner one and gaps there are not refined.
-fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool> {
+pub(crate) fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool> {
     let mut left_over = vec![0_i64; points];
     for &[a, b, c] in triangles {
         for (vertex, from, to) in [(a, b, c), (b, c, a), (c, a, b)] {
