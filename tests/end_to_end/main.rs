@@ -9,3 +9,4 @@ mod errors;
 mod faults;
 mod measure;
 mod peers;
+mod reduce;
