@@ -75,7 +75,7 @@ fn what_is_kept_was_measured_and_passes() {
     let wanted =
         ["--epsilon", "0.02", "--nominal", nominal.to_str().unwrap(), "--average", "--json"];
     let report = json(&reduce(&file, &again, &wanted));
-    assert!((number(&report, "/lfs/range_mm/max_mm") / 4.25 - 1.0).abs() < 0.01);
+    assert!((number(&report, "/lfs/range_mm/max_mm") / 20.0 - 1.0).abs() < 0.01);
     assert!(count(&report, "/averaged") > 0);
     assert!(lines(&again).iter().all(|line| line.split(',').count() == 4));
     let report = json(&reduce(

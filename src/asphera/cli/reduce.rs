@@ -97,7 +97,9 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let points = mesh.points();
     let noise = noise(&mesh, args.noise, &name)?;
     let (lfs, lfs_source) = feature_size(points, part.as_ref(), noise.sigma_nm * 1e-6, &name)?;
-    let target = Target::new(args.epsilon, extent_mm(points))?.with_noise(noise.sigma_nm * 1e-6)?;
+    // Where nothing bends, points a tenth of the extent apart still stay.
+    let lfs_max_mm = 0.1 * extent_mm(points) / args.epsilon;
+    let target = Target::new(args.epsilon, lfs_max_mm)?.with_noise(noise.sigma_nm * 1e-6)?;
     let triangles = mesh.triangles();
     let reduction = reduce(points, triangles.iter().copied(), &target, &lfs);
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();

@@ -57,9 +57,8 @@ pub enum TargetError {
 
 impl Target {
     /// A target for `epsilon`, above 0 and up to 1. The local feature size is taken as no more than
-    /// `lfs_max_mm`, above 0 and finite: points that extend over a length say nothing about the
-    /// surface beyond it, and over a plane, where the local feature size is infinite, two points
-    /// would do.
+    /// `lfs_max_mm`, above 0 and finite: over a plane, where the local feature size is
+    /// infinite, two points would do, which is hardly what is wanted.
     ///
     /// # Errors
     ///

@@ -51,7 +51,8 @@ pub(super) struct Input {
 #[derive(Serialize)]
 pub(super) struct Lfs {
     pub(super) source: &'static str,
-    /// As used, no larger than the extent of the points; absent where it is known nowhere.
+    /// As used: where nothing bends, so large that the spacing is a tenth of the extent. Absent where it is known
+    /// nowhere.
     pub(super) range_mm: Option<Range>,
 }
 

@@ -1,5 +1,6 @@
 //! Points written as columns of text.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub(super) enum FileError {
 impl Style {
     /// The style that the name of a file asks for.
     pub(super) fn of(path: &Path) -> Result<Style, FileError> {
-        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        let extension = path.extension().map(OsStr::to_ascii_lowercase);
         match extension.as_ref().and_then(|extension| extension.to_str()) {
             Some("xyz" | "txt" | "asc") => Ok(Style::Spaces),
             Some("csv") => Ok(Style::Commas),
