@@ -6,7 +6,7 @@
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
 //! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
-//! [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
+//! [`reduce`] which points are enough, [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
 //! spacing it allows.
 //! [`check`] proves a finished mesh right by exact arithmetic.
 //!
@@ -37,6 +37,7 @@ mod point;
 mod projection;
 mod quantile;
 mod raster;
+pub mod reduce;
 #[cfg(test)]
 mod regressions;
 mod relief;

@@ -10,3 +10,4 @@ mod faults;
 mod measure;
 mod peers;
 mod projection;
+mod reduce;

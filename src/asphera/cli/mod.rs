@@ -6,6 +6,7 @@ mod exit;
 mod measure;
 mod output;
 mod ports;
+mod reduce;
 mod replay;
 mod run;
 mod serve;
@@ -46,6 +47,8 @@ enum Command {
     Check(ConfigArgs),
     /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF.
     Measure(measure::MeasureArgs),
+    /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
+    Reduce(reduce::ReduceArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Runs the simulators of a bench alone.
@@ -105,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args.config),
         Command::Check(args) => check::run(&args.config),
         Command::Measure(args) => measure::run(&args),
+        Command::Reduce(args) => reduce::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),

@@ -1,0 +1,290 @@
+//! `asphera reduce`: a dense cloud to the points that are enough.
+
+mod figures;
+mod file;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use asphera_form::{FitSettings, Nominal, Pose, fit};
+use asphera_surface::reduce::{
+    Averaged, Target, average, crumpled_fraction, curvature_bound, noise_of, reduce, spread,
+};
+use asphera_surface::{Criteria, Mesh, PointMm, assess};
+use clap::Args;
+
+use super::exit::Exit;
+use super::output::{Failure, print, print_json};
+use crate::config::Part;
+use figures::{Condition, Figures, Input, Lfs, Noise, Range, Spacings, Sparse};
+
+#[derive(Args)]
+pub(super) struct ReduceArgs {
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    file: PathBuf,
+    /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
+    #[arg(long, value_name = "E")]
+    epsilon: f64,
+    /// Standard deviation of the heights in nm, or auto to take it from the points. Kept points are so far apart that
+    /// noise tilts no facet more than the surface bends over it; 0 leaves that out.
+    #[arg(long, value_name = "S", default_value = "auto")]
+    noise: NoiseWanted,
+    /// The nominal, for the local feature size; without it that follows from the curvature of the points.
+    #[arg(long, value_name = "FILE")]
+    nominal: Option<PathBuf>,
+    /// Give each kept point the height of a surface fitted to all points about it, and its standard uncertainty as a
+    /// fourth column. Without this no point is moved.
+    #[arg(long)]
+    average: bool,
+    /// The kept points, as columns of text in mm: .xyz, .txt, .asc or .csv.
+    #[arg(short, long, value_name = "OUT")]
+    out: PathBuf,
+    /// Overwrite OUT if it is there.
+    #[arg(long)]
+    force: bool,
+    /// Print what happened as one JSON object on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where the noise comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum NoiseWanted {
+    Auto,
+    SigmaNm(f64),
+}
+
+impl FromStr for NoiseWanted {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<NoiseWanted, String> {
+        if word == "auto" {
+            return Ok(NoiseWanted::Auto);
+        }
+        match word.parse::<f64>() {
+            Ok(sigma_nm) if (0.0..=MAX_SIGMA_NM).contains(&sigma_nm) => {
+                Ok(NoiseWanted::SigmaNm(sigma_nm))
+            }
+            _ => Err(format!("expected a number from 0 to 1e9 in nm or `auto`, found `{word}`")),
+        }
+    }
+}
+
+pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
+    // What can be wrong without the points is told before they are read.
+    Target::new(args.epsilon, 1.0)?;
+    let style = file::Style::of(&args.out)?;
+    file::refuse(&args.out, &args.file, args.force)?;
+    let part = args.nominal.as_deref().map(nominal).transpose()?;
+    let name = args.file.display().to_string();
+    let bytes = read(&args.file)?;
+    let topography = asphera_formats::read(&name, &bytes)
+        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)))?;
+    drop(bytes);
+
+    let mut mesh = Mesh::new();
+    mesh.extend(topography.points());
+    mesh.flush();
+    let counts = mesh.counts();
+    if counts.triangles == 0 {
+        return Err(format!(
+            "{name}: expected points that span an area, found {} places on no more than a line",
+            counts.vertices
+        )
+        .into());
+    }
+    let points = mesh.points();
+    let noise = noise(&mesh, args.noise, &name)?;
+    let (lfs, lfs_source) = feature_size(points, part.as_ref(), noise.sigma_nm * 1e-6, &name)?;
+    // Where nothing bends, points a tenth of the extent apart still stay.
+    let lfs_max_mm = 0.1 * extent_mm(points) / args.epsilon;
+    let target = Target::new(args.epsilon, lfs_max_mm)?.with_noise(noise.sigma_nm * 1e-6)?;
+    let triangles = mesh.triangles();
+    let reduction = reduce(points, triangles.iter().copied(), &target, &lfs);
+    let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
+    let averaged = args.average.then(|| {
+        let found = average(points, &kept, noise.sigma_nm * 1e-6, |at| target.lfs_mm(lfs(at)));
+        (found, noise.sigma_nm)
+    });
+    let sizes_mm = points.iter().filter_map(|&point| target.lfs_mm(lfs(point)));
+    let mut reduced = Mesh::new();
+    reduced.insert(&kept);
+    let figures = Figures {
+        format: figures::FORMAT,
+        source: name,
+        input: Input {
+            points: counts.pushed,
+            vertices: counts.vertices,
+            missing: topography.missing() as u64,
+            duplicates: counts.duplicates,
+            conflicts: counts.conflicts,
+            not_meshable: counts.rejected,
+        },
+        epsilon: args.epsilon,
+        lfs: Lfs { source: lfs_source, range_mm: Range::of(sizes_mm) },
+        noise,
+        kept: reduction.tally.kept(),
+        dropped: reduction.tally.dropped(),
+        by: reduction.tally.into(),
+        sparse: Sparse {
+            triangles: reduction.sparse_triangles,
+            area_mm2: reduction.sparse_area_mm2,
+        },
+        spacing: spread(&kept).map(Spacings::from),
+        averaged: averaged.as_ref().map(|(found, _)| found.averaged),
+        before: condition(&mesh, &target, &lfs),
+        after: condition(&reduced, &target, &lfs),
+        output: args.out.display().to_string(),
+    };
+    let heights = averaged.as_ref().map(|(found, _)| found);
+    file::write(&args.out, style, &figures.remarks(), &columns(&kept, heights))?;
+    if args.json {
+        print_json(&figures)?;
+    } else {
+        print(&figures.to_string());
+    }
+    Ok(Exit::Done)
+}
+
+/// The numbers of each line: a point, with its uncertainty if it was averaged.
+fn columns(kept: &[PointMm], averaged: Option<&Averaged>) -> file::Columns {
+    match averaged {
+        None => file::Columns::Points(kept.to_vec()),
+        Some(averaged) => {
+            let with_u = |point: &asphera_surface::reduce::AveragedPoint| {
+                let [x, y, z] = point.point_mm;
+                [x, y, z, point.u_mm]
+            };
+            file::Columns::WithUncertainty(averaged.points.iter().map(with_u).collect())
+        }
+    }
+}
+
+fn nominal(path: &Path) -> Result<Part, Failure> {
+    let name = path.display().to_string();
+    let text = String::from_utf8(read(path)?)
+        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
+    Ok(Part::parse(&name, &text)?)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
+}
+
+/// The noise asked for.
+fn noise(mesh: &Mesh, wanted: NoiseWanted, name: &str) -> Result<Noise, Failure> {
+    match wanted {
+        NoiseWanted::SigmaNm(sigma_nm) => Ok(Noise { sigma_nm, source: "given", vertices: None }),
+        NoiseWanted::Auto => match noise_of(mesh) {
+            Some(found) => Ok(Noise {
+                sigma_nm: found.sigma_mm * 1e6,
+                source: "points",
+                vertices: Some(found.vertices),
+            }),
+            None => Err(format!(
+                "{name}: expected at least 20 points with neighbours all round to take the noise from, found fewer; \
+                 give it with --noise"
+            )
+            .into()),
+        },
+    }
+}
+
+/// Local feature size at a point of the measured frame, in mm.
+type FeatureSize = Box<dyn Fn(PointMm) -> Option<f64>>;
+
+/// An upper bound of the local feature size, and where it comes from: the nominal's smallest radius of
+/// curvature at each place, or that of the points anywhere.
+fn feature_size(
+    points: &[PointMm],
+    part: Option<&Part>,
+    sigma_mm: f64,
+    name: &str,
+) -> Result<(FeatureSize, &'static str), Failure> {
+    let Some(part) = part else {
+        let bound = curvature_bound(points, sigma_mm).ok_or_else(|| {
+            format!(
+                "{name}: expected at least 30 points on an eighth of the extent to take the curvature from, found \
+                 fewer; give the surface with --nominal"
+            )
+        })?;
+        return Ok((Box::new(move |_| Some(bound.radius_mm)), "curvature of the points"));
+    };
+    let pose = pose(points, part)
+        .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
+    let nominal: Nominal = part.nominal;
+    let lfs_mm = move |point: PointMm| {
+        let [x, y, _] = pose.to_part(point);
+        let bound_mm = nominal.lfs_bound_mm(x.hypot(y));
+        (!bound_mm.is_nan()).then_some(bound_mm)
+    };
+    Ok((Box::new(lfs_mm), "curvature of the nominal"))
+}
+
+/// Where the part lies. A thinned choice of points tells that well enough: sizes change little over a shift.
+fn pose(points: &[PointMm], part: &Part) -> Result<Pose, String> {
+    let settings =
+        FitSettings { free: part.free.clone(), aperture: part.aperture, ..FitSettings::default() };
+    let step = points.len().div_ceil(FITTED_POINTS);
+    let chosen: Vec<PointMm> = points.iter().copied().step_by(step).collect();
+    match fit(&chosen, &part.nominal, &settings) {
+        Ok(fit) => Ok(fit.pose),
+        Err(error) => Err(crate::error_chain(&error)),
+    }
+}
+
+/// The diagonal of the box about points, in mm.
+fn extent_mm(points: &[PointMm]) -> f64 {
+    let side = |axis: usize| {
+        let along = || points.iter().map(|point| point[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    side(0).hypot(side(1)).hypot(side(2))
+}
+
+/// Whether a mesh is dense enough for ε and not too dense for the noise.
+fn condition(
+    mesh: &Mesh,
+    target: &Target,
+    lfs_mm: impl Fn(PointMm) -> Option<f64> + Copy,
+) -> Condition {
+    let points = mesh.points();
+    let triangles = mesh.triangles();
+    let sigma_mm = target.noise_sigma_mm().unwrap_or(0.0);
+    let crumpled_fraction =
+        crumpled_fraction(points, triangles.iter().copied(), target, sigma_mm, lfs_mm);
+    let criteria = Criteria { epsilon_limit: Some(target.epsilon()), ..Criteria::default() };
+    // Sizes are asked for at places between points as well; their height matters to none of the sources.
+    let at_place = |x: f64, y: f64| target.lfs_mm(lfs_mm([x, y, 0.0])).unwrap_or(f64::NAN);
+    let survey = assess(points, triangles, &criteria, at_place);
+    let sampling = survey.sampling();
+    Condition {
+        triangles: sampling.triangles.good + sampling.triangles.over_epsilon,
+        area_mm2: sampling.projected_area_mm2,
+        crumpled_fraction,
+        epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
+        epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),
+        over_epsilon_area_mm2: sampling.undersampled_area_mm2,
+    }
+}
+
+/// Points the nominal is laid into.
+const FITTED_POINTS: usize = 100_000;
+/// A metre.
+const MAX_SIGMA_NM: f64 = 1e9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_a_length_or_auto() {
+        assert_eq!("auto".parse(), Ok(NoiseWanted::Auto));
+        assert_eq!("12.5".parse(), Ok(NoiseWanted::SigmaNm(12.5)));
+        assert_eq!("0".parse(), Ok(NoiseWanted::SigmaNm(0.0)));
+        for word in ["-1", "NaN", "inf", "1e10", "some", ""] {
+            assert!(word.parse::<NoiseWanted>().is_err(), "{word}");
+        }
+    }
+}

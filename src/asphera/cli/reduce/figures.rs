@@ -1,0 +1,226 @@
+//! What a reduction did, as JSON, as text, and as remarks in its file.
+
+use std::fmt;
+
+use asphera_surface::reduce::{Split, Spread, Tally};
+use serde::Serialize;
+
+/// Version of the layout.
+pub(super) const FORMAT: &str = "asphera.reduction/1";
+
+/// All of it.
+#[derive(Serialize)]
+pub(super) struct Figures {
+    pub(super) format: &'static str,
+    /// The file that was read.
+    pub(super) source: String,
+    pub(super) input: Input,
+    /// As asked for.
+    pub(super) epsilon: f64,
+    pub(super) lfs: Lfs,
+    pub(super) noise: Noise,
+    pub(super) kept: u64,
+    pub(super) dropped: u64,
+    pub(super) by: By,
+    pub(super) sparse: Sparse,
+    /// From each kept point to its nearest; absent with one point.
+    pub(super) spacing: Option<Spacings>,
+    /// How many kept points were averaged; absent where averaging was not asked for.
+    pub(super) averaged: Option<u64>,
+    pub(super) before: Condition,
+    pub(super) after: Condition,
+    /// The file that was written.
+    pub(super) output: String,
+}
+
+/// What was read.
+#[derive(Serialize)]
+pub(super) struct Input {
+    pub(super) points: u64,
+    /// Points of the mesh: those that may be kept.
+    pub(super) vertices: u64,
+    /// Places of the file without a height.
+    pub(super) missing: u64,
+    pub(super) duplicates: u64,
+    /// Points in the place of another, at another height.
+    pub(super) conflicts: u64,
+    pub(super) not_meshable: u64,
+}
+
+/// Local feature size.
+#[derive(Serialize)]
+pub(super) struct Lfs {
+    pub(super) source: &'static str,
+    /// As used: where nothing bends, so large that the spacing is a tenth of the extent. Absent where it is known
+    /// nowhere.
+    pub(super) range_mm: Option<Range>,
+}
+
+#[derive(Clone, Copy, Serialize)]
+pub(super) struct Range {
+    pub(super) min_mm: f64,
+    pub(super) max_mm: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct Noise {
+    /// Standard deviation.
+    pub(super) sigma_nm: f64,
+    pub(super) source: &'static str,
+    /// How many residuals it comes from.
+    pub(super) vertices: Option<u64>,
+}
+
+/// Points by what their spacing followed from.
+#[derive(Serialize)]
+pub(super) struct By {
+    /// From ε: the target is reached.
+    pub(super) epsilon: KeptDropped,
+    /// From the noise, wider than ε allows.
+    pub(super) noise: KeptDropped,
+    /// Measured hardly densely enough for ε.
+    pub(super) sparse: KeptDropped,
+    /// Of unknown local feature size.
+    pub(super) unknown: KeptDropped,
+}
+
+#[derive(Serialize)]
+pub(super) struct KeptDropped {
+    pub(super) kept: u64,
+    pub(super) dropped: u64,
+}
+
+/// Triangles of the measured points that are too wide for ε.
+#[derive(Serialize)]
+pub(super) struct Sparse {
+    pub(super) triangles: u64,
+    pub(super) area_mm2: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct Spacings {
+    pub(super) min_mm: f64,
+    pub(super) median_mm: f64,
+    pub(super) max_mm: f64,
+}
+
+/// A mesh beside both conditions.
+#[derive(Serialize)]
+pub(super) struct Condition {
+    pub(super) triangles: u64,
+    /// Projected.
+    pub(super) area_mm2: f64,
+    /// Share of the area that noise tilts more than the surface bends over it.
+    pub(super) crumpled_fraction: Option<f64>,
+    pub(super) epsilon_max: Option<f64>,
+    pub(super) epsilon_p99: Option<f64>,
+    pub(super) over_epsilon_area_mm2: f64,
+}
+
+impl Range {
+    pub(super) fn of(sizes_mm: impl Iterator<Item = f64>) -> Option<Range> {
+        sizes_mm.fold(None, |range: Option<Range>, mm| {
+            let Range { min_mm, max_mm } = range.unwrap_or(Range { min_mm: mm, max_mm: mm });
+            Some(Range { min_mm: min_mm.min(mm), max_mm: max_mm.max(mm) })
+        })
+    }
+}
+
+impl From<Tally> for By {
+    fn from(tally: Tally) -> By {
+        let of = |Split { kept, dropped }| KeptDropped { kept, dropped };
+        By {
+            epsilon: of(tally.epsilon),
+            noise: of(tally.noise),
+            sparse: of(tally.sparse),
+            unknown: of(tally.unknown),
+        }
+    }
+}
+
+impl From<Spread> for Spacings {
+    fn from(Spread { min_mm, median_mm, max_mm }: Spread) -> Spacings {
+        Spacings { min_mm, median_mm, max_mm }
+    }
+}
+
+impl Figures {
+    /// What a reader of the written file must know, a line each.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let mut remarks = vec![
+            format!("reduced from {} by asphera {}", self.source, env!("CARGO_PKG_VERSION")),
+            format!("{} of {} points kept", self.kept, self.input.points),
+            format!("epsilon {} of the local feature size ({})", self.epsilon, self.lfs.source),
+            format!("noise {} nm ({})", self.noise.sigma_nm, self.noise.source),
+        ];
+        remarks.push(match self.averaged {
+            None => "each point as it was measured".to_owned(),
+            Some(count) => format!("heights of {count} points averaged over those about them"),
+        });
+        remarks
+    }
+}
+
+impl fmt::Display for Figures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "points     {} of {} kept", self.kept, self.input.points)?;
+        let input = &self.input;
+        for (count, what) in [
+            (input.missing, "places without a height"),
+            (input.duplicates, "duplicates"),
+            (input.conflicts, "in the place of another point at another height, left out"),
+            (input.not_meshable, "not finite or out of range, left out"),
+        ] {
+            if count > 0 {
+                writeln!(f, "           {count} {what}")?;
+            }
+        }
+        let noise = &self.noise;
+        writeln!(f, "noise      {:.2} nm ({})", noise.sigma_nm, noise.source)?;
+        if let Some(Range { min_mm, max_mm }) = self.lfs.range_mm {
+            let source = self.lfs.source;
+            writeln!(f, "lfs        {min_mm:.4} to {max_mm:.4} mm ({source})")?;
+        }
+        if let Some(Spacings { min_mm, median_mm, max_mm }) = &self.spacing {
+            writeln!(f, "spacing    {median_mm:.5} mm, from {min_mm:.5} to {max_mm:.5} mm")?;
+        }
+        for (name, condition) in [("before", &self.before), ("after", &self.after)] {
+            write!(f, "{name:<10} ")?;
+            condition.fmt(f)?;
+        }
+        if let Some(count) = self.averaged {
+            writeln!(f, "averaged   {count} of {}", self.kept)?;
+        }
+        for (split, what) in [
+            (&self.by.noise, "points where the noise wants a wider spacing than ε allows"),
+            (&self.by.sparse, "points measured hardly densely enough for ε"),
+            (&self.by.unknown, "points of unknown local feature size"),
+        ] {
+            let count = split.kept + split.dropped;
+            if count > 0 {
+                writeln!(f, "           {count} {what}: {} kept", split.kept)?;
+            }
+        }
+        if self.sparse.triangles > 0 {
+            let Sparse { triangles, area_mm2 } = self.sparse;
+            writeln!(
+                f,
+                "           {triangles} measured triangles too wide for ε, {area_mm2:.4} mm²"
+            )?;
+        }
+        writeln!(f, "written    {}", self.output)
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.4} mm²", self.area_mm2)?;
+        if let Some(epsilon) = self.epsilon_max {
+            write!(f, ", largest ε {epsilon:.5}")?;
+        }
+        if let Some(share) = self.crumpled_fraction {
+            write!(f, ", {:.2} % crumpled by noise", 100.0 * share)?;
+        }
+        writeln!(f)
+    }
+}

@@ -1,0 +1,127 @@
+//! A dense cloud is reduced to points that were measured, and what happened is told.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use asphera_tests::{count, json, number, run};
+
+/// A cap of a sphere of radius 20 mm with deterministic noise of 30 nm, 150 × 150 points over 3 mm.
+fn cap(folder: &Path) -> PathBuf {
+    let mut text = String::from("# a cap\n");
+    let mut state = 7_u64;
+    let mut unit = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for row in 0..150 {
+        for column in 0..150 {
+            let [x, y] = [column, row].map(|index| 0.02 * (f64::from(index) - 74.5));
+            // Twelve uniform numbers less six are nearly normal.
+            let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+            let z = 20.0 - (400.0 - x * x - y * y).sqrt() + 30e-6 * noise;
+            text.push_str(&format!("{x} {y} {z}\n"));
+        }
+    }
+    let path = folder.join("cap.xyz");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn reduce(file: &Path, out: &Path, more: &[&str]) -> Output {
+    let mut arguments = vec!["reduce", file.to_str().unwrap(), "-o", out.to_str().unwrap()];
+    arguments.extend(more);
+    run(&arguments)
+}
+
+fn complaint(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1));
+    assert!(output.stdout.is_empty());
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The lines of a file of points, without comments and names.
+fn lines(path: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let is_point = |line: &&str| !line.starts_with(['#', 'x']);
+    text.lines().filter(is_point).map(str::to_owned).collect()
+}
+
+#[test]
+fn what_is_kept_was_measured_and_passes() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (cap(dir.path()), dir.path().join("reduced.xyz"));
+    let output = reduce(&file, &out, &["--epsilon", "0.01", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = json(&output);
+    let kept = lines(&out);
+    assert_eq!(kept.len() as u64, count(&report, "/kept"));
+    assert_eq!(count(&report, "/kept") + count(&report, "/dropped"), 22_500);
+    assert!(kept.len() < 2_000, "{}", kept.len());
+    let mut measured = lines(&file).into_iter();
+    assert!(kept.iter().all(|line| measured.any(|other| other == *line)), "a point was moved");
+    assert!((number(&report, "/noise/sigma_nm") / 30.0 - 1.0).abs() < 0.06);
+    assert!((number(&report, "/lfs/range_mm/min_mm") / 20.0 - 1.0).abs() < 0.6);
+    assert!(number(&report, "/before/crumpled_fraction") > 0.9);
+    assert_eq!(number(&report, "/after/crumpled_fraction"), 0.0);
+    assert!(number(&report, "/after/epsilon_max") <= 0.01);
+    let shrunk = number(&report, "/after/area_mm2") / number(&report, "/before/area_mm2");
+    assert!((0.99..=1.0).contains(&shrunk), "{shrunk}");
+
+    // The result can be read again, with the nominal and averaged as well.
+    let nominal = dir.path().join("sphere.toml");
+    std::fs::write(&nominal, "[surface]\nkind = \"sphere\"\nradius_mm = 20\n").unwrap();
+    let again = dir.path().join("averaged.csv");
+    let wanted =
+        ["--epsilon", "0.02", "--nominal", nominal.to_str().unwrap(), "--average", "--json"];
+    let report = json(&reduce(&file, &again, &wanted));
+    assert!((number(&report, "/lfs/range_mm/max_mm") / 20.0 - 1.0).abs() < 0.01);
+    assert!(count(&report, "/averaged") > 0);
+    assert!(lines(&again).iter().all(|line| line.split(',').count() == 4));
+    let report = json(&reduce(
+        &again,
+        &out,
+        &[
+            "--epsilon",
+            "0.5",
+            "--noise",
+            "0",
+            "--force",
+            "--json",
+            "--nominal",
+            nominal.to_str().unwrap(),
+        ],
+    ));
+    assert_eq!(count(&report, "/input/points"), lines(&again).len() as u64);
+}
+
+#[test]
+fn what_cannot_be_done_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (cap(dir.path()), dir.path().join("reduced.xyz"));
+    for epsilon in ["0", "-0.1", "2", "NaN"] {
+        let text = complaint(&reduce(&file, &out, &[&format!("--epsilon={epsilon}")]));
+        assert!(text.contains("epsilon") && text.contains("up to 1"), "{text}");
+    }
+    let odd = dir.path().join("reduced.stl");
+    assert!(complaint(&reduce(&file, &odd, &["--epsilon", "0.1"])).contains(".xyz"));
+    let nowhere = dir.path().join("no/folder/reduced.xyz");
+    assert!(complaint(&reduce(&file, &nowhere, &["--epsilon", "0.1"])).contains("cannot write"));
+    std::fs::write(&out, "mine").unwrap();
+    assert!(complaint(&reduce(&file, &out, &["--epsilon", "0.1"])).contains("--force"));
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "mine");
+    let itself = complaint(&reduce(&file, &file, &["--epsilon", "0.1", "--force"]));
+    assert!(itself.contains("expected another"), "{itself}");
+    for (content, expected) in [
+        ("", "at least one line"),
+        ("1 2 3\n", "span an area"),
+        ("0 0 0\n1 1 1\n2 2 2\n", "span an area"),
+        ("0 0 0\n1 0 0\n0 1 0\n", "--noise"),
+    ] {
+        let few = dir.path().join("few.xyz");
+        std::fs::write(&few, content).unwrap();
+        let text = complaint(&reduce(&few, &out, &["--epsilon", "0.1", "--force"]));
+        assert!(text.contains(expected), "{text}");
+    }
+    assert_eq!(reduce(&file, &out, &["--epsilon", "0.1", "--noise", "-3"]).status.code(), Some(2));
+}
