@@ -20,6 +20,7 @@ mod exact;
 #[cfg(test)]
 #[path = "exact/tests/mod.rs"]
 mod exact_tests;
+mod lfs;
 mod location;
 mod mesh;
 mod order;
@@ -40,6 +41,10 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
+pub use lfs::{
+    Accuracy, Curvature, Jet, Lfs, LfsBounds, LfsError, LfsField, LfsNode, MeasuredLfs, MedialAxis,
+    MedialBall, Nominal, NominalLfs, Side, Why, reach_floor_mm,
+};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,

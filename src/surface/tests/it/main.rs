@@ -4,6 +4,7 @@ mod batches;
 mod changes;
 mod folds;
 mod lattice;
+mod lfs;
 mod lidar;
 mod natural;
 mod oracle;
