@@ -6,7 +6,7 @@
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
 //! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
-//! [`reduce`] which points are enough, [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
+//! [`lfs`] the local feature size, [`reduce`] which points are enough, [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
 //! spacing it allows.
 //! [`check`] proves a finished mesh right by exact arithmetic.
 //!
@@ -26,6 +26,7 @@ mod exact;
 #[cfg(test)]
 #[path = "exact/tests/mod.rs"]
 mod exact_tests;
+pub mod lfs;
 mod location;
 mod mesh;
 pub mod noise;

@@ -6,6 +6,7 @@ mod coverage;
 mod folds;
 mod lattice;
 mod lenses;
+mod lfs;
 mod lidar;
 mod natural;
 mod oracle;

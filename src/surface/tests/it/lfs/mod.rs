@@ -1,0 +1,6 @@
+//! Local feature size against surfaces whose medial axis is known.
+
+mod bodies;
+mod field;
+mod measured;
+mod nominal;
