@@ -36,6 +36,7 @@ mod relief;
 mod repeats;
 mod rim;
 mod sampling;
+mod sections;
 mod sets;
 mod triangle;
 
@@ -56,3 +57,8 @@ pub use raster::{Grid, RasterError, rasterize};
 pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
 pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};
+pub use sections::{
+    CircleFit, CuttingPlane, Limit, MAX_DEGREE, Piece, PolynomialFit, Profile, ProfileError,
+    ProfileFigures, Sample, Section, SectionError, SectionPath, SectionPoint, Source, cut, section,
+    section_where,
+};

@@ -15,6 +15,7 @@ mod queries;
 mod raster;
 mod sampling;
 mod scans;
+mod sections;
 mod shapes;
 mod stream;
 mod withdrawn;
