@@ -28,6 +28,7 @@ pub(super) fn lay_out<K: FnMut([VertexId; 3]) -> bool>(
             builder.join_ends();
             return;
         }
+        Circuit::Arcs(arcs) if arcs.is_empty() => return,
         Circuit::Arcs(arcs) => arcs,
     };
     let spans = turn.spans(&arcs);

@@ -28,8 +28,8 @@ use super::profile::{Profile, ProfileError};
 pub struct CircleFit {
     /// Curvature in 1/mm; positive where the profile bends upwards, as a hollow does.
     pub curvature_per_mm: f64,
-    /// Its standard uncertainty in 1/mm.
-    pub u_curvature_per_mm: f64,
+    /// Its standard uncertainty in 1/mm; none where a fit can leave nothing.
+    pub u_curvature_per_mm: Option<f64>,
     /// Root of the mean square of the distances from the circle in mm.
     pub rms_mm: f64,
     circle: Circle,
@@ -76,7 +76,7 @@ impl Profile {
             if step.amax() <= STEP_LEFT {
                 return Ok(CircleFit {
                     curvature_per_mm: circle.curvature_per_mm,
-                    u_curvature_per_mm: solution.uncertainty(0, squares) / reach_mm,
+                    u_curvature_per_mm: solution.uncertainty(0, squares).map(|u| u / reach_mm),
                     rms_mm: (squares * reach_mm * reach_mm / length_mm).sqrt(),
                     circle,
                 });
@@ -157,9 +157,10 @@ impl Circle {
 
 impl CircleFit {
     /// The radius in mm with its standard uncertainty in mm; its sign is that of the curvature.
-    /// None if the curvature is not told from zero: if it is below three times its uncertainty.
+    /// None if the curvature is not told from zero: if it is below three times its uncertainty, or
+    /// that is not known.
     pub fn radius_mm(&self) -> Option<(f64, f64)> {
-        let (curvature, u) = (self.curvature_per_mm, self.u_curvature_per_mm);
+        let (curvature, u) = (self.curvature_per_mm, self.u_curvature_per_mm?);
         let radius_mm = 1.0 / curvature;
         (curvature.abs() > 3.0 * u && radius_mm.is_finite())
             .then_some((radius_mm, u * radius_mm * radius_mm))

@@ -35,7 +35,8 @@ pub(super) struct NormalEquations {
 pub(super) struct Solution {
     pub(super) parameters: DVector<f64>,
     /// N⁻¹GGᵀN⁻¹ / (tr WᵀDW - tr N⁻¹GGᵀ); times the sum of squares left it is the covariance.
-    covariance_of_unit: DMatrix<f64>,
+    /// None if the fit can leave nothing, as of a profile inside one triangle.
+    covariance_of_unit: Option<DMatrix<f64>>,
 }
 
 impl NormalEquations {
@@ -86,10 +87,8 @@ impl NormalEquations {
         }
         let solved = cholesky.solve(&gains);
         let freedom = self.spread - solved.trace();
-        if freedom.is_nan() || freedom <= LEAST_FREEDOM * self.spread {
-            return Err(indeterminate);
-        }
-        let covariance_of_unit = cholesky.solve(&solved.transpose()) / freedom;
+        let covariance_of_unit = (freedom > LEAST_FREEDOM * self.spread)
+            .then(|| cholesky.solve(&solved.transpose()) / freedom);
         Ok(Solution { parameters, covariance_of_unit })
     }
 
@@ -104,8 +103,9 @@ impl NormalEquations {
 
 impl Solution {
     /// The standard uncertainty of the parameter `index`, if what is left has this sum of squares.
-    pub(super) fn uncertainty(&self, index: usize, squares: f64) -> f64 {
-        (self.covariance_of_unit[(index, index)] * squares).max(0.0).sqrt()
+    pub(super) fn uncertainty(&self, index: usize, squares: f64) -> Option<f64> {
+        let covariance_of_unit = self.covariance_of_unit.as_ref()?;
+        Some((covariance_of_unit[(index, index)] * squares).max(0.0).sqrt())
     }
 }
 

@@ -21,7 +21,8 @@ pub struct PolynomialFit {
     /// The slope in the middle of the extent, mm a mm; of a constant 0.
     pub slope: f64,
     /// Standard uncertainty of a straight line's slope: noise of the vertices that is independent
-    /// and of one size, as large as what the fit leaves tells. None for other degrees.
+    /// and of one size, as large as what the fit leaves tells. None for other degrees, and where a fit can leave
+    /// nothing, as of a profile inside one triangle.
     pub u_slope: Option<f64>,
     /// Root of the mean square over the arc position of what is left in mm, samples weighted by
     /// length.
@@ -78,7 +79,8 @@ impl Profile {
         fit.rms_mm = (squares / length_mm).sqrt();
         fit.level_mm = fit.value_mm(middle_mm);
         fit.slope = fit.slope_in_the_middle();
-        fit.u_slope = (degree == 1).then(|| solution.uncertainty(1, squares) / half_mm);
+        fit.u_slope =
+            (degree == 1).then(|| solution.uncertainty(1, squares)).flatten().map(|u| u / half_mm);
         Ok(fit)
     }
 

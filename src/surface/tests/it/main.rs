@@ -2,6 +2,7 @@
 
 mod batches;
 mod changes;
+mod cuts;
 mod folds;
 mod lattice;
 mod lidar;
@@ -10,6 +11,7 @@ mod oracle;
 mod outline;
 mod paged;
 mod patterns;
+mod profiles;
 mod projection;
 mod queries;
 mod raster;

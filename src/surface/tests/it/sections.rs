@@ -285,13 +285,13 @@ fn pieces_are_where_the_triangles_are_kept() {
             let start = 20.0 * random.unit() - 10.0;
             let found = section_where(&mesh, &circle(p, radius, start), keep).unwrap();
             assert_sound(&mesh, &found);
-            // Over a degree of arc the sagitta is 4e-5 of the radius, slopes are below 0.01.
+            // Over a degree of arc the sagitta is 4e-5 of the radius, and slopes are below 1.
             assert_covers(
                 &mesh,
                 &found,
                 keep,
                 around(p, radius, start, 900),
-                1e-6 * radius + 1e-12,
+                4e-5 * radius + 1e-12,
             );
         }
         assert_eq!(mesh.counts().vertices, points.len() as u64, "{seed}");
@@ -333,10 +333,16 @@ fn assert_circle(mesh: &Mesh, nodes: &[Node], centre: Node, squared: i64, start_
     assert!(piece.is_closed());
     assert_eq!(piece.points[0].at_mm, piece.points[piece.points.len() - 1].at_mm);
     assert!((piece.length_mm() - TAU * radius).abs() < 1e-12 * radius);
+    // A point set in between may happen to lie where the circle touches an edge.
+    let touched = |between: &[VertexId]| {
+        let [a, b] = between[..] else { return false };
+        let [a, b] = [a, b].map(|end| nodes[end as usize]);
+        cross(a, b, centre).pow(2) == squared * dot(a, b, b)
+    };
     let mut seen: Vec<Vec<VertexId>> = piece.points[1..]
         .iter()
         .map(|point| between(&point.source))
-        .filter(|between| between.len() < 3)
+        .filter(|between| between.len() < 3 && !touched(between))
         .collect();
     seen.sort();
     assert_eq!(seen, circle_nodes(mesh, nodes, centre, squared), "{centre:?} {squared}");
@@ -444,12 +450,16 @@ fn planes_are_reproduced_and_spheres_lie_above_their_chords() {
             let [x, y, z] = point.at_mm;
             assert!((z - (a * x + b * y + c)).abs() < 1e-15, "{point:?}");
         }
-        for point in section(&sphere, &path, None).unwrap().points() {
+        // Within a gap g of a corner the chords lie at most g² / 2R above; without the thin
+        // triangles along the hull.
+        let gap_mm = 1.5 * PITCH_MM;
+        let found = section(&sphere, &path, Some(gap_mm)).unwrap();
+        assert!(found.points().count() > 50);
+        for point in found.points() {
             let [x, y, z] = point.at_mm;
-            let sag = crate::patterns::sag_mm(x, y);
-            // No edge is longer than twice the pitch: chord² / 8R.
-            let bound = (2.0 * PITCH_MM).powi(2) / (8.0 * 50.0);
-            assert!((-1e-16..=bound).contains(&(z - sag)), "{} at {point:?}", z - sag);
+            let above = z - crate::patterns::sag_mm(x, y);
+            let bound = 1.001 * gap_mm.powi(2) / (2.0 * 50.0);
+            assert!((-1e-16..=bound).contains(&above), "{above} at {point:?}");
         }
     }
 }
