@@ -8,6 +8,7 @@ mod output;
 mod ports;
 mod replay;
 mod run;
+mod section;
 mod serve;
 mod simulate;
 mod summary;
@@ -46,6 +47,8 @@ enum Command {
     Check(ConfigArgs),
     /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF.
     Measure(measure::MeasureArgs),
+    /// Cuts the surface of a file along a line, a circle or a radius: the profile as CSV, and its figures.
+    Section(section::SectionArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Runs the simulators of a bench alone.
@@ -105,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args.config),
         Command::Check(args) => check::run(&args.config),
         Command::Measure(args) => measure::run(&args),
+        Command::Section(args) => section::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),

@@ -16,7 +16,7 @@ fn meshed(points: &[PointMm]) -> Mesh {
 }
 
 fn level(height_mm: f64) -> CuttingPlane {
-    CuttingPlane::new([0.0, 0.0, 1.0], height_mm).unwrap()
+    CuttingPlane::new([0.0, 0.0, 1.0], height_mm).expect("its normal has a direction")
 }
 
 /// Every chord, ordered, as the places of its ends.

@@ -16,7 +16,7 @@ fn meshed(points: impl IntoIterator<Item = PointMm>) -> Mesh {
 }
 
 fn heights(mesh: &Mesh, path: &SectionPath) -> Profile {
-    Profile::heights(&section(mesh, path, None).unwrap())
+    Profile::heights(&section(mesh, path, None).expect("the path has a length"))
 }
 
 /// A mesh over a jittered raster with a height of its own.

@@ -127,7 +127,7 @@ fn segment_nodes(mesh: &Mesh, nodes: &[Node], p: Node, q: Node) -> Vec<Vec<Verte
 
 fn assert_segment(mesh: &Mesh, nodes: &[Node], p: Node, q: Node) {
     let [from, to] = [p, q].map(|node| node.map(|x| x as f64));
-    let found = section(mesh, &segment(from, to), None).unwrap();
+    let found = section(mesh, &segment(from, to), None).expect("it has a length");
     assert_sound(mesh, &found);
     let expected = segment_nodes(mesh, nodes, p, q);
     let seen: Vec<Vec<VertexId>> = found
@@ -242,7 +242,7 @@ fn assert_covers(
         let [left, right]: [SectionPoint; 2] = [piece.points[after - 1], piece.points[after]];
         let share = (s_mm - left.s_mm) / (right.s_mm - left.s_mm);
         let z_mm = left.at_mm[2] + share * (right.at_mm[2] - left.at_mm[2]);
-        let expected_mm = mesh.interpolate_linear(x, y).unwrap();
+        let expected_mm = mesh.interpolate_linear(x, y).expect("the place is inside");
         assert!((z_mm - expected_mm).abs() < bend_mm, "{z_mm} for {expected_mm} at {s_mm}");
     }
 }
@@ -327,7 +327,7 @@ fn circle_nodes(mesh: &Mesh, nodes: &[Node], centre: Node, squared: i64) -> Vec<
 fn assert_circle(mesh: &Mesh, nodes: &[Node], centre: Node, squared: i64, start_rad: f64) {
     let radius = (squared as f64).sqrt();
     let path = circle(centre.map(|x| x as f64), radius, start_rad);
-    let found = section(mesh, &path, None).unwrap();
+    let found = section(mesh, &path, None).expect("it is a circle");
     assert_sound(mesh, &found);
     let [piece] = &found.pieces[..] else { panic!("{centre:?} {squared}: {found:?}") };
     assert!(piece.is_closed());
