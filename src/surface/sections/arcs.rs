@@ -34,8 +34,16 @@ pub(super) fn lay_out<K: FnMut([VertexId; 3]) -> bool>(
     let spans = turn.spans(&arcs);
     // The first in order is the one that begins first after the start of the section, unless it is
     // one that passes the start: that one ends the section, and its second part begins it.
-    let first = (0..arcs.len()).min_by(|&i, &j| spans[i][0].total_cmp(&spans[j][0])).unwrap_or(0);
-    let last = (first + arcs.len() - 1) % arcs.len();
+    let before = |index: usize| (index + arcs.len() - 1) % arcs.len();
+    let mut first =
+        (0..arcs.len()).min_by(|&i, &j| spans[i][0].total_cmp(&spans[j][0])).unwrap_or(0);
+    // Of several so short that they begin there all, the one before which none does.
+    for _ in 1..arcs.len() {
+        if spans[before(first)][0] == spans[first][0] {
+            first = before(first);
+        }
+    }
+    let last = before(first);
     let over = (spans[last][1] > TAU).then(|| turn.between(builder, 0.0, arcs[last].corners));
     if let Some(from) = over {
         let arc = &arcs[last];

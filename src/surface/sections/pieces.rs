@@ -153,11 +153,20 @@ pub(super) struct Builder<'a, K> {
     open: Option<Piece>,
     /// Why a piece that begins with the next chord begins there.
     begins: Limit,
+    /// The largest arc position so far.
+    reached_mm: f64,
 }
 
 impl<'a, K: FnMut([VertexId; 3]) -> bool> Builder<'a, K> {
     pub(super) fn new(points: &'a [PointMm], keep: K) -> Self {
-        Builder { points, keep, pieces: Vec::new(), open: None, begins: Limit::Path }
+        Builder {
+            points,
+            keep,
+            pieces: Vec::new(),
+            open: None,
+            begins: Limit::Path,
+            reached_mm: 0.0,
+        }
     }
 
     /// The chord that follows begins a run, for this reason.
@@ -184,15 +193,19 @@ impl<'a, K: FnMut([VertexId; 3]) -> bool> Builder<'a, K> {
             self.begins = Limit::Gap;
             return;
         }
+        // Rounding must not turn the order that is known exactly.
+        let mut in_order = |mut point: SectionPoint| {
+            self.reached_mm = self.reached_mm.max(point.s_mm);
+            point.s_mm = self.reached_mm;
+            point
+        };
         let begins = self.begins;
-        let piece =
-            self.open.get_or_insert_with(|| Piece { points: vec![from], begins, ends: begins });
-        for &(mut point) in to {
-            // Rounding must not turn the order that is known exactly.
-            let before = piece.points.last().map_or(point.s_mm, |last| last.s_mm);
-            point.s_mm = point.s_mm.max(before);
-            piece.points.push(point);
-        }
+        let piece = self.open.get_or_insert_with(|| Piece {
+            points: vec![in_order(from)],
+            begins,
+            ends: begins,
+        });
+        piece.points.extend(to.iter().copied().map(in_order));
     }
 
     /// The point of a source at an arc position.
@@ -215,7 +228,8 @@ impl<'a, K: FnMut([VertexId; 3]) -> bool> Builder<'a, K> {
     }
 
     fn close(&mut self, why: Limit) {
-        if let Some(mut piece) = self.open.take() {
+        // Where a corner of the mesh pokes into the path by less than rounding tells, it touches it.
+        if let Some(mut piece) = self.open.take().filter(|piece| piece.length_mm() > 0.0) {
             piece.ends = why;
             self.pieces.push(piece);
         }
