@@ -17,6 +17,7 @@ pub mod publish;
 pub mod replay;
 pub mod report;
 pub mod results;
+pub mod section;
 pub mod session;
 pub mod snapshot;
 pub mod station;

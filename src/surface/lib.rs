@@ -45,6 +45,7 @@ mod relief;
 mod repeats;
 mod rim;
 mod sampling;
+pub mod sections;
 mod sets;
 mod triangle;
 

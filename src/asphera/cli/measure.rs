@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_formats::Topography;
 use clap::Args;
 
 use super::OutputArgs;
@@ -38,15 +39,9 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
-    let name = args.nominal.display().to_string();
-    let text = String::from_utf8(read(&args.nominal)?)
-        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
-    let part = Part::parse(&name, &text)?;
+    let part = part(&args.nominal)?;
     let tolerance_given = part.pv_nm.is_some() || part.rms_nm.is_some();
-    let bytes = read(&args.file)?;
-    let topography = asphera_formats::read(&args.file.display().to_string(), &bytes)
-        .map_err(|error| format!("{}: {}", args.file.display(), crate::error_chain(&error)))?;
-    drop(bytes);
+    let topography = topography(&args.file)?;
 
     let clock = Clock::start();
     let mut points: Vec<[f64; 3]> = topography.points().collect();
@@ -66,6 +61,21 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     };
     deliver(&measurement, &args.output)?;
     Ok(Exit::of(&measurement.report, tolerance_given))
+}
+
+/// What a nominal file says.
+pub(super) fn part(path: &Path) -> Result<Part, Failure> {
+    let name = path.display().to_string();
+    let text = String::from_utf8(read(path)?)
+        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
+    Ok(Part::parse(&name, &text)?)
+}
+
+/// The points of a file.
+pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
+    let name = path.display().to_string();
+    asphera_formats::read(&name, &read(path)?)
+        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {

@@ -7,6 +7,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use asphera_surface::coverage::{Aperture, Target, cover};
+use asphera_surface::sections::{CuttingPlane, Profile, SectionPath, cut, section};
 use asphera_surface::{
     Criteria, Grid, Mesh, PointMm, Relief, VertexId, assess, islands, projectable_along, rasterize,
     topography,
@@ -160,6 +161,70 @@ fn islands_all(bencher: Bencher, pattern: &str) {
 }
 
 /// Items are planes tried.
+/// Across the pattern, askew; items are points of the section.
+#[divan::bench(args = PATTERNS, sample_count = 20, sample_size = 1)]
+fn section_line(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let [from_mm, to_mm] = across(&mesh);
+    measure_section(bencher, &mesh, &SectionPath::Segment { from_mm, to_mm });
+}
+
+/// About the middle of the pattern, with half its size for a diameter.
+#[divan::bench(args = PATTERNS, sample_count = 20, sample_size = 1)]
+fn section_circle(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let [from_mm, to_mm] = across(&mesh);
+    let centre_mm = [0, 1].map(|axis| (from_mm[axis] + to_mm[axis]) / 2.0);
+    let radius_mm = (to_mm[0] - from_mm[0]) / 4.0;
+    let path = SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.3 };
+    measure_section(bencher, &mesh, &path);
+}
+
+fn measure_section(bencher: Bencher, mesh: &Mesh, path: &SectionPath) {
+    let found = || section(mesh, path, Some(4.0 * patterns::PITCH_MM)).expect("it has a length");
+    let count = found().points().count();
+    bencher.counter(ItemsCount::new(count)).bench_local(|| black_box(found()));
+}
+
+/// Items are samples: heights, figures, a line and a circle fitted.
+#[divan::bench(sample_count = 20, sample_size = 1)]
+fn profile_fits(bencher: Bencher) {
+    let mesh = meshed(&points("jittered raster"));
+    let [from_mm, to_mm] = across(&mesh);
+    let path = SectionPath::Segment { from_mm, to_mm };
+    let found = section(&mesh, &path, None).expect("it has a length");
+    bencher.counter(ItemsCount::new(found.points().count())).bench_local(|| {
+        let profile = Profile::heights(black_box(&found));
+        black_box((profile.figures(), profile.line(), profile.circle()))
+    });
+}
+
+/// Items are points of the mesh.
+#[divan::bench(args = PATTERNS, sample_count = 5, sample_size = 1)]
+fn cut_level(bencher: Bencher, pattern: &str) {
+    let mesh = meshed(&points(pattern));
+    let heights_mm = mesh.points().iter().map(|point| point[2]);
+    let plane = CuttingPlane::new([0.0, 0.0, 1.0], heights_mm.fold(0.0, f64::max) / 3.0)
+        .expect("its normal has a direction");
+    bencher
+        .counter(ItemsCount::new(mesh.points().len()))
+        .bench_local(|| black_box(cut(&mesh, &plane, None)));
+}
+
+/// From near the lower left corner of the box around a mesh to near the upper right one.
+fn across(mesh: &Mesh) -> [[f64; 2]; 2] {
+    let low = [0, 1].map(|axis| extreme(mesh, axis, f64::min));
+    let high = [0, 1].map(|axis| extreme(mesh, axis, f64::max));
+    [0.013, 0.987].map(|share| {
+        [low[0] + share * (high[0] - low[0]), low[1] + (0.8 * share + 0.1) * (high[1] - low[1])]
+    })
+}
+
+fn extreme(mesh: &Mesh, axis: usize, better: fn(f64, f64) -> f64) -> f64 {
+    let coordinates = mesh.points().iter().map(|point| point[axis]);
+    coordinates.reduce(better).expect("there are points")
+}
+
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn projectable_along_all(bencher: Bencher) {
     let points = lying_cylinder();

@@ -1,0 +1,165 @@
+//! Sections of small files, through the command line's own parser.
+
+use std::path::Path;
+
+use clap::{CommandFactory as _, Parser as _};
+
+use super::super::{Cli, Command};
+use super::*;
+
+/// z = x/2 + y/4 on a raster of 1 mm, 10 nm up at one place.
+const POINTS: &str = "# x y z in mm\n0 0 0\n1 0 0.5\n2 0 1\n0 1 0.25\n1 1 0.75001\n2 1 1.25\n";
+const LEVEL: &str = "[surface]\nkind = \"plane\"\n[fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n";
+
+fn arguments(words: &[&str]) -> SectionArgs {
+    match parse(words) {
+        Ok(args) => args,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn parse(words: &[&str]) -> Result<SectionArgs, String> {
+    let words = ["asphera", "section"].iter().chain(words);
+    match Cli::try_parse_from(words).map_err(|error| error.to_string())?.command {
+        Command::Section(args) => Ok(args),
+        _ => panic!("another command"),
+    }
+}
+
+fn in_folder(test: impl FnOnce(&Path)) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("part.xyz"), POINTS).unwrap();
+    fs::write(folder.path().join("plane.toml"), LEVEL).unwrap();
+    test(folder.path());
+}
+
+fn path(folder: &Path, name: &str) -> String {
+    folder.join(name).display().to_string()
+}
+
+#[test]
+fn help_is_as_it_was() {
+    // What the environment says is not part of it.
+    let mut cli = Cli::command().mut_arg("log", |arg| arg.hide_env_values(true));
+    cli.build();
+    let help = cli.find_subcommand_mut("section").unwrap().render_help().to_string();
+    assert_eq!(help, include_str!("help.txt"), "{help}");
+}
+
+#[test]
+fn the_csv_names_its_units_and_has_every_crossing() {
+    in_folder(|folder| {
+        let out = path(folder, "out.csv");
+        let args = arguments(&[&path(folder, "part.xyz"), "--line", "-1,0.5,1.75,0.5", "-o", &out]);
+        assert_eq!(run(&args).unwrap(), Exit::Done);
+        let text = fs::read_to_string(out).unwrap();
+        assert_eq!(
+            text,
+            "piece,s_mm,x_mm,y_mm,z_mm\n\
+             0,1,0,0.5,0.125\n\
+             0,1.5,0.5,0.5,0.375\n\
+             0,2,1,0.5,0.625005\n\
+             0,2.5,1.5,0.5,0.875005\n\
+             0,2.75,1.75,0.5,1.0000025\n"
+        );
+    });
+}
+
+#[test]
+fn a_nominal_adds_the_deviation_and_figures() {
+    in_folder(|folder| {
+        let [part, plane] = ["part.xyz", "plane.toml"].map(|name| path(folder, name));
+        let args = arguments(&[&part, "--line", "0,1,2,1", "--nominal", &plane]);
+        let report = cut(&args).unwrap();
+        let columns = report.points.as_ref().unwrap();
+        assert!(columns.csv().starts_with("piece,s_mm,x_mm,y_mm,z_mm,deviation_nm\n0,0,0,1,0.25,"));
+        let deviations_nm = columns.deviation_nm.as_ref().unwrap();
+        // Both ends deviate by the same; the deviation is along the normal.
+        let slope = (1.0_f64 + 0.25 + 0.0625).sqrt();
+        let [left, top, right] = deviations_nm[..] else { panic!("{deviations_nm:?}") };
+        let step = top.unwrap() - (left.unwrap() + right.unwrap()) / 2.0;
+        assert!((step - 10.0 / slope).abs() < 1e-3, "{step}");
+        let deviation = report.deviation.unwrap();
+        assert!((deviation.pv_nm - 10.0 / slope).abs() < 1e-3, "{deviation:?}");
+        let text = summary(&report);
+        assert!(text.starts_with("section    2.000000 mm in one piece\nheight     PV 1.000000 mm"));
+        assert!(text.contains("\ndeviation  PV 8.7 nm, RMS"), "{text}");
+    });
+}
+
+#[test]
+fn a_radius_starts_in_the_middle_of_the_points_and_circles_close() {
+    in_folder(|folder| {
+        let part = path(folder, "part.xyz");
+        let report = cut(&arguments(&[&part, "--radius", "-180"])).unwrap();
+        let columns = report.points.unwrap();
+        assert_eq!((columns.x_mm[0], columns.y_mm[0]), (1.0, 0.5));
+        assert_eq!((report.length_mm, report.pieces[0].ends), (1.0, "hull"));
+        let report = cut(&arguments(&[&part, "--radius", "90", "--centre", "0.5,0"])).unwrap();
+        assert_eq!(report.length_mm, 1.0);
+        let report = cut(&arguments(&[&part, "--circle", "1,0.5,0.25"])).unwrap();
+        assert_eq!((report.pieces[0].begins, report.pieces[0].ends), ("closed", "closed"));
+        let height = report.height.unwrap();
+        assert_eq!((height.line, height.circle), (None, None));
+    });
+}
+
+#[test]
+fn the_report_is_json() {
+    in_folder(|folder| {
+        let args = arguments(&[&path(folder, "part.xyz"), "--line", "0,0,2,0", "--json"]);
+        let mut report = cut(&args).unwrap();
+        let whole = serde_json::to_value(&report).unwrap();
+        assert_eq!(whole["points"]["z_mm"], serde_json::json!([0.0, 0.5, 1.0]));
+        report.points = None;
+        let figures = serde_json::to_value(&report).unwrap();
+        assert_eq!(figures["format"], "asphera.section/1");
+        assert_eq!(
+            figures["path"],
+            serde_json::json!({"kind": "line", "from_mm": [0.0, 0.0], "to_mm": [2.0, 0.0]})
+        );
+        assert_eq!(figures["pieces"][0]["points"], 3);
+        assert!(figures["height"]["line"]["pv_nm"].as_f64().unwrap() < 1e-6);
+        assert_eq!(figures["height"]["circle"], serde_json::Value::Null);
+        assert_eq!(
+            figures["reasons"],
+            serde_json::json!([
+                "no circle: the profile comes from 3 vertices, and a fit of 3 parameters needs 4"
+            ])
+        );
+        assert_eq!(figures.get("points"), None);
+    });
+}
+
+#[test]
+fn mistakes_are_named() {
+    let failed = |words: &[&str]| {
+        let mut said = String::new();
+        in_folder(|folder| {
+            let part = path(folder, "part.xyz");
+            let words: Vec<&str> = [&part[..]].iter().chain(words).copied().collect();
+            said = run(&arguments(&words)).unwrap_err().to_string();
+        });
+        said
+    };
+    assert!(failed(&["--line", "5,5,9,9"]).starts_with("the section meets no measured surface"));
+    assert!(failed(&["--line", "0,0,2,0", "--gap-limit", "0.1"]).contains("or in a gap"));
+    assert_eq!(
+        failed(&["--line", "1,1,1,1"]),
+        "the section starts and ends at (1, 1) mm: it has no length"
+    );
+    assert!(failed(&["--circle", "1,0.5,-2"]).starts_with("radius -2 mm: expected"));
+    assert!(failed(&["--circle", "1,0.5,0.1", "--gap-limit", "0"]).starts_with("gap limit 0 mm"));
+    assert!(failed(&["--radius", "0", "--json", "-o", "-"]).contains("both want stdout"));
+    for (words, said) in [
+        (&["f", "--line", "1,2,3"][..], "expected 4 numbers with commas between, found 3"),
+        (&["f", "--circle", "1,NaN,3"], "expected a finite number, found `NaN`"),
+        (&["f", "--radius", "east"], "expected a finite number, found `east`"),
+        (&["f"], "--line <X1,Y1,X2,Y2>|--circle <X,Y,R>|--radius <DEG>"),
+        (&["f", "--radius", "1", "--circle", "0,0,1"], "cannot be used with"),
+        (&["f", "--centre", "1,1", "--circle", "0,0,1"], "cannot be used with"),
+    ] {
+        let error = parse(words).err().unwrap();
+        assert!(error.contains(said), "{words:?}: {error}");
+    }
+}

@@ -1,0 +1,319 @@
+//! A section of a mesh as the outputs write it: its pieces, their points, and the figures of its profiles.
+//!
+//! Nothing here reads a file or a clock: it is for whoever has a mesh, finished or still growing.
+
+use asphera_surface::Mesh;
+use asphera_surface::sections::{
+    CircleFit, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError, SectionPath,
+    section,
+};
+use serde::Serialize;
+
+/// Version of the layout.
+pub const FORMAT: &str = "asphera.section/1";
+
+/// A section and its figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SectionReport {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// Along what the surface was cut.
+    pub path: PathFigures,
+    /// Triangles with a larger gap are not bridged, mm; `None`: only what lies outside the hull is not.
+    pub gap_limit_mm: Option<f64>,
+    /// How much of the path lies on measured surface, mm.
+    pub length_mm: f64,
+    /// The pieces without a break, in order.
+    pub pieces: Vec<PieceFigures>,
+    /// The profile of the heights; `None` without a piece.
+    pub height: Option<HeightFigures>,
+    /// The profile of the deviation; `None` where no deviation is known.
+    pub deviation: Option<DeviationProfile>,
+    /// Why figures are missing.
+    pub reasons: Vec<String>,
+    /// The points of all pieces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<Columns>,
+}
+
+/// Along what the surface was cut; lengths in mm, measured frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase", tag = "kind")]
+pub enum PathFigures {
+    /// A segment.
+    Line {
+        /// Where it starts.
+        from_mm: [f64; 2],
+        /// Where it ends.
+        to_mm: [f64; 2],
+    },
+    /// A circle, counter-clockwise.
+    Circle {
+        /// Its centre.
+        centre_mm: [f64; 2],
+        /// Its radius.
+        radius_mm: f64,
+        /// Where it starts, counter-clockwise from x.
+        start_deg: f64,
+    },
+    /// From a centre outwards.
+    Radius {
+        /// The centre.
+        centre_mm: [f64; 2],
+        /// The direction, counter-clockwise from x.
+        angle_deg: f64,
+    },
+}
+
+/// A piece of a section without a break.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PieceFigures {
+    /// Arc position of its beginning, mm.
+    pub from_s_mm: f64,
+    /// Arc position of its end, mm.
+    pub to_s_mm: f64,
+    /// Its points.
+    pub points: usize,
+    /// Why it begins there: `path`, `hull`, `gap`, `closed`.
+    pub begins: &'static str,
+    /// Why it ends there.
+    pub ends: &'static str,
+}
+
+/// Figures of the heights along a section. Means are over the arc position.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HeightFigures {
+    /// Largest less smallest height, mm.
+    pub pv_mm: f64,
+    /// Mean height, mm.
+    pub mean_mm: f64,
+    /// Root of the mean square of what differs from the mean, mm.
+    pub rms_about_mean_mm: f64,
+    /// The straight line that fits best; of straight sections only.
+    pub line: Option<LineFigures>,
+    /// The circle that fits best; of straight sections only.
+    pub circle: Option<CircleFigures>,
+}
+
+/// A straight line fitted to the heights.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LineFigures {
+    /// Slope, mm a mm.
+    pub slope: f64,
+    /// Its standard uncertainty, where it is known.
+    pub u_slope: Option<f64>,
+    /// PV of what is left, nm.
+    pub pv_nm: f64,
+    /// RMS of what is left, nm.
+    pub rms_nm: f64,
+}
+
+/// A circle fitted to the heights.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CircleFigures {
+    /// Curvature, 1/mm; positive in a hollow.
+    pub curvature_per_mm: f64,
+    /// Its standard uncertainty, where it is known.
+    pub u_curvature_per_mm: Option<f64>,
+    /// Radius with the sign of the curvature, mm; `None` where that is not told from zero.
+    pub radius_mm: Option<f64>,
+    /// Its standard uncertainty, mm.
+    pub u_radius_mm: Option<f64>,
+    /// PV of the distances from the circle, nm.
+    pub pv_nm: f64,
+    /// RMS of the distances from the circle, nm.
+    pub rms_nm: f64,
+}
+
+/// Figures of the deviation along a section. Means are over the arc position.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeviationProfile {
+    /// How much of the section has a deviation, mm.
+    pub length_mm: f64,
+    /// Largest less smallest deviation, nm.
+    pub pv_nm: f64,
+    /// Root of the mean square, nm.
+    pub rms_nm: f64,
+    /// Mean, nm.
+    pub mean_nm: f64,
+}
+
+/// The points of all pieces, a column each.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Columns {
+    /// The piece, from 0 on.
+    pub piece: Vec<usize>,
+    /// Arc position, mm.
+    pub s_mm: Vec<f64>,
+    /// Measured frame, mm.
+    pub x_mm: Vec<f64>,
+    /// Measured frame, mm.
+    pub y_mm: Vec<f64>,
+    /// Measured frame, mm.
+    pub z_mm: Vec<f64>,
+    /// Deviation, nm; `None` (null) outside the aperture. `None` where no deviation is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation_nm: Option<Vec<Option<f64>>>,
+}
+
+/// Cuts a mesh along a path. `deviations_nm` has one value a vertex, NaN where there is none.
+///
+/// Takes time in proportion to the triangles met: it may be asked for while measuring.
+///
+/// # Errors
+///
+/// If the path or the limit makes no sense.
+pub fn report(
+    mesh: &Mesh,
+    path: &SectionPath,
+    gap_limit_mm: Option<f64>,
+    deviations_nm: Option<&[f64]>,
+) -> Result<SectionReport, SectionError> {
+    let found = section(mesh, path, gap_limit_mm)?;
+    let mut reasons = Vec::new();
+    let straight = !matches!(path, SectionPath::Circle { .. });
+    let height = height(&Profile::heights(&found), straight, &mut reasons);
+    let deviation = deviations_nm.and_then(|all_nm| {
+        let profile = Profile::of(&found, |vertex| all_nm[vertex as usize] * 1e-6);
+        told(deviation(&profile), "deviation", &mut reasons)
+    });
+    Ok(SectionReport {
+        format: FORMAT,
+        path: path_figures(path),
+        gap_limit_mm,
+        length_mm: found.length_mm(),
+        pieces: pieces(&found),
+        height,
+        deviation,
+        reasons,
+        points: Some(columns(&found, deviations_nm)),
+    })
+}
+
+impl Columns {
+    /// As CSV with a header that names the units; an unknown deviation is an empty field.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("piece,s_mm,x_mm,y_mm,z_mm");
+        text.push_str(if self.deviation_nm.is_some() { ",deviation_nm\n" } else { "\n" });
+        for index in 0..self.s_mm.len() {
+            let fields = [&self.s_mm, &self.x_mm, &self.y_mm, &self.z_mm]
+                .map(|column| column[index].to_string());
+            text.push_str(&format!("{},{}", self.piece[index], fields.join(",")));
+            if let Some(deviations_nm) = &self.deviation_nm {
+                text.push(',');
+                text.extend(deviations_nm[index].map(|nm| nm.to_string()));
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+fn path_figures(path: &SectionPath) -> PathFigures {
+    match *path {
+        SectionPath::Segment { from_mm, to_mm } => PathFigures::Line { from_mm, to_mm },
+        SectionPath::Circle { centre_mm, radius_mm, start_rad } => {
+            PathFigures::Circle { centre_mm, radius_mm, start_deg: start_rad.to_degrees() }
+        }
+        SectionPath::Radius { centre_mm, angle_rad } => {
+            PathFigures::Radius { centre_mm, angle_deg: angle_rad.to_degrees() }
+        }
+    }
+}
+
+fn pieces(found: &Section) -> Vec<PieceFigures> {
+    let piece = |piece: &asphera_surface::sections::Piece| {
+        let (first, last) = piece.points.first().zip(piece.points.last())?;
+        Some(PieceFigures {
+            from_s_mm: first.s_mm,
+            to_s_mm: last.s_mm,
+            points: piece.points.len(),
+            begins: limit(piece.begins),
+            ends: limit(piece.ends),
+        })
+    };
+    found.pieces.iter().filter_map(piece).collect()
+}
+
+fn limit(limit: Limit) -> &'static str {
+    match limit {
+        Limit::Path => "path",
+        Limit::Hull => "hull",
+        Limit::Gap => "gap",
+        Limit::Junction => "junction",
+        Limit::Closed => "closed",
+    }
+}
+
+fn height(profile: &Profile, straight: bool, reasons: &mut Vec<String>) -> Option<HeightFigures> {
+    let figures = told(profile.figures(), "height", reasons)?;
+    let (line, circle) = if straight {
+        (
+            told(profile.line().and_then(|fit| line(&fit, profile)), "line", reasons),
+            told(profile.circle().and_then(|fit| circle(&fit, profile)), "circle", reasons),
+        )
+    } else {
+        (None, None)
+    };
+    Some(HeightFigures {
+        pv_mm: figures.pv_mm,
+        mean_mm: figures.mean_mm,
+        rms_about_mean_mm: figures.rms_about_mean_mm,
+        line,
+        circle,
+    })
+}
+
+fn line(fit: &PolynomialFit, profile: &Profile) -> Result<LineFigures, ProfileError> {
+    let left = fit.residual(profile).figures()?;
+    let (pv_nm, rms_nm) = (left.pv_mm * 1e6, left.rms_mm * 1e6);
+    Ok(LineFigures { slope: fit.slope, u_slope: fit.u_slope, pv_nm, rms_nm })
+}
+
+fn circle(fit: &CircleFit, profile: &Profile) -> Result<CircleFigures, ProfileError> {
+    let left = fit.residual(profile).figures()?;
+    let (radius_mm, u_radius_mm) = fit.radius_mm().unzip();
+    Ok(CircleFigures {
+        curvature_per_mm: fit.curvature_per_mm,
+        u_curvature_per_mm: fit.u_curvature_per_mm,
+        radius_mm,
+        u_radius_mm,
+        pv_nm: left.pv_mm * 1e6,
+        rms_nm: left.rms_mm * 1e6,
+    })
+}
+
+fn deviation(profile: &Profile) -> Result<DeviationProfile, ProfileError> {
+    let figures = profile.figures()?;
+    Ok(DeviationProfile {
+        length_mm: figures.length_mm,
+        pv_nm: figures.pv_mm * 1e6,
+        rms_nm: figures.rms_mm * 1e6,
+        mean_nm: figures.mean_mm * 1e6,
+    })
+}
+
+/// The figure, or a note why there is none.
+fn told<T>(figure: Result<T, ProfileError>, name: &str, reasons: &mut Vec<String>) -> Option<T> {
+    figure.map_err(|error| reasons.push(format!("no {name}: {error}"))).ok()
+}
+
+fn columns(found: &Section, deviations_nm: Option<&[f64]>) -> Columns {
+    let mut columns =
+        Columns { deviation_nm: deviations_nm.map(|_| Vec::new()), ..Columns::default() };
+    for (index, piece) in found.pieces.iter().enumerate() {
+        for point in &piece.points {
+            columns.piece.push(index);
+            columns.s_mm.push(point.s_mm);
+            let [x, y, z] = point.at_mm;
+            columns.x_mm.push(x);
+            columns.y_mm.push(y);
+            columns.z_mm.push(z);
+            if let (Some(column), Some(all_nm)) = (&mut columns.deviation_nm, deviations_nm) {
+                let nm = point.interpolate(|vertex| all_nm[vertex as usize]);
+                column.push(nm.is_finite().then_some(nm));
+            }
+        }
+    }
+    columns
+}
