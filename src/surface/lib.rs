@@ -6,9 +6,9 @@
 //! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
 //! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
-//! [`lfs`] the local feature size, [`reduce`] which points are enough, [`curvature`] gives normals and curvatures at the vertices, [`noise`] the noise of the heights and what
-//! spacing it allows.
-//! [`check`] proves a finished mesh right by exact arithmetic.
+//! [`lfs`] the local feature size, [`reduce`] which points are enough, [`curvature`] normals and
+//! curvatures at the vertices, [`noise`] the noise of the heights and what spacing it allows;
+//! [`sections`] cuts the surface. [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
 //! starts no thread of its own: where two help it works in the caller's rayon pool. The same calls give the

@@ -72,7 +72,7 @@ impl CuttingPlane {
 }
 
 /// The lines in which a plane cuts the lifted mesh, in triangles whose gap is within
-/// `gap_limit_mm`, as in [`crate::section`].
+/// `gap_limit_mm`, as in [`super::section()`].
 ///
 /// Pieces are listed by the smallest node they have; a piece that is not closed begins at the
 /// smaller of its ends, a closed one at its smallest node. Nodes are ordered by their vertices. The
