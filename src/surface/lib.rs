@@ -65,4 +65,4 @@ pub use projection::{
 pub use raster::{Grid, RasterError, rasterize};
 pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
-pub use sampling::{Criteria, Sampling, State, StateCounts, Survey, assess};
+pub use sampling::{Criteria, RunningSampling, Sampling, State, StateCounts, Survey, assess};

@@ -13,7 +13,7 @@ pub use self::edit::EditError;
 use self::edit::Edits;
 pub use self::neighbours::Neighbours;
 use crate::area::{Area, area};
-use crate::delaunay::{Delaunay, Duplicate};
+use crate::delaunay::{Delaunay, Duplicate, FlatCells};
 use crate::outcome::edges_and_hull;
 use crate::point::admit;
 use crate::triangle::from_smallest;
@@ -128,6 +128,7 @@ impl Mesh {
 
     fn take(&mut self, batch: &[PointMm]) {
         let first = self.points.len() as VertexId;
+        self.delaunay.cells_mut().advance();
         let mut rejected = Vec::new();
         if self.points.capacity() < self.points.len() + batch.len() {
             // By half, not twice: what is kept for points to come is lost to others.
@@ -239,15 +240,14 @@ impl Mesh {
         self.conflicts == 0
     }
 
+    /// Where the triangles are kept.
+    pub(crate) fn cells(&self) -> &FlatCells {
+        self.delaunay.cells()
+    }
+
     #[cfg(test)]
     pub(crate) fn assert_sound(&self) {
         self.delaunay.assert_sound();
-    }
-
-    /// How many cells there are for triangles, used or not, for tests.
-    #[cfg(test)]
-    pub(crate) fn cells(&self) -> usize {
-        crate::delaunay::Cells::len(self.delaunay.cells())
     }
 
     /// The vertices in order of arrival; a [`VertexId`] is an index into them. Those withdrawn keep

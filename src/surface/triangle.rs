@@ -124,6 +124,49 @@ impl Triangle {
     }
 }
 
+/// How large a triangle is: what [`Triangle`] tells, but for rounding, at a third of the cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sizes {
+    /// See [`Triangle::gap`].
+    pub(crate) gap_mm: f64,
+    /// See [`Triangle::area_mm2`].
+    pub(crate) area_mm2: f64,
+    /// See [`Triangle::projected_area_mm2`].
+    pub(crate) projected_area_mm2: f64,
+    /// Which corner has the largest angle. The place of the gap is as far from it as the gap is long, and
+    /// the other corners are at most twice as far.
+    pub(crate) blunt: usize,
+}
+
+/// The sizes of a triangle, without a branch that half of the triangles take.
+///
+/// With l ≥ m ≥ s the squares of the sides, the gap over an obtuse angle is m·√l / (l + m - s): by the law
+/// of cosines that is the one of [`Triangle::gap`]'s two distances which belongs to m, and the larger one,
+/// as l ≥ m + s.
+#[inline]
+pub(crate) fn sizes([p, q, r]: [PointMm; 3]) -> Sizes {
+    let (to_q, to_r) = (minus(q, p), minus(r, p));
+    let [pq, qr, rp] = [squared(to_q), squared(minus(r, q)), squared(to_r)];
+    let normal = cross(to_q, to_r);
+    let twice_area = norm(normal);
+    let (less, more) = (pq.min(qr), pq.max(qr));
+    let (short, middle, long) = (less.min(rp), less.max(more.min(rp)), more.max(rp));
+    let obtuse = short + middle <= long;
+    // In a sliver the difference of the other two may be lost; it is at least the middle one.
+    let behind = (long - short).max(middle) + middle;
+    let (factor, root, below) = if obtuse {
+        (middle, long, behind)
+    } else {
+        (1.0, short * middle * long, 2.0 * twice_area)
+    };
+    Sizes {
+        gap_mm: factor * root.sqrt() / below,
+        area_mm2: 0.5 * twice_area,
+        projected_area_mm2: 0.5 * normal[2],
+        blunt: if long == pq { 2 } else { usize::from(long == rp) },
+    }
+}
+
 /// A triangle with its smallest corner first, in the order it turns.
 pub(crate) fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
     if a < b && a < c {
@@ -218,10 +261,13 @@ mod tests {
     #[test]
     fn slivers_stay_finite() {
         for height in [1e-3, 1e-9, 1e-15, 1e-30] {
-            let gap = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, height, 0.0]]).gap();
-            assert!((gap.mm - 0.25).abs() < 1e-6, "{height}: {gap:?}");
-            let gap = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, height, 0.0]]).gap();
-            assert!((gap.mm - 0.5).abs() < 1e-6, "{height}: {gap:?}");
+            let low = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, height, 0.0]];
+            let upright = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, height, 0.0]];
+            for (corners, expected_mm) in [(low, 0.25), (upright, 0.5)] {
+                let (gap, sizes) = (triangle(corners).gap(), sizes(corners));
+                assert!((gap.mm - expected_mm).abs() < 1e-6, "{height}: {gap:?}");
+                assert!((sizes.gap_mm - expected_mm).abs() < 1e-6, "{height}: {sizes:?}");
+            }
         }
     }
 
@@ -244,6 +290,23 @@ mod tests {
             let nearest = corners.map(|corner| norm(minus(gap.at_mm, corner)));
             let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
             prop_assert!((nearest - gap.mm).abs() <= 1e-6 * gap.mm, "{nearest} at {gap:?}");
+        }
+
+        #[test]
+        fn sizes_at_once_and_one_by_one(
+            corners in prop::array::uniform3(prop::array::uniform3(-10.0..10.0)),
+        ) {
+            let (triangle, sizes) = (triangle(corners), sizes(corners));
+            let gap = triangle.gap();
+            let equal = |left: f64, right: f64| (left - right).abs() <= 1e-10 * right.abs();
+            prop_assert!(equal(sizes.gap_mm, gap.mm), "{:?} {:?}", sizes, gap);
+            prop_assert!(equal(sizes.area_mm2, triangle.area_mm2()));
+            prop_assert!((sizes.projected_area_mm2 - triangle.projected_area_mm2()).abs() <= 1e-12);
+            let blunt = corners[sizes.blunt];
+            prop_assert!((norm(minus(gap.at_mm, blunt)) - gap.mm).abs() <= 1e-6 * gap.mm);
+            for corner in corners {
+                prop_assert!(norm(minus(corner, blunt)) <= 2.0 * gap.mm * (1.0 + 1e-9));
+            }
         }
 
         #[test]

@@ -156,8 +156,19 @@ pub(crate) fn next_slots(len: usize, count: usize) -> Range<Slot> {
 ///
 /// The words are atomic so that two threads may work on different parts of one triangulation; which
 /// parts those are is for the callers to settle. Alone they cost nothing: every access is relaxed.
+///
+/// Of every [`CHUNK`] of them the last moment is kept at which a corner of one was written, so that
+/// what is known of all triangles can be kept current by looking again at those alone.
 #[derive(Default)]
-pub(crate) struct FlatCells(Vec<Cell>);
+pub(crate) struct FlatCells {
+    cells: Vec<Cell>,
+    /// When each chunk was written last.
+    written: Vec<AtomicU32>,
+    now: u32,
+}
+
+/// How many cells one after the other share the moment of their last change.
+const CHUNK: usize = 1024;
 
 /// One triangle.
 #[derive(Default)]
@@ -166,47 +177,78 @@ struct Cell {
     across: [AtomicU32; 3],
 }
 
+impl FlatCells {
+    /// Starts another moment: what is written from now on was not written before.
+    pub(crate) fn advance(&mut self) {
+        self.now += 1;
+    }
+
+    /// The present moment.
+    pub(crate) fn now(&self) -> u32 {
+        self.now
+    }
+
+    /// When each chunk was written last.
+    pub(crate) fn written(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
+        self.written.iter().map(|moment| moment.load(RELAXED))
+    }
+
+    /// The triangles of a chunk.
+    pub(crate) fn triangles_of(&self, chunk: usize) -> impl Iterator<Item = [VertexId; 3]> + '_ {
+        let end = self.cells.len().min((chunk + 1) * CHUNK);
+        let slots = chunk * CHUNK..end;
+        slots.map(|slot| self.corners(slot as Slot)).filter(|corners| corners[2] != GHOST)
+    }
+
+    #[inline(always)]
+    fn note_written(&self, slot: Slot) {
+        self.written[slot as usize / CHUNK].store(self.now, RELAXED);
+    }
+}
+
 impl Cells for FlatCells {
     // Up to twice as many points a cell when the table is replaced.
     const HINTS: Layout = Layout { points_a_cell: 4, least_cells: 1024, slack: None };
 
     fn len(&self) -> usize {
-        self.0.len()
+        self.cells.len()
     }
 
     fn grow(&mut self, count: usize) -> Range<Slot> {
-        let first = self.0.len();
+        let first = self.cells.len();
         let slots = next_slots(first, count);
-        if self.0.capacity() < first + count {
+        if self.cells.capacity() < first + count {
             // By half, not twice: what is kept for points to come is lost to others.
-            self.0.reserve_exact(count.max(first / 2));
+            self.cells.reserve_exact(count.max(first / 2));
         }
-        self.0.resize_with(first + count, || Cell {
+        self.cells.resize_with(first + count, || Cell {
             corners: [const { AtomicU32::new(GHOST) }; 3],
             across: Default::default(),
         });
+        self.written.resize_with((first + count).div_ceil(CHUNK), || AtomicU32::new(self.now));
         slots
     }
 
     #[inline(always)]
     fn corners(&self, slot: Slot) -> [VertexId; 3] {
-        let [a, b, c] = &self.0[slot as usize].corners;
+        let [a, b, c] = &self.cells[slot as usize].corners;
         [a.load(RELAXED), b.load(RELAXED), c.load(RELAXED)]
     }
 
     #[inline(always)]
     fn corner(&self, slot: Slot, index: usize) -> VertexId {
-        self.0[slot as usize].corners[index].load(RELAXED)
+        self.cells[slot as usize].corners[index].load(RELAXED)
     }
 
     #[inline(always)]
     fn across(&self, side: Side) -> Side {
-        Side(self.0[side.slot() as usize].across[side.index()].load(RELAXED))
+        Side(self.cells[side.slot() as usize].across[side.index()].load(RELAXED))
     }
 
     #[inline(always)]
     fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]) {
-        let cell = &self.0[slot as usize];
+        self.note_written(slot);
+        let cell = &self.cells[slot as usize];
         for i in 0..3 {
             cell.corners[i].store(corners[i], RELAXED);
             cell.across[i].store(across[i].0, RELAXED);
@@ -215,12 +257,13 @@ impl Cells for FlatCells {
 
     #[inline(always)]
     fn set_corner(&self, slot: Slot, index: usize, vertex: VertexId) {
-        self.0[slot as usize].corners[index].store(vertex, RELAXED);
+        self.note_written(slot);
+        self.cells[slot as usize].corners[index].store(vertex, RELAXED);
     }
 
     #[inline(always)]
     fn set_across(&self, side: Side, across: Side) {
-        self.0[side.slot() as usize].across[side.index()].store(across.0, RELAXED);
+        self.cells[side.slot() as usize].across[side.index()].store(across.0, RELAXED);
     }
 
     fn in_memory(&self) -> Option<&FlatCells> {

@@ -233,6 +233,11 @@ impl<C: Cells> Delaunay<C> {
         duplicates
     }
 
+    /// Takes the triangles about a vertex for written.
+    pub(crate) fn touch(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
+        self.relabel(points, vertex, vertex);
+    }
+
     /// Gives a vertex another number. Its point is still, or also, to be found at the old one.
     fn relabel(&mut self, points: &(impl Places + ?Sized), from: VertexId, to: VertexId) {
         let place = points.place(from);

@@ -67,6 +67,7 @@ impl Mesh {
     /// If there is no such vertex, or it was withdrawn before.
     pub fn remove(&mut self, vertex: VertexId) -> Result<PointMm, EditError> {
         self.existing(vertex)?;
+        self.delaunay.cells_mut().advance();
         self.delaunay.remove(&self.points[..], vertex);
         self.edits.withdrawn.push(vertex);
         self.edits.vacant.insert(vertex);
@@ -90,6 +91,8 @@ impl Mesh {
         let [_, _, z_mm] =
             admit([0.0, 0.0, z_mm]).map_err(|rejection| EditError::Height { vertex, rejection })?;
         self.edits.heights.note(vertex);
+        self.delaunay.cells_mut().advance();
+        self.delaunay.touch(&self.points[..], vertex);
         Ok(std::mem::replace(&mut self.points[vertex as usize][2], z_mm))
     }
 
