@@ -144,7 +144,7 @@ pub(crate) struct Sizes {
 /// of cosines that is the one of [`Triangle::gap`]'s two distances which belongs to m, and the larger one,
 /// as l ≥ m + s.
 #[inline]
-pub(crate) fn sizes([p, q, r]: [PointMm; 3]) -> Sizes {
+pub(crate) fn sizes(p: PointMm, q: PointMm, r: PointMm) -> Sizes {
     let (to_q, to_r) = (minus(q, p), minus(r, p));
     let [pq, qr, rp] = [squared(to_q), squared(minus(r, q)), squared(to_r)];
     let normal = cross(to_q, to_r);
@@ -264,7 +264,8 @@ mod tests {
             let low = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, height, 0.0]];
             let upright = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, height, 0.0]];
             for (corners, expected_mm) in [(low, 0.25), (upright, 0.5)] {
-                let (gap, sizes) = (triangle(corners).gap(), sizes(corners));
+                let [p, q, r] = corners;
+                let (gap, sizes) = (triangle(corners).gap(), sizes(p, q, r));
                 assert!((gap.mm - expected_mm).abs() < 1e-6, "{height}: {gap:?}");
                 assert!((sizes.gap_mm - expected_mm).abs() < 1e-6, "{height}: {sizes:?}");
             }
@@ -296,7 +297,8 @@ mod tests {
         fn sizes_at_once_and_one_by_one(
             corners in prop::array::uniform3(prop::array::uniform3(-10.0..10.0)),
         ) {
-            let (triangle, sizes) = (triangle(corners), sizes(corners));
+            let [p, q, r] = corners;
+            let (triangle, sizes) = (triangle(corners), sizes(p, q, r));
             let gap = triangle.gap();
             let equal = |left: f64, right: f64| (left - right).abs() <= 1e-10 * right.abs();
             prop_assert!(equal(sizes.gap_mm, gap.mm), "{:?} {:?}", sizes, gap);

@@ -103,13 +103,20 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
     fn tally(&self, chunk: usize) -> Tally {
         let mut tally = Tally::default();
         for corners in self.cells.triangles_of(chunk) {
-            let places = corners.map(|corner| self.points[corner as usize]);
-            let [x, y] = centre(places);
+            // One by one: as an array they would go through memory.
+            let [p, q, r] = corners;
+            let (p, q, r) =
+                (self.points[p as usize], self.points[q as usize], self.points[r as usize]);
+            let [x, y] = centre(p, q, r);
             if !(self.inside)(x, y) {
                 continue;
             }
-            let sizes = sizes(places);
-            let [x, y, _] = places[sizes.blunt];
+            let sizes = sizes(p, q, r);
+            let [x, y, _] = match sizes.blunt {
+                0 => p,
+                1 => q,
+                _ => r,
+            };
             let lfs_mm = (self.lfs_mm)(x, y) - 2.0 * sizes.gap_mm;
             let epsilon = super::epsilon(sizes.gap_mm, lfs_mm);
             let state = self.criteria.state(sizes.gap_mm, epsilon);
@@ -124,7 +131,7 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
 }
 
 #[inline(always)]
-fn centre([p, q, r]: [PointMm; 3]) -> [f64; 2] {
+fn centre(p: PointMm, q: PointMm, r: PointMm) -> [f64; 2] {
     [0, 1].map(|axis| (p[axis] + q[axis] + r[axis]) * (1.0 / 3.0))
 }
 
