@@ -194,27 +194,40 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         // Whether the run went on although the hull's next side lay before it.
         let mut owed = false;
         loop {
-            let hull_next =
-                side.as_mut().and_then(|side| self.clear(plan, axis, on_hull, on_run, side));
-            let run_next = (passed < path.count).then(|| self.at(path.at(passed)));
-            let along_run = match (run_next, hull_next) {
-                (Some(on), Some(end)) => {
-                    let turns = left_of(on_hull, on_run, on);
-                    (turns && encloses(on_hull, on_run, end, on)).then_some(on)
-                }
-                (Some(on), None) if !left_of(on_hull, on_run, on) => return false,
-                (next, _) => next,
+            // Places are read where they are needed: in an Option they would go through memory in halves.
+            let hull_is_next = match &mut side {
+                Some(side) => self.clear(plan, axis, on_hull, on_run, side),
+                None => false,
             };
-            if let Some(on) = along_run {
+            let run_is_next = passed < path.count && {
+                let on = self.at(path.at(passed));
+                let turns = left_of(on_hull, on_run, on);
+                if !hull_is_next && !turns {
+                    return false;
+                }
+                turns
+                    && match side {
+                        Some(side) if hull_is_next => {
+                            let end = self.at(self.cells.end(side.inner));
+                            encloses(on_hull, on_run, end, on)
+                        }
+                        _ => true,
+                    }
+            };
+            if run_is_next {
                 plan.steps.push(Step::Run);
-                (on_run, passed) = (on, passed + 1);
-                owed |= hull_next.is_some();
-            } else if let (Some(NextSide { inner, of_ghost }), Some(end)) = (side, hull_next) {
+                on_run = self.at(path.at(passed));
+                passed += 1;
+                owed |= hull_is_next;
+            } else if let Some(NextSide { inner, of_ghost }) = side
+                && hull_is_next
+            {
                 plan.steps.push(Step::Hull(inner));
                 if of_ghost {
                     self.pass_ghost(plan);
                 }
-                (on_hull, owed) = (end, false);
+                on_hull = self.at(self.cells.end(inner));
+                owed = false;
                 side = self.next_side(plan, axis, on_hull);
             } else {
                 let behind = axis.along(on_hull) >= axis.along(on_run);
@@ -234,7 +247,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         (axis.along(on_hull) < axis.along(end)).then_some(NextSide { inner, of_ghost: true })
     }
 
-    /// Where the side ends if `on_run` lies before it, that is outside.
+    /// Whether `on_run` lies before the side, that is outside.
     ///
     /// Triangles of which that place is inside the circumcircle make way first, and those behind which it
     /// lies, as they close the hull beside an unfinished line; the side becomes the first of those
@@ -247,17 +260,17 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         on_hull: Place,
         on_run: Place,
         side: &mut NextSide,
-    ) -> Option<Place> {
+    ) -> bool {
         loop {
             let inner = side.inner;
             let end = self.at(self.cells.end(inner));
-            let before = left_of(end, on_hull, on_run).then_some(end);
+            let before = left_of(end, on_hull, on_run);
             // Behind a mesh of a single row lies a ghost.
             if self.cells.is_ghost(inner.slot()) {
                 return before;
             }
             let [a, b, c] = self.cells.corners(inner.slot()).map(|corner| self.at(corner));
-            if before.is_some() && !encloses(a, b, c, on_run) {
+            if before && !encloses(a, b, c, on_run) {
                 return before;
             }
             if !self.make_way(plan, axis, [on_hull, on_run, end], side) {
