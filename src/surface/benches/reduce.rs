@@ -17,7 +17,7 @@ const GRID_SIDE: usize = 1668;
 const SPIRAL_POINTS: usize = 1_044_336;
 const LENSES: [&str; 2] = ["grid", "spiral"];
 /// Standard deviation of the simulated noise: see `README.md`.
-const SIGMAS_MM: [f64; 2] = [100e-6, 500e-6];
+const SIGMAS_MM: [f64; 2] = [100e-6, 650e-6];
 const EPSILON: f64 = 0.05;
 
 fn main() {

@@ -29,8 +29,9 @@
 //! **The two lenses.** By that bound the first lens, 5 mm × 5 mm in a grid of 3.00 µm, fails at its own
 //! spacing and passes at 1.65 times that if the noise is above 75 and up to 124 nm; the second, a
 //! spiral of 15.6 µm over a lens of 18 mm, fails and passes at 1.86 times if it is above 390 and up to
-//! 726 nm (ε = 0.05). The paper states neither the noise nor, of the second lens, the diameter: this
-//! is what the failures imply if tilt by white noise was their only cause.
+//! 726 nm (along the normal, ε = 0.05). No noise is in both intervals. The paper states neither the
+//! noise nor, of the second lens, the diameter: this is what the failures imply if tilt by white
+//! noise was their only cause.
 //!
 //! **Best.** Between these bounds lies the spacing at which facets have the truest normals: noise
 //! turns them by 2σ/h, and at their corners a sphere of radius lfs is turned against them by h/(√2·lfs).

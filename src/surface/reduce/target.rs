@@ -23,7 +23,8 @@ pub enum Keep {
     /// The one at which the facets have the truest normals, see [`crate::noise::Advice`]; without
     /// noise all points, as the denser they are the better.
     Truest,
-    /// The narrowest that the noise allows: as many points as can be meshed; without noise all.
+    /// The narrowest that the noise allows: as many points as can be meshed; without noise all. A
+    /// single spacing is the bound for facets of any shape; [`super::reduce()`] tries narrower ones.
     Most,
 }
 
@@ -140,6 +141,11 @@ impl Target {
         self.criteria.epsilon_limit()
     }
 
+    /// Which of the spacings that satisfy both conditions is taken.
+    pub fn keep(&self) -> Keep {
+        self.keep
+    }
+
     /// The limits of ε and of the tilt by noise.
     pub fn criteria(&self) -> &SpacingCriteria {
         &self.criteria
@@ -216,6 +222,10 @@ impl Spacing {
         } else {
             Err(TargetError::Spacing(mm))
         }
+    }
+
+    pub(super) fn scaled(self, share: f64) -> Spacing {
+        Spacing { mm: share * self.mm, ..self }
     }
 
     /// The length in mm, from 0 to twice 1e12.

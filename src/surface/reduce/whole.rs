@@ -2,11 +2,12 @@
 
 use super::nearest::Tree;
 use super::reducer::{Fate, Reducer, Tally};
-use super::{About, Target};
+use super::{About, Keep, Spacing, Target};
 use crate::area::Sum;
+use crate::noise::assess_spacing;
 use crate::rim::{cut_by_outline, on_outline, refined_gaps};
 use crate::triangle::Triangle;
-use crate::{PointMm, VertexId};
+use crate::{Mesh, PointMm, VertexId};
 
 /// What a reduction keeps.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +48,7 @@ pub struct Spread {
 /// The gap at a point is the widest of its triangles that are sampled densely enough. A triangle
 /// that is not, by a hole or a hollow of the outline, cannot be mended by keeping its corners and
 /// does not count: [`Reduction::sparse_area_mm2`] tells how much of that there is. Elsewhere every
-/// point of the mesh has a kept point within ε·lfs, except where the noise limit is wider
+/// point of the mesh has a kept point within ε·lfs, except where the noise needs a wider spacing
 /// ([`Tally::noise`]).
 ///
 /// *Noise.* If noise turns a facet by more than the limit ([`Reduction::overdense`]), at least one
@@ -56,6 +57,9 @@ pub struct Spread {
 /// across holes, at points of unknown local feature size or measured too sparsely, along the outline
 /// ([`crate::noise::Spacing::outline_area_mm2`]), and where gaps differ much from point to point.
 /// [`crate::noise::assess_spacing`] of the reduced mesh tells.
+///
+/// With [`Keep::Most`] shares of that bound are tried first, and the first with which no facet of the
+/// mesh is turned too far is taken. That takes the time of up to five meshes of the kept points.
 ///
 /// Linear time on average for every ε up to ½.
 ///
@@ -124,32 +128,55 @@ pub fn reduce(
         }
     }
     drop(triangles);
+    let spacing = |index: usize| match overdense {
+        true => target.spacing(lfs_mm[index], about[index]),
+        false => target.spacing_where_not_overdense(lfs_mm[index], about[index]),
+    };
+    // The bound holds for the worst of facets; often a smaller share of it will do.
+    let shares = if overdense && target.keep() == Keep::Most { &SHARES[..] } else { &[] };
+    let tried = shares.iter().find_map(|&share| {
+        let packed = pack(points, &outline, |index| spacing(index).scaled(share));
+        passes(points, &packed.0, target).then_some(packed)
+    });
+    let (kept, tally) = tried.unwrap_or_else(|| pack(points, &outline, spacing));
+    Reduction { kept, tally, overdense, sparse_area_mm2: sparse.total(), sparse_triangles }
+}
+
+/// Keeps points at their spacings, those of the outline first.
+fn pack(
+    points: &[PointMm],
+    outline: &[bool],
+    spacing: impl Fn(usize) -> Spacing,
+) -> (Vec<VertexId>, Tally) {
     let mut reducer = Reducer::new();
     let mut kept = Vec::new();
     for on_outline in [true, false] {
         for (index, &point) in (0..).zip(points) {
-            let at = index as usize;
-            if outline[at] == on_outline {
-                let spacing = if overdense {
-                    target.spacing(lfs_mm[at], about[at])
-                } else {
-                    target.spacing_where_not_overdense(lfs_mm[at], about[at])
-                };
-                if let Fate::Kept(_) = reducer.take(point, spacing) {
-                    kept.push(index);
-                }
+            if outline[index as usize] == on_outline
+                && let Fate::Kept(_) = reducer.take(point, spacing(index as usize))
+            {
+                kept.push(index);
             }
         }
     }
     kept.sort_unstable();
-    Reduction {
-        kept,
-        tally: *reducer.tally(),
-        overdense,
-        sparse_area_mm2: sparse.total(),
-        sparse_triangles,
-    }
+    (kept, *reducer.tally())
 }
+
+/// Whether noise turns no facet of the mesh of these points too far.
+fn passes(points: &[PointMm], kept: &[VertexId], target: &Target) -> bool {
+    let mut mesh = Mesh::new();
+    mesh.extend(kept.iter().map(|&index| points[index as usize]));
+    mesh.flush();
+    let noise = |_, _| target.noise();
+    let found =
+        assess_spacing(mesh.points(), mesh.triangles(), target.criteria(), noise, |_, _| 1.0);
+    found.overdense_area_mm2 == 0.0
+}
+
+/// Shares of the bound that are tried where as many points as possible are to be kept. An even raster
+/// needs 0.55 to 0.75 of it.
+const SHARES: [f64; 5] = [0.5, 0.6, 0.7, 0.8, 0.9];
 
 impl About {
     /// Takes in a triangle: the widest gap and the steepest slope count.

@@ -163,7 +163,7 @@ fn condition(
 fn lenses_too_dense_for_their_noise_pass_once_reduced() {
     for (name, points, sigma_mm) in [
         ("grid", grid_lens(527, 100e-6, 1), 100e-6),
-        ("spiral", spiral_lens(104_433, 500e-6, 2), 500e-6),
+        ("spiral", spiral_lens(104_433, 650e-6, 2), 650e-6),
     ] {
         let whole = Target::new(0.05, 20.0).unwrap().with_noise(along_z(sigma_mm)).unwrap();
         let mesh = meshed(&points);
@@ -181,7 +181,10 @@ fn lenses_too_dense_for_their_noise_pass_once_reduced() {
             eprintln!("{name} {keep:?}: {} of {} {reached}", kept.len(), points.len());
             assert_eq!(overdense, 0.0, "{name} {keep:?}");
             assert!(reached <= 0.05, "{name} {keep:?}: {reached}");
-            assert!(kept.len() > kept_before && kept.len() < points.len() / 2, "{name} {keep:?}");
+            assert!(
+                kept.len() > kept_before && 10 * kept.len() < 6 * points.len(),
+                "{name} {keep:?}"
+            );
             kept_before = kept.len();
             // Nothing is left to do.
             let mesh = meshed(&kept);
@@ -201,7 +204,7 @@ fn noises_that_agree_with_the_outcome_of_the_lenses() {
         (2_782_224.0, 1_023_300.0, 25.0, 75.0, 124.0),
         (1_044_336.0, 301_698.0, 81.0 * std::f64::consts::PI, 390.0, 726.0),
     ] {
-        let spacing_mm = |points: f64| (area_mm2 / points as f64).sqrt();
+        let spacing_mm = |points: f64| (area_mm2 / points).sqrt();
         for (sigma_nm, fails, thinned_fails) in [
             (from_nm - 1.0, false, false),
             (from_nm + 1.0, true, false),
