@@ -61,6 +61,62 @@ pub(crate) fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool
     left_over.into_iter().map(|difference| difference != 0).collect()
 }
 
+/// The triangles of a Delaunay mesh, by ascending index, whose circumcentre in the plane lies beyond
+/// the outline.
+///
+/// The circumcentre of an obtuse triangle lies beyond its longest side, and the triangle there has a
+/// circumradius as large and its own circumcentre farther on. So from every triangle a chain over
+/// longest sides leads to one that holds its circumcentre, or out of the mesh. These are the latter.
+/// Linear time.
+pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Vec<usize> {
+    let outline = on_outline(points.len(), triangles);
+    let flat = |index: usize| {
+        let corners = triangles[index];
+        let places = corners.map(|corner| {
+            let [x, y, _] = points[corner as usize];
+            [x, y, 0.0]
+        });
+        let triangle = Triangle::new(&places, [0, 1, 2]);
+        let named = |side: [VertexId; 2]| side.map(|end| corners[end as usize]);
+        let longest = triangle.is_obtuse().then(|| named(triangle.longest_side()));
+        longest.map(|longest| (longest, triangle.short_sides().map(named)))
+    };
+    let roots: Vec<usize> = (0..triangles.len())
+        .filter(|&index| {
+            let ends = triangles[index].iter().filter(|&&corner| outline[corner as usize]).count();
+            ends >= 2
+                && flat(index)
+                    .is_some_and(|(longest, _)| longest.iter().all(|&end| outline[end as usize]))
+        })
+        .collect();
+    if roots.is_empty() {
+        return Vec::new();
+    }
+    let mesh = Adjacency::new(points.len(), triangles);
+    let mut cut = Vec::new();
+    for root in roots {
+        let Some((outside, _)) = flat(root) else { continue };
+        if mesh.across(outside).is_some() {
+            continue;
+        }
+        let mut open = vec![(root, outside)];
+        while let Some((index, through)) = open.pop() {
+            if let Some((longest, short)) = flat(index)
+                && longest == through
+            {
+                cut.push(index);
+                for [from, to] in short {
+                    if let Some(beneath) = mesh.across([from, to]) {
+                        open.push((beneath, [to, from]));
+                    }
+                }
+            }
+        }
+    }
+    cut.sort_unstable();
+    cut
+}
+
 /// Which triangles each point is a corner of.
 struct Adjacency<'a> {
     triangles: &'a [[VertexId; 3]],
@@ -171,6 +227,20 @@ mod tests {
         let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
         assert_eq!(on_outline(6, &triangles), [false, true, true, true, true, false]);
         assert_eq!(on_outline(5, &triangles[..2]), [true, true, true, true, false]);
+    }
+
+    #[test]
+    fn triangles_whose_circumcentre_lies_outside() {
+        // A flat roof over a square: the roof is cut, and the square's triangles are right-angled.
+        let points =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 5.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 1.1, 9.0]];
+        let triangles = [[0, 1, 2], [0, 2, 3], [3, 2, 4]];
+        assert_eq!(cut_by_outline(&points, &triangles), []);
+        // Turned about its longest side to the inside, with the outline above.
+        let points =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.9, 9.0]];
+        let triangles = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+        assert_eq!(cut_by_outline(&points, &triangles), [2]);
     }
 
     #[test]

@@ -7,6 +7,11 @@ use asphera_tests::{count, json, number, run};
 
 /// A cap of a sphere of radius 20 mm with deterministic noise of 30 nm, 150 × 150 points over 3 mm.
 fn cap(folder: &Path) -> PathBuf {
+    cap_with(folder, 30e-6, 0)
+}
+
+/// The same with noise of `sigma_mm`, every twentieth of the points off by 40 of it if `outliers` is 20.
+fn cap_with(folder: &Path, sigma_mm: f64, outliers: usize) -> PathBuf {
     let mut text = String::from("# a cap\n");
     let mut state = 7_u64;
     let mut unit = || {
@@ -19,7 +24,10 @@ fn cap(folder: &Path) -> PathBuf {
             let [x, y] = [column, row].map(|index| 0.02 * (f64::from(index) - 74.5));
             // Twelve uniform numbers less six are nearly normal.
             let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
-            let z = 20.0 - (400.0 - x * x - y * y).sqrt() + 30e-6 * noise;
+            let mut z = 20.0 - (400.0 - x * x - y * y).sqrt() + sigma_mm * noise;
+            if outliers > 0 && unit() * (outliers as f64) < 1.0 {
+                z += if unit() < 0.5 { 40.0 } else { -40.0 } * sigma_mm;
+            }
             text.push_str(&format!("{x} {y} {z}\n"));
         }
     }
@@ -60,10 +68,12 @@ fn what_is_kept_was_measured_and_passes() {
     assert!(kept.len() < 2_000, "{}", kept.len());
     let mut measured = lines(&file).into_iter();
     assert!(kept.iter().all(|line| measured.any(|other| other == *line)), "a point was moved");
-    assert!((number(&report, "/noise/sigma_nm") / 30.0 - 1.0).abs() < 0.06);
+    assert!((number(&report, "/noise/sigma_nm") / 30.0 - 1.0).abs() < 0.03);
     assert!((number(&report, "/lfs/range_mm/min_mm") / 20.0 - 1.0).abs() < 0.6);
-    assert!(number(&report, "/before/crumpled_fraction") > 0.9);
-    assert_eq!(number(&report, "/after/crumpled_fraction"), 0.0);
+    // Noise tilts facets of 20 µm by 3 mrad: 10 are allowed.
+    assert_eq!(number(&report, "/before/overdense_fraction"), 0.0);
+    assert!((number(&report, "/before/tilt_median_rad") / 3e-3 - 1.0).abs() < 0.05);
+    assert_eq!(number(&report, "/after/overdense_fraction"), 0.0);
     assert!(number(&report, "/after/epsilon_max") <= 0.01);
     let shrunk = number(&report, "/after/area_mm2") / number(&report, "/before/area_mm2");
     assert!((0.99..=1.0).contains(&shrunk), "{shrunk}");
@@ -93,6 +103,45 @@ fn what_is_kept_was_measured_and_passes() {
         ],
     ));
     assert_eq!(count(&report, "/input/points"), lines(&again).len() as u64);
+}
+
+/// Points too dense for the noise, which is taken from them although a twentieth of them are wrong.
+#[test]
+fn points_too_dense_for_their_noise_are_thinned_as_asked() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("reduced.xyz");
+    for outliers in [0, 20] {
+        // 1 µm over 20 µm tilts facets by 0.1 rad; 0.05 are allowed.
+        let file = cap_with(dir.path(), 1e-3, outliers);
+        let mut kept_before = 0;
+        for keep in ["fewest", "truest", "most"] {
+            let wanted = ["--epsilon", "0.05", "--keep", keep, "--force", "--json"];
+            let report = json(&reduce(&file, &out, &wanted));
+            let sigma_nm = number(&report, "/noise/sigma_nm");
+            assert!((sigma_nm / 1e3 - 1.0).abs() < 0.08, "{outliers}: {sigma_nm}");
+            let share = number(&report, "/noise/outlier_share");
+            assert!((share - if outliers > 0 { 0.05 } else { 0.0 }).abs() < 0.01, "{share}");
+            // Wrong readings make facets so steep that noise along z hardly turns them.
+            let least = if outliers > 0 { 0.2 } else { 0.95 };
+            assert!(number(&report, "/before/overdense_fraction") > least, "{outliers}");
+            assert_eq!(number(&report, "/after/overdense_fraction"), 0.0, "{outliers} {keep}");
+            assert!(number(&report, "/after/epsilon_max") <= 0.05, "{outliers} {keep}");
+            let kept = count(&report, "/kept");
+            assert!(kept > kept_before && kept < 12_000, "{outliers} {keep}: {kept}");
+            kept_before = kept;
+        }
+        // With a wider limit nothing is too dense: all may stay.
+        let wanted = ["--epsilon", "0.05", "--tilt", "0.5", "--keep", "most", "--force", "--json"];
+        let report = json(&reduce(&file, &out, &wanted));
+        assert_eq!(number(&report, "/before/overdense_fraction"), 0.0);
+        assert_eq!(count(&report, "/kept"), 22_500);
+    }
+    let refused = complaint(&reduce(
+        &dir.path().join("cap.xyz"),
+        &out,
+        &["--epsilon", "0.05", "--tilt", "2"],
+    ));
+    assert!(refused.contains("tilt is 2 rad"), "{refused}");
 }
 
 #[test]

@@ -8,11 +8,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use asphera_form::{FitSettings, Nominal, Pose, fit};
-use asphera_surface::reduce::{
-    Averaged, Target, average, crumpled_fraction, curvature_bound, noise_of, reduce, spread,
+use asphera_surface::curvature::Adjacency;
+use asphera_surface::noise::{
+    Along, Noise as Deviation, NoiseEstimate, NoiseSettings, assess_spacing, estimate_noise,
 };
-use asphera_surface::{Criteria, Mesh, PointMm, assess};
-use clap::Args;
+use asphera_surface::reduce::{Averaged, Keep, Target, average, curvature_bound, reduce, spread};
+use asphera_surface::{Criteria, Mesh, PointMm, VertexId, assess};
+use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
 use super::output::{Failure, print, print_json};
@@ -27,9 +29,16 @@ pub(super) struct ReduceArgs {
     #[arg(long, value_name = "E")]
     epsilon: f64,
     /// Standard deviation of the heights in nm, or auto to take it from the points. Kept points are so far apart that
-    /// noise tilts no facet more than the surface bends over it; 0 leaves that out.
+    /// noise tilts no facet by more than the limit; 0 leaves that out.
     #[arg(long, value_name = "S", default_value = "auto")]
     noise: NoiseWanted,
+    /// The largest tilt of a facet by noise in rad, root mean square; above 0, below π/2. As large as E if not given:
+    /// so far the surface itself turns between samples that E allows.
+    #[arg(long, value_name = "RAD")]
+    tilt: Option<f64>,
+    /// How many points to keep, as far as both conditions leave a choice.
+    #[arg(long, value_enum, default_value_t = KeepWanted::Fewest)]
+    keep: KeepWanted,
     /// The nominal, for the local feature size; without it that follows from the curvature of the points.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
@@ -46,6 +55,27 @@ pub(super) struct ReduceArgs {
     /// Print what happened as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
+}
+
+/// Which spacing is taken between what the noise needs and what ε allows.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum KeepWanted {
+    /// As few as the sampling condition allows.
+    Fewest,
+    /// As many as give facets with the truest normals: noise and bending turn them alike.
+    Truest,
+    /// As many as the noise allows.
+    Most,
+}
+
+impl From<KeepWanted> for Keep {
+    fn from(wanted: KeepWanted) -> Keep {
+        match wanted {
+            KeepWanted::Fewest => Keep::Fewest,
+            KeepWanted::Truest => Keep::Truest,
+            KeepWanted::Most => Keep::Most,
+        }
+    }
 }
 
 /// Where the noise comes from.
@@ -73,7 +103,14 @@ impl FromStr for NoiseWanted {
 
 pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     // What can be wrong without the points is told before they are read.
-    Target::new(args.epsilon, 1.0)?;
+    let target = |lfs_max_mm: f64| -> Result<Target, Failure> {
+        let target = Target::new(args.epsilon, lfs_max_mm)?.keeping(args.keep.into());
+        Ok(match args.tilt {
+            Some(tilt_rad) => target.with_tilt_limit(tilt_rad)?,
+            None => target,
+        })
+    };
+    target(1.0)?;
     let style = file::Style::of(&args.out)?;
     file::refuse(&args.out, &args.file, args.force)?;
     let part = args.nominal.as_deref().map(nominal).transpose()?;
@@ -95,18 +132,17 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         .into());
     }
     let points = mesh.points();
-    let noise = noise(&mesh, args.noise, &name)?;
-    let (lfs, lfs_source) = feature_size(points, part.as_ref(), noise.sigma_nm * 1e-6, &name)?;
+    let triangles = mesh.triangles();
+    let (deviation, noise) = noise(points, &triangles, args.noise, &name)?;
+    let sigma_mm = deviation.sigma_mm();
+    let (lfs, lfs_source) = feature_size(points, part.as_ref(), sigma_mm, &name)?;
     // Where nothing bends, points a tenth of the extent apart still stay.
     let lfs_max_mm = 0.1 * extent_mm(points) / args.epsilon;
-    let target = Target::new(args.epsilon, lfs_max_mm)?.with_noise(noise.sigma_nm * 1e-6)?;
-    let triangles = mesh.triangles();
+    let target = target(lfs_max_mm)?.with_noise(deviation)?;
     let reduction = reduce(points, triangles.iter().copied(), &target, &lfs);
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
-    let averaged = args.average.then(|| {
-        let found = average(points, &kept, noise.sigma_nm * 1e-6, |at| target.lfs_mm(lfs(at)));
-        (found, noise.sigma_nm)
-    });
+    let averaged =
+        args.average.then(|| average(points, &kept, sigma_mm, |at| target.lfs_mm(lfs(at))));
     let sizes_mm = points.iter().filter_map(|&point| target.lfs_mm(lfs(point)));
     let mut reduced = Mesh::new();
     reduced.insert(&kept);
@@ -122,6 +158,11 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
             not_meshable: counts.rejected,
         },
         epsilon: args.epsilon,
+        tilt_limit_rad: target.criteria().tilt_limit_rad(),
+        keep: args
+            .keep
+            .to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned()),
         lfs: Lfs { source: lfs_source, range_mm: Range::of(sizes_mm) },
         noise,
         kept: reduction.tally.kept(),
@@ -132,13 +173,13 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
             area_mm2: reduction.sparse_area_mm2,
         },
         spacing: spread(&kept).map(Spacings::from),
-        averaged: averaged.as_ref().map(|(found, _)| found.averaged),
+        averaged: averaged.as_ref().map(|found| found.averaged),
         before: condition(&mesh, &target, &lfs),
         after: condition(&reduced, &target, &lfs),
         output: args.out.display().to_string(),
     };
-    let heights = averaged.as_ref().map(|(found, _)| found);
-    file::write(&args.out, style, &figures.remarks(), &columns(&kept, heights))?;
+    let columns = columns(&kept, averaged.as_ref());
+    file::write(&args.out, style, &figures.remarks(), &columns)?;
     if args.json {
         print_json(&figures)?;
     } else {
@@ -172,23 +213,60 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
-/// The noise asked for.
-fn noise(mesh: &Mesh, wanted: NoiseWanted, name: &str) -> Result<Noise, Failure> {
+/// The noise asked for, and how it is told.
+fn noise(
+    points: &[PointMm],
+    triangles: &[[VertexId; 3]],
+    wanted: NoiseWanted,
+    name: &str,
+) -> Result<(Deviation, Noise), Failure> {
     match wanted {
-        NoiseWanted::SigmaNm(sigma_nm) => Ok(Noise { sigma_nm, source: "given", vertices: None }),
-        NoiseWanted::Auto => match noise_of(mesh) {
-            Some(found) => Ok(Noise {
-                sigma_nm: found.sigma_mm * 1e6,
+        NoiseWanted::SigmaNm(sigma_nm) => {
+            let deviation = Deviation::new(sigma_nm * 1e-6, Along::Z)?;
+            let told = Noise {
+                sigma_nm,
+                source: "given",
+                uncertainty_nm: None,
+                residuals: None,
+                outlier_share: None,
+            };
+            Ok((deviation, told))
+        }
+        NoiseWanted::Auto => {
+            let reach_mm = REACH * typical_spacing_mm(points, triangles);
+            let adjacency = Adjacency::new(points, triangles, Some(reach_mm))?;
+            let found = estimate_noise(points, &adjacency, &NoiseSettings::default());
+            let found = found.map_err(|unknown| {
+                format!("{name}: the noise cannot be taken from the points: {unknown}; give it with --noise")
+            })?;
+            let NoiseEstimate {
+                noise: deviation, uncertainty_mm, residuals, outlier_share, ..
+            } = found;
+            let told = Noise {
+                sigma_nm: deviation.sigma_mm() * 1e6,
                 source: "points",
-                vertices: Some(found.vertices),
-            }),
-            None => Err(format!(
-                "{name}: expected at least 20 points with neighbours all round to take the noise from, found fewer; \
-                 give it with --noise"
-            )
-            .into()),
-        },
+                uncertainty_nm: Some(uncertainty_mm * 1e6),
+                residuals: Some(residuals),
+                outlier_share: Some(outlier_share),
+            };
+            Ok((deviation, told))
+        }
     }
+}
+
+/// The median spacing of the places of a mesh in mm: a wrong height has no part in it, and few
+/// triangles that bridge gaps little.
+fn typical_spacing_mm(points: &[PointMm], triangles: &[[VertexId; 3]]) -> f64 {
+    let mut spacings_mm: Vec<f64> = triangles
+        .iter()
+        .map(|corners| {
+            let [a, b, c] = corners.map(|corner| points[corner as usize]);
+            let twice_mm2 = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            twice_mm2.abs().sqrt()
+        })
+        .collect();
+    let middle = spacings_mm.len() / 2;
+    *spacings_mm.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Local feature size at a point of the measured frame, in mm.
@@ -251,18 +329,20 @@ fn condition(
 ) -> Condition {
     let points = mesh.points();
     let triangles = mesh.triangles();
-    let sigma_mm = target.noise_sigma_mm().unwrap_or(0.0);
-    let crumpled_fraction =
-        crumpled_fraction(points, triangles.iter().copied(), target, sigma_mm, lfs_mm);
     let criteria = Criteria { epsilon_limit: Some(target.epsilon()), ..Criteria::default() };
     // Sizes are asked for at places between points as well; their height matters to none of the sources.
     let at_place = |x: f64, y: f64| target.lfs_mm(lfs_mm([x, y, 0.0])).unwrap_or(f64::NAN);
-    let survey = assess(points, triangles, &criteria, at_place);
+    let of_triangles = || triangles.iter().copied();
+    let spacing =
+        assess_spacing(points, of_triangles(), target.criteria(), |_, _| target.noise(), at_place);
+    let survey = assess(points, of_triangles(), &criteria, at_place);
     let sampling = survey.sampling();
     Condition {
         triangles: sampling.triangles.good + sampling.triangles.over_epsilon,
         area_mm2: sampling.projected_area_mm2,
-        crumpled_fraction,
+        overdense_fraction: spacing.overdense_fraction,
+        outline_area_mm2: spacing.outline_area_mm2,
+        tilt_median_rad: spacing.tilt_median_rad,
         epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
         epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),
         over_epsilon_area_mm2: sampling.undersampled_area_mm2,
@@ -271,6 +351,9 @@ fn condition(
 
 /// Points the nominal is laid into.
 const FITTED_POINTS: usize = 100_000;
+/// How many spacings apart neighbours are at most when the noise is taken from them: lines of a scan
+/// may lie farther apart than the points along them, while what bridges a gap is longer.
+const REACH: f64 = 8.0;
 /// A metre.
 const MAX_SIGMA_NM: f64 = 1e9;
 

@@ -2,9 +2,8 @@
 //!
 //! `cargo bench -p asphera-surface --bench reduce` runs them at full size.
 
-use asphera_surface::reduce::{
-    Reducer, Target, average, crumpled_fraction, noise_limit_mm, noise_of, reduce, spread,
-};
+use asphera_surface::noise::{Along, Noise, assess_spacing};
+use asphera_surface::reduce::{About, Keep, Reducer, Target, average, reduce, spread};
 use asphera_surface::{Criteria, Mesh, PointMm, assess};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -17,8 +16,8 @@ const GRID_SIDE: usize = 1668;
 /// Points of the second.
 const SPIRAL_POINTS: usize = 1_044_336;
 const LENSES: [&str; 2] = ["grid", "spiral"];
-/// Standard deviation of the simulated noise.
-const SIGMA_MM: f64 = 20e-6;
+/// Standard deviation of the simulated noise: see `README.md`.
+const SIGMAS_MM: [f64; 2] = [100e-6, 650e-6];
 const EPSILON: f64 = 0.05;
 
 fn main() {
@@ -26,57 +25,51 @@ fn main() {
     divan::main();
 }
 
+/// What `README.md` shows.
 #[expect(clippy::print_stdout, reason = "figures are what this program is for")]
 fn table() {
-    for (lens, epsilon, sigma_mm) in [
-        ("grid", 0.05, 20e-6),
-        ("grid", 0.005, 20e-6),
-        ("grid", 0.0007, 0.62e-6),
-        ("spiral", 0.05, 20e-6),
-        ("spiral", 0.005, 20e-6),
-        ("spiral", 0.004, 20e-6),
-    ] {
+    println!(
+        "| lens | σ in nm | keep | points | too dense before | kept | median spacing in µm | too dense after | largest ε after |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for (lens, sigma_mm) in LENSES.into_iter().zip(SIGMAS_MM) {
         let mesh = meshed(&points(lens, sigma_mm));
-        let target = target(epsilon, sigma_mm);
-        let noise = noise_of(&mesh).map_or(0.0, |noise| noise.sigma_mm);
-        let crumpled = |mesh: &Mesh| {
-            let found = crumpled_fraction(
-                mesh.points(),
-                mesh.triangles(),
-                &target,
-                sigma_mm,
-                lenses::lfs_mm,
+        for keep in [Keep::Fewest, Keep::Truest, Keep::Most] {
+            let target = target(sigma_mm).keeping(keep);
+            let (before, _) = condition(&mesh, &target);
+            let reduction = reduce(mesh.points(), mesh.triangles(), &target, lenses::lfs_mm);
+            let kept: Vec<PointMm> =
+                reduction.kept.iter().map(|&index| mesh.points()[index as usize]).collect();
+            let (after, epsilon) = condition(&meshed(&kept), &target);
+            println!(
+                "| {lens} | {:.0} | {keep:?} | {} | {:.1} % | {} | {:.2} | {:.1} % | {epsilon:.5} |",
+                1e6 * sigma_mm,
+                mesh.points().len(),
+                100.0 * before,
+                kept.len(),
+                1e3 * spread(&kept).map_or(0.0, |spread| spread.median_mm),
+                100.0 * after,
             );
-            100.0 * found.unwrap_or(0.0)
-        };
-        let before = crumpled(&mesh);
-        let reduction = reduce(mesh.points(), mesh.triangles(), &target, lenses::lfs_mm);
-        let kept: Vec<PointMm> =
-            reduction.kept.iter().map(|&index| mesh.points()[index as usize]).collect();
-        let reduced = meshed(&kept);
-        let lfs_mm = |x: f64, y: f64| lenses::lfs_mm([x, y, 0.0]).unwrap_or(0.0);
-        let survey = assess(reduced.points(), reduced.triangles(), &Criteria::default(), lfs_mm);
-        println!(
-            "{lens}: ε {epsilon}, σ {:.2} nm (found {:.2}), noise limit {:.1} µm at the vertex: {} of {} points, \
-             crumpled {before:.1} % before, {:.1} % after, largest ε after {:.5}, area {:.4} of {:.4} mm², {:?}, {:?}",
-            1e6 * sigma_mm,
-            1e6 * noise,
-            1e3 * noise_limit_mm(sigma_mm, 11.65),
-            kept.len(),
-            mesh.points().len(),
-            crumpled(&reduced),
-            survey.sampling().epsilon_max.unwrap_or(0.0),
-            reduced.area().projected_mm2,
-            mesh.area().projected_mm2,
-            spread(&kept),
-            reduction.tally,
-        );
+        }
     }
 }
 
-fn target(epsilon: f64, sigma_mm: f64) -> Target {
-    Target::new(epsilon, 20.0)
-        .and_then(|target| target.with_noise(sigma_mm))
+/// The share that is too dense for the noise, and the largest ε.
+fn condition(mesh: &Mesh, target: &Target) -> (f64, f64) {
+    let lfs_mm = |x: f64, y: f64| lenses::lfs_mm([x, y, 0.0]).unwrap_or(0.0);
+    let (points, noise) = (mesh.points(), target.noise());
+    let spacing = assess_spacing(points, mesh.triangles(), target.criteria(), |_, _| noise, lfs_mm);
+    let survey = assess(points, mesh.triangles(), &Criteria::default(), lfs_mm);
+    (
+        spacing.overdense_fraction.unwrap_or(f64::NAN),
+        survey.sampling().epsilon_max.unwrap_or(f64::NAN),
+    )
+}
+
+fn target(sigma_mm: f64) -> Target {
+    let noise = Noise::new(sigma_mm, Along::Z).expect("a length");
+    Target::new(EPSILON, 20.0)
+        .and_then(|target| target.with_noise(noise))
         .expect("the figures above make a target")
 }
 
@@ -93,42 +86,63 @@ fn meshed(points: &[PointMm]) -> Mesh {
     mesh
 }
 
+fn noisy(lens: &str) -> (Vec<PointMm>, Target) {
+    let sigma_mm = if lens == LENSES[0] { SIGMAS_MM[0] } else { SIGMAS_MM[1] };
+    (points(lens, sigma_mm), target(sigma_mm))
+}
+
 /// Items are points, as they arrive; the gap is that of the scan.
-#[divan::bench(args = LENSES, consts = [5, 50, 1000], sample_count = 3, sample_size = 1)]
-fn reducer<const PER_10000: u32>(bencher: Bencher, lens: &str) {
-    let points = points(lens, SIGMA_MM);
-    let epsilon = f64::from(PER_10000) * 1e-4;
-    let target = target(epsilon, 0.0);
-    let gap_mm = if lens == "grid" { 0.0022 } else { 0.012 };
+#[divan::bench(args = LENSES, consts = [false, true], sample_count = 3, sample_size = 1)]
+fn reducer<const MOST: bool>(bencher: Bencher, lens: &str) {
+    let (points, target) = noisy(lens);
+    let target = target.keeping(if MOST { Keep::Most } else { Keep::Fewest });
+    let gap_mm = if lens == LENSES[0] { 0.0022 } else { 0.012 };
+    let about = About { gap_mm, gap_nearby_mm: gap_mm, cosine: 0.9 };
     bencher.counter(ItemsCount::new(points.len())).bench(|| {
         let mut reducer = Reducer::new();
         for &point in black_box(&points) {
-            reducer.take(point, target.spacing(lenses::lfs_mm(point), gap_mm));
+            reducer.take(point, target.spacing(lenses::lfs_mm(point), about));
         }
         reducer.arrivals().len()
     });
 }
 
 /// Items are points of a finished mesh.
-#[divan::bench(args = LENSES, sample_count = 3, sample_size = 1)]
-fn whole(bencher: Bencher, lens: &str) {
-    let mesh = meshed(&points(lens, SIGMA_MM));
+#[divan::bench(args = LENSES, consts = [false, true], sample_count = 3, sample_size = 1)]
+fn whole<const MOST: bool>(bencher: Bencher, lens: &str) {
+    let (points, target) = noisy(lens);
+    let target = target.keeping(if MOST { Keep::Most } else { Keep::Fewest });
+    let mesh = meshed(&points);
     let triangles = mesh.triangles();
-    let target = target(EPSILON, SIGMA_MM);
     bencher
         .counter(ItemsCount::new(mesh.points().len()))
         .bench(|| reduce(mesh.points(), triangles.iter().copied(), &target, lenses::lfs_mm));
 }
 
+/// The check alone; items are points of a finished mesh.
+#[divan::bench(args = LENSES, sample_count = 3, sample_size = 1)]
+fn check(bencher: Bencher, lens: &str) {
+    let (points, target) = noisy(lens);
+    let mesh = meshed(&points);
+    let triangles = mesh.triangles();
+    bencher.counter(ItemsCount::new(mesh.points().len())).bench(|| {
+        let triangles = triangles.iter().copied();
+        let noise = target.noise();
+        assess_spacing(mesh.points(), triangles, target.criteria(), |_, _| noise, |_, _| 11.65)
+    });
+}
+
 /// Items are points averaged into those kept.
 #[divan::bench(args = LENSES, sample_count = 3, sample_size = 1)]
 fn averaged(bencher: Bencher, lens: &str) {
-    let mesh = meshed(&points(lens, SIGMA_MM));
-    let target = target(0.005, SIGMA_MM);
+    let (points, target) = noisy(lens);
+    let mesh = meshed(&points);
+    let target = target.keeping(Keep::Truest);
+    let sigma_mm = target.noise().map_or(0.0, |noise| noise.sigma_mm());
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, lenses::lfs_mm);
     let kept: Vec<PointMm> =
         reduction.kept.iter().map(|&index| mesh.points()[index as usize]).collect();
     bencher
         .counter(ItemsCount::new(mesh.points().len()))
-        .bench(|| average(mesh.points(), &kept, SIGMA_MM, lenses::lfs_mm));
+        .bench(|| average(mesh.points(), &kept, sigma_mm, lenses::lfs_mm));
 }

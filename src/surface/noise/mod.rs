@@ -7,6 +7,7 @@
 mod cells;
 mod estimate;
 mod facet;
+mod packed;
 mod residuals;
 mod spacing;
 #[cfg(test)]
@@ -19,6 +20,7 @@ pub use self::estimate::{
     NoiseEstimate, NoiseSettings, NoiseSettingsError, NoiseUnknown, estimate_noise,
 };
 pub use self::facet::facet_tilt_rad;
+pub(crate) use self::spacing::truest_mm;
 pub use self::spacing::{Advice, Spacing, SpacingCriteria, SpacingCriteriaError, assess_spacing};
 
 /// Along which direction the measured points deviate.

@@ -210,6 +210,30 @@ fn facet_tilt_of_known_triangles() {
     assert_eq!(facet_tilt_rad([[0.0; 3], [1.0, f64::NAN, 0.0], [2.0; 3]], noise), None);
 }
 
+/// The bound is met by the worst facet: two sides s, 120° between them.
+#[test]
+fn the_worst_facet_at_the_packed_bound() {
+    let criteria = SpacingCriteria::new(1e-9, Some(0.05)).unwrap();
+    let noise = Noise::new(1e-4, Along::Z).unwrap();
+    let s = criteria.packed_bound_mm(noise, 0.0, 1.0);
+    assert!((s / ((20.0_f64 / 3.0).sqrt() * 1e-4 / 0.05) - 1.0).abs() < 1e-8, "{s}");
+    let corners = [[0.0, 0.0, 0.0], [s, 0.0, 0.0], [-0.5 * s, 0.75_f64.sqrt() * s, 0.0]];
+    assert!((facet_tilt_rad(corners, noise).unwrap() / 0.05 - 1.0).abs() < 1e-8);
+    // With gaps and slopes it is near to what the worst facet needs, too.
+    for (gap_mm, gradient) in [(0.0, 1.0), (0.004, 0.0), (0.02, 0.0), (0.004, 1.0_f64)] {
+        let cosine = 1.0 / gradient.hypot(1.0);
+        let s = criteria.packed_bound_mm(noise, gap_mm, cosine);
+        let (radius_mm, side_mm) = (s + gap_mm, s * cosine);
+        // Two projected sides along the slope, as short as they can be.
+        let height_mm = side_mm * side_mm / (2.0 * radius_mm);
+        let half_mm = (side_mm * side_mm - height_mm * height_mm).sqrt();
+        let corners =
+            [[-half_mm, 0.0], [0.0, height_mm], [half_mm, 0.0]].map(|[x, y]| [x, y, gradient * x]);
+        let tilt_rad = facet_tilt_rad(corners, noise).unwrap();
+        assert!(tilt_rad <= 0.05 * (1.0 + 1e-8) && tilt_rad > 0.045, "{tilt_rad} {gap_mm}");
+    }
+}
+
 fn spaced(
     pitch_mm: f64,
     criteria: &SpacingCriteria,
@@ -310,6 +334,34 @@ proptest! {
             let gap_mm = recommended_mm / 2.0_f64.sqrt();
             prop_assert!(tilt <= epsilon * (1.0 + 1e-12) && gap_mm <= epsilon * lfs_mm * (1.0 + 1e-12));
         }
+    }
+
+    #[test]
+    fn no_facet_at_the_packed_bound_turns_farther_than_the_limit(
+        angles in prop::array::uniform3(0.0..std::f64::consts::TAU),
+        gradient in prop::array::uniform2(-2.0..2.0_f64),
+        gap_share in 0.0..3.0_f64,
+        epsilon in 1e-3..1.0_f64,
+        radius_share in 0.3..1.0_f64,
+        normal in any::<bool>(),
+    ) {
+        let criteria = SpacingCriteria::new(epsilon, None).unwrap();
+        let noise = Noise::new(1e-4, if normal { Along::Normal } else { Along::Z }).unwrap();
+        let cosine = 1.0 / gradient[0].hypot(gradient[1]).hypot(1.0);
+        let gap_mm = gap_share * 1e-4 / epsilon;
+        let spacing_mm = criteria.packed_bound_mm(noise, gap_mm, cosine);
+        // Any facet on an empty circle up to the largest, in the plane.
+        let largest_mm = (1.0 + epsilon) * spacing_mm + (1.0 + 2.0 * epsilon) * gap_mm;
+        let corners = angles.map(|angle: f64| {
+            let [x, y] = [angle.cos(), angle.sin()].map(|part| radius_share * largest_mm * part);
+            [x, y, gradient[0] * x + gradient[1] * y]
+        });
+        let shortest_mm = (0..3)
+            .map(|i| (0..3).map(move |axis| corners[i][axis] - corners[(i + 1) % 3][axis]))
+            .map(|parts| parts.map(|part| part * part).sum::<f64>().sqrt())
+            .fold(f64::INFINITY, f64::min);
+        prop_assume!(shortest_mm >= spacing_mm);
+        prop_assert_eq!(criteria.is_overdense(corners, noise), Some(false));
     }
 
     #[test]

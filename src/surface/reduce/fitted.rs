@@ -56,14 +56,6 @@ impl<const N: usize> Fitted<N> {
     pub(super) fn slopes(&self) -> [f64; 2] {
         [self.coefficients[1] / self.scale_mm, self.coefficients[2] / self.scale_mm]
     }
-
-    /// The residual of an offset it was fitted to, over the share of the height's deviation that a
-    /// residual keeps: √(1 - leverage). `None` where next to nothing is kept.
-    pub(super) fn residual_mm(&self, [u, v, w]: [f64; 3]) -> Option<f64> {
-        let terms = terms::<N>(u / self.scale_mm, v / self.scale_mm);
-        let kept = 1.0 - (terms.transpose() * self.inverse * terms)[(0, 0)];
-        (kept > 1e-6).then(|| (w - terms.dot(&self.coefficients)) / kept.sqrt())
-    }
 }
 
 impl Fitted<6> {

@@ -22,7 +22,7 @@
 //! a spike or the second sheet of a fold over a good point is far from it in space: it stays, to be
 //! found by [`crate::topography`], where in the plane it would vanish, or be kept in the place of
 //! the good one. The price: noise of σ lengthens distances, to √(s² + 2σ²) of a spacing s, which is
-//! nothing at the spacings that the noise limit allows.
+//! nothing at the spacings that the noise allows.
 //!
 //! **From ε to the spacing.** Let every point of the surface have a measured point within the gap
 //! g, and let s be the spacing there. Let c be the centre of an empty circle between kept points, R
@@ -38,28 +38,17 @@
 //! (Discrete & Computational Geometry 22 (1999) 481-504, doi:10.1007/PL00009475), which is weaker
 //! by 1 + ε. [`reduce()`] takes g from the mesh of all points, vertex by vertex.
 //!
-//! **From the noise to the spacing.** Let heights have independent errors of standard deviation σ.
-//! The plane through three points with distances a, b, c then tilts by σ·√(a² + b² + c²) / 2A, with
-//! A the area of the facet (root mean square over both directions; the gradients of the three
-//! linear shape functions have the lengths of the opposite sides over 2A). The facet lies R/lfs
-//! askew of the surface anyway, with R its circumradius, as a chord does. As R = abc / 4A, noise
-//! tilts it no more than the surface's own bending does if
+//! **From the noise to the spacing.** A facet is too small for its noise if that turns it by more
+//! than a limit; [`crate::noise`] says by which and why, and gives the spacing from which on no facet
+//! of any shape is turned so far, [`crate::noise::SpacingCriteria::packed_bound_mm`]. The check,
+//! [`crate::noise::assess_spacing`], and the reduction ask one function,
+//! [`crate::noise::SpacingCriteria::is_overdense`].
 //!
-//! ```text
-//! 2·σ·lfs·√(a² + b² + c²) ≤ a·b·c                                                            (2)
-//! ```
-//!
-//! The quotient of both sides falls with each of a, b, c, so (2) holds for facets of any shape
-//! whose sides are at least
-//!
-//! ```text
-//! s = √(2·√3·σ·lfs)                                                                          (3)
-//! ```
-//!
-//! the noise limit. It has the form of the condition on noisy samples, noise ≤ ε²·lfs (T. K. Dey,
-//! S. Goswami, Computational Geometry 35 (2006) 124-141, doi:10.1016/j.comgeo.2005.10.006). Where
-//! (3) is above (1) there is no spacing that satisfies both; the noise limit is kept and those
-//! points are counted ([`Tally::noise`]).
+//! Between that bound and (1) any spacing satisfies both; [`Keep`] says which is taken. Where the
+//! bound is above (1) there is none; the noise prevails and those points are counted
+//! ([`Tally::noise`]). As it holds for the worst of facets, that is so from a noise on about half
+//! as large as the one for which [`crate::noise::SpacingCriteria::advice`] finds a conflict, which
+//! speaks of even clouds.
 //!
 //! **How many points stay.** No rule that keeps points s apart can keep more than the hexagonal
 //! lattice of that side, one per s²·√3/2; one that covers within s needs at least one per s²·3√3/2,
@@ -67,7 +56,7 @@
 //! by row 0.85 to 0.96.
 
 mod average;
-mod estimate;
+mod bend;
 mod fitted;
 mod grid;
 mod nearest;
@@ -76,7 +65,7 @@ mod target;
 mod whole;
 
 pub use average::{Averaged, AveragedPoint, average};
-pub use estimate::{CurvatureBound, Noise, curvature_bound, noise_of};
+pub use bend::{CurvatureBound, curvature_bound};
 pub use reducer::{Fate, Reducer, Split, Tally};
-pub use target::{Bound, Spacing, Target, TargetError, crumpled_fraction, noise_limit_mm};
+pub use target::{About, Bound, Keep, Spacing, Target, TargetError};
 pub use whole::{Reduction, Spread, reduce, spread};

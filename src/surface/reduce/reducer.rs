@@ -14,7 +14,7 @@ use crate::{PointMm, Rejection, TINY_MM};
 /// the spacing, so that rounding does not thin a raster unevenly.
 ///
 /// ```
-/// use asphera_surface::{Fate, Reducer, Spacing};
+/// use asphera_surface::reduce::{Fate, Reducer, Spacing};
 ///
 /// let mut reducer = Reducer::new();
 /// let spacing = Spacing::given(0.2)?;
@@ -22,7 +22,7 @@ use crate::{PointMm, Rejection, TINY_MM};
 /// assert_eq!(reducer.take([0.1, 0.0, 0.0], spacing), Fate::Dropped { by: 0 });
 /// assert_eq!(reducer.take([0.2, 0.0, 0.0], spacing), Fate::Kept(1));
 /// assert_eq!(reducer.arrivals(), [0, 2]);
-/// # Ok::<(), asphera_surface::TargetError>(())
+/// # Ok::<(), asphera_surface::reduce::TargetError>(())
 /// ```
 #[derive(Default)]
 pub struct Reducer {
@@ -54,9 +54,9 @@ pub enum Fate {
 /// How many points there were, by what their spacing followed from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Those whose spacing follows from ε.
+    /// Those whose spacing satisfies both conditions.
     pub epsilon: Split,
-    /// Those whose spacing is the noise limit, wider than ε allows.
+    /// Those whose spacing follows from the noise and is wider than ε allows.
     pub noise: Split,
     /// Those measured hardly densely enough for ε, before any reduction.
     pub sparse: Split,

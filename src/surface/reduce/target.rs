@@ -2,16 +2,42 @@
 
 use thiserror::Error;
 
-use crate::area::Sum;
-use crate::triangle::Triangle;
-use crate::{PointMm, RANGE_MM, VertexId};
+use crate::noise::{Noise, SpacingCriteria, truest_mm};
+use crate::{PointMm, RANGE_MM};
 
 /// What a reduced cloud must hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    epsilon: f64,
+    criteria: SpacingCriteria,
     lfs_max_mm: f64,
-    noise_sigma_mm: Option<f64>,
+    noise: Option<Noise>,
+    keep: Keep,
+}
+
+/// Which of the spacings between what noise needs and what ε allows is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Keep {
+    /// The widest that ε allows: the fewest points.
+    #[default]
+    Fewest,
+    /// The one at which the facets have the truest normals, see [`crate::noise::Advice`]; without
+    /// noise all points, as the denser they are the better.
+    Truest,
+    /// The narrowest that the noise allows: as many points as can be meshed; without noise all. A
+    /// single spacing is the bound for facets of any shape; [`super::reduce()`] tries narrower ones.
+    Most,
+}
+
+/// What is known of the points measured about a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct About {
+    /// Every point of the surface has a measured one within this distance in mm. Infinite or NaN:
+    /// too wide for ε.
+    pub gap_mm: f64,
+    /// The same for all points next to it as well, at least that and finite where that is.
+    pub gap_nearby_mm: f64,
+    /// The z component of the unit normal where the surface is steepest, above 0, up to 1.
+    pub cosine: f64,
 }
 
 /// How near a point to be kept may come to one kept before, and what it follows from.
@@ -24,11 +50,13 @@ pub struct Spacing {
 /// What a spacing follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Bound {
-    /// From ε and the local feature size: the target is reached.
+    /// As [`Keep`] asks for, no wider than ε and no narrower than the noise allows: the target is
+    /// reached.
     Epsilon,
     /// From the noise: ε would need a narrower spacing than the noise allows.
     Noise,
-    /// From the noise or zero: the measured points themselves are hardly dense enough for ε.
+    /// From the noise, or zero where that is not at odds with the measured points: they are
+    /// themselves hardly dense enough for ε.
     Sparse,
     /// Zero: the local feature size is not known.
     Unknown,
@@ -50,6 +78,9 @@ pub enum TargetError {
     /// The noise is not a length.
     #[error("the noise is {0} mm, expected a standard deviation of at least 0 and up to 1e12 mm")]
     Noise(f64),
+    /// The limit of the tilt by noise is no angle between level and upright.
+    #[error("the limit of the tilt is {0} rad, expected an angle above 0 and below pi/2")]
+    Tilt(f64),
     /// A spacing is not a length.
     #[error("the spacing is {0} mm, expected a length of at least 0 and up to 1e12 mm")]
     Spacing(f64),
@@ -64,35 +95,65 @@ impl Target {
     ///
     /// Where an argument is out of its range.
     pub fn new(epsilon: f64, lfs_max_mm: f64) -> Result<Target, TargetError> {
-        if !(epsilon > 0.0 && epsilon <= 1.0) {
+        if epsilon > 1.0 {
             return Err(TargetError::Epsilon(epsilon));
         }
+        let criteria = SpacingCriteria::new(epsilon, None);
+        let criteria = criteria.map_err(|_| TargetError::Epsilon(epsilon))?;
         if !(lfs_max_mm > 0.0 && lfs_max_mm <= RANGE_MM) {
             return Err(TargetError::LfsMax(lfs_max_mm));
         }
-        Ok(Target { epsilon, lfs_max_mm, noise_sigma_mm: None })
+        Ok(Target { criteria, lfs_max_mm, noise: None, keep: Keep::Fewest })
     }
 
-    /// The same with a noise limit for heights of standard deviation `sigma_mm`, at least 0.
+    /// The same among points with noise, of up to 1e12 mm. Without it the noise is none.
     ///
     /// # Errors
     ///
-    /// Where that is not a length.
-    pub fn with_noise(self, sigma_mm: f64) -> Result<Target, TargetError> {
-        if !(0.0..=RANGE_MM).contains(&sigma_mm) {
-            return Err(TargetError::Noise(sigma_mm));
+    /// Where it is larger.
+    pub fn with_noise(self, noise: Noise) -> Result<Target, TargetError> {
+        if noise.sigma_mm() > RANGE_MM {
+            return Err(TargetError::Noise(noise.sigma_mm()));
         }
-        Ok(Target { noise_sigma_mm: Some(sigma_mm), ..self })
+        Ok(Target { noise: Some(noise), ..self })
+    }
+
+    /// The same with a limit in rad of the tilt of facets by noise, above 0 and below π/2. Without it
+    /// that is as large as ε: see [`SpacingCriteria`].
+    ///
+    /// # Errors
+    ///
+    /// Where it is no such angle.
+    pub fn with_tilt_limit(self, tilt_limit_rad: f64) -> Result<Target, TargetError> {
+        let criteria = SpacingCriteria::new(self.epsilon(), Some(tilt_limit_rad));
+        let criteria = criteria.map_err(|_| TargetError::Tilt(tilt_limit_rad))?;
+        Ok(Target { criteria, ..self })
+    }
+
+    /// The same with another choice among the spacings that satisfy both conditions.
+    #[must_use]
+    pub fn keeping(self, keep: Keep) -> Target {
+        Target { keep, ..self }
     }
 
     /// ε as given.
     pub fn epsilon(&self) -> f64 {
-        self.epsilon
+        self.criteria.epsilon_limit()
     }
 
-    /// Standard deviation of the noise in mm, if one was given.
-    pub fn noise_sigma_mm(&self) -> Option<f64> {
-        self.noise_sigma_mm
+    /// Which of the spacings that satisfy both conditions is taken.
+    pub fn keep(&self) -> Keep {
+        self.keep
+    }
+
+    /// The limits of ε and of the tilt by noise.
+    pub fn criteria(&self) -> &SpacingCriteria {
+        &self.criteria
+    }
+
+    /// The noise, if one was given.
+    pub fn noise(&self) -> Option<Noise> {
+        self.noise
     }
 
     /// The local feature size the target goes by: no more than its largest; `None` where it is not
@@ -101,19 +162,46 @@ impl Target {
         lfs_mm.filter(|&lfs_mm| lfs_mm > 0.0).map(|lfs_mm| lfs_mm.min(self.lfs_max_mm))
     }
 
-    /// Spacing at a measured point with the local feature size `lfs_mm`, where every point of the
-    /// surface about it has a measured one within `gap_mm`: equations (1) and (3) of the reduction.
+    /// Spacing at a measured point with the local feature size `lfs_mm`: between
+    /// [`SpacingCriteria::packed_bound_mm`] and equation (1) of the reduction.
     ///
-    /// A gap that is infinite or NaN is one too wide for ε.
-    pub fn spacing(&self, lfs_mm: Option<f64>, gap_mm: f64) -> Spacing {
+    /// About a point whose gap is not known it is that of points without gaps that the noise bounds.
+    pub fn spacing(&self, lfs_mm: Option<f64>, about: About) -> Spacing {
+        let About { gap_nearby_mm, cosine, .. } = about;
+        let gap_mm = if gap_nearby_mm.is_finite() { gap_nearby_mm } else { 0.0 };
+        let narrowest_mm = self.noise.map_or(0.0, |noise| {
+            self.criteria.packed_bound_mm(noise, gap_mm, cosine).min(RANGE_MM)
+        });
+        self.from(lfs_mm, about, narrowest_mm)
+    }
+
+    /// The same among points none of whose facets is too dense for the noise: no spacing is forced
+    /// on them where ε does not allow it, and with [`Keep::Most`] none at all.
+    pub(super) fn spacing_where_not_overdense(&self, lfs_mm: Option<f64>, about: About) -> Spacing {
+        let spacing = self.spacing(lfs_mm, about);
+        let most = spacing.bound == Bound::Epsilon && self.keep == Keep::Most;
+        match spacing.bound {
+            Bound::Noise | Bound::Sparse => Spacing { mm: 0.0, bound: Bound::Sparse },
+            _ if most => Spacing { mm: 0.0, ..spacing },
+            _ => spacing,
+        }
+    }
+
+    fn from(&self, lfs_mm: Option<f64>, about: About, narrowest_mm: f64) -> Spacing {
         let Some(lfs_mm) = self.lfs_mm(lfs_mm) else {
             return Spacing { mm: 0.0, bound: Bound::Unknown };
         };
-        let widest_mm = self.epsilon * (lfs_mm - gap_mm) / (1.0 + self.epsilon) - gap_mm;
-        let narrowest_mm =
-            self.noise_sigma_mm.map_or(0.0, |sigma_mm| noise_limit_mm(sigma_mm, lfs_mm));
+        let About { gap_mm, cosine, .. } = about;
+        let epsilon = self.epsilon();
+        let widest_mm = epsilon * (lfs_mm - gap_mm) / (1.0 + epsilon) - gap_mm;
         if widest_mm > 0.0 && widest_mm >= narrowest_mm {
-            Spacing { mm: widest_mm, bound: Bound::Epsilon }
+            let sigma_mm = self.noise.map_or(0.0, |noise| noise.along_normal_mm(cosine));
+            let mm = match self.keep {
+                Keep::Fewest => widest_mm,
+                Keep::Truest => truest_mm(sigma_mm, lfs_mm).clamp(narrowest_mm, widest_mm),
+                Keep::Most => narrowest_mm,
+            };
+            Spacing { mm, bound: Bound::Epsilon }
         } else if widest_mm > 0.0 {
             Spacing { mm: narrowest_mm, bound: Bound::Noise }
         } else {
@@ -136,6 +224,10 @@ impl Spacing {
         }
     }
 
+    pub(super) fn scaled(self, share: f64) -> Spacing {
+        Spacing { mm: share * self.mm, ..self }
+    }
+
     /// The length in mm, from 0 to twice 1e12.
     pub fn mm(&self) -> f64 {
         self.mm
@@ -145,51 +237,6 @@ impl Spacing {
     pub fn bound(&self) -> Bound {
         self.bound
     }
-}
-
-/// The side in mm from which on noise of `sigma_mm` tilts no facet more than the bending of a
-/// surface of local feature size `lfs_mm` does: equation (3) of the reduction.
-pub fn noise_limit_mm(sigma_mm: f64, lfs_mm: f64) -> f64 {
-    (2.0 * 3.0_f64.sqrt() * sigma_mm * lfs_mm).sqrt()
-}
-
-/// The share, by area in space, of those `triangles` that noise of `sigma_mm` tilts more than their
-/// own bending does: that break equation (2) of the reduction, with the smallest local feature size
-/// at their corners. `None` without triangles of known local feature size.
-///
-/// Only this part of a cloud is too dense for its noise. Linear time.
-///
-/// # Panics
-///
-/// When a corner is not the index of a point.
-pub fn crumpled_fraction(
-    points: &[PointMm],
-    triangles: impl IntoIterator<Item = [VertexId; 3]>,
-    target: &Target,
-    sigma_mm: f64,
-    lfs_mm: impl Fn(PointMm) -> Option<f64>,
-) -> Option<f64> {
-    let (mut crumpled, mut all) = (Sum::default(), Sum::default());
-    for corners in triangles {
-        let places = corners.map(|corner| points[corner as usize]);
-        let known = places.map(|place| target.lfs_mm(lfs_mm(place)));
-        let [Some(p), Some(q), Some(r)] = known else { continue };
-        let lfs_mm = p.min(q).min(r);
-        let area_mm2 = Triangle::new(points, corners).area_mm2();
-        all.add(area_mm2);
-        if tilts(places, sigma_mm, lfs_mm) {
-            crumpled.add(area_mm2);
-        }
-    }
-    (all.total() > 0.0).then(|| crumpled.total() / all.total())
-}
-
-/// Whether a facet breaks equation (2). One at the noise limit does not, whatever rounding says.
-fn tilts([p, q, r]: [PointMm; 3], sigma_mm: f64, lfs_mm: f64) -> bool {
-    let squares = [(p, q), (q, r), (r, p)].map(|(from, to)| squared_mm2(from, to));
-    let sum: f64 = squares.iter().sum();
-    let product: f64 = squares.iter().product();
-    2.0 * sigma_mm * lfs_mm * sum.sqrt() > product.sqrt() * (1.0 + 1e-8)
 }
 
 /// Squared distance of two points.

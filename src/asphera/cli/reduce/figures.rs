@@ -17,6 +17,10 @@ pub(super) struct Figures {
     pub(super) input: Input,
     /// As asked for.
     pub(super) epsilon: f64,
+    /// The largest tilt of a facet by noise.
+    pub(super) tilt_limit_rad: f64,
+    /// `fewest`, `truest` or `most`.
+    pub(super) keep: String,
     pub(super) lfs: Lfs,
     pub(super) noise: Noise,
     pub(super) kept: u64,
@@ -67,14 +71,18 @@ pub(super) struct Noise {
     /// Standard deviation.
     pub(super) sigma_nm: f64,
     pub(super) source: &'static str,
+    /// Standard uncertainty of that; this and what follows is absent where the noise was given.
+    pub(super) uncertainty_nm: Option<f64>,
     /// How many residuals it comes from.
-    pub(super) vertices: Option<u64>,
+    pub(super) residuals: Option<u64>,
+    /// Share of the samples looked at that stood off and were left out.
+    pub(super) outlier_share: Option<f64>,
 }
 
 /// Points by what their spacing followed from.
 #[derive(Serialize)]
 pub(super) struct By {
-    /// From ε: the target is reached.
+    /// As asked for by `keep`, no wider than ε and no narrower than the noise allows: the target is reached.
     pub(super) epsilon: KeptDropped,
     /// From the noise, wider than ε allows.
     pub(super) noise: KeptDropped,
@@ -110,8 +118,12 @@ pub(super) struct Condition {
     pub(super) triangles: u64,
     /// Projected.
     pub(super) area_mm2: f64,
-    /// Share of the area that noise tilts more than the surface bends over it.
-    pub(super) crumpled_fraction: Option<f64>,
+    /// Share of the area in space whose facets noise tilts by more than the limit.
+    pub(super) overdense_fraction: Option<f64>,
+    /// Area in space of facets along the outline that it tilts so far because they are thin there.
+    pub(super) outline_area_mm2: f64,
+    /// Half of the area has facets that it tilts by this or less.
+    pub(super) tilt_median_rad: Option<f64>,
     pub(super) epsilon_max: Option<f64>,
     pub(super) epsilon_p99: Option<f64>,
     pub(super) over_epsilon_area_mm2: f64,
@@ -152,6 +164,7 @@ impl Figures {
             format!("{} of {} points kept", self.kept, self.input.points),
             format!("epsilon {} of the local feature size ({})", self.epsilon, self.lfs.source),
             format!("noise {} nm ({})", self.noise.sigma_nm, self.noise.source),
+            format!("tilt by noise up to {} rad, {} points", self.tilt_limit_rad, self.keep),
         ];
         remarks.push(match self.averaged {
             None => "each point as it was measured".to_owned(),
@@ -176,7 +189,14 @@ impl fmt::Display for Figures {
             }
         }
         let noise = &self.noise;
-        writeln!(f, "noise      {:.2} nm ({})", noise.sigma_nm, noise.source)?;
+        write!(f, "noise      {:.2} nm ({})", noise.sigma_nm, noise.source)?;
+        if let Some(uncertainty_nm) = noise.uncertainty_nm {
+            write!(f, " ± {uncertainty_nm:.2} nm")?;
+        }
+        if let Some(share) = noise.outlier_share.filter(|&share| share > 0.0) {
+            write!(f, ", {:.2} % of the samples stood off", 100.0 * share)?;
+        }
+        writeln!(f)?;
         if let Some(Range { min_mm, max_mm }) = self.lfs.range_mm {
             let source = self.lfs.source;
             writeln!(f, "lfs        {min_mm:.4} to {max_mm:.4} mm ({source})")?;
@@ -218,8 +238,8 @@ impl fmt::Display for Condition {
         if let Some(epsilon) = self.epsilon_max {
             write!(f, ", largest ε {epsilon:.5}")?;
         }
-        if let Some(share) = self.crumpled_fraction {
-            write!(f, ", {:.2} % crumpled by noise", 100.0 * share)?;
+        if let Some(share) = self.overdense_fraction {
+            write!(f, ", {:.2} % too dense for the noise", 100.0 * share)?;
         }
         writeln!(f)
     }

@@ -1,16 +1,7 @@
-//! Noise and curvature of a measured surface, as far as a reduction needs them.
+//! Curvature of a measured surface, as far as a reduction needs it.
 
 use super::fitted::Fitted;
-use crate::{Mesh, PointMm, VertexId};
-
-/// The noise of the heights of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation in mm.
-    pub sigma_mm: f64,
-    /// From the residuals of how many vertices.
-    pub vertices: u64,
-}
+use crate::PointMm;
 
 /// How strongly a surface bends, seen over windows of its extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,53 +13,6 @@ pub struct CurvatureBound {
     pub windows: u64,
     /// The sides of a window along x and y in mm.
     pub window_mm: [f64; 2],
-}
-
-/// The noise of the heights, robust to outliers; `None` where fewer than 20 inner vertices have
-/// neighbours enough.
-///
-/// A quadric is fitted to each of up to 4096 vertices with the two rings about it; its residual
-/// there, over √(1 - leverage), has the noise's own deviation. The median of their sizes times
-/// 1.4826 estimates it (F. R. Hampel, Journal of the American Statistical Association 69 (1974)
-/// 383-393, doi:10.1080/01621459.1974.10482962), to about 2 % for 4096. What bends within two rings
-/// counts as noise, and noise that neighbours share does not.
-pub fn noise_of(mesh: &Mesh) -> Option<Noise> {
-    let count = mesh.points().len();
-    let mut sizes_mm: Vec<f64> = (0..count.min(LOOKED_AT))
-        .filter_map(|turn| {
-            // All of a small mesh; of a large one, places that no regular scan lines up with.
-            let share = (turn as f64 * GOLDEN).fract();
-            let index = if count <= LOOKED_AT { turn } else { (share * count as f64) as usize };
-            residual_mm(mesh, index as VertexId).map(f64::abs)
-        })
-        .collect();
-    if sizes_mm.len() < 20 {
-        return None;
-    }
-    let middle = sizes_mm.len() / 2;
-    let (_, median_mm, _) = sizes_mm.select_nth_unstable_by(middle, f64::total_cmp);
-    let sigma_mm = 1.482_602 * *median_mm;
-    Some(Noise { sigma_mm, vertices: sizes_mm.len() as u64 })
-}
-
-/// The residual of a vertex to the quadric through it and two rings about it; of a vertex on the
-/// hull none.
-fn residual_mm(mesh: &Mesh, vertex: VertexId) -> Option<f64> {
-    if mesh.neighbours(vertex)?.on_hull {
-        return None;
-    }
-    let points = mesh.points();
-    let at = points[vertex as usize];
-    let offset = |other: VertexId| {
-        let point = points[other as usize];
-        [point[0] - at[0], point[1] - at[1], point[2] - at[2]]
-    };
-    let rings = mesh.within(vertex, 2)?;
-    let offsets_mm: Vec<[f64; 3]> = std::iter::once(vertex).chain(rings).map(offset).collect();
-    if offsets_mm.len() < 9 {
-        return None;
-    }
-    Fitted::<6>::to(&offsets_mm)?.residual_mm([0.0; 3])
 }
 
 /// An upper bound of the local feature size that holds everywhere at once: the smallest radius of
@@ -129,10 +73,6 @@ fn curvature_per_mm(window: &[PointMm], sigma_mm: f64) -> Option<f64> {
     Some(larger_eigenvalue + 2.0 * uncertainty)
 }
 
-/// Vertices looked at for the noise.
-const LOOKED_AT: usize = 4096;
-/// The golden section: its multiples fill the unit interval most evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Windows along each axis.
 const WINDOWS: usize = 8;
 /// Points of a window that are fitted.
