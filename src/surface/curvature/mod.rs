@@ -132,9 +132,9 @@ pub fn local_shape(
 /// not depend on how many there are.
 ///
 /// ```
-/// use asphera_surface::{
-///     Adjacency, Along, Mesh, Noise, NoiseSettings, ShapeSettings, estimate_noise, local_shapes,
-/// };
+/// use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shapes};
+/// use asphera_surface::noise::{Along, Noise, NoiseSettings, estimate_noise};
+/// use asphera_surface::{Mesh};
 ///
 /// // z = x²/40, a trough with a radius of 20 mm at its bottom.
 /// let places = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20)].map(|x| 0.1 * (x - 9.5)));

@@ -86,7 +86,8 @@ pub enum SectionPath {
 /// If the path has no length or no direction, or a number is not finite or out of range.
 ///
 /// ```
-/// use asphera_surface::{Mesh, SectionPath, section};
+/// use asphera_surface::sections::{SectionPath, section};
+/// use asphera_surface::Mesh;
 ///
 /// let mut mesh = Mesh::new();
 /// mesh.insert(&[[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]]);
