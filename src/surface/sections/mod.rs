@@ -96,7 +96,7 @@ pub enum SectionPath {
 /// let [start, end] = found.pieces[0].points[..] else { panic!("there are two") };
 /// assert_eq!((start.s_mm, start.at_mm), (0.0, [0.5, 0.5, 1.5]));
 /// assert_eq!((end.s_mm, end.at_mm), (1.0, [1.5, 0.5, 2.5]));
-/// # Ok::<(), asphera_surface::SectionError>(())
+/// # Ok::<(), asphera_surface::sections::SectionError>(())
 /// ```
 pub fn section(
     mesh: &Mesh,
