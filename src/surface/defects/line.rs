@@ -11,11 +11,6 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Way along the straight line and offset to its left.
-    pub(super) fn local_mm(&self, place_mm: [f64; 2]) -> [f64; 2] {
-        local_mm(self.origin_mm, self.along, place_mm)
-    }
-
     /// The place at a way along the straight line and an offset to its left.
     pub(super) fn place_mm(&self, [way, offset]: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.along;
@@ -25,8 +20,13 @@ impl Line {
     /// One half to the left of the line, minus one half to the right. Beyond its ends it goes on
     /// straight.
     pub(super) fn side(&self, place_mm: [f64; 2]) -> f64 {
-        let [way, offset] = self.local_mm(place_mm);
-        if offset >= self.offset_mm(way) { 0.5 } else { -0.5 }
+        if self.away_mm(place_mm) >= 0.0 { 0.5 } else { -0.5 }
+    }
+
+    /// How far to the left of the line a place is, square to the straight one, in mm.
+    pub(super) fn away_mm(&self, place_mm: [f64; 2]) -> f64 {
+        let [way, offset] = local_mm(self.origin_mm, self.along, place_mm);
+        offset - self.offset_mm(way)
     }
 
     fn offset_mm(&self, way: f64) -> f64 {

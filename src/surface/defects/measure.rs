@@ -100,7 +100,7 @@ impl Field<'_> {
             ((single.0, self.sigma_mm), false)
         } else {
             let start = deepest(averaged).unwrap_or(single);
-            (self.extreme(start, sign), averaged)
+            (self.extreme(self.middle(vertices, start, sign, averaged), sign), averaged)
         };
         let mut measured = self.extent(zone, sign, rest, peak.0);
         let (mut height, mut width) = (peak, None);
@@ -125,13 +125,15 @@ impl Field<'_> {
             }
         }
         let uncertainty_mm = height.1.hypot(zone.reference_mm);
-        let level = |shift: f64| 0.5 * (height.0 + shift * uncertainty_mm);
-        let by_level = 0.5
-            * (self.above(zone, sign, rest, level(-1.0)).area_mm2
-                - self.above(zone, sign, rest, level(1.0)).area_mm2)
-                .abs();
-        let counted = COUNTED
-            * (measured.above.contour_mm * self.spacing_mm.powi(3)).sqrt();
+        let along = (measured.above.contour_mm / self.spacing_mm).max(1.0);
+        // Along the contour every sample errs by itself, of means over a ring every third.
+        let single_mm = self.sigma_mm / along.sqrt();
+        let shift_mm = single_mm.hypot(0.5 * uncertainty_mm);
+        let level = |shift_mm: f64| {
+            self.above(zone, sign, rest, 0.5 * height.0 + shift_mm).area_mm2
+        };
+        let by_level = 0.5 * (level(-shift_mm) - level(shift_mm)).abs();
+        let counted = COUNTED * along.sqrt() * self.spacing_mm.powi(2);
         let axes = measured.axes;
         let centre = self.centre(vertices);
         Defect {
@@ -158,9 +160,42 @@ impl Field<'_> {
         value.total_cmp(&other).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1])).is_gt()
     }
 
+    /// The vertex in the middle of those at least half as deep as the deepest, if it is one of them.
+    ///
+    /// The deepest is so by noise too; a fit about it would make that depth.
+    fn middle(
+        &self,
+        vertices: &[VertexId],
+        deepest: (f64, VertexId),
+        sign: f64,
+        averaged: bool,
+    ) -> (f64, VertexId) {
+        let deep: Vec<(f64, VertexId)> = vertices
+            .iter()
+            .map(|&vertex| (sign * self.value_mm(vertex, averaged), vertex))
+            .filter(|&(value, _)| value >= 0.5 * deepest.0)
+            .collect();
+        let total: f64 = deep.iter().map(|(value, _)| value).sum();
+        let origin = self.place_mm(deepest.1);
+        let place = [0, 1].map(|axis| {
+            let parts =
+                deep.iter().map(|&(value, of)| value * (self.place_mm(of)[axis] - origin[axis]));
+            origin[axis] + parts.sum::<f64>() / total
+        });
+        let away = |vertex: VertexId| {
+            let at = self.place_mm(vertex);
+            (at[0] - place[0]).hypot(at[1] - place[1])
+        };
+        let nearest = deep
+            .into_iter()
+            .min_by(|p, q| away(p.1).total_cmp(&away(q.1)))
+            .filter(|&(_, vertex)| away(vertex) <= 1.5 * self.spacing_mm);
+        nearest.map_or(deepest, |(_, vertex)| (deepest.0, vertex))
+    }
+
     /// Depth in mm about a vertex and its standard uncertainty.
     fn extreme(&self, (value, vertex): (f64, VertexId), sign: f64) -> (f64, f64) {
-        let alone = (sign * self.residuals_mm[vertex as usize], self.sigma_mm);
+        let alone = (value, self.sigma_mm);
         let mut rings = Rings::default();
         rings.gather(self.samples.adjacency, vertex, 2);
         let samples: Vec<VertexId> = rings

@@ -36,6 +36,7 @@ use rayon::prelude::*;
 
 use self::cells::Cells;
 use self::detect::{Detection, Found};
+use self::line::Line;
 use self::measure::{Field, Zone};
 use self::reference::Reference;
 use self::steps::{Search, Step};
@@ -50,6 +51,8 @@ pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Sa
 /// Windows of the reference in largest widths.
 const WINDOW: f64 = 3.0;
 
+/// How near to a step what stands off is the step's own, in spacings.
+const OWN_SPACINGS: f64 = 2.0;
 /// What rounding makes of heights, over the largest of them.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -198,7 +201,7 @@ pub fn find_defects(
         settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
     let window_mm = WINDOW * largest_mm;
     let cells = Cells::new(samples, &used, reference::side_mm(window_mm, spacing_mm))?;
-    let mut reference = Reference::new(samples, &cells, window_mm, &[])?;
+    let mut reference = Reference::new(samples, &cells, window_mm, &[], false)?;
     let noise = match settings.noise {
         Some(noise) => noise,
         None => noise_of(samples)?,
@@ -210,12 +213,14 @@ pub fn find_defects(
         sigma_mm: first.sigma_mm,
         false_expected: settings.false_expected,
     };
-    let steps = steps::find(samples.points, &cells, &reference, &search);
+    let mut steps = steps::find(samples.points, &cells, &reference, &search);
     let residuals = if steps.is_empty() {
         first
     } else {
-        let lines: Vec<line::Line> = steps.iter().map(|step| step.line.clone()).collect();
-        reference = Reference::new(samples, &cells, window_mm, &lines)?;
+        // A reference that may not jump bends towards a step, which then looks lower than it is.
+        let again = Reference::new(samples, &cells, window_mm, &lines(&steps), true)?;
+        steps = steps::find(samples.points, &cells, &again, &search);
+        reference = Reference::new(samples, &cells, window_mm, &lines(&steps), false)?;
         Residuals::new(&cells, &reference, samples.points.len(), noise)
     };
     let Residuals { normal_mm, cell, sigma_mm } = residuals;
@@ -225,6 +230,15 @@ pub fn find_defects(
         .collect();
     let Detection { mut found, threshold, scales } =
         detect::detect(samples.adjacency, &values, settings.false_expected);
+    // Which side the samples nearest to a step lie on is not known: those are its own.
+    found.retain(|found| {
+        !steps.iter().any(|step| {
+            found.vertices.iter().all(|&vertex| {
+                let [x, y, _] = samples.points[vertex as usize];
+                step.line.away_mm([x, y]).abs() <= OWN_SPACINGS * spacing_mm
+            })
+        })
+    });
     found.sort_by(|p, q| q.significance.total_cmp(&p.significance));
     let field = Field {
         samples: *samples,
@@ -257,6 +271,10 @@ pub fn find_defects(
         unreferenced,
         residuals_mm: normal_mm,
     })
+}
+
+fn lines(steps: &[Step]) -> Vec<Line> {
+    steps.iter().map(|step| step.line.clone()).collect()
 }
 
 fn noise_of(samples: &Samples<'_>) -> Result<Noise, DefectsUnknown> {

@@ -90,12 +90,14 @@ impl Lattice {
 }
 
 impl Reference {
-    /// Fits the windows. `steps` jump in it.
+    /// Fits the windows. `steps` jump in it; where they are to be `kept`, what they add is then not
+    /// taken off the residuals.
     pub(super) fn new(
         samples: &Samples<'_>,
         cells: &Cells,
         window_mm: f64,
         steps: &[Line],
+        kept: bool,
     ) -> Result<Reference, DefectsUnknown> {
         let lattice = Lattice::new(cells, window_mm);
         let nodes = lattice.size[0] * lattice.size[1];
@@ -115,7 +117,7 @@ impl Reference {
             .into_par_iter()
             .with_min_len(64)
             .map(|cell| {
-                let blend = Blend { samples, lattice: &lattice, patches: &patches, steps };
+                let blend = Blend { samples, lattice: &lattice, patches: &patches, steps, kept };
                 blend.residuals(cells, cell)
             })
             .collect();
@@ -193,6 +195,7 @@ struct Blend<'a> {
     lattice: &'a Lattice,
     patches: &'a [Option<Patch>],
     steps: &'a [Line],
+    kept: bool,
 }
 
 impl Blend<'_> {
@@ -279,6 +282,9 @@ impl Blend<'_> {
         let constant = t[0] + x * (t[1] + x * (t[3] + x * t[6]));
         let linear = t[2] + x * (t[4] + x * t[7]);
         let cubic = constant + y * (linear + y * (t[5] + x * t[8] + y * t[9]));
+        if self.kept {
+            return patch.datum_mm + cubic;
+        }
         let steps = t[CUBIC..].iter().zip(&patch.steps).filter(|&(_, &step)| step != NONE);
         let jumps: f64 =
             steps.map(|(jump, &step)| jump * self.steps[step as usize].side(place_mm)).sum();

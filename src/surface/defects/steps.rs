@@ -7,10 +7,11 @@
 //! 2. *Lines.* Of the significant jumps those stay that are the largest across their line; they are
 //!    joined along it.
 //! 3. *Flanks.* The flank of a pit or scratch jumps too, but the opposite flank jumps back not
-//!    farther than the largest width of a defect; a step's second level goes on. A line of which half
-//!    has a jump back, or which is shorter than that width, is none of a step.
-//! 4. *Height and place* by segments of the line: a quadric with a jump through the single samples,
-//!    the place being the one that leaves the least squares.
+//!    farther than the largest width of a defect; a step's second level goes on. So a line is none of
+//!    a step if it is shorter than that width, or if its folded profile, over a cubic, is better told
+//!    by a level that returns than by one that does not.
+//! 4. *Height and place* by segments of the line: a quadric, cubic across the line, with a jump
+//!    through the single samples, the place being the one that leaves the least squares.
 //!
 //! Steps that come within four cells of the border, or each other, are not seen there; a line goes on
 //! straight where it ends.
@@ -53,12 +54,14 @@ const CUT: f64 = 0.75;
 const REACH: i64 = 3;
 /// Cells a line needs.
 const CELLS_MIN: usize = 6;
-/// A jump back has at least this share of the jump.
-const BACK: f64 = 0.7;
 /// Cosine of the angle up to which two jumps are of one line.
 const ALIKE: f64 = 0.7;
 /// Half width in cells of the band in which a segment is fitted.
-const BAND: f64 = 8.0;
+const BAND: f64 = 5.0;
+/// Half width in cells of the band in which it is decided whether a jump is a step's.
+const WIDE: f64 = 12.0;
+/// Samples nearer to a line than this many spacings are not used for its height.
+const NEAR_SPACINGS: f64 = 1.5;
 /// Length of a segment in cells.
 const SEGMENT: f64 = 12.0;
 /// How far in cells a line goes on where it ends.
@@ -66,7 +69,6 @@ const END: f64 = 6.0;
 
 #[derive(Clone, Copy)]
 struct Jump {
-    height_mm: f64,
     significance: f64,
     /// Unit vector uphill.
     uphill: [f64; 2],
@@ -84,10 +86,6 @@ pub(super) fn find(
     let mut steps: Vec<Step> = lines
         .into_iter()
         .filter(|line| line.len() >= CELLS_MIN)
-        .filter(|line| {
-            let back = line.iter().filter(|&&cell| jumps_back(cells, &jumps, cell, search)).count();
-            2 * back < line.len()
-        })
         .filter_map(|line| measure(points, cells, reference, search, &jumps, &line))
         .collect();
     steps.sort_by(|a, b| {
@@ -132,11 +130,7 @@ fn jumps(cells: &Cells, reference: &Reference, search: &Search) -> Vec<Option<Ju
             if found.is_none_or(|(_, jump): (_, Jump)| significance.abs() > jump.significance) {
                 let sign = height_mm.signum();
                 let uphill = normal(direction).map(|part| sign * part);
-                let jump = Jump {
-                    height_mm: height_mm.abs(),
-                    significance: significance.abs(),
-                    uphill,
-                };
+                let jump = Jump { significance: significance.abs(), uphill };
                 *found = Some((uphill, jump));
             }
         }
@@ -209,19 +203,6 @@ fn is_crest(cells: &Cells, jumps: &[Option<Jump>], cell: usize) -> bool {
             .is_none_or(|other| {
                 other.significance < jump.significance
                     || (other.significance == jump.significance && away > 0)
-            })
-    })
-}
-
-/// Whether the surface jumps back within the largest width of a defect.
-fn jumps_back(cells: &Cells, jumps: &[Option<Jump>], cell: usize, search: &Search) -> bool {
-    let Some(jump) = jumps[cell] else { return false };
-    let reach = (search.largest_mm / cells.side_mm).ceil() as i64 + REACH;
-    (-reach..=reach).any(|away| {
-        uphill_of(cells, cell, jump.uphill, away)
-            .and_then(|other| jumps[other])
-            .is_some_and(|other| {
-                cosine(jump.uphill, other.uphill) < -ALIKE && other.height_mm >= BACK * jump.height_mm
             })
     })
 }
@@ -319,21 +300,35 @@ fn measure(
             }
             let segment = segment as usize;
             let Some(middle) = middle[segment] else { continue };
-            if (offset - middle).abs() <= BAND * cells.side_mm {
+            if (offset - middle).abs() <= WIDE * cells.side_mm {
                 let start = first + (segment as f64 + 0.5) * segment_mm;
                 samples[segment].push([way - start, offset - middle, residual / reference.secants[cell]]);
             }
         }
     }
+    if !goes_on(samples.iter().flatten(), cells.side_mm, search.largest_mm) {
+        return None;
+    }
     let mut knots_mm = Vec::new();
+    let mut heights_mm = Vec::new();
     let (mut sum, mut weights, mut counted) = (0.0, 0.0, 0);
     for (segment, (mut samples, middle)) in samples.into_iter().zip(middle).enumerate() {
         let Some(middle) = middle else { continue };
+        samples.retain(|sample| sample[1].abs() <= BAND * cells.side_mm);
+        let Some(SegmentJump { offset_mm, .. }) =
+            jump_of(&mut samples, cells.side_mm, search.spacing_mm)
+        else {
+            continue;
+        };
+        // Samples about the line may be on its wrong side, and lower the jump.
+        let near_mm = NEAR_SPACINGS * search.spacing_mm;
+        samples.retain(|sample| (sample[1] - offset_mm).abs() > near_mm);
         if let Some(jump) = jump_of(&mut samples, cells.side_mm, search.spacing_mm)
             && jump.height_mm > 0.0
         {
             let way = first + (segment as f64 + 0.5) * segment_mm;
-            knots_mm.push([way, middle + jump.offset_mm]);
+            knots_mm.push([way, middle + offset_mm]);
+            heights_mm.push((jump.height_mm, jump.weight));
             sum += jump.height_mm * jump.weight;
             weights += jump.weight;
             counted += samples.len() as u64;
@@ -348,7 +343,12 @@ fn measure(
     let slope = if knots_mm.len() > 1 { (to[1] - from[1]) / (to[0] - from[0]) } else { 0.0 };
     knots_mm.insert(0, [from[0] - end_mm, from[1] - slope * end_mm]);
     knots_mm.push([to[0] + end_mm, to[1] + slope * end_mm]);
-    let (height_mm, uncertainty_mm) = (sum / weights, search.sigma_mm / weights.sqrt());
+    let height_mm = sum / weights;
+    // From the noise, or from how the segments differ if that is more.
+    let squares: f64 =
+        heights_mm.iter().map(|&(height, weight)| weight * (height - height_mm).powi(2)).sum();
+    let scatter = squares / (heights_mm.len() as f64 - 1.0).max(1.0);
+    let uncertainty_mm = (search.sigma_mm.powi(2).max(scatter) / weights).sqrt();
     let line = Line { origin_mm, along, knots_mm };
     let on_border = [line.knots_mm[0], line.knots_mm[line.knots_mm.len() - 1]]
         .map(|end| line.place_mm(end))
@@ -362,6 +362,59 @@ fn place(points: &[PointMm], vertex: VertexId) -> [f64; 2] {
     [x, y]
 }
 
+/// Whether the level beyond a line stays: whether the profile of samples (way, offset, height), folded
+/// along the line, is better told by a step than by a groove or ridge up to a width.
+fn goes_on<'a>(
+    samples: impl Iterator<Item = &'a [f64; 3]>,
+    side_mm: f64,
+    largest_mm: f64,
+) -> bool {
+    // Bins of half a cell.
+    let half = (2.0 * WIDE) as i64;
+    let mut bins = vec![(0.0, 0.0); 2 * half as usize];
+    for [_, offset, height] in samples {
+        let bin = (2.0 * offset / side_mm).floor() as i64 + half;
+        if let Some((sum, count)) = usize::try_from(bin).ok().and_then(|bin| bins.get_mut(bin)) {
+            *sum += height;
+            *count += 1.0;
+        }
+    }
+    let terms = |bin: usize| {
+        let x = (bin as f64 + 0.5) / half as f64 - 1.0;
+        nalgebra::Vector4::new(1.0, x, x * x, x * x * x)
+    };
+    let mut matrix = nalgebra::Matrix4::zeros();
+    let mut right = nalgebra::Vector4::zeros();
+    for (bin, &(sum, count)) in bins.iter().enumerate() {
+        matrix += count * terms(bin) * terms(bin).transpose();
+        right += sum * terms(bin);
+    }
+    let Some(factor) = matrix.cholesky() else { return false };
+    let solved = factor.solve(&right);
+    // By how much the squares fall if the profile may rise by any height from one bin to another.
+    let gain = |from: i64, until: i64| {
+        let mut mixed = nalgebra::Vector4::zeros();
+        let (mut moment, mut weight) = (0.0, 0.0);
+        for bin in (from + half).max(0) as usize..((until + half).max(0) as usize).min(bins.len()) {
+            let (sum, count) = bins[bin];
+            mixed += count * terms(bin);
+            moment += sum;
+            weight += count;
+        }
+        let left = weight - mixed.dot(&factor.solve(&mixed));
+        let moment = moment - mixed.dot(&solved);
+        if left > 1e-6 * weight { moment * moment / left } else { 0.0 }
+    };
+    let widest = (2.0 * largest_mm / side_mm).ceil() as i64;
+    let edges = -2 * REACH..=2 * REACH;
+    let step = edges.clone().map(|edge| gain(edge, half)).fold(0.0, f64::max);
+    let back = edges
+        .flat_map(|edge| (1..=widest).map(move |width| (edge, width)))
+        .map(|(edge, width)| gain(edge, edge + width).max(gain(edge - width, edge)))
+        .fold(0.0, f64::max);
+    step > back
+}
+
 struct SegmentJump {
     offset_mm: f64,
     height_mm: f64,
@@ -369,7 +422,9 @@ struct SegmentJump {
     weight: f64,
 }
 
-/// The jump in a quadric through samples (way, offset, height) that leaves the least squares, of all
+type Terms = nalgebra::SVector<f64, 7>;
+
+/// The jump in a quadric, cubic in the offset, through samples (way, offset, height) that leaves the least squares, of all
 /// offsets within one and a half cells.
 fn jump_of(samples: &mut [[f64; 3]], side_mm: f64, spacing_mm: f64) -> Option<SegmentJump> {
     samples.sort_unstable_by(|p, q| {
@@ -377,10 +432,10 @@ fn jump_of(samples: &mut [[f64; 3]], side_mm: f64, spacing_mm: f64) -> Option<Se
     });
     let terms = |&[way, offset, _]: &[f64; 3]| {
         let [t, d] = [way / (BAND * side_mm), offset / (BAND * side_mm)];
-        nalgebra::Vector6::new(1.0, t, d, t * t, t * d, d * d)
+        Terms::from([1.0, t, d, t * t, t * d, d * d, d * d * d])
     };
-    let mut matrix = nalgebra::Matrix6::zeros();
-    let mut right = nalgebra::Vector6::zeros();
+    let mut matrix = nalgebra::SMatrix::<f64, 7, 7>::zeros();
+    let mut right = Terms::zeros();
     for sample in samples.iter() {
         let terms = terms(sample);
         matrix += terms * terms.transpose();
@@ -389,9 +444,9 @@ fn jump_of(samples: &mut [[f64; 3]], side_mm: f64, spacing_mm: f64) -> Option<Se
     let factor = matrix.cholesky()?;
     let solved = factor.solve(&right);
     // Sums of the terms and heights over the samples to the right of the line.
-    let mut below = nalgebra::Vector6::zeros();
+    let mut below = Terms::zeros();
     let mut below_mm = 0.0;
-    let (all, all_mm) = (samples.iter().map(terms).sum::<nalgebra::Vector6<f64>>(), right[0]);
+    let (all, all_mm) = (samples.iter().map(terms).sum::<Terms>(), right[0]);
     let mut best: Option<(f64, SegmentJump)> = None;
     let mut next = 0;
     let tries = (1.5 * side_mm / (0.25 * spacing_mm)).ceil() as i64;
