@@ -6,6 +6,24 @@ use crate::{PointMm, VertexId};
 /// Most cells of the grid for each point: beyond, nearly all are empty.
 const CELLS_PER_POINT: f64 = 16.0;
 const CELLS_MIN: f64 = 4096.0;
+/// The terms of a quartic.
+pub(super) const QUARTIC: usize = 15;
+/// Where the power a of x and b of y stands among the terms: by order, then by b.
+const PLACES: [[usize; 5]; 5] = [
+    [0, 2, 5, 9, 14],
+    [1, 4, 8, 13, NO_TERM],
+    [3, 7, 12, NO_TERM, NO_TERM],
+    [6, 11, NO_TERM, NO_TERM, NO_TERM],
+    [10, NO_TERM, NO_TERM, NO_TERM, NO_TERM],
+];
+const NO_TERM: usize = usize::MAX;
+const BINOMIALS: [[f64; 5]; 5] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0, 0.0, 0.0],
+    [1.0, 2.0, 1.0, 0.0, 0.0],
+    [1.0, 3.0, 3.0, 1.0, 0.0],
+    [1.0, 4.0, 6.0, 4.0, 1.0],
+];
 /// No cell.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -24,12 +42,12 @@ pub(super) struct Cells {
     pub(super) moments: Vec<Moments>,
 }
 
-/// The means over the samples of a cell of what a cubic is made of.
+/// The means over the samples of a cell of what a quartic is made of.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Moments {
     pub(super) count: f64,
-    /// Means of u, v, u², uv, v², u³, u²v, uv², v³ in sides of a cell from its centre.
-    powers: [f64; 9],
+    /// Means of the terms in u and v, sides of a cell from its centre.
+    powers: [f64; QUARTIC],
     /// Mean of the heights over the datum.
     pub(super) height_mm: f64,
 }
@@ -159,13 +177,12 @@ impl Cells {
 
     fn moments_of(&self, samples: &Samples<'_>, cell: usize) -> Moments {
         let centre = self.centre_mm(cell);
-        let mut powers = [0.0; 9];
+        let mut powers = [0.0; QUARTIC];
         let mut height_mm = 0.0;
         for &vertex in self.members(cell) {
             let [x, y, _] = samples.points[vertex as usize];
             let [u, v] = [(x - centre[0]) / self.side_mm, (y - centre[1]) / self.side_mm];
-            let (uu, uv, vv) = (u * u, u * v, v * v);
-            let terms = [u, v, uu, uv, vv, u * uu, uu * v, u * vv, v * vv];
+            let terms = quartic(u, v);
             powers.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
             height_mm += self::height_mm(samples, vertex);
         }
@@ -174,27 +191,52 @@ impl Cells {
     }
 }
 
+/// The terms of a quartic: 1, x, y, x², xy, y², and so on.
+pub(super) fn quartic(x: f64, y: f64) -> [f64; QUARTIC] {
+    let (xx, xy, yy) = (x * x, x * y, y * y);
+    [
+        1.0,
+        x,
+        y,
+        xx,
+        xy,
+        yy,
+        x * xx,
+        xx * y,
+        x * yy,
+        y * yy,
+        xx * xx,
+        xx * xy,
+        xx * yy,
+        xy * yy,
+        yy * yy,
+    ]
+}
+
 impl Moments {
-    /// Means over the cell of the terms of a cubic in coordinates in which the cell's centre lies at
-    /// x, y and its side is `side`.
-    pub(super) fn terms(&self, x: f64, y: f64, side: f64) -> [f64; 10] {
-        let [u, v, uu, uv, vv, uuu, uuv, uvv, vvv] = self.powers;
-        let (u, v) = (side * u, side * v);
-        let s2 = side * side;
-        let (uu, uv, vv) = (s2 * uu, s2 * uv, s2 * vv);
-        let s3 = s2 * side;
-        [
-            1.0,
-            x + u,
-            y + v,
-            x * x + 2.0 * x * u + uu,
-            x * y + x * v + y * u + uv,
-            y * y + 2.0 * y * v + vv,
-            x * (x * (x + 3.0 * u) + 3.0 * uu) + s3 * uuu,
-            x * x * (y + v) + 2.0 * x * (y * u + uv) + y * uu + s3 * uuv,
-            y * y * (x + u) + 2.0 * y * (x * v + uv) + x * vv + s3 * uvv,
-            y * (y * (y + 3.0 * v) + 3.0 * vv) + s3 * vvv,
-        ]
+    /// Means over the cell of the terms of a quartic in coordinates in which the cell's centre lies at
+    /// x, y and its side is `side`: products of (x + side·u)ᵃ and (y + side·v)ᵇ, multiplied out.
+    pub(super) fn terms(&self, x: f64, y: f64, side: f64) -> [f64; QUARTIC] {
+        let powers = |of: f64| [1.0, of, of * of, of * of * of, of * of * of * of];
+        let [xs, ys, sides] = [powers(x), powers(y), powers(side)];
+        let mut along = [[0.0; 5]; 5];
+        for a in 0..5 {
+            for j in 0..5 - a {
+                along[a][j] = (0..=a)
+                    .map(|i| {
+                        BINOMIALS[a][i] * xs[a - i] * sides[i + j] * self.powers[PLACES[i][j]]
+                    })
+                    .sum();
+            }
+        }
+        let mut terms = [0.0; QUARTIC];
+        for a in 0..5 {
+            for b in 0..5 - a {
+                terms[PLACES[a][b]] =
+                    (0..=b).map(|j| BINOMIALS[b][j] * ys[b - j] * along[a][j]).sum();
+            }
+        }
+        terms
     }
 }
 
@@ -202,25 +244,22 @@ impl Moments {
 mod tests {
     use super::*;
 
-    /// The mean of a cubic over a cell is that of its values at the samples.
+    /// The mean of a quartic over a cell is that of its values at the samples.
     #[test]
     fn means_of_terms_are_those_of_the_samples() {
         let places = [[0.3, -0.2], [-0.4, 0.1], [0.25, 0.45], [0.0, 0.5]];
         let mut moments = Moments { count: 4.0, ..Moments::default() };
         let (x, y, side) = (0.7, -1.3, 0.125);
-        let mut means = [0.0; 10];
+        let mut means = [0.0; QUARTIC];
         for [u, v] in places {
-            let of = |x: f64, y: f64| {
-                [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y]
-            };
             let add = |sums: &mut [f64], terms: &[f64]| {
                 sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term / 4.0);
             };
-            add(&mut moments.powers, &of(u, v)[1..]);
-            add(&mut means, &of(x + side * u, y + side * v));
+            add(&mut moments.powers, &quartic(u, v));
+            add(&mut means, &quartic(x + side * u, y + side * v));
         }
         for (found, mean) in moments.terms(x, y, side).into_iter().zip(means) {
-            assert!((found - mean).abs() < 1e-15, "{found} {mean}");
+            assert!((found - mean).abs() < 1e-14, "{found} {mean}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A cubic through the cells of a window that no defect moves.
+//! A quartic through the cells of a window that no defect moves.
 //!
 //! 1. Least squares. If no cell stands off by more than four standard deviations, as the median of
 //!    the residuals tells them, that is all: most windows of a good surface cost no more.
@@ -9,10 +9,10 @@
 //! 3. At last least squares without the cells that still stand off and, as a defect's flanks reach
 //!    farther than what is seen of it, without those about them.
 
-/// The terms of a cubic.
-pub(super) const CUBIC: usize = 10;
-/// Those, and one for each of the steps that may cross a window.
-pub(super) const TERMS: usize = CUBIC + STEPS_MAX;
+use super::cells::QUARTIC;
+
+/// The terms of a quartic, and one for each of the steps that may cross a window.
+pub(super) const TERMS: usize = QUARTIC + STEPS_MAX;
 /// Most steps in one window.
 pub(super) const STEPS_MAX: usize = 3;
 

@@ -1,16 +1,16 @@
-//! The surface without its defects: cubics over windows that overlap, blended.
+//! The surface without its defects: quartics over windows that overlap, blended.
 //!
 //! Windows of width w stand on a lattice, not more than w/2 apart, the outermost flush with the
-//! surface's extent so that no window of a rectangular surface is cut. Over each a cubic is fitted to
-//! the means of its cells (see `fit.rs`): the mean of a cubic over the samples of a cell is known
+//! surface's extent so that no window of a rectangular surface is cut. Over each a quartic is fitted to
+//! the means of its cells (see `fit.rs`): the mean of a quartic over the samples of a cell is known
 //! exactly, so nothing is lost by it but what differs within a cell. The reference at a place is the
-//! mean of the up to four cubics about it, weighted as in bilinear interpolation and by how much of
+//! mean of the up to four quartics about it, weighted as in bilinear interpolation and by how much of
 //! their window is filled.
 
 use rayon::prelude::*;
 
-use super::cells::{Cells, NONE, height_mm};
-use super::fit::{CUBIC, Fitted, STEPS_MAX, TERMS, Work};
+use super::cells::{Cells, NONE, QUARTIC, height_mm, quartic};
+use super::fit::{Fitted, STEPS_MAX, TERMS, Work};
 use super::line::Line;
 use super::{DefectsUnknown, Samples};
 
@@ -22,7 +22,7 @@ pub(super) const CELL_SPACINGS: f64 = 2.5;
 const FILLED: f64 = 0.3;
 /// How many nodes away a window is looked for where none is about.
 const FARTHEST: i64 = 2;
-/// How far from a window's centre its cubic is used, in half widths.
+/// How far from a window's centre its quartic is used, in half widths.
 const BEYOND: f64 = 1.5;
 
 /// Residuals from the reference, and what is known of it.
@@ -166,8 +166,8 @@ fn patch(
             let at = cells.centre_mm(cell);
             let [x, y] = [0, 1].map(|axis| (at[axis] - centre_mm[axis]) / half_mm);
             let mut terms = [0.0; TERMS];
-            terms[..CUBIC].copy_from_slice(&moments.terms(x, y, cells.side_mm / half_mm));
-            for (term, &step) in terms[CUBIC..].iter_mut().zip(&steps[..crossed]) {
+            terms[..QUARTIC].copy_from_slice(&moments.terms(x, y, cells.side_mm / half_mm));
+            for (term, &step) in terms[QUARTIC..].iter_mut().zip(&steps[..crossed]) {
                 let line = &lines[step as usize];
                 let sides = cells.members(cell).iter().map(|&vertex| {
                     let [x, y, _] = samples.points[vertex as usize];
@@ -186,7 +186,7 @@ fn patch(
     let datum_mm = work.rows.first()?.height_mm;
     work.rows.iter_mut().for_each(|row| row.height_mm -= datum_mm);
     // A step that hardly enters the window cannot be told: without it then.
-    let fitted = (CUBIC..=CUBIC + crossed).rev().find_map(|terms| work.fit(terms))?;
+    let fitted = (QUARTIC..=QUARTIC + crossed).rev().find_map(|terms| work.fit(terms))?;
     Some(Patch { centre_mm, datum_mm, fitted, filled: work.rows.len() as f64, steps })
 }
 
@@ -279,26 +279,27 @@ impl Blend<'_> {
         let [x, y] =
             [0, 1].map(|axis| (place_mm[axis] - patch.centre_mm[axis]) / self.lattice.half_mm);
         let t = &patch.fitted.terms;
-        let constant = t[0] + x * (t[1] + x * (t[3] + x * t[6]));
-        let linear = t[2] + x * (t[4] + x * t[7]);
-        let cubic = constant + y * (linear + y * (t[5] + x * t[8] + y * t[9]));
+        let smooth: f64 = quartic(x, y).iter().zip(t).map(|(p, q)| p * q).sum();
         if self.kept {
-            return patch.datum_mm + cubic;
+            return patch.datum_mm + smooth;
         }
-        let steps = t[CUBIC..].iter().zip(&patch.steps).filter(|&(_, &step)| step != NONE);
+        let steps = t[QUARTIC..].iter().zip(&patch.steps).filter(|&(_, &step)| step != NONE);
         let jumps: f64 =
             steps.map(|(jump, &step)| jump * self.steps[step as usize].side(place_mm)).sum();
-        patch.datum_mm + cubic + jumps
+        patch.datum_mm + smooth + jumps
     }
 
     fn slope(&self, patch: &Patch, place_mm: [f64; 2]) -> [f64; 2] {
         let [x, y] =
             [0, 1].map(|axis| (place_mm[axis] - patch.centre_mm[axis]) / self.lattice.half_mm);
         let t = &patch.fitted.terms;
-        [
-            t[1] + 2.0 * t[3] * x + t[4] * y + 3.0 * t[6] * x * x + 2.0 * t[7] * x * y + t[8] * y * y,
-            t[2] + t[4] * x + 2.0 * t[5] * y + t[7] * x * x + 2.0 * t[8] * x * y + 3.0 * t[9] * y * y,
-        ]
-        .map(|part| part / self.lattice.half_mm)
+        let (xx, xy, yy) = (x * x, x * y, y * y);
+        let along = t[1] + 2.0 * t[3] * x + t[4] * y + 3.0 * t[6] * xx + 2.0 * t[7] * xy + t[8] * yy;
+        let across = t[2] + t[4] * x + 2.0 * t[5] * y + t[7] * xx + 2.0 * t[8] * xy + 3.0 * t[9] * yy;
+        let fourth = [
+            4.0 * t[10] * x * xx + 3.0 * t[11] * x * xy + 2.0 * t[12] * x * yy + t[13] * y * yy,
+            t[11] * x * xx + 2.0 * t[12] * x * xy + 3.0 * t[13] * x * yy + 4.0 * t[14] * y * yy,
+        ];
+        [along + fourth[0], across + fourth[1]].map(|part| part / self.lattice.half_mm)
     }
 }

@@ -49,10 +49,9 @@ impl DefectSettings {
 
     /// The same for defects up to that width in mm, above 0 and up to 1e12. Wider ones count as form.
     ///
-    /// The reference is a cubic over windows three times as wide: what form departs from a cubic over
-    /// them is taken for defects, or hides them. A polynomial's fourth derivative f over a window of
-    /// width w leaves up to f·(w/2)⁴/190. Where that is not small against the noise, pass deviations
-    /// from a nominal, or a smaller width.
+    /// The reference is a quartic over windows three times as wide: what form departs from a quartic
+    /// over them is taken for defects, or hides them. Where that is not small against the noise, pass
+    /// deviations from a nominal, or a smaller width.
     pub fn with_largest_mm(self, largest_mm: f64) -> Result<DefectSettings, DefectSettingsError> {
         if largest_mm > 0.0 && largest_mm <= RANGE_MM {
             Ok(DefectSettings { largest_mm: Some(largest_mm), ..self })
@@ -125,7 +124,7 @@ pub enum DefectsUnknown {
         points: usize,
     },
     /// No window holds enough samples for a reference.
-    #[error("no window of {window_mm} mm has samples in enough places for a cubic")]
+    #[error("no window of {window_mm} mm has samples in enough places for a quartic")]
     NoReference {
         /// Width of a window in mm.
         window_mm: f64,
