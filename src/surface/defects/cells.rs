@@ -67,9 +67,8 @@ impl Cells {
         used: &[bool],
         side_mm: f64,
     ) -> Result<Cells, DefectsUnknown> {
-        let vertices = || {
-            (0..samples.points.len() as VertexId).filter(|&vertex| used[vertex as usize])
-        };
+        let vertices =
+            || (0..samples.points.len() as VertexId).filter(|&vertex| used[vertex as usize]);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for vertex in vertices() {
             let point = samples.points[vertex as usize];
@@ -81,8 +80,8 @@ impl Cells {
         let extent_mm = [high[0] - low[0], high[1] - low[1]];
         let points = vertices().count();
         let counts = extent_mm.map(|extent| (extent / side_mm).floor() + 1.0);
-        // Written so that NaN fails.
-        if !(counts[0] * counts[1] <= CELLS_PER_POINT * points as f64 + CELLS_MIN) {
+        let allowed = CELLS_PER_POINT * points as f64 + CELLS_MIN;
+        if counts[0] * counts[1] > allowed {
             return Err(DefectsUnknown::Scattered { side_mm, extent_mm, points });
         }
         let size = counts.map(|count| count as usize);
@@ -149,8 +148,8 @@ impl Cells {
 
     /// The occupied cell about a place.
     pub(super) fn around(&self, place_mm: [f64; 2]) -> Option<usize> {
-        let [column, row] = [0, 1]
-            .map(|axis| ((place_mm[axis] - self.low_mm[axis]) / self.side_mm).floor() as i64);
+        let [column, row] =
+            [0, 1].map(|axis| ((place_mm[axis] - self.low_mm[axis]) / self.side_mm).floor() as i64);
         self.at(column, row)
     }
 
@@ -223,9 +222,7 @@ impl Moments {
         for a in 0..5 {
             for j in 0..5 - a {
                 along[a][j] = (0..=a)
-                    .map(|i| {
-                        BINOMIALS[a][i] * xs[a - i] * sides[i + j] * self.powers[PLACES[i][j]]
-                    })
+                    .map(|i| BINOMIALS[a][i] * xs[a - i] * sides[i + j] * self.powers[PLACES[i][j]])
                     .sum();
             }
         }

@@ -74,7 +74,9 @@ fn statistics(adjacency: &Adjacency, values: &[f64]) -> Vec<[f64; SCALES]> {
         .map(|chunk| {
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(values.len());
             let mut seen = vec![VertexId::MAX; values.len()];
-            range.map(|vertex| statistic(adjacency, values, vertex as VertexId, &mut seen)).collect()
+            range
+                .map(|vertex| statistic(adjacency, values, vertex as VertexId, &mut seen))
+                .collect()
         })
         .collect();
     parts.concat()
@@ -193,7 +195,9 @@ fn choose(
                     let raised = components[cluster[0].1].1;
                     (!vertices.is_empty()).then_some(Found { raised, vertices, significance })
                 })
-                .reduce(|best, other| if other.significance > best.significance { other } else { best })
+                .reduce(
+                    |best, other| if other.significance > best.significance { other } else { best },
+                )
         })
         .collect()
 }

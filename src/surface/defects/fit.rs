@@ -85,7 +85,8 @@ impl Work {
     /// The residuals; their scale for a single sample, and the worst in its unit.
     fn gauge(&mut self, found: &[f64; TERMS], terms: usize) -> (f64, f64) {
         self.residuals.clear();
-        self.residuals.extend(self.rows.iter().map(|row| row.height_mm - product(&row.terms, found)));
+        self.residuals
+            .extend(self.rows.iter().map(|row| row.height_mm - product(&row.terms, found)));
         self.sizes.clear();
         self.sizes.extend(
             self.rows.iter().zip(&self.residuals).map(|(row, size)| size.abs() * row.count.sqrt()),

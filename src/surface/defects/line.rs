@@ -45,15 +45,16 @@ impl Line {
     /// Whether the line comes into a square of a centre and half a side.
     pub(super) fn crosses(&self, centre_mm: [f64; 2], half_mm: f64) -> bool {
         let places = self.knots_mm.iter().map(|&knot| self.place_mm(knot));
-        let inside = |place: [f64; 2]| {
-            (0..2).all(|axis| (place[axis] - centre_mm[axis]).abs() <= half_mm)
-        };
+        let inside =
+            |place: [f64; 2]| (0..2).all(|axis| (place[axis] - centre_mm[axis]).abs() <= half_mm);
         let ends: Vec<[f64; 2]> = places.collect();
         ends.iter().any(|&end| inside(end))
             || ends.windows(2).any(|pair| {
                 (1..8).any(|part| {
                     let share = f64::from(part) / 8.0;
-                    inside([0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis])))
+                    inside(
+                        [0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis])),
+                    )
                 })
             })
     }

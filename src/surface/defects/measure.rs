@@ -13,7 +13,8 @@
 //! **Kind.** One or two single readings beyond the threshold are a spike. What is at least four times
 //! as long as wide is a scratch or ridge, else it is a pit or bump. Lengths are those of the uniform
 //! ellipse, or of a scratch the uniform line, with the same second moments. If these hold less than
-//! half of the area their ellipse would have, it is bent, and half its perimeter is its length.
+//! half of the area their ellipse would have, it is bent, and half its perimeter is its length; of a
+//! scratch of few samples across the perimeter is rough, and the length up to a fifth too large.
 
 use super::detect::Found;
 use super::profile;
@@ -113,9 +114,10 @@ impl Field<'_> {
             (_, false, true) => DefectKind::Bump,
         };
         if long && let Some(axes) = measured.axes.filter(|axes| !axes.bent) {
-            let samples = zone.vertices.iter().map(|&vertex| {
-                (self.place_mm(vertex), sign * self.residuals_mm[vertex as usize])
-            });
+            let samples = zone
+                .vertices
+                .iter()
+                .map(|&vertex| (self.place_mm(vertex), sign * self.residuals_mm[vertex as usize]));
             if let Some(profile) =
                 profile::across(samples, &measured.core, &axes, self.spacing_mm, self.sigma_mm)
             {
@@ -129,9 +131,8 @@ impl Field<'_> {
         // Along the contour every sample errs by itself, of means over a ring every third.
         let single_mm = self.sigma_mm / along.sqrt();
         let shift_mm = single_mm.hypot(0.5 * uncertainty_mm);
-        let level = |shift_mm: f64| {
-            self.above(zone, sign, rest, 0.5 * height.0 + shift_mm).area_mm2
-        };
+        let level =
+            |shift_mm: f64| self.above(zone, sign, rest, 0.5 * height.0 + shift_mm).area_mm2;
         let by_level = 0.5 * (level(-shift_mm) - level(shift_mm)).abs();
         let counted = COUNTED * along.sqrt() * self.spacing_mm.powi(2);
         let axes = measured.axes;
@@ -209,8 +210,7 @@ impl Field<'_> {
         for (place, &sample) in places.iter_mut().zip(&samples) {
             place[2] = sign * self.residuals_mm[sample as usize];
         }
-        let found = polynomial::<CUBIC>(&places)
-            .or_else(|| polynomial::<QUADRIC>(&places));
+        let found = polynomial::<CUBIC>(&places).or_else(|| polynomial::<QUADRIC>(&places));
         let Some(Polynomial { terms, variance, deviation_mm }) = found else { return alone };
         let [height, gx, gy, xx, xy, yy] = local.in_mm(terms);
         let determinant = xx * yy - xy * xy;
@@ -222,7 +222,9 @@ impl Field<'_> {
             }
         }
         if deviation_mm <= (1.5 * self.sigma_mm).max(FOLLOWED * depth) {
-            (depth, variance.sqrt() * deviation_mm.max(self.sigma_mm))
+            // What the polynomial misses beyond the noise it may miss at the extreme too.
+            let missed_mm = (deviation_mm.powi(2) - self.sigma_mm.powi(2)).max(0.0).sqrt();
+            (depth, missed_mm.hypot(variance.sqrt() * deviation_mm.max(self.sigma_mm)))
         } else if value > WEAK * self.sigma_mm {
             // How deep it is between the samples is not known to better than the samples differ.
             (alone.0, self.sigma_mm.hypot(FOLLOWED * alone.0))
@@ -234,8 +236,8 @@ impl Field<'_> {
     fn above(&self, zone: &Zone<'_>, sign: f64, averaged: bool, level: f64) -> Above {
         let mut sum = Above::default();
         for corners in &zone.triangles {
-            let corners =
-                corners.map(|corner| (self.place_mm(corner), sign * self.value_mm(corner, averaged)));
+            let corners = corners
+                .map(|corner| (self.place_mm(corner), sign * self.value_mm(corner, averaged)));
             if corners.iter().any(|corner| !corner.1.is_finite()) {
                 continue;
             }
@@ -344,8 +346,7 @@ fn polynomial<const N: usize>(places: &[[f64; 3]]) -> Option<Polynomial> {
     let squares: f64 = places
         .iter()
         .map(|place| {
-            let fitted: f64 =
-                terms_at::<N>(place).iter().zip(&terms).map(|(p, q)| p * q).sum();
+            let fitted: f64 = terms_at::<N>(place).iter().zip(&terms).map(|(p, q)| p * q).sum();
             (place[2] - fitted).powi(2)
         })
         .sum();

@@ -15,7 +15,8 @@
 //!
 //! **What it does not see.** Waviness that the reference does not follow raises the level from which
 //! on something is a defect, if most of the surface has it, or else is found as defects. Defects nearer
-//! to each other than two spacings are one.
+//! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
+//! found in several pieces.
 
 mod cells;
 mod detect;
@@ -197,8 +198,7 @@ pub fn find_defects(
         return Err(DefectsUnknown::NoArea);
     }
     let spacing_mm = (area_mm2 / count as f64).sqrt();
-    let largest_mm =
-        settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
+    let largest_mm = settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
     let window_mm = WINDOW * largest_mm;
     let cells = Cells::new(samples, &used, reference::side_mm(window_mm, spacing_mm))?;
     let mut reference = Reference::new(samples, &cells, window_mm, &[], false)?;
@@ -224,10 +224,7 @@ pub fn find_defects(
         Residuals::new(&cells, &reference, samples.points.len(), noise)
     };
     let Residuals { normal_mm, cell, sigma_mm } = residuals;
-    let values: Vec<f64> = normal_mm
-        .iter()
-        .map(|residual| residual / sigma_mm)
-        .collect();
+    let values: Vec<f64> = normal_mm.iter().map(|residual| residual / sigma_mm).collect();
     let Detection { mut found, threshold, scales } =
         detect::detect(samples.adjacency, &values, settings.false_expected);
     // Which side the samples nearest to a step lie on is not known: those are its own.
@@ -249,8 +246,7 @@ pub fn find_defects(
         threshold,
     };
     let zones = zones(samples, &found, &cell, &reference, sigma_mm);
-    let mut defects: Vec<Defect> =
-        zones.par_iter().map(|zone| field.measure(zone)).collect();
+    let mut defects: Vec<Defect> = zones.par_iter().map(|zone| field.measure(zone)).collect();
     defects.extend(steps.iter().map(|step| of_step(samples, &used, step)));
     defects.sort_by(|p, q| {
         let [a, b] = [p.centre_mm, q.centre_mm];
@@ -259,7 +255,8 @@ pub fn find_defects(
             .then(a[0].total_cmp(&b[0]))
             .then(a[1].total_cmp(&b[1]))
     });
-    let unreferenced = cells.all().iter().filter(|&&vertex| !normal_mm[vertex as usize].is_finite());
+    let unreferenced =
+        cells.all().iter().filter(|&&vertex| !normal_mm[vertex as usize].is_finite());
     let unreferenced = unreferenced.count() as u64;
     Ok(Defects {
         defects,
@@ -327,7 +324,11 @@ impl Residuals {
         }
         let rounding_mm = ROUNDING * farthest_mm.max(f64::MIN_POSITIVE / f64::EPSILON);
         let spread_mm = tail::scale(&mut sizes_mm).unwrap_or(0.0);
-        Residuals { normal_mm, cell: cell_of, sigma_mm: spread_mm.max(noise.sigma_mm()).max(rounding_mm) }
+        Residuals {
+            normal_mm,
+            cell: cell_of,
+            sigma_mm: spread_mm.max(noise.sigma_mm()).max(rounding_mm),
+        }
     }
 }
 

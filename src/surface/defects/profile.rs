@@ -29,7 +29,8 @@ pub(super) fn across(
 ) -> Option<Profile> {
     let total: f64 = core.iter().map(|(_, weight)| weight).sum();
     let origin = [0, 1].map(|axis| {
-        core.iter().map(|(place, weight)| weight * (place[axis] - core[0].0[axis])).sum::<f64>() / total
+        core.iter().map(|(place, weight)| weight * (place[axis] - core[0].0[axis])).sum::<f64>()
+            / total
             + core[0].0[axis]
     });
     let half_mm = 0.5 * axes.length_mm;

@@ -103,7 +103,9 @@ impl Reference {
         let nodes = lattice.size[0] * lattice.size[1];
         let patches: Vec<Option<Patch>> = (0..nodes)
             .into_par_iter()
-            .map_init(Work::default, |work, node| patch(samples, cells, &lattice, steps, node, work))
+            .map_init(Work::default, |work, node| {
+                patch(samples, cells, &lattice, steps, node, work)
+            })
             .collect();
         let fullest = patches.iter().flatten().map(|patch| patch.filled).fold(0.0, f64::max);
         let patches: Vec<Option<Patch>> = patches
@@ -146,8 +148,8 @@ fn patch(
     let centre_mm = lattice.centre_mm(node);
     let half_mm = lattice.half_mm;
     let mut steps = [NONE; STEPS_MAX];
-    let crossing = (0..lines.len() as u32)
-        .filter(|&line| lines[line as usize].crosses(centre_mm, half_mm));
+    let crossing =
+        (0..lines.len() as u32).filter(|&line| lines[line as usize].crosses(centre_mm, half_mm));
     steps.iter_mut().zip(crossing).for_each(|(step, line)| *step = line);
     let crossed = steps.iter().filter(|&&step| step != NONE).count();
     // The cells whose centres lie in the window.
@@ -294,8 +296,10 @@ impl Blend<'_> {
             [0, 1].map(|axis| (place_mm[axis] - patch.centre_mm[axis]) / self.lattice.half_mm);
         let t = &patch.fitted.terms;
         let (xx, xy, yy) = (x * x, x * y, y * y);
-        let along = t[1] + 2.0 * t[3] * x + t[4] * y + 3.0 * t[6] * xx + 2.0 * t[7] * xy + t[8] * yy;
-        let across = t[2] + t[4] * x + 2.0 * t[5] * y + t[7] * xx + 2.0 * t[8] * xy + 3.0 * t[9] * yy;
+        let along =
+            t[1] + 2.0 * t[3] * x + t[4] * y + 3.0 * t[6] * xx + 2.0 * t[7] * xy + t[8] * yy;
+        let across =
+            t[2] + t[4] * x + 2.0 * t[5] * y + t[7] * xx + 2.0 * t[8] * xy + 3.0 * t[9] * yy;
         let fourth = [
             4.0 * t[10] * x * xx + 3.0 * t[11] * x * xy + 2.0 * t[12] * x * yy + t[13] * y * yy,
             t[11] * x * xx + 2.0 * t[12] * x * xy + 3.0 * t[13] * x * yy + 4.0 * t[14] * y * yy,

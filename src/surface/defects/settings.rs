@@ -114,7 +114,9 @@ pub enum DefectsUnknown {
     #[error("the triangles of the surface have no area")]
     NoArea,
     /// The surface is too thin or too scattered for the windows of the reference.
-    #[error("cells of {side_mm} mm over a surface of {extent_mm:?} mm are too many for {points} points")]
+    #[error(
+        "cells of {side_mm} mm over a surface of {extent_mm:?} mm are too many for {points} points"
+    )]
     Scattered {
         /// Side of a cell in mm.
         side_mm: f64,

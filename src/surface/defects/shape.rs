@@ -14,8 +14,7 @@ pub(super) struct Above {
 pub(super) fn above(mut corners: [([f64; 2], f64); 3], level: f64) -> Above {
     corners.sort_by(|p, q| q.1.total_cmp(&p.1));
     let [(a, high), (b, middle), (c, low)] = corners;
-    let area_mm2 =
-        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs();
+    let area_mm2 = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])).abs();
     if low > level {
         return Above { area_mm2, contour_mm: 0.0 };
     }
@@ -46,10 +45,11 @@ pub(super) struct Principal {
 }
 
 /// The axes of weighted places about their mean; `None` without weight.
-pub(super) fn principal(places: impl Iterator<Item = ([f64; 2], f64)> + Clone) -> Option<Principal> {
+pub(super) fn principal(
+    places: impl Iterator<Item = ([f64; 2], f64)> + Clone,
+) -> Option<Principal> {
     let weight: f64 = places.clone().map(|(_, weight)| weight).sum();
-    // Written so that NaN fails.
-    if !(weight > 0.0) {
+    if weight <= 0.0 || weight.is_nan() {
         return None;
     }
     let mean = [0, 1].map(|axis| {

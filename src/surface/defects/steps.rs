@@ -52,6 +52,8 @@ const RADIUS_SQUARED: i64 = 10;
 const CUT: f64 = 0.75;
 /// Reach of the template.
 const REACH: i64 = 3;
+/// How many cells apart two crests of one line may be.
+const GAP: i64 = 4;
 /// Cells a line needs.
 const CELLS_MIN: usize = 6;
 /// Cosine of the angle up to which two jumps are of one line.
@@ -167,14 +169,14 @@ fn templates() -> Vec<Vec<f64>> {
                 .map(|&[i, j]| {
                     let (i, j) = (i as f64, j as f64);
                     let across = i * cos + j * sin;
-                    (across.abs() >= CUT).then(|| [across, j * cos - i * sin, 0.5 * across.signum()])
+                    (across.abs() >= CUT)
+                        .then(|| [across, j * cos - i * sin, 0.5 * across.signum()])
                 })
                 .collect();
             // Cells lie symmetrically about the middle, so a constant does not mix with the jump; what
             // slopes across and along the line have of it is taken out.
-            let sum = |a: usize, b: usize| {
-                rows.iter().flatten().map(|row| row[a] * row[b]).sum::<f64>()
-            };
+            let sum =
+                |a: usize, b: usize| rows.iter().flatten().map(|row| row[a] * row[b]).sum::<f64>();
             let mixed = sum(0, 1) / sum(0, 0);
             let along = sum(1, 1) - mixed * sum(0, 1);
             let second = (sum(1, 2) - mixed * sum(0, 2)) / along;
@@ -198,12 +200,12 @@ fn uphill_of(cells: &Cells, cell: usize, uphill: [f64; 2], away: i64) -> Option<
 fn is_crest(cells: &Cells, jumps: &[Option<Jump>], cell: usize) -> bool {
     let Some(jump) = jumps[cell] else { return false };
     (-REACH..=REACH).all(|away| {
-        uphill_of(cells, cell, jump.uphill, away)
-            .and_then(|other| jumps[other])
-            .is_none_or(|other| {
+        uphill_of(cells, cell, jump.uphill, away).and_then(|other| jumps[other]).is_none_or(
+            |other| {
                 other.significance < jump.significance
                     || (other.significance == jump.significance && away > 0)
-            })
+            },
+        )
     })
 }
 
@@ -225,7 +227,7 @@ fn join(cells: &Cells, jumps: &[Option<Jump>], kept: &[bool]) -> Vec<Vec<usize>>
         while let Some(&cell) = line.get(next) {
             next += 1;
             let [column, row] = cells.places[cell].map(i64::from);
-            for (i, j) in (-2..=2).flat_map(|j| (-2..=2).map(move |i| (i, j))) {
+            for (i, j) in (-GAP..=GAP).flat_map(|j| (-GAP..=GAP).map(move |i| (i, j))) {
                 if let Some(other) = cells.at(column + i, row + j)
                     && kept[other]
                     && !seen[other]
@@ -260,16 +262,19 @@ fn measure(
     )?
     .direction;
     // The higher side lies to the left.
-    let uphill = crests.iter().filter_map(|&cell| jumps[cell]).fold([0.0; 2], |sum, jump| {
-        [sum[0] + jump.uphill[0], sum[1] + jump.uphill[1]]
-    });
+    let uphill = crests
+        .iter()
+        .filter_map(|&cell| jumps[cell])
+        .fold([0.0; 2], |sum, jump| [sum[0] + jump.uphill[0], sum[1] + jump.uphill[1]]);
     if uphill[1] * along[0] - uphill[0] * along[1] < 0.0 {
         along = along.map(|part| -part);
     }
     let local: Vec<[f64; 2]> =
         places.iter().map(|&place| local_mm(origin_mm, along, place)).collect();
-    let first = local.iter().map(|place| place[0]).fold(f64::INFINITY, f64::min) - 0.5 * cells.side_mm;
-    let last = local.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max) + 0.5 * cells.side_mm;
+    let first =
+        local.iter().map(|place| place[0]).fold(f64::INFINITY, f64::min) - 0.5 * cells.side_mm;
+    let last =
+        local.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max) + 0.5 * cells.side_mm;
     let length_mm = last - first;
     if length_mm < search.largest_mm {
         return None;
@@ -302,7 +307,11 @@ fn measure(
             let Some(middle) = middle[segment] else { continue };
             if (offset - middle).abs() <= WIDE * cells.side_mm {
                 let start = first + (segment as f64 + 0.5) * segment_mm;
-                samples[segment].push([way - start, offset - middle, residual / reference.secants[cell]]);
+                samples[segment].push([
+                    way - start,
+                    offset - middle,
+                    residual / reference.secants[cell],
+                ]);
             }
         }
     }
@@ -364,11 +373,7 @@ fn place(points: &[PointMm], vertex: VertexId) -> [f64; 2] {
 
 /// Whether the level beyond a line stays: whether the profile of samples (way, offset, height), folded
 /// along the line, is better told by a step than by a groove or ridge up to a width.
-fn goes_on<'a>(
-    samples: impl Iterator<Item = &'a [f64; 3]>,
-    side_mm: f64,
-    largest_mm: f64,
-) -> bool {
+fn goes_on<'a>(samples: impl Iterator<Item = &'a [f64; 3]>, side_mm: f64, largest_mm: f64) -> bool {
     // Bins of half a cell.
     let half = (2.0 * WIDE) as i64;
     let mut bins = vec![(0.0, 0.0); 2 * half as usize];
@@ -395,8 +400,9 @@ fn goes_on<'a>(
     let gain = |from: i64, until: i64| {
         let mut mixed = nalgebra::Vector4::zeros();
         let (mut moment, mut weight) = (0.0, 0.0);
-        for bin in (from + half).max(0) as usize..((until + half).max(0) as usize).min(bins.len()) {
-            let (sum, count) = bins[bin];
+        let first = (from + half).max(0) as usize;
+        let end = (until + half).max(0) as usize;
+        for (bin, &(sum, count)) in bins.iter().enumerate().take(end).skip(first) {
             mixed += count * terms(bin);
             moment += sum;
             weight += count;

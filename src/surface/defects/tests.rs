@@ -3,6 +3,7 @@
 use super::*;
 use crate::curvature::Adjacency;
 use crate::curvature::truth::*;
+use crate::curvature::{ShapeSettings, local_shapes};
 
 /// 142² points, 2.8 mm wide.
 const PITCH_MM: f64 = 0.02;
@@ -34,13 +35,11 @@ fn add(points: &mut [PointMm], height_mm: impl Fn(f64, f64) -> f64) {
 /// A Gaussian hill of a full width at half maximum, and the area of that width.
 fn hill(centre: [f64; 2], height_mm: f64, width_mm: f64) -> impl Fn(f64, f64) -> f64 {
     let scale = 4.0 * 2.0_f64.ln() / (width_mm * width_mm);
-    move |x, y| {
-        height_mm * (-scale * ((x - centre[0]).powi(2) + (y - centre[1]).powi(2))).exp()
-    }
+    move |x, y| height_mm * (-scale * ((x - centre[0]).powi(2) + (y - centre[1]).powi(2))).exp()
 }
 
-/// 20 surfaces of 20,164 points, by the default setting 0.1 false defects each at most: 2 in all are
-/// expected at most, and more than 6 come by chance once in 200 times if the bound were reached.
+/// 20 surfaces of 20,164 points, by the default setting 0.1 false defects each: 2 in all are expected at
+/// most, and even then more than 6 once in 200 times. Over 300 surfaces there were 17.
 #[test]
 fn clean_surfaces_have_no_defects() {
     let mut total = 0;
@@ -50,8 +49,6 @@ fn clean_surfaces_have_no_defects() {
         let defects = found(&part(surface, sigma_mm, seed));
         assert_eq!(defects.unreferenced, 0);
         assert!((defects.sigma_mm / sigma_mm - 1.0).abs() < 0.1, "{seed}: {}", defects.sigma_mm);
-        eprintln!("{seed} {sigma_mm:e} {:.3} k {:.2} {}", defects.sigma_mm/sigma_mm, defects.threshold, defects.defects.len());
-        for d in &defects.defects { eprintln!("    {:?} at {:?} h {:.2e} n {} border {} sig {:.2}", d.kind, d.centre_mm, d.height_mm, d.vertices, d.on_border, d.significance); }
         total += defects.defects.len();
     }
     assert!(total <= 6, "{total}");
@@ -90,7 +87,8 @@ fn pits_and_dust_are_found_and_measured() {
             }
         }
     }
-    let rms = [0, 1].map(|i| (off.iter().map(|o| o[i] * o[i]).sum::<f64>() / off.len() as f64).sqrt());
+    let rms =
+        [0, 1].map(|i| (off.iter().map(|o| o[i] * o[i]).sum::<f64>() / off.len() as f64).sqrt());
     eprintln!("rms {rms:?} stated uncertainties");
     assert!(rms.into_iter().all(|rms| rms < 1.6), "{rms:?}");
 }
@@ -161,7 +159,10 @@ fn a_step_is_found_and_measured() {
         assert_eq!(defects.defects.len(), 1, "{:?}", defects.defects);
         let step = defects.defects[0];
         assert_eq!(step.kind, DefectKind::Step);
-        eprintln!("{:.2e} ± {:.1e}, {:?}", step.height_mm, step.height_uncertainty_mm, step.length_mm);
+        eprintln!(
+            "{:.2e} ± {:.1e}, {:?}",
+            step.height_mm, step.height_uncertainty_mm, step.length_mm
+        );
         assert!((step.height_mm / 1e-4 - 1.0).abs() < 0.1, "{step:?}");
         assert!(away(step.centre_mm[0], step.centre_mm[1]).abs() < PITCH_MM, "{step:?}");
         // The higher side lies to the left.
@@ -169,17 +170,6 @@ fn a_step_is_found_and_measured() {
         assert!((cos * y - sin * x + 1.0).abs() < 1e-3, "{step:?}");
         assert!(step.on_border && step.length_mm.unwrap() > 2.3);
     }
-}
-
-#[test]
-fn rate_monte_carlo() {
-    let mut n = [0; 4];
-    for seed in 0..300 {
-        let defects = found(&part(asphere, 2e-5, 3000 + seed));
-        n[3] += defects.defects.len();
-        for d in &defects.defects { n[match d.kind { DefectKind::Spike => 0, _ if d.on_border => 1, _ => 2 }] += 1; }
-    }
-    eprintln!("MC {n:?}");
 }
 
 /// A disc with a hole, a bay and a patch that was not measured.
@@ -230,7 +220,8 @@ fn deviations_take_the_place_of_heights() {
     let mut random = Random::new(3);
     let pit = hill([3.1, -2.0], -3e-4, 0.5);
     for (point, deviation) in points.iter_mut().zip(&mut deviations_mm) {
-        *deviation = 1e-5 * random.normal() + 2e-4 * (0.3 * point[0]).sin() + pit(point[0], point[1]);
+        *deviation =
+            1e-5 * random.normal() + 2e-4 * (0.3 * point[0]).sin() + pit(point[0], point[1]);
     }
     let triangles = triangles(&points);
     let adjacency = Adjacency::new(&points, &triangles, Some(0.9)).unwrap();
@@ -255,7 +246,8 @@ fn motions_scales_and_orders() {
     add(&mut points, hill([0.6, 0.1], -2e-4, 0.1));
     add(&mut points, hill([-0.2, -0.7], 3e-4, 0.08));
     let settings = |scale: f64| {
-        DefectSettings::default().with_noise(Noise::new(scale * 1e-5, Along::Z).unwrap())
+        let noise = Noise::new(scale * 1e-5, Along::Z).unwrap();
+        DefectSettings::default().with_noise(noise).with_false_expected(1e-4).unwrap()
     };
     let first = found_with(&points, 0.06, &settings(1.0));
     assert_eq!(first.defects.len(), 2);
@@ -362,5 +354,84 @@ fn threads_do_not_show() {
     let (one, four) = (with(1), with(4));
     assert_eq!(one.defects, four.defects);
     assert!(one.defects.iter().any(|defect| defect.kind == DefectKind::Pit), "{:?}", one.defects);
-    assert!((0..points.len() as VertexId).all(|vertex| one.residual_mm(vertex) == four.residual_mm(vertex)));
+    assert!(
+        (0..points.len() as VertexId)
+            .all(|vertex| one.residual_mm(vertex) == four.residual_mm(vertex))
+    );
+}
+
+/// The upper side of a torus: convex outside the circle of its ridge, a saddle inside, between them a
+/// strip that is flat along the ridge.
+#[test]
+fn a_torus_is_parted_at_its_ridge() {
+    let points = over(&raster([10.0, 0.0], 80, 0.05, 0.3, 2), torus);
+    let triangles = triangles(&points);
+    let adjacency = Adjacency::new(&points, &triangles, Some(0.2)).unwrap();
+    let count = points.len() as VertexId;
+    let shapes = local_shapes(&points, &adjacency, 0..count, &ShapeSettings::default());
+    let parted =
+        |bands: &Bands| partition(&points, &triangles, &adjacency, &shapes, bands).unwrap();
+    let signs = parted(&Bands::Signs { uncertainties: 3.0, least_per_mm: 5e-3 });
+    let classes: Vec<Class> = signs.classes.iter().map(|class| class.0).collect();
+    assert_eq!(classes, [Class::Convex, Class::Saddle, Class::Ridge]);
+    // But for single vertices of the border, where curvatures are extrapolated.
+    let large: u64 = signs.regions.iter().take(3).map(|region| region.vertices).sum();
+    assert!(large >= 6395, "{:?}", signs.regions);
+    let mut wrong = 0;
+    for (vertex, &[x, y, _]) in points.iter().enumerate() {
+        let region = &signs.regions[signs.region_of(vertex as VertexId).unwrap()];
+        let [_, lower] = torus(x, y).curvatures_per_mm;
+        let upper = torus(x, y).curvatures_per_mm[0];
+        let class = match () {
+            () if upper > 5e-3 => Class::Saddle,
+            () if upper < -5e-3 => Class::Convex,
+            () => Class::Ridge,
+        };
+        wrong += u32::from(region.class != class);
+        assert!(lower < -0.3);
+    }
+    assert!(wrong < 30, "{wrong}");
+    let near = |p: VertexId, q: VertexId| {
+        let [p, q] = [p, q].map(|vertex| points[vertex as usize]);
+        (p[0] - q[0]).hypot(p[1] - q[1]).hypot(p[2] - q[2]) <= 0.2
+    };
+    let within =
+        triangles.iter().copied().filter(|&[p, q, r]| near(p, q) && near(q, r) && near(r, p));
+    let mesh_mm2 = crate::area(&points, within).lifted_mm2;
+    let parts_mm2: f64 = signs.regions.iter().map(|region| region.area_mm2).sum();
+    assert!((parts_mm2 / mesh_mm2 - 1.0).abs() < 1e-12, "{parts_mm2} {mesh_mm2}");
+    assert_eq!(signs.regions.iter().map(|region| region.vertices).sum::<u64>(), 6400);
+    assert!(signs.regions.is_sorted_by(|p, q| p.area_mm2 >= q.area_mm2));
+    // The mean curvature is -1/6 at the ridge, larger inside.
+    let bands = parted(&Bands::Mean(vec![-1.0 / 6.0]));
+    assert_eq!(bands.regions.len(), 2, "{:?}", bands.regions);
+    let inside = bands.region_of(0).unwrap();
+    assert_eq!(bands.regions[inside].class, Class::Band(1));
+}
+
+#[test]
+fn partitions_of_nothing_and_of_nonsense() {
+    let whole = Bands::Signs { uncertainties: 2.0, least_per_mm: 0.0 };
+    let none = Adjacency::new(&[], &[], None).unwrap();
+    let empty = partition(&[], &[], &none, &[], &whole).unwrap();
+    assert!(empty.regions.is_empty() && empty.classes.is_empty());
+    assert_eq!(empty.region_of(0), None);
+    let points = [[0.0; 3]];
+    let lone = Adjacency::new(&points, &[], None).unwrap();
+    let shapes = local_shapes(&points, &lone, 0..1, &ShapeSettings::default());
+    let alone = partition(&points, &[], &lone, &shapes, &whole).unwrap();
+    assert_eq!((alone.regions.len(), alone.region_of(0)), (0, None));
+    let numbers = partition(&points, &[], &lone, &[], &whole).unwrap_err();
+    assert_eq!(numbers, PartitionError::Numbers { points: 1, shapes: 0, adjacency: 1 });
+    let corner = partition(&points, &[[0, 0, 3]], &lone, &shapes, &whole).unwrap_err();
+    assert_eq!(corner, PartitionError::Corner { triangle: 0, corner: 3, points: 1 });
+    for bands in [
+        Bands::Mean(vec![0.0, 0.0]),
+        Bands::Mean(vec![f64::NAN]),
+        Bands::Signs { uncertainties: -1.0, least_per_mm: 0.0 },
+        Bands::Signs { uncertainties: 1.0, least_per_mm: f64::NAN },
+    ] {
+        let error = partition(&points, &[], &lone, &shapes, &bands).unwrap_err();
+        assert!(matches!(error, PartitionError::Bands(_)), "{error}");
+    }
 }
