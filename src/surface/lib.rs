@@ -20,6 +20,7 @@ mod area;
 pub mod check;
 pub mod coverage;
 pub mod curvature;
+pub mod defects;
 mod delaunay;
 mod distance;
 mod exact;

@@ -1,0 +1,468 @@
+//! Defects of a surface: pits, scratches, dust, steps and single wrong readings, and its partition by
+//! curvature.
+//!
+//! A defect is what stands off from a smooth reference by more than noise explains, over less than a
+//! largest width. [`find_defects`]
+//!
+//! 1. fits a *reference* that is wide against a defect and not moved by it (`reference.rs`, `fit.rs`);
+//! 2. looks for *steps* in what is left, and fits the reference again so that it may jump there
+//!    (`steps.rs`);
+//! 3. *detects* connected sets of vertices whose residuals are too large (`detect.rs`), so that the
+//!    number of false ones to be expected on a whole surface is the caller's choice;
+//! 4. *measures* and names each (`measure.rs`).
+//!
+//! Depths are along the normal, areas and lengths in the plane of projection.
+//!
+//! **What it does not see.** Waviness that the reference does not follow raises the level from which
+//! on something is a defect, if most of the surface has it, or else is found as defects. Defects nearer
+//! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
+//! found in several pieces.
+
+mod cells;
+mod detect;
+mod fit;
+mod line;
+mod measure;
+mod partition;
+mod profile;
+mod reference;
+mod settings;
+mod shape;
+mod steps;
+mod tail;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use self::cells::Cells;
+use self::detect::{Detection, Found};
+use self::line::Line;
+use self::measure::{Field, Zone};
+use self::reference::Reference;
+use self::steps::{Search, Step};
+use crate::noise::{Along, Noise, NoiseSettings, estimate_noise};
+use crate::{BoundsMm, PointMm, VertexId};
+
+pub use self::partition::{
+    Bands, BandsError, Class, CurvatureRegion, Partition, PartitionError, partition,
+};
+pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Samples};
+
+/// Windows of the reference in largest widths.
+const WINDOW: f64 = 3.0;
+
+/// How near to a step what stands off is the step's own, in spacings.
+const OWN_SPACINGS: f64 = 2.0;
+/// What rounding makes of heights, over the largest of them.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// What a defect is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum DefectKind {
+    /// Below the surface, less than four times as long as wide.
+    Pit,
+    /// Above the surface, less than four times as long as wide: dust, for instance.
+    Bump,
+    /// Below the surface, at least four times as long as wide.
+    Scratch,
+    /// Above the surface, at least four times as long as wide: a fibre, for instance.
+    Ridge,
+    /// A line along which the level of the surface jumps.
+    Step,
+    /// One or two readings that stand off alone.
+    Spike,
+}
+
+/// A defect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Defect {
+    /// What it is.
+    pub kind: DefectKind,
+    /// Its middle, weighted by the residuals; of a step that of its line, at the height of the
+    /// nearest vertex.
+    pub centre_mm: PointMm,
+    /// The smallest rectangle about its vertices; of a step about its line.
+    pub bounds_mm: BoundsMm,
+    /// Projected area in mm² of the part that is deeper than half of the depth; `None` of steps and
+    /// spikes, which have none.
+    pub area_mm2: Option<f64>,
+    /// Standard uncertainty of the area in mm².
+    pub area_uncertainty_mm2: Option<f64>,
+    /// Length in mm of the same part. `None` of spikes and where too few samples lie in it.
+    pub length_mm: Option<f64>,
+    /// Width in mm, at most the length. `None` of steps too.
+    pub width_mm: Option<f64>,
+    /// Unit vector in the plane of projection along the length, in either sense; of a step such that
+    /// the higher side lies to its left. `None` of spikes and of what is bent.
+    pub direction: Option<[f64; 2]>,
+    /// Height in mm along the normal, or depth as a negative number; of a step how much higher its
+    /// higher side is.
+    pub height_mm: f64,
+    /// Standard uncertainty of the height in mm.
+    pub height_uncertainty_mm: f64,
+    /// Volume in mm³ between surface and reference, negative below it; `None` of steps and spikes.
+    pub volume_mm3: Option<f64>,
+    /// Vertices that stand off; of a step those its height was measured from.
+    pub vertices: u64,
+    /// Whether it reaches the border of the surface: what is seen of it is then perhaps not all.
+    pub on_border: bool,
+    /// The sum of its residuals, of a step its height, over the standard deviation that noise gives
+    /// that.
+    pub significance: f64,
+}
+
+/// The defects of a surface, and by what they were found.
+#[derive(Clone, Debug)]
+pub struct Defects {
+    /// The most significant first.
+    pub defects: Vec<Defect>,
+    /// Standard deviation in mm of the residuals along the normal that counts as noise: that of the
+    /// noise, or of half of all residuals if they tell of more.
+    pub sigma_mm: f64,
+    /// Standard deviations from which on a residual, or the mean of some, is a defect.
+    pub threshold: f64,
+    /// Largest width of a defect in mm.
+    pub largest_mm: f64,
+    /// Width in mm of the windows of the reference.
+    pub window_mm: f64,
+    /// Root of the mean projected area of a vertex, in mm.
+    pub spacing_mm: f64,
+    /// Vertices of the surface where there is no reference: it is not known whether they are defects.
+    pub unreferenced: u64,
+    residuals_mm: Vec<f64>,
+}
+
+impl Defects {
+    /// Residual of a vertex from the reference in mm, along the normal; `None` where there is no such
+    /// vertex or no reference.
+    pub fn residual_mm(&self, vertex: VertexId) -> Option<f64> {
+        self.residuals_mm.get(vertex as usize).copied().filter(|residual| residual.is_finite())
+    }
+}
+
+/// Finds the defects of a surface.
+///
+/// White noise of the whole surface is expected to make no more than
+/// [`DefectSettings::with_false_expected`] defects of its own. The vertices are shared out to rayon's
+/// threads; the bits do not depend on how many there are, and on the order of the vertices by
+/// rounding alone if the noise is given, else by the choice of neighbourhoods that
+/// [`estimate_noise`] looks at.
+///
+/// ```
+/// use asphera_surface::curvature::Adjacency;
+/// use asphera_surface::defects::{DefectKind, DefectSettings, Samples, find_defects};
+/// use asphera_surface::noise::{Along, Noise};
+/// use asphera_surface::Mesh;
+///
+/// // z = x²/40 with a pit of 1 µm at (0.5, 0.5).
+/// let places = (0..10_000_u32).map(|i| [i % 100, i / 100].map(|i| 0.02 * (f64::from(i) - 49.5)));
+/// let pit = |x: f64, y: f64| -1e-3 * (-((x - 0.5).powi(2) + (y - 0.5).powi(2)) / 3.2e-3).exp();
+/// let mut mesh = Mesh::new();
+/// mesh.extend(places.map(|[x, y]| [x, y, x * x / 40.0 + pit(x, y)]));
+/// mesh.flush();
+/// let triangles = mesh.triangles();
+/// let adjacency = Adjacency::new(mesh.points(), &triangles, Some(0.1))?;
+///
+/// let samples = Samples {
+///     points: mesh.points(),
+///     triangles: &triangles,
+///     adjacency: &adjacency,
+///     deviations_mm: None,
+/// };
+/// let settings = DefectSettings::default().with_noise(Noise::new(1e-5, Along::Z)?);
+/// let found = find_defects(&samples, &settings)?;
+/// assert_eq!(found.defects.len(), 1);
+/// assert_eq!(found.defects[0].kind, DefectKind::Pit);
+/// assert!((found.defects[0].height_mm + 1e-3).abs() < 5e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn find_defects(
+    samples: &Samples<'_>,
+    settings: &DefectSettings,
+) -> Result<Defects, DefectsUnknown> {
+    let areas_mm2 = areas_mm2(samples)?;
+    let used: Vec<bool> = (0..samples.points.len() as VertexId)
+        .map(|vertex| {
+            areas_mm2[vertex as usize] > 0.0
+                && samples.points[vertex as usize].iter().all(|coordinate| coordinate.is_finite())
+                && cells::height_mm(samples, vertex).is_finite()
+        })
+        .collect();
+    let (mut area_mm2, mut count) = (0.0, 0_u64);
+    for (area, _) in areas_mm2.iter().zip(&used).filter(|&(_, &used)| used) {
+        area_mm2 += area;
+        count += 1;
+    }
+    if count == 0 {
+        return Err(DefectsUnknown::NoArea);
+    }
+    let spacing_mm = (area_mm2 / count as f64).sqrt();
+    let largest_mm = settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
+    let window_mm = WINDOW * largest_mm;
+    let cells = Cells::new(samples, &used, reference::side_mm(window_mm, spacing_mm))?;
+    let mut reference = Reference::new(samples, &cells, window_mm, &[], false)?;
+    let noise = match settings.noise {
+        Some(noise) => noise,
+        None => noise_of(samples)?,
+    };
+    let first = Residuals::new(&cells, &reference, samples.points.len(), noise);
+    let search = Search {
+        largest_mm,
+        spacing_mm,
+        sigma_mm: first.sigma_mm,
+        false_expected: settings.false_expected,
+    };
+    let mut steps = steps::find(samples.points, &cells, &reference, &search);
+    let residuals = if steps.is_empty() {
+        first
+    } else {
+        // A reference that may not jump bends towards a step, which then looks lower than it is.
+        let again = Reference::new(samples, &cells, window_mm, &lines(&steps), true)?;
+        steps = steps::find(samples.points, &cells, &again, &search);
+        reference = Reference::new(samples, &cells, window_mm, &lines(&steps), false)?;
+        Residuals::new(&cells, &reference, samples.points.len(), noise)
+    };
+    let Residuals { normal_mm, cell, sigma_mm } = residuals;
+    let values: Vec<f64> = normal_mm.iter().map(|residual| residual / sigma_mm).collect();
+    let Detection { mut found, threshold, scales } =
+        detect::detect(samples.adjacency, &values, settings.false_expected);
+    // Which side the samples nearest to a step lie on is not known: those are its own.
+    found.retain(|found| {
+        !steps.iter().any(|step| {
+            found.vertices.iter().all(|&vertex| {
+                let [x, y, _] = samples.points[vertex as usize];
+                step.line.away_mm([x, y]).abs() <= OWN_SPACINGS * spacing_mm
+            })
+        })
+    });
+    found.sort_by(|p, q| q.significance.total_cmp(&p.significance));
+    let field = Field {
+        samples: *samples,
+        residuals_mm: &normal_mm,
+        areas_mm2: &areas_mm2,
+        sigma_mm: sigma_mm * scales[0],
+        spacing_mm,
+        threshold,
+    };
+    let zones = zones(samples, &found, &cell, &reference, sigma_mm);
+    let mut defects: Vec<Defect> = zones.par_iter().map(|zone| field.measure(zone)).collect();
+    defects.extend(steps.iter().map(|step| of_step(samples, &used, step)));
+    defects.sort_by(|p, q| {
+        let [a, b] = [p.centre_mm, q.centre_mm];
+        q.significance
+            .total_cmp(&p.significance)
+            .then(a[0].total_cmp(&b[0]))
+            .then(a[1].total_cmp(&b[1]))
+    });
+    let unreferenced =
+        cells.all().iter().filter(|&&vertex| !normal_mm[vertex as usize].is_finite());
+    let unreferenced = unreferenced.count() as u64;
+    Ok(Defects {
+        defects,
+        sigma_mm: sigma_mm * scales[0],
+        threshold,
+        largest_mm,
+        window_mm,
+        spacing_mm,
+        unreferenced,
+        residuals_mm: normal_mm,
+    })
+}
+
+fn lines(steps: &[Step]) -> Vec<Line> {
+    steps.iter().map(|step| step.line.clone()).collect()
+}
+
+fn noise_of(samples: &Samples<'_>) -> Result<Noise, DefectsUnknown> {
+    let settings = NoiseSettings::new(NoiseSettings::NEIGHBOURHOODS, Along::Z)
+        .expect("the default number is not too small");
+    let estimate = match samples.deviations_mm {
+        None => estimate_noise(samples.points, samples.adjacency, &settings),
+        Some(deviations_mm) => {
+            let lifted: Vec<PointMm> = samples
+                .points
+                .iter()
+                .zip(deviations_mm)
+                .map(|(&[x, y, _], &deviation)| [x, y, deviation])
+                .collect();
+            estimate_noise(&lifted, samples.adjacency, &settings)
+        }
+    };
+    Ok(estimate.map_err(DefectsUnknown::Noise)?.noise)
+}
+
+/// Residuals along the normal.
+struct Residuals {
+    /// By vertex; NaN where not known.
+    normal_mm: Vec<f64>,
+    /// By vertex the cell it lies in.
+    cell: Vec<u32>,
+    sigma_mm: f64,
+}
+
+impl Residuals {
+    fn new(cells: &Cells, reference: &Reference, points: usize, noise: Noise) -> Residuals {
+        let mut normal_mm = vec![f64::NAN; points];
+        let mut cell_of = vec![cells::NONE; points];
+        let mut sizes_mm = Vec::with_capacity(cells.all().len());
+        let mut farthest_mm = 0.0_f64;
+        for cell in 0..cells.len() {
+            let secant = reference.secants[cell];
+            let residuals = &reference.residuals_mm[cells.range(cell)];
+            for (&vertex, residual) in cells.members(cell).iter().zip(residuals) {
+                let residual = residual / secant;
+                normal_mm[vertex as usize] = residual;
+                cell_of[vertex as usize] = cell as u32;
+                if residual.is_finite() {
+                    sizes_mm.push(residual.abs());
+                }
+            }
+        }
+        for cell in 0..cells.len() {
+            farthest_mm = farthest_mm.max(cells.moments[cell].height_mm.abs());
+        }
+        let rounding_mm = ROUNDING * farthest_mm.max(f64::MIN_POSITIVE / f64::EPSILON);
+        let spread_mm = tail::scale(&mut sizes_mm).unwrap_or(0.0);
+        Residuals {
+            normal_mm,
+            cell: cell_of,
+            sigma_mm: spread_mm.max(noise.sigma_mm()).max(rounding_mm),
+        }
+    }
+}
+
+/// A third of the projected area of every triangle for each of its corners.
+fn areas_mm2(samples: &Samples<'_>) -> Result<Vec<f64>, DefectsUnknown> {
+    let points = samples.points;
+    let deviations = samples.deviations_mm.map_or(points.len(), <[f64]>::len);
+    if samples.adjacency.len() != points.len() || deviations != points.len() {
+        let adjacency = samples.adjacency.len();
+        return Err(DefectsUnknown::Numbers { points: points.len(), adjacency, deviations });
+    }
+    let mut areas_mm2 = vec![0.0; points.len()];
+    for (triangle, corners) in samples.triangles.iter().enumerate() {
+        if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= points.len()) {
+            return Err(DefectsUnknown::Corner { triangle, corner, points: points.len() });
+        }
+        if joined(samples, *corners) {
+            let [a, b, c] = corners.map(|corner| points[corner as usize]);
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+            if area.is_finite() {
+                for &corner in corners {
+                    areas_mm2[corner as usize] += area.abs() / 6.0;
+                }
+            }
+        }
+    }
+    Ok(areas_mm2)
+}
+
+/// Whether the sides of a triangle join neighbours.
+fn joined(samples: &Samples<'_>, [a, b, c]: [VertexId; 3]) -> bool {
+    let neighbours = samples.adjacency.neighbours(a);
+    neighbours.contains(&b)
+        && neighbours.contains(&c)
+        && samples.adjacency.neighbours(b).contains(&c)
+}
+
+/// The surroundings of each defect. A vertex that belongs to several is that of the most significant.
+fn zones<'a>(
+    samples: &Samples<'_>,
+    found: &'a [Found],
+    cell: &[u32],
+    reference: &Reference,
+    sigma_mm: f64,
+) -> Vec<Zone<'a>> {
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let mut owner = vec![cells::NONE; samples.points.len()];
+    for (index, found) in found.iter().enumerate() {
+        for &vertex in &found.vertices {
+            let owner = &mut owner[vertex as usize];
+            if *owner == cells::NONE {
+                *owner = index as u32;
+            }
+        }
+    }
+    let mut zones: Vec<Zone<'a>> = found
+        .iter()
+        .map(|found| {
+            let cell = cell[found.vertices[0] as usize] as usize;
+            Zone {
+                found,
+                vertices: found.vertices.clone(),
+                triangles: Vec::new(),
+                secant: reference.secants[cell],
+                reference_mm: sigma_mm * reference.uncertainties[cell],
+            }
+        })
+        .collect();
+    let mut from = vec![0; zones.len()];
+    for _ in 0..2 {
+        for (index, zone) in zones.iter_mut().enumerate() {
+            let until = zone.vertices.len();
+            for place in from[index]..until {
+                for &other in samples.adjacency.neighbours(zone.vertices[place]) {
+                    if owner[other as usize] == cells::NONE {
+                        owner[other as usize] = index as u32;
+                        zone.vertices.push(other);
+                    }
+                }
+            }
+            from[index] = until;
+        }
+    }
+    for &corners in samples.triangles {
+        let [a, b, c] = corners.map(|corner| owner[corner as usize]);
+        for (index, again) in [(a, false), (b, b == a), (c, c == a || c == b)] {
+            if index != cells::NONE && !again && joined(samples, corners) {
+                zones[index as usize].triangles.push(corners);
+            }
+        }
+    }
+    zones.iter_mut().for_each(|zone| zone.vertices.sort_unstable());
+    zones
+}
+
+fn of_step(samples: &Samples<'_>, used: &[bool], step: &Step) -> Defect {
+    let knots = &step.line.knots_mm[1..step.line.knots_mm.len() - 1];
+    let middle = knots[knots.len() / 2];
+    let [x, y] = step.line.place_mm(middle);
+    let away = |point: &PointMm| (point[0] - x).hypot(point[1] - y);
+    let nearest = samples
+        .points
+        .iter()
+        .zip(used)
+        .filter(|&(_, &used)| used)
+        .map(|(point, _)| point)
+        .min_by(|p, q| away(p).total_cmp(&away(q)))
+        .expect("a step is made of points");
+    let half = 0.5 * step.length_mm;
+    let ends = [[-half, knots[0][1]], [half, knots[knots.len() - 1][1]]];
+    let places = knots.iter().copied().chain(ends).map(|knot| step.line.place_mm(knot));
+    let bounds_mm = places
+        .map(|place| BoundsMm { low: place, high: place })
+        .reduce(|all, one| BoundsMm {
+            low: [0, 1].map(|axis| all.low[axis].min(one.low[axis])),
+            high: [0, 1].map(|axis| all.high[axis].max(one.high[axis])),
+        })
+        .expect("a line has two ends");
+    Defect {
+        kind: DefectKind::Step,
+        centre_mm: [x, y, nearest[2]],
+        bounds_mm,
+        area_mm2: None,
+        area_uncertainty_mm2: None,
+        length_mm: Some(step.length_mm),
+        width_mm: None,
+        direction: Some(step.line.along),
+        height_mm: step.height_mm,
+        height_uncertainty_mm: step.uncertainty_mm,
+        volume_mm3: None,
+        vertices: step.samples,
+        on_border: step.on_border,
+        significance: step.height_mm / step.uncertainty_mm,
+    }
+}
