@@ -180,19 +180,41 @@ impl Core {
         }
     }
 
+    /// Answers from the session that ended last, beside the core.
+    fn ask_finished<T: Send + 'static>(
+        &self,
+        reply: oneshot::Sender<Option<T>>,
+        answer: impl FnOnce(&Finished) -> Option<T> + Send + 'static,
+    ) {
+        let finished = self.view.finished();
+        tokio::task::spawn_blocking(move || {
+            // Whoever asked may have gone; then there is nobody to answer.
+            let _ = reply.send(finished.and_then(|finished| answer(&finished)));
+        });
+    }
+
     async fn control(&mut self, control: Control) {
         match control {
             Control::MeshPly(reply) => match &self.session {
                 Some(session) if session.ending.is_none() => session.worker.mesh_ply(reply).await,
-                _ => {
-                    let finished = self.view.finished();
-                    tokio::task::spawn_blocking(move || {
-                        let ply = finished
-                            .and_then(|finished| results::finished_mesh_ply(&finished.measurement));
-                        // Whoever asked may have gone; then there is nobody to answer.
-                        let _ = reply.send(ply);
-                    });
+                _ => self.ask_finished(reply, |finished| {
+                    results::finished_mesh_ply(&finished.measurement)
+                }),
+            },
+            Control::Maps(reply) => match &self.session {
+                Some(session) if session.ending.is_none() => {
+                    let figures = session.worker.figures();
+                    let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));
                 }
+                _ => self.ask_finished(reply, |finished| finished.measurement.surface.maps()),
+            },
+            Control::Section(request, reply) => match &self.session {
+                Some(session) if session.ending.is_none() => {
+                    session.worker.section(request, reply).await;
+                }
+                _ => self.ask_finished(reply, move |finished| {
+                    finished.measurement.surface.section(&request)
+                }),
             },
             Control::Watch => self.open_links().await,
             Control::Session(Command::Start, reply) => {

@@ -19,10 +19,11 @@ use tokio::task::JoinHandle;
 
 use crate::config::Config;
 use crate::pipeline::Measurement;
-use crate::publish::{ControlError, Source};
+use crate::publish::{ControlError, Cut, Source};
 use crate::report::Report;
+use crate::section::SectionRequest;
 use crate::session::RecordError;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{SamplingMaps, Snapshot};
 use crate::station::AssembleError;
 
 /// A finished session.
@@ -96,6 +97,8 @@ enum Control {
     Watch,
     Session(Command, oneshot::Sender<Result<(), StationError>>),
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
+    Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
+    Section(SectionRequest, oneshot::Sender<Cut>),
 }
 
 impl Station {
@@ -149,6 +152,13 @@ impl Handle {
         let _ = self.control.send(Control::Watch).await;
     }
 
+    /// `None` also where the station ends before it answers.
+    async fn ask<T>(&self, ask: impl FnOnce(oneshot::Sender<Option<T>>) -> Control) -> Option<T> {
+        let (reply, answer) = oneshot::channel();
+        self.control.send(ask(reply)).await.ok()?;
+        answer.await.ok()?
+    }
+
     /// The newest snapshot, and when there is a newer one.
     pub fn watch(&self) -> watch::Receiver<Arc<Snapshot>> {
         self.snapshots.clone()
@@ -161,11 +171,15 @@ impl Source for Handle {
     }
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
-        Box::pin(async {
-            let (reply, answer) = oneshot::channel();
-            self.control.send(Control::MeshPly(reply)).await.ok()?;
-            answer.await.ok()?
-        })
+        Box::pin(self.ask(Control::MeshPly))
+    }
+
+    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+        Box::pin(self.ask(Control::Maps))
+    }
+
+    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+        Box::pin(self.ask(move |reply| Control::Section(request, reply)))
     }
 
     fn report(&self) -> Option<Arc<Report>> {

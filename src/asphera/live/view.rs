@@ -10,7 +10,7 @@ use super::Finished;
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
 use crate::report::SessionFigures;
-use crate::snapshot::{Connection, FORMAT, LinkState, Progress, Snapshot, State};
+use crate::snapshot::{Connection, FORMAT, LinkState, MapsState, Progress, Snapshot, State};
 use crate::station::{Bench, Line};
 
 /// Makes snapshots.
@@ -68,6 +68,11 @@ impl View {
         self.snapshot.mesh = report.mesh.clone();
         self.snapshot.sampling = report.sampling.clone();
         self.snapshot.form = report.form.clone();
+        self.snapshot.maps = finished
+            .measurement
+            .surface
+            .maps_version()
+            .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
         self.snapshot.verdict = report.verdict.clone();
         self.snapshot.progress.pending_points = 0;
         self.snapshot.progress.eta_s = None;
@@ -115,6 +120,10 @@ impl View {
                 snapshot.sampling = figures.sampling.clone();
                 snapshot.form = figures.form.clone();
                 snapshot.map = figures.map.clone();
+                snapshot.maps = figures.maps.as_ref().map(|maps| MapsState {
+                    version: maps.version,
+                    as_of_points: maps.as_of_points,
+                });
                 snapshot.convergence = figures.convergence.clone();
                 snapshot.progress.pending_points = figures.pending;
             }
@@ -150,6 +159,7 @@ fn empty(station: &str) -> Snapshot {
         form: None,
         verdict: Default::default(),
         map: None,
+        maps: None,
         convergence: Default::default(),
         links: Vec::new(),
     }

@@ -1,8 +1,9 @@
 //! The final figures of one part.
 
-use asphera_form::{Figures, Fit, deviations, fit};
+use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
 use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
 
+use super::cutting::{FinishedMesh, Setting};
 use super::figures;
 use super::judgement::judge;
 use super::look::{Look, look};
@@ -16,6 +17,8 @@ use crate::report::{FORMAT, Points, Report, Timing};
 pub struct Measurement {
     /// The figures. Links, timing and session are still empty.
     pub report: Report,
+    /// The mesh itself, in the frame of the plane of projection: to be cut, and mapped.
+    pub surface: FinishedMesh,
     /// Vertices of the mesh, measured frame, mm.
     pub points_mm: Vec<PointMm>,
     /// Its triangles, counter-clockwise seen from the side the normal of the plane of projection points to:
@@ -37,22 +40,25 @@ pub struct DeviationMap {
     pub values_nm: Vec<f64>,
 }
 
+/// `grid` holds the cells of the maps, and `maps_version` tells them from earlier ones.
 pub(super) fn measure(
-    mesh: &Mesh,
-    part: &Part,
+    mesh: Mesh,
+    part: Part,
     projector: &Projector,
     mut points: Points,
+    grid: Option<MapGrid>,
+    maps_version: u64,
 ) -> Measurement {
     let plane = projector.plane();
-    let result = fit(mesh.points(), &part.nominal, &fit_settings(part));
+    let result = fit(mesh.points(), &part.nominal, &fit_settings(&part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
-    let points_mm = measured(mesh, &plane);
-    let mut look = look(mesh, part, &pose, &plane);
-    look.finish(mesh, &points_mm);
+    let points_mm = measured(&mesh, &plane);
+    let mut look = look(&mesh, &part, &pose, &plane);
+    look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
     let Look { triangles, survey, mesh: seen, sampling } = look;
     let (deviations_mm, found) = match &result {
-        Ok(fit) => deviation(mesh, part, fit),
+        Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
     };
     if let Ok(fit) = &result {
@@ -70,10 +76,19 @@ pub(super) fn measure(
         .as_ref()
         .ok()
         .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(part, fit, found, &plane));
-    let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
+        .map(|(fit, found)| figures::form(&part, fit, found, &plane));
+    let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map = form.as_ref().and_then(|_| deviation_map(mesh, &survey, &deviations_nm));
+    let map = form.as_ref().and_then(|_| deviation_map(&mesh, &survey, &deviations_nm));
+    let points_mm = points_mm.into_owned();
+    let setting = Setting {
+        part,
+        plane,
+        lies: result.ok().map(|fit| (fit.nominal, fit.pose)),
+        gap_limit_mm: sampling.gap_limit_mm,
+        grid,
+        maps_version,
+    };
     Measurement {
         report: Report {
             format: FORMAT.to_owned(),
@@ -86,7 +101,8 @@ pub(super) fn measure(
             timing: Timing::default(),
             session: None,
         },
-        points_mm: points_mm.into_owned(),
+        surface: FinishedMesh::new(mesh, setting),
+        points_mm,
         triangles,
         deviations_nm,
         map,

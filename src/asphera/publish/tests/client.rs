@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use asphera_surface::Mesh;
 use futures_util::future::BoxFuture;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -14,9 +15,12 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
-use crate::publish::{ControlError, Limits, Server, Source, Token};
+use crate::publish::{ControlError, Cut, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
-use crate::snapshot::{self, Connection, Convergence, LinkState, Map, Progress, Snapshot, State};
+use crate::section::SectionRequest;
+use crate::snapshot::{
+    self, Connection, Convergence, LinkState, Map, Progress, SamplingMaps, Snapshot, State,
+};
 
 pub(super) const TOKEN: &str = "an-operators-token_01";
 
@@ -25,6 +29,9 @@ pub(super) const TOKEN: &str = "an-operators-token_01";
 pub(super) struct Station {
     pub(super) snapshots: watch::Sender<Arc<Snapshot>>,
     pub(super) mesh: Option<Vec<u8>>,
+    pub(super) maps: Option<Arc<SamplingMaps>>,
+    /// The surface that is cut.
+    pub(super) surface: Option<Arc<Mesh>>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
     pub(super) started: Arc<AtomicUsize>,
@@ -36,6 +43,8 @@ impl Station {
         Station {
             snapshots: watch::Sender::new(Arc::new(snapshot(1, 0))),
             mesh: None,
+            maps: None,
+            surface: None,
             report: None,
             answer: Ok(()),
             started: Arc::default(),
@@ -55,6 +64,17 @@ impl Source for Station {
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
         Box::pin(async { self.mesh.clone() })
+    }
+
+    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+        Box::pin(async { self.maps.clone() })
+    }
+
+    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+        Box::pin(async move {
+            let surface = self.surface.as_ref()?;
+            Some(crate::section::report(surface, &request.path([0.0; 2]), None, None))
+        })
     }
 
     fn report(&self) -> Option<Arc<Report>> {
@@ -233,6 +253,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
             dy_mm: 1.0,
             values_nm: vec![Some(-123_456.7); cells],
         }),
+        maps: None,
         convergence: Convergence::default(),
         links: vec![LinkState {
             name: "probe".to_owned(),
