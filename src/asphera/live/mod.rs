@@ -96,6 +96,11 @@ pub struct Handle {
 enum Control {
     Watch,
     Session(Command, oneshot::Sender<Result<(), StationError>>),
+    Asked(Asked),
+}
+
+/// What is asked of its mesh. A reply that is dropped counts as none.
+enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
@@ -153,9 +158,9 @@ impl Handle {
     }
 
     /// `None` also where the station ends before it answers.
-    async fn ask<T>(&self, ask: impl FnOnce(oneshot::Sender<Option<T>>) -> Control) -> Option<T> {
+    async fn ask<T>(&self, ask: impl FnOnce(oneshot::Sender<Option<T>>) -> Asked) -> Option<T> {
         let (reply, answer) = oneshot::channel();
-        self.control.send(ask(reply)).await.ok()?;
+        self.control.send(Control::Asked(ask(reply))).await.ok()?;
         answer.await.ok()?
     }
 
@@ -171,15 +176,15 @@ impl Source for Handle {
     }
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
-        Box::pin(self.ask(Control::MeshPly))
+        Box::pin(self.ask(Asked::MeshPly))
     }
 
     fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
-        Box::pin(self.ask(Control::Maps))
+        Box::pin(self.ask(Asked::Maps))
     }
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
-        Box::pin(self.ask(move |reply| Control::Section(request, reply)))
+        Box::pin(self.ask(move |reply| Asked::Section(request, reply)))
     }
 
     fn report(&self) -> Option<Arc<Report>> {
