@@ -15,7 +15,8 @@ pub struct Chart {
     pub gap_mm: Vec<Option<f64>>,
     /// The largest ε; `None` also where a local feature size is not known.
     pub epsilon: Vec<Option<f64>>,
-    /// The mean tilt of the facets by noise, by area, in rad; `None` also where the noise is not known.
+    /// The mean tilt of the facets by noise, by area, in rad; `None` also where the noise is not known, and
+    /// where nothing but gaps above the limit is.
     pub tilt_rad: Vec<Option<f64>>,
     /// The share of the area of triangles that are not within the criteria, 0 to 1.
     pub undersampled: Vec<Option<f64>>,
@@ -64,11 +65,15 @@ pub fn chart(
             .try_fold(f64::INFINITY, |least, lfs_mm| Some(lfs_mm?.min(least)));
         let epsilon = lfs_mm.map(|lfs_mm| gap.mm / lfs_mm);
         let corners_mm = corners.map(|corner| points[corner as usize]);
+        let state = criteria.state(gap.mm, epsilon.unwrap_or(f64::INFINITY));
         let seen = Seen {
             gap_mm: gap.mm,
             epsilon,
-            tilt_rad: noise.and_then(|noise| facet_tilt_rad(corners_mm, noise)),
-            good: criteria.state(gap.mm, epsilon.unwrap_or(f64::INFINITY)) == State::Good,
+            // What bridges a gap is no facet of the surface.
+            tilt_rad: noise
+                .filter(|_| state != State::OverGap)
+                .and_then(|noise| facet_tilt_rad(corners_mm, noise)),
+            good: state == State::Good,
         };
         let places = corners.map(|corner| places[corner as usize]);
         cells.held(places, |cell| tallies[cell].hold(&seen));
@@ -287,13 +292,22 @@ mod tests {
     #[test]
     fn a_hole_is_undersampled_and_the_rest_is_not() {
         let hole = |x: f64, y: f64| (2.0 < x && x < 5.0) && (2.0 < y && y < 5.0);
-        let found = of(&raster(0.25, hole), limit(0.2), None);
+        let noise = Noise::new(1e-3, Along::Z).unwrap();
+        let found = of(&raster(0.25, hole), limit(0.2), Some(noise));
         for (cell, share) in found.undersampled.iter().enumerate() {
             let (x, y) = ((cell % 8) as f64 + 0.5, (cell / 8) as f64 + 0.5);
             // At its corners some triangles are small enough.
             let expected = if hole(x, y) { 0.8..=1.0 } else { 0.0..=0.0 };
             assert!(expected.contains(&share.unwrap()), "({x}, {y}): {share:?}");
             assert_eq!(found.gap_mm[cell].unwrap() > 0.2, hole(x, y), "({x}, {y})");
+            if !hole(x, y) {
+                assert!(found.tilt_rad[cell].is_some(), "({x}, {y})");
+            }
+        }
+        let middle = 3 * 8 + 3;
+        assert_eq!(found.tilt_rad[middle], None, "a bridge is no facet");
+        for cell in 0..64 {
+            assert!(found.tilt_rad[cell].is_none_or(|tilt| tilt > 7e-3), "{cell}");
         }
     }
 

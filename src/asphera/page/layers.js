@@ -20,7 +20,7 @@ const sampled = {
   scale(values, limit) {
     const sorted = values.filter(known).sort((a, b) => a - b);
     const most = roundUp(sorted[Math.floor(MOST * (sorted.length - 1))] ?? 0);
-    return limit ? Math.min(most, 2 * limit) : most;
+    return limit ? Math.min(most, roundUp(2 * limit)) : most;
   },
   values: (maps) => maps.values,
 };

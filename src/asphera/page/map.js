@@ -4,6 +4,7 @@ import { drawAxes, drawBar, noDataPattern, place1to1, toMm } from "./axes.js";
 import { css } from "./colours.js";
 import { byId, setText } from "./dom.js";
 import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
+import { pointsSince } from "./figures.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
 import { drawBeyond, drawCursor, drawMark, drawRegions, drawSection } from "./overlay.js";
 
@@ -159,7 +160,7 @@ export class PartMap {
     const { limit } = maps[layer.layer];
     const unit = layer.unit === "ε" ? "" : ` ${layer.unit}`;
     setText(byId("map-limit"), known(limit) ? `${layer.beyond}, ${significant(limit)}${unit}` : "no limit");
-    const newer = (this.#snapshot?.points.received ?? 0) - maps.as_of_points;
+    const newer = this.#snapshot ? pointsSince(this.#snapshot.points, maps.as_of_points) : 0;
     const noise = this.#layer !== "noise" ? ""
       : maps.noise_unknown ? ` Noise not known: ${maps.noise_unknown}.`
       : ` Noise ${significant(maps.noise_sigma_nm)} nm.`;

@@ -64,6 +64,7 @@ const ASSETS: &[Asset] = assets![
     JS "map.js",
     JS "maps.js",
     JS "overlay.js",
+    JS "pieces.js",
     JS "plots.js",
     JS "profile.js",
     JS "progress.js",
