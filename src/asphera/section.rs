@@ -179,6 +179,9 @@ pub struct Columns {
     pub deviation_nm: Option<Vec<Option<f64>>>,
 }
 
+/// Gives the deviations of vertices in nm, in their order.
+pub type Deviations<'a> = dyn Fn(&[VertexId]) -> Vec<f64> + 'a;
+
 /// Cuts a mesh along a path. `deviations_nm` gives the deviations of the vertices it is asked for, those of
 /// the triangles met, in their order; NaN where there is none.
 ///
@@ -191,7 +194,7 @@ pub fn report(
     mesh: &Mesh,
     path: &SectionPath,
     gap_limit_mm: Option<f64>,
-    deviations_nm: Option<&dyn Fn(&[VertexId]) -> Vec<f64>>,
+    deviations_nm: Option<&Deviations>,
 ) -> Result<SectionReport, SectionError> {
     let found = section(mesh, path, gap_limit_mm)?;
     let met = deviations_nm.map(|of| Met::new(&found, of));
@@ -222,7 +225,7 @@ struct Met {
 }
 
 impl Met {
-    fn new(found: &Section, deviations_nm: &dyn Fn(&[VertexId]) -> Vec<f64>) -> Met {
+    fn new(found: &Section, deviations_nm: &Deviations) -> Met {
         let points = found.pieces.iter().flat_map(|piece| &piece.points);
         let mut vertices: Vec<VertexId> =
             points.flat_map(|point| point.source.weights().map(|(vertex, _)| vertex)).collect();

@@ -123,10 +123,7 @@ impl Tally {
 
     fn hold(&mut self, seen: &Seen) {
         self.note(seen);
-        // Of two that share a side through the centre the one that is not good counts.
-        if self.held.is_none_or(|(good, _)| good) {
-            self.held = Some((seen.good, seen.tilt_rad));
-        }
+        self.held = Some((seen.good, seen.tilt_rad));
     }
 
     fn take(&mut self, seen: &Seen, area_mm2: f64) {
@@ -194,41 +191,41 @@ impl Cells {
         Some(within(y, self.grid.ny)? * self.grid.nx + within(x, self.grid.nx)?)
     }
 
-    /// Every cell whose centre lies in or on a triangle, row by row: a thin triangle across the grid
-    /// costs its rows.
+    /// Every cell whose centre lies in a triangle, row by row: a thin triangle across the grid costs its
+    /// rows. A centre on a side belongs to the triangle above it, or to the left, and to no other.
     fn held(&self, corners: [[f64; 2]; 3], mut found: impl FnMut(usize)) {
         let extent = |axis: usize| {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             [a.min(b).min(c), a.max(b).max(c)]
         };
         // Most triangles are small and hold no centre.
-        let columns = centres(extent(0), self.grid.nx);
-        if columns.is_empty() {
+        if centres(extent(0), self.grid.nx).is_empty() {
             return;
         }
         for row in centres(extent(1), self.grid.ny) {
             let y = row as f64 + 0.5;
             let mut span = [f64::INFINITY, f64::NEG_INFINITY];
             for (from, to) in [(0, 1), (1, 2), (2, 0)] {
-                let ([x0, y0], [x1, y1]) = (corners[from], corners[to]);
-                if y0.min(y1) > y || y0.max(y1) < y {
-                    continue;
+                // From below, so that both triangles beside a side have the same place on it.
+                let ([x0, y0], [x1, y1]) = match (corners[from], corners[to]) {
+                    (low, high) if low[1] <= high[1] => (low, high),
+                    (high, low) => (low, high),
+                };
+                if y0 < y && y <= y1 {
+                    let x = x0 + (x1 - x0) * ((y - y0) / (y1 - y0));
+                    span = [span[0].min(x), span[1].max(x)];
                 }
-                let ends =
-                    if y0 == y1 { [x0, x1] } else { [x0 + (x1 - x0) * ((y - y0) / (y1 - y0)); 2] };
-                span = [span[0].min(ends[0].min(ends[1])), span[1].max(ends[0].max(ends[1]))];
             }
             centres(span, self.grid.nx).for_each(|column| found(row * self.grid.nx + column));
         }
     }
 }
 
-/// The cells of a row or a column whose centres lie from `low` to `high`.
+/// The cells of a row or a column whose centres lie above `low` and up to `high`.
 fn centres([low, high]: [f64; 2], cells: usize) -> std::ops::Range<usize> {
-    // A negative number becomes 0 by the cast.
-    let first = (low - 0.5).ceil() as usize;
-    let end = ((high - 0.5).floor() + 1.0) as usize;
-    first..end.min(cells)
+    // Casts round down, and take what is negative for 0.
+    let before = |place: f64| ((place + 0.5) as usize).min(cells);
+    before(low)..before(high)
 }
 
 fn centre(corners: [[f64; 2]; 3]) -> [f64; 2] {

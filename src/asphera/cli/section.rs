@@ -12,7 +12,7 @@ use super::exit::Exit;
 use super::measure::{part, topography};
 use super::output::{Failure, print, print_json, say};
 use crate::pipeline::Pipeline;
-use crate::section::{SectionReport, report};
+use crate::section::{Deviations, SectionReport, report};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius"]))]
@@ -118,7 +118,7 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
             vertices.iter().map(of).collect::<Vec<f64>>()
         }
     });
-    let deviations_nm = deviations_nm.as_ref().map(|of| of as &dyn Fn(&[VertexId]) -> Vec<f64>);
+    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
     Ok(report(&mesh, &path, gap_limit_mm, deviations_nm)?)
 }
 

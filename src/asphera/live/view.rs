@@ -88,6 +88,8 @@ impl View {
     /// A session ended without figures.
     pub(super) fn failed(&mut self, reason: &str) {
         self.snapshot.state = State::Failed;
+        // They went with the pipeline.
+        self.snapshot.maps = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
 

@@ -37,19 +37,19 @@ export class Maps {
     this.#busy = true;
     const maps = await this.#ask();
     this.#busy = false;
-    if (!maps) return;
+    if (maps === undefined) return;
     this.#key = key;
     this.#onMaps(maps);
   }
 
-  /** Null where the station is gone, as the stream tells; the next snapshot asks again. */
+  /** Null where the station has none; undefined where it is gone, as the stream tells: the next snapshot asks again. */
   async #ask() {
     const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
     try {
       const answer = await fetch("/api/v1/maps", { headers });
       return answer.ok ? await answer.json() : null;
     } catch {
-      return null;
+      return undefined;
     }
   }
 }

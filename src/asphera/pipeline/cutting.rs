@@ -10,7 +10,7 @@ use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 use super::look::look;
 use super::maps::maps;
 use crate::config::Part;
-use crate::section::{SectionReport, SectionRequest, report};
+use crate::section::{Deviations, SectionReport, SectionRequest, report};
 use crate::snapshot::SamplingMaps;
 
 /// Cuts a mesh that grows. `lies` is where the nominal lies in it, if there is a fit.
@@ -35,7 +35,7 @@ pub(super) fn cut(
             all_nm
         }
     });
-    let deviations_nm = deviations_nm.as_ref().map(|of| of as &dyn Fn(&[VertexId]) -> Vec<f64>);
+    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
     report(mesh, &request.path(centre_mm), gap_limit_mm, deviations_nm)
 }
 

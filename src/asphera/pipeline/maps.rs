@@ -45,9 +45,12 @@ pub(super) fn maps(
         epsilon_limit: Some(part.epsilon_limit),
         aperture_area_mm2: None,
     };
+    let (turn, shift_mm) = (pose.rotation(), [pose.tx_mm, pose.ty_mm, pose.tz_mm]);
+    // As `Pose::to_part`, which would make the rotation anew for every point.
     let on_chart = |point: PointMm| {
-        let [x, y, _] = pose.to_part(point);
-        [x, y]
+        [0, 1].map(|column| {
+            (0..3).map(|row| turn[row][column] * (point[row] - shift_mm[row])).sum::<f64>()
+        })
     };
     let lfs_mm = lfs_mm(&part.nominal, pose);
     let found = chart(
