@@ -16,21 +16,44 @@ pub const FORMAT: &str = "asphera.section/1";
 /// projection, which along z are x and y of the measured frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SectionRequest {
-    /// Along a path.
-    Path(SectionPath),
-    /// From the centre of the nominal as fitted outwards, or without a fit from the origin.
+    /// From one place to another.
+    Line {
+        /// Where it starts.
+        from_mm: [f64; 2],
+        /// Where it ends.
+        to_mm: [f64; 2],
+    },
+    /// Around a centre, counter-clockwise from its right.
+    Circle {
+        /// The centre.
+        centre_mm: [f64; 2],
+        /// The radius.
+        radius_mm: f64,
+    },
+    /// From a centre outwards.
     Radius {
+        /// The centre; without it that of the nominal as fitted, or before a fit the origin.
+        centre_mm: Option<[f64; 2]>,
         /// The direction, counter-clockwise from x.
         angle_rad: f64,
     },
 }
 
+/// What comes of a request: a section, or why the mesh cannot be cut like that; `None` while no point has
+/// landed.
+pub type Cut = Option<Result<SectionReport, SectionError>>;
+
 impl SectionRequest {
-    /// The path, where the nominal's centre lies at `centre_mm`.
-    pub fn path(&self, centre_mm: [f64; 2]) -> SectionPath {
+    /// The path, where the nominal's centre lies at `fitted_mm`.
+    pub fn path(&self, fitted_mm: [f64; 2]) -> SectionPath {
         match *self {
-            SectionRequest::Path(path) => path,
-            SectionRequest::Radius { angle_rad } => SectionPath::Radius { centre_mm, angle_rad },
+            SectionRequest::Line { from_mm, to_mm } => SectionPath::Segment { from_mm, to_mm },
+            SectionRequest::Circle { centre_mm, radius_mm } => {
+                SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 }
+            }
+            SectionRequest::Radius { centre_mm, angle_rad } => {
+                SectionPath::Radius { centre_mm: centre_mm.unwrap_or(fitted_mm), angle_rad }
+            }
         }
     }
 }
@@ -366,4 +389,12 @@ fn columns(found: &Section, met: Option<&Met>) -> Columns {
         }
     }
     columns
+}
+
+/// Cuts the mesh of some points, for tests that have no other.
+#[cfg(test)]
+pub(crate) fn cut_points(points: &[[f64; 3]], request: &SectionRequest) -> Cut {
+    let mut mesh = Mesh::new();
+    mesh.insert(points);
+    (!points.is_empty()).then(|| report(&mesh, &request.path([0.0; 2]), None, None))
 }

@@ -81,6 +81,8 @@ fn a_station_is_watched_stopped_and_started_again() {
     let authorized = [("Authorization", bearer.as_str())];
     assert_eq!(http(&address, "POST", "/api/v1/session/start", &authorized).0, 409);
     assert_eq!(http(&address, "POST", stop, &authorized).0, 204);
+    // What is asked for while the final figures are made waits for them.
+    get(&address, "/api/v1/section?radius=30");
     let done = until(&address, "complete", |snapshot| snapshot["state"] == "complete");
     assert_eq!(done["session"]["ended"], "stopped");
     let report = get(&address, "/api/v1/report");

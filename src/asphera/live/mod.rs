@@ -19,9 +19,9 @@ use tokio::task::JoinHandle;
 
 use crate::config::Config;
 use crate::pipeline::Measurement;
-use crate::publish::{ControlError, Cut, Source};
+use crate::publish::{ControlError, Source};
 use crate::report::Report;
-use crate::section::SectionRequest;
+use crate::section::{Cut, SectionRequest};
 use crate::session::RecordError;
 use crate::snapshot::{SamplingMaps, Snapshot};
 use crate::station::AssembleError;

@@ -10,9 +10,8 @@ use tokio::time::timeout;
 use crate::clock::Clock;
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline, RunningFigures};
-use crate::publish::Cut;
 use crate::results;
-use crate::section::SectionRequest;
+use crate::section::{Cut, SectionRequest};
 use crate::station::Point;
 
 /// Hands points to the pipeline's thread.

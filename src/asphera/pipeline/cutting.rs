@@ -10,7 +10,7 @@ use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 use super::look::look;
 use super::maps::maps;
 use crate::config::Part;
-use crate::section::{Deviations, SectionReport, SectionRequest, report};
+use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
 use crate::snapshot::SamplingMaps;
 
 /// Cuts a mesh that grows. `lies` is where the nominal lies in it, if there is a fit.
@@ -90,7 +90,7 @@ impl FinishedMesh {
     /// # Errors
     ///
     /// When the path makes no sense.
-    pub fn section(&self, request: &SectionRequest) -> Option<Result<SectionReport, SectionError>> {
+    pub fn section(&self, request: &SectionRequest) -> Cut {
         let Setting { part, lies, gap_limit_mm, .. } = &self.setting;
         let lies = lies.as_ref().map(|(nominal, pose)| (nominal, pose));
         (!self.mesh.points().is_empty())

@@ -17,7 +17,6 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asphera_surface::sections::SectionError;
 use asphera_surface::{Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
@@ -27,7 +26,7 @@ pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
-use crate::section::{SectionReport, SectionRequest};
+use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use projection::Projector;
@@ -199,7 +198,7 @@ impl Pipeline {
     /// # Errors
     ///
     /// When the path makes no sense.
-    pub fn section(&self, request: &SectionRequest) -> Option<Result<SectionReport, SectionError>> {
+    pub fn section(&self, request: &SectionRequest) -> Cut {
         if self.mesh.points().is_empty() {
             return None;
         }

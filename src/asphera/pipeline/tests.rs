@@ -181,10 +181,7 @@ fn maps_show_a_hole_where_it_is_and_change_only_with_a_look() {
 
 #[test]
 fn sections_are_to_be_had_while_points_arrive_and_break_at_a_hole() {
-    let request = SectionRequest::Path(asphera_surface::sections::SectionPath::Segment {
-        from_mm: [-47.0, 15.0],
-        to_mm: [47.0, 15.0],
-    });
+    let request = SectionRequest::Line { from_mm: [-47.0, 15.0], to_mm: [47.0, 15.0] };
     let mut pipeline = Pipeline::new(Part::parse("part.toml", BLOCK).unwrap());
     assert_eq!(pipeline.section(&request), None, "there is no vertex");
     block().for_each(|point| pipeline.take_position(point));
@@ -201,10 +198,7 @@ fn sections_are_to_be_had_while_points_arrive_and_break_at_a_hole() {
         assert!(known.iter().all(Option::is_some));
     }
     assert!(running.pieces[1].to_s_mm <= finished.pieces[1].to_s_mm);
-    let nowhere = SectionRequest::Path(asphera_surface::sections::SectionPath::Segment {
-        from_mm: [1.0, 1.0],
-        to_mm: [1.0, 1.0],
-    });
+    let nowhere = SectionRequest::Line { from_mm: [1.0, 1.0], to_mm: [1.0, 1.0] };
     let mut pipeline = Pipeline::new(Part::parse("part.toml", BLOCK).unwrap());
     block().for_each(|point| pipeline.take_position(point));
     pipeline.figures();

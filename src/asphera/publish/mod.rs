@@ -44,5 +44,5 @@ mod token;
 mod tests;
 
 pub use server::{BindError, Limits, Server};
-pub use source::{ControlError, Cut, Source};
+pub use source::{ControlError, Source};
 pub use token::{Token, TokenError};

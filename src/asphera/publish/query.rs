@@ -1,6 +1,5 @@
 //! What the query of `/api/v1/section` asks for.
 
-use asphera_surface::sections::SectionPath;
 use axum::http::StatusCode;
 
 use super::problem::Problem;
@@ -23,10 +22,10 @@ pub(super) fn section(query: &str) -> Result<SectionRequest, Problem> {
     }
     match (path, centre) {
         (None, _) => Err(bad("a section needs a path").expected(ONE).found(query)),
-        (Some(SectionRequest::Radius { angle_rad }), Some(centre_mm)) => {
-            Ok(SectionRequest::Path(SectionPath::Radius { centre_mm, angle_rad }))
+        (Some(SectionRequest::Radius { angle_rad, .. }), centre_mm) => {
+            Ok(SectionRequest::Radius { centre_mm, angle_rad })
         }
-        (Some(SectionRequest::Path(_)), Some(_)) => {
+        (Some(_), Some(_)) => {
             Err(bad("only a radius has a centre of its own").expected(ONE).found(query))
         }
         (Some(request), None) => Ok(request),
@@ -37,16 +36,15 @@ fn read(key: &str, value: &str) -> Result<SectionRequest, Problem> {
     Ok(match key {
         "line" => {
             let [x1, y1, x2, y2] = numbers(key, value, "X1,Y1,X2,Y2")?;
-            SectionRequest::Path(SectionPath::Segment { from_mm: [x1, y1], to_mm: [x2, y2] })
+            SectionRequest::Line { from_mm: [x1, y1], to_mm: [x2, y2] }
         }
         "circle" => {
             let [x, y, radius_mm] = numbers(key, value, "X,Y,R")?;
-            let centre_mm = [x, y];
-            SectionRequest::Path(SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 })
+            SectionRequest::Circle { centre_mm: [x, y], radius_mm }
         }
         _ => {
             let [angle_deg] = numbers(key, value, "DEG")?;
-            SectionRequest::Radius { angle_rad: f64::to_radians(angle_deg) }
+            SectionRequest::Radius { centre_mm: None, angle_rad: f64::to_radians(angle_deg) }
         }
     })
 }
@@ -82,15 +80,14 @@ mod tests {
 
     #[test]
     fn paths_are_read() {
-        let line = SectionPath::Segment { from_mm: [-1.0, 0.0], to_mm: [1.5, 2e-1] };
-        assert_eq!(section("line=-1,0,1.5,2e-1").unwrap(), SectionRequest::Path(line));
-        assert_eq!(section("line=-1%2C0%2c1.5,0.2").unwrap(), SectionRequest::Path(line));
-        let circle = SectionPath::Circle { centre_mm: [0.0, 1.0], radius_mm: 2.0, start_rad: 0.0 };
-        assert_eq!(section("circle=0,1,2").unwrap(), SectionRequest::Path(circle));
-        let radius = SectionRequest::Radius { angle_rad: FRAC_PI_2 };
-        assert_eq!(section("radius=90").unwrap(), radius);
-        let centred = SectionPath::Radius { centre_mm: [1.0, 2.0], angle_rad: FRAC_PI_2 };
-        assert_eq!(section("centre=1,2&radius=90").unwrap(), SectionRequest::Path(centred));
+        let line = SectionRequest::Line { from_mm: [-1.0, 0.0], to_mm: [1.5, 2e-1] };
+        assert_eq!(section("line=-1,0,1.5,2e-1").unwrap(), line);
+        assert_eq!(section("line=-1%2C0%2c1.5,0.2").unwrap(), line);
+        let circle = SectionRequest::Circle { centre_mm: [0.0, 1.0], radius_mm: 2.0 };
+        assert_eq!(section("circle=0,1,2").unwrap(), circle);
+        let radius = |centre_mm| SectionRequest::Radius { centre_mm, angle_rad: FRAC_PI_2 };
+        assert_eq!(section("radius=90").unwrap(), radius(None));
+        assert_eq!(section("centre=1,2&radius=90").unwrap(), radius(Some([1.0, 2.0])));
     }
 
     #[test]

@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 
-use asphera_surface::sections::SectionError;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
 use crate::report::Report;
-use crate::section::{SectionReport, SectionRequest};
+use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{SamplingMaps, Snapshot};
-
-/// A section, or why the mesh cannot be cut like that; `None` while no point has landed.
-pub type Cut = Option<Result<SectionReport, SectionError>>;
 
 /// A station as the server sees it. Every method may be called at any time from any task.
 pub trait Source: Send + Sync + 'static {

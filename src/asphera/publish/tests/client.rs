@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use asphera_surface::Mesh;
 use futures_util::future::BoxFuture;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -15,9 +14,9 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
-use crate::publish::{ControlError, Cut, Limits, Server, Source, Token};
+use crate::publish::{ControlError, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
-use crate::section::SectionRequest;
+use crate::section::{Cut, SectionRequest, cut_points};
 use crate::snapshot::{
     self, Connection, Convergence, LinkState, Map, Progress, SamplingMaps, Snapshot, State,
 };
@@ -30,8 +29,8 @@ pub(super) struct Station {
     pub(super) snapshots: watch::Sender<Arc<Snapshot>>,
     pub(super) mesh: Option<Vec<u8>>,
     pub(super) maps: Option<Arc<SamplingMaps>>,
-    /// The surface that is cut.
-    pub(super) surface: Option<Arc<Mesh>>,
+    /// Of the surface that is cut.
+    pub(super) points: Vec<[f64; 3]>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
     pub(super) started: Arc<AtomicUsize>,
@@ -44,7 +43,7 @@ impl Station {
             snapshots: watch::Sender::new(Arc::new(snapshot(1, 0))),
             mesh: None,
             maps: None,
-            surface: None,
+            points: Vec::new(),
             report: None,
             answer: Ok(()),
             started: Arc::default(),
@@ -71,10 +70,7 @@ impl Source for Station {
     }
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
-        Box::pin(async move {
-            let surface = self.surface.as_ref()?;
-            Some(crate::section::report(surface, &request.path([0.0; 2]), None, None))
-        })
+        Box::pin(async move { cut_points(&self.points, &request) })
     }
 
     fn report(&self) -> Option<Arc<Report>> {

@@ -3,8 +3,6 @@
 use std::error::Error as _;
 use std::sync::Arc;
 
-use asphera_surface::Mesh;
-
 use super::client::{Running, Station, TOKEN, report, within};
 use crate::publish::{BindError, Server, Token};
 use crate::snapshot::{MAPS_FORMAT, MapLayer, SamplingMaps};
@@ -188,9 +186,7 @@ async fn sections_are_cut_or_told_why_not() {
     let server = Running::start(&station).await;
     assert!(server.get("/api/v1/section?radius=0").await.problem(404).contains("no mesh yet"));
     server.end().await;
-    let mut mesh = Mesh::new();
-    mesh.insert(&[[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]]);
-    station.surface = Some(Arc::new(mesh));
+    station.points = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]];
     let server = Running::start(&station).await;
     let found = server.get("/api/v1/section?line=0.5,0.5,5,0.5").await.json();
     assert_eq!(found["format"], "asphera.section/1");
