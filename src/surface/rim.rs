@@ -51,8 +51,11 @@ pub(crate) fn refined_gaps_along(
     }
     let is_near = |index: &usize| triangles[*index].iter().any(|&corner| near[corner as usize]);
     let chosen: Vec<usize> = (0..triangles.len()).filter(is_near).collect();
-    let refined = Adjacency::new(points.len(), triangles, chosen.into_iter())
-        .refine_all(points, &roots, |vertex| near[vertex as usize]);
+    let refined = Adjacency::new(points.len(), triangles, chosen.into_iter()).refine_all(
+        points,
+        &roots,
+        |vertex| near[vertex as usize],
+    );
     refined.unwrap_or_else(|Unseen| {
         Adjacency::new(points.len(), triangles, 0..triangles.len())
             .refine_all(points, &roots, |_| true)
@@ -201,8 +204,7 @@ impl<'a> Adjacency<'a> {
             let mut way = None;
             if triangle.is_obtuse() && triangle.longest_side() == through {
                 let [left_side, right_side] = triangle.short_sides();
-                let beneath =
-                    [self.across(left_side, whole)?, self.across(right_side, whole)?];
+                let beneath = [self.across(left_side, whole)?, self.across(right_side, whole)?];
                 if let [Some(left), Some(right)] = beneath {
                     for (index, [from, to]) in [(left, left_side), (right, right_side)] {
                         let next = Triangle::new(points, self.triangles[index]);

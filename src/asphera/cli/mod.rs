@@ -9,6 +9,7 @@ mod ports;
 mod reduce;
 mod replay;
 mod run;
+mod sampling;
 mod serve;
 mod simulate;
 mod summary;
@@ -49,6 +50,8 @@ enum Command {
     Measure(measure::MeasureArgs),
     /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
     Reduce(reduce::ReduceArgs),
+    /// Says how densely the points of a file sample their surface, and what to measure next.
+    Sampling(sampling::SamplingArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Runs the simulators of a bench alone.
@@ -109,6 +112,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args.config),
         Command::Measure(args) => measure::run(&args),
         Command::Reduce(args) => reduce::run(&args),
+        Command::Sampling(args) => sampling::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),

@@ -194,6 +194,14 @@ impl Core {
                     });
                 }
             },
+            Control::Next(reply) => match &self.session {
+                Some(session) if session.ending.is_none() => session.worker.next(reply).await,
+                _ => {
+                    let finished = self.view.finished();
+                    let _ =
+                        reply.send(finished.and_then(|finished| finished.measurement.next.clone()));
+                }
+            },
             Control::Watch => self.open_links().await,
             Control::Session(Command::Start, reply) => {
                 let started = match self.session {

@@ -18,7 +18,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::Measurement;
+use crate::pipeline::{Measurement, Next, Waypoints};
 use crate::publish::{ControlError, Source};
 use crate::report::Report;
 use crate::session::RecordError;
@@ -96,6 +96,7 @@ enum Control {
     Watch,
     Session(Command, oneshot::Sender<Result<(), StationError>>),
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
+    Next(oneshot::Sender<Option<Next>>),
 }
 
 impl Station {
@@ -165,6 +166,16 @@ impl Source for Handle {
             let (reply, answer) = oneshot::channel();
             self.control.send(Control::MeshPly(reply)).await.ok()?;
             answer.await.ok()?
+        })
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+        Box::pin(async {
+            let (reply, answer) = oneshot::channel();
+            self.control.send(Control::Next(reply)).await.ok()?;
+            let next = answer.await.ok()??;
+            // Up to 200,000 places are worth a thread of their own.
+            tokio::task::spawn_blocking(move || next.waypoints()).await.ok()
         })
     }
 

@@ -10,6 +10,7 @@ mod look;
 mod measurement;
 mod projection;
 mod running;
+pub(crate) mod sampling;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use asphera_surface::{Mesh, PointMm};
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+pub use sampling::{MOST_PLACES, Next, PointsSampling, Wanted, Waypoints, sampling_of_points};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
@@ -26,6 +28,7 @@ use crate::snapshot::{Convergence, Map};
 use crate::station::Point;
 use projection::Projector;
 use running::{History, Running};
+use sampling::Remembered;
 
 /// Takes the points of one part.
 pub struct Pipeline {
@@ -41,8 +44,11 @@ pub struct Pipeline {
     sampling: SamplingFigures,
     /// What was seen of the mesh then.
     seen: MeshFigures,
+    /// What to measure next, as of then.
+    next: Option<Next>,
     /// Points at which it is looked at again.
     next_sampling: u64,
+    remembered: Remembered,
 }
 
 /// The running figures of a part.
@@ -81,7 +87,9 @@ impl Pipeline {
             flagged: BTreeMap::new(),
             sampling: SamplingFigures::default(),
             seen: MeshFigures::default(),
+            next: None,
             next_sampling: FIRST_SAMPLING,
+            remembered: Remembered::default(),
         }
     }
 
@@ -129,8 +137,8 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            let look = look::look(&self.mesh, &self.part, &pose, &plane);
-            (self.sampling, self.seen) = (look.sampling, look.mesh);
+            let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
+            (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -161,13 +169,18 @@ impl Pipeline {
         self.projector.finish(|point| accept(mesh, running, point));
         self.mesh.flush();
         let points = self.points();
-        measurement::measure(&self.mesh, &self.part, &self.projector, points)
+        measurement::measure(&self.mesh, &self.part, &self.projector, points, &mut self.remembered)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
     /// batch, or for the plane of projection, are not in it.
     pub fn mesh(&self) -> (Cow<'_, [PointMm]>, Vec<[u32; 3]>) {
         (projection::measured(&self.mesh, &self.projector.plane()), self.mesh.triangles())
+    }
+
+    /// What to measure next, as of the last time the sampling was looked at; `None` before the first.
+    pub fn next(&self) -> Option<&Next> {
+        self.next.as_ref()
     }
 
     fn accept(&mut self, position_mm: PointMm) {

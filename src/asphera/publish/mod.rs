@@ -6,6 +6,7 @@
 //! | `GET /api/v1/snapshot` | the newest [`Snapshot`](crate::snapshot::Snapshot) as JSON |
 //! | `GET /api/v1/stream` | WebSocket: every new snapshot as JSON text, the newest wins |
 //! | `GET /api/v1/mesh.ply` | the mesh; 404 while there is none |
+//! | `GET /api/v1/waypoints.csv` | where to measure next: `region,x_mm,y_mm,z_mm`, measured frame; 404 while nothing is known |
 //! | `GET /api/v1/report` | the [`Report`](crate::report::Report) as JSON; 404 while there is none |
 //! | `GET /api/v1/links` | the links of the newest snapshot |
 //! | `GET /api/v1/health` | that the daemon answers, its version and state |

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
+use crate::pipeline::Waypoints;
 use crate::report::Report;
 use crate::snapshot::Snapshot;
 
@@ -15,6 +16,10 @@ pub trait Source: Send + Sync + 'static {
 
     /// The mesh as a PLY file, in mm; `None` while no point has landed. At most one runs at a time.
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>>;
+
+    /// Places to measure next, as comma-separated values; `None` while nothing is known of the sampling. At
+    /// most one runs at a time.
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>>;
 
     /// The report of the last session; `None` before the first one ended.
     fn report(&self) -> Option<Arc<Report>>;

@@ -61,9 +61,9 @@ impl Crumpled {
         Dense {
             spacing_median_mm: median_mm2.map(|area_mm2| (2.0 * area_mm2).sqrt()),
             overdense_fraction: known.map(|_| self.overdense_mm2 / self.area_mm2),
-            advice: known.zip(lfs_min_mm).and_then(|(sigma_mm, lfs_min_mm)| {
-                density.criteria.advice(sigma_mm, lfs_min_mm)
-            }),
+            advice: known
+                .zip(lfs_min_mm)
+                .and_then(|(sigma_mm, lfs_min_mm)| density.criteria.advice(sigma_mm, lfs_min_mm)),
         }
     }
 }

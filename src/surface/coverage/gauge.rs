@@ -109,7 +109,8 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Gauger<'_, F> {
             covered: vec![false; count],
         };
         let aperture_mm2 = self.aperture.map_or(0.0, |(aperture, _)| aperture.area_mm2());
-        let chunk = Chunk { gauger: self, at_points_mm: &at_points_mm, refined: &refined, aperture_mm2 };
+        let chunk =
+            Chunk { gauger: self, at_points_mm: &at_points_mm, refined: &refined, aperture_mm2 };
         let parts: Vec<Part> = columns
             .gaps_mm
             .par_chunks_mut(CHUNK)
@@ -204,8 +205,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
         let mut refined = self.refined[from..].iter().peekable();
         let from = left_out.partition_point(|&index| index < first);
         let mut left_out = left_out[from..].iter().peekable();
-        let mut part =
-            Part { covered: Tally::default(), open: Vec::new(), area: Sum::default() };
+        let mut part = Part { covered: Tally::default(), open: Vec::new(), area: Sum::default() };
         let Rows { gaps_mm, epsilons, areas_mm2, facets_mm2, covered } = rows;
         for row in 0..gaps_mm.len() {
             let index = first + row;
@@ -255,8 +255,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
                     part.covered.add_facet(density, &triangle, in_space_mm2);
                 }
             } else {
-                let standing =
-                    if is_left_out { Standing::Bridge } else { Standing::Undersampled };
+                let standing = if is_left_out { Standing::Bridge } else { Standing::Undersampled };
                 part.open.push(Gauged { index, standing, gap, lfs_mm, whereabouts, area_mm2 });
             }
         }

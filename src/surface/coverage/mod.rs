@@ -286,9 +286,8 @@ pub fn examine(
         Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
         None => (Reference::DataOutline, (!triangles.is_empty()).then(|| tally.area_mm2())),
     };
-    let dense = density.map(|density| {
-        tally.crumpled().dense(density, &columns.facets_mm2, tally.lfs_min_mm())
-    });
+    let dense = density
+        .map(|density| tally.crumpled().dense(density, &columns.facets_mm2, tally.lfs_min_mm()));
     let coverage = tally.coverage(reference, reference_mm2, &columns, found);
     Ok(Examination { coverage, covered: columns.covered, dense, area_mm2 })
 }

@@ -72,8 +72,7 @@ impl Weighted<'_> {
             }
             (areas, counts)
         });
-        let mut whole =
-            Histogram { range, shift, areas: vec![0.0; PARTS], counts: vec![0; PARTS] };
+        let mut whole = Histogram { range, shift, areas: vec![0.0; PARTS], counts: vec![0; PARTS] };
         for (areas, counts) in parts {
             whole.areas.iter_mut().zip(areas).for_each(|(sum, area)| *sum += area);
             whole.counts.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
@@ -181,8 +180,10 @@ mod tests {
     #[test]
     fn many_values_in_a_narrow_range_are_cut_again() {
         // All within a part in a thousand, but for one that is far off.
-        let values: Vec<f64> =
-            (0..200_000).map(|i| 1.0 + f64::from(i * 7_919 % 200_000) * 1e-8).chain([1e9]).collect();
+        let values: Vec<f64> = (0..200_000)
+            .map(|i| 1.0 + f64::from(i * 7_919 % 200_000) * 1e-8)
+            .chain([1e9])
+            .collect();
         let found = spread(&values, &vec![1.0; values.len()]).unwrap();
         assert_eq!(found.max, 1e9);
         assert_eq!(found.median, 1.0 + 100_000.0 * 1e-8);

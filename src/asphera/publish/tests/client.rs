@@ -14,6 +14,7 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
+use crate::pipeline::Waypoints;
 use crate::publish::{ControlError, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
 use crate::snapshot::{self, Connection, Convergence, LinkState, Map, Progress, Snapshot, State};
@@ -25,6 +26,7 @@ pub(super) const TOKEN: &str = "an-operators-token_01";
 pub(super) struct Station {
     pub(super) snapshots: watch::Sender<Arc<Snapshot>>,
     pub(super) mesh: Option<Vec<u8>>,
+    pub(super) waypoints: Option<Waypoints>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
     pub(super) started: Arc<AtomicUsize>,
@@ -36,6 +38,7 @@ impl Station {
         Station {
             snapshots: watch::Sender::new(Arc::new(snapshot(1, 0))),
             mesh: None,
+            waypoints: None,
             report: None,
             answer: Ok(()),
             started: Arc::default(),
@@ -55,6 +58,10 @@ impl Source for Station {
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
         Box::pin(async { self.mesh.clone() })
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+        Box::pin(async { self.waypoints.clone() })
     }
 
     fn report(&self) -> Option<Arc<Report>> {
