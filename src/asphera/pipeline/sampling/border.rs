@@ -22,17 +22,19 @@ pub(super) fn laid(
     pose: &Pose,
 ) -> Result<Option<coverage::Aperture>, ApertureError> {
     let border = Border { nominal, pose };
-    match *aperture {
-        Aperture::None => Ok(None),
-        Aperture::Circle { radius_mm } => border.disc(radius_mm).map(Some),
+    let laid = match *aperture {
+        Aperture::None => return Ok(None),
+        Aperture::Circle { radius_mm } => border.disc(radius_mm)?,
         Aperture::Annulus { inner_mm, outer_mm } if inner_mm > 0.0 => {
-            border.ring(inner_mm, outer_mm).map(Some)
+            border.ring(inner_mm, outer_mm)?
         }
-        Aperture::Annulus { outer_mm, .. } => border.disc(outer_mm).map(Some),
-        Aperture::Rectangle { width_mm, height_mm } => {
-            border.rectangle(width_mm, height_mm).map(Some)
-        }
+        Aperture::Annulus { outer_mm, .. } => border.disc(outer_mm)?,
+        Aperture::Rectangle { width_mm, height_mm } => border.rectangle(width_mm, height_mm)?,
+    };
+    if laid.area_mm2() < LEAST * aperture.area_mm2() {
+        return Err(ApertureError::Empty { line: 0 });
     }
+    Ok(Some(laid))
 }
 
 /// The largest distance from the axis of a place of the aperture in mm; none where every point counts.
@@ -131,6 +133,8 @@ impl Border<'_> {
 
 /// A sine up to which an axis is upright: it foreshortens by 5e-9.
 const UPRIGHT: f64 = 1e-4;
+/// What is left of an area that is seen from its side.
+const LEAST: f64 = 1e-6;
 /// Sides of a circle.
 const CIRCLE: usize = 720;
 /// Places along a side of a rectangle.

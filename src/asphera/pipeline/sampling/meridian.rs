@@ -32,7 +32,11 @@ impl Meridian {
         if *nominal == Nominal::Plane {
             return Ok(Meridian { scale_per_mm: 0.0, nodes_mm: vec![f64::INFINITY; 2] });
         }
-        let radius_mm = radius_mm.min(WITHIN * nominal.domain_mm());
+        let radius_mm = if radius_mm.is_nan() {
+            radius_mm
+        } else {
+            radius_mm.min(WITHIN * nominal.domain_mm())
+        };
         let disc = Disc { nominal: *nominal, radius_mm };
         let lfs = NominalLfs::new(disc, 2.0 * radius_mm / RASTER, TOLERANCE)?;
         let step_mm = radius_mm / (NODES - 1) as f64;
@@ -48,6 +52,9 @@ impl Meridian {
 
     /// At a distance from the axis in mm; beyond the disc that at its rim. None if it is not known.
     pub(super) fn at(&self, r_mm: f64) -> Option<f64> {
+        if r_mm.is_nan() {
+            return None;
+        }
         let last = self.nodes_mm.len() - 1;
         let at = (r_mm * self.scale_per_mm).min(last as f64);
         let node = (at as usize).min(last - 1);

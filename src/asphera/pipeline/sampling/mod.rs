@@ -280,12 +280,17 @@ impl Look<'_> {
                 return Findings::unknown(self.sampled, self.wanted, &self.scale, self.unknown);
             }
         };
-        if triangles.is_empty() {
-            self.unknown.push(nothing_spanned());
+        let nothing = if triangles.is_empty() {
+            Some(nothing_spanned())
         } else if coverage.gap_mm.is_none() {
-            self.unknown.push("no point was measured in the aperture".to_owned());
-        }
-        let areas = coverage.areas;
+            Some("no point was measured in the aperture".to_owned())
+        } else {
+            None
+        };
+        // Of an aperture that was not met at all it is not said that nothing of it is covered: more likely it
+        // lies elsewhere.
+        let areas = coverage.areas.filter(|_| nothing.is_none());
+        self.unknown.splice(..0, nothing);
         let at_max = match coverage.epsilon {
             Some(epsilon) if epsilon.max > 0.0 => coverage.epsilon_max_at_mm,
             _ => coverage.gap_max_at_mm,
@@ -306,7 +311,7 @@ impl Look<'_> {
             epsilon_max: coverage.epsilon.and_then(|epsilon| finite(epsilon.max)),
             epsilon_p99: coverage.epsilon.and_then(|epsilon| finite(epsilon.p99)),
             at_max_mm: at_max.map(|at_mm| plane.from_plane(at_mm)),
-            coverage: coverage.coverage(),
+            coverage: areas.and_then(|_| coverage.coverage()),
             undersampled_area_mm2: areas.map(|areas| areas.undersampled_mm2),
             uncovered_area_mm2: areas.map(|areas| areas.uncovered_mm2),
             noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),

@@ -92,9 +92,9 @@ pub(super) fn figures(coverage: &Coverage, lifted: &Lifted<'_>) -> Vec<NextFigur
             gap_max_mm: patch.gap_max_mm,
             spacing_needed_mm: patch.spacing.mm(),
             points_needed: patch.samples_needed().map(|count| count as u64),
-            at_mm: lifted.at(patch.inside_mm),
+            at_mm: rounded(lifted.at(patch.inside_mm)),
             polygons,
-            simplified_mm,
+            simplified_mm: (1e9 * simplified_mm).ceil() / 1e9,
         }
     };
     coverage.patches.iter().take(MOST_REGIONS).map(figures).collect()
@@ -129,7 +129,7 @@ fn drawn(patch: &Patch, lifted: &Lifted<'_>) -> (Vec<PolygonFigures>, f64) {
         }
     }
     let lift = |ring: &Vec<[f64; 2]>| -> Vec<PointMm> {
-        ring.iter().map(|&place| lifted.at(place)).collect()
+        ring.iter().map(|&place| rounded(lifted.at(place))).collect()
     };
     let polygons = found.iter().flatten().filter_map(|rings| {
         let (outline, holes) = rings.split_first()?;
@@ -168,6 +168,12 @@ fn simplified(ring: &Ring, tolerance_mm: f64) -> Vec<[f64; 2]> {
         }
     }
     places.iter().zip(keep).filter_map(|(&place, keep)| keep.then_some(place)).collect()
+}
+
+/// To a nanometre: a report with up to 5,000 corners is long enough.
+fn rounded(place_mm: PointMm) -> PointMm {
+    // Adding zero makes negative zero positive.
+    place_mm.map(|mm| (1e6 * mm).round() / 1e6 + 0.0)
 }
 
 /// From a place to the line between two others.

@@ -49,7 +49,9 @@ fn a_rectangle_of_missing_points_is_the_first_region_and_lies_where_it_is() {
     let [first] = &found.next[..] else { panic!("{found:?}") };
     assert!((first.area_mm2 / expected_mm2 - 1.0).abs() < 0.02, "{first:?}");
     assert!((first.adds_coverage.unwrap() - first.area_mm2 / 48.0).abs() < 1e-9);
-    assert!((found.uncovered_area_mm2.unwrap() / expected_mm2 - 1.0).abs() < 0.02);
+    assert!(found.uncovered_area_mm2.unwrap() > 0.8 * expected_mm2, "{found:?}");
+    let open_mm2 = found.uncovered_area_mm2.unwrap() + found.undersampled_area_mm2.unwrap();
+    assert!((open_mm2 - first.area_mm2).abs() < 1e-9);
     assert!((found.coverage.unwrap() + first.area_mm2 / 48.0 - 1.0).abs() < 1e-9);
     assert!(inside([first.at_mm[0], first.at_mm[1]]));
     let on_sphere = |[x, y, z]: PointMm| (x * x + y * y + (z - 20.0).powi(2)).sqrt() - 20.0;
@@ -104,7 +106,7 @@ fn what_cannot_be_known_is_said_and_is_no_number() {
     let part = SPHERE.replace("[sampling]", "[fit]\nfree = [\"tz\"]\n[sampling]");
     let beside = cap(|_| true).map(|[x, y, z]| [x + 30.0, y, z]);
     let found = measured(&part, beside).report.sampling;
-    assert_eq!((found.coverage, found.gap_max_mm, found.epsilon_max), (Some(0.0), None, None));
+    assert_eq!((found.coverage, found.gap_max_mm, found.epsilon_max), (None, None, None));
     assert!(found.unknown.iter().any(|reason| reason.contains("in the aperture")), "{found:?}");
     assert_eq!(found.next.len(), 1);
     assert!((found.next[0].area_mm2 - 48.0).abs() < 1e-9);
