@@ -20,7 +20,10 @@ use asphera_surface::{Mesh, PointMm};
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
-pub use sampling::{MOST_PLACES, Next, PointsSampling, Wanted, Waypoints, sampling_of_points};
+pub use sampling::{
+    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
+    sampling_of_points,
+};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
@@ -28,7 +31,6 @@ use crate::snapshot::{Convergence, Map};
 use crate::station::Point;
 use projection::Projector;
 use running::{History, Running};
-use sampling::Remembered;
 
 /// Takes the points of one part.
 pub struct Pipeline {

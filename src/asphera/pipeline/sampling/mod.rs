@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use self::measured::{Cells, Measured};
 use self::meridian::Meridian;
 use self::places::Lifted;
+use super::look::look;
 use super::projection::{Along, Projector};
 use crate::config::Part;
 use crate::report::SamplingFigures;
@@ -102,6 +103,22 @@ pub fn sampling_of_points(
     PointsSampling { figures: findings.figures, waypoints }
 }
 
+/// The sampling of a mesh in the frame of `plane`, of a part that lies there at `pose`: all that the final
+/// report says of it. `remembered` saves the second look at one part what only depends on its nominal.
+pub fn sampling_of_mesh(
+    mesh: &Mesh,
+    part: &Part,
+    pose: &Pose,
+    plane: &Plane,
+    remembered: &mut Remembered,
+) -> SamplingFigures {
+    let look = look(mesh, part, pose, plane, remembered);
+    let mut figures = look.sampling;
+    let sampled = Sampled { mesh, triangles: &look.triangles, plane };
+    count_islands(&mut figures, sampled, &look.covered);
+    figures
+}
+
 impl Findings {
     /// Counts the islands and holes of what is covered.
     fn count_islands(&mut self, sampled: Sampled<'_>) {
@@ -133,8 +150,8 @@ pub(crate) fn count_islands(figures: &mut SamplingFigures, sampled: Sampled<'_>,
 }
 
 /// The local feature size of a part that was looked at before, for the next look.
-#[derive(Default)]
-pub(crate) struct Remembered(Option<(f64, Meridian)>);
+#[derive(Clone, Debug, Default)]
+pub struct Remembered(Option<(f64, Meridian)>);
 
 /// Looks at the sampling of a part that lies at `pose` in the frame of the plane. Triangles of `left_out`,
 /// ascending indices, are not surface.
