@@ -221,7 +221,7 @@ pub struct SamplingFigures {
     pub next_more: u64,
     /// Their area in mm².
     pub next_more_area_mm2: f64,
-    /// How many pieces the part that is sampled densely enough is in; in the final report only.
+    /// How many pieces the part that is sampled densely enough is in.
     #[serde(default)]
     pub islands: Option<u64>,
     /// How many holes those pieces have.

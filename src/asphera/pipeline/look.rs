@@ -84,8 +84,6 @@ impl Look {
     /// Adds what is worth its time only once all points have arrived.
     /// `measured_mm` are the vertices in the measured frame.
     pub(super) fn finish(&mut self, mesh: &Mesh, measured_mm: &[PointMm]) {
-        let sampled = Sampled { mesh, triangles: &self.triangles, plane: &Plane::XY };
-        sampling::count_islands(&mut self.sampling, sampled, &self.covered);
         if !self.mesh.relief.folds.is_empty() {
             let found = projectable_along(measured_mm, &Relief::default());
             self.mesh.relief.projection =

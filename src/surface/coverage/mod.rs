@@ -59,6 +59,7 @@ pub use self::plan::{
 pub use self::polygon::{Polygon, Ring};
 pub use self::spread::Spread;
 pub use self::target::{Reach, Spacing, Target, TargetError};
+use crate::outline::{IslandCounts, island_counts};
 use crate::rim::Outline;
 use crate::triangle::Triangle;
 use crate::{PointMm, VertexId};
@@ -198,6 +199,9 @@ pub struct Examination {
     pub coverage: Coverage,
     /// For each triangle whether it is covered and has a part in the aperture.
     pub covered: Vec<bool>,
+    /// How many pieces and holes the covered part has; triangles across the border of the aperture count as
+    /// a whole.
+    pub islands: IslandCounts,
     /// How dense the samples are, if that was asked.
     pub dense: Option<Dense>,
     /// Area in space of all triangles in mm², wherever they are.
@@ -274,6 +278,10 @@ pub fn examine(
             tally.add_facet(density, &triangle, *facet_mm2);
         }
     }
+    let islands = hull
+        .as_deref()
+        .map(|hull| island_counts(points, triangles, &columns.covered, hull))
+        .unwrap_or_default();
     let found = match (aperture, hull) {
         (Some((aperture, border)), Some(hull)) if tally.meets() => {
             measured.inside(aperture, border, hull, open, &lfs_mm)?
@@ -289,7 +297,7 @@ pub fn examine(
     let dense = density
         .map(|density| tally.crumpled().dense(density, &columns.facets_mm2, tally.lfs_min_mm()));
     let coverage = tally.coverage(reference, reference_mm2, &columns, found);
-    Ok(Examination { coverage, covered: columns.covered, dense, area_mm2 })
+    Ok(Examination { coverage, covered: columns.covered, islands, dense, area_mm2 })
 }
 
 /// A mesh against a target.
@@ -400,6 +408,11 @@ impl Measured<'_> {
     ) -> Scene<'a> {
         Scene { points: self.points, border, frame, outer }
     }
+}
+
+#[cfg(test)]
+pub(crate) fn hull_of(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Option<Vec<VertexId>> {
+    hull(triangles, &Outline::new(points.len(), triangles))
 }
 
 /// How often the border is drawn anew; once is hardly ever needed.

@@ -51,11 +51,14 @@ struct Histogram {
     counts: Vec<u32>,
 }
 
-impl Weighted<'_> {
+impl<'a> Weighted<'a> {
     /// The smallest and the largest value, and the area of all.
     fn extent(&self) -> Option<(Range, f64)> {
-        let extents: Vec<Option<(Range, f64)>> = self.over_chunks(|entries| {
-            entries.map(|(bits, area)| (Range { low: bits, high: bits }, area)).reduce(joined)
+        let extents: Vec<Option<(Range, f64)>> = self.over_chunks(|chunk| {
+            chunk
+                .entries()
+                .map(|(bits, area)| (Range { low: bits, high: bits }, area))
+                .reduce(joined)
         });
         extents.into_iter().flatten().reduce(joined)
     }
@@ -63,9 +66,9 @@ impl Weighted<'_> {
     fn histogram(&self, range: Range) -> Histogram {
         let bits = u64::BITS - (range.high - range.low).leading_zeros();
         let shift = bits.saturating_sub(PARTS_BITS);
-        let parts: Vec<(Vec<f64>, Vec<u32>)> = self.over_chunks(|entries| {
+        let parts: Vec<(Vec<f64>, Vec<u32>)> = self.over_chunks(|chunk| {
             let (mut areas, mut counts) = (vec![0.0; PARTS], vec![0; PARTS]);
-            for (bits, area) in entries.filter(|&(bits, _)| range.contains(bits)) {
+            for (bits, area) in chunk.entries().filter(|&(bits, _)| range.contains(bits)) {
                 let part = ((bits - range.low) >> shift) as usize;
                 areas[part] += area;
                 counts[part] += 1;
@@ -105,8 +108,9 @@ impl Weighted<'_> {
         if histogram.counts[part] > FEW {
             return self.end_of(&self.histogram(range), wanted);
         }
-        let found: Vec<Vec<(u64, f64)>> =
-            self.over_chunks(|entries| entries.filter(|&(bits, _)| range.contains(bits)).collect());
+        let found: Vec<Vec<(u64, f64)>> = self.over_chunks(|chunk| {
+            chunk.entries().filter(|&(bits, _)| range.contains(bits)).collect()
+        });
         let mut entries: Vec<(u64, f64)> = found.into_iter().flatten().collect();
         entries.sort_by_key(|&(bits, _)| bits);
         let mut held = 0.0;
@@ -118,22 +122,20 @@ impl Weighted<'_> {
         f64::from_bits(bits)
     }
 
-    /// What `take` makes of the bits and areas of each chunk, in their order.
-    fn over_chunks<T: Send>(
-        &self,
-        take: impl Fn(&mut dyn Iterator<Item = (u64, f64)>) -> T + Sync,
-    ) -> Vec<T> {
+    /// The bits of the values that count, with their areas.
+    fn entries(self) -> impl Iterator<Item = (u64, f64)> + use<'a> {
+        let counts = |&(value, &area): &(&f64, &f64)| area > 0.0 && !value.is_nan();
+        // Adding zero makes negative zero positive.
+        let bits = |(value, &area): (&f64, &f64)| ((value + 0.0).to_bits(), area);
+        self.values.iter().zip(self.areas).filter(counts).map(bits)
+    }
+
+    /// What `take` makes of each chunk, in their order.
+    fn over_chunks<T: Send>(&self, take: impl Fn(Weighted<'_>) -> T + Sync) -> Vec<T> {
         self.values
             .par_chunks(CHUNK)
             .zip(self.areas.par_chunks(CHUNK))
-            .map(|(values, areas)| {
-                let entries = values.iter().zip(areas);
-                let mut sound = entries
-                    .filter(|&(value, &area)| area > 0.0 && !value.is_nan())
-                    // Adding zero makes negative zero positive.
-                    .map(|(value, &area)| ((value + 0.0).to_bits(), area));
-                take(&mut sound)
-            })
+            .map(|(values, areas)| take(Weighted { values, areas }))
             .collect()
     }
 }

@@ -135,7 +135,10 @@ impl Tally {
         found: Patches,
     ) -> Coverage {
         let areas = aperture_mm2.map(|aperture_mm2| {
-            let (covered_mm2, undersampled_mm2) = (self.covered.total(), self.undersampled.total());
+            let undersampled_mm2 = self.undersampled.total();
+            // Where nothing is left all is covered; the sum over triangles may differ by rounding.
+            let nothing_left = found.listed.is_empty() && found.remainder == 0;
+            let covered_mm2 = if nothing_left { aperture_mm2 } else { self.covered.total() };
             CoveredAreas {
                 aperture_mm2,
                 covered_mm2,

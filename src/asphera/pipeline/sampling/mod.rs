@@ -18,7 +18,7 @@ use asphera_surface::coverage::{
     Aperture, Coverage, CoverageError, Density, Examination, Target, examine,
 };
 use asphera_surface::noise::{Advice, Noise, NoiseEstimate, SpacingCriteria};
-use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, islands, topography};
+use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 use rayon::prelude::*;
 
 use self::measured::{Cells, Measured};
@@ -97,9 +97,8 @@ pub fn sampling_of_points(
     let folds: Vec<usize> =
         topography(mesh.points(), &triangles, &Relief::default()).triangles_of_folds().collect();
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
-    let mut findings = of_points(sampled, &folds, wanted);
+    let findings = of_points(sampled, &folds, wanted);
     let waypoints = findings.waypoints(sampled);
-    findings.count_islands(sampled);
     PointsSampling { figures: findings.figures, waypoints }
 }
 
@@ -112,19 +111,10 @@ pub fn sampling_of_mesh(
     plane: &Plane,
     remembered: &mut Remembered,
 ) -> SamplingFigures {
-    let look = look(mesh, part, pose, plane, remembered);
-    let mut figures = look.sampling;
-    let sampled = Sampled { mesh, triangles: &look.triangles, plane };
-    count_islands(&mut figures, sampled, &look.covered);
-    figures
+    look(mesh, part, pose, plane, remembered).sampling
 }
 
 impl Findings {
-    /// Counts the islands and holes of what is covered.
-    fn count_islands(&mut self, sampled: Sampled<'_>) {
-        count_islands(&mut self.figures, sampled, &self.covered);
-    }
-
     /// What to measure next on a part that lies at `pose` in the frame of the plane.
     pub(crate) fn next(&mut self, plane: &Plane, part: &Part, pose: &Pose) -> Option<Next> {
         let patches = std::mem::take(&mut self.coverage.as_mut()?.patches);
@@ -138,15 +128,6 @@ impl Findings {
         let patches = &self.coverage.as_ref()?.patches;
         Some(next::places_to_go(patches, self.otherwise_mm, &lifted))
     }
-}
-
-/// Adds to figures the islands and holes of what is covered: worth its time once all points have arrived.
-pub(crate) fn count_islands(figures: &mut SamplingFigures, sampled: Sampled<'_>, covered: &[bool]) {
-    let islands = islands(sampled.mesh.points(), sampled.triangles, covered);
-    let holes = || islands.iter().flat_map(|island| &island.holes);
-    figures.islands = Some(islands.len() as u64);
-    figures.holes = Some(holes().count() as u64);
-    figures.hole_max_mm2 = holes().map(|hole| hole.area_mm2).reduce(f64::max);
 }
 
 /// The local feature size of a part that was looked at before, for the next look.
@@ -192,7 +173,11 @@ pub(crate) fn of_part(
     let (tx, ty) = (pose.tx_mm, pose.ty_mm);
     // Tilts of a part are small, so the place is only shifted; a local feature size changes by no more than
     // the way between.
-    let lfs_mm = |x: f64, y: f64| meridian.as_ref()?.at((x - tx).hypot(y - ty));
+    let lfs_mm = |x: f64, y: f64| {
+        let (x, y) = (x - tx, y - ty);
+        // Not hypot, which is slower: a place of a mesh neither overflows nor vanishes.
+        meridian.as_ref()?.at((x * x + y * y).sqrt())
+    };
     let counts = |point: PointMm| {
         let [x, y, _] = pose.to_part(point);
         part.aperture.contains(x, y)
@@ -290,7 +275,7 @@ impl Look<'_> {
             density.as_ref(),
             lfs_mm,
         );
-        let Examination { coverage, covered, dense, area_mm2 } = match examined {
+        let Examination { coverage, covered, islands, dense, area_mm2 } = match examined {
             Ok(examination) => examination,
             Err(error) => {
                 self.unknown.push(not_examined(&error));
@@ -340,9 +325,9 @@ impl Look<'_> {
             next_more_area_mm2: (all_mm2 - shown_mm2).max(0.0),
             unknown: self.unknown,
             as_of_points: mesh.counts().pushed,
-            islands: None,
-            holes: None,
-            hole_max_mm2: None,
+            islands: areas.map(|_| islands.islands),
+            holes: areas.map(|_| islands.holes),
+            hole_max_mm2: areas.and(islands.hole_max_mm2),
         };
         let coverage = Some(coverage);
         Findings { figures, covered, area_mm2, coverage, otherwise_mm: target.spacing_mm }
