@@ -69,8 +69,11 @@ pub struct Progress {
     pub fraction: Option<f64>,
     /// Points a second over the last second.
     pub rate_hz: f64,
-    /// Seconds left at that rate, where it is known.
+    /// Seconds left at that rate by the scan plan, where it is known.
     pub eta_s: Option<f64>,
+    /// Seconds left at that rate until all of the aperture is covered, as densely as the points lie so far, where
+    /// that is known; as of `sampling.as_of_points`.
+    pub eta_coverage_s: Option<f64>,
     /// Points received but not yet in the mesh.
     pub pending_points: u64,
 }

@@ -58,7 +58,7 @@ pub use mesh::{
     Revision,
 };
 pub use outcome::{Counts, Outcome, VertexId};
-pub use outline::{Contour, Island, islands};
+pub use outline::{Contour, Island, IslandCounts, islands};
 pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
 pub use projection::{

@@ -192,6 +192,9 @@ impl Core {
                 Asked::MeshPly(reply) => {
                     let _ = reply.send(measurement.and_then(results::finished_mesh_ply));
                 }
+                Asked::Next(reply) => {
+                    let _ = reply.send(measurement.and_then(|done| done.next.clone()));
+                }
                 Asked::Maps(reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.maps()));
                 }
@@ -209,6 +212,7 @@ impl Core {
                 Some(Session { ending: None, worker, .. }) => match asked {
                     Asked::MeshPly(reply) => worker.mesh_ply(reply).await,
                     Asked::Section(request, reply) => worker.section(request, reply).await,
+                    Asked::Next(reply) => worker.next(reply).await,
                     Asked::Maps(reply) => {
                         let figures = worker.figures();
                         let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));

@@ -18,7 +18,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::Measurement;
+use crate::pipeline::{Measurement, Next, Waypoints};
 use crate::publish::{ControlError, Source};
 use crate::report::Report;
 use crate::section::{Cut, SectionRequest};
@@ -104,6 +104,7 @@ enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
+    Next(oneshot::Sender<Option<Next>>),
 }
 
 impl Station {
@@ -185,6 +186,14 @@ impl Source for Handle {
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
         Box::pin(self.ask(move |reply| Asked::Section(request, reply)))
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+        Box::pin(async {
+            let next = self.ask(Asked::Next).await?;
+            // Up to 200,000 places are worth a thread of their own.
+            tokio::task::spawn_blocking(move || next.waypoints()).await.ok()
+        })
     }
 
     fn report(&self) -> Option<Arc<Report>> {

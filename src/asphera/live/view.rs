@@ -7,9 +7,11 @@ use asphera_link::Nanos;
 use tokio::sync::watch;
 
 use super::Finished;
+use asphera_surface::coverage::{Progress as Left, completion};
+
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
-use crate::report::SessionFigures;
+use crate::report::{SamplingFigures, SessionFigures};
 use crate::snapshot::{Connection, FORMAT, LinkState, MapsState, Progress, Snapshot, State};
 use crate::station::{Bench, Line};
 
@@ -76,6 +78,7 @@ impl View {
         self.snapshot.verdict = report.verdict.clone();
         self.snapshot.progress.pending_points = 0;
         self.snapshot.progress.eta_s = None;
+        self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
             let convergence = &mut self.snapshot.convergence;
             convergence.points.push(report.points.used);
@@ -140,6 +143,7 @@ impl View {
                 done,
                 self.expected_points,
                 snapshot.progress.pending_points,
+                &snapshot.sampling,
             );
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
@@ -167,13 +171,28 @@ fn empty(station: &str) -> Snapshot {
     }
 }
 
-fn progress(rate_hz: f64, done: u64, expected: Option<u64>, pending_points: u64) -> Progress {
-    let left = expected.map(|expected| expected.saturating_sub(done) as f64);
+fn progress(
+    rate_hz: f64,
+    done: u64,
+    expected: Option<u64>,
+    pending_points: u64,
+    sampling: &SamplingFigures,
+) -> Progress {
+    let open_mm2 = sampling.undersampled_area_mm2.zip(sampling.uncovered_area_mm2);
+    let density = sampling.spacing_median_mm.map(|spacing_mm| (spacing_mm * spacing_mm).recip());
+    let left = completion(&Left {
+        area_left_mm2: open_mm2.map_or(0.0, |(undersampled, uncovered)| undersampled + uncovered),
+        points_per_mm2: density.filter(|density| open_mm2.is_some() && density.is_finite()),
+        points_left: expected.map(|expected| expected.saturating_sub(done) as f64),
+        rate_hz,
+    })
+    .ok();
     Progress {
         expected_points: expected,
         fraction: expected.map(|expected| (done as f64 / expected as f64).min(1.0)),
         rate_hz,
-        eta_s: left.filter(|_| rate_hz > 0.0).map(|left| left / rate_hz),
+        eta_s: left.and_then(|left| left.by_plan_s),
+        eta_coverage_s: left.and_then(|left| left.by_coverage_s),
         pending_points,
     }
 }

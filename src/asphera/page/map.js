@@ -104,8 +104,8 @@ export class PartMap {
     const { limit } = chart;
     drawBar(pen, frame, { table: this.#table, low: layer.signed ? -scale : 0, high: scale, unit: layer.unit, limit, cut });
     this.#clipped(pen, () => {
-      drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
       if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
+      drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
     });
     this.#drawMarks(pen);
     if (this.#cell) drawCursor(pen, frame, chart, this.#cell);

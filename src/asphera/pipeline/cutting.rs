@@ -9,6 +9,7 @@ use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 
 use super::look::look;
 use super::maps::maps;
+use super::sampling::Remembered;
 use crate::config::Part;
 use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
 use crate::snapshot::SamplingMaps;
@@ -59,6 +60,8 @@ pub(super) struct Setting {
     pub(super) grid: Option<MapGrid>,
     /// Tells the maps from those made before.
     pub(super) maps_version: u64,
+    /// The local feature size of the last look.
+    pub(super) remembered: Remembered,
 }
 
 impl FinishedMesh {
@@ -74,11 +77,13 @@ impl FinishedMesh {
     /// Maps of the sampling; `None` where there are too few points for a grid. Made when first asked for, in
     /// time in proportion to the points, so that nobody waits for them who does not look.
     pub fn maps(&self) -> Option<Arc<SamplingMaps>> {
-        let Setting { part, plane, lies, grid, maps_version, .. } = &self.setting;
+        let Setting { part, plane, lies, grid, maps_version, remembered, .. } = &self.setting;
         let make = || {
             let pose = lies.map(|(_, pose)| pose).unwrap_or_default();
-            let seen = look(&self.mesh, part, &pose, plane);
-            maps(&self.mesh, &seen.survey, &seen.sampling, part, &pose, &(*grid)?, *maps_version)
+            let mut remembered = remembered.clone();
+            let seen = look(&self.mesh, part, &pose, plane, &mut remembered);
+            let lfs_mm = remembered.lfs_mm(&pose);
+            maps(&self.mesh, &seen, part, &pose, &(*grid)?, *maps_version, lfs_mm)
                 .ok()
                 .map(Arc::new)
         };

@@ -1,44 +1,33 @@
 //! Maps of the sampling: what was seen of the mesh, on the cells of the deviation map.
 
 use asphera_form::{Aperture, Grid as MapGrid, Pose};
-use asphera_surface::curvature::{Adjacency, AdjacencyError};
-use asphera_surface::noise::{Noise, NoiseSettings, NoiseUnknown, estimate_noise};
-use asphera_surface::{Criteria, Grid, Mesh, PointMm, RasterError, Survey, VertexId, chart};
-use thiserror::Error;
+use asphera_surface::noise::{Along, Noise};
+use asphera_surface::{Criteria, Grid, Mesh, PointMm, RasterError, VertexId, chart};
 
-use super::figures::lfs_mm;
+use super::look::Look;
 use crate::config::Part;
-use crate::report::SamplingFigures;
 use crate::snapshot::{MAPS_FORMAT, MapLayer, SamplingMaps};
 
-/// Why there are no maps, or none of the noise.
-#[derive(Debug, Error)]
-enum Unknown {
-    #[error(transparent)]
-    Noise(#[from] NoiseUnknown),
-    #[error(transparent)]
-    Neighbours(#[from] AdjacencyError),
-}
-
-/// Maps of what a survey saw, in the part frame, on the cells of `grid`. `version` tells them from others of
-/// the same part. A part is taken to lie at `pose` in the frame of the mesh.
+/// Maps of what was seen, in the part frame, on the cells of `grid`. `version` tells them from others of the
+/// same part. A part is taken to lie at `pose` in the frame of the mesh, with a local feature size of
+/// `lfs_mm` there.
 ///
 /// # Errors
 ///
 /// When the grid is none.
 pub(super) fn maps(
     mesh: &Mesh,
-    survey: &Survey,
-    sampling: &SamplingFigures,
+    look: &Look,
     part: &Part,
     pose: &Pose,
     grid: &MapGrid,
     version: u64,
+    lfs_mm: impl Fn(f64, f64) -> Option<f64>,
 ) -> Result<SamplingMaps, RasterError> {
     let points = mesh.points();
-    let triangles: Vec<[VertexId; 3]> = survey.triangles().map(|(corners, _)| corners).collect();
-    let good: Vec<[VertexId; 3]> = survey.good().collect();
-    let noise = noise(points, &good);
+    let sampling = &look.sampling;
+    let sigma_nm = sampling.noise_sigma_nm;
+    let noise = sigma_nm.and_then(|sigma_nm| Noise::new(1e-6 * sigma_nm, Along::Z).ok());
     let nodes = nodes(grid);
     let criteria = Criteria {
         gap_limit_mm: sampling.gap_limit_mm,
@@ -52,16 +41,14 @@ pub(super) fn maps(
             (0..3).map(|row| turn[row][column] * (point[row] - shift_mm[row])).sum::<f64>()
         })
     };
-    let lfs_mm = lfs_mm(&part.nominal, pose);
-    let found = chart(
-        points,
-        &triangles,
-        &criteria,
-        noise.as_ref().ok().copied(),
-        &nodes,
-        on_chart,
-        |x, y| Some(lfs_mm(x, y)),
-    )?;
+    // What counts is where the centre of a triangle lies.
+    let inside = |corners: &[VertexId; 3]| {
+        let places = corners.map(|corner| on_chart(points[corner as usize]));
+        let [x, y] = [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / 3.0);
+        part.aperture.contains(x, y)
+    };
+    let triangles: Vec<[VertexId; 3]> = look.triangles.iter().copied().filter(inside).collect();
+    let found = chart(points, &triangles, &criteria, noise, &nodes, on_chart, lfs_mm)?;
     let layer = |values: &[Option<f64>], limit: Option<f64>| MapLayer {
         limit,
         values: values.iter().map(|value| value.and_then(four_digits)).collect(),
@@ -83,15 +70,13 @@ pub(super) fn maps(
         // Noise may turn a facet by as much as the surface may turn over a gap.
         tilt_mrad: layer(&in_mrad, Some(1e3 * part.epsilon_limit)),
         undersampled: layer(&whole(&found.undersampled, &nodes, &part.aperture), None),
-        noise_sigma_nm: noise.as_ref().ok().map(|noise| 1e6 * noise.sigma_mm()),
-        noise_unknown: noise.err().map(|why| why.to_string()),
+        noise_sigma_nm: sigma_nm,
+        noise_unknown: sampling
+            .unknown
+            .iter()
+            .find_map(|why| why.strip_prefix("the noise is not known: ").map(str::to_owned))
+            .or_else(|| sigma_nm.is_none().then(|| "it was not estimated".to_owned())),
     })
-}
-
-/// The noise of the heights, from a fixed number of neighbourhoods on well-sampled surface.
-fn noise(points: &[PointMm], good: &[[VertexId; 3]]) -> Result<Noise, Unknown> {
-    let adjacency = Adjacency::new(points, good, None)?;
-    Ok(estimate_noise(points, &adjacency, &NoiseSettings::default())?.noise)
 }
 
 /// A node in the middle of every cell.

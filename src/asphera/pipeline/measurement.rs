@@ -1,7 +1,7 @@
 //! The final figures of one part.
 
 use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
-use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
+use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
 use super::figures;
@@ -9,6 +9,7 @@ use super::judgement::judge;
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
 use super::running::fit_settings;
+use super::sampling::{Next, Remembered};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
 
@@ -28,6 +29,8 @@ pub struct Measurement {
     pub deviations_nm: Vec<f64>,
     /// The deviation on a regular grid of the plane of projection; `None` without a fit or without area.
     pub map: Option<DeviationMap>,
+    /// What to measure next; `None` where that is not known.
+    pub next: Option<Next>,
 }
 
 /// A deviation map on a regular grid.
@@ -48,15 +51,16 @@ pub(super) fn measure(
     mut points: Points,
     grid: Option<MapGrid>,
     maps_version: u64,
+    mut remembered: Remembered,
 ) -> Measurement {
     let plane = projector.plane();
     let result = fit(mesh.points(), &part.nominal, &fit_settings(&part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
     let points_mm = measured(&mesh, &plane);
-    let mut look = look(&mesh, &part, &pose, &plane);
+    let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
-    let Look { triangles, survey, mesh: seen, sampling } = look;
+    let Look { triangles, covered, mesh: seen, sampling, next } = look;
     let (deviations_mm, found) = match &result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
@@ -79,7 +83,8 @@ pub(super) fn measure(
         .map(|(fit, found)| figures::form(&part, fit, found, &plane));
     let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map = form.as_ref().and_then(|_| deviation_map(&mesh, &survey, &deviations_nm));
+    let map =
+        form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,
@@ -88,6 +93,7 @@ pub(super) fn measure(
         gap_limit_mm: sampling.gap_limit_mm,
         grid,
         maps_version,
+        remembered,
     };
     Measurement {
         report: Report {
@@ -106,6 +112,7 @@ pub(super) fn measure(
         triangles,
         deviations_nm,
         map,
+        next,
     }
 }
 
@@ -124,7 +131,11 @@ fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>)
 
 /// The deviation at nodes as far apart as the points are on average, over well-sampled triangles in the
 /// aperture only: a gap is never bridged.
-fn deviation_map(mesh: &Mesh, survey: &Survey, deviations_nm: &[f64]) -> Option<DeviationMap> {
+fn deviation_map(
+    mesh: &Mesh,
+    (triangles, covered): (&[[VertexId; 3]], &[bool]),
+    deviations_nm: &[f64],
+) -> Option<DeviationMap> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for point in mesh.points() {
         for axis in 0..2 {
@@ -148,7 +159,9 @@ fn deviation_map(mesh: &Mesh, survey: &Survey, deviations_nm: &[f64]) -> Option<
         nx,
         ny,
     };
-    let values_nm = rasterize(mesh.points(), survey.good(), deviations_nm, &grid).ok()?;
+    let good =
+        triangles.iter().zip(covered).filter_map(|(&corners, &good)| good.then_some(corners));
+    let values_nm = rasterize(mesh.points(), good, deviations_nm, &grid).ok()?;
     Some(DeviationMap { grid, values_nm })
 }
 

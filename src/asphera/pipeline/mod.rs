@@ -12,6 +12,7 @@ mod maps;
 mod measurement;
 mod projection;
 mod running;
+pub(crate) mod sampling;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -23,6 +24,10 @@ pub use cutting::FinishedMesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+pub use sampling::{
+    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
+    sampling_of_points,
+};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
@@ -50,8 +55,11 @@ pub struct Pipeline {
     maps: Option<Arc<SamplingMaps>>,
     /// How often it was looked at.
     looks: u64,
+    /// What to measure next, as of then.
+    next: Option<Next>,
     /// Points at which it is looked at again.
     next_sampling: u64,
+    remembered: Remembered,
 }
 
 /// The running figures of a part.
@@ -94,7 +102,9 @@ impl Pipeline {
             seen: MeshFigures::default(),
             maps: None,
             looks: 0,
+            next: None,
             next_sampling: FIRST_SAMPLING,
+            remembered: Remembered::default(),
         }
     }
 
@@ -142,15 +152,15 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            let look = look::look(&self.mesh, &self.part, &pose, &plane);
+            let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
             self.looks += 1;
             self.maps = self.running.grid().and_then(|grid| {
-                let (survey, sampling) = (&look.survey, &look.sampling);
-                maps::maps(&self.mesh, survey, sampling, &self.part, &pose, &grid, self.looks)
+                let lfs_mm = self.remembered.lfs_mm(&pose);
+                maps::maps(&self.mesh, &look, &self.part, &pose, &grid, self.looks, lfs_mm)
                     .ok()
                     .map(Arc::new)
             });
-            (self.sampling, self.seen) = (look.sampling, look.mesh);
+            (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -183,7 +193,8 @@ impl Pipeline {
         self.mesh.flush();
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
-        measurement::measure(self.mesh, self.part, &self.projector, points, grid, version)
+        let (mesh, remembered) = (self.mesh, self.remembered);
+        measurement::measure(mesh, self.part, &self.projector, points, grid, version, remembered)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
@@ -206,6 +217,11 @@ impl Pipeline {
         let lies = estimate.as_ref().map(|estimate| (&estimate.nominal, &estimate.pose));
         let gap_limit_mm = self.sampling.gap_limit_mm.or(self.part.gap_limit_mm);
         Some(cutting::cut(&self.mesh, &self.part, lies, gap_limit_mm, request))
+    }
+
+    /// What to measure next, as of the last time the sampling was looked at; `None` before the first.
+    pub fn next(&self) -> Option<&Next> {
+        self.next.as_ref()
     }
 
     fn accept(&mut self, position_mm: PointMm) {

@@ -25,6 +25,7 @@ pub(super) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/v1/mesh.ply", get(mesh))
         .route("/api/v1/maps", get(maps))
         .route("/api/v1/section", get(section))
+        .route("/api/v1/waypoints.csv", get(waypoints))
         .route("/api/v1/report", get(report))
         .route("/api/v1/links", get(links))
         .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
@@ -137,6 +138,22 @@ async fn section(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {
 fn no_mesh() -> Problem {
     Problem::new(StatusCode::NOT_FOUND, "there is no mesh yet")
         .expected("a session with at least one point")
+}
+
+async fn waypoints(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.waypoints().await {
+        Some(waypoints) => {
+            let headers = [
+                (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+                (header::CONTENT_DISPOSITION, "attachment; filename=\"waypoints.csv\""),
+            ];
+            (headers, waypoints.csv).into_response()
+        }
+        None => Problem::new(StatusCode::NOT_FOUND, "nothing is known of the sampling yet")
+            .expected("a session with some thousand points, or one that ended")
+            .into_response(),
+    }
 }
 
 async fn open_stream(

@@ -8,6 +8,7 @@
 //! | `GET /api/v1/mesh.ply` | the mesh; 404 while there is none |
 //! | `GET /api/v1/maps` | the [`SamplingMaps`](crate::snapshot::SamplingMaps) as JSON, with an `ETag`; 404 while there are none |
 //! | `GET /api/v1/section?…` | the [`SectionReport`](crate::section::SectionReport) of the mesh as it is now: see below |
+//! | `GET /api/v1/waypoints.csv` | where to measure next: `region,x_mm,y_mm,z_mm`, measured frame; 404 while nothing is known |
 //! | `GET /api/v1/report` | the [`Report`](crate::report::Report) as JSON; 404 while there is none |
 //! | `GET /api/v1/links` | the links of the newest snapshot |
 //! | `GET /api/v1/health` | that the daemon answers, its version and state |

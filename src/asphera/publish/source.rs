@@ -5,6 +5,7 @@ use std::sync::Arc;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
+use crate::pipeline::Waypoints;
 use crate::report::Report;
 use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{SamplingMaps, Snapshot};
@@ -22,6 +23,9 @@ pub trait Source: Send + Sync + 'static {
 
     /// A section of the mesh as it is now.
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut>;
+    /// Places to measure next, as comma-separated values; `None` while nothing is known of the sampling. At
+    /// most one runs at a time.
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>>;
 
     /// The report of the last session; `None` before the first one ended.
     fn report(&self) -> Option<Arc<Report>>;

@@ -14,6 +14,7 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
+use crate::pipeline::Waypoints;
 use crate::publish::{ControlError, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
 use crate::section::{Cut, SectionRequest, cut_points};
@@ -31,6 +32,7 @@ pub(super) struct Station {
     pub(super) maps: Option<Arc<SamplingMaps>>,
     /// Of the surface that is cut.
     pub(super) points: Vec<[f64; 3]>,
+    pub(super) waypoints: Option<Waypoints>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
     pub(super) started: Arc<AtomicUsize>,
@@ -44,6 +46,7 @@ impl Station {
             mesh: None,
             maps: None,
             points: Vec::new(),
+            waypoints: None,
             report: None,
             answer: Ok(()),
             started: Arc::default(),
@@ -71,6 +74,10 @@ impl Source for Station {
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
         Box::pin(async move { cut_points(&self.points, &request) })
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+        Box::pin(async { self.waypoints.clone() })
     }
 
     fn report(&self) -> Option<Arc<Report>> {

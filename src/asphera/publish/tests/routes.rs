@@ -1,5 +1,6 @@
 //! What each address answers.
 
+use crate::pipeline::Waypoints;
 use std::error::Error as _;
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ async fn mesh_and_report_say_why_there_is_none() {
     let server = Running::start(&Station::new()).await;
     assert!(server.get("/api/v1/mesh.ply").await.problem(404).contains("no mesh yet"));
     assert!(server.get("/api/v1/report").await.problem(404).contains("no report yet"));
+    let problem = server.get("/api/v1/waypoints.csv").await.problem(404);
+    assert!(problem.contains("sampling"), "{problem}");
     server.end().await;
 }
 
@@ -52,6 +55,19 @@ async fn mesh_is_a_file_byte_for_byte() {
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("content-disposition"), Some("attachment; filename=\"mesh.ply\""));
     assert_eq!(answer.body, ply);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn waypoints_are_columns_of_text() {
+    let mut station = Station::new();
+    let csv = "region,x_mm,y_mm,z_mm\n1,0.5,-2.000000,0.1\n".to_owned();
+    station.waypoints = Some(Waypoints { csv: csv.clone(), places: 1, regions: 1, left_out: 0 });
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/waypoints.csv").await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.header("content-type"), Some("text/csv; charset=utf-8"));
+    assert_eq!(answer.body, csv.into_bytes());
     server.end().await;
 }
 
