@@ -175,24 +175,53 @@ pub struct RepeatFigures {
     pub spread_nm: Option<f64>,
 }
 
-/// The state of the sampling. See `asphera_surface::sampling` for the definitions.
+/// The state of the sampling: see `asphera_surface::coverage` for the definitions. What is not known is
+/// absent, and `unknown` says why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SamplingFigures {
-    /// Largest gap of the well-sampled triangles and all others inside the aperture, in mm.
+    /// Smallest local feature size inside the aperture, in mm. Absent if it is not known, or if there is
+    /// none, as on a plane: ε is 0 there.
+    pub lfs_min_mm: Option<f64>,
+    /// Where the local feature size comes from: `nominal`, `measured` (medial balls of the points) or
+    /// `curvature` (of the points, an upper bound: ε is then a lower one).
+    pub lfs_source: Option<String>,
+    /// Largest gap inside the aperture, in mm: the largest distance from the surface to its nearest point.
     pub gap_max_mm: Option<f64>,
-    /// Largest gap over local feature size.
-    pub epsilon_max: Option<f64>,
-    /// Area-weighted 99th percentile of gap over local feature size.
-    pub epsilon_p99: Option<f64>,
-    /// Share of the reference area that is sampled densely enough, 0 to 1.
-    pub coverage: Option<f64>,
-    /// Area that is not sampled densely enough, in mm².
-    pub undersampled_area_mm2: Option<f64>,
+    /// Area-weighted 99th percentile of the gap.
+    pub gap_p99_mm: Option<f64>,
     /// Largest gap allowed, in mm: the nominal's, or else four times the average distance of the points.
     pub gap_limit_mm: Option<f64>,
-    /// Largest gap over local feature size allowed.
-    pub epsilon_limit: f64,
-    /// How many pieces the part that is sampled densely enough is in; in the final report only.
+    /// Largest ε allowed: gap over local feature size.
+    pub epsilon_target: f64,
+    /// Largest ε.
+    pub epsilon_max: Option<f64>,
+    /// Area-weighted 99th percentile of ε.
+    pub epsilon_p99: Option<f64>,
+    /// Where ε is largest, or where it is nowhere above 0 the gap; measured frame, mm.
+    pub at_max_mm: Option<[f64; 3]>,
+    /// Share of the aperture that is sampled densely enough, 0 to 1; where every point counts, of the outline
+    /// of the points.
+    pub coverage: Option<f64>,
+    /// Projected area that was scanned, but not densely enough, in mm².
+    pub undersampled_area_mm2: Option<f64>,
+    /// Projected area that was not scanned, in mm².
+    pub uncovered_area_mm2: Option<f64>,
+    /// Standard deviation of the heights from point to point, along the direction of projection, in nm.
+    pub noise_sigma_nm: Option<f64>,
+    /// Half of the surface has facets of this spacing in mm or less.
+    pub spacing_median_mm: Option<f64>,
+    /// Share of the surface whose points are so near to each other that their noise turns facets by more than
+    /// ε rad.
+    pub overdense_fraction: Option<f64>,
+    /// The spacing in mm that satisfies ε and noise everywhere. Absent if there is none or any will do.
+    pub spacing_recommended_mm: Option<f64>,
+    /// What to measure next: regions that are not covered, those first that add most to the coverage.
+    pub next: Vec<NextFigures>,
+    /// How many more regions there are, those too small to be listed included.
+    pub next_more: u64,
+    /// Their area in mm².
+    pub next_more_area_mm2: f64,
+    /// How many pieces the part that is sampled densely enough is in.
     #[serde(default)]
     pub islands: Option<u64>,
     /// How many holes those pieces have.
@@ -201,8 +230,47 @@ pub struct SamplingFigures {
     /// The largest of these holes, in mm².
     #[serde(default)]
     pub hole_max_mm2: Option<f64>,
+    /// Why something is not known.
+    pub unknown: Vec<String>,
     /// How many points had arrived when these figures were made.
     pub as_of_points: u64,
+}
+
+/// A region that is not covered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NextFigures {
+    /// Its projected area in mm².
+    pub area_mm2: f64,
+    /// Of this, what was scanned, but not densely enough.
+    pub undersampled_mm2: f64,
+    /// Of this, what was not scanned.
+    pub uncovered_mm2: f64,
+    /// What measuring it adds to the coverage, 0 to 1.
+    pub adds_coverage: Option<f64>,
+    /// Largest ε in it; absent outside the outline of the points.
+    pub epsilon_max: Option<f64>,
+    /// Largest gap in it, in mm; absent outside the outline of the points.
+    pub gap_max_mm: Option<f64>,
+    /// The spacing of points it needs, along the surface, in mm.
+    pub spacing_needed_mm: Option<f64>,
+    /// How many points that are.
+    pub points_needed: Option<u64>,
+    /// A place inside, measured frame, mm.
+    pub at_mm: [f64; 3],
+    /// Where it lies, the largest piece first.
+    pub polygons: Vec<PolygonFigures>,
+    /// How far the lines of the polygons were moved to have fewer corners, in mm; 0 where they are as found.
+    pub simplified_mm: f64,
+}
+
+/// A polygon with holes, seen along the direction of projection. Places are in the measured frame, at the
+/// height of the nominal as it lies, or without one at that of the points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PolygonFigures {
+    /// Its corners, counter-clockwise, mm.
+    pub outline_mm: Vec<[f64; 3]>,
+    /// Its holes, clockwise.
+    pub holes_mm: Vec<Vec<[f64; 3]>>,
 }
 
 /// Nominal, fit and deviation.

@@ -2,15 +2,61 @@
 //!
 //! Nothing here reads a file or a clock: it is for whoever has a mesh, finished or still growing.
 
-use asphera_surface::Mesh;
 use asphera_surface::sections::{
     CircleFit, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError, SectionPath,
     section,
 };
+use asphera_surface::{Mesh, VertexId};
 use serde::Serialize;
 
 /// Version of the layout.
 pub const FORMAT: &str = "asphera.section/1";
+
+/// What is asked of a mesh that is cut. Lengths in mm, in the frame of the mesh: u and v of the plane of
+/// projection, which along z are x and y of the measured frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SectionRequest {
+    /// From one place to another.
+    Line {
+        /// Where it starts.
+        from_mm: [f64; 2],
+        /// Where it ends.
+        to_mm: [f64; 2],
+    },
+    /// Around a centre, counter-clockwise from its right.
+    Circle {
+        /// The centre.
+        centre_mm: [f64; 2],
+        /// The radius.
+        radius_mm: f64,
+    },
+    /// From a centre outwards.
+    Radius {
+        /// The centre; without it that of the nominal as fitted, or before a fit the origin.
+        centre_mm: Option<[f64; 2]>,
+        /// The direction, counter-clockwise from x.
+        angle_rad: f64,
+    },
+}
+
+/// What comes of a request: a section, or why the mesh cannot be cut like that; `None` while no point has
+/// landed.
+pub type Cut = Option<Result<SectionReport, SectionError>>;
+
+impl SectionRequest {
+    /// The path, where the nominal's centre lies at `fitted_mm`.
+    pub fn path(&self, fitted_mm: [f64; 2]) -> SectionPath {
+        match *self {
+            SectionRequest::Line { from_mm, to_mm } => SectionPath::Segment { from_mm, to_mm },
+            SectionRequest::Circle { centre_mm, radius_mm } => {
+                SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 }
+            }
+            SectionRequest::Radius { centre_mm, angle_rad } => {
+                SectionPath::Radius { centre_mm: centre_mm.unwrap_or(fitted_mm), angle_rad }
+            }
+        }
+    }
+}
 
 /// A section and its figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -156,7 +202,11 @@ pub struct Columns {
     pub deviation_nm: Option<Vec<Option<f64>>>,
 }
 
-/// Cuts a mesh along a path. `deviations_nm` has one value a vertex, NaN where there is none.
+/// Gives the deviations of vertices in nm, in their order.
+pub type Deviations<'a> = dyn Fn(&[VertexId]) -> Vec<f64> + 'a;
+
+/// Cuts a mesh along a path. `deviations_nm` gives the deviations of the vertices it is asked for, those of
+/// the triangles met, in their order; NaN where there is none.
 ///
 /// Takes time in proportion to the triangles met: it may be asked for while measuring.
 ///
@@ -167,14 +217,15 @@ pub fn report(
     mesh: &Mesh,
     path: &SectionPath,
     gap_limit_mm: Option<f64>,
-    deviations_nm: Option<&[f64]>,
+    deviations_nm: Option<&Deviations>,
 ) -> Result<SectionReport, SectionError> {
     let found = section(mesh, path, gap_limit_mm)?;
+    let met = deviations_nm.map(|of| Met::new(&found, of));
     let mut reasons = Vec::new();
     let straight = !matches!(path, SectionPath::Circle { .. });
     let height = height(&Profile::heights(&found), straight, &mut reasons);
-    let deviation = deviations_nm.and_then(|all_nm| {
-        let profile = Profile::of(&found, |vertex| all_nm[vertex as usize] * 1e-6);
+    let deviation = met.as_ref().and_then(|met| {
+        let profile = Profile::of(&found, |vertex| met.deviation_nm(vertex) * 1e-6);
         told(deviation(&profile), "deviation", &mut reasons)
     });
     Ok(SectionReport {
@@ -186,8 +237,31 @@ pub fn report(
         height,
         deviation,
         reasons,
-        points: Some(columns(&found, deviations_nm)),
+        points: Some(columns(&found, met.as_ref())),
     })
+}
+
+/// The vertices of the triangles met, ascending, and their deviations.
+struct Met {
+    vertices: Vec<VertexId>,
+    deviations_nm: Vec<f64>,
+}
+
+impl Met {
+    fn new(found: &Section, deviations_nm: &Deviations) -> Met {
+        let points = found.pieces.iter().flat_map(|piece| &piece.points);
+        let mut vertices: Vec<VertexId> =
+            points.flat_map(|point| point.source.weights().map(|(vertex, _)| vertex)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let deviations_nm = deviations_nm(&vertices);
+        Met { vertices, deviations_nm }
+    }
+
+    fn deviation_nm(&self, vertex: VertexId) -> f64 {
+        let found = self.vertices.binary_search(&vertex).ok();
+        found.and_then(|index| self.deviations_nm.get(index)).copied().unwrap_or(f64::NAN)
+    }
 }
 
 impl Columns {
@@ -298,9 +372,8 @@ fn told<T>(figure: Result<T, ProfileError>, name: &str, reasons: &mut Vec<String
     figure.map_err(|error| reasons.push(format!("no {name}: {error}"))).ok()
 }
 
-fn columns(found: &Section, deviations_nm: Option<&[f64]>) -> Columns {
-    let mut columns =
-        Columns { deviation_nm: deviations_nm.map(|_| Vec::new()), ..Columns::default() };
+fn columns(found: &Section, met: Option<&Met>) -> Columns {
+    let mut columns = Columns { deviation_nm: met.map(|_| Vec::new()), ..Columns::default() };
     for (index, piece) in found.pieces.iter().enumerate() {
         for point in &piece.points {
             columns.piece.push(index);
@@ -309,11 +382,19 @@ fn columns(found: &Section, deviations_nm: Option<&[f64]>) -> Columns {
             columns.x_mm.push(x);
             columns.y_mm.push(y);
             columns.z_mm.push(z);
-            if let (Some(column), Some(all_nm)) = (&mut columns.deviation_nm, deviations_nm) {
-                let nm = point.interpolate(|vertex| all_nm[vertex as usize]);
+            if let (Some(column), Some(met)) = (&mut columns.deviation_nm, met) {
+                let nm = point.interpolate(|vertex| met.deviation_nm(vertex));
                 column.push(nm.is_finite().then_some(nm));
             }
         }
     }
     columns
+}
+
+/// Cuts the mesh of some points, for tests that have no other.
+#[cfg(test)]
+pub(crate) fn cut_points(points: &[[f64; 3]], request: &SectionRequest) -> Cut {
+    let mut mesh = Mesh::new();
+    mesh.insert(points);
+    (!points.is_empty()).then(|| report(&mesh, &request.path([0.0; 2]), None, None))
 }

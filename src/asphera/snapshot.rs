@@ -36,6 +36,8 @@ pub struct Snapshot {
     pub verdict: Verdict,
     /// Mean deviation over the aperture.
     pub map: Option<Map>,
+    /// Which maps of the sampling there are to be had; they are too large to come with every snapshot.
+    pub maps: Option<MapsState>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
     /// Every link.
@@ -67,8 +69,11 @@ pub struct Progress {
     pub fraction: Option<f64>,
     /// Points a second over the last second.
     pub rate_hz: f64,
-    /// Seconds left at that rate, where it is known.
+    /// Seconds left at that rate by the scan plan, where it is known.
     pub eta_s: Option<f64>,
+    /// Seconds left at that rate until all of the aperture is covered, as densely as the points lie so far, where
+    /// that is known; as of `sampling.as_of_points`.
+    pub eta_coverage_s: Option<f64>,
     /// Points received but not yet in the mesh.
     pub pending_points: u64,
 }
@@ -90,6 +95,63 @@ pub struct Map {
     pub dy_mm: f64,
     /// Row after row, x fastest, nm rounded to 0.1; `None` (null) where no point has landed.
     pub values_nm: Vec<Option<f64>>,
+}
+
+/// Which maps of the sampling there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MapsState {
+    /// Grows with every change, from 1 in each session.
+    pub version: u64,
+    /// How many points had arrived when the mesh was looked at for them.
+    pub as_of_points: u64,
+}
+
+/// Version of the layout of [`SamplingMaps`].
+pub const MAPS_FORMAT: &str = "asphera.maps/1";
+
+/// The sampling over the aperture, in the cells of the deviation map: the part frame. A triangle counts in
+/// the cell of its centre and in every cell whose centre it holds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SamplingMaps {
+    /// [`MAPS_FORMAT`].
+    pub format: &'static str,
+    /// As in [`MapsState`].
+    pub version: u64,
+    /// How many points had arrived when the mesh was looked at.
+    pub as_of_points: u64,
+    /// Columns.
+    pub nx: usize,
+    /// Rows.
+    pub ny: usize,
+    /// Centre of the first column in mm.
+    pub x0_mm: f64,
+    /// Centre of the first row (smallest y) in mm.
+    pub y0_mm: f64,
+    /// Column pitch in mm.
+    pub dx_mm: f64,
+    /// Row pitch in mm.
+    pub dy_mm: f64,
+    /// The largest gap in each cell.
+    pub gap_mm: MapLayer,
+    /// The largest gap over local feature size in each cell.
+    pub epsilon: MapLayer,
+    /// How far noise turns the facets of each cell, root mean square, mean over their area.
+    pub tilt_mrad: MapLayer,
+    /// The share of each cell that is not sampled densely enough, 0 to 1.
+    pub undersampled: MapLayer,
+    /// The noise of the heights, one standard deviation.
+    pub noise_sigma_nm: Option<f64>,
+    /// Why it is not known.
+    pub noise_unknown: Option<String>,
+}
+
+/// One value for each cell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MapLayer {
+    /// The largest value allowed.
+    pub limit: Option<f64>,
+    /// Row after row, x fastest, to four digits; `None` (null) where nothing is known.
+    pub values: Vec<Option<f64>>,
 }
 
 /// PV and RMS against points: three columns of equal length.

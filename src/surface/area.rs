@@ -48,6 +48,12 @@ impl Sum {
         self.rounded = sum;
     }
 
+    /// Adds what another sum has come to, with its compensation.
+    pub(crate) fn join(&mut self, other: Sum) {
+        self.add(other.rounded);
+        self.add(other.lost);
+    }
+
     pub(crate) fn total(self) -> f64 {
         self.rounded + self.lost
     }

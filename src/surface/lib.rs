@@ -3,7 +3,7 @@
 //! A measured surface z(x, y) arrives point by point. [`Mesh`] triangulates its projection on the
 //! x-y plane while it arrives, [`assess`] says how far the surface lies from the nearest sample
 //! and whether that is near enough, and [`rasterize`] interpolates a value given at the vertices on a
-//! regular grid without bridging gaps. [`topography`] finds where the surface may not be projectable,
+//! regular grid without bridging gaps, [`chart`] shows both in coarse cells. [`topography`] finds where the surface may not be projectable,
 //! [`projectable_along`] in which other [`Plane`] it is, and [`islands`] what parts and holes the
 //! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
 //! [`lfs`] the local feature size, [`reduce`] which points are enough, [`curvature`] normals and
@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 mod area;
+mod chart;
 pub mod check;
 pub mod coverage;
 pub mod curvature;
@@ -51,13 +52,14 @@ mod sets;
 mod triangle;
 
 pub use area::{Area, area};
+pub use chart::{Chart, chart};
 pub use location::Location;
 pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
     Revision,
 };
 pub use outcome::{Counts, Outcome, VertexId};
-pub use outline::{Contour, Island, islands};
+pub use outline::{Contour, Island, IslandCounts, islands};
 pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM};
 pub use projection::{

@@ -21,28 +21,64 @@ use crate::{PointMm, VertexId};
 /// The triangles, by ascending index, whose gap is smaller than their corners alone tell, and that
 /// gap. Linear time.
 pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Vec<(usize, Gap)> {
-    let outline = on_outline(points.len(), triangles);
-    let roots: Vec<(usize, Triangle)> = triangles
+    refined_gaps_along(points, triangles, &Outline::new(points.len(), triangles))
+}
+
+/// The same, where the outline of the triangles is known.
+pub(crate) fn refined_gaps_along(
+    points: &[PointMm],
+    triangles: &[[VertexId; 3]],
+    outline: &Outline,
+) -> Vec<(usize, Gap)> {
+    let on_outline = |corner: &VertexId| outline.passes[*corner as usize];
+    let roots: Vec<(usize, Triangle)> = outline
+        .triangles
         .iter()
-        .enumerate()
-        .filter(|(_, corners)| corners.iter().filter(|&&c| outline[c as usize]).count() >= 2)
-        .map(|(index, &corners)| (index, Triangle::new(points, corners)))
+        .map(|&index| (index, triangles[index]))
+        .filter(|(_, corners)| corners.iter().filter(|&corner| on_outline(corner)).count() >= 2)
+        .map(|(index, corners)| (index, Triangle::new(points, corners)))
         .filter(|(_, triangle)| {
-            triangle.is_obtuse() && triangle.longest_side().iter().all(|&end| outline[end as usize])
+            triangle.is_obtuse() && triangle.longest_side().iter().all(on_outline)
         })
         .collect();
     if roots.is_empty() {
         return Vec::new();
     }
-    let mesh = Adjacency::new(points.len(), triangles);
-    let mut refined = Vec::new();
-    for (index, triangle) in roots {
-        if mesh.across(triangle.longest_side()).is_none() {
-            mesh.refine(points, index, triangle, &mut refined);
-        }
+    // What lies beneath a thin triangle is hardly ever more than two rings from the outline.
+    let mut near = vec![false; points.len()];
+    for &index in &outline.triangles {
+        triangles[index].iter().for_each(|&corner| near[corner as usize] = true);
     }
-    refined.sort_unstable_by_key(|&(index, _)| index);
-    refined
+    let is_near = |index: &usize| triangles[*index].iter().any(|&corner| near[corner as usize]);
+    let chosen: Vec<usize> = (0..triangles.len()).filter(is_near).collect();
+    let refined = Adjacency::new(points.len(), triangles, chosen.into_iter()).refine_all(
+        points,
+        &roots,
+        |vertex| near[vertex as usize],
+    );
+    refined.unwrap_or_else(|Unseen| {
+        Adjacency::new(points.len(), triangles, 0..triangles.len())
+            .refine_all(points, &roots, |_| true)
+            .expect("all triangles are seen")
+    })
+}
+
+/// What lies along the outline of a set of triangles.
+pub(crate) struct Outline {
+    /// Whether each point is an end of a side with a triangle on one side only.
+    pub(crate) passes: Vec<bool>,
+    /// Indices of the triangles with such a corner, ascending.
+    pub(crate) triangles: Vec<usize>,
+}
+
+impl Outline {
+    /// Linear time.
+    pub(crate) fn new(points: usize, triangles: &[[VertexId; 3]]) -> Outline {
+        let passes = on_outline(points, triangles);
+        let along = |index: &usize| triangles[*index].iter().any(|&c| passes[c as usize]);
+        let triangles = (0..triangles.len()).filter(along).collect();
+        Outline { passes, triangles }
+    }
 }
 
 /// Whether each point is an end of a side with a triangle on one side only.
@@ -52,10 +88,12 @@ pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> V
 /// between the two outline neighbours. Should several such differences cancel at a vertex where
 /// parts of a filtered mesh meet, it is taken for an inner one and gaps there are not refined.
 pub(crate) fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool> {
-    let mut left_over = vec![0_i64; points];
+    // A single difference is zero modulo 2³² only if both numbers are equal.
+    let mut left_over = vec![0_u32; points];
     for &[a, b, c] in triangles {
         for (vertex, from, to) in [(a, b, c), (b, c, a), (c, a, b)] {
-            left_over[vertex as usize] += i64::from(to) - i64::from(from);
+            let sum = &mut left_over[vertex as usize];
+            *sum = sum.wrapping_add(to.wrapping_sub(from));
         }
     }
     left_over.into_iter().map(|difference| difference != 0).collect()
@@ -92,11 +130,12 @@ pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) ->
     if roots.is_empty() {
         return Vec::new();
     }
-    let mesh = Adjacency::new(points.len(), triangles);
+    let mesh = Adjacency::new(points.len(), triangles, 0..triangles.len());
+    let across = |side| mesh.across(side, &|_| true).expect("all triangles are seen");
     let mut cut = Vec::new();
     for root in roots {
         let Some((outside, _)) = flat(root) else { continue };
-        if mesh.across(outside).is_some() {
+        if across(outside).is_some() {
             continue;
         }
         let mut open = vec![(root, outside)];
@@ -106,7 +145,7 @@ pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) ->
             {
                 cut.push(index);
                 for [from, to] in short {
-                    if let Some(beneath) = mesh.across([from, to]) {
+                    if let Some(beneath) = across([from, to]) {
                         open.push((beneath, [to, from]));
                     }
                 }
@@ -117,13 +156,17 @@ pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) ->
     cut
 }
 
-/// Which triangles each point is a corner of.
+/// Which triangles each point is a corner of, as far as they were chosen.
 struct Adjacency<'a> {
     triangles: &'a [[VertexId; 3]],
-    /// The triangles at point i are `incident[first[i]..first[i + 1]]`.
+    /// The chosen triangles at point i are `incident[first[i]..first[i + 1]]`.
     first: Vec<usize>,
     incident: Vec<usize>,
 }
+
+/// A triangle that was not chosen would have to be seen.
+#[derive(Debug)]
+struct Unseen;
 
 /// A triangle reached from outside through one of its sides.
 struct Reached {
@@ -144,18 +187,22 @@ struct Way {
 }
 
 impl<'a> Adjacency<'a> {
-    fn new(points: usize, triangles: &'a [[VertexId; 3]]) -> Adjacency<'a> {
+    fn new(
+        points: usize,
+        triangles: &'a [[VertexId; 3]],
+        chosen: impl ExactSizeIterator<Item = usize> + Clone,
+    ) -> Adjacency<'a> {
         let mut first = vec![0; points + 1];
-        for &corner in triangles.as_flattened() {
-            first[corner as usize + 1] += 1;
+        for index in chosen.clone() {
+            triangles[index].iter().for_each(|&corner| first[corner as usize + 1] += 1);
         }
         for point in 0..points {
             first[point + 1] += first[point];
         }
-        let mut incident = vec![0; 3 * triangles.len()];
+        let mut incident = vec![0; 3 * chosen.len()];
         let mut next = first.clone();
-        for (index, corners) in triangles.iter().enumerate() {
-            for &corner in corners {
+        for index in chosen {
+            for &corner in &triangles[index] {
                 incident[next[corner as usize]] = index;
                 next[corner as usize] += 1;
             }
@@ -163,13 +210,38 @@ impl<'a> Adjacency<'a> {
         Adjacency { triangles, first, incident }
     }
 
+    /// Refines the gaps of the roots that lie at the outline. `whole` says of which vertices all triangles
+    /// are among the chosen.
+    fn refine_all(
+        &self,
+        points: &[PointMm],
+        roots: &[(usize, Triangle)],
+        whole: impl Fn(VertexId) -> bool,
+    ) -> Result<Vec<(usize, Gap)>, Unseen> {
+        let mut refined = Vec::new();
+        for (index, triangle) in roots {
+            if self.across(triangle.longest_side(), &whole)?.is_none() {
+                self.refine(points, (*index, *triangle), &whole, &mut refined)?;
+            }
+        }
+        refined.sort_unstable_by_key(|&(index, _)| index);
+        Ok(refined)
+    }
+
     /// The triangle on the right of the side, if there is one.
-    fn across(&self, [from, to]: [VertexId; 2]) -> Option<usize> {
+    fn across(
+        &self,
+        [from, to]: [VertexId; 2],
+        whole: &impl Fn(VertexId) -> bool,
+    ) -> Result<Option<usize>, Unseen> {
+        if !(whole(from) || whole(to)) {
+            return Err(Unseen);
+        }
         let incident = &self.incident[self.first[to as usize]..self.first[to as usize + 1]];
-        incident.iter().copied().find(|&index| {
+        Ok(incident.iter().copied().find(|&index| {
             let [a, b, c] = self.triangles[index];
             [[a, b], [b, c], [c, a]].contains(&[to, from])
-        })
+        }))
     }
 
     /// Refines the gaps of `root` and of the thin triangles beneath it, without recursion: a chain
@@ -177,10 +249,10 @@ impl<'a> Adjacency<'a> {
     fn refine(
         &self,
         points: &[PointMm],
-        index: usize,
-        root: Triangle,
+        (index, root): (usize, Triangle),
+        whole: &impl Fn(VertexId) -> bool,
         refined: &mut Vec<(usize, Gap)>,
-    ) {
+    ) -> Result<(), Unseen> {
         let outside = root.longest_side();
         let mut reached: Vec<Reached> = Vec::new();
         let mut open = vec![(index, root, outside, None)];
@@ -188,8 +260,9 @@ impl<'a> Adjacency<'a> {
             let here = reached.len();
             let mut way = None;
             if triangle.is_obtuse() && triangle.longest_side() == through {
-                let beneath = triangle.short_sides().map(|side| (self.across(side), side));
-                if let [(Some(left), left_side), (Some(right), right_side)] = beneath {
+                let [left_side, right_side] = triangle.short_sides();
+                let beneath = [self.across(left_side, whole)?, self.across(right_side, whole)?];
+                if let [Some(left), Some(right)] = beneath {
                     for (index, [from, to]) in [(left, left_side), (right, right_side)] {
                         let next = Triangle::new(points, self.triangles[index]);
                         open.push((index, next, [to, from], Some(here)));
@@ -214,6 +287,7 @@ impl<'a> Adjacency<'a> {
                 way.beneath = gap;
             }
         }
+        Ok(())
     }
 }
 
@@ -225,8 +299,10 @@ mod tests {
     #[test]
     fn the_outline_of_a_fan() {
         let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
-        assert_eq!(on_outline(6, &triangles), [false, true, true, true, true, false]);
-        assert_eq!(on_outline(5, &triangles[..2]), [true, true, true, true, false]);
+        let passes = |points, triangles: &[_]| Outline::new(points, triangles).passes;
+        assert_eq!(passes(6, &triangles), [false, true, true, true, true, false]);
+        assert_eq!(passes(5, &triangles[..2]), [true, true, true, true, false]);
+        assert_eq!(Outline::new(5, &triangles[..2]).triangles, [0, 1]);
     }
 
     #[test]

@@ -161,7 +161,7 @@ pub fn assess(
 
 impl Criteria {
     /// The state of a triangle. A value equal to its limit is within it.
-    fn state(&self, gap_mm: f64, epsilon: f64) -> State {
+    pub(crate) fn state(&self, gap_mm: f64, epsilon: f64) -> State {
         if self.gap_limit_mm.is_some_and(|limit_mm| gap_mm > limit_mm) {
             State::OverGap
         } else if self.epsilon_limit.is_some_and(|limit| epsilon > limit) {

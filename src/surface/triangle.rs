@@ -6,6 +6,7 @@ use crate::{PointMm, VertexId};
 ///
 /// The angle at `c` is then the largest, from 60° up, and the edges from `c` are those that give a
 /// cross product with the least cancellation.
+#[derive(Clone, Copy)]
 pub(crate) struct Triangle {
     a: PointMm,
     b: PointMm,
@@ -57,6 +58,13 @@ impl Triangle {
     /// Height over the longest side in mm.
     pub(crate) fn height_mm(&self) -> f64 {
         2.0 * self.area_mm2() / norm(minus(self.b, self.a))
+    }
+
+    /// Sum of the squares of its three sides in mm².
+    pub(crate) fn squares_mm2(&self) -> f64 {
+        squared(minus(self.b, self.a))
+            + squared(minus(self.c, self.b))
+            + squared(minus(self.a, self.c))
     }
 
     /// Area in space in mm².

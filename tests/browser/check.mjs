@@ -3,9 +3,13 @@
 //   node check.mjs URL [--chromium PATH] [--timeout SECONDS] [--screenshot FILE]
 //                      [--measuring-screenshot FILE] [--until complete|measuring]
 //                      [--scheme light|dark] [--width PIXELS] [--height PIXELS] [--then-lost]
+//                      [--sampling] [--regions]
 //
 // --then-lost: afterwards writes the line `end the station` to the standard error and waits until
 // the page says that it is not live. Whoever reads the line ends the daemon.
+//
+// --sampling: while it measures, looks at the maps of the sampling and at sections; with --regions also at regions
+// to measure next, which are added to what the station says.
 //
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
@@ -15,6 +19,7 @@ import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
 import { drawn, lost, texts } from "./probe.mjs";
+import { addRegions, lookAtSampling } from "./sampling.mjs";
 
 const CHROMIUM_ARGUMENTS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -41,6 +46,7 @@ try {
     colorScheme: call.scheme,
   });
   listen(page);
+  if (call.regions) await addRegions(page);
   await page.goto(call.url);
   await follow(page);
   if (call["then-lost"]) await lose(page);
@@ -61,6 +67,8 @@ function readCall() {
         chromium: { type: "string", default: "/usr/bin/chromium" },
         timeout: { type: "string", default: "120" },
         screenshot: { type: "string" },
+        sampling: { type: "boolean", default: false },
+        regions: { type: "boolean", default: false },
         "then-lost": { type: "boolean", default: false },
         "measuring-screenshot": { type: "string" },
         until: { type: "string", default: "complete" },
@@ -100,6 +108,7 @@ function listen(page) {
 /** Watches from the first snapshot to the state asked for, and judges on the way and at the end. */
 async function follow(page) {
   const until = Date.now() + call.timeout * 1000;
+  let looked = false;
   const last = { state: "none", stream: "connecting" };
   const ends = call.until === "complete" ? ["complete", "failed"] : [];
   while (Date.now() < until) {
@@ -108,6 +117,10 @@ async function follow(page) {
     if (seen.state === "measuring" && seen.painted > (result.measuring?.painted ?? -1)) {
       const first = (result.measuring?.painted ?? 0) < PAINTED_MIN && seen.painted >= PAINTED_MIN;
       result.measuring = seen;
+      if (call.sampling && !looked && seen.painted >= PAINTED_MIN) {
+        looked = true;
+        for (const text of await lookAtSampling(page, call.regions)) fail(text);
+      }
       if (first && call["measuring-screenshot"]) {
         await page.screenshot({ path: call["measuring-screenshot"], fullPage: true });
       }

@@ -10,7 +10,9 @@ async function load(name) {
   return import(`data:text/javascript,${encodeURIComponent(await readFile(file, "utf8"))}`);
 }
 const format = await load("format.js");
-const { diverging } = await load("colours.js");
+const { diverging, sequential } = await load("colours.js");
+const { Frames, rings, within } = await load("frames.js");
+const { columns, gaps, lengthOf } = await load("pieces.js");
 const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
 
 test("what is absent is a dash, never a zero", () => {
@@ -96,4 +98,62 @@ test("flipping swaps the signs and the ends are clamped", () => {
   const [plain, flipped] = [diverging(false), diverging(true)];
   for (const t of [-1, -0.4, 0, 0.7, 1]) assert.deepEqual(plain(t), flipped(-t));
   assert.deepEqual(plain(5), plain(1));
+});
+
+test("what is never negative darkens all the way", () => {
+  const table = sequential();
+  let last = 101;
+  for (let t = 0; t <= 1.0001; t += 0.05) {
+    const [lightness] = lab(table(t));
+    assert.ok(lightness < last, `lightness at ${t}`);
+    last = lightness;
+  }
+  assert.deepEqual(table(-1), table(0));
+  assert.deepEqual(table(7), table(1));
+});
+
+test("places go from the part into the mesh and back", () => {
+  const close = (found, wanted) =>
+    found.forEach((v, i) => assert.ok(Math.abs(v - wanted[i]) < 1e-12, `${found}, not ${wanted}`));
+  const straight = new Frames(null, null);
+  close(straight.toMesh([1, 2]), [1, 2]);
+  const pose = { tx_mm: 1, ty_mm: -2, tz_mm: 9, rx_rad: 0, ry_rad: 0, rz_rad: Math.PI / 2 };
+  const turned = new Frames(pose, null);
+  // A quarter turn takes x to y, and y to the other side of x.
+  close(turned.toMesh([3, 0]), [1, 1]);
+  close(turned.toMesh([0, 3]), [-2, -2]);
+  close(turned.toPart([1, 1]), [3, 0]);
+  close(turned.measuredToPart([1, 1, 50]), [3, 0]);
+  const tilted = new Frames({ ...pose, rx_rad: 0.1, ry_rad: -0.2, rz_rad: 0.3 }, null);
+  close(tilted.toPart(tilted.toMesh([0.7, -0.4])), [0.7, -0.4]);
+  // An upright part, seen along y: u is x and v is z of the measured frame.
+  const plane = { u: [1, 0, 0], v: [0, 0, 1], normal: [0, -1, 0], origin_mm: [0, 0, 0] };
+  const upright = new Frames({ tx_mm: 5, ty_mm: 6, tz_mm: 7, rx_rad: Math.PI / 2, ry_rad: 0, rz_rad: 0 }, plane);
+  close(upright.toMesh([1, 2]), [6, 9]);
+  close(upright.measuredToPart([6, 6, 9]), [1, 2]);
+});
+
+test("regions are found whichever way their polygons are nested", () => {
+  const ring = [[0, 0], [4, 0], [4, 4], [0, 4]];
+  const hole = [[1, 1], [3, 1], [3, 3], [1, 3]];
+  assert.deepEqual(rings(ring), [ring]);
+  assert.deepEqual(rings([[ring, hole]]), [ring, hole]);
+  assert.deepEqual(rings([{ outline: ring, holes: [hole] }]), [ring, hole]);
+  assert.deepEqual(rings([{ outline: { places_mm: ring, open: [true, false] }, holes: [] }]), [ring]);
+  assert.deepEqual(rings([]), []);
+  assert.ok(within([ring, hole], [0.5, 2]) && !within([ring, hole], [2, 2]) && !within([ring], [5, 2]));
+});
+
+test("a broken profile has a gap where it is broken, and tells the missing stretches", () => {
+  const section = {
+    path: { kind: "line", from_mm: [0, 0], to_mm: [3, 4] },
+    pieces: [{ from_s_mm: 1, to_s_mm: 2 }, { from_s_mm: 3, to_s_mm: 5 }],
+    points: { piece: [0, 0, 1, 1], s_mm: [1, 2, 3, 5], z_mm: [1, 2, 3, 4], deviation_nm: [10, null, 30, 40] },
+  };
+  assert.deepEqual(columns(section), [[1, 2, 2.5, 3, 5], [10, null, null, 30, 40], [0, 1, null, 2, 3]]);
+  assert.equal(lengthOf(section.path), 5);
+  assert.deepEqual(gaps(section, 5), [[0, 1], [2, 3]]);
+  assert.deepEqual(gaps(section, null), [[2, 3]], "where a radius ends is not a gap");
+  const heights = { ...section, height: { mean_mm: 2 }, points: { ...section.points, deviation_nm: undefined } };
+  assert.deepEqual(columns(heights)[1], [-1000, 0, null, 1000, 2000], "µm about the mean");
 });

@@ -50,6 +50,18 @@ fn a_station_is_watched_stopped_and_started_again() {
     assert_eq!(status, 200);
     assert!(ply.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
 
+    let section = get(&address, "/api/v1/section?radius=30");
+    assert_eq!(section["format"], "asphera.section/1");
+    assert!(section["deviation"]["pv_nm"].as_f64().is_some_and(|pv_nm| pv_nm > 0.0), "{section:#}");
+    let maps = until(&address, "mapped", |snapshot| snapshot["maps"].is_object())["maps"].clone();
+    let found = get(&address, "/api/v1/maps");
+    assert_eq!(found["format"], "asphera.maps/1");
+    assert!(found["version"].as_u64() >= maps["version"].as_u64());
+    assert!(found["gap_mm"]["values"].as_array().unwrap().iter().any(Value::is_number));
+    let (status, problem) = http(&address, "GET", "/api/v1/section?line=0,0,0,0", &[]);
+    assert_eq!(status, 400);
+    assert!(String::from_utf8_lossy(&problem).contains("no length"));
+
     let bearer = format!("Bearer {token}");
     let stop = "/api/v1/session/stop";
     assert_eq!(http(&address, "POST", stop, &[]).0, 401);
@@ -69,10 +81,16 @@ fn a_station_is_watched_stopped_and_started_again() {
     let authorized = [("Authorization", bearer.as_str())];
     assert_eq!(http(&address, "POST", "/api/v1/session/start", &authorized).0, 409);
     assert_eq!(http(&address, "POST", stop, &authorized).0, 204);
+    // What is asked for while the final figures are made waits for them.
+    get(&address, "/api/v1/section?radius=30");
     let done = until(&address, "complete", |snapshot| snapshot["state"] == "complete");
     assert_eq!(done["session"]["ended"], "stopped");
     let report = get(&address, "/api/v1/report");
     assert_eq!(report["format"], "asphera.report/1");
+    let section = get(&address, "/api/v1/section?radius=30");
+    assert!(section["deviation"]["pv_nm"].is_number(), "{section:#}");
+    assert_eq!(get(&address, "/api/v1/maps")["version"], done["maps"]["version"]);
+    assert_eq!(get(&address, "/api/v1/maps")["as_of_points"], done["maps"]["as_of_points"]);
 }
 
 /// While points arrive there are at least five snapshots a second, each newer than the one before.

@@ -9,6 +9,7 @@ mod ports;
 mod reduce;
 mod replay;
 mod run;
+mod sampling;
 mod section;
 mod serve;
 mod simulate;
@@ -52,6 +53,8 @@ enum Command {
     Reduce(reduce::ReduceArgs),
     /// Cuts the surface of a file along a line, a circle or a radius: the profile as CSV, and its figures.
     Section(section::SectionArgs),
+    /// Says how densely the points of a file sample their surface, and what to measure next.
+    Sampling(sampling::SamplingArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Runs the simulators of a bench alone.
@@ -113,6 +116,7 @@ pub fn main() -> ExitCode {
         Command::Measure(args) => measure::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Section(args) => section::run(&args),
+        Command::Sampling(args) => sampling::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),

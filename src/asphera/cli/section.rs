@@ -4,15 +4,15 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asphera_surface::Mesh;
 use asphera_surface::sections::SectionPath;
+use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
 use super::measure::{part, topography};
 use super::output::{Failure, print, print_json, say};
 use crate::pipeline::Pipeline;
-use crate::section::{SectionReport, report};
+use crate::section::{Deviations, SectionReport, report};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius"]))]
@@ -112,7 +112,13 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
         Some(measurement) => measurement.report.sampling.gap_limit_mm,
         None => mean_distance_mm(&mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
     });
-    let deviations_nm = measurement.as_ref().map(|measurement| &measurement.deviations_nm[..]);
+    let deviations_nm = measurement.as_ref().map(|measurement| {
+        |vertices: &[VertexId]| {
+            let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
+            vertices.iter().map(of).collect::<Vec<f64>>()
+        }
+    });
+    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
     Ok(report(&mesh, &path, gap_limit_mm, deviations_nm)?)
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{RepeatFigures, Report, Status};
+use crate::report::{RepeatFigures, Report, SamplingFigures, Status};
 
 /// The report in a few lines.
 pub(super) fn of(report: &Report) -> String {
@@ -43,16 +43,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             "           {places} places measured {measurements} times, spread {spread_nm:.1} nm"
         )?;
     }
-    let sampling = &report.sampling;
-    if let (Some(coverage), Some(gap), Some(epsilon)) =
-        (sampling.coverage, sampling.gap_max_mm, sampling.epsilon_max)
-    {
-        writeln!(
-            text,
-            "sampling   {:.2} % covered, largest gap {gap:.4} mm, largest ε {epsilon:.4}",
-            100.0 * coverage
-        )?;
-    }
+    sampling(text, &report.sampling)?;
     if let Some(form) = &report.form {
         writeln!(text, "nominal    {}", form.nominal)?;
         writeln!(
@@ -131,6 +122,106 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     }
     writeln!(text)?;
     report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
+}
+
+/// The sampling in a few lines: what is known of it.
+pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fmt::Result {
+    if let Some(coverage) = sampling.coverage {
+        writeln!(text, "sampling   {} sampled densely enough", percent(coverage))?;
+    }
+    let areas = [
+        (sampling.undersampled_area_mm2, "mm² too coarse"),
+        (sampling.uncovered_area_mm2, "mm² not scanned"),
+    ];
+    let figures = [
+        (sampling.gap_max_mm, "largest gap", "mm"),
+        (sampling.gap_p99_mm, "99 % up to", "mm"),
+        (sampling.gap_limit_mm, "allowed", "mm"),
+    ];
+    let line = |text: &mut String, parts: Vec<String>| match &parts[..] {
+        [] => Ok(()),
+        parts => writeln!(text, "           {}", parts.join(", ")),
+    };
+    let open = areas.iter().filter_map(|&(value, unit)| Some(format!("{} {unit}", short(value?))));
+    line(text, open.collect())?;
+    if sampling.gap_max_mm.is_some() {
+        let gaps = figures
+            .iter()
+            .filter_map(|&(value, name, unit)| Some(format!("{name} {} {unit}", short(value?))));
+        line(text, gaps.collect())?;
+    }
+    if let Some(epsilon) = sampling.epsilon_max {
+        let mut parts = vec![format!("largest ε {}", short(epsilon))];
+        parts.extend(sampling.epsilon_p99.map(|epsilon| format!("99 % up to {}", short(epsilon))));
+        parts.push(format!("allowed {}", short(sampling.epsilon_target)));
+        let source = sampling.lfs_source.as_deref().unwrap_or("unknown");
+        parts.extend(
+            sampling.lfs_min_mm.map(|mm| format!("feature size from {} mm ({source})", short(mm))),
+        );
+        line(text, parts)?;
+    }
+    let density = [
+        sampling.noise_sigma_nm.map(|nm| format!("noise {nm:.1} nm")),
+        sampling.spacing_median_mm.map(|mm| format!("spacing {} mm", short(mm))),
+        sampling
+            .overdense_fraction
+            .map(|share| format!("{} too dense for the noise", percent(share))),
+        sampling.spacing_recommended_mm.map(|mm| format!("{} mm recommended", short(mm))),
+    ];
+    line(text, density.into_iter().flatten().collect())?;
+    sampling.unknown.iter().try_for_each(|why| writeln!(text, "           {why}"))
+}
+
+/// The first regions to measure, one a line.
+pub(super) fn next(text: &mut String, sampling: &SamplingFigures) -> std::fmt::Result {
+    for (number, next) in (1..).zip(&sampling.next).take(SHOWN) {
+        let name = if number == 1 { "next" } else { "" };
+        write!(
+            text,
+            "{name:<10} {number}. {} mm² about {}",
+            short(next.area_mm2),
+            place(&next.at_mm)
+        )?;
+        if let Some(share) = next.adds_coverage {
+            write!(text, ", adds {}", percent(share))?;
+        }
+        if let Some(epsilon) = next.epsilon_max {
+            write!(text, ", ε {}", short(epsilon))?;
+        }
+        if let Some(spacing_mm) = next.spacing_needed_mm {
+            write!(text, ", every {} mm", short(spacing_mm))?;
+        }
+        writeln!(text)?;
+    }
+    let more = sampling.next.len().saturating_sub(SHOWN) as u64 + sampling.next_more;
+    if more > 0 {
+        writeln!(text, "           and {more} more")?;
+    }
+    Ok(())
+}
+
+/// Regions that are shown.
+const SHOWN: usize = 3;
+
+/// Four significant digits.
+fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let places = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    format!("{value:.places$}")
+}
+
+/// A share in percent; 100 % only where nothing is missing, 0 % only where there is nothing.
+fn percent(share: f64) -> String {
+    let rounded = (1e4 * share).round() / 1e2;
+    if rounded >= 100.0 && share < 1.0 {
+        "99.99 %".to_owned()
+    } else if rounded <= 0.0 && share > 0.0 {
+        "< 0.01 %".to_owned()
+    } else {
+        format!("{rounded:.2} %")
+    }
 }
 
 fn place([x, y, _]: &[f64; 3]) -> String {

@@ -12,7 +12,7 @@ use tracing::{error, info, warn};
 use super::recording::Recording;
 use super::view::View;
 use super::worker::Worker;
-use super::{Control, Finished, Handle, Station, StationError};
+use super::{Asked, Control, Finished, Handle, Station, StationError};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
@@ -75,6 +75,8 @@ struct Ending {
     at: Nanos,
     outcome: Outcome,
     measurement: oneshot::Receiver<Measurement>,
+    /// To be answered from the final figures.
+    asked: Vec<Asked>,
 }
 
 impl Core {
@@ -180,18 +182,47 @@ impl Core {
         }
     }
 
+    /// Answers from the session that ended last, beside the core.
+    fn answer(&self, asked: Asked) {
+        let finished = self.view.finished();
+        tokio::task::spawn_blocking(move || {
+            let measurement = finished.as_ref().map(|finished| &finished.measurement);
+            // Whoever asked may have gone; then there is nobody to answer.
+            match asked {
+                Asked::MeshPly(reply) => {
+                    let _ = reply.send(measurement.and_then(results::finished_mesh_ply));
+                }
+                Asked::Next(reply) => {
+                    let _ = reply.send(measurement.and_then(|done| done.next.clone()));
+                }
+                Asked::Maps(reply) => {
+                    let _ = reply.send(measurement.and_then(|done| done.surface.maps()));
+                }
+                Asked::Section(request, reply) => {
+                    let _ = reply.send(measurement.and_then(|done| done.surface.section(&request)));
+                }
+            }
+        });
+    }
+
     async fn control(&mut self, control: Control) {
         match control {
-            Control::MeshPly(reply) => match &self.session {
-                Some(session) if session.ending.is_none() => session.worker.mesh_ply(reply).await,
-                _ => {
-                    let finished = self.view.finished();
-                    tokio::task::spawn_blocking(move || {
-                        let ply = finished
-                            .and_then(|finished| results::finished_mesh_ply(&finished.measurement));
-                        // Whoever asked may have gone; then there is nobody to answer.
-                        let _ = reply.send(ply);
-                    });
+            Control::Asked(asked) => match &mut self.session {
+                None => self.answer(asked),
+                Some(Session { ending: None, worker, .. }) => match asked {
+                    Asked::MeshPly(reply) => worker.mesh_ply(reply).await,
+                    Asked::Section(request, reply) => worker.section(request, reply).await,
+                    Asked::Next(reply) => worker.next(reply).await,
+                    Asked::Maps(reply) => {
+                        let figures = worker.figures();
+                        let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));
+                    }
+                },
+                // The pipeline is busy with the final figures; whoever comes in great number gets none.
+                Some(Session { ending: Some(ending), .. }) => {
+                    if ending.asked.len() < ASKED {
+                        ending.asked.push(asked);
+                    }
                 }
             },
             Control::Watch => self.open_links().await,
@@ -317,7 +348,7 @@ impl Core {
         }
         let measurement = session.worker.finish().await;
         let outcome = Outcome::of(&self.bench, session_figures(&session.header, ended));
-        session.ending = Some(Ending { at: now, outcome, measurement });
+        session.ending = Some(Ending { at: now, outcome, measurement, asked: Vec::new() });
         self.view.state(State::Finishing);
         self.bench.command(now, Command::Stop);
         Box::pin(self.settle(now)).await;
@@ -356,6 +387,7 @@ impl Core {
         let finished = Arc::new(Finished { measurement, recording });
         self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
         self.view.complete(finished.clone());
+        ending.asked.into_iter().for_each(|asked| self.answer(asked));
         // Whoever waited for the end of a session may have gone.
         let _ = self.finished.try_send(Ok(finished));
     }
@@ -370,5 +402,7 @@ async fn ended(session: &mut Option<Session>) -> Option<Measurement> {
 }
 
 const VIEW_PERIOD: Duration = Duration::from_millis(150);
+/// Questions that may wait for the final figures.
+const ASKED: usize = 256;
 /// Reads of ports that may wait for the core.
 const EVENTS: usize = 256;

@@ -18,11 +18,12 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::Measurement;
+use crate::pipeline::{Measurement, Next, Waypoints};
 use crate::publish::{ControlError, Source};
 use crate::report::Report;
+use crate::section::{Cut, SectionRequest};
 use crate::session::RecordError;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{SamplingMaps, Snapshot};
 use crate::station::AssembleError;
 
 /// A finished session.
@@ -95,7 +96,15 @@ pub struct Handle {
 enum Control {
     Watch,
     Session(Command, oneshot::Sender<Result<(), StationError>>),
+    Asked(Asked),
+}
+
+/// What is asked of its mesh. A reply that is dropped counts as none.
+enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
+    Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
+    Section(SectionRequest, oneshot::Sender<Cut>),
+    Next(oneshot::Sender<Option<Next>>),
 }
 
 impl Station {
@@ -149,6 +158,13 @@ impl Handle {
         let _ = self.control.send(Control::Watch).await;
     }
 
+    /// `None` also where the station ends before it answers.
+    async fn ask<T>(&self, ask: impl FnOnce(oneshot::Sender<Option<T>>) -> Asked) -> Option<T> {
+        let (reply, answer) = oneshot::channel();
+        self.control.send(Control::Asked(ask(reply))).await.ok()?;
+        answer.await.ok()?
+    }
+
     /// The newest snapshot, and when there is a newer one.
     pub fn watch(&self) -> watch::Receiver<Arc<Snapshot>> {
         self.snapshots.clone()
@@ -161,10 +177,22 @@ impl Source for Handle {
     }
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
+        Box::pin(self.ask(Asked::MeshPly))
+    }
+
+    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+        Box::pin(self.ask(Asked::Maps))
+    }
+
+    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+        Box::pin(self.ask(move |reply| Asked::Section(request, reply)))
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
         Box::pin(async {
-            let (reply, answer) = oneshot::channel();
-            self.control.send(Control::MeshPly(reply)).await.ok()?;
-            answer.await.ok()?
+            let next = self.ask(Asked::Next).await?;
+            // Up to 200,000 places are worth a thread of their own.
+            tokio::task::spawn_blocking(move || next.waypoints()).await.ok()
         })
     }
 

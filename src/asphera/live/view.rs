@@ -7,10 +7,12 @@ use asphera_link::Nanos;
 use tokio::sync::watch;
 
 use super::Finished;
+use asphera_surface::coverage::{Progress as Left, completion};
+
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
-use crate::report::SessionFigures;
-use crate::snapshot::{Connection, FORMAT, LinkState, Progress, Snapshot, State};
+use crate::report::{SamplingFigures, SessionFigures};
+use crate::snapshot::{Connection, FORMAT, LinkState, MapsState, Progress, Snapshot, State};
 use crate::station::{Bench, Line};
 
 /// Makes snapshots.
@@ -68,9 +70,15 @@ impl View {
         self.snapshot.mesh = report.mesh.clone();
         self.snapshot.sampling = report.sampling.clone();
         self.snapshot.form = report.form.clone();
+        self.snapshot.maps = finished
+            .measurement
+            .surface
+            .maps_version()
+            .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
         self.snapshot.verdict = report.verdict.clone();
         self.snapshot.progress.pending_points = 0;
         self.snapshot.progress.eta_s = None;
+        self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
             let convergence = &mut self.snapshot.convergence;
             convergence.points.push(report.points.used);
@@ -83,6 +91,8 @@ impl View {
     /// A session ended without figures.
     pub(super) fn failed(&mut self, reason: &str) {
         self.snapshot.state = State::Failed;
+        // They went with the pipeline.
+        self.snapshot.maps = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
 
@@ -115,6 +125,10 @@ impl View {
                 snapshot.sampling = figures.sampling.clone();
                 snapshot.form = figures.form.clone();
                 snapshot.map = figures.map.clone();
+                snapshot.maps = figures.maps.as_ref().map(|maps| MapsState {
+                    version: maps.version,
+                    as_of_points: maps.as_of_points,
+                });
                 snapshot.convergence = figures.convergence.clone();
                 snapshot.progress.pending_points = figures.pending;
             }
@@ -129,6 +143,7 @@ impl View {
                 done,
                 self.expected_points,
                 snapshot.progress.pending_points,
+                &snapshot.sampling,
             );
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
@@ -150,18 +165,34 @@ fn empty(station: &str) -> Snapshot {
         form: None,
         verdict: Default::default(),
         map: None,
+        maps: None,
         convergence: Default::default(),
         links: Vec::new(),
     }
 }
 
-fn progress(rate_hz: f64, done: u64, expected: Option<u64>, pending_points: u64) -> Progress {
-    let left = expected.map(|expected| expected.saturating_sub(done) as f64);
+fn progress(
+    rate_hz: f64,
+    done: u64,
+    expected: Option<u64>,
+    pending_points: u64,
+    sampling: &SamplingFigures,
+) -> Progress {
+    let open_mm2 = sampling.undersampled_area_mm2.zip(sampling.uncovered_area_mm2);
+    let density = sampling.spacing_median_mm.map(|spacing_mm| (spacing_mm * spacing_mm).recip());
+    let left = completion(&Left {
+        area_left_mm2: open_mm2.map_or(0.0, |(undersampled, uncovered)| undersampled + uncovered),
+        points_per_mm2: density.filter(|density| open_mm2.is_some() && density.is_finite()),
+        points_left: expected.map(|expected| expected.saturating_sub(done) as f64),
+        rate_hz,
+    })
+    .ok();
     Progress {
         expected_points: expected,
         fraction: expected.map(|expected| (done as f64 / expected as f64).min(1.0)),
         rate_hz,
-        eta_s: left.filter(|_| rate_hz > 0.0).map(|left| left / rate_hz),
+        eta_s: left.and_then(|left| left.by_plan_s),
+        eta_coverage_s: left.and_then(|left| left.by_coverage_s),
         pending_points,
     }
 }

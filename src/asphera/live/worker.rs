@@ -9,8 +9,9 @@ use tokio::time::timeout;
 
 use crate::clock::Clock;
 use crate::config::Part;
-use crate::pipeline::{Along, Measurement, Pipeline, RunningFigures};
+use crate::pipeline::{Along, Measurement, Next, Pipeline, RunningFigures};
 use crate::results;
+use crate::section::{Cut, SectionRequest};
 use crate::station::Point;
 
 /// Hands points to the pipeline's thread.
@@ -26,6 +27,8 @@ pub(super) struct Died;
 enum Work {
     Points(Vec<Point>),
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
+    Section(SectionRequest, oneshot::Sender<Cut>),
+    Next(oneshot::Sender<Option<Next>>),
     Finish(oneshot::Sender<Measurement>),
 }
 
@@ -57,6 +60,16 @@ impl Worker {
         let _ = self.work.send(Work::MeshPly(reply)).await;
     }
 
+    /// Asks for a section.
+    pub(super) async fn section(&self, request: SectionRequest, reply: oneshot::Sender<Cut>) {
+        let _ = self.work.send(Work::Section(request, reply)).await;
+    }
+
+    /// Asks what to measure next.
+    pub(super) async fn next(&self, reply: oneshot::Sender<Option<Next>>) {
+        let _ = self.work.send(Work::Next(reply)).await;
+    }
+
     /// Asks for the final figures.
     pub(super) async fn finish(&self) -> oneshot::Receiver<Measurement> {
         let (reply, measurement) = oneshot::channel();
@@ -81,6 +94,12 @@ fn run(
             Ok(Some(Work::MeshPly(reply))) => {
                 // A client that hung up no longer wants it.
                 let _ = reply.send(results::mesh_ply(&pipeline));
+            }
+            Ok(Some(Work::Section(request, reply))) => {
+                let _ = reply.send(pipeline.section(&request));
+            }
+            Ok(Some(Work::Next(reply))) => {
+                let _ = reply.send(pipeline.next().cloned());
             }
             Ok(Some(Work::Finish(reply))) => {
                 figures.send_replace(Some(Arc::new(pipeline.figures())));

@@ -1,10 +1,19 @@
 // The tables of mesh, sampling and fit.
 
 import { byId, setRows, setText } from "./dom.js";
-import { DASH, angles, count, fixed, measured, mm, percent, significant, unitText } from "./format.js";
+import { DASH, angles, count, fixed, measured, mm, nm, percent, significant, unitText } from "./format.js";
 
 const pair = (key, name, text, className = "") => ({ key, className, cells: [name, { text, className: "num" }] });
 const withUnit = (text, unit) => (text === DASH ? DASH : `${text} ${unit}`);
+
+/** What is counted by its reason and is in the mesh all the same, or in its account. */
+const MESHED = ["conflict", "not_meshable", "outside_aperture", "outside_domain"];
+
+/** How many points for the mesh came after `asOf` of them; some fewer where one has several flags. */
+export function pointsSince({ received, flagged }, asOf) {
+  const unmeshed = Object.entries(flagged).filter(([reason]) => !MESHED.includes(reason));
+  return Math.max(received - unmeshed.reduce((sum, [, number]) => sum + number, 0) - asOf, 0);
+}
 
 export function showFigures({ mesh, sampling, form, points }) {
   const empty = mesh.vertices === 0;
@@ -18,16 +27,18 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("projectable", "Projectable", empty ? DASH : mesh.projectable ? "yes" : "no", !empty && !mesh.projectable ? "bad" : ""),
     pair("relief", "Folds, walls, spikes", empty ? DASH : `${count(mesh.relief.folds.length)}, ${count(mesh.relief.walls)}, ${count(mesh.relief.spikes)}`, mesh.relief.folds.length > 0 ? "bad" : ""),
   ]);
-  const behind = points.received - sampling.as_of_points;
   setRows(byId("sampling"), [
     pair("coverage", "Coverage", percent(sampling.coverage)),
     pair("undersampled", "Undersampled", withUnit(significant(sampling.undersampled_area_mm2), "mm²")),
+    pair("uncovered", "Not scanned", withUnit(significant(sampling.uncovered_area_mm2), "mm²")),
     pair("gap", "Largest gap", withUnit(mm(sampling.gap_max_mm), "mm")),
     pair("epsilon_max", "ε max, gap / lfs", significant(sampling.epsilon_max)),
     pair("epsilon_p99", "ε p99 by area", significant(sampling.epsilon_p99)),
+    pair("noise", "Noise of the heights", withUnit(nm(sampling.noise_sigma_nm), "nm")),
+    pair("overdense", "Too dense for the noise", percent(sampling.overdense_fraction)),
     pair("islands", "Islands, holes", sampling.islands === null ? DASH : `${count(sampling.islands)}, ${count(sampling.holes)}`),
     pair("as_of", "As of", sampling.as_of_points ? `${count(sampling.as_of_points)} points` : DASH),
-    pair("behind", "Points since then", sampling.as_of_points ? count(Math.max(behind, 0)) : DASH),
+    pair("behind", "Points since then", sampling.as_of_points ? count(pointsSince(points, sampling.as_of_points)) : DASH),
   ]);
   showFit(form);
 }

@@ -5,9 +5,13 @@ import { byId, setText } from "./dom.js";
 import { showFigures } from "./figures.js";
 import { DASH, count, duration, timeOfDay } from "./format.js";
 import { Links } from "./links.js";
-import { DeviationMap } from "./map.js";
+import { Frames } from "./frames.js";
+import { PartMap } from "./map.js";
+import { Maps } from "./maps.js";
 import { Plots } from "./plots.js";
 import { showProgress } from "./progress.js";
+import { Regions } from "./regions.js";
+import { SectionView } from "./section.js";
 import { Stream } from "./stream.js";
 import { takeToken } from "./token.js";
 import { showVerdict } from "./verdict.js";
@@ -16,12 +20,20 @@ const root = document.documentElement;
 const token = takeToken();
 const control = new Control(token);
 const links = new Links();
-const map = new DeviationMap(byId("map"), byId("flip"));
+const regions = new Regions();
+const map = new PartMap(regions);
+const maps = new Maps(token, (found) => map.setMaps(found));
+const section = new SectionView(token, map);
 const plots = new Plots();
 const stream = new Stream(token, receive, showStream);
 let link = { name: "connecting", why: "", since: null };
 let newest = null;
 let drawn = null;
+
+regions.onChoice = () => map.draw();
+const look = (layer) => maps.want(layer !== "deviation");
+map.onLayer = look;
+look(map.layer);
 
 /** Snapshots may come faster than the screen is drawn: each frame draws the newest. */
 function receive(snapshot) {
@@ -41,7 +53,10 @@ function draw() {
   setText(byId("skipped"), `skipped ${count(stream.skipped)}`);
   byId("skipped").title = "snapshots this page was too slow to show or missed while disconnected";
   showVerdict(snapshot);
-  map.update(snapshot.map, snapshot.form?.deviation ?? null);
+  regions.update(snapshot.sampling.next, Frames.of(snapshot));
+  map.update(snapshot);
+  maps.update(snapshot);
+  section.update(snapshot);
   showProgress(snapshot);
   plots.update(snapshot.convergence);
   links.update(snapshot);
@@ -75,5 +90,6 @@ setInterval(tick, 500);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   map.draw();
   plots.recolour();
+  section.recolour();
 });
 stream.start();

@@ -1,48 +1,81 @@
-// The deviation map on a canvas: cells, axes in mm, colour bar in nm, marks, cursor.
+// The map on its canvas: the cells of the layer that is looked at, what is drawn over them, cursor and drag.
 
-import { css, diverging } from "./colours.js";
-import { byId, colour, setText } from "./dom.js";
-import { DASH, fixed, known, place, signedNm } from "./format.js";
+import { drawAxes, drawBar, noDataPattern, place1to1, toMm } from "./axes.js";
+import { css } from "./colours.js";
+import { byId, setText } from "./dom.js";
+import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
+import { pointsSince } from "./figures.js";
+import { LAYERS, chartOf, sayCell } from "./layers.js";
+import { drawBeyond, drawCursor, drawMark, drawRegions, drawSection } from "./overlay.js";
 
-const MARGIN = { left: 66, right: 104, top: 14, bottom: 44 };
-const BAR_WIDTH = 16;
-const BAR_MIN = 120;
 const FONT = "12px system-ui, sans-serif";
+const DRAG_PIXELS = 5;
 
-export class DeviationMap {
-  #canvas;
-  #flip;
-  #map = null;
-  #deviation = null;
+export class PartMap {
+  #canvas = byId("map");
+  #flip = byId("flip");
+  #layer = "deviation";
+  #snapshot = null;
+  #maps = null;
+  #chart = null; // What is drawn of the layer: grid, values, limit.
+  #regions = null;
+  #section = null; // { lines, cursor } in the part frame.
   #cell = null; // [column, row] under the cursor.
+  #drag = null; // Where a drag began, in pixels.
+  #dragged = false;
   #frame = null; // Where the cells stand, in CSS pixels.
-  #scale = 1; // The colour bar ends at ± this, nm.
-  #table = diverging(false);
+  #table = null;
+  /** Called with the name of a layer that is chosen. */
+  onLayer = () => {};
+  /** Called with the two ends of a line that is being dragged, in the part frame. */
+  onLine = () => {};
 
-  constructor(canvas, flip) {
-    this.#canvas = canvas;
-    this.#flip = flip;
-    flip.onchange = () => {
-      this.#paint();
-      this.draw();
-    };
-    this.#paint();
-    canvas.onpointermove = (event) => this.#point(event);
+  constructor(regions) {
+    this.#regions = regions;
+    const canvas = this.#canvas;
+    for (const input of document.querySelectorAll("#layers input")) {
+      input.onchange = () => this.#choose(input.value);
+      // A browser may restore what was chosen before a reload.
+      if (input.checked) this.#layer = input.value;
+    }
+    this.#flip.onchange = () => this.#repaint();
+    canvas.onpointerdown = (event) => this.#press(event);
+    canvas.onpointermove = (event) => this.#move(event);
+    canvas.onpointerup = (event) => this.#release(event);
+    canvas.onpointercancel = () => { this.#drag = null; };
     canvas.onpointerleave = () => this.#select(null);
     canvas.onblur = () => this.#select(null);
     canvas.onkeydown = (event) => this.#key(event);
     new ResizeObserver(() => this.draw()).observe(canvas);
+    this.#repaint();
   }
 
-  /** Takes the map (or null) and the deviation whose extremes are marked (or null). */
-  update(map, deviation) {
-    this.#map = map?.nx > 0 && map?.ny > 0 ? map : null;
-    this.#deviation = deviation;
+  get layer() {
+    return this.#layer;
+  }
+
+  /** The chart that is drawn, for whoever needs its extent; null without one. */
+  get chart() {
+    return this.#chart ?? chartOf("deviation", this.#snapshot?.map, null);
+  }
+
+  update(snapshot) {
+    this.#snapshot = snapshot;
+    const deviation = snapshot.form?.deviation;
     setText(byId("map-max"), extreme(deviation?.max_nm, deviation?.at_max_mm));
     setText(byId("map-min"), extreme(deviation?.min_nm, deviation?.at_min_mm));
-    byId("map-empty").hidden = this.#map !== null;
+    this.#show();
+  }
+
+  /** Takes the maps of the sampling, or null. */
+  setMaps(maps) {
+    this.#maps = maps;
+    if (this.#layer !== "deviation") this.#show();
+  }
+
+  setSection(section) {
+    this.#section = section;
     this.draw();
-    this.#tell();
   }
 
   draw() {
@@ -55,34 +88,87 @@ export class DeviationMap {
     const pen = canvas.getContext("2d");
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.font = FONT;
-    if (!this.#map) {
+    if (!this.#chart) {
       this.#frame = null;
       delete canvas.dataset.plot;
       return;
     }
-    this.#frame = place1to1(this.#map, width, height);
-    this.#scale = scaleOf(this.#map.values_nm);
-    this.#drawCells(pen);
-    this.#drawAxes(pen);
-    this.#drawBar(pen);
+    const [chart, layer] = [this.#chart, LAYERS[this.#layer]];
+    const frame = place1to1(chart, width, height);
+    this.#frame = frame;
+    const scale = layer.scale(chart.values, chart.limit);
+    this.#drawCells(pen, scale);
+    canvas.dataset.beyond = drawBeyond(pen, frame, chart);
+    drawAxes(pen, frame);
+    const cut = chart.values.some((value) => known(value) && Math.abs(value) > scale);
+    const { limit } = chart;
+    drawBar(pen, frame, { table: this.#table, low: layer.signed ? -scale : 0, high: scale, unit: layer.unit, limit, cut });
+    this.#clipped(pen, () => {
+      if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
+      drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
+    });
     this.#drawMarks(pen);
-    this.#drawCursor(pen);
-    // For the browser test: where the cells stand, in canvas pixels, and how large that is in mm.
-    const { nx, ny, dx_mm: dx, dy_mm: dy } = this.#map;
+    if (this.#cell) drawCursor(pen, frame, chart, this.#cell);
+    // For the browser test: what is shown, where the cells stand in canvas pixels, and how large that is.
+    const { nx, ny, dx_mm: dx, dy_mm: dy } = chart;
+    canvas.dataset.layer = this.#layer;
     canvas.dataset.spanMm = `${nx * dx},${ny * dy}`;
-    const { left, top, wide, high } = this.#frame;
+    canvas.dataset.regions = this.#regions.shown.length;
+    const { left, top, wide, high } = frame;
     canvas.dataset.plot = [left, top, wide, high].map((v) => Math.round(v * ratio)).join(",");
   }
 
-  /** Takes the colours the operator chose, into the legend too. */
-  #paint() {
-    this.#table = diverging(this.#flip.checked);
-    byId("swatch-plus").replaceChildren(swatch(this.#table(0.75)));
-    byId("swatch-minus").replaceChildren(swatch(this.#table(-0.75)));
+  #choose(name) {
+    this.#layer = name;
+    this.#repaint();
+    this.onLayer(name);
+    this.#show();
   }
 
-  #drawCells(pen) {
-    const { nx, ny, values_nm: values } = this.#map;
+  /** Takes the chosen colours, and what the legend says of the layer. */
+  #repaint() {
+    const layer = LAYERS[this.#layer];
+    this.#table = layer.table(this.#flip.checked);
+    byId("map-title").replaceChildren(`${layer.title} `, small(layer.small));
+    this.#canvas.setAttribute("aria-label", `${layer.label} Arrow keys move the cursor.`);
+    byId("map-card").dataset.layer = this.#layer;
+    if (layer.signed) {
+      byId("swatch-plus").replaceChildren(swatch(this.#table(0.75)));
+      byId("swatch-minus").replaceChildren(swatch(this.#table(-0.75)));
+    }
+    this.draw();
+  }
+
+  #show() {
+    this.#chart = chartOf(this.#layer, this.#snapshot?.map, this.#maps);
+    byId("map-empty").hidden = this.#chart !== null;
+    const sampling = this.#layer !== "deviation";
+    const measured = this.#snapshot?.points.received > 0;
+    setText(byId("map-empty"), sampling && measured ? "The mesh was not looked at yet." : "No point has landed yet.");
+    this.#sayLimit(sampling);
+    this.draw();
+    this.#tell();
+  }
+
+  #sayLimit(sampling) {
+    const [layer, maps] = [LAYERS[this.#layer], this.#maps];
+    if (!sampling || !maps) {
+      setText(byId("map-as-of"), "");
+      setText(byId("map-limit"), layer.beyond ?? "");
+      return;
+    }
+    const { limit } = maps[layer.layer];
+    const unit = layer.unit === "ε" ? "" : ` ${layer.unit}`;
+    setText(byId("map-limit"), known(limit) ? `${layer.beyond}, ${significant(limit)}${unit}` : "no limit");
+    const newer = this.#snapshot ? pointsSince(this.#snapshot.points, maps.as_of_points) : 0;
+    const noise = this.#layer !== "noise" ? ""
+      : maps.noise_unknown ? ` Noise not known: ${maps.noise_unknown}.`
+      : ` Noise ${significant(maps.noise_sigma_nm)} nm.`;
+    setText(byId("map-as-of"), `As of ${count(maps.as_of_points)} points${newer > 0 ? `, ${count(newer)} newer ones not seen yet` : ""}.${noise}`);
+  }
+
+  #drawCells(pen, scale) {
+    const { nx, ny, values } = this.#chart;
     const { left, top, wide, high } = this.#frame;
     pen.fillStyle = noDataPattern(pen);
     pen.fillRect(left, top, wide, high);
@@ -95,7 +181,7 @@ export class DeviationMap {
         if (!known(value)) continue;
         // The first row has the smallest y: it stands at the bottom.
         const at = 4 * ((ny - 1 - row) * nx + column);
-        const [r, g, b] = this.#table(value / this.#scale);
+        const [r, g, b] = this.#table(value / scale);
         image.data.set([r, g, b, 255], at);
       }
     }
@@ -104,115 +190,57 @@ export class DeviationMap {
     pen.drawImage(cells, left, top, wide, high);
   }
 
-  #drawAxes(pen) {
-    const { left, top, wide, high, perMm, x0, y0 } = this.#frame;
-    pen.strokeStyle = colour("edge");
-    pen.fillStyle = colour("quiet");
-    pen.lineWidth = 1;
-    pen.strokeRect(left - 0.5, top - 0.5, wide + 1, high + 1);
-    const spanX = wide / perMm;
-    const spanY = high / perMm;
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    for (const x of ticks(x0, x0 + spanX, Math.max(wide / 70, 2))) {
-      const at = left + (x.value - x0) * perMm;
-      line(pen, at, top + high, at, top + high + 5);
-      pen.fillText(x.text, at, top + high + 8);
-    }
-    pen.fillText("x in mm", left + wide / 2, top + high + 26);
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (const y of ticks(y0, y0 + spanY, Math.max(high / 50, 1))) {
-      const at = top + high - (y.value - y0) * perMm;
-      line(pen, left - 5, at, left, at);
-      pen.fillText(y.text, left - 8, at);
-    }
+  #clipped(pen, draw) {
+    const { left, top, wide, high } = this.#frame;
     pen.save();
-    pen.translate(left - 56, top + high / 2);
-    pen.rotate(-Math.PI / 2);
-    pen.textAlign = "center";
-    pen.fillText("y in mm", 0, 0);
+    pen.beginPath();
+    pen.rect(left, top, wide, high);
+    pen.clip();
+    draw();
     pen.restore();
   }
 
-  #drawBar(pen) {
-    const { left, top, wide } = this.#frame;
-    // A map of few rows is flat; its scale is read all the same.
-    const high = Math.max(this.#frame.high, BAR_MIN);
-    const x = left + wide + 18;
-    for (let row = 0; row < high; row += 1) {
-      pen.fillStyle = css(this.#table(1 - (2 * row) / (high - 1)));
-      pen.fillRect(x, top + row, BAR_WIDTH, 1.5);
-    }
-    pen.strokeStyle = colour("edge");
-    pen.strokeRect(x - 0.5, top - 0.5, BAR_WIDTH + 1, high + 1);
-    pen.fillStyle = colour("quiet");
-    pen.textAlign = "left";
-    pen.textBaseline = "middle";
-    const middle = top + high / 2;
-    const decimals = decimalsOf(this.#scale / 2);
-    for (const share of [-1, -0.5, 0, 0.5, 1]) {
-      const at = middle - share * (high / 2);
-      const text = fixed(share * this.#scale, decimals);
-      line(pen, x + BAR_WIDTH, at, x + BAR_WIDTH + 4, at);
-      pen.fillText(share > 0 ? `+${text}` : text, x + BAR_WIDTH + 7, at);
-    }
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    pen.fillText("nm", x + BAR_WIDTH / 2, top + high + 8);
-  }
-
   #drawMarks(pen) {
-    if (!this.#deviation) return;
-    this.#drawMark(pen, this.#deviation.at_max_mm, -1);
-    this.#drawMark(pen, this.#deviation.at_min_mm, 1);
+    const deviation = this.#snapshot?.form?.deviation;
+    if (!deviation || this.#layer !== "deviation") return;
+    drawMark(pen, this.#frame, deviation.at_max_mm, -1);
+    drawMark(pen, this.#frame, deviation.at_min_mm, 1);
   }
 
-  /** A triangle whose inner corner stands on the place; up for the largest, down for the smallest. */
-  #drawMark(pen, [x, y], direction) {
-    const { left, top, wide, high, perMm, x0, y0 } = this.#frame;
-    const px = left + (x - x0) * perMm;
-    const py = top + high - (y - y0) * perMm;
-    if (!known(x) || !known(y) || px < left || px > left + wide || py < top || py > top + high) return;
-    const size = 7;
-    pen.beginPath();
-    pen.moveTo(px, py + direction * size);
-    pen.lineTo(px - size, py - direction * size * 0.8);
-    pen.lineTo(px + size, py - direction * size * 0.8);
-    pen.closePath();
-    pen.fillStyle = "#111";
-    pen.strokeStyle = "#fff";
-    pen.lineWidth = 2;
-    pen.stroke();
-    pen.fill();
+  #press(event) {
+    if (!this.#frame || event.button !== 0) return;
+    this.#drag = [event.offsetX, event.offsetY];
+    this.#dragged = false;
+    this.#canvas.setPointerCapture(event.pointerId);
   }
 
-  #drawCursor(pen) {
-    if (!this.#cell) return;
-    const { left, top, high, perMm } = this.#frame;
-    const [column, row] = this.#cell;
-    const [w, h] = [this.#map.dx_mm * perMm, this.#map.dy_mm * perMm];
-    pen.lineWidth = 1.5;
-    pen.strokeStyle = "#fff";
-    pen.strokeRect(left + column * w - 2, top + high - (row + 1) * h - 2, w + 4, h + 4);
-    pen.strokeStyle = "#111";
-    pen.strokeRect(left + column * w - 3.5, top + high - (row + 1) * h - 3.5, w + 7, h + 7);
+  /** A press that did not become a drag chooses what lies there. */
+  #release(event) {
+    if (this.#drag && !this.#dragged && this.#frame) {
+      this.#regions.choose(toMm(this.#frame, [event.offsetX, event.offsetY]));
+    }
+    this.#drag = null;
   }
 
-  #point(event) {
+  #move(event) {
     if (!this.#frame) return;
-    const { left, top, high, perMm } = this.#frame;
-    const { nx, ny, dx_mm: dx, dy_mm: dy } = this.#map;
-    const column = Math.floor((event.offsetX - left) / perMm / dx);
-    const row = Math.floor((top + high - event.offsetY) / perMm / dy);
+    const { nx, ny, dx_mm: dx, dy_mm: dy } = this.#chart;
+    const at = [event.offsetX, event.offsetY];
+    if (this.#drag && Math.hypot(at[0] - this.#drag[0], at[1] - this.#drag[1]) >= DRAG_PIXELS) {
+      this.#dragged = true;
+      this.onLine(toMm(this.#frame, this.#drag), toMm(this.#frame, at));
+    }
+    const [x, y] = toMm(this.#frame, at);
+    const column = Math.floor((x - this.#frame.x0) / dx);
+    const row = Math.floor((y - this.#frame.y0) / dy);
     this.#select(column >= 0 && column < nx && row >= 0 && row < ny ? [column, row] : null);
   }
 
   #key(event) {
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-    if (!step || !this.#map) return;
+    if (!step || !this.#chart) return;
     event.preventDefault();
-    const { nx, ny } = this.#map;
+    const { nx, ny } = this.#chart;
     const [column, row] = this.#cell ?? [nx >> 1, ny >> 1];
     const inside = (value, end) => Math.min(Math.max(value, 0), end - 1);
     this.#select([inside(column + step[0], nx), inside(row + step[1], ny)]);
@@ -226,90 +254,27 @@ export class DeviationMap {
   }
 
   #tell() {
-    const map = this.#map;
-    if (map && this.#cell && (this.#cell[0] >= map.nx || this.#cell[1] >= map.ny)) this.#cell = null;
-    if (!map || !this.#cell) {
-      setText(byId("map-readout"), map ? "Point at the map, or focus it and use the arrow keys." : DASH);
+    const chart = this.#chart;
+    if (chart && this.#cell && (this.#cell[0] >= chart.nx || this.#cell[1] >= chart.ny)) this.#cell = null;
+    if (!chart || !this.#cell) {
+      setText(byId("map-readout"), chart ? "Point at the map, or focus it and use the arrow keys; drag to draw a section." : DASH);
       return;
     }
     const [column, row] = this.#cell;
-    const value = map.values_nm[row * map.nx + column];
-    const x = fixed(map.x0_mm + column * map.dx_mm, 3);
-    const y = fixed(map.y0_mm + row * map.dy_mm, 3);
-    setText(byId("map-readout"), `x ${x} mm, y ${y} mm: ${known(value) ? `${signedNm(value)} nm` : "no data"}`);
+    const [x, y] = [chart.x0_mm + column * chart.dx_mm, chart.y0_mm + row * chart.dy_mm];
+    const region = this.#regions.at([x, y]);
+    const told = `x ${fixed(x, 3)} mm, y ${fixed(y, 3)} mm: ${sayCell(this.#layer, chart, row * chart.nx + column)}`;
+    setText(byId("map-readout"), region ? `${told}; ${region}` : told);
   }
-}
-
-/** The largest square-pixel frame of the map inside the canvas. */
-function place1to1(map, width, height) {
-  const spanX = map.nx * map.dx_mm;
-  const spanY = map.ny * map.dy_mm;
-  const roomX = Math.max(width - MARGIN.left - MARGIN.right, 20);
-  const roomY = Math.max(height - MARGIN.top - MARGIN.bottom, 20);
-  const perMm = Math.min(roomX / spanX, roomY / spanY);
-  const [wide, high] = [spanX * perMm, spanY * perMm];
-  return {
-    left: Math.round(MARGIN.left + (roomX - wide) / 2),
-    top: MARGIN.top,
-    wide,
-    high,
-    perMm,
-    x0: map.x0_mm - map.dx_mm / 2,
-    y0: map.y0_mm - map.dy_mm / 2,
-  };
-}
-
-/** The next round number at or above the largest size: the scale does not tremble with every point. */
-function scaleOf(values) {
-  let largest = 0;
-  for (const value of values) if (known(value)) largest = Math.max(largest, Math.abs(value));
-  if (largest === 0) return 1;
-  const power = 10 ** Math.floor(Math.log10(largest));
-  return [1, 1.5, 2, 3, 4, 5, 6, 8, 10].find((m) => m * power >= largest * (1 - 1e-9)) * power;
-}
-
-/** Round numbers from `low` to `high`, about `wanted` of them, all with the same decimals. */
-function ticks(low, high, wanted) {
-  const rough = (high - low) / wanted;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].find((m) => m * power >= rough) * power;
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  const list = [];
-  const end = Math.floor(high / step + 1e-9);
-  for (let k = Math.ceil(low / step - 1e-9); k <= end; k += 1) {
-    list.push({ value: k * step, text: fixed(k * step, decimals) });
-  }
-  return list;
-}
-
-/** How many decimals write a round number in full. */
-function decimalsOf(value) {
-  let decimals = 0;
-  while (decimals < 6 && Math.abs(value * 10 ** decimals - Math.round(value * 10 ** decimals)) > 1e-6) {
-    decimals += 1;
-  }
-  return decimals;
-}
-
-function line(pen, x1, y1, x2, y2) {
-  pen.beginPath();
-  pen.moveTo(x1, y1);
-  pen.lineTo(x2, y2);
-  pen.stroke();
-}
-
-function noDataPattern(pen) {
-  const tile = new OffscreenCanvas(6, 6);
-  const context = tile.getContext("2d");
-  context.fillStyle = colour("no-data");
-  context.fillRect(0, 0, 6, 6);
-  context.strokeStyle = colour("no-data-line");
-  context.lineWidth = 1;
-  for (const shift of [-6, 0, 6]) line(context, shift - 1, 7, shift + 7, -1);
-  return pen.createPattern(tile, "repeat");
 }
 
 const extreme = (value, point) => (known(value) ? `${signedNm(value)} nm at ${place(point)}` : DASH);
+
+function small(text) {
+  const element = document.createElement("small");
+  element.textContent = text;
+  return element;
+}
 
 /** A filled square of this colour. A drawing, since style attributes are not allowed here. */
 function swatch(rgb) {

@@ -17,7 +17,8 @@ export function showProgress({ progress, points, state }) {
   const number = (key, name, text, className = "") => ({ key, className, cells: [name, { text, className: "num" }] });
   setRows(byId("points"), [
     number("rate", "Rate", `${rate(progress.rate_hz)} points/s`),
-    number("eta", "Time left", state === "measuring" ? duration(progress.eta_s) : DASH),
+    number("eta", "Time left by plan", state === "measuring" ? duration(progress.eta_s) : DASH),
+    number("eta_coverage", "Time left by coverage", state === "measuring" ? duration(progress.eta_coverage_s) : DASH),
     number("expected", "Expected", count(progress.expected_points)),
     number("received", "Received", count(points.received)),
     number("used", "Used", count(points.used)),

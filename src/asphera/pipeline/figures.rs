@@ -2,26 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
+use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Parameter, Pose, Termination};
 use asphera_surface::Plane;
 
 use crate::config::Part;
 use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
 use crate::snapshot::Map;
-
-/// The largest gap allowed: that of the part, or four times the distance the points have on average. On a
-/// flat surface ε allows anything, and a triangulation fills every hole.
-pub(super) fn gap_limit_mm(part: &Part, points: usize, projected_area_mm2: f64) -> Option<f64> {
-    let distance_mm = (projected_area_mm2 / points as f64).sqrt();
-    part.gap_limit_mm.or((distance_mm > 0.0).then_some(4.0 * distance_mm))
-}
-
-/// An upper bound of the local feature size at a place of the plane of projection: the nominal's smallest
-/// radius of curvature there. Tilts of a part are small, so the place is only shifted.
-pub(super) fn lfs_mm(nominal: &Nominal, pose: &Pose) -> impl Fn(f64, f64) -> f64 + use<> {
-    let (nominal, tx, ty) = (*nominal, pose.tx_mm, pose.ty_mm);
-    move |x, y| nominal.lfs_bound_mm((x - tx).hypot(y - ty))
-}
 
 /// `plane` is that of projection, in whose frame the fit was made.
 pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> FormFigures {

@@ -33,7 +33,13 @@ pub(super) fn judge(
         Ok(_) => {}
     }
     match sampling.coverage {
-        None => undecide(&mut verdict, "the points span no area".to_owned()),
+        None => undecide(
+            &mut verdict,
+            match sampling.unknown.first() {
+                Some(why) => why.clone(),
+                None => "the points span no area".to_owned(),
+            },
+        ),
         Some(coverage) if coverage < part.coverage_min => undecide(
             &mut verdict,
             format!(

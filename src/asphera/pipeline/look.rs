@@ -2,11 +2,10 @@
 
 use asphera_form::Pose;
 use asphera_surface::{
-    Criteria, Kind, Mesh, Plane, PointMm, Region, Relief, State, Survey, Topography, VertexId,
-    area, assess, islands, projectable_along, topography,
+    Kind, Mesh, Plane, PointMm, Region, Relief, Topography, VertexId, projectable_along, topography,
 };
 
-use super::figures::{gap_limit_mm, lfs_mm};
+use super::sampling::{self, Findings, Next, Remembered, Sampled};
 use crate::config::Part;
 use crate::report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 
@@ -14,45 +13,58 @@ use crate::report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, Sa
 pub(super) struct Look {
     /// All triangles of the mesh.
     pub(super) triangles: Vec<[VertexId; 3]>,
-    /// Those whose centre lies in the aperture, but for folds, and their sampling.
-    pub(super) survey: Survey,
+    /// For each of them whether it is sampled densely enough and has a part in the aperture.
+    pub(super) covered: Vec<bool>,
     pub(super) mesh: MeshFigures,
     pub(super) sampling: SamplingFigures,
+    /// What to measure next.
+    pub(super) next: Option<Next>,
 }
 
 /// Looks at a mesh in the frame of `plane` of a part that lies there at `pose`.
-pub(super) fn look(mesh: &Mesh, part: &Part, pose: &Pose, plane: &Plane) -> Look {
+pub(super) fn look(
+    mesh: &Mesh,
+    part: &Part,
+    pose: &Pose,
+    plane: &Plane,
+    remembered: &mut Remembered,
+) -> Look {
     let points = mesh.points();
     let triangles = mesh.triangles();
-    let whole = area(points, triangles.iter().copied());
-    let inside: Vec<[VertexId; 3]> = triangles
+    let (relief, folds) = relief_inside(points, &triangles, part, pose);
+    let sampled = Sampled { mesh, triangles: &triangles, plane };
+    let mut findings = sampling::of_part(sampled, &folds, part, pose, remembered);
+    let next = findings.next(plane, part, pose);
+    let Findings { figures, covered, area_mm2, .. } = findings;
+    let seen =
+        MeshFigures { area_mm2, relief: relief_figures(&relief, plane), ..MeshFigures::default() };
+    Look { mesh: with_counts(mesh, seen), triangles, covered, sampling: figures, next }
+}
+
+/// The regions of steep triangles whose centres lie in the aperture, and the indices of those of folds.
+fn relief_inside(
+    points: &[PointMm],
+    triangles: &[[VertexId; 3]],
+    part: &Part,
+    pose: &Pose,
+) -> (Topography, Vec<usize>) {
+    // Nearly always there is nothing steep anywhere, which is told without asking what is inside.
+    let anywhere = topography(points, triangles, &Relief::default());
+    if anywhere.regions().is_empty() {
+        return (anywhere, Vec::new());
+    }
+    let (numbers, inside): (Vec<usize>, Vec<[VertexId; 3]>) = triangles
         .iter()
         .copied()
-        .filter(|corners| {
+        .enumerate()
+        .filter(|(_, corners)| {
             let [x, y, _] = pose.to_part(centre_mm(points, corners));
             part.aperture.contains(x, y)
         })
-        .collect();
+        .unzip();
     let relief = topography(points, &inside, &Relief::default());
-    let mut folded = relief.triangles_of_folds().peekable();
-    let sheet = inside
-        .iter()
-        .enumerate()
-        .filter_map(|(index, &corners)| folded.next_if_eq(&index).is_none().then_some(corners));
-    let aperture_mm2 = part.aperture.area_mm2() * foreshortening(pose, plane);
-    let criteria = Criteria {
-        gap_limit_mm: gap_limit_mm(part, points.len(), whole.projected_mm2),
-        epsilon_limit: Some(part.epsilon_limit),
-        aperture_area_mm2: aperture_mm2.is_finite().then_some(aperture_mm2),
-    };
-    let survey = assess(points, sheet, &criteria, lfs_mm(&part.nominal, pose));
-    let sampling = sampling(mesh, part, &criteria, &survey);
-    let seen = MeshFigures {
-        area_mm2: whole.lifted_mm2,
-        relief: relief_figures(&relief, plane),
-        ..MeshFigures::default()
-    };
-    Look { mesh: with_counts(mesh, seen), triangles, survey, sampling }
+    let folds = relief.triangles_of_folds().map(|index| numbers[index]).collect();
+    (relief, folds)
 }
 
 /// The figures of a mesh of which all but the counts were seen some time ago.
@@ -72,14 +84,6 @@ impl Look {
     /// Adds what is worth its time only once all points have arrived.
     /// `measured_mm` are the vertices in the measured frame.
     pub(super) fn finish(&mut self, mesh: &Mesh, measured_mm: &[PointMm]) {
-        let points = mesh.points();
-        let (triangles, keep): (Vec<_>, Vec<_>) =
-            self.survey.triangles().map(|(corners, state)| (corners, state == State::Good)).unzip();
-        let islands = islands(points, &triangles, &keep);
-        let holes = || islands.iter().flat_map(|island| &island.holes);
-        self.sampling.islands = Some(islands.len() as u64);
-        self.sampling.holes = Some(holes().count() as u64);
-        self.sampling.hole_max_mm2 = holes().map(|hole| hole.area_mm2).reduce(f64::max);
         if !self.mesh.relief.folds.is_empty() {
             let found = projectable_along(measured_mm, &Relief::default());
             self.mesh.relief.projection =
@@ -89,30 +93,9 @@ impl Look {
     }
 }
 
-/// What becomes of an area across the part's axis in the projection. A plane that was fitted from some rows
-/// of a curved part may lie far askew; along z a part lies straight but for less than counts.
-fn foreshortening(pose: &Pose, plane: &Plane) -> f64 {
-    if *plane == Plane::XY { 1.0 } else { pose.rotation()[2][2].abs() }
-}
-
 fn centre_mm(points: &[PointMm], corners: &[VertexId; 3]) -> PointMm {
     [0, 1, 2]
         .map(|axis| corners.iter().map(|corner| points[*corner as usize][axis]).sum::<f64>() / 3.0)
-}
-
-fn sampling(mesh: &Mesh, part: &Part, criteria: &Criteria, survey: &Survey) -> SamplingFigures {
-    let sampling = survey.sampling();
-    SamplingFigures {
-        gap_limit_mm: criteria.gap_limit_mm,
-        epsilon_limit: part.epsilon_limit,
-        gap_max_mm: sampling.gap_max_mm,
-        epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
-        epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),
-        coverage: sampling.coverage,
-        undersampled_area_mm2: sampling.gap_max_mm.map(|_| sampling.undersampled_area_mm2),
-        as_of_points: mesh.counts().pushed,
-        ..SamplingFigures::default()
-    }
 }
 
 fn relief_figures(relief: &Topography, plane: &Plane) -> ReliefFigures {

@@ -1,13 +1,15 @@
 //! The final figures of one part.
 
-use asphera_form::{Figures, Fit, deviations, fit};
-use asphera_surface::{Grid, Mesh, PointMm, Survey, rasterize};
+use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
+use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
+use super::cutting::{FinishedMesh, Setting};
 use super::figures;
 use super::judgement::judge;
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
 use super::running::fit_settings;
+use super::sampling::{Next, Remembered};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
 
@@ -16,6 +18,8 @@ use crate::report::{FORMAT, Points, Report, Timing};
 pub struct Measurement {
     /// The figures. Links, timing and session are still empty.
     pub report: Report,
+    /// The mesh itself, in the frame of the plane of projection: to be cut, and mapped.
+    pub surface: FinishedMesh,
     /// Vertices of the mesh, measured frame, mm.
     pub points_mm: Vec<PointMm>,
     /// Its triangles, counter-clockwise seen from the side the normal of the plane of projection points to:
@@ -25,6 +29,8 @@ pub struct Measurement {
     pub deviations_nm: Vec<f64>,
     /// The deviation on a regular grid of the plane of projection; `None` without a fit or without area.
     pub map: Option<DeviationMap>,
+    /// What to measure next; `None` where that is not known.
+    pub next: Option<Next>,
 }
 
 /// A deviation map on a regular grid.
@@ -37,22 +43,26 @@ pub struct DeviationMap {
     pub values_nm: Vec<f64>,
 }
 
+/// `grid` holds the cells of the maps, and `maps_version` tells them from earlier ones.
 pub(super) fn measure(
-    mesh: &Mesh,
-    part: &Part,
+    mesh: Mesh,
+    part: Part,
     projector: &Projector,
     mut points: Points,
+    grid: Option<MapGrid>,
+    maps_version: u64,
+    mut remembered: Remembered,
 ) -> Measurement {
     let plane = projector.plane();
-    let result = fit(mesh.points(), &part.nominal, &fit_settings(part));
+    let result = fit(mesh.points(), &part.nominal, &fit_settings(&part));
     let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
-    let points_mm = measured(mesh, &plane);
-    let mut look = look(mesh, part, &pose, &plane);
-    look.finish(mesh, &points_mm);
+    let points_mm = measured(&mesh, &plane);
+    let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
+    look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
-    let Look { triangles, survey, mesh: seen, sampling } = look;
+    let Look { triangles, covered, mesh: seen, sampling, next } = look;
     let (deviations_mm, found) = match &result {
-        Ok(fit) => deviation(mesh, part, fit),
+        Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
     };
     if let Ok(fit) = &result {
@@ -70,10 +80,21 @@ pub(super) fn measure(
         .as_ref()
         .ok()
         .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(part, fit, found, &plane));
-    let verdict = judge(part, mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
+        .map(|(fit, found)| figures::form(&part, fit, found, &plane));
+    let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map = form.as_ref().and_then(|_| deviation_map(mesh, &survey, &deviations_nm));
+    let map =
+        form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
+    let points_mm = points_mm.into_owned();
+    let setting = Setting {
+        part,
+        plane,
+        lies: result.ok().map(|fit| (fit.nominal, fit.pose)),
+        gap_limit_mm: sampling.gap_limit_mm,
+        grid,
+        maps_version,
+        remembered,
+    };
     Measurement {
         report: Report {
             format: FORMAT.to_owned(),
@@ -86,10 +107,12 @@ pub(super) fn measure(
             timing: Timing::default(),
             session: None,
         },
-        points_mm: points_mm.into_owned(),
+        surface: FinishedMesh::new(mesh, setting),
+        points_mm,
         triangles,
         deviations_nm,
         map,
+        next,
     }
 }
 
@@ -108,7 +131,11 @@ fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>)
 
 /// The deviation at nodes as far apart as the points are on average, over well-sampled triangles in the
 /// aperture only: a gap is never bridged.
-fn deviation_map(mesh: &Mesh, survey: &Survey, deviations_nm: &[f64]) -> Option<DeviationMap> {
+fn deviation_map(
+    mesh: &Mesh,
+    (triangles, covered): (&[[VertexId; 3]], &[bool]),
+    deviations_nm: &[f64],
+) -> Option<DeviationMap> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for point in mesh.points() {
         for axis in 0..2 {
@@ -132,7 +159,9 @@ fn deviation_map(mesh: &Mesh, survey: &Survey, deviations_nm: &[f64]) -> Option<
         nx,
         ny,
     };
-    let values_nm = rasterize(mesh.points(), survey.good(), deviations_nm, &grid).ok()?;
+    let good =
+        triangles.iter().zip(covered).filter_map(|(&corners, &good)| good.then_some(corners));
+    let values_nm = rasterize(mesh.points(), good, deviations_nm, &grid).ok()?;
     Some(DeviationMap { grid, values_nm })
 }
 

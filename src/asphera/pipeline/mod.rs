@@ -4,25 +4,35 @@
 //! many there are; the final figures are made once, from all points, and depend on nothing but the points
 //! and their order. No clock is read here.
 
+mod cutting;
 mod figures;
 mod judgement;
 mod look;
+mod maps;
 mod measurement;
 mod projection;
 mod running;
+pub(crate) mod sampling;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use asphera_surface::{Mesh, PointMm};
 
+pub use cutting::FinishedMesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+pub use sampling::{
+    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
+    sampling_of_points,
+};
 
 use crate::config::Part;
 use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
-use crate::snapshot::{Convergence, Map};
+use crate::section::{Cut, SectionRequest};
+use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use projection::Projector;
 use running::{History, Running};
@@ -41,8 +51,15 @@ pub struct Pipeline {
     sampling: SamplingFigures,
     /// What was seen of the mesh then.
     seen: MeshFigures,
+    /// What was mapped then.
+    maps: Option<Arc<SamplingMaps>>,
+    /// How often it was looked at.
+    looks: u64,
+    /// What to measure next, as of then.
+    next: Option<Next>,
     /// Points at which it is looked at again.
     next_sampling: u64,
+    remembered: Remembered,
 }
 
 /// The running figures of a part.
@@ -57,6 +74,8 @@ pub struct RunningFigures {
     pub form: Option<FormFigures>,
     /// The deviation over the aperture.
     pub map: Option<Map>,
+    /// The sampling over the aperture, as of [`SamplingFigures::as_of_points`].
+    pub maps: Option<Arc<SamplingMaps>>,
     /// PV and RMS so far.
     pub convergence: Convergence,
     /// Points received but not yet in the mesh.
@@ -81,7 +100,11 @@ impl Pipeline {
             flagged: BTreeMap::new(),
             sampling: SamplingFigures::default(),
             seen: MeshFigures::default(),
+            maps: None,
+            looks: 0,
+            next: None,
             next_sampling: FIRST_SAMPLING,
+            remembered: Remembered::default(),
         }
     }
 
@@ -129,8 +152,15 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling {
             self.next_sampling = counts.vertices + counts.vertices / 4;
             let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
-            let look = look::look(&self.mesh, &self.part, &pose, &plane);
-            (self.sampling, self.seen) = (look.sampling, look.mesh);
+            let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
+            self.looks += 1;
+            self.maps = self.running.grid().and_then(|grid| {
+                let lfs_mm = self.remembered.lfs_mm(&pose);
+                maps::maps(&self.mesh, &look, &self.part, &pose, &grid, self.looks, lfs_mm)
+                    .ok()
+                    .map(Arc::new)
+            });
+            (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -150,6 +180,7 @@ impl Pipeline {
                 .as_ref()
                 .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
             map: estimate.as_ref().map(figures::map),
+            maps: self.maps.clone(),
             convergence: self.history.convergence(),
             pending: counts.pending + self.projector.waiting(),
         }
@@ -161,13 +192,36 @@ impl Pipeline {
         self.projector.finish(|point| accept(mesh, running, point));
         self.mesh.flush();
         let points = self.points();
-        measurement::measure(&self.mesh, &self.part, &self.projector, points)
+        let (grid, version) = (self.running.grid(), self.looks + 1);
+        let (mesh, remembered) = (self.mesh, self.remembered);
+        measurement::measure(mesh, self.part, &self.projector, points, grid, version, remembered)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
     /// batch, or for the plane of projection, are not in it.
     pub fn mesh(&self) -> (Cow<'_, [PointMm]>, Vec<[u32; 3]>) {
         (projection::measured(&self.mesh, &self.projector.plane()), self.mesh.triangles())
+    }
+
+    /// A section of the mesh so far, with the deviation from the running fit, if there is one; `None` without
+    /// a vertex. Takes time in proportion to the triangles met, and to the cells of the map.
+    ///
+    /// # Errors
+    ///
+    /// When the path makes no sense.
+    pub fn section(&self, request: &SectionRequest) -> Cut {
+        if self.mesh.points().is_empty() {
+            return None;
+        }
+        let estimate = self.running.estimate();
+        let lies = estimate.as_ref().map(|estimate| (&estimate.nominal, &estimate.pose));
+        let gap_limit_mm = self.sampling.gap_limit_mm.or(self.part.gap_limit_mm);
+        Some(cutting::cut(&self.mesh, &self.part, lies, gap_limit_mm, request))
+    }
+
+    /// What to measure next, as of the last time the sampling was looked at; `None` before the first.
+    pub fn next(&self) -> Option<&Next> {
+        self.next.as_ref()
     }
 
     fn accept(&mut self, position_mm: PointMm) {

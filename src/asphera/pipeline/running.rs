@@ -54,16 +54,24 @@ impl Running {
         }
     }
 
+    /// The cells of the map, once it is known how large the part is.
+    pub(super) fn grid(&self) -> Option<Grid> {
+        let Bounds { x_mm: [x_min, x_max], y_mm: [y_min, y_max], .. } = self.bounds;
+        (x_min < x_max && y_min < y_max).then(|| grid(&self.bounds))
+    }
+
     pub(super) fn estimate(&self) -> Option<LiveEstimate> {
         self.live.as_ref()?.estimate()
     }
 }
 
 fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
-    let [x_min_mm, x_max_mm] = bounds.x_mm;
-    let [y_min_mm, y_max_mm] = bounds.y_mm;
-    let grid = Grid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, nx: CELLS, ny: CELLS };
-    Live::new(part.nominal, LiveSettings::new(fit_settings(part), grid)).ok()
+    Live::new(part.nominal, LiveSettings::new(fit_settings(part), grid(bounds))).ok()
+}
+
+fn grid(bounds: &Bounds) -> Grid {
+    let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (bounds.x_mm, bounds.y_mm);
+    Grid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, nx: CELLS, ny: CELLS }
 }
 
 /// What is fitted.

@@ -129,3 +129,78 @@ fn islands_and_holes_are_counted() {
     assert_eq!((sampling.islands, sampling.holes), (Some(2), Some(1)));
     assert!((sampling.hole_max_mm2.unwrap() - 90.0).abs() < 15.0, "{sampling:?}");
 }
+
+const BLOCK: &str = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"rectangle\"\nwidth_mm = 96\nheight_mm = 96\n[sampling]\ngap_limit_mm = 1.0\n";
+
+/// A waffle of 97 by 97 points about the origin, without those of a square hole.
+fn block() -> impl Iterator<Item = PointMm> {
+    waffle(97)
+        .map(|[x, y, z]| [x - 48.0, y - 48.0, z])
+        .filter(|[x, y, _]| !((9.5..20.5).contains(x) && (9.5..20.5).contains(y)))
+}
+
+#[test]
+fn maps_show_a_hole_where_it_is_and_change_only_with_a_look() {
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", BLOCK).unwrap());
+    let mut versions = Vec::new();
+    for (index, point) in block().enumerate() {
+        pipeline.take_position(point);
+        if index % 500 == 0 {
+            versions.extend(pipeline.figures().maps.map(|maps| maps.version));
+        }
+    }
+    let looks = *versions.last().unwrap();
+    assert!(versions.is_sorted() && versions[0] == 1 && looks > 3, "{versions:?}");
+    assert!((looks as usize) < versions.len(), "{versions:?}");
+    let surface = pipeline.finish().surface;
+    let maps = surface.maps().unwrap();
+    assert_eq!((Some(maps.version), maps.version), (surface.maps_version(), looks + 1));
+    assert_eq!((maps.nx, maps.ny, maps.dx_mm), (96, 96, 1.0));
+    // Cell (i, j) reaches from i - 48 to i - 47, so its centre lies half a mm off.
+    for (cell, share) in maps.undersampled.values.iter().enumerate() {
+        let (x, y) = ((cell % 96) as f64 - 47.5, (cell / 96) as f64 - 47.5);
+        let hole = (9.0..21.0).contains(&x) && (9.0..21.0).contains(&y);
+        if [x, y].iter().all(|place| [9.5, 20.5].contains(place)) {
+            // A triangle of the raster reaches into its corners.
+            continue;
+        }
+        assert_eq!(share.unwrap() > 0.5, hole, "({x}, {y}): {share:?}");
+        let gap_mm = maps.gap_mm.values[cell].unwrap();
+        assert_eq!(gap_mm > 1.0, hole, "({x}, {y}): {gap_mm}");
+        if !hole {
+            assert!((gap_mm - 0.5_f64.sqrt()).abs() < 1e-3, "({x}, {y}): {gap_mm}");
+        }
+        assert_eq!(maps.epsilon.values[cell], Some(0.0), "a plane has no curvature");
+    }
+    let sigma_nm = maps.noise_sigma_nm.unwrap();
+    assert!((20.0..100.0).contains(&sigma_nm), "a waffle of ±50 nm has noise of {sigma_nm} nm");
+    // 2σ/h of a raster of 1 mm.
+    let tilt_mrad = maps.tilt_mrad.values[0].unwrap();
+    assert!((tilt_mrad - 2e-3 * sigma_nm).abs() < 1e-3 * tilt_mrad, "{tilt_mrad}");
+}
+
+#[test]
+fn sections_are_to_be_had_while_points_arrive_and_break_at_a_hole() {
+    let request = SectionRequest::Line { from_mm: [-47.0, 15.0], to_mm: [47.0, 15.0] };
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", BLOCK).unwrap());
+    assert_eq!(pipeline.section(&request), None, "there is no vertex");
+    block().for_each(|point| pipeline.take_position(point));
+    pipeline.figures();
+    let running = pipeline.section(&request).unwrap().unwrap();
+    let finished = pipeline.finish().surface.section(&request).unwrap().unwrap();
+    for found in [&running, &finished] {
+        let [before, after] = &found.pieces[..] else { panic!("{:?}", found.pieces) };
+        assert_eq!((before.from_s_mm, before.to_s_mm, before.ends), (0.0, 56.0, "gap"));
+        assert_eq!(after.from_s_mm, 68.0);
+        let deviation = found.deviation.unwrap();
+        assert!((deviation.pv_nm - 100.0).abs() < 1.0, "{deviation:?}");
+        let known = found.points.as_ref().unwrap().deviation_nm.as_ref().unwrap();
+        assert!(known.iter().all(Option::is_some));
+    }
+    assert!(running.pieces[1].to_s_mm <= finished.pieces[1].to_s_mm);
+    let nowhere = SectionRequest::Line { from_mm: [1.0, 1.0], to_mm: [1.0, 1.0] };
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", BLOCK).unwrap());
+    block().for_each(|point| pipeline.take_position(point));
+    pipeline.figures();
+    assert!(pipeline.section(&nowhere).unwrap().is_err());
+}

@@ -1,11 +1,12 @@
 //! The routes and what each answers.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{Path, State};
-use axum::http::{Method, StatusCode, Uri, header};
+use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Json, Router, middleware};
@@ -14,7 +15,7 @@ use serde_json::json;
 use super::problem::Problem;
 use super::server::Shared;
 use super::source::ControlError;
-use super::{assets, guard, stream};
+use super::{assets, guard, query, stream};
 
 /// All routes, without the checks of [`guard::every`].
 pub(super) fn router(shared: &Arc<Shared>) -> Router {
@@ -22,6 +23,9 @@ pub(super) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/v1/snapshot", get(snapshot))
         .route("/api/v1/stream", get(open_stream))
         .route("/api/v1/mesh.ply", get(mesh))
+        .route("/api/v1/maps", get(maps))
+        .route("/api/v1/section", get(section))
+        .route("/api/v1/waypoints.csv", get(waypoints))
         .route("/api/v1/report", get(report))
         .route("/api/v1/links", get(links))
         .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
@@ -95,8 +99,59 @@ async fn mesh(State(shared): State<Arc<Shared>>) -> Response {
             ];
             (headers, ply).into_response()
         }
-        None => Problem::new(StatusCode::NOT_FOUND, "there is no mesh yet")
-            .expected("a session with at least one point")
+        None => no_mesh().into_response(),
+    }
+}
+
+async fn maps(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    let Some(maps) = shared.source.maps().await else {
+        return Problem::new(StatusCode::NOT_FOUND, "there are no maps of the sampling yet")
+            .expected("a session with some thousand points")
+            .into_response();
+    };
+    let text = serde_json::to_string(&*maps).expect("maps consist of numbers and strings");
+    // Of the content, so that no other daemon's maps are taken for these.
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    let tag = format!("\"{:016x}\"", hasher.finish());
+    if headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
+        return (StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response();
+    }
+    ([(header::CONTENT_TYPE, JSON.to_owned()), (header::ETAG, tag)], text).into_response()
+}
+
+async fn section(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {
+    let request = match query::section(uri.query().unwrap_or_default()) {
+        Ok(request) => request,
+        Err(problem) => return problem.into_response(),
+    };
+    match shared.source.section(request).await {
+        Some(Ok(report)) => Json(report).into_response(),
+        Some(Err(error)) => Problem::new(StatusCode::BAD_REQUEST, error.to_string())
+            .found(uri.query().unwrap_or_default())
+            .into_response(),
+        None => no_mesh().into_response(),
+    }
+}
+
+fn no_mesh() -> Problem {
+    Problem::new(StatusCode::NOT_FOUND, "there is no mesh yet")
+        .expected("a session with at least one point")
+}
+
+async fn waypoints(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.waypoints().await {
+        Some(waypoints) => {
+            let headers = [
+                (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+                (header::CONTENT_DISPOSITION, "attachment; filename=\"waypoints.csv\""),
+            ];
+            (headers, waypoints.csv).into_response()
+        }
+        None => Problem::new(StatusCode::NOT_FOUND, "nothing is known of the sampling yet")
+            .expected("a session with some thousand points, or one that ended")
             .into_response(),
     }
 }

@@ -6,10 +6,17 @@
 //! | `GET /api/v1/snapshot` | the newest [`Snapshot`](crate::snapshot::Snapshot) as JSON |
 //! | `GET /api/v1/stream` | WebSocket: every new snapshot as JSON text, the newest wins |
 //! | `GET /api/v1/mesh.ply` | the mesh; 404 while there is none |
+//! | `GET /api/v1/maps` | the [`SamplingMaps`](crate::snapshot::SamplingMaps) as JSON, with an `ETag`; 404 while there are none |
+//! | `GET /api/v1/section?…` | the [`SectionReport`](crate::section::SectionReport) of the mesh as it is now: see below |
+//! | `GET /api/v1/waypoints.csv` | where to measure next: `region,x_mm,y_mm,z_mm`, measured frame; 404 while nothing is known |
 //! | `GET /api/v1/report` | the [`Report`](crate::report::Report) as JSON; 404 while there is none |
 //! | `GET /api/v1/links` | the links of the newest snapshot |
 //! | `GET /api/v1/health` | that the daemon answers, its version and state |
 //! | `POST /api/v1/session/start`, `…/stop` | 204; 409 where the station's state forbids it |
+//!
+//! A section goes along exactly one of `line=X1,Y1,X2,Y2`, `circle=X,Y,R` and `radius=DEG`, the last from
+//! `centre=X,Y` or else from the centre of the nominal as fitted. Lengths are mm in the measured frame; where
+//! the projection is not along z, `u` and `v` of its plane stand for x and y, in the answer too.
 //!
 //! Who may do what:
 //! - Every request names a trusted host (`localhost`, an IP literal or an allowed name), so that a
@@ -28,6 +35,7 @@ mod assets;
 mod encoder;
 mod guard;
 mod problem;
+mod query;
 mod server;
 mod source;
 mod stream;

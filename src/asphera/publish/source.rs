@@ -5,8 +5,10 @@ use std::sync::Arc;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
+use crate::pipeline::Waypoints;
 use crate::report::Report;
-use crate::snapshot::Snapshot;
+use crate::section::{Cut, SectionRequest};
+use crate::snapshot::{SamplingMaps, Snapshot};
 
 /// A station as the server sees it. Every method may be called at any time from any task.
 pub trait Source: Send + Sync + 'static {
@@ -15,6 +17,15 @@ pub trait Source: Send + Sync + 'static {
 
     /// The mesh as a PLY file, in mm; `None` while no point has landed. At most one runs at a time.
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>>;
+
+    /// The newest maps of the sampling; `None` while there are none. At most one runs at a time.
+    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>>;
+
+    /// A section of the mesh as it is now.
+    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut>;
+    /// Places to measure next, as comma-separated values; `None` while nothing is known of the sampling. At
+    /// most one runs at a time.
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>>;
 
     /// The report of the last session; `None` before the first one ended.
     fn report(&self) -> Option<Arc<Report>>;

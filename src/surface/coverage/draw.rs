@@ -23,8 +23,6 @@ use crate::{PointMm, VertexId};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Open {
     pub(super) corners: [VertexId; 3],
-    /// Its number in the mesh; none if it lies outside the hull.
-    pub(super) index: Option<usize>,
     /// Never [`Standing::Covered`].
     pub(super) standing: Standing,
     pub(super) whereabouts: Whereabouts,

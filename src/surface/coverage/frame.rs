@@ -20,7 +20,7 @@ use std::cmp::Ordering;
 use crate::exact::{Place, orientation};
 use crate::point::place;
 use crate::relief::sides;
-use crate::rim::on_outline;
+use crate::rim::Outline;
 use crate::{PointMm, VertexId};
 
 /// The triangles about a mesh.
@@ -36,14 +36,13 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The frame of a mesh that contains all of the bounds; none if `triangles` are not those of a
-    /// whole mesh: the outline must be one closed line about its centre.
+    /// The frame of a mesh with this hull that contains all of the bounds; none if the hull is not a line
+    /// about its centre.
     pub(super) fn new(
         points: &[PointMm],
-        triangles: &[[VertexId; 3]],
+        hull: Vec<VertexId>,
         [low, high]: [Place; 2],
     ) -> Option<Frame> {
-        let hull = hull(points, triangles)?;
         let at = |vertex: VertexId| place(points[vertex as usize]);
         let count = hull.len() as f64;
         let first = at(hull[0]);
@@ -96,12 +95,12 @@ impl Frame {
 
 /// The outline of a mesh, counter-clockwise from its smallest vertex; none if it is not one closed
 /// line that passes no vertex twice. Linear time but for sorting the sides about it.
-pub(super) fn hull(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Option<Vec<VertexId>> {
-    let outline = on_outline(points.len(), triangles);
-    let mut candidates: Vec<[VertexId; 2]> = triangles
+pub(super) fn hull(triangles: &[[VertexId; 3]], outline: &Outline) -> Option<Vec<VertexId>> {
+    let mut candidates: Vec<[VertexId; 2]> = outline
+        .triangles
         .iter()
-        .flat_map(|&corners| sides(corners))
-        .filter(|side| side.iter().all(|&end| outline[end as usize]))
+        .flat_map(|&index| sides(triangles[index]))
+        .filter(|side| side.iter().all(|&end| outline.passes[end as usize]))
         .collect();
     candidates.sort_unstable();
     let open: Vec<[VertexId; 2]> = candidates
@@ -139,7 +138,10 @@ mod tests {
             [1.0, 0.5, 0.0],
         ]);
         let bounds = [[-3.0, -3.0], [9.0, 4.0]];
-        let frame = Frame::new(mesh.points(), &mesh.triangles(), bounds).unwrap();
+        let triangles = mesh.triangles();
+        let outline = Outline::new(mesh.points().len(), &triangles);
+        let hull = hull(&triangles, &outline).unwrap();
+        let frame = Frame::new(mesh.points(), hull, bounds).unwrap();
         assert_eq!(frame.hull, [0, 2, 1, 3, 4]);
         assert_eq!(frame.triangles.len(), 10);
         let at = |vertex: VertexId| match vertex.checked_sub(frame.first_far) {
@@ -163,12 +165,10 @@ mod tests {
 
     #[test]
     fn what_is_no_whole_mesh_has_no_hull() {
-        let points: Vec<PointMm> = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 3.0]]
-            .map(|[x, y]| [x, y, 0.0])
-            .to_vec();
+        let hull = |triangles: &[[VertexId; 3]]| hull(triangles, &Outline::new(5, triangles));
         // Two triangles that share a corner only.
-        assert_eq!(hull(&points, &[[0, 1, 2], [2, 3, 4]]), None);
-        assert_eq!(hull(&points, &[]), None);
-        assert_eq!(hull(&points, &[[0, 1, 2], [1, 3, 2]]), Some(vec![0, 1, 3, 2]));
+        assert_eq!(hull(&[[0, 1, 2], [2, 3, 4]]), None);
+        assert_eq!(hull(&[]), None);
+        assert_eq!(hull(&[[0, 1, 2], [1, 3, 2]]), Some(vec![0, 1, 3, 2]));
     }
 }

@@ -29,6 +29,7 @@
 mod aperture;
 mod border;
 mod clip;
+mod density;
 mod draw;
 mod frame;
 mod gauge;
@@ -46,9 +47,10 @@ use thiserror::Error;
 pub use self::aperture::{Aperture, ApertureError};
 use self::border::{Border, Whereabouts};
 use self::clip::common_area_mm2;
+pub use self::density::{Dense, Density};
 use self::draw::{Open, Scene};
 use self::frame::{Frame, hull};
-use self::gauge::{Gauged, Standing, gauge, sound_lfs};
+use self::gauge::{Gauged, Gauger, Gauges, Standing, sound_lfs};
 pub use self::patches::Patch;
 use self::patches::{Patches, patches};
 pub use self::plan::{
@@ -56,10 +58,9 @@ pub use self::plan::{
 };
 pub use self::polygon::{Polygon, Ring};
 pub use self::spread::Spread;
-use self::tally::Tally;
 pub use self::target::{Reach, Spacing, Target, TargetError};
-use crate::area::Sum;
-use crate::point::place;
+use crate::outline::{IslandCounts, island_counts};
+use crate::rim::Outline;
 use crate::triangle::Triangle;
 use crate::{PointMm, VertexId};
 
@@ -185,26 +186,124 @@ pub fn cover(
     left_out: &[usize],
     aperture: Option<&Aperture>,
     target: &Target,
-    lfs_mm: impl Fn(f64, f64) -> Option<f64>,
+    lfs_mm: impl Fn(f64, f64) -> Option<f64> + Sync,
 ) -> Result<Coverage, CoverageError> {
+    examine(points, triangles, left_out, aperture, target, None, lfs_mm)
+        .map(|examination| examination.coverage)
+}
+
+/// All that one pass over the triangles tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Examination {
+    /// How much of the aperture is covered, and what is not.
+    pub coverage: Coverage,
+    /// For each triangle whether it is covered and has a part in the aperture.
+    pub covered: Vec<bool>,
+    /// How many pieces and holes the covered part has; triangles across the border of the aperture count as
+    /// a whole.
+    pub islands: IslandCounts,
+    /// How dense the samples are, if that was asked.
+    pub dense: Option<Dense>,
+    /// Area in space of all triangles in mm², wherever they are.
+    pub area_mm2: f64,
+}
+
+/// As [`cover`], with what else the same pass over the triangles tells: which are covered, and with
+/// `density` whether samples are denser than their noise allows.
+///
+/// Where two threads help it works in the caller's rayon pool; the bits do not depend on them.
+///
+/// # Errors
+///
+/// As [`cover`].
+///
+/// # Panics
+///
+/// When a corner is not the index of a point.
+pub fn examine(
+    points: &[PointMm],
+    triangles: &[[VertexId; 3]],
+    left_out: &[usize],
+    aperture: Option<&Aperture>,
+    target: &Target,
+    density: Option<&Density>,
+    lfs_mm: impl Fn(f64, f64) -> Option<f64> + Sync,
+) -> Result<Examination, CoverageError> {
     target.validate()?;
     let finite = |point: &PointMm| point.iter().all(|mm| mm.is_finite());
     if let Some(vertex) = points.iter().position(|point| !finite(point)) {
         return Err(CoverageError::Point { vertex: vertex as VertexId });
     }
-    let gauged = gauge(points, triangles, left_out, target, &lfs_mm);
-    let measured = Measured { points, triangles, gauged: &gauged, target };
-    match aperture {
-        Some(aperture) => measured.inside(aperture, &lfs_mm),
-        None => measured.inside_outline(&lfs_mm),
+    let outline = Outline::new(points.len(), triangles);
+    let border = aperture.map(|aperture| Border::new(aperture, triangles.len(), 0));
+    let aperture = aperture.zip(border.as_ref());
+    let gauger = Gauger {
+        points,
+        triangles,
+        left_out,
+        outline: &outline,
+        aperture,
+        target,
+        density,
+        lfs_mm: &lfs_mm,
+    };
+    let Gauges { mut columns, covered: mut tally, mut open, area_mm2 } = gauger.gauge();
+    let measured = Measured { points, triangles, target };
+    let hull = match triangles {
+        [] => None,
+        _ => Some(
+            hull(triangles, &outline)
+                .ok_or(CoverageError::NotAMesh { triangles: triangles.len() })?,
+        ),
+    };
+    let mut outer = Vec::new();
+    if let (Some(hull), None) = (&hull, aperture) {
+        let (outside, sides) = without::outside(points.len(), triangles, &open, hull);
+        outer = sides;
+        for &index in &outside {
+            columns.areas_mm2[index] = 0.0;
+            columns.facets_mm2[index] = 0.0;
+        }
+        open.retain(|gauged| outside.binary_search(&gauged.index).is_err());
     }
+    for gauged in &open {
+        if gauged.area_mm2 > 0.0 {
+            tally.add_open(gauged, target.gap_mm(gauged.lfs_mm).is_none());
+        }
+        let facet_mm2 = &mut columns.facets_mm2[gauged.index];
+        if gauged.standing == Standing::Bridge {
+            *facet_mm2 = 0.0;
+        } else if let Some(density) = density.filter(|_| *facet_mm2 > 0.0) {
+            let triangle = Triangle::new(points, triangles[gauged.index]);
+            tally.add_facet(density, &triangle, *facet_mm2);
+        }
+    }
+    let islands = hull
+        .as_deref()
+        .map(|hull| island_counts(points, triangles, &columns.covered, hull))
+        .unwrap_or_default();
+    let found = match (aperture, hull) {
+        (Some((aperture, border)), Some(hull)) if tally.meets() => {
+            measured.inside(aperture, border, hull, open, &lfs_mm)?
+        }
+        (Some((aperture, border)), _) => Patches::whole(aperture, border, target, &lfs_mm),
+        (None, Some(_)) => measured.inside_outline(open, &outer, &lfs_mm)?,
+        (None, None) => Patches::none(),
+    };
+    let (reference, reference_mm2) = match aperture {
+        Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
+        None => (Reference::DataOutline, (!triangles.is_empty()).then(|| tally.area_mm2())),
+    };
+    let dense = density
+        .map(|density| tally.crumpled().dense(density, &columns.facets_mm2, tally.lfs_min_mm()));
+    let coverage = tally.coverage(reference, reference_mm2, &columns, found);
+    Ok(Examination { coverage, covered: columns.covered, islands, dense, area_mm2 })
 }
 
 /// A mesh against a target.
 struct Measured<'a> {
     points: &'a [PointMm],
     triangles: &'a [[VertexId; 3]],
-    gauged: &'a [Gauged],
     target: &'a Target,
 }
 
@@ -212,65 +311,27 @@ impl Measured<'_> {
     fn inside(
         &self,
         aperture: &Aperture,
+        border: &Border,
+        hull: Vec<VertexId>,
+        gauged: Vec<Gauged>,
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
-    ) -> Result<Coverage, CoverageError> {
-        let aperture_mm2 = aperture.area_mm2();
-        let mut tally = Tally::default();
-        let mut open: Vec<Open> = Vec::new();
-        let border = Border::new(aperture, self.triangles.len(), 0);
-        for (index, &corners) in self.triangles.iter().enumerate() {
-            let places = corners.map(|corner| place(self.points[corner as usize]));
-            let whereabouts = border.whereabouts(places);
-            if whereabouts == Whereabouts::Outside {
-                continue;
-            }
-            let triangle = Triangle::new(self.points, corners);
-            let whole_mm2 = triangle.projected_area_mm2().max(0.0);
-            let area_mm2 = match whereabouts {
-                Whereabouts::Inside => whole_mm2,
-                _ => common_area_mm2(aperture, aperture_mm2, &border, places).min(whole_mm2),
-            };
-            self.take(&mut tally, &mut open, index, whereabouts, [area_mm2, whole_mm2], &triangle);
-        }
-        let meets = tally.meets();
-        let mut frame = None;
-        if !self.triangles.is_empty() {
-            let bounds = aperture.bounds_mm();
-            let found = Frame::new(self.points, self.triangles, bounds)
-                .ok_or(CoverageError::NotAMesh { triangles: self.triangles.len() })?;
-            frame = Some(found);
-        }
-        let found = match &frame {
-            // Then all of the aperture is one region.
-            None => Patches::whole(aperture, &border, self.target, lfs_mm),
-            Some(_) if !meets => Patches::whole(aperture, &border, self.target, lfs_mm),
-            Some(frame) => {
-                self.add_outside(frame, aperture, &border, &mut open);
-                self.draw(aperture, &border, frame, &open, lfs_mm)?
-            }
-        };
-        Ok(tally.coverage(Reference::Aperture, Some(aperture_mm2), found))
+    ) -> Result<Patches, CoverageError> {
+        let frame = Frame::new(self.points, hull, aperture.bounds_mm())
+            .ok_or(CoverageError::NotAMesh { triangles: self.triangles.len() })?;
+        let mut open = self.opened(&gauged);
+        self.add_outside(&frame, aperture, border, &mut open);
+        self.draw(aperture, border, &frame, (&open, &gauged), lfs_mm)
     }
 
-    /// Counts a triangle, and notes it if it is open.
-    fn take(
-        &self,
-        tally: &mut Tally,
-        open: &mut Vec<Open>,
-        index: usize,
-        whereabouts: Whereabouts,
-        [area_mm2, whole_mm2]: [f64; 2],
-        triangle: &Triangle,
-    ) {
-        let gauged = &self.gauged[index];
-        if area_mm2 > 0.0 {
-            let unknown = self.target.gap_mm(gauged.lfs_mm).is_none();
-            tally.add(gauged, unknown, area_mm2, triangle.area_mm2() * (area_mm2 / whole_mm2));
-        }
-        if gauged.standing != Standing::Covered {
-            let (corners, standing) = (self.triangles[index], gauged.standing);
-            open.push(Open { corners, index: Some(index), standing, whereabouts, area_mm2 });
-        }
+    /// The triangles that are not covered, as they are drawn.
+    fn opened(&self, gauged: &[Gauged]) -> Vec<Open> {
+        let open = |gauged: &Gauged| Open {
+            corners: self.triangles[gauged.index],
+            standing: gauged.standing,
+            whereabouts: gauged.whereabouts,
+            area_mm2: gauged.area_mm2,
+        };
+        gauged.iter().map(open).collect()
     }
 
     fn add_outside(
@@ -288,7 +349,7 @@ impl Measured<'_> {
             if whereabouts != Whereabouts::Outside {
                 let area_mm2 = common_area_mm2(aperture, aperture_mm2, border, places);
                 let standing = Standing::Bridge;
-                open.push(Open { corners, index: None, standing, whereabouts, area_mm2 });
+                open.push(Open { corners, standing, whereabouts, area_mm2 });
             }
         }
     }
@@ -298,17 +359,17 @@ impl Measured<'_> {
         aperture: &Aperture,
         border: &Border,
         frame: &Frame,
-        open: &[Open],
+        (open, gauged): (&[Open], &[Gauged]),
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
     ) -> Result<Patches, CoverageError> {
         let opening_mm = |vertex: VertexId| {
-            let [x, y] = place(self.points[vertex as usize]);
+            let [x, y, _] = self.points[vertex as usize];
             let gap_mm = self.target.gap_mm(sound_lfs(lfs_mm(x, y)));
             gap_mm.filter(|gap_mm| gap_mm.is_finite()).unwrap_or(0.0)
         };
         let scene = self.scene(Some(border), Some(frame), &[]);
         if let Ok(drawing) = scene.draw(open, opening_mm) {
-            return Ok(patches(&scene, open, drawing, self, lfs_mm));
+            return Ok(patches(&scene, (open, gauged), drawing, self.target, lfs_mm));
         }
         for attempt in 1..ATTEMPTS {
             let border = Border::new(aperture, self.triangles.len(), attempt);
@@ -321,7 +382,7 @@ impl Measured<'_> {
                 .collect();
             let scene = self.scene(Some(&border), Some(frame), &[]);
             if let Ok(drawing) = scene.draw(&open, opening_mm) {
-                return Ok(patches(&scene, &open, drawing, self, lfs_mm));
+                return Ok(patches(&scene, (&open, gauged), drawing, self.target, lfs_mm));
             }
         }
         Err(CoverageError::Coincidence)
@@ -329,32 +390,14 @@ impl Measured<'_> {
 
     fn inside_outline(
         &self,
+        gauged: Vec<Gauged>,
+        outer: &[[VertexId; 2]],
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
-    ) -> Result<Coverage, CoverageError> {
-        let mut tally = Tally::default();
-        if self.triangles.is_empty() {
-            return Ok(tally.coverage(Reference::DataOutline, None, Patches::none()));
-        }
-        let hull = hull(self.points, self.triangles)
-            .ok_or(CoverageError::NotAMesh { triangles: self.triangles.len() })?;
-        let (outside, outer) =
-            without::outside(self.points.len(), self.triangles, self.gauged, &hull);
-        let mut open: Vec<Open> = Vec::new();
-        let mut total = Sum::default();
-        for (index, &corners) in self.triangles.iter().enumerate() {
-            if outside.binary_search(&index).is_ok() {
-                continue;
-            }
-            let triangle = Triangle::new(self.points, corners);
-            let area_mm2 = triangle.projected_area_mm2().max(0.0);
-            total.add(area_mm2);
-            let areas = [area_mm2; 2];
-            self.take(&mut tally, &mut open, index, Whereabouts::Inside, areas, &triangle);
-        }
-        let scene = self.scene(None, None, &outer);
+    ) -> Result<Patches, CoverageError> {
+        let open = self.opened(&gauged);
+        let scene = self.scene(None, None, outer);
         let drawing = scene.draw(&open, |_| 0.0).map_err(|_| CoverageError::Coincidence)?;
-        let found = patches(&scene, &open, drawing, self, lfs_mm);
-        Ok(tally.coverage(Reference::DataOutline, Some(total.total()), found))
+        Ok(patches(&scene, (&open, &gauged), drawing, self.target, lfs_mm))
     }
 
     fn scene<'a>(
@@ -365,10 +408,11 @@ impl Measured<'_> {
     ) -> Scene<'a> {
         Scene { points: self.points, border, frame, outer }
     }
+}
 
-    fn gauged(&self, open: &Open) -> Option<&Gauged> {
-        Some(&self.gauged[open.index?])
-    }
+#[cfg(test)]
+pub(crate) fn hull_of(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Option<Vec<VertexId>> {
+    hull(triangles, &Outline::new(points.len(), triangles))
 }
 
 /// How often the border is drawn anew; once is hardly ever needed.
@@ -378,6 +422,7 @@ const ATTEMPTS: u32 = 8;
 mod tests {
     use super::*;
     use crate::Mesh;
+    use crate::point::place;
 
     #[test]
     fn a_sample_right_on_the_drawn_border_is_no_obstacle() {
@@ -393,16 +438,14 @@ mod tests {
         let border = Border::new(&aperture, triangles.len(), 0);
         assert!(mesh.points().iter().any(|&point| place(point) == border.place(100)));
         let target = Target::spacing_mm(0.1);
-        let gauged = gauge(mesh.points(), &triangles, &[], &target, &|_, _| None);
         let points = mesh.points();
-        let measured = Measured { points, triangles: &triangles, gauged: &gauged, target: &target };
-        let frame = Frame::new(points, &triangles, aperture.bounds_mm()).unwrap();
+        let measured = Measured { points, triangles: &triangles, target: &target };
+        let hull = hull(&triangles, &Outline::new(points.len(), &triangles)).unwrap();
+        let frame = Frame::new(points, hull, aperture.bounds_mm()).unwrap();
         let open: Vec<Open> = triangles
             .iter()
-            .enumerate()
-            .map(|(index, &corners)| Open {
+            .map(|&corners| Open {
                 corners,
-                index: Some(index),
                 standing: Standing::Undersampled,
                 whereabouts: Whereabouts::Near,
                 area_mm2: 1.0,

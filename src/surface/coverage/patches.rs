@@ -3,10 +3,9 @@
 use super::aperture::Aperture;
 use super::border::Border;
 use super::draw::{Drawing, Line, Open, Scene};
-use super::gauge::{Standing, sound_lfs};
+use super::gauge::{Gauged, Standing, sound_lfs};
 use super::polygon::{Polygon, place_inside, polygons};
 use super::target::{Spacing, Target};
-use super::{Gauged, Measured};
 use crate::area::Sum;
 use crate::exact::Place;
 use crate::triangle::Triangle;
@@ -107,19 +106,19 @@ struct Gathered {
     limit_mm: Option<f64>,
 }
 
-/// The regions of a drawing, the largest first.
+/// The regions of a drawing, the largest first. The first of the open triangles are those gauged, the rest
+/// lies outside the hull.
 pub(super) fn patches(
     scene: &Scene<'_>,
-    open: &[Open],
+    (open, gauged): (&[Open], &[Gauged]),
     drawing: Drawing,
-    measured: &Measured<'_>,
+    target: &Target,
     lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
 ) -> Patches {
-    let target = measured.target;
     let mut gathered = vec![Gathered::default(); drawing.lines.len()];
-    for (open, &region) in open.iter().zip(&drawing.region_of) {
+    for (index, (open, &region)) in open.iter().zip(&drawing.region_of).enumerate() {
         if open.area_mm2 > 0.0 {
-            gathered[region].add(scene, open, measured.gauged(open), target);
+            gathered[region].add(scene, open, gauged.get(index), target);
         }
     }
     let mut found = Patches::none();
@@ -152,7 +151,7 @@ impl Gathered {
     fn add(&mut self, scene: &Scene<'_>, open: &Open, gauged: Option<&Gauged>, target: &Target) {
         let sum = match open.standing {
             Standing::Undersampled => &mut self.undersampled,
-            Standing::Bridge | Standing::Covered => &mut self.uncovered,
+            Standing::Bridge => &mut self.uncovered,
         };
         sum.add(open.area_mm2);
         if let Some(gauged) = gauged {

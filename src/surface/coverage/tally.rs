@@ -1,11 +1,13 @@
 //! The figures of a coverage, summed over triangles in their order.
 
-use super::gauge::{Gauged, Standing};
+use super::density::{Crumpled, Density};
+use super::gauge::{Columns, Gauged, Standing};
 use super::patches::Patches;
 use super::spread::spread;
 use super::{Coverage, CoverageCounts, CoveredAreas, Reference};
 use crate::PointMm;
 use crate::area::Sum;
+use crate::triangle::{Gap, Triangle};
 
 /// What the figures are made of.
 #[derive(Default)]
@@ -16,56 +18,127 @@ pub(super) struct Tally {
     bridging: Sum,
     unknown: Sum,
     lfs_min_mm: Option<f64>,
-    /// Gap and ε of each triangle, each with its area in space inside the aperture.
-    gaps: Vec<(f64, f64)>,
-    epsilons: Vec<(f64, f64)>,
     widest: Option<(f64, PointMm)>,
     worst: Option<(f64, PointMm)>,
+    facets: Sum,
+    overdense: Sum,
+    loudest_mm: Option<f64>,
 }
 
 impl Tally {
-    /// Counts a triangle by its area in the plane and in space, as far as it is inside.
-    pub(super) fn add(&mut self, gauged: &Gauged, unknown: bool, area_mm2: f64, in_space_mm2: f64) {
+    /// Counts a covered triangle by its area in the plane, as far as it is inside.
+    pub(super) fn add(&mut self, gap: Gap, lfs_mm: Option<f64>, area_mm2: f64) {
+        self.counts.covered += 1;
+        self.covered.add(area_mm2);
+        self.note(gap, lfs_mm);
+    }
+
+    /// Counts one that is not.
+    pub(super) fn add_open(&mut self, gauged: &Gauged, unknown: bool) {
         let (count, sum) = match gauged.standing {
-            Standing::Covered => (&mut self.counts.covered, &mut self.covered),
             Standing::Undersampled => (&mut self.counts.undersampled, &mut self.undersampled),
             Standing::Bridge => (&mut self.counts.bridging, &mut self.bridging),
         };
         *count += 1;
-        sum.add(area_mm2);
+        sum.add(gauged.area_mm2);
         if unknown {
-            self.unknown.add(area_mm2);
+            self.unknown.add(gauged.area_mm2);
         }
-        let at_mm = gauged.gap.at_mm;
-        self.gaps.push((gauged.gap.mm, in_space_mm2));
-        if self.widest.is_none_or(|(mm, _)| gauged.gap.mm > mm) {
-            self.widest = Some((gauged.gap.mm, at_mm));
-        }
-        if let Some(epsilon) = gauged.epsilon() {
-            self.epsilons.push((epsilon, in_space_mm2));
-            if self.worst.is_none_or(|(worst, _)| epsilon > worst) {
-                self.worst = Some((epsilon, at_mm));
+        self.note(gauged.gap, gauged.lfs_mm);
+    }
+
+    /// Counts a facet of the surface by how far noise turns it.
+    pub(super) fn add_facet(&mut self, density: &Density, triangle: &Triangle, area_mm2: f64) {
+        if let Some([tilt_rad, sigma_mm]) = density.tilt_rad(triangle, area_mm2) {
+            self.facets.add(area_mm2);
+            if tilt_rad > density.criteria.tilt_limit_rad() {
+                self.overdense.add(area_mm2);
             }
+            self.loudest_mm = larger(self.loudest_mm, Some(sigma_mm));
         }
-        if let Some(lfs_mm) = gauged.lfs_mm {
+    }
+
+    fn note(&mut self, gap: Gap, lfs_mm: Option<f64>) {
+        if self.widest.is_none_or(|(mm, _)| gap.mm > mm) {
+            self.widest = Some((gap.mm, gap.at_mm));
+        }
+        if let Some(lfs_mm) = lfs_mm {
+            let epsilon = gap.mm / lfs_mm;
+            if self.worst.is_none_or(|(worst, _)| epsilon > worst) {
+                self.worst = Some((epsilon, gap.at_mm));
+            }
             self.lfs_min_mm = Some(self.lfs_min_mm.map_or(lfs_mm, |least| least.min(lfs_mm)));
         }
     }
 
+    /// Adds the figures of triangles that come after these.
+    pub(super) fn join(&mut self, after: Tally) {
+        self.counts.covered += after.counts.covered;
+        self.counts.undersampled += after.counts.undersampled;
+        self.counts.bridging += after.counts.bridging;
+        for (sum, other) in [
+            (&mut self.covered, after.covered),
+            (&mut self.undersampled, after.undersampled),
+            (&mut self.bridging, after.bridging),
+            (&mut self.unknown, after.unknown),
+            (&mut self.facets, after.facets),
+            (&mut self.overdense, after.overdense),
+        ] {
+            sum.join(other);
+        }
+        for (had, found) in [(&mut self.widest, after.widest), (&mut self.worst, after.worst)] {
+            if let Some((value, _)) = found
+                && had.is_none_or(|(largest, _)| value > largest)
+            {
+                *had = found;
+            }
+        }
+        self.lfs_min_mm = match (self.lfs_min_mm, after.lfs_min_mm) {
+            (Some(left), Some(right)) => Some(left.min(right)),
+            (left, right) => left.or(right),
+        };
+        self.loudest_mm = larger(self.loudest_mm, after.loudest_mm);
+    }
+
     /// Whether any triangle has a part in the aperture.
     pub(super) fn meets(&self) -> bool {
-        !self.gaps.is_empty()
+        self.widest.is_some()
+    }
+
+    /// The area of all triangles that count, in the plane.
+    pub(super) fn area_mm2(&self) -> f64 {
+        let mut sum = self.covered;
+        sum.join(self.undersampled);
+        sum.join(self.bridging);
+        sum.total()
+    }
+
+    pub(super) fn lfs_min_mm(&self) -> Option<f64> {
+        self.lfs_min_mm
+    }
+
+    /// What is known of the facets that noise turns too far.
+    pub(super) fn crumpled(&self) -> Crumpled {
+        Crumpled {
+            area_mm2: self.facets.total(),
+            overdense_mm2: self.overdense.total(),
+            loudest_mm: self.loudest_mm,
+        }
     }
 
     /// The figures, with the regions found.
     pub(super) fn coverage(
-        mut self,
+        self,
         reference: Reference,
         aperture_mm2: Option<f64>,
+        columns: &Columns,
         found: Patches,
     ) -> Coverage {
         let areas = aperture_mm2.map(|aperture_mm2| {
-            let (covered_mm2, undersampled_mm2) = (self.covered.total(), self.undersampled.total());
+            let undersampled_mm2 = self.undersampled.total();
+            // Where nothing is left all is covered; the sum over triangles may differ by rounding.
+            let nothing_left = found.listed.is_empty() && found.remainder == 0;
+            let covered_mm2 = if nothing_left { aperture_mm2 } else { self.covered.total() };
             CoveredAreas {
                 aperture_mm2,
                 covered_mm2,
@@ -78,14 +151,21 @@ impl Tally {
             reference,
             areas,
             triangles: self.counts,
-            gap_mm: spread(&mut self.gaps),
+            gap_mm: spread(&columns.gaps_mm, &columns.areas_mm2),
             gap_max_at_mm: self.widest.map(|(_, at_mm)| at_mm),
-            epsilon: spread(&mut self.epsilons),
+            epsilon: spread(&columns.epsilons, &columns.areas_mm2),
             epsilon_max_at_mm: self.worst.map(|(_, at_mm)| at_mm),
             lfs_min_mm: self.lfs_min_mm,
             patches: found.listed,
             remainder_mm2: found.remainder_mm2,
             remainder_patches: found.remainder,
         }
+    }
+}
+
+fn larger(left: Option<f64>, right: Option<f64>) -> Option<f64> {
+    match (left, right) {
+        (Some(left), Some(right)) => Some(left.max(right)),
+        (left, right) => left.or(right),
     }
 }

@@ -7,11 +7,12 @@ use crate::relief::sides;
 use crate::sets::Sets;
 
 /// The bridges that reach to the hull, across bridges, ascending; and the sides of other triangles
-/// beyond which there is such a bridge or nothing, ascending.
+/// beyond which there is such a bridge or nothing, ascending. `open` are the triangles that are not
+/// covered, by ascending index.
 pub(super) fn outside(
     points: usize,
     triangles: &[[VertexId; 3]],
-    gauged: &[Gauged],
+    open: &[Gauged],
     hull: &[VertexId],
 ) -> (Vec<usize>, Vec<[VertexId; 2]>) {
     let mut outer: Vec<[VertexId; 2]> = hull
@@ -21,8 +22,11 @@ pub(super) fn outside(
         .map(|(p, q)| [p, q])
         .collect();
     outer.sort_unstable();
-    let bridges: Vec<usize> =
-        (0..triangles.len()).filter(|&index| gauged[index].standing == Standing::Bridge).collect();
+    let bridges: Vec<usize> = open
+        .iter()
+        .filter(|gauged| gauged.standing == Standing::Bridge)
+        .map(|gauged| gauged.index)
+        .collect();
     if bridges.is_empty() {
         return (bridges, outer);
     }

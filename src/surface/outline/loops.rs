@@ -32,10 +32,27 @@ pub(crate) struct Loop {
 ///
 /// A side is the group it belongs to and its ends, the triangle on its left. Sides of different
 /// groups are never joined.
-pub(crate) fn loops(
+pub(crate) fn loops(points: &[PointMm], sides: Vec<(usize, [VertexId; 2])>) -> Vec<(usize, Loop)> {
+    let lines = followed(points, sides, |first| first).into_iter();
+    lines.map(|(group, vertices)| (group, measured(points, vertices))).collect()
+}
+
+/// The closed lines of sides that each follow the border of one piece: where lines touch at a vertex they go
+/// on along the same triangles, which is the last side counter-clockwise from the way back. They may pass a
+/// vertex again.
+pub(crate) fn walks(points: &[PointMm], sides: Vec<[VertexId; 2]>) -> Vec<Vec<VertexId>> {
+    let sides = sides.into_iter().map(|side| (0, side)).collect();
+    let lines = followed(points, sides, Ordering::reverse).into_iter();
+    lines.map(|(_, vertices)| vertices).collect()
+}
+
+/// The closed lines that go on, where several sides lead on, along the least in an order: that in which they
+/// are met turning counter-clockwise from the way back, as `order` changes it.
+fn followed(
     points: &[PointMm],
     mut sides: Vec<(usize, [VertexId; 2])>,
-) -> Vec<(usize, Loop)> {
+    order: impl Fn(Ordering) -> Ordering,
+) -> Vec<(usize, Vec<VertexId>)> {
     sides.sort_unstable();
     let mut used = vec![false; sides.len()];
     let mut found = Vec::new();
@@ -52,11 +69,11 @@ pub(crate) fn loops(
             let at = |vertex: VertexId| place(points[vertex as usize]);
             next = away.min_by(|&left, &right| {
                 let [left, right] = [left, right].map(|side| at(sides[side].1[1]));
-                turning(at(to), at(from), left, right)
+                order(turning(at(to), at(from), left, right))
             });
         }
         if !vertices.is_empty() {
-            found.push((sides[first].0, measured(points, vertices)));
+            found.push((sides[first].0, vertices));
         }
     }
     found

@@ -5,10 +5,13 @@
 //! island; those that touch at a corner only do not. Likewise two holes that touch at a corner are
 //! two, and one that touches the outline at a corner is a hole.
 
+mod count;
 mod loops;
 
 use std::cmp::Ordering;
 
+pub use self::count::IslandCounts;
+pub(crate) use self::count::island_counts;
 pub(crate) use self::loops::{Loop, loops};
 use crate::relief::sides;
 use crate::sets::Sets;

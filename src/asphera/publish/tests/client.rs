@@ -14,9 +14,13 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
+use crate::pipeline::Waypoints;
 use crate::publish::{ControlError, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
-use crate::snapshot::{self, Connection, Convergence, LinkState, Map, Progress, Snapshot, State};
+use crate::section::{Cut, SectionRequest, cut_points};
+use crate::snapshot::{
+    self, Connection, Convergence, LinkState, Map, Progress, SamplingMaps, Snapshot, State,
+};
 
 pub(super) const TOKEN: &str = "an-operators-token_01";
 
@@ -25,6 +29,10 @@ pub(super) const TOKEN: &str = "an-operators-token_01";
 pub(super) struct Station {
     pub(super) snapshots: watch::Sender<Arc<Snapshot>>,
     pub(super) mesh: Option<Vec<u8>>,
+    pub(super) maps: Option<Arc<SamplingMaps>>,
+    /// Of the surface that is cut.
+    pub(super) points: Vec<[f64; 3]>,
+    pub(super) waypoints: Option<Waypoints>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
     pub(super) started: Arc<AtomicUsize>,
@@ -36,6 +44,9 @@ impl Station {
         Station {
             snapshots: watch::Sender::new(Arc::new(snapshot(1, 0))),
             mesh: None,
+            maps: None,
+            points: Vec::new(),
+            waypoints: None,
             report: None,
             answer: Ok(()),
             started: Arc::default(),
@@ -55,6 +66,18 @@ impl Source for Station {
 
     fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
         Box::pin(async { self.mesh.clone() })
+    }
+
+    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+        Box::pin(async { self.maps.clone() })
+    }
+
+    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+        Box::pin(async move { cut_points(&self.points, &request) })
+    }
+
+    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+        Box::pin(async { self.waypoints.clone() })
     }
 
     fn report(&self) -> Option<Arc<Report>> {
@@ -233,6 +256,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
             dy_mm: 1.0,
             values_nm: vec![Some(-123_456.7); cells],
         }),
+        maps: None,
         convergence: Convergence::default(),
         links: vec![LinkState {
             name: "probe".to_owned(),

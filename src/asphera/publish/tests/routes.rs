@@ -1,10 +1,12 @@
 //! What each address answers.
 
+use crate::pipeline::Waypoints;
 use std::error::Error as _;
 use std::sync::Arc;
 
 use super::client::{Running, Station, TOKEN, report, within};
 use crate::publish::{BindError, Server, Token};
+use crate::snapshot::{MAPS_FORMAT, MapLayer, SamplingMaps};
 
 #[tokio::test]
 async fn reads_answer_as_json() {
@@ -38,6 +40,8 @@ async fn mesh_and_report_say_why_there_is_none() {
     let server = Running::start(&Station::new()).await;
     assert!(server.get("/api/v1/mesh.ply").await.problem(404).contains("no mesh yet"));
     assert!(server.get("/api/v1/report").await.problem(404).contains("no report yet"));
+    let problem = server.get("/api/v1/waypoints.csv").await.problem(404);
+    assert!(problem.contains("sampling"), "{problem}");
     server.end().await;
 }
 
@@ -51,6 +55,19 @@ async fn mesh_is_a_file_byte_for_byte() {
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("content-disposition"), Some("attachment; filename=\"mesh.ply\""));
     assert_eq!(answer.body, ply);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn waypoints_are_columns_of_text() {
+    let mut station = Station::new();
+    let csv = "region,x_mm,y_mm,z_mm\n1,0.5,-2.000000,0.1\n".to_owned();
+    station.waypoints = Some(Waypoints { csv: csv.clone(), places: 1, regions: 1, left_out: 0 });
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/waypoints.csv").await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.header("content-type"), Some("text/csv; charset=utf-8"));
+    assert_eq!(answer.body, csv.into_bytes());
     server.end().await;
 }
 
@@ -134,4 +151,73 @@ async fn urls_lead_to_the_page() {
     assert_ne!(port, 0);
     assert_eq!(server.url(), format!("http://127.0.0.1:{port}/"));
     assert_eq!(server.url_with_token(), format!("http://127.0.0.1:{port}/#token={TOKEN}"));
+}
+
+#[tokio::test]
+async fn maps_come_once_for_each_content() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    assert!(server.get("/api/v1/maps").await.problem(404).contains("no maps"));
+    server.end().await;
+    let layer = MapLayer { limit: Some(0.1), values: vec![Some(0.25), None] };
+    let maps = |version| SamplingMaps {
+        format: MAPS_FORMAT,
+        version,
+        as_of_points: 2000,
+        nx: 2,
+        ny: 1,
+        x0_mm: 0.0,
+        y0_mm: 0.0,
+        dx_mm: 1.0,
+        dy_mm: 1.0,
+        gap_mm: layer.clone(),
+        epsilon: layer.clone(),
+        tilt_mrad: layer.clone(),
+        undersampled: layer.clone(),
+        noise_sigma_nm: None,
+        noise_unknown: Some("too few".to_owned()),
+    };
+    station.maps = Some(Arc::new(maps(1)));
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/maps").await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.json()["gap_mm"]["values"], serde_json::json!([0.25, null]));
+    let tag = answer.header("etag").unwrap().to_owned();
+    let host = server.host();
+    let known = [("Host", host.as_str()), ("If-None-Match", tag.as_str())];
+    let again = server.ask("GET", "/api/v1/maps", &known).await;
+    assert_eq!((again.status, again.body.len()), (304, 0));
+    server.end().await;
+    station.maps = Some(Arc::new(maps(2)));
+    let server = Running::start(&station).await;
+    let host = server.host();
+    let known = [("Host", host.as_str()), ("If-None-Match", tag.as_str())];
+    assert_eq!(server.ask("GET", "/api/v1/maps", &known).await.status, 200);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn sections_are_cut_or_told_why_not() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    assert!(server.get("/api/v1/section?radius=0").await.problem(404).contains("no mesh yet"));
+    server.end().await;
+    station.points = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]];
+    let server = Running::start(&station).await;
+    let found = server.get("/api/v1/section?line=0.5,0.5,5,0.5").await.json();
+    assert_eq!(found["format"], "asphera.section/1");
+    assert_eq!(found["points"]["s_mm"], serde_json::json!([0.0, 1.0]));
+    assert_eq!(found["points"]["z_mm"], serde_json::json!([1.5, 2.5]));
+    let nowhere = server.get("/api/v1/section?line=5,5,6,6").await.json();
+    assert_eq!(nowhere["pieces"], serde_json::json!([]));
+    for (query, what) in [
+        ("", "one of line=X1,Y1,X2,Y2"),
+        ("?line=1,2,3", "line=X1,Y1,X2,Y2"),
+        ("?line=1,2,1,2", "has no length"),
+        ("?circle=0,0,-1", "radius -1 mm"),
+    ] {
+        let problem = server.get(&format!("/api/v1/section{query}")).await.problem(400);
+        assert!(problem.contains(what), "{query}: {problem}");
+    }
+    server.end().await;
 }

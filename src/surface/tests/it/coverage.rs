@@ -291,7 +291,7 @@ fn where_the_local_feature_size_is_not_known_nothing_is_covered_by_epsilon() {
     let mesh = meshed(nodes(20, 20).map(flat));
     let triangles = mesh.triangles();
     let aperture = Aperture::rectangle([10.0, 10.0], 20.0, 20.0).unwrap();
-    let found = |lfs: &dyn Fn(f64, f64) -> Option<f64>| {
+    let found = |lfs: &(dyn Fn(f64, f64) -> Option<f64> + Sync)| {
         let found = cover(mesh.points(), &triangles, &[], Some(&aperture), &Target::default(), lfs)
             .unwrap();
         assert_sums(&found);

@@ -1,0 +1,166 @@
+//! `asphera sampling`: how densely the points of a file sample their surface, and what to measure next.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::exit::Exit;
+use super::output::{Failure, print, print_json};
+use super::summary;
+use crate::config::Part;
+use crate::pipeline::{Along, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points};
+
+#[derive(Args)]
+pub(super) struct SamplingArgs {
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    file: PathBuf,
+    /// The nominal: surface, aperture, limits. Without it the local feature size follows from the points, and
+    /// their outline stands for the aperture.
+    #[arg(long, value_name = "FILE")]
+    nominal: Option<PathBuf>,
+    /// Largest distance from the surface to its nearest point, as a share of the local feature size; above 0,
+    /// up to 1. Without it the nominal's, or 0.05.
+    #[arg(long, value_name = "E", value_parser = share)]
+    epsilon: Option<f64>,
+    /// Largest spacing of points in mm. Without it the nominal's limit of gaps, or four times the average
+    /// distance of the points.
+    #[arg(long, value_name = "MM", value_parser = length)]
+    spacing: Option<f64>,
+    /// Write the places to measure next into this file: region,x_mm,y_mm,z_mm.
+    #[arg(long, value_name = "OUT.csv")]
+    waypoints: Option<PathBuf>,
+    /// Overwrite the file of places if it is there.
+    #[arg(long)]
+    force: bool,
+    /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first
+    /// 1000 of them.
+    #[arg(long, value_name = "DIRECTION", default_value = "z", allow_hyphen_values = true)]
+    along: Along,
+    /// Threads to use; results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print the figures as one JSON object on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    if let Some(out) = &args.waypoints {
+        refuse(out, &args.file, args.force)?;
+    }
+    let part = args.nominal.as_deref().map(nominal).transpose()?;
+    let name = args.file.display().to_string();
+    let bytes = read(&args.file)?;
+    let topography = asphera_formats::read(&name, &bytes)
+        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)))?;
+    drop(bytes);
+    let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
+    let PointsSampling { figures, waypoints } = match part {
+        Some(part) => {
+            let part = Part {
+                epsilon_limit: args.epsilon.unwrap_or(part.epsilon_limit),
+                gap_limit_mm: gap_mm.or(part.gap_limit_mm),
+                ..part
+            };
+            let mut pipeline = Pipeline::along(part, args.along);
+            topography.points().for_each(|point| pipeline.take_position(point));
+            let measurement = pipeline.finish();
+            let waypoints = measurement.next.as_ref().map(crate::pipeline::Next::waypoints);
+            PointsSampling { figures: measurement.report.sampling, waypoints }
+        }
+        None => {
+            let wanted = Wanted { epsilon: args.epsilon.unwrap_or(Wanted::EPSILON), gap_mm };
+            sampling_of_points(topography.points(), args.along, wanted)
+        }
+    };
+    if let Some(out) = &args.waypoints {
+        write(out, waypoints.as_ref(), &name)?;
+    }
+    if args.json {
+        print_json(&figures)?;
+    } else {
+        let mut text = String::new();
+        // Writing into a String cannot fail.
+        let _ = summary::sampling(&mut text, &figures)
+            .and_then(|()| summary::next(&mut text, &figures));
+        if let (Some(out), Some(found)) = (&args.waypoints, &waypoints) {
+            let Waypoints { places, regions, left_out, .. } = found;
+            text.push_str(&format!("waypoints  {places} in {regions} regions: {}", out.display()));
+            if *left_out > 0 {
+                text.push_str(&format!("; {left_out} regions left out, as they would be too many"));
+            }
+            text.push('\n');
+        }
+        print(&text);
+    }
+    Ok(if figures.coverage.is_some() { Exit::Done } else { Exit::Undecided })
+}
+
+fn write(out: &Path, waypoints: Option<&Waypoints>, name: &str) -> Result<(), Failure> {
+    let Some(waypoints) = waypoints else {
+        return Err(
+            format!("{name}: nothing is known of the sampling, so there are no waypoints").into()
+        );
+    };
+    fs::write(out, &waypoints.csv)
+        .map_err(|error| format!("cannot write {}: {error}", out.display()).into())
+}
+
+/// What is there stays, unless it is to be overwritten; the points themselves stay anyway.
+fn refuse(out: &Path, file: &Path, force: bool) -> Result<(), Failure> {
+    let same = |left: &Path, right: &Path| matches!((left.canonicalize(), right.canonicalize()), (Ok(left), Ok(right)) if left == right);
+    if same(out, file) {
+        return Err(format!("{} is the file that is read; expected another", out.display()).into());
+    }
+    if out.exists() && !force {
+        return Err(format!("{} is there already; --force overwrites it", out.display()).into());
+    }
+    Ok(())
+}
+
+fn nominal(path: &Path) -> Result<Part, Failure> {
+    let name = path.display().to_string();
+    let text = String::from_utf8(read(path)?)
+        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
+    Ok(Part::parse(&name, &text)?)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
+}
+
+fn share(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
+        _ => Err(format!("expected a number above 0 and up to 1, found `{word}`")),
+    }
+}
+
+fn length(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(mm) if (1e-6..=1e6).contains(&mm) => Ok(mm),
+        _ => Err(format!("expected a length from 1e-6 to 1e6 in mm, found `{word}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_numbers_that_can_be() {
+        assert_eq!(share("0.05"), Ok(0.05));
+        assert_eq!(length("0.1"), Ok(0.1));
+        for word in ["0", "-0.1", "NaN", "inf", "2", "", "few"] {
+            assert!(share(word).is_err(), "{word}");
+        }
+        for word in ["0", "-1", "NaN", "inf", "1e9", ""] {
+            assert!(length(word).is_err(), "{word}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Sections of a part, while it is measured and afterwards, and what else its finished mesh can be asked.
+
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+use asphera_form::{Grid as MapGrid, Nominal, Pose, deviations};
+use asphera_surface::sections::SectionError;
+use asphera_surface::{Mesh, Plane, PointMm, VertexId};
+
+use super::look::look;
+use super::maps::maps;
+use super::sampling::Remembered;
+use crate::config::Part;
+use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
+use crate::snapshot::SamplingMaps;
+
+/// Cuts a mesh that grows. `lies` is where the nominal lies in it, if there is a fit.
+pub(super) fn cut(
+    mesh: &Mesh,
+    part: &Part,
+    lies: Option<(&Nominal, &Pose)>,
+    gap_limit_mm: Option<f64>,
+    request: &SectionRequest,
+) -> Result<SectionReport, SectionError> {
+    let centre_mm = lies.map_or([0.0; 2], |(_, pose)| [pose.tx_mm, pose.ty_mm]);
+    let deviations_nm = lies.map(|(nominal, pose)| {
+        move |vertices: &[VertexId]| {
+            let met: Vec<PointMm> =
+                vertices.iter().map(|vertex| mesh.points()[*vertex as usize]).collect();
+            let mut all_nm = deviations(&met, nominal, pose);
+            for (point, deviation) in met.iter().zip(&mut all_nm) {
+                let [x, y, _] = pose.to_part(*point);
+                let inside = part.aperture.contains(x, y);
+                *deviation = if inside { *deviation * 1e6 } else { f64::NAN };
+            }
+            all_nm
+        }
+    });
+    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
+    report(mesh, &request.path(centre_mm), gap_limit_mm, deviations_nm)
+}
+
+/// A finished mesh, to be cut and mapped.
+#[derive(Clone)]
+pub struct FinishedMesh {
+    mesh: Arc<Mesh>,
+    setting: Setting,
+    maps: Arc<OnceLock<Option<Arc<SamplingMaps>>>>,
+}
+
+/// What a finished mesh is looked at with.
+#[derive(Clone)]
+pub(super) struct Setting {
+    pub(super) part: Part,
+    pub(super) plane: Plane,
+    /// The nominal as fitted, if there is a fit.
+    pub(super) lies: Option<(Nominal, Pose)>,
+    pub(super) gap_limit_mm: Option<f64>,
+    /// The cells of the maps.
+    pub(super) grid: Option<MapGrid>,
+    /// Tells the maps from those made before.
+    pub(super) maps_version: u64,
+    /// The local feature size of the last look.
+    pub(super) remembered: Remembered,
+}
+
+impl FinishedMesh {
+    pub(super) fn new(mesh: Mesh, setting: Setting) -> FinishedMesh {
+        FinishedMesh { mesh: Arc::new(mesh), setting, maps: Arc::default() }
+    }
+
+    /// How to tell [`FinishedMesh::maps`] from others of the same part; `None` where there are none.
+    pub fn maps_version(&self) -> Option<u64> {
+        self.setting.grid.map(|_| self.setting.maps_version)
+    }
+
+    /// Maps of the sampling; `None` where there are too few points for a grid. Made when first asked for, in
+    /// time in proportion to the points, so that nobody waits for them who does not look.
+    pub fn maps(&self) -> Option<Arc<SamplingMaps>> {
+        let Setting { part, plane, lies, grid, maps_version, remembered, .. } = &self.setting;
+        let make = || {
+            let pose = lies.map(|(_, pose)| pose).unwrap_or_default();
+            let mut remembered = remembered.clone();
+            let seen = look(&self.mesh, part, &pose, plane, &mut remembered);
+            let lfs_mm = remembered.lfs_mm(&pose);
+            maps(&self.mesh, &seen, part, &pose, &(*grid)?, *maps_version, lfs_mm)
+                .ok()
+                .map(Arc::new)
+        };
+        self.maps.get_or_init(make).clone()
+    }
+
+    /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.
+    ///
+    /// # Errors
+    ///
+    /// When the path makes no sense.
+    pub fn section(&self, request: &SectionRequest) -> Cut {
+        let Setting { part, lies, gap_limit_mm, .. } = &self.setting;
+        let lies = lies.as_ref().map(|(nominal, pose)| (nominal, pose));
+        (!self.mesh.points().is_empty())
+            .then(|| cut(&self.mesh, part, lies, *gap_limit_mm, request))
+    }
+}
+
+impl fmt::Debug for FinishedMesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FinishedMesh")
+            .field("counts", &self.mesh.counts())
+            .field("gap_limit_mm", &self.setting.gap_limit_mm)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,128 @@
+//! The sampling of parts whose gaps are known.
+
+use super::*;
+use crate::pipeline::Pipeline;
+
+const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 20\n\
+    [aperture]\nshape = \"rectangle\"\nwidth_mm = 8\nheight_mm = 6\n\
+    [sampling]\ngap_limit_mm = 0.1\n";
+
+/// Points of a sphere of radius 20 mm every 0.1 mm over 10 × 8 mm, as far as they are kept.
+fn cap(keep: impl Fn([f64; 2]) -> bool) -> impl Iterator<Item = PointMm> {
+    (0..101 * 81)
+        .map(|index| [index % 101, index / 101].map(f64::from))
+        .map(|[i, j]| [0.1 * i - 5.0, 0.1 * j - 4.0])
+        .filter(move |&place| keep(place))
+        .map(|[x, y]| [x, y, 20.0 - (400.0 - x * x - y * y).sqrt()])
+}
+
+fn measured(part: &str, points: impl Iterator<Item = PointMm>) -> crate::pipeline::Measurement {
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", part).unwrap());
+    points.for_each(|point| pipeline.take_position(point));
+    pipeline.finish()
+}
+
+#[test]
+fn a_part_that_is_covered() {
+    let found = measured(SPHERE, cap(|_| true)).report.sampling;
+    assert_eq!((found.coverage, found.next.len(), found.next_more), (Some(1.0), 0, 0));
+    assert_eq!(found.lfs_source.as_deref(), Some("nominal"));
+    assert!((found.lfs_min_mm.unwrap() / 20.0 - 1.0).abs() < 5e-3, "{found:?}");
+    // Half the diagonal of a square of the raster, a little more where the surface is steep.
+    let gap_mm = 0.1 / SQRT_2;
+    assert!((1.0..1.02).contains(&(found.gap_max_mm.unwrap() / gap_mm)), "{found:?}");
+    assert!((found.epsilon_max.unwrap() * 20.0 / gap_mm - 1.0).abs() < 0.03, "{found:?}");
+    assert!(found.noise_sigma_nm.unwrap() < 1.0, "{found:?}");
+    assert!((found.spacing_median_mm.unwrap() / 0.1 - 1.0).abs() < 0.02, "{found:?}");
+    assert_eq!(found.overdense_fraction, Some(0.0));
+    assert!(found.unknown.is_empty() && found.at_max_mm.is_some(), "{found:?}");
+    assert_eq!((found.undersampled_area_mm2, found.uncovered_area_mm2), (Some(0.0), Some(0.0)));
+}
+
+#[test]
+fn a_rectangle_of_missing_points_is_the_first_region_and_lies_where_it_is() {
+    let inside = |[x, y]: [f64; 2]| x > 0.95 && x < 2.05 && y > -1.05 && y < 1.05;
+    let measurement = measured(SPHERE, cap(|place| !inside(place)));
+    let found = &measurement.report.sampling;
+    // Missing are the nodes from 1 to 2 and from -1 to 1: the region reaches to those about them.
+    let expected_mm2 = 1.2 * 2.2;
+    let [first] = &found.next[..] else { panic!("{found:?}") };
+    assert!((first.area_mm2 / expected_mm2 - 1.0).abs() < 0.02, "{first:?}");
+    assert!((first.adds_coverage.unwrap() - first.area_mm2 / 48.0).abs() < 1e-9);
+    assert!(found.uncovered_area_mm2.unwrap() > 0.8 * expected_mm2, "{found:?}");
+    let open_mm2 = found.uncovered_area_mm2.unwrap() + found.undersampled_area_mm2.unwrap();
+    assert!((open_mm2 - first.area_mm2).abs() < 1e-9);
+    assert!((found.coverage.unwrap() + first.area_mm2 / 48.0 - 1.0).abs() < 1e-9);
+    assert!(inside([first.at_mm[0], first.at_mm[1]]));
+    let on_sphere = |[x, y, z]: PointMm| (x * x + y * y + (z - 20.0).powi(2)).sqrt() - 20.0;
+    let places = first.polygons.iter().flat_map(|polygon| &polygon.outline_mm);
+    assert!(places.chain([&first.at_mm]).all(|&place| on_sphere(place).abs() < 1e-6));
+    assert!((first.spacing_needed_mm.unwrap() - 0.1 * SQRT_2).abs() < 1e-9);
+
+    // Measured there as well, all is covered.
+    let waypoints = measurement.next.unwrap().waypoints();
+    assert_eq!((waypoints.regions, waypoints.left_out), (1, 0));
+    let lines = waypoints.csv.lines().skip(1).map(|line| {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        let [1.0, x, y, z] = numbers[..] else { panic!("{line}") };
+        assert!(on_sphere([x, y, z]).abs() < 2e-6, "{line}");
+        [x, y, z]
+    });
+    let filled = measured(SPHERE, cap(|place| !inside(place)).chain(lines)).report.sampling;
+    assert!(filled.coverage.unwrap() > 0.999, "{filled:?}");
+}
+
+#[test]
+fn what_cannot_be_known_is_said_and_is_no_number() {
+    let line = (0..50).map(|i| [f64::from(i), 2.0 * f64::from(i), 0.0]);
+    let same = (0..50).map(|_| [1.0, 2.0, 3.0]);
+    let bad: [(Vec<PointMm>, &str); 4] = [
+        (Vec::new(), "span no area"),
+        (vec![[1.0, 2.0, 3.0]], "span no area"),
+        (line.collect(), "span no area"),
+        (same.collect(), "span no area"),
+    ];
+    for (points, why) in bad {
+        let report = measured("[surface]\nkind = \"plane\"\n", points.into_iter()).report;
+        let found = report.sampling;
+        assert!(found.unknown.iter().any(|reason| reason.contains(why)), "{found:?}");
+        let figures = [
+            found.coverage,
+            found.gap_max_mm,
+            found.gap_p99_mm,
+            found.epsilon_max,
+            found.epsilon_p99,
+            found.noise_sigma_nm,
+            found.spacing_median_mm,
+            found.overdense_fraction,
+            found.spacing_recommended_mm,
+            found.undersampled_area_mm2,
+            found.uncovered_area_mm2,
+        ];
+        assert_eq!(figures, [None; 11], "{found:?}");
+        assert!(report.verdict.reasons.iter().any(|reason| reason.contains(why)));
+    }
+    // The aperture lies elsewhere: nothing of it is covered, and nothing else is known.
+    let part = SPHERE.replace("[sampling]", "[fit]\nfree = [\"tz\"]\n[sampling]");
+    let beside = cap(|_| true).map(|[x, y, z]| [x + 30.0, y, z]);
+    let found = measured(&part, beside).report.sampling;
+    assert_eq!((found.coverage, found.gap_max_mm, found.epsilon_max), (None, None, None));
+    assert!(found.unknown.iter().any(|reason| reason.contains("in the aperture")), "{found:?}");
+    assert_eq!(found.next.len(), 1);
+    assert!((found.next[0].area_mm2 - 48.0).abs() < 1e-9);
+}
+
+#[test]
+fn points_alone_tell_the_feature_size_of_a_sphere() {
+    let mut mesh = Mesh::new();
+    // Noise of some 10 nm, from the last digits of a product.
+    let noise = |x: f64, y: f64| 3e-5 * ((1e4 * (x + 0.01).sin() * (y + 7.7)).fract().abs() - 0.5);
+    mesh.extend(cap(|_| true).map(|[x, y, z]| [x, y, z + noise(x, y)]));
+    mesh.flush();
+    let triangles = mesh.triangles();
+    let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
+    let found = of_points(sampled, &[], Wanted { epsilon: 0.05, gap_mm: None }).figures;
+    assert_eq!(found.lfs_source.as_deref(), Some("measured"), "{found:?}");
+    assert!((found.lfs_min_mm.unwrap() / 20.0 - 1.0).abs() < 0.1, "{found:?}");
+    assert_eq!(found.coverage, Some(1.0), "{found:?}");
+}
