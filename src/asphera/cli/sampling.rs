@@ -70,7 +70,8 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
             let mut pipeline = Pipeline::along(part, args.along);
             topography.points().for_each(|point| pipeline.take_position(point));
             let measurement = pipeline.finish();
-            let waypoints = measurement.next.as_ref().map(|next| next.waypoints());
+            let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
+            let waypoints = next.map(|next| next.waypoints());
             PointsSampling { figures: measurement.report.sampling, waypoints }
         }
         None => {
