@@ -10,7 +10,9 @@ use super::exit::Exit;
 use super::output::{Failure, print, print_json};
 use super::summary;
 use crate::config::Part;
-use crate::pipeline::{Along, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points};
+use crate::pipeline::{
+    Along, Next, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points,
+};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
@@ -71,7 +73,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
             topography.points().for_each(|point| pipeline.take_position(point));
             let measurement = pipeline.finish();
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
-            let waypoints = next.map(|next| next.waypoints());
+            let waypoints = next.map(Next::waypoints);
             PointsSampling { figures: measurement.report.sampling, waypoints }
         }
         None => {
