@@ -28,7 +28,13 @@ impl Triangle {
     /// The triangle of three different points of a mesh.
     pub(crate) fn new(points: &[PointMm], corners: [VertexId; 3]) -> Triangle {
         let [i, j, k] = corners;
-        let [p, q, r] = corners.map(|corner| points[corner as usize]);
+        Triangle::of([points[i as usize], points[j as usize], points[k as usize]], corners)
+    }
+
+    /// The triangle of three places with these numbers.
+    #[inline]
+    pub(crate) fn of([p, q, r]: [PointMm; 3], corners: [VertexId; 3]) -> Triangle {
+        let [i, j, k] = corners;
         let [pq, qr, rp] = [squared(minus(q, p)), squared(minus(r, q)), squared(minus(p, r))];
         if pq >= qr && pq >= rp {
             Triangle { a: p, b: q, c: r, corners: [i, j, k] }

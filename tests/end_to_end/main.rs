@@ -11,3 +11,4 @@ mod measure;
 mod peers;
 mod projection;
 mod reduce;
+mod sampling;

@@ -10,7 +10,9 @@ use super::exit::Exit;
 use super::output::{Failure, print, print_json};
 use super::summary;
 use crate::config::Part;
-use crate::pipeline::{Along, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points};
+use crate::pipeline::{
+    Along, Next, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points,
+};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
@@ -70,7 +72,8 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
             let mut pipeline = Pipeline::along(part, args.along);
             topography.points().for_each(|point| pipeline.take_position(point));
             let measurement = pipeline.finish();
-            let waypoints = measurement.next.as_ref().map(crate::pipeline::Next::waypoints);
+            let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
+            let waypoints = next.map(Next::waypoints);
             PointsSampling { figures: measurement.report.sampling, waypoints }
         }
         None => {

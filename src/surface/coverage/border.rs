@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::aperture::{Aperture, Shape, side_right_of, signed_area_mm2};
-use super::clip::minus;
+use super::clip::{cross, minus};
 use super::draw::Line;
 use crate::exact::Place;
 
@@ -34,6 +34,8 @@ pub(super) struct Border {
     /// Which side follows which.
     next: Vec<u32>,
     low: Place,
+    /// Centre and radius of a circle about the aperture.
+    about: (Place, f64),
     /// Squares of the bounds per mm along x and y.
     scale: Place,
     squares: usize,
@@ -65,10 +67,15 @@ impl Border {
         let squares = (triangles.isqrt() / 8).clamp(8, 256);
         let scale = [0, 1].map(|axis| squares as f64 / (high[axis] - low[axis]));
         let count = squares * squares;
+        let centre = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
+        let reach = |place: &Place| (place[0] - centre[0]).hypot(place[1] - centre[1]);
+        // Drawn borders lie inside the aperture by far less than the margin.
+        let about = (centre, (1.0 + 4.0 * SAGITTA) * places.iter().map(reach).fold(0.0, f64::max));
         let mut border = Border {
             places,
             next,
             low,
+            about,
             scale,
             squares,
             whereabouts: vec![Whereabouts::Outside; count],
@@ -150,7 +157,7 @@ impl Border {
         }
         let [(c0, c1), (r0, r1)] = self.squares_about(triangle);
         if (c1 - c0 + 1) * (r1 - r0 + 1) > FEW_SQUARES {
-            return Whereabouts::Near;
+            return if self.is_beside(triangle) { Whereabouts::Outside } else { Whereabouts::Near };
         }
         let first = self.whereabouts[r0 * self.squares + c0];
         for row in r0..=r1 {
@@ -162,6 +169,15 @@ impl Border {
         }
         // What is beyond the bounds is taken for the squares beside them, which are never inside.
         first
+    }
+
+    /// Whether a side of the counter-clockwise triangle has all of the circle about the border on its right.
+    fn is_beside(&self, [p, q, r]: [Place; 3]) -> bool {
+        let (centre, radius) = self.about;
+        [(p, q), (q, r), (r, p)].into_iter().any(|(from, to)| {
+            let way = minus(to, from);
+            cross(way, minus(centre, from)) < -radius * way[0].hypot(way[1])
+        })
     }
 
     /// Finds the sides that may meet the triangle, in order.
