@@ -26,7 +26,7 @@ pub(super) struct ReduceArgs {
     /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
     file: PathBuf,
     /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     epsilon: f64,
     /// Standard deviation of the heights in nm, or auto to take it from the points. Kept points are so far apart that
     /// noise tilts no facet by more than the limit; 0 leaves that out.
@@ -136,8 +136,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let (deviation, noise) = noise(points, &triangles, args.noise, &name)?;
     let sigma_mm = deviation.sigma_mm();
     let (lfs, lfs_source) = feature_size(points, part.as_ref(), sigma_mm, &name)?;
-    // Where nothing bends, points a tenth of the extent apart still stay.
-    let lfs_max_mm = 0.1 * extent_mm(points) / args.epsilon;
+    // Where nothing bends, points a fifth of the width apart still stay.
+    let lfs_max_mm = 0.2 * width_mm(points) / args.epsilon;
     let target = target(lfs_max_mm)?.with_noise(deviation)?;
     let reduction = reduce(points, triangles.iter().copied(), &target, &lfs);
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
@@ -312,13 +312,14 @@ fn pose(points: &[PointMm], part: &Part) -> Result<Pose, String> {
     }
 }
 
-/// The diagonal of the box about points, in mm.
-fn extent_mm(points: &[PointMm]) -> f64 {
+/// The shorter side of the box about the places of points, in mm: what is kept of a narrow part must
+/// still span its width.
+fn width_mm(points: &[PointMm]) -> f64 {
     let side = |axis: usize| {
         let along = || points.iter().map(|point| point[axis]);
         along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
     };
-    side(0).hypot(side(1)).hypot(side(2))
+    side(0).min(side(1))
 }
 
 /// Whether a mesh is dense enough for ε and not too dense for the noise.

@@ -24,11 +24,11 @@ pub(super) struct SamplingArgs {
     nominal: Option<PathBuf>,
     /// Largest distance from the surface to its nearest point, as a share of the local feature size; above 0,
     /// up to 1. Without it the nominal's, or 0.05.
-    #[arg(long, value_name = "E", value_parser = share)]
+    #[arg(long, value_name = "E", value_parser = share, allow_negative_numbers = true)]
     epsilon: Option<f64>,
     /// Largest spacing of points in mm. Without it the nominal's limit of gaps, or four times the average
     /// distance of the points.
-    #[arg(long, value_name = "MM", value_parser = length)]
+    #[arg(long, value_name = "MM", value_parser = length, allow_negative_numbers = true)]
     spacing: Option<f64>,
     /// Write the places to measure next into this file: region,x_mm,y_mm,z_mm.
     #[arg(long, value_name = "OUT.csv")]

@@ -161,7 +161,7 @@ pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fm
         line(text, parts)?;
     }
     let density = [
-        sampling.noise_sigma_nm.map(|nm| format!("noise {nm:.1} nm")),
+        sampling.noise_sigma_nm.map(|nm| format!("noise {} nm", short(nm))),
         sampling.spacing_median_mm.map(|mm| format!("spacing {} mm", short(mm))),
         sampling
             .overdense_fraction

@@ -55,7 +55,7 @@ pub(super) struct Input {
 #[derive(Serialize)]
 pub(super) struct Lfs {
     pub(super) source: &'static str,
-    /// As used: where nothing bends, so large that the spacing is a tenth of the extent. Absent where it is known
+    /// As used: where nothing bends, so large that the spacing is a fifth of the width. Absent where it is known
     /// nowhere.
     pub(super) range_mm: Option<Range>,
 }
