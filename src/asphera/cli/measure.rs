@@ -1,16 +1,14 @@
 //! `asphera measure`: the points of a file through the same pipeline.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use asphera_formats::Topography;
 use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
+use super::files::{part, topography};
 use super::output::{Failure, deliver};
 use crate::clock::Clock;
-use crate::config::Part;
 use crate::pipeline::{Along, Pipeline};
 use crate::report::Timing;
 
@@ -61,25 +59,6 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     };
     deliver(&measurement, &args.output)?;
     Ok(Exit::of(&measurement.report, tolerance_given))
-}
-
-/// What a nominal file says.
-pub(super) fn part(path: &Path) -> Result<Part, Failure> {
-    let name = path.display().to_string();
-    let text = String::from_utf8(read(path)?)
-        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
-    Ok(Part::parse(&name, &text)?)
-}
-
-/// The points of a file.
-pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
-    let name = path.display().to_string();
-    asphera_formats::read(&name, &read(path)?)
-        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
 /// Fisher and Yates's shuffle, driven by SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).

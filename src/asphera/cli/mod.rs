@@ -3,6 +3,7 @@
 mod check;
 mod demo;
 mod exit;
+mod files;
 mod measure;
 mod output;
 mod ports;

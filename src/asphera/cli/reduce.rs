@@ -3,8 +3,7 @@
 mod figures;
 mod file;
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use asphera_form::{FitSettings, Nominal, Pose, fit};
@@ -17,6 +16,7 @@ use asphera_surface::{Criteria, Mesh, PointMm, VertexId, assess};
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
+use super::files::{part, refuse, topography};
 use super::output::{Failure, print, print_json};
 use crate::config::Part;
 use figures::{Condition, Figures, Input, Lfs, Noise, Range, Spacings, Sparse};
@@ -112,13 +112,10 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     };
     target(1.0)?;
     let style = file::Style::of(&args.out)?;
-    file::refuse(&args.out, &args.file, args.force)?;
-    let part = args.nominal.as_deref().map(nominal).transpose()?;
+    refuse(&args.out, &args.file, args.force)?;
+    let part = args.nominal.as_deref().map(part).transpose()?;
     let name = args.file.display().to_string();
-    let bytes = read(&args.file)?;
-    let topography = asphera_formats::read(&name, &bytes)
-        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)))?;
-    drop(bytes);
+    let topography = topography(&args.file)?;
 
     let mut mesh = Mesh::new();
     mesh.extend(topography.points());
@@ -200,17 +197,6 @@ fn columns(kept: &[PointMm], averaged: Option<&Averaged>) -> file::Columns {
             file::Columns::WithUncertainty(averaged.points.iter().map(with_u).collect())
         }
     }
-}
-
-fn nominal(path: &Path) -> Result<Part, Failure> {
-    let name = path.display().to_string();
-    let text = String::from_utf8(read(path)?)
-        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
-    Ok(Part::parse(&name, &text)?)
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
 /// The noise asked for, and how it is told.

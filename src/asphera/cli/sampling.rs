@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::Exit;
+use super::files::{part, refuse, topography};
 use super::output::{Failure, print, print_json};
 use super::summary;
 use crate::config::Part;
@@ -55,12 +56,9 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     if let Some(out) = &args.waypoints {
         refuse(out, &args.file, args.force)?;
     }
-    let part = args.nominal.as_deref().map(nominal).transpose()?;
+    let part = args.nominal.as_deref().map(part).transpose()?;
     let name = args.file.display().to_string();
-    let bytes = read(&args.file)?;
-    let topography = asphera_formats::read(&name, &bytes)
-        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)))?;
-    drop(bytes);
+    let topography = topography(&args.file)?;
     let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
     let PointsSampling { figures, waypoints } = match part {
         Some(part) => {
@@ -112,29 +110,6 @@ fn write(out: &Path, waypoints: Option<&Waypoints>, name: &str) -> Result<(), Fa
     };
     fs::write(out, &waypoints.csv)
         .map_err(|error| format!("cannot write {}: {error}", out.display()).into())
-}
-
-/// What is there stays, unless it is to be overwritten; the points themselves stay anyway.
-fn refuse(out: &Path, file: &Path, force: bool) -> Result<(), Failure> {
-    let same = |left: &Path, right: &Path| matches!((left.canonicalize(), right.canonicalize()), (Ok(left), Ok(right)) if left == right);
-    if same(out, file) {
-        return Err(format!("{} is the file that is read; expected another", out.display()).into());
-    }
-    if out.exists() && !force {
-        return Err(format!("{} is there already; --force overwrites it", out.display()).into());
-    }
-    Ok(())
-}
-
-fn nominal(path: &Path) -> Result<Part, Failure> {
-    let name = path.display().to_string();
-    let text = String::from_utf8(read(path)?)
-        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
-    Ok(Part::parse(&name, &text)?)
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
 fn share(word: &str) -> Result<f64, String> {

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_formats::Topography;
 use asphera_surface::sections::SectionPath;
 use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::measure::{part, topography};
+use super::files::{part, refuse, topography};
 use super::output::{Failure, print, print_json, say};
 use crate::pipeline::Pipeline;
 use crate::section::{Deviations, SectionReport, report};
@@ -52,6 +53,9 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
     if args.json && args.out.is_some() && to_file.is_none() {
         return Err("--json and --out - both want stdout; give --out a file".into());
     }
+    if let Some(out) = to_file {
+        refuse(out, &args.file, true)?;
+    }
     let mut report = cut(args)?;
     if report.pieces.is_empty() {
         return Err(format!(
@@ -80,15 +84,19 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
 fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
     let part = args.nominal.as_deref().map(part).transpose()?;
     let topography = topography(&args.file)?;
-    let mut mesh = Mesh::new();
-    mesh.extend(topography.points());
-    mesh.flush();
-    // The pipeline meshes the same points in the same order, so its vertices have the same numbers.
     let measurement = part.map(|part| {
         let mut pipeline = Pipeline::new(part);
         topography.points().for_each(|point| pipeline.take_position(point));
         pipeline.finish()
     });
+    let unmeasured;
+    let mesh = match &measurement {
+        Some(measurement) => measurement.surface.mesh(),
+        None => {
+            unmeasured = meshed(&topography);
+            &unmeasured
+        }
+    };
     let form = measurement.as_ref().map(|measurement| {
         let reasons = || measurement.report.verdict.reasons.join("; ");
         measurement.report.form.as_ref().ok_or_else(|| format!("there is no fit: {}", reasons()))
@@ -101,7 +109,7 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
         }
         (.., angle_deg) => {
             let fitted = form.map(|form| [form.fit.pose.tx_mm, form.fit.pose.ty_mm]);
-            let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(&mesh));
+            let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(mesh));
             SectionPath::Radius {
                 centre_mm: centre_mm.ok_or_else(|| no_points(&args.file))?,
                 angle_rad: angle_deg.unwrap_or_default().to_radians(),
@@ -110,7 +118,7 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
     };
     let gap_limit_mm = args.gap_limit.or_else(|| match &measurement {
         Some(measurement) => measurement.report.sampling.gap_limit_mm,
-        None => mean_distance_mm(&mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
+        None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
     });
     let deviations_nm = measurement.as_ref().map(|measurement| {
         |vertices: &[VertexId]| {
@@ -119,7 +127,14 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
         }
     });
     let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
-    Ok(report(&mesh, &path, gap_limit_mm, deviations_nm)?)
+    Ok(report(mesh, &path, gap_limit_mm, deviations_nm)?)
+}
+
+fn meshed(topography: &Topography) -> Mesh {
+    let mut mesh = Mesh::new();
+    mesh.extend(topography.points());
+    mesh.flush();
+    mesh
 }
 
 fn no_points(file: &Path) -> String {

@@ -60,16 +60,18 @@ export class Plots {
   }
 }
 
+/** What the axes of all charts have in common. */
+export const axis = {
+  stroke: () => colour("quiet"),
+  grid: { stroke: () => colour("line"), width: 1 },
+  ticks: { stroke: () => colour("line"), width: 1 },
+  font: "12px system-ui, sans-serif",
+  labelFont: "12px system-ui, sans-serif",
+  labelSize: 18,
+  labelGap: 2,
+};
+
 function chart(parent, name, series, dash, moved) {
-  const axis = {
-    stroke: () => colour("quiet"),
-    grid: { stroke: () => colour("line"), width: 1 },
-    ticks: { stroke: () => colour("line"), width: 1 },
-    font: "12px system-ui, sans-serif",
-    labelFont: "12px system-ui, sans-serif",
-    labelSize: 18,
-    labelGap: 2,
-  };
   return new uPlot({
     ...sizeOf(parent),
     padding: [8, 14, 0, 0],

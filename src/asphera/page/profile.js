@@ -4,6 +4,7 @@ import { noDataPattern } from "./axes.js";
 import { byId, colour, setText } from "./dom.js";
 import { count, fixed, known, nm, signedNm, significant } from "./format.js";
 import { columns, gaps, lengthOf } from "./pieces.js";
+import { axis } from "./plots.js";
 
 const HEIGHT = 230;
 
@@ -79,15 +80,6 @@ export class Profile {
   #build() {
     const place = byId("profile");
     const size = () => ({ width: place.clientWidth, height: HEIGHT });
-    const axis = {
-      stroke: () => colour("quiet"),
-      grid: { stroke: () => colour("line"), width: 1 },
-      ticks: { stroke: () => colour("line"), width: 1 },
-      font: "12px system-ui, sans-serif",
-      labelFont: "12px system-ui, sans-serif",
-      labelSize: 18,
-      labelGap: 2,
-    };
     const plain = (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(6))));
     const chart = new uPlot({
       ...size(),

@@ -69,6 +69,11 @@ impl FinishedMesh {
         FinishedMesh { mesh: Arc::new(mesh), setting, maps: Arc::default() }
     }
 
+    /// The mesh, in the frame of the plane of projection.
+    pub(crate) fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
     /// How to tell [`FinishedMesh::maps`] from others of the same part; `None` where there are none.
     pub fn maps_version(&self) -> Option<u64> {
         self.setting.grid.map(|_| self.setting.maps_version)

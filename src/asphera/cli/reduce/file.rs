@@ -28,12 +28,6 @@ pub(super) enum FileError {
     /// Its name says no format.
     #[error("cannot write {}: expected a name ending in .xyz, .txt, .asc or .csv", .0.display())]
     Style(PathBuf),
-    /// It is there already.
-    #[error("{} is there already; --force overwrites it", .0.display())]
-    Exists(PathBuf),
-    /// It is the file that is read.
-    #[error("{} is the file that is read; expected another", .0.display())]
-    Itself(PathBuf),
     /// The file system refused.
     #[error("cannot write {}", path.display())]
     File { path: PathBuf, source: io::Error },
@@ -56,19 +50,6 @@ impl Style {
             Style::Commas => ",",
         }
     }
-}
-
-/// Fails where `path` must not be written: it is `source`, or it is there and not to be overwritten.
-pub(super) fn refuse(path: &Path, source: &Path, force: bool) -> Result<(), FileError> {
-    if !path.exists() {
-        return Ok(());
-    }
-    if let (Ok(path), Ok(source)) = (path.canonicalize(), source.canonicalize())
-        && path == source
-    {
-        return Err(FileError::Itself(path));
-    }
-    if force { Ok(()) } else { Err(FileError::Exists(path.to_owned())) }
 }
 
 /// Writes `remarks` as comments, a line of names, and the numbers with as many digits as it takes to read the
