@@ -141,14 +141,26 @@ fn barycentric(corners: [Place; 3], at: Place) -> [f64; 3] {
     let along = side(apex);
     let [to_apex, to_place] = [corners[apex], at].map(|place| minus(place, corners[from]));
     let height = cross(along, to_place) / cross(along, to_apex);
-    let of_apex = if height.is_finite() { height.clamp(0.0, 1.0) } else { 0.0 };
-    let of_to = (dot(along, to_place) - of_apex * dot(along, to_apex)) / dot(along, along);
+    let mut of_apex = if height.is_finite() { height.clamp(0.0, 1.0) } else { 0.0 };
+    let along_side = |way: Place| dot(along, way) / dot(along, along);
+    let of_end = |of_apex: f64| along_side(to_place) - of_apex * along_side(to_apex);
+    if !(-FLAT..=1.0 - of_apex + FLAT).contains(&of_end(of_apex)) {
+        // So wrong that the weight of an end would be negative: cut off, it would move the sum off the place.
+        let [of_place, beneath] =
+            [to_place, to_apex].map(|way| along_side(way).clamp(0.0, 1.0) + 0.0);
+        let most = (of_place / beneath).min((1.0 - of_place) / (1.0 - beneath));
+        of_apex = of_apex.min(most);
+    }
+    let of_to = of_end(of_apex);
     let mut weights = [0.0; 3];
     weights[apex] = of_apex;
     weights[to] = of_to.clamp(0.0, 1.0 - of_apex);
     weights[from] = 1.0 - of_apex - weights[to];
     weights
 }
+
+/// What rounding may make of a weight of zero in a triangle that is not flat.
+const FLAT: f64 = 1e-12;
 
 fn minus(p: Place, q: Place) -> Place {
     [p[0] - q[0], p[1] - q[1]]
