@@ -25,6 +25,7 @@ mod parameter;
 mod pose;
 mod refine;
 mod selection;
+pub mod shape;
 mod solve;
 mod start;
 mod svd;

@@ -1,0 +1,88 @@
+//! What every nominal shape can say of itself: height, slopes, bend, and how its parameters move it.
+//!
+//! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
+//! side on which a positive deviation lies.
+
+use std::fmt;
+use std::sync::Arc;
+
+use thiserror::Error;
+
+/// Height, slopes and second derivatives of a shape at one place of the part frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jet {
+    /// Height in mm.
+    pub z_mm: f64,
+    /// ∂z/∂x and ∂z/∂y.
+    pub gradient: [f64; 2],
+    /// ∂²z/∂x², ∂²z/∂x∂y and ∂²z/∂y² in 1/mm.
+    pub hessian_per_mm: [f64; 3],
+}
+
+/// A parameter of a shape, with its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeParameter {
+    /// Its name, unique within the shape: `radius`, `conic`, `A4`, `Z5`, `C2,3`.
+    pub name: String,
+    /// Its unit: `mm`, `rad`, `1`, `mm^-3`.
+    pub unit: String,
+    /// Its value in that unit.
+    pub value: f64,
+}
+
+/// A nominal surface as a graph over the x-y plane of the part frame.
+///
+/// Implementations are exact to rounding, everywhere in their domain, the vertex included: no
+/// difference quotient, no `0/0` at r = 0.
+pub trait Shape: fmt::Debug + Send + Sync {
+    /// What it is, as reports name it: `toroid`, `Q-bfs asphere`.
+    fn kind(&self) -> &'static str;
+
+    /// Height and derivatives at a place in mm; `None` beyond the domain and for places that are not finite.
+    fn jet(&self, x_mm: f64, y_mm: f64) -> Option<Jet>;
+
+    /// Height at a place in mm. The same as that of [`Shape::jet`], to rounding, at less cost.
+    fn sag_mm(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
+        self.jet(x_mm, y_mm).map(|jet| jet.z_mm)
+    }
+
+    /// The parameters in an order of their own that never changes for a given shape.
+    fn parameters(&self) -> Vec<ShapeParameter>;
+
+    /// Writes ∂z/∂parameter at a place, one entry a parameter, in mm over the parameter's unit. `None`, with
+    /// the entries left in any state, where there is no [`Shape::jet`].
+    fn by_parameters(&self, x_mm: f64, y_mm: f64, derivatives: &mut [f64]) -> Option<()>;
+
+    /// The same shape with other values of its parameters, in the order of [`Shape::parameters`].
+    fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError>;
+
+    /// Distance from the origin within which every place has a height, in mm; infinite if all have.
+    fn domain_mm(&self) -> f64;
+}
+
+/// Why numbers make no shape.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ShapeError {
+    /// A value that the parameter cannot have.
+    #[error("{parameter} of the {kind} is {found}, expected {expected}")]
+    Value {
+        /// The kind of shape.
+        kind: &'static str,
+        /// The parameter.
+        parameter: String,
+        /// The value.
+        found: f64,
+        /// What values it can have.
+        expected: &'static str,
+    },
+    /// A wrong number of values.
+    #[error("{found} values for the {expected} parameters of the {kind}")]
+    Count {
+        /// The kind of shape.
+        kind: &'static str,
+        /// Values given.
+        found: usize,
+        /// Parameters there are.
+        expected: usize,
+    },
+}
