@@ -137,8 +137,11 @@ fn barycentric(corners: [Place; 3], at: Place) -> [f64; 3] {
     let side = |i: usize| minus(corners[(i + 2) % 3], corners[(i + 1) % 3]);
     let longest = |&i: &usize, &j: &usize| dot(side(i), side(i)).total_cmp(&dot(side(j), side(j)));
     let apex = (0..3).max_by(longest).unwrap_or(0);
+    // Measured from the nearer end, so that a place beside it keeps the small weights of the others.
+    let squared = |i: usize| dot(minus(at, corners[i]), minus(at, corners[i]));
     let (from, to) = ((apex + 1) % 3, (apex + 2) % 3);
-    let along = side(apex);
+    let (from, to) = if squared(to) < squared(from) { (to, from) } else { (from, to) };
+    let along = minus(corners[to], corners[from]);
     let [to_apex, to_place] = [corners[apex], at].map(|place| minus(place, corners[from]));
     let height = cross(along, to_place) / cross(along, to_apex);
     let mut of_apex = if height.is_finite() { height.clamp(0.0, 1.0) } else { 0.0 };
