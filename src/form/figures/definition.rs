@@ -150,10 +150,12 @@ impl Definition {
             }
             Definition::RobustPeakToValley { .. } => "no standard: share and rule as stated",
             Definition::Pvr { terms: 36 } => {
-                "Evans, Optical Fabrication and Testing 2008, OWA4, with Fringe terms 1 to 36"
+                "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
+                 terms 1 to 36"
             }
             Definition::Pvr { .. } => {
-                "Evans, Optical Fabrication and Testing 2008, OWA4, with Fringe terms 1 to 37"
+                "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
+                 terms 1 to 37"
             }
             Definition::Sagitta
             | Definition::Irregularity

@@ -101,7 +101,8 @@ impl Irregularity {
 /// is not measured evenly a sphere does not appear as tilt or irregularity. The sphere's mean over the
 /// points is taken as 0. A is its range over the aperture, not only over the measured places: a gap at the
 /// rim does not make it smaller. The azimuthal mean is a broken line in the radius with `rings` intervals,
-/// by default as many as leave some sixteen points in the innermost, 256 at most. `O(n)`.
+/// by default as many as leave some sixteen points in the innermost, 256 at most; where a ring is not measured
+/// all around, what varies with the azimuth does not quite average out of it. `O(n)`.
 ///
 /// Unknown with fewer than 5 points or where they do not determine the sphere.
 pub fn decompose(

@@ -11,6 +11,29 @@
 //! Every mean is weighted by the area a point stands for where areas are given. Sums run over fixed chunks
 //! joined in order: the same input gives the same bits whatever the number of threads.
 //!
+//! ```
+//! use asphera_form::Aperture;
+//! use asphera_form::figures::{Approximation, Indication, Sample, decompose};
+//!
+//! // 100 nm of power and 10 nm of astigmatism at the rim of a disc of 5 mm.
+//! let places: Vec<[f64; 2]> =
+//!     (0..2000).map(|i| (0.05 * f64::from(i).sqrt(), 2.4 * f64::from(i)))
+//!         .map(|(r, phi)| [2.2 * r * phi.cos(), 2.2 * r * phi.sin()])
+//!         .collect();
+//! let nm = |[x, y]: [f64; 2]| (100.0 * (x * x + y * y) + 10.0 * (x * x - y * y)) / 25.0;
+//! let deviations_mm: Vec<f64> = places.iter().map(|&place| nm(place) * 1e-6).collect();
+//!
+//! let aperture = Aperture::Circle { radius_mm: 5.0 };
+//! let sample = Sample::new(&places, &deviations_mm, None, &aperture)?;
+//! let found = decompose(&sample, Approximation::Quadratic, None)?;
+//! assert!((found.a_nm - 100.0).abs() < 0.1 && (found.b_nm - 20.0).abs() < 1.0);
+//!
+//! // Half a fringe of power and a tenth of irregularity are allowed at 546 nm.
+//! let limits: Indication = "3/0.5(0.1); λ=546".parse()?;
+//! assert!(limits.compare(&found).iter().all(|comparison| comparison.holds()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Deliberately absent: alignment and fits of the nominal (see [`crate::fit`]), uncertainties, filters.
 
 mod aberration;

@@ -10,8 +10,8 @@ use crate::triangle::CHUNK;
 
 /// Places of the part frame with their deviations, those that count.
 ///
-/// Invariants: places, deviations and areas are finite and below 1e60, areas are not negative, and there is
-/// at least one positive area unless the sample is empty.
+/// Invariants: places and deviations are finite and below 1e60 mm; areas are in units of the largest, which
+/// is 1 unless the sample is empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     places_mm: Vec<[f64; 2]>,
@@ -70,8 +70,8 @@ impl Sample {
     /// The places (x, y) of `places_mm`, part frame, within `aperture` that have a deviation. `O(n)`.
     ///
     /// `deviations_mm` has one entry a point, NaN for none. `areas_mm2` is the area each point stands for,
-    /// in mm² or any common unit; without it all points weigh the same. A point of area 0 takes part in
-    /// extremes and in nothing else.
+    /// in mm² or any common unit; without it all points weigh the same. A point of area 0, or of less than
+    /// 1e-20 of the largest, takes part in extremes and in nothing else.
     pub fn new(
         places_mm: &[[f64; 2]],
         deviations_mm: &[f64],
@@ -118,6 +118,12 @@ impl Sample {
                 sample.areas.push(area_mm2);
                 sample.indices.push(index);
             }
+        }
+        // In units of the largest, so that products of areas neither overflow nor vanish.
+        let largest = sample.areas.iter().copied().fold(0.0, f64::max);
+        for area in sample.areas.iter_mut().filter(|area| **area > 0.0) {
+            let share = *area / largest;
+            *area = if share >= SMALLEST_SHARE { share } else { 0.0 };
         }
         sample.weighted = sample.areas.iter().filter(|&&area| area > 0.0).count();
         if sample.weighted == 0 && !sample.is_empty() {
@@ -232,6 +238,8 @@ impl Sample {
 
 /// Numbers up to this have squares and sums of squares that do not overflow.
 const LARGEST: f64 = 1e60;
+/// Points of a smaller share of the largest area could not be told from rounding.
+const SMALLEST_SHARE: f64 = 1e-20;
 
 #[cfg(test)]
 mod tests {

@@ -194,6 +194,22 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
+    fn areas_of_any_size_give_finite_numbers(
+        areas in prop::collection::vec(
+            prop::sample::select(vec![0.0, 5e-324, 1e-300, 1e-18, 1e-3, 1.0, 7.0, 1e59]),
+            60..90,
+        ),
+    ) {
+        let places = &spiral(90, 5.0)[..areas.len()];
+        let deviations: Vec<f64> = places.iter().map(|p| (p[0] * p[1]).sin() * 1e-5).collect();
+        let made = Sample::new(places, &deviations, Some(&areas), &Aperture::None);
+        prop_assert_eq!(made.is_err(), areas.iter().all(|&area| area == 0.0));
+        if let Ok(sample) = made {
+            numbers(&sample);
+        }
+    }
+
+    #[test]
     fn coarse_lattices_with_holes_give_finite_numbers(
         points in prop::collection::vec((-3..=3i32, -3..=3i32, prop::option::of(-2..=2i32)), 0..90),
         scale in prop::sample::select(vec![1e-3, 1.0, 1.6]),

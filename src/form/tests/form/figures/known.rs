@@ -183,6 +183,26 @@ fn a_sphere_seen_through_gaps_is_no_irregularity() {
 }
 
 #[test]
+fn the_sagitta_is_over_the_aperture_not_over_the_points() {
+    let height = |p: &[f64; 2]| 4e-6 * (p[0] * p[0] + p[1] * p[1]);
+    // The rim is not measured, nor is the middle.
+    let places: Vec<[f64; 2]> =
+        spiral(3000, 4.0).into_iter().filter(|p| p[0].hypot(p[1]) > 2.0).collect();
+    let deviations: Vec<f64> = places.iter().map(height).collect();
+    let sagitta = |aperture| {
+        let sample = Sample::new(&places, &deviations, None, &aperture).unwrap();
+        decompose(&sample, Approximation::Quadratic, None).unwrap().sagitta_nm
+    };
+    let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-9;
+    assert!(near(sagitta(Aperture::Circle { radius_mm: 5.0 }), 100.0));
+    assert!(near(sagitta(Aperture::Annulus { inner_mm: 1.0, outer_mm: 5.0 }), 96.0));
+    assert!(near(sagitta(Aperture::Rectangle { width_mm: 6.0, height_mm: 8.0 }), 100.0));
+    // Without an aperture only the points say where the part ends.
+    let free = sagitta(Aperture::None);
+    assert!((47.9..48.1).contains(&free), "{free}");
+}
+
+#[test]
 fn azimuthal_mean_over_an_exact_polar_scan() {
     // Radii 0, 1, …, 5 in more intervals than there are radii: knots join, the mean is exact.
     let places: Vec<[f64; 2]> = (0..6)
