@@ -15,6 +15,7 @@
 mod aperture;
 pub mod artefact;
 mod deviation;
+pub mod figures;
 mod fit;
 mod foot;
 mod linearised;

@@ -8,6 +8,7 @@
 
 mod common;
 mod degenerate;
+mod figures;
 mod known;
 mod laws;
 mod live;
