@@ -3,10 +3,36 @@
 //! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
 //! side on which a positive deviation lies.
 
+mod argument;
+mod biconic;
+mod conic;
+mod cylinder;
+mod even_powers;
+mod mirror;
+mod off_axis;
+mod power;
+mod q;
+mod q_basis;
+mod section;
+mod sum;
+mod taylor;
+mod toroid;
+
 use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
+
+pub use biconic::Biconic;
+pub use conic::Conic;
+pub use cylinder::Cylinder;
+pub use mirror::Mirror;
+pub use off_axis::OffAxis;
+pub use power::{EvenAsphere, OddAsphere};
+pub use q::{Projection, QAsphere};
+pub use section::ConicSection;
+pub use sum::Sum;
+pub use toroid::Toroid;
 
 /// Height, slopes and second derivatives of a shape at one place of the part frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
