@@ -3,7 +3,8 @@
 use super::{ShapeError, ShapeParameter};
 
 /// What a radius may be.
-pub(super) const RADIUS: &str = "a finite number other than 0 (what is flat has a constructor of its own)";
+pub(super) const RADIUS: &str =
+    "a finite number other than 0 (what is flat has a constructor of its own)";
 /// What a coefficient may be.
 pub(super) const FINITE: &str = "a finite number";
 
@@ -29,11 +30,7 @@ pub(super) fn radius(kind: &'static str, parameter: &str, found: f64) -> Result<
 }
 
 /// Fails unless there are as many values as parameters.
-pub(super) fn count(
-    kind: &'static str,
-    values: &[f64],
-    expected: usize,
-) -> Result<(), ShapeError> {
+pub(super) fn count(kind: &'static str, values: &[f64], expected: usize) -> Result<(), ShapeError> {
     let found = values.len();
     if found == expected { Ok(()) } else { Err(ShapeError::Count { kind, found, expected }) }
 }

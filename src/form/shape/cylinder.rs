@@ -31,10 +31,7 @@ impl Cylinder {
     /// An acylinder from its section and the terms (order, coefficient in mm^(1−order)). Parameters
     /// `radius` and `conic`, unless flat, and `A2`, `A4` … of the terms given. Fails on an order that is
     /// odd, 0 or given twice, and on a coefficient that is not finite.
-    pub fn acylinder(
-        section: ConicSection,
-        terms: &[(u8, f64)],
-    ) -> Result<Cylinder, ShapeError> {
+    pub fn acylinder(section: ConicSection, terms: &[(u8, f64)]) -> Result<Cylinder, ShapeError> {
         Ok(Cylinder { circular: false, section, powers: EvenPowers::new(ACYLINDER, terms)? })
     }
 

@@ -57,11 +57,7 @@ impl Mirror {
 
     /// The figure turned about the line through source and image: ellipsoid, hyperboloid, paraboloid.
     /// Otherwise as [`Mirror::cylindrical`].
-    pub fn revolved(
-        source_mm: f64,
-        image_mm: f64,
-        grazing_rad: f64,
-    ) -> Result<Mirror, ShapeError> {
+    pub fn revolved(source_mm: f64, image_mm: f64, grazing_rad: f64) -> Result<Mirror, ShapeError> {
         Mirror::new(source_mm, image_mm, grazing_rad, true)
     }
 
@@ -99,17 +95,7 @@ impl Mirror {
         let m = (by_image - by_source) * h_mm;
         let (sin, cos) = theta.sin_cos();
         let a = (1.0 - m * sin) * (1.0 + m * sin);
-        Ok(Mirror {
-            source_mm: p,
-            image_mm: q,
-            grazing_rad: theta,
-            revolved,
-            sin,
-            cos,
-            h_mm,
-            m,
-            a,
-        })
+        Ok(Mirror { source_mm: p, image_mm: q, grazing_rad: theta, revolved, sin, cos, h_mm, m, a })
     }
 
     /// The height as the root of a·z² − 2b·z + c = 0 that is 0 at the origin.

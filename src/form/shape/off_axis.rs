@@ -40,11 +40,7 @@ impl OffAxis {
     }
 
     /// With the axes parallel to the parent's. Fails where the parent has no tangent plane.
-    pub fn parallel(
-        parent: Arc<dyn Shape>,
-        dx_mm: f64,
-        dy_mm: f64,
-    ) -> Result<OffAxis, ShapeError> {
+    pub fn parallel(parent: Arc<dyn Shape>, dx_mm: f64, dy_mm: f64) -> Result<OffAxis, ShapeError> {
         OffAxis::new(parent, [dx_mm, dy_mm], PARALLEL)
     }
 

@@ -58,7 +58,11 @@ impl ConicSection {
     /// Distance from the axis in mm at which the root ends; infinite for κ ≤ −1.
     pub(super) fn domain_mm(&self) -> f64 {
         let shape = 1.0 + self.conic;
-        if shape > 0.0 && !self.is_flat() { self.radius_mm.abs() / shape.sqrt() } else { f64::INFINITY }
+        if shape > 0.0 && !self.is_flat() {
+            self.radius_mm.abs() / shape.sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// φ = √(1 − (1+κ)·c²·t) at t = s²; `None` from the end of the domain on, where the slope is infinite.
