@@ -73,9 +73,10 @@ impl QAsphere {
         Ok(QAsphere { base, rho_max_mm, coefficients_mm: coefficients_mm.to_vec(), family })
     }
 
-    /// u² at t = ρ²; `None` beyond ρmax.
+    /// u² at t = ρ²; `None` beyond ρmax. What lies beyond only by the rounding of x² + y² is on the rim.
     fn x(&self, t: f64) -> Option<f64> {
-        (t <= self.rho_max_mm * self.rho_max_mm).then(|| t / self.rho_max_mm / self.rho_max_mm)
+        let x = t / self.rho_max_mm / self.rho_max_mm;
+        (x <= 1.0 + 4.0 * f64::EPSILON).then(|| x.min(1.0))
     }
 
     /// The departure as a function of t = ρ².

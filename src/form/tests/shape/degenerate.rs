@@ -213,4 +213,9 @@ fn q_aspheres_end_at_their_normalisation_radius() {
     assert_eq!(bfs.sag_mm(3.0, 4.0), Some(0.0));
     assert_eq!(bfs.sag_mm(3.0, 4.0 + 1e-12), None);
     assert_eq!(bfs.jet(0.0, -5.000001), None);
+    // The rim itself belongs to it, however its places are rounded.
+    for i in 0..1000 {
+        let (sin, cos) = f64::from(i).sin_cos();
+        assert!(bfs.jet(5.0 * cos, 5.0 * sin).is_some());
+    }
 }
