@@ -128,6 +128,8 @@ fn domains_end_where_heights_do() {
         (Arc::new(Toroid::new(50.0, section(50.0, 0.0), &[]).unwrap()), 0.05),
         (Arc::new(Toroid::new(-50.0, section(-20.0, -3.0), &[(4, -1e-5)]).unwrap()), 0.05),
         (Arc::new(Toroid::new(50.0, section(-20.0, 0.0), &[]).unwrap()), 0.05),
+        (Arc::new(Toroid::new(50.0, section(10.0, -1.0), &[]).unwrap()), 0.05),
+        (Arc::new(Toroid::new(-50.0, ConicSection::FLAT, &[(2, -0.05)]).unwrap()), 0.05),
         (Arc::new(Toroid::new(50.0, ConicSection::FLAT, &[(4, 1e-6)]).unwrap()), 0.05),
         (Arc::new(Toroid::unrotated(section(-20.0, 0.0), &[]).unwrap()), tight),
     ];

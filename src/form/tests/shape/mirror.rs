@@ -199,3 +199,16 @@ fn figures_have_names() {
     assert!(concave(100.0, 50.0) && concave(100.0, -150.0) && concave(infinite, 50.0));
     assert!(!concave(100.0, -50.0) && !concave(-100.0, -50.0) && !concave(infinite, -50.0));
 }
+
+/// A hyperbola has a second sheet, which is no part of the mirror.
+#[test]
+fn only_the_sheet_of_the_mirror() {
+    let mirror = Mirror::cylindrical(300.0, -100.0, 0.1).unwrap();
+    // The first sheet ends at x = −101 mm; from −297 mm on the equation has roots again.
+    assert!(mirror.jet(-100.0, 0.0).is_some());
+    for x in [-105.0, -200.0, -290.0, -300.0, -400.0, -4000.0] {
+        assert_eq!(mirror.jet(x, 0.0), None, "{x}");
+        assert_eq!(mirror.sag_mm(x, 0.0), None, "{x}");
+    }
+    assert!(mirror.jet(4000.0, 0.0).is_some());
+}
