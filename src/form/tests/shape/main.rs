@@ -9,4 +9,5 @@ mod derivatives;
 mod limits;
 mod mirror;
 mod q;
+mod sixty_digits;
 mod values;
