@@ -61,8 +61,7 @@ impl EvenPowers {
         }
     }
 
-    /// Largest `Σ A_n·s^n` that the terms with positive A_n alone can reach at the distance s, and the
-    /// smallest that those with negative A_n alone can; both are monotonic in s.
+    /// The sums of the terms with positive and with negative coefficients at t; both are monotonic in t.
     pub(super) fn split(&self, t: f64) -> (f64, f64) {
         let sum = |keep: fn(f64) -> bool| {
             t * self.dense.iter().rev().fold(0.0, |p, &a| p * t + if keep(a) { a } else { 0.0 })

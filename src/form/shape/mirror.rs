@@ -29,6 +29,16 @@ use super::{Jet, Shape, ShapeError, ShapeParameter};
 /// without y² for a cylinder. It follows from the constant sum (or difference) of the distances to the two
 /// points, p + q with signs, by squaring twice; the same surfaces, in other coefficients, are in Goldberg,
 /// J. Synchrotron Rad. 29 (2022) 991 and in Sanchez del Rio & Goldberg, arXiv:2406.04079.
+///
+/// ```
+/// use asphera_form::shape::{Mirror, Shape};
+///
+/// // 30 m from the source, focus after half a metre, 3 mrad: 327.87 m of radius at the centre.
+/// let mirror = Mirror::cylindrical(30_000.0, 500.0, 3e-3)?;
+/// let bend_per_mm = mirror.jet(0.0, 0.0).map(|jet| jet.hessian_per_mm[0]);
+/// assert!(bend_per_mm.is_some_and(|bend| (1.0 / bend - 327_869.3).abs() < 0.1));
+/// # Ok::<(), asphera_form::shape::ShapeError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     source_mm: f64,

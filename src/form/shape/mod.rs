@@ -2,6 +2,18 @@
 //!
 //! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
 //! side on which a positive deviation lies.
+//!
+//! | surface | shape | Zemax, whose file gives its numbers |
+//! | --- | --- | --- |
+//! | plane, sphere, conic | [`Conic`] | STANDARD |
+//! | asphere in powers of r | [`EvenAsphere`], [`OddAsphere`] | EVENASPH, ODDASPHE |
+//! | asphere in Forbes' polynomials | [`QAsphere`] | QED_TYPE |
+//! | cylinder, acylinder | [`Cylinder`] along y, [`Toroid::unrotated`] along x | TOROIDAL |
+//! | toroid | [`Toroid`] | TOROIDAL |
+//! | biconic | [`Biconic`] | BICONICX |
+//! | X-ray mirror from p, q, θ | [`Mirror`] | |
+//! | a base and what departs from it | [`Sum`] | |
+//! | a piece away from the vertex | [`OffAxis`] | |
 
 mod argument;
 mod biconic;

@@ -11,6 +11,9 @@ use super::{Jet, Shape, ShapeError, ShapeParameter};
 /// The parameters are the parent's. When they change, the origin stays on the parent at (dx, dy), while the
 /// axes keep the directions they were made with: a fit finds what little the part turns by the pose.
 ///
+/// Meant for pieces that a line along their z meets once. Where it meets the parent again, the sheet counts
+/// that is reached from the origin without a fold, or next to the height that slope and bend predict.
+///
 /// Heights are differences of the parent's, exact to the rounding of its coordinates at (dx, dy).
 #[derive(Clone, Debug)]
 pub struct OffAxis {

@@ -15,6 +15,17 @@ use super::{Jet, Shape, ShapeError, ShapeParameter};
 /// - Q-con `z = conic(ρ) + u⁴·Σ a_m·Q_m^con(u²)` (Forbes 2007; Zemax' type 1).
 ///
 /// It ends at ρmax: beyond, the polynomials say nothing about the part.
+///
+/// ```
+/// use asphera_form::shape::{ConicSection, Projection, QAsphere, Shape};
+///
+/// let base = ConicSection::new(17.3729, -0.67609)?;
+/// let lens = QAsphere::bfs(base, 27.0, Projection::ConicNormal, &[-0.815, -0.323, 0.106])?;
+/// let names: Vec<_> = lens.parameters().into_iter().map(|parameter| parameter.name).collect();
+/// assert_eq!(names, ["radius", "conic", "Q0", "Q1", "Q2"]);
+/// assert!(lens.sag_mm(27.1, 0.0).is_none());
+/// # Ok::<(), asphera_form::shape::ShapeError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct QAsphere {
     base: ConicSection,
@@ -36,6 +47,9 @@ pub enum Projection {
     SphereNormal,
     /// σ = √(1 − κc²ρ²)/√(1 − (1+κ)c²ρ²): along the normal of the conic (Forbes, Opt. Express 19 (2011)
     /// 9923; CODE V, Optiland). Equal to the former for a sphere.
+    ///
+    /// Heights published from Zemax agree with this and exclude [`Projection::Axis`]; a lens sold by its
+    /// QED_TYPE, Thorlabs ASL5040-UV, reaches beyond |R|, where [`Projection::SphereNormal`] has ended.
     ConicNormal,
 }
 
