@@ -2,11 +2,49 @@
 //!
 //! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
 //! side on which a positive deviation lies.
+//!
+//! | surface | shape | Zemax, whose file gives its numbers |
+//! | --- | --- | --- |
+//! | plane, sphere, conic | [`Conic`] | STANDARD |
+//! | asphere in powers of r | [`EvenAsphere`], [`OddAsphere`] | EVENASPH, ODDASPHE |
+//! | asphere in Forbes' polynomials | [`QAsphere`] | QED_TYPE |
+//! | cylinder, acylinder | [`Cylinder`] along y, [`Toroid::unrotated`] along x | TOROIDAL |
+//! | toroid | [`Toroid`] | TOROIDAL |
+//! | biconic | [`Biconic`] | BICONICX |
+//! | X-ray mirror from p, q, θ | [`Mirror`] | |
+//! | a base and what departs from it | [`Sum`] | |
+//! | a piece away from the vertex | [`OffAxis`] | |
+
+mod argument;
+mod biconic;
+mod conic;
+mod cylinder;
+mod even_powers;
+mod mirror;
+mod off_axis;
+mod power;
+mod q;
+mod q_basis;
+mod section;
+mod sum;
+mod taylor;
+mod toroid;
 
 use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
+
+pub use biconic::Biconic;
+pub use conic::Conic;
+pub use cylinder::Cylinder;
+pub use mirror::Mirror;
+pub use off_axis::OffAxis;
+pub use power::{EvenAsphere, OddAsphere};
+pub use q::{Projection, QAsphere};
+pub use section::ConicSection;
+pub use sum::Sum;
+pub use toroid::Toroid;
 
 /// Height, slopes and second derivatives of a shape at one place of the part frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
