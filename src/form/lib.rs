@@ -14,9 +14,11 @@
 
 mod aperture;
 pub mod artefact;
+pub mod basis;
 mod deviation;
 mod fit;
 mod foot;
+pub mod form_error;
 mod linearised;
 mod live;
 mod model;
@@ -31,7 +33,6 @@ mod start;
 mod svd;
 mod triangle;
 mod verdict;
-pub mod zernike;
 
 pub use aperture::{Aperture, ApertureError};
 pub use deviation::{Figures, deviations};

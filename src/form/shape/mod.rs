@@ -3,10 +3,14 @@
 //! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
 //! side on which a positive deviation lies.
 
+mod series;
+
 use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
+
+pub use series::Series;
 
 /// Height, slopes and second derivatives of a shape at one place of the part frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,0 +1,9 @@
+//! Polynomial bases, series and expansions through the public interface, one binary.
+
+#![expect(clippy::unwrap_used, reason = "a helper of a test may fail as the test itself")]
+
+mod degenerate;
+mod differences;
+mod expansion;
+mod orthogonal;
+mod tables;
