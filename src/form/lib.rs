@@ -29,6 +29,7 @@ mod refine;
 mod selection;
 pub mod shape;
 mod solve;
+mod spline_fit;
 mod start;
 mod svd;
 mod triangle;
@@ -44,6 +45,7 @@ pub use parameter::{Parameter, ParameterError};
 pub use pose::Pose;
 pub use refine::Termination;
 pub use selection::Excluded;
+pub use spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
 
 /// A point as x, y, z in mm.

@@ -34,8 +34,8 @@ impl Gram {
                     let products = tile([a, b], [c, d, e, f]);
                     for (row, products) in (top..).zip(products) {
                         let sums = &mut self.sums[row * self.columns + left..][..TILE_COLUMNS];
-                        for (sum, product) in sums.iter_mut().zip(products) {
-                            *sum += product;
+                        for (sum, [even, odd]) in sums.iter_mut().zip(products) {
+                            *sum += even + odd;
                         }
                     }
                 } else {
@@ -64,7 +64,7 @@ impl Gram {
 
 /// The eight dot products of two columns with four, each in two interleaved sums: what sixteen vector
 /// registers of two numbers hold.
-fn tile(a: [&[f64; LANES]; 2], b: [&[f64; LANES]; 4]) -> [[f64; TILE_COLUMNS]; TILE_ROWS] {
+fn tile(a: [&[f64; LANES]; 2], b: [&[f64; LANES]; 4]) -> [[[f64; 2]; TILE_COLUMNS]; TILE_ROWS] {
     let mut sums = [[[0.0; 2]; TILE_COLUMNS]; TILE_ROWS];
     for k in (0..LANES).step_by(2) {
         for (sums, a) in sums.iter_mut().zip(a) {
@@ -74,7 +74,7 @@ fn tile(a: [&[f64; LANES]; 2], b: [&[f64; LANES]; 4]) -> [[f64; TILE_COLUMNS]; T
             }
         }
     }
-    sums.map(|row| row.map(|[even, odd]| even + odd))
+    sums
 }
 
 /// The product of two columns, in two interleaved sums.

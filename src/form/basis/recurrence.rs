@@ -78,31 +78,28 @@ impl Family {
         x: &[f64; N],
         mut visit: impl FnMut(usize, &[f64; N]),
     ) {
+        // The last three of each; what is three back makes room for the next.
         let mut p = [[self.start; N], [0.0; N], [0.0; N]];
-        let mut q = [[0.0; N], [0.0; N], [0.0; N]];
+        let mut q = [[0.0; N]; 3];
+        let [mut now, mut before, mut next] = [0, 1, 2];
         for k in 0..=self.steps.len() {
             if let Some(mix) = self.mixes.get(k) {
                 let share = mix.f.recip();
-                let mut next = [0.0; N];
+                let [q_now, q_last, q_earlier] = disjoint(&mut q, [now, before, next]);
                 for i in 0..N {
-                    next[i] = (p[0][i] - mix.g * q[0][i] - mix.h * q[1][i]) * share;
+                    q_now[i] = (p[now][i] - mix.g * q_last[i] - mix.h * q_earlier[i]) * share;
                 }
-                q = [next, q[0], q[1]];
-                visit(k, &q[0]);
+                visit(k, &q[now]);
             } else {
-                visit(k, &p[0]);
+                visit(k, &p[now]);
             }
             let Some(step) = self.steps.get(k) else { break };
-            let mut next = [0.0; N];
+            let [p_now, p_before, p_next] = disjoint(&mut p, [now, before, next]);
             for i in 0..N {
-                next[i] = (step.a + step.b * x[i]) * p[0][i] - step.c * p[1][i];
+                p_next[i] =
+                    (step.a + step.b * x[i]) * p_now[i] - step.c * p_before[i] - step.d * p_next[i];
             }
-            if step.d != 0.0 {
-                for i in 0..N {
-                    next[i] -= step.d * p[2][i];
-                }
-            }
-            p = [next, p[0], p[1]];
+            [now, before, next] = [next, now, before];
         }
     }
 
@@ -138,6 +135,10 @@ impl Family {
             p = [next, p[0], p[1]];
         }
     }
+}
+
+fn disjoint<const N: usize>(rows: &mut [[f64; N]; 3], order: [usize; 3]) -> [&mut [f64; N]; 3] {
+    rows.get_disjoint_mut(order).expect("the order is a permutation")
 }
 
 /// `values[i] · factor[i] · scale` for a block.

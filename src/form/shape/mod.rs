@@ -3,14 +3,19 @@
 //! A shape is the graph z(x, y) of the part frame: vertex (or centre of the mirror) at the origin, +z the
 //! side on which a positive deviation lies.
 
+mod grid;
 mod series;
+mod spline;
 
 use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
 
+pub use grid::{Nodes, SagGrid, SagGridError};
 pub use series::Series;
+pub(crate) use spline::weights as spline_weights;
+pub use spline::{Cells, LARGEST_SIDE, SplineError, SplineSurface};
 
 /// Height, slopes and second derivatives of a shape at one place of the part frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -24,7 +24,7 @@ fn slope(f: impl Fn(f64) -> f64, step: f64) -> f64 {
 }
 
 /// Gradient, Hessian and derivatives by parameters at a place; `size` is how large they may be.
-fn check(shape: &dyn Shape, x: f64, y: f64, size: f64) {
+pub(crate) fn check(shape: &dyn Shape, x: f64, y: f64, size: f64) {
     let step = 0.02;
     let jet = shape.jet(x, y).unwrap();
     assert!((jet.z_mm - shape.sag_mm(x, y).unwrap()).abs() <= 1e-14 * size);
