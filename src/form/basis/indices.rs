@@ -98,6 +98,43 @@ impl Counting {
     }
 }
 
+/// What opticians call the term (n, m): `piston`, `tilt x`, `primary coma y`, `secondary astigmatism 45°`.
+/// `None` where there is no such term.
+///
+/// Terms of one |m| are counted from the first that is not piston, tilt or defocus. Odd orders point along
+/// x (cosine) or y (sine), even ones to 0° or to 90°/|m|.
+pub fn aberration(n: u32, m: i32) -> Option<String> {
+    let a = m.unsigned_abs();
+    if a > n || !(n - a).is_multiple_of(2) {
+        return None;
+    }
+    let (kind, rank) = match (a, n) {
+        (0, 0) => return Some("piston".to_owned()),
+        (0, 2) => return Some("defocus".to_owned()),
+        (0, _) => ("spherical aberration".to_owned(), n / 2 - 1),
+        (1, 1) => ("tilt".to_owned(), 0),
+        (1, _) => ("coma".to_owned(), (n - 1) / 2),
+        (2, _) => ("astigmatism".to_owned(), n / 2),
+        (3..=6, _) => (FOILS[a as usize - 3].to_owned(), (n - a) / 2 + 1),
+        _ => (format!("{a}-foil"), (n - a) / 2 + 1),
+    };
+    let rank = match rank {
+        0 => String::new(),
+        1..=5 => format!("{} ", RANKS[rank as usize - 1]),
+        _ => format!("{rank}th "),
+    };
+    let direction = match (a, m < 0) {
+        (0, _) => String::new(),
+        (a, sine) if !a.is_multiple_of(2) => if sine { " y" } else { " x" }.to_owned(),
+        (_, false) => " 0°".to_owned(),
+        (a, true) => format!(" {}°", 90.0 / f64::from(a)),
+    };
+    Some(format!("{rank}{kind}{direction}"))
+}
+
+const FOILS: [&str; 4] = ["trefoil", "quadrafoil", "pentafoil", "hexafoil"];
+const RANKS: [&str; 5] = ["primary", "secondary", "tertiary", "quaternary", "quinary"];
+
 /// The largest index looked at: beyond any use, and far from overflow.
 pub const LARGEST_INDEX: u32 = 1_000_000;
 
@@ -225,6 +262,42 @@ mod tests {
                 assert_eq!(counting.orders(index), Some(orders), "{counting:?} {index}");
             }
         }
+    }
+
+    /// The names of prysm 0.21.1 (`nm_to_name`) but for case and for |m| above 3, where it counts (6, 4) with
+    /// (4, 4).
+    #[test]
+    fn names_of_opticians() {
+        let names = [
+            ((0, 0), "piston"),
+            ((1, 1), "tilt x"),
+            ((1, -1), "tilt y"),
+            ((2, 0), "defocus"),
+            ((2, 2), "primary astigmatism 0°"),
+            ((2, -2), "primary astigmatism 45°"),
+            ((3, 1), "primary coma x"),
+            ((3, -3), "primary trefoil y"),
+            ((4, 0), "primary spherical aberration"),
+            ((4, -2), "secondary astigmatism 45°"),
+            ((4, -4), "primary quadrafoil 22.5°"),
+            ((5, -1), "secondary coma y"),
+            ((6, 4), "secondary quadrafoil 0°"),
+            ((7, 3), "tertiary trefoil x"),
+            ((9, 1), "quaternary coma x"),
+            ((12, 0), "quinary spherical aberration"),
+            ((15, -1), "7th coma y"),
+            ((9, 9), "primary 9-foil x"),
+        ];
+        for ((n, m), name) in names {
+            assert_eq!(aberration(n, m).as_deref(), Some(name));
+        }
+        assert_eq!((aberration(3, 2), aberration(1, 3)), (None, None));
+        // No two terms share a name.
+        let all: std::collections::BTreeSet<_> = (1..=500)
+            .filter_map(|index| Counting::Noll.orders(index))
+            .map(|(n, m)| aberration(n, m))
+            .collect();
+        assert_eq!(all.len(), 500);
     }
 
     #[test]

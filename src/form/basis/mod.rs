@@ -20,7 +20,7 @@ use std::fmt;
 use thiserror::Error;
 
 pub use expand::{ExpandError, Expansion, LargestResidual, expand, residuals};
-pub use indices::{Counting, LARGEST_INDEX};
+pub use indices::{Counting, LARGEST_INDEX, aberration};
 pub use product::{Product, ProductError};
 pub use q2d::{Q2d, Q2dError};
 pub use zernike::{LARGEST_ORDER, Normalisation, Zernike, ZernikeError, zernike_value};
