@@ -10,6 +10,7 @@ mod expand;
 mod gram;
 mod indices;
 mod normal;
+mod passes;
 mod product;
 mod q2d;
 mod recurrence;
