@@ -3,7 +3,7 @@
 mod check;
 mod read;
 
-use asphera_form::zernike::FormError;
+use asphera_form::form_error::FormError;
 use asphera_form::{Nominal, Parameter, Pose, Tolerance};
 
 use crate::document::ThermalTable;

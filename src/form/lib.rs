@@ -14,10 +14,12 @@
 
 mod aperture;
 pub mod artefact;
+pub mod basis;
 mod deviation;
 pub mod figures;
 mod fit;
 mod foot;
+pub mod form_error;
 mod linearised;
 mod live;
 mod model;
@@ -28,11 +30,11 @@ mod refine;
 mod selection;
 pub mod shape;
 mod solve;
+mod spline_fit;
 mod start;
 mod svd;
 mod triangle;
 mod verdict;
-pub mod zernike;
 
 pub use aperture::{Aperture, ApertureError};
 pub use deviation::{Figures, deviations};
@@ -44,6 +46,7 @@ pub use parameter::{Parameter, ParameterError};
 pub use pose::Pose;
 pub use refine::Termination;
 pub use selection::Excluded;
+pub use spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
 
 /// A point as x, y, z in mm.

@@ -1,6 +1,6 @@
 //! Ranges of a scene's numbers, and whether they fit each other.
 
-use asphera_form::zernike::fringe_orders;
+use asphera_form::form_error::LARGEST_FRINGE;
 
 use super::Scene;
 use super::read::Place;
@@ -39,7 +39,7 @@ impl Scene {
             self.within(key, value, -limit, limit)?;
         }
         for &(index, height_nm) in &self.form_error.fringe_nm {
-            if fringe_orders(index).is_none() {
+            if !(1..=LARGEST_FRINGE).contains(&index) {
                 let key = "part.form_error.fringe.index";
                 return Err(Place(&self.name).wrong(key, "1 to 100", index));
             }

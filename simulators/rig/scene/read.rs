@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_form::zernike::{FormError, Ring};
+use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose, Tolerance};
 
 use super::Scene;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::FringeFit;
-use crate::zernike::fringe_orders;
+use super::expansion::fringe_orders;
 
 /// A term with an azimuth: magnitude and direction of a cosine and a sine term together.
 #[derive(Clone, Copy, Debug, PartialEq)]

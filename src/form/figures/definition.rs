@@ -155,7 +155,7 @@ impl Definition {
             }
             Definition::Pvr { .. } => {
                 "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
-                 terms 1 to 37"
+                 terms 1 to 36 and (12, 0) (prysm counts on to (6, 6))"
             }
             Definition::Sagitta
             | Definition::Irregularity

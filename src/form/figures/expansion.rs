@@ -1,8 +1,7 @@
 //! Expansion of a sample in Fringe terms.
 
-use super::least_squares::{Solution, least_squares};
 use super::{Sample, Unknown};
-use crate::zernike::fringe;
+use crate::basis::{self, Counting, Normalisation, Scale, Zernike, expand};
 
 /// How many Fringe terms a fit has, the piston included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +25,7 @@ impl FringeCount {
 
 /// Fringe terms fitted to a sample.
 ///
-/// Terms are those of [`crate::zernike`], of height 1 at the rim, angles counted from +x towards +y. They
+/// Terms are those of [`Zernike::fringe_37`], of height 1 at the rim, angles counted from +x towards +y. They
 /// are fitted together, by area-weighted least squares at the measured places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FringeFit {
@@ -103,35 +102,29 @@ pub(crate) fn expand_fringe(
         return Err(Unknown::OnePlace);
     }
     // On the axis alone the piston needs no radius.
-    let scale = if radius_mm > 0.0 { radius_mm } else { 1.0 };
-    let columns = |[x, y]: [f64; 2], row: &mut [f64]| {
-        for (entry, &term) in row.iter_mut().zip(terms) {
-            *entry = fringe(term, x / scale, y / scale).expect("Fringe terms up to 100 exist");
-        }
-    };
-    let solution = least_squares(sample, terms.len(), columns);
-    let residual_nm = residuals(sample, &solution, columns);
+    let scale = Scale::round(if radius_mm > 0.0 { radius_mm } else { 1.0 });
+    let scale = scale.map_err(|_| Unknown::OnePlace)?;
+    let orders: Vec<(u32, i32)> = terms.iter().filter_map(|&term| fringe_orders(term)).collect();
+    let basis = Zernike::of_orders(&orders, Normalisation::UnitHeight)
+        .expect("Fringe terms 1 to 37, each once, exist");
+    let areas = Some(sample.areas());
+    let expansion = expand(&basis, &scale, sample.places_mm(), sample.values_nm(), areas)
+        .map_err(|_| Unknown::TooFewPoints { used: sample.weighted(), needed })?;
+    let coefficients = expansion.filled();
+    let residual_nm =
+        basis::residuals(&basis, &scale, &coefficients, sample.places_mm(), sample.values_nm());
     Ok(Expansion {
-        coefficients_nm: solution.coefficients,
+        coefficients_nm: expansion.coefficients,
         residual_nm,
-        condition: solution.condition,
+        condition: expansion.condition,
     })
 }
 
-/// Deviation minus Σ coefficient·column in nm, one a place.
-pub(crate) fn residuals(
-    sample: &Sample,
-    solution: &Solution,
-    columns: impl Fn([f64; 2], &mut [f64]),
-) -> Vec<f64> {
-    let count = solution.coefficients.len();
-    let mut row = vec![0.0; count];
-    let places = sample.places_mm().iter().zip(sample.values_nm());
-    places
-        .map(|(&place, value)| {
-            columns(place, &mut row);
-            let terms = row.iter().enumerate();
-            value - terms.map(|(j, entry)| solution.or_zero(j) * entry).sum::<f64>()
-        })
-        .collect()
+/// Radial and azimuthal order of a term of the Fringe set, the last of which is (12, 0).
+pub(crate) fn fringe_orders(term: u8) -> Option<(u32, i32)> {
+    if term == FringeCount::ThirtySeven.last() {
+        Some((12, 0))
+    } else {
+        Counting::Fringe.orders(term.into())
+    }
 }

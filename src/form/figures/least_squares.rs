@@ -11,8 +11,6 @@ use crate::triangle::{CHUNK, Triangle};
 pub(crate) struct Solution {
     /// One a column; `None` where the places do not tell it from columns before it.
     pub(crate) coefficients: Vec<Option<f64>>,
-    /// Largest over smallest singular value of the determined columns, each scaled to unit length.
-    pub(crate) condition: f64,
 }
 
 impl Solution {
@@ -70,7 +68,7 @@ pub(crate) fn least_squares(
     for (&column, &value) in kept.iter().zip(&step.change) {
         coefficients[column] = Some(value);
     }
-    Solution { coefficients, condition: step.condition }
+    Solution { coefficients }
 }
 
 /// The factor of all rows: the rows of each further factor are absorbed like rows of the problem. The

@@ -12,6 +12,8 @@
 //! | toroid | [`Toroid`] | TOROIDAL |
 //! | biconic | [`Biconic`] | BICONICX |
 //! | X-ray mirror from p, q, θ | [`Mirror`] | |
+//! | Zernike, Chebyshev, Legendre, XY, 2-D-Q departures | [`Series`] | FZERNSAG, SZERNSAG, CHEBYSHV, XPOLYNOM |
+//! | a table of heights, a smooth fit to points | [`SagGrid`], [`SplineSurface`] | GRID_SAG |
 //! | a base and what departs from it | [`Sum`] | |
 //! | a piece away from the vertex | [`OffAxis`] | |
 
@@ -20,12 +22,15 @@ mod biconic;
 mod conic;
 mod cylinder;
 mod even_powers;
+mod grid;
 mod mirror;
 mod off_axis;
 mod power;
 mod q;
 mod q_basis;
 mod section;
+mod series;
+mod spline;
 mod sum;
 mod taylor;
 mod toroid;
@@ -38,11 +43,15 @@ use thiserror::Error;
 pub use biconic::Biconic;
 pub use conic::Conic;
 pub use cylinder::Cylinder;
+pub use grid::{Nodes, SagGrid, SagGridError};
 pub use mirror::Mirror;
 pub use off_axis::OffAxis;
 pub use power::{EvenAsphere, OddAsphere};
 pub use q::{Projection, QAsphere};
 pub use section::ConicSection;
+pub use series::Series;
+pub(crate) use spline::weights as spline_weights;
+pub use spline::{Cells, LARGEST_SIDE, SplineError, SplineSurface};
 pub use sum::Sum;
 pub use toroid::Toroid;
 

@@ -2,7 +2,7 @@
 
 use crate::common::{Noise, al1815, misaligned, spiral};
 use asphera_form::artefact::Artefact;
-use asphera_form::zernike::FormError;
+use asphera_form::form_error::FormError;
 use asphera_form::{
     Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate, LiveSettings,
     Nominal, Parameter, PointMm, Pose, deviations, fit,

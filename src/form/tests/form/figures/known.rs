@@ -3,19 +3,21 @@
 use std::f64::consts::PI;
 use std::num::{NonZeroU8, NonZeroU16};
 
+use asphera_form::basis::{Normalisation, Zernike, zernike_value};
 use asphera_form::figures::{
     Approximation, Comparison, FringeCount, Indication, Reference, Sample, Share, SlopeSettings,
     Term, Unknown, azimuthal_profile, decompose, fringe_fit, peak_to_valley, pvr, q_spectrum,
     radial_profile, remove, rms, robust_peak_to_valley, slopes,
 };
-use asphera_form::zernike::fringe;
 use asphera_form::{Aperture, figures::Definition};
 
 use super::{DISC, disc, part};
 use crate::common::{Noise, spiral};
 
 fn term(index: u8, x: f64, y: f64) -> f64 {
-    fringe(index, x / 5.0, y / 5.0).unwrap()
+    let set = Zernike::fringe_37(Normalisation::UnitHeight);
+    let (n, m) = set.orders()[usize::from(index) - 1];
+    zernike_value(n, m, Normalisation::UnitHeight, x / 5.0, y / 5.0).unwrap()
 }
 
 fn rings(count: u16) -> Option<NonZeroU16> {

@@ -72,18 +72,6 @@ fn fringe_fit_and_pvr_agree_with_prysm() {
 }
 
 #[test]
-fn pvr_of_a_map_agrees_with_the_interferogram_of_prysm() {
-    let step = 2.0 * 1.9 / 47.0;
-    let places: Vec<[f64; 2]> = (0..48 * 48)
-        .map(|i| [f64::from(i % 48 - 24) * step, f64::from(i / 48 - 24) * step])
-        .collect();
-    let deviations: Vec<f64> = places.iter().map(|p| height_nm(p[0], p[1]) * 1e-6).collect();
-    let disc = Aperture::Circle { radius_mm: 1.9 };
-    let sample = Sample::new(&places, &deviations, None, &disc).unwrap();
-    compare("interferogram", &[pvr(&sample, FringeCount::ThirtySeven).unwrap().value]);
-}
-
-#[test]
 fn removal_and_decomposition_agree_with_numpy() {
     let sample = sample(true);
     let removed = remove(&sample, &[Term::Piston, Term::Tilt, Term::Coma]).unwrap().sample;

@@ -1,0 +1,345 @@
+//! A smooth surface through scattered points when no nominal is known.
+//!
+//! Penalised B-splines (Eilers & Marx, Stat. Sci. 11 (1996) 89; over a rectangle: Eilers, Currie & Durbán,
+//! Comput. Stat. Data Anal. 50 (2006) 61): the sum of the squares of the residuals in z plus λ times that of
+//! the second differences of the coefficients along x and along y is least. Differences are per cell, so
+//! cells should be about square. λ is chosen by generalised cross validation (Craven & Wahba, Numer. Math. 31
+//! (1979) 377) or so that the residuals have a given standard deviation.
+//!
+//! The penalty carries the splines across areas without points; the surface is defined only in cells that
+//! hold a point.
+
+mod band;
+
+use thiserror::Error;
+
+use crate::PointMm;
+use crate::shape::{Cells, SplineError, SplineSurface, spline_weights};
+use band::Band;
+
+/// How smooth the surface is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Smoothing {
+    /// By generalised cross validation: for noise without correlation whose size is not known.
+    CrossValidation,
+    /// So that the residuals have this standard deviation.
+    Noise {
+        /// Standard deviation of the noise of z in mm.
+        sigma_mm: f64,
+    },
+    /// By a given λ relative to the point density: 0.001 follows the points, 1000 nearly a plane per few cells.
+    Relative {
+        /// λ over the ratio of the traces of the normal matrix and of the penalty.
+        lambda: f64,
+    },
+}
+
+/// The result of a spline fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplineFit {
+    /// The surface, in the frame of the points.
+    pub surface: SplineSurface,
+    /// λ relative to the point density, as in [`Smoothing::Relative`].
+    pub lambda: f64,
+    /// Whether λ is the smallest or largest looked at: what was asked for lies beyond, as where the cells are
+    /// too coarse to follow the points to within the noise, or the points have no curvature above it.
+    pub at_limit: bool,
+    /// Effective number of parameters: the trace of the matrix that takes heights to fitted heights.
+    pub effective_parameters: f64,
+    /// Estimated standard deviation of the noise in mm: root of the square of the residuals over the points
+    /// less the effective parameters. `None` without degrees of freedom.
+    pub noise_mm: Option<f64>,
+    /// Root mean square of the residuals in z, in mm.
+    pub residual_rms_mm: f64,
+    /// Points used.
+    pub used: usize,
+    /// Points left out because a coordinate was not finite.
+    pub not_finite: usize,
+    /// Points left out because they lie in no cell.
+    pub outside: usize,
+}
+
+/// Why there is no spline fit.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum SplineFitError {
+    /// The cells are none.
+    #[error("the cells are not usable")]
+    Cells(#[from] SplineError),
+    /// A number for the smoothing that is not positive and finite.
+    #[error("{name} of the smoothing is {value}, expected a positive number")]
+    Smoothing {
+        /// Which: `sigma_mm` or `lambda`.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Points that leave the surface free.
+    #[error(
+        "{used} points in the cells ({outside} more lie outside, {not_finite} are not finite) do not \
+         determine a surface: at least four are needed, not all on one or two lines along x and y"
+    )]
+    Undetermined {
+        /// Points in the cells.
+        used: usize,
+        /// Points outside.
+        outside: usize,
+        /// Points that are not finite.
+        not_finite: usize,
+    },
+}
+
+/// Fits a spline surface to points, by their z. `O(n + splines·nx²)` for each λ looked at, of which there are
+/// 1 to 40.
+pub fn fit_spline(
+    points: &[PointMm],
+    cells: &Cells,
+    smoothing: Smoothing,
+) -> Result<SplineFit, SplineFitError> {
+    cells.validate()?;
+    let positive = |name, value: f64| {
+        let valid = value.is_finite() && value > 0.0;
+        if valid { Ok(()) } else { Err(SplineFitError::Smoothing { name, value }) }
+    };
+    match smoothing {
+        Smoothing::CrossValidation => {}
+        Smoothing::Noise { sigma_mm } => positive("sigma_mm", sigma_mm)?,
+        Smoothing::Relative { lambda } => positive("lambda", lambda)?,
+    }
+    let problem = Problem::new(points, cells);
+    let undetermined = SplineFitError::Undetermined {
+        used: problem.used,
+        outside: problem.outside,
+        not_finite: problem.not_finite,
+    };
+    let system = System::new(&problem, points).ok_or(undetermined)?;
+    let (trial, at_limit) = match smoothing {
+        Smoothing::CrossValidation => system.cross_validated(),
+        Smoothing::Noise { sigma_mm } => system.of_noise(sigma_mm),
+        Smoothing::Relative { lambda } => (system.trial(lambda), false),
+    };
+    let trial = trial.ok_or(undetermined)?;
+    let freedom = problem.used as f64 - trial.effective;
+    let defined: Vec<bool> = problem.counts.iter().map(|&count| count > 0).collect();
+    Ok(SplineFit {
+        surface: SplineSurface::new(*cells, &trial.coefficients_mm, &defined)?,
+        lambda: trial.lambda,
+        at_limit,
+        effective_parameters: trial.effective,
+        noise_mm: (freedom > 1e-6).then(|| (trial.square / freedom).sqrt()),
+        residual_rms_mm: (trial.square / problem.used as f64).sqrt(),
+        used: problem.used,
+        not_finite: problem.not_finite,
+        outside: problem.outside,
+    })
+}
+
+/// The normal equations of the splines alone.
+struct Problem<'a> {
+    cells: &'a Cells,
+    /// Bᵀ·B.
+    gram: Band,
+    /// Bᵀ·z.
+    along: Vec<f64>,
+    /// Points in each cell.
+    counts: Vec<u32>,
+    used: usize,
+    not_finite: usize,
+    outside: usize,
+}
+
+impl<'a> Problem<'a> {
+    fn new(points: &[PointMm], cells: &'a Cells) -> Problem<'a> {
+        let size = cells.splines();
+        let mut problem = Problem {
+            cells,
+            gram: Band::new(size, 3 * (cells.nx + 3) + 3),
+            along: vec![0.0; size],
+            counts: vec![0; cells.nx * cells.ny],
+            used: 0,
+            not_finite: 0,
+            outside: 0,
+        };
+        for point in points {
+            if !point.iter().all(|coordinate| coordinate.is_finite()) {
+                problem.not_finite += 1;
+                continue;
+            }
+            let Some((cell, splines)) = row(cells, point) else {
+                problem.outside += 1;
+                continue;
+            };
+            problem.used += 1;
+            problem.counts[cell] = problem.counts[cell].saturating_add(1);
+            for (k, &(index, value)) in splines.iter().enumerate() {
+                problem.along[index] += value * point[2];
+                for &(other, beside) in &splines[..=k] {
+                    problem.gram.add(index, other, value * beside);
+                }
+            }
+        }
+        problem
+    }
+}
+
+/// The cell of a point, and index and value of the 16 splines there, ascending.
+fn row(cells: &Cells, point: &PointMm) -> Option<(usize, [(usize, f64); 16])> {
+    let (cell, [u, v]) = cells.at(point[0], point[1])?;
+    let ([along, ..], [across, ..]) = (spline_weights(u), spline_weights(v));
+    let first = cells.first_spline(cell);
+    let spline = |k: usize| (first + k / 4 * (cells.nx + 3) + k % 4, across[k / 4] * along[k % 4]);
+    Some((cell, std::array::from_fn(spline)))
+}
+
+/// The problem about a first solution, so that figures of the residuals do not cancel against the heights.
+struct System<'a> {
+    problem: &'a Problem<'a>,
+    penalty: Band,
+    /// λ for a relative λ of 1.
+    unit: f64,
+    begin_mm: Vec<f64>,
+    /// Bᵀ·r of the first solution's residuals r, and rᵀ·r.
+    along: Vec<f64>,
+    square: f64,
+}
+
+/// A solution for one λ.
+struct Trial {
+    lambda: f64,
+    coefficients_mm: Vec<f64>,
+    /// Sum of the squares of the residuals in mm².
+    square: f64,
+    effective: f64,
+}
+
+impl<'a> System<'a> {
+    fn new(problem: &'a Problem<'a>, points: &[PointMm]) -> Option<System<'a>> {
+        let cells = problem.cells;
+        let penalty = penalty(cells);
+        let unit = problem.gram.trace() / penalty.trace();
+        if problem.used < 4 {
+            return None;
+        }
+        let first = problem.gram.plus(FIRST * unit, &penalty).factor()?;
+        let begin_mm = first.solve(&problem.along);
+        let (mut along, mut square) = (vec![0.0; begin_mm.len()], 0.0);
+        for point in points.iter().filter(|point| point[2].is_finite()) {
+            let Some((_, splines)) = row(cells, point) else { continue };
+            let fitted: f64 = splines.iter().map(|&(index, value)| value * begin_mm[index]).sum();
+            let residual = point[2] - fitted;
+            square += residual * residual;
+            for (index, value) in splines {
+                along[index] += value * residual;
+            }
+        }
+        Some(System { problem, penalty, unit, begin_mm, along, square })
+    }
+
+    /// `None` where the points leave the surface free to rounding.
+    fn trial(&self, lambda: f64) -> Option<Trial> {
+        let weight = lambda * self.unit;
+        let gram = &self.problem.gram;
+        let factor = gram.plus(weight, &self.penalty).factor()?;
+        let pulled = self.penalty.times(&self.begin_mm);
+        let rhs: Vec<f64> =
+            self.along.iter().zip(&pulled).map(|(along, pull)| along - weight * pull).collect();
+        let change = factor.solve(&rhs);
+        let gained: f64 = change.iter().zip(&self.along).map(|(a, b)| a * b).sum();
+        let moved: f64 = change.iter().zip(gram.times(&change)).map(|(a, b)| a * b).sum();
+        Some(Trial {
+            lambda,
+            coefficients_mm: self.begin_mm.iter().zip(&change).map(|(a, b)| a + b).collect(),
+            square: (self.square - 2.0 * gained + moved).max(0.0),
+            effective: factor.trace_of_solution(gram),
+        })
+    }
+
+    /// The minimum of n·(sum of squares)/(n − effective parameters)².
+    fn cross_validated(&self) -> (Option<Trial>, bool) {
+        let score = |trial: &Trial| {
+            let freedom = self.problem.used as f64 - trial.effective;
+            // Where nothing is left over both go to zero, and their ratio says nothing.
+            let says = freedom > 0.02 * self.problem.used as f64;
+            if says { trial.square / (freedom * freedom) } else { f64::INFINITY }
+        };
+        let mut best: Option<(f64, Trial)> = None;
+        let mut middle = SMALLEST;
+        let try_at = |exponent: f64, middle: &mut f64, best: &mut Option<(f64, Trial)>| {
+            let Some(trial) = self.trial(10_f64.powf(exponent)) else { return };
+            let value = score(&trial);
+            if best.as_ref().is_none_or(|(least, _)| value < *least) {
+                *middle = exponent;
+                *best = Some((value, trial));
+            }
+        };
+        for exponent in SMALLEST as i32..=LARGEST as i32 {
+            try_at(f64::from(exponent), &mut middle, &mut best);
+        }
+        let at_limit = middle <= SMALLEST || middle >= LARGEST;
+        let mut step = 0.5;
+        while step > 0.05 {
+            let centre = middle;
+            try_at(centre - step, &mut middle, &mut best);
+            try_at(centre + step, &mut middle, &mut best);
+            step *= 0.5;
+        }
+        (best.map(|(_, trial)| trial), at_limit)
+    }
+
+    /// The λ at which the estimated noise is `sigma_mm`: it grows with λ.
+    fn of_noise(&self, sigma_mm: f64) -> (Option<Trial>, bool) {
+        let too_smooth = |trial: &Trial| {
+            trial.square > sigma_mm * sigma_mm * (self.problem.used as f64 - trial.effective)
+        };
+        let (mut low, mut high) = (SMALLEST, LARGEST);
+        let smoothest = self.trial(10_f64.powf(high));
+        if smoothest.as_ref().is_some_and(|trial| !too_smooth(trial)) {
+            return (smoothest, true);
+        }
+        let roughest = self.trial(10_f64.powf(low));
+        if roughest.as_ref().is_some_and(too_smooth) {
+            return (roughest, true);
+        }
+        let mut last = None;
+        while high - low > 0.01 {
+            let middle = low.midpoint(high);
+            let trial = self.trial(10_f64.powf(middle));
+            if trial.as_ref().is_some_and(too_smooth) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+            last = trial.or(last);
+        }
+        (last, false)
+    }
+}
+
+/// DᵀD of the second differences along every row and every column of coefficients.
+fn penalty(cells: &Cells) -> Band {
+    let (columns, rows) = (cells.nx + 3, cells.ny + 3);
+    let mut penalty = Band::new(columns * rows, 3 * columns + 3);
+    let mut difference = |first: usize, stride: usize| {
+        for (k, a) in [1.0, -2.0, 1.0].into_iter().enumerate() {
+            for (l, b) in [1.0, -2.0, 1.0].into_iter().enumerate().take(k + 1) {
+                penalty.add(first + k * stride, first + l * stride, a * b);
+            }
+        }
+    };
+    for row in 0..rows {
+        for column in 0..columns {
+            if column + 2 < columns {
+                difference(row * columns + column, 1);
+            }
+            if row + 2 < rows {
+                difference(row * columns + column, columns);
+            }
+        }
+    }
+    penalty
+}
+
+/// Relative λ of the first solution.
+const FIRST: f64 = 1e-3;
+/// Powers of ten of the smallest and largest relative λ looked at.
+const SMALLEST: f64 = -8.0;
+const LARGEST: f64 = 6.0;
