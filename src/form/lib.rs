@@ -1,15 +1,16 @@
 //! Nominal surfaces, orthogonal least-squares fits, and the form deviation.
 //!
 //! The way through the crate: a [`Nominal`] says what the part should be; [`fit`] lays it into the
-//! measured points and gives a [`Pose`] and, if wanted, the shape parameters; [`deviations`] and
-//! [`Figures`] say what remains; [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same
-//! figures, provisional, while points still arrive. [`artefact`] makes data whose fit is known exactly.
+//! measured points and gives a [`Pose`] and, if wanted, the shape parameters, [`minimum_zone`] the same for
+//! the narrowest zone in place of the least squares; [`deviations`] and [`Figures`] say what remains;
+//! [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same figures, provisional, while points
+//! still arrive. [`artefact`] makes data whose fit is known exactly.
 //!
 //! Lengths are millimetres and angles radians. Two frames occur: the *part frame*, in which the nominal
 //! has its vertex at the origin and its axis along +z, and the *measured frame*, in which the points are.
 //! A deviation is measured minus nominal along the normal of the nominal, positive on the +z side.
 //!
-//! Deliberately absent: input and output, clocks, logging, weights, robust and minimum-zone criteria.
+//! Deliberately absent: input and output, clocks, logging, weights and robust criteria.
 //! Sums run over fixed chunks that are joined in order, so results do not depend on the thread count.
 
 mod aperture;
@@ -22,6 +23,7 @@ mod foot;
 pub mod form_error;
 mod linearised;
 mod live;
+mod minimum_zone;
 mod model;
 mod nominal;
 mod parameter;
@@ -41,6 +43,9 @@ pub use deviation::{Figures, deviations};
 pub use fit::{Estimate, Fit, FitError, FitSettings, METHOD, fit};
 pub use foot::Foot;
 pub use live::{Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
+pub use minimum_zone::{
+    Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+};
 pub use nominal::{Asphere, Curvatures, Nominal, NominalError};
 pub use parameter::{Parameter, ParameterError};
 pub use pose::Pose;

@@ -121,8 +121,9 @@ def mirror(path):
     print("xmf_sphere", f"{fitted.x[3] * scale:.17e}", f"{rms:.17e}")
 
 
-asphere_rigid()
-asphere_shape()
-sphere_free()
-if len(sys.argv) > 1:
-    mirror(sys.argv[1])
+if __name__ == "__main__":
+    asphere_rigid()
+    asphere_shape()
+    sphere_free()
+    if len(sys.argv) > 1:
+        mirror(sys.argv[1])

@@ -15,3 +15,7 @@ mod live;
 mod nominal;
 mod real;
 mod reference;
+mod zone_degenerate;
+mod zone_known;
+mod zone_laws;
+mod zone_reference;

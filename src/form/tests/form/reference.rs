@@ -14,7 +14,7 @@ pub(crate) fn reference(name: &str) -> Vec<f64> {
 }
 
 /// `made` of reference.py.
-fn made(
+pub(crate) fn made(
     count: u32,
     radius_mm: f64,
     nominal: &Nominal,
@@ -53,7 +53,7 @@ fn compare(name: &str, points: &[PointMm], begin: &Nominal, start: Pose, free: &
     assert!((figures.rms_nm / rms_nm - 1.0).abs() < 1e-9, "{name}: {} {rms_nm}", figures.rms_nm);
 }
 
-fn lens_pose() -> Pose {
+pub(crate) fn lens_pose() -> Pose {
     Pose { tx_mm: 0.03, ty_mm: -0.02, tz_mm: 0.4, rx_rad: 5e-4, ry_rad: -3e-4, rz_rad: 0.0 }
 }
 
