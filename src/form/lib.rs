@@ -1,7 +1,8 @@
 //! Nominal surfaces, orthogonal least-squares fits, and the form deviation.
 //!
-//! The way through the crate: a [`Nominal`] says what the part should be; [`fit`] lays it into the
-//! measured points and gives a [`Pose`] and, if wanted, the shape parameters; [`deviations`] and
+//! The way through the crate: a [`Nominal`] says what the part should be, of revolution or any [`shape`];
+//! [`fit`] lays it into the measured points and gives a [`Pose`] and, if wanted, the shape parameters, by
+//! least squares, with uncertainties ([`fit_weighted`]) or with a robust [`Loss`]; [`deviations`] and
 //! [`Figures`] say what remains; [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same
 //! figures, provisional, while points still arrive. [`artefact`] makes data whose fit is known exactly.
 //!
@@ -9,39 +10,53 @@
 //! has its vertex at the origin and its axis along +z, and the *measured frame*, in which the points are.
 //! A deviation is measured minus nominal along the normal of the nominal, positive on the +z side.
 //!
-//! Deliberately absent: input and output, clocks, logging, weights, robust and minimum-zone criteria.
+//! Deliberately absent: input and output, clocks, logging.
 //! Sums run over fixed chunks that are joined in order, so results do not depend on the thread count.
 
 mod aperture;
 pub mod artefact;
+mod caution;
+mod covariance;
 mod deviation;
 mod fit;
+mod fit_error;
 mod foot;
+mod freeform;
 mod linearised;
 mod live;
 mod model;
 mod nominal;
 mod parameter;
+mod plane;
 mod pose;
 mod refine;
+mod robust;
+mod scale;
+mod search;
 mod selection;
 pub mod shape;
 mod solve;
 mod start;
 mod svd;
+mod symmetry;
 mod triangle;
 mod verdict;
+mod weight;
 pub mod zernike;
 
 pub use aperture::{Aperture, ApertureError};
+pub use caution::{Caution, Units};
+pub use covariance::{Combination, Covariance, Undetermined};
 pub use deviation::{Figures, deviations};
-pub use fit::{Estimate, Fit, FitError, FitSettings, METHOD, fit};
+pub use fit::{Estimate, Fit, FitSettings, METHOD, Residuals, fit, fit_weighted};
+pub use fit_error::FitError;
 pub use foot::Foot;
 pub use live::{Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
 pub use nominal::{Asphere, Curvatures, Nominal, NominalError};
 pub use parameter::{Parameter, ParameterError};
 pub use pose::Pose;
 pub use refine::Termination;
+pub use robust::{Loss, Robust};
 pub use selection::Excluded;
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
 

@@ -35,6 +35,20 @@ pub(crate) fn spiral(count: usize, radius_mm: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
+/// Largest difference of two poses, in mm or rad.
+pub(crate) fn pose_difference(a: &Pose, b: &Pose) -> f64 {
+    [
+        a.tx_mm - b.tx_mm,
+        a.ty_mm - b.ty_mm,
+        a.tz_mm - b.tz_mm,
+        a.rx_rad - b.rx_rad,
+        a.ry_rad - b.ry_rad,
+        a.rz_rad - b.rz_rad,
+    ]
+    .iter()
+    .fold(0.0, |largest, difference| largest.max(difference.abs()))
+}
+
 /// A generator with a fixed seed.
 pub(crate) struct Noise(Pcg64Mcg);
 

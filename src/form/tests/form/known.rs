@@ -1,6 +1,6 @@
 //! Fits with a known answer: numerical artefacts, closed forms, far offsets.
 
-use crate::common::{Noise, al1815, misaligned, spiral};
+use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::zernike::FormError;
 use asphera_form::{
@@ -9,19 +9,6 @@ use asphera_form::{
 
 fn shape_free(extra: &[Parameter]) -> Vec<Parameter> {
     Parameter::RIGID.iter().chain(extra).copied().collect()
-}
-
-fn pose_difference(a: &Pose, b: &Pose) -> f64 {
-    [
-        a.tx_mm - b.tx_mm,
-        a.ty_mm - b.ty_mm,
-        a.tz_mm - b.tz_mm,
-        a.rx_rad - b.rx_rad,
-        a.ry_rad - b.ry_rad,
-        a.rz_rad - b.rz_rad,
-    ]
-    .iter()
-    .fold(0.0, |largest, difference| largest.max(difference.abs()))
 }
 
 fn artefact_points(

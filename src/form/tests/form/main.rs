@@ -8,9 +8,11 @@
 
 mod common;
 mod degenerate;
+mod freeform;
 mod known;
 mod laws;
 mod live;
 mod nominal;
 mod real;
 mod reference;
+mod shapes;
