@@ -32,7 +32,7 @@ pub(crate) enum Missed {
 /// a place by no more than that, and the projection by a ten-thousandth of its gradient, so two
 /// rounds are exact to rounding: the third would move a place by less than 1e-12 mm.
 pub(crate) fn meet(scene: &Scene, machine_mm: &[PlaceMm]) -> Result<Meeting, Missed> {
-    let (nominal, pose) = (scene.nominal, scene.pose);
+    let (nominal, pose) = (&scene.nominal, scene.pose);
     let bare = artefact(nominal, pose, &[], &[], |_, _| 0.0)?;
     let mut places = machine_mm.to_vec();
     settle(&bare, machine_mm, &mut places)?;
@@ -54,13 +54,13 @@ pub(crate) fn meet(scene: &Scene, machine_mm: &[PlaceMm]) -> Result<Meeting, Mis
 }
 
 fn artefact<E: Fn(f64, f64) -> f64>(
-    nominal: Nominal,
+    nominal: &Nominal,
     pose: Pose,
     free: &[asphera_form::Parameter],
     places: &[PlaceMm],
     error_mm: E,
 ) -> Result<Artefact<E>, Missed> {
-    Artefact::new(nominal, pose, free, places, error_mm).map_err(Missed::Artefact)
+    Artefact::new(nominal.clone(), pose, free, places, error_mm).map_err(Missed::Artefact)
 }
 
 /// Moves each place until the part's point there stands over the machine's position.

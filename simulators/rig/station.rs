@@ -155,6 +155,8 @@ fn nominal(scene: &Scene) -> String {
             }
             text
         }
+        // No scene that can be played has one.
+        Nominal::Freeform(shape) => format!("kind = \"{}\"\n", shape.kind()),
     };
     let free: Vec<String> = scene.free.iter().map(|parameter| format!("\"{parameter}\"")).collect();
     let limit = |name: &str, limit_nm: Option<f64>| {

@@ -101,7 +101,8 @@ impl FitTruth {
     pub(crate) fn new(free: &[Parameter], pose: &Pose, nominal: &Nominal) -> FitTruth {
         let parameters = free.iter().filter_map(|parameter| {
             let value = parameter.value(pose, nominal)?;
-            Some((parameter.to_string(), ParameterTruth { value, unit: parameter.unit() }))
+            let unit = parameter.unit(nominal)?;
+            Some((parameter.name(nominal), ParameterTruth { value, unit }))
         });
         FitTruth {
             free: free.iter().map(ToString::to_string).collect(),

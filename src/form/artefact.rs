@@ -11,7 +11,8 @@
 
 use thiserror::Error;
 
-use crate::foot::MeridianFoot;
+use crate::foot::{MeridianFoot, SurfaceFoot};
+use crate::freeform;
 use crate::model::Model;
 use crate::nominal::NominalError;
 use crate::refine::priority;
@@ -81,7 +82,7 @@ impl<E: Fn(f64, f64) -> f64> Artefact<E> {
         }
         let coefficients = vec![0.0; free.len()];
         let mut artefact = Artefact { nominal, pose, free: free.to_vec(), coefficients, error_mm };
-        let order = priority(free, &nominal);
+        let order = priority(free, &artefact.nominal);
         // The second pass removes what rounding left of the first.
         for _ in 0..2 {
             let system = artefact.linearise(sample_mm)?;
@@ -108,7 +109,7 @@ impl<E: Fn(f64, f64) -> f64> Artefact<E> {
     pub fn point_mm(&self, x_mm: f64, y_mm: f64) -> Option<PointMm> {
         let (foot, deviation_mm) = self.evaluate(x_mm, y_mm)?;
         let normal = foot.normal();
-        let on_surface = [x_mm, y_mm, foot.zeta_mm];
+        let on_surface = [x_mm, y_mm, foot.point_height_mm()];
         Some(
             self.pose
                 .to_measured(std::array::from_fn(|i| on_surface[i] + deviation_mm * normal[i])),
@@ -135,7 +136,9 @@ impl<E: Fn(f64, f64) -> f64> Artefact<E> {
             if !deviation_mm.is_finite() {
                 return Err(ArtefactError::NotFinite { x_mm, y_mm });
             }
-            model.derivatives(&foot, &mut row);
+            model
+                .derivatives(&foot, &mut row)
+                .ok_or(ArtefactError::OutsideDomain { x_mm, y_mm })?;
             row[self.free.len()] = deviation_mm;
             triangle.push(&row);
         }
@@ -143,18 +146,21 @@ impl<E: Fn(f64, f64) -> f64> Artefact<E> {
         Ok(System::new(&triangle))
     }
 
-    fn evaluate(&self, x_mm: f64, y_mm: f64) -> Option<(MeridianFoot, f64)> {
+    fn evaluate(&self, x_mm: f64, y_mm: f64) -> Option<(SurfaceFoot, f64)> {
         let foot = on_surface(&self.nominal, x_mm, y_mm)?;
         let model = Model::new(&self.nominal, &self.pose, &self.free);
         let mut derivatives = vec![0.0; self.free.len()];
-        model.derivatives(&foot, &mut derivatives);
+        model.derivatives(&foot, &mut derivatives)?;
         let removed: f64 = derivatives.iter().zip(&self.coefficients).map(|(j, c)| j * c).sum();
         Some((foot, (self.error_mm)(x_mm, y_mm) - removed))
     }
 }
 
 /// The place (x, y) of the surface as its own foot.
-fn on_surface(nominal: &Nominal, x_mm: f64, y_mm: f64) -> Option<MeridianFoot> {
+fn on_surface(nominal: &Nominal, x_mm: f64, y_mm: f64) -> Option<SurfaceFoot> {
+    if let Nominal::Freeform(shape) = nominal {
+        return freeform::on_surface(shape.as_ref(), x_mm, y_mm).map(SurfaceFoot::Free);
+    }
     let rho_mm = (x_mm * x_mm + y_mm * y_mm).sqrt();
     let profile = nominal.profile(rho_mm);
     if !profile.z_mm.is_finite() || !profile.slope.is_finite() {
@@ -162,7 +168,7 @@ fn on_surface(nominal: &Nominal, x_mm: f64, y_mm: f64) -> Option<MeridianFoot> {
     }
     let n_z = (1.0 + profile.slope * profile.slope).sqrt().recip();
     let (cos, sin) = if rho_mm > 0.0 { (x_mm / rho_mm, y_mm / rho_mm) } else { (1.0, 0.0) };
-    Some(MeridianFoot {
+    Some(SurfaceFoot::Meridian(MeridianFoot {
         rho_mm,
         zeta_mm: profile.z_mm,
         cos,
@@ -171,7 +177,7 @@ fn on_surface(nominal: &Nominal, x_mm: f64, y_mm: f64) -> Option<MeridianFoot> {
         n_r: -profile.slope * n_z,
         n_z,
         distance_mm: 0.0,
-    })
+    }))
 }
 
 /// As in the fit: parameters the sample does not determine need no projection.

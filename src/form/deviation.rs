@@ -11,7 +11,7 @@ use crate::{Aperture, Nominal, PointMm, Pose};
 /// nominal. `O(n)`.
 pub fn deviations(points: &[PointMm], nominal: &Nominal, pose: &Pose) -> Vec<f64> {
     let model = Model::new(nominal, pose, &[]);
-    let deviation = |&point: &PointMm| model.foot(point).map_or(f64::NAN, |foot| foot.distance_mm);
+    let deviation = |&point: &PointMm| model.distance_mm(point).unwrap_or(f64::NAN);
     points.par_iter().with_min_len(CHUNK).map(deviation).collect()
 }
 

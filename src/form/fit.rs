@@ -1,15 +1,17 @@
-//! The orthogonal-distance least-squares fit of a nominal to points.
+//! The orthogonal-distance fit of a nominal to points: least squares, weighted or robust.
 
-use thiserror::Error;
-
+use crate::covariance::{Covariance, undetermined};
 use crate::refine::{Limits, Refined, refine};
+use crate::robust::refine_robustly;
 use crate::selection::Selection;
+use crate::symmetry::determined_by_shape;
+use crate::weight::Weights;
 use crate::{
-    Aperture, ApertureError, Excluded, Nominal, NominalError, Parameter, PointMm, Pose,
-    Termination, start,
+    Aperture, Caution, Combination, Excluded, FitError, Loss, Nominal, Parameter, PointMm, Pose,
+    Robust, Termination, Undetermined, scale, start,
 };
 
-/// Name of the criterion, as reports give it.
+/// Name of the criterion of least squares without weights, as reports give it.
 pub const METHOD: &str = "orthogonal least squares";
 
 /// What to fit and how far to go.
@@ -17,10 +19,15 @@ pub const METHOD: &str = "orthogonal least squares";
 pub struct FitSettings {
     /// The parameters that may change. Empty is allowed: then the start is only evaluated.
     pub free: Vec<Parameter>,
+    /// How much a deviation counts.
+    pub loss: Loss,
     /// Points outside it, in the part frame under the fitted pose, do not count.
     pub aperture: Aperture,
     /// Where to begin, and the value of every pose parameter that is not free or not determined.
     pub start: Pose,
+    /// Whether to look for the part elsewhere where the fit from the start explains the points badly: far
+    /// away, tilted, upside down, and turned about its axis if that is free. Needs free shifts.
+    pub search: bool,
     /// Largest number of steps of one refinement. A refinement follows every change of the points in the
     /// aperture.
     pub max_iterations: usize,
@@ -33,13 +40,15 @@ pub struct FitSettings {
 }
 
 impl Default for FitSettings {
-    /// The five rigid motions of a rotationally symmetric part, no aperture, start at the identity, 50
-    /// iterations, 0.1 fm, rank to 1e-10.
+    /// Least squares of the five rigid motions of a rotationally symmetric part, no aperture, start at the
+    /// identity with a search, 50 iterations, 0.1 fm, rank to 1e-10.
     fn default() -> FitSettings {
         FitSettings {
             free: Parameter::RIGID.to_vec(),
+            loss: Loss::Squares,
             aperture: Aperture::None,
             start: Pose::default(),
+            search: true,
             max_iterations: 50,
             tolerance_mm: 1e-13,
             rank_tolerance: 1e-10,
@@ -62,19 +71,39 @@ pub struct Estimate {
     pub u: Option<f64>,
 }
 
+/// Figures of the distances of all points used, without weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals {
+    /// Root of the mean square about the nominal in mm.
+    pub rms_mm: f64,
+    /// Smallest in mm.
+    pub low_mm: f64,
+    /// Largest in mm.
+    pub high_mm: f64,
+}
+
 /// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// [`METHOD`].
+    /// The criterion: [`METHOD`], or with weights or a robust loss what reports call that.
     pub method: &'static str,
     /// Why the iteration ended.
     pub termination: Termination,
     /// Steps in all.
     pub iterations: usize,
+    /// How often distances and derivatives of all points were worked out.
+    pub evaluations: usize,
     /// Free and determinate parameters, in the order they were asked for.
     pub estimates: Vec<Estimate>,
+    /// Covariances of the estimates, under the assumption of [`Estimate::u`]; `None` without degrees of
+    /// freedom.
+    pub covariance: Option<Covariance>,
     /// Free parameters the points do not determine; they stayed at their start.
     pub indeterminate: Vec<Parameter>,
+    /// The same with the reason.
+    pub undetermined: Vec<Undetermined>,
+    /// The combination of the estimates that is determined worst; `None` without estimates.
+    pub weakest: Option<Combination>,
     /// From the part frame into the measured frame.
     pub pose: Pose,
     /// The nominal with its fitted shape.
@@ -83,77 +112,31 @@ pub struct Fit {
     /// computed from the points.
     pub start: Pose,
     /// Standard deviation of the distances in mm: root of the sum of squares over `dof`; 0 if `dof` is 0.
+    /// With uncertainties that of a point of mean weight; with a robust loss the one that goes with the
+    /// covariance (see [`Robust::scale_mm`] for the scale).
     pub sigma_mm: f64,
+    /// With uncertainties, the sum of the squares of distance over uncertainty, over `dof`: about 1 if the
+    /// uncertainties tell all there is. `None` without, or without degrees of freedom.
+    pub reduced_chi_square: Option<f64>,
+    /// Figures of the distances.
+    pub residuals: Residuals,
     /// Degrees of freedom: points used less parameters estimated.
     pub dof: usize,
     /// Points used.
     pub used: usize,
+    /// (Σw)²/Σw² over the weights of the points: how many points of equal weight count as much (Kish).
+    pub effective_points: f64,
+    /// What the robust loss did; `None` for least squares.
+    pub robust: Option<Robust>,
     /// Points left out.
     pub excluded: Excluded,
     /// Largest over smallest singular value of the scaled Jacobian of the estimated parameters.
     pub condition: f64,
+    /// What the figures must be read with.
+    pub cautions: Vec<Caution>,
 }
 
-/// Why there is no fit.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FitError {
-    /// The nominal is none.
-    #[error("the nominal is not usable")]
-    Nominal(#[from] NominalError),
-    /// The aperture is none.
-    #[error("the aperture is not usable")]
-    Aperture(#[from] ApertureError),
-    /// A parameter was asked for that this nominal does not have.
-    #[error("a {kind} has no parameter {parameter}")]
-    NoSuchParameter {
-        /// The parameter.
-        parameter: Parameter,
-        /// Kind of the nominal.
-        kind: &'static str,
-    },
-    /// A parameter was asked for twice.
-    #[error("parameter {0} is listed twice")]
-    Repeated(Parameter),
-    /// The start is not finite.
-    #[error("the start pose has a number that is not finite")]
-    Start,
-    /// There is no finite point.
-    #[error("none of {given} points is finite")]
-    NoPoints {
-        /// Points given.
-        given: usize,
-    },
-    /// No finite point lies in the aperture.
-    #[error("none of {finite} finite points lies in the aperture")]
-    OutsideAperture {
-        /// Finite points.
-        finite: usize,
-    },
-    /// No point in the aperture stands over the nominal.
-    #[error("none of {inside} points in the aperture stands over the nominal")]
-    OutsideDomain {
-        /// Points in the aperture.
-        inside: usize,
-    },
-    /// Fewer points than parameters.
-    #[error("{used} usable points, at least {needed} needed for the free parameters")]
-    TooFewPoints {
-        /// Usable points.
-        used: usize,
-        /// How many the free parameters need.
-        needed: usize,
-        /// Points left out.
-        excluded: Excluded,
-    },
-    /// Coordinates so large that their squares are not finite.
-    #[error("the sums over {used} points overflow")]
-    Overflow {
-        /// Usable points.
-        used: usize,
-    },
-}
-
-/// Fits `nominal` to `points` of the measured frame by least squares of the orthogonal distances.
+/// Fits `nominal` to `points` of the measured frame by the orthogonal distances.
 ///
 /// Gauss-Newton with Levenberg-Marquardt damping where a step does not help; each step from a QR
 /// factorisation of the analytic Jacobian. Which points lie in the aperture is decided under the current
@@ -161,49 +144,123 @@ pub enum FitError {
 /// reported. The same points in the same order give the same bits, whatever the number of threads.
 ///
 /// `O(n·p²)` a step for n points and p parameters, and `O(n)` memory. Failing to converge is no error:
-/// see [`Fit::termination`].
+/// see [`Fit::termination`]; nor is a fit that must be read with care: see [`Fit::cautions`].
 pub fn fit(points: &[PointMm], nominal: &Nominal, settings: &FitSettings) -> Result<Fit, FitError> {
+    fit_weighted(points, None, nominal, settings)
+}
+
+/// As [`fit`], with the standard uncertainty of each point's distance in mm: a point counts by 1/u².
+///
+/// Fails unless there is one positive finite uncertainty for each point, those left out included.
+pub fn fit_weighted(
+    points: &[PointMm],
+    uncertainties_mm: Option<&[f64]>,
+    nominal: &Nominal,
+    settings: &FitSettings,
+) -> Result<Fit, FitError> {
     check(nominal, settings)?;
+    let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points.len())).transpose()?;
+    match solve(points, weights.as_ref(), nominal, settings) {
+        Ok(mut fit) => {
+            let units = scale::suspected(points, nominal, settings, Some(fit.residuals.rms_mm));
+            fit.cautions.extend(units.map(Caution::Units));
+            Ok(fit)
+        }
+        Err(error) => match scale::suspected(points, nominal, settings, None) {
+            Some(units) if error.is_of_place() => Err(FitError::Units(units)),
+            _ => Err(error),
+        },
+    }
+}
+
+/// The fit, without a look at units.
+pub(crate) fn solve(
+    points: &[PointMm],
+    weights: Option<&Weights>,
+    nominal: &Nominal,
+    settings: &FitSettings,
+) -> Result<Fit, FitError> {
+    let roots = weights.map(|weights| weights.roots.as_slice());
     let start = start::find(points, nominal, settings);
-    let select =
-        |pose: &Pose, shape: &Nominal| Selection::new(points, shape, pose, &settings.aperture);
+    let select = |pose: &Pose, shape: &Nominal| {
+        Selection::new(points, roots, shape, pose, &settings.aperture)
+    };
     let mut selection = select(&start, nominal);
-    let (mut pose, mut shape) = (start, *nominal);
-    let mut iterations = 0;
+    let (mut pose, mut shape) = (start, nominal.clone());
+    let (mut iterations, mut evaluations) = (0, 0);
     let mut coarse = true;
     let mut round = 0;
     loop {
         round += 1;
-        require(&selection, points.len(), nominal, settings)?;
+        require(&selection, points, &pose, &shape, settings)?;
         let used = selection.points.len();
         let last = round == MAX_ROUNDS;
         let limits = Limits {
             tolerance_mm: if coarse && !last { COARSE_MM } else { settings.tolerance_mm },
             iterations: settings.max_iterations,
             rank_tolerance: settings.rank_tolerance,
+            polish: !coarse || last,
         };
-        let mut refined = refine(&selection.points, pose, shape, &settings.free, limits)
+        let mut solved = refine_by(&selection, pose, shape, settings, limits)
             .ok_or(FitError::Overflow { used })?;
-        iterations += refined.iterations;
-        (pose, shape) = (refined.pose, refined.nominal);
+        iterations += solved.refined.iterations;
+        evaluations += solved.refined.evaluations;
+        (solved.refined.iterations, solved.refined.evaluations) = (iterations, evaluations);
+        (pose, shape) = (solved.refined.pose, solved.refined.nominal.clone());
         let next = select(&pose, &shape);
         let changed = selection.memberships.iter().zip(&next.memberships);
         let changed = changed.filter(|(old, new)| old != new).count();
-        if changed == 0 && (!coarse || last) {
-            return Ok(report(refined, &selection, start, iterations, settings));
+        let settled = changed == 0 && (!coarse || last);
+        if last && !settled {
+            solved.refined.termination = Termination::UnstableAperture { changed };
         }
-        if last {
-            refined.termination = Termination::UnstableAperture { changed };
-            return Ok(report(refined, &selection, start, iterations, settings));
+        if settled || last {
+            return Ok(report(solved, points, &selection, weights, start, settings));
         }
         coarse = coarse && changed > 0;
         selection = next;
     }
 }
 
+/// A refinement by whatever loss, and what a robust one adds.
+struct Solved {
+    refined: Refined,
+    robust: Option<Robust>,
+    /// That of a robust loss.
+    sigma_mm: Option<f64>,
+    effective_points: f64,
+}
+
+fn refine_by(
+    selection: &Selection,
+    pose: Pose,
+    shape: Nominal,
+    settings: &FitSettings,
+    limits: Limits,
+) -> Option<Solved> {
+    let (points, roots) = (&selection.points, selection.roots.as_deref());
+    if settings.loss == Loss::Squares {
+        let effective_points = roots.map_or(points.len() as f64, |roots| {
+            let sum: f64 = roots.iter().map(|root| root * root).sum();
+            let square: f64 = roots.iter().map(|root| root.powi(4)).sum();
+            sum * sum / square
+        });
+        let refined = refine(points, roots, pose, shape, &settings.free, limits)?;
+        return Some(Solved { refined, robust: None, sigma_mm: None, effective_points });
+    }
+    let solved = refine_robustly(selection, pose, shape, &settings.free, limits, settings.loss)?;
+    Some(Solved {
+        refined: solved.refined,
+        robust: Some(solved.robust),
+        sigma_mm: solved.sigma_mm,
+        effective_points: solved.effective_points,
+    })
+}
+
 fn check(nominal: &Nominal, settings: &FitSettings) -> Result<(), FitError> {
     nominal.validate()?;
     settings.aperture.validate()?;
+    settings.loss.validate()?;
     if !settings.start.is_finite() {
         return Err(FitError::Start);
     }
@@ -220,31 +277,41 @@ fn check(nominal: &Nominal, settings: &FitSettings) -> Result<(), FitError> {
 
 fn require(
     selection: &Selection,
-    given: usize,
+    points: &[PointMm],
+    pose: &Pose,
     nominal: &Nominal,
     settings: &FitSettings,
 ) -> Result<(), FitError> {
-    let excluded = selection.excluded;
+    let (given, excluded) = (points.len(), selection.excluded);
     let finite = given - excluded.not_finite;
     let inside = finite - excluded.outside_aperture;
     let used = selection.points.len();
-    let needed = points_needed(nominal, &settings.free);
     if finite == 0 {
-        Err(FitError::NoPoints { given })
-    } else if inside == 0 {
-        Err(FitError::OutsideAperture { finite })
-    } else if used == 0 {
-        Err(FitError::OutsideDomain { inside })
-    } else if used < needed {
-        Err(FitError::TooFewPoints { used, needed, excluded })
-    } else {
-        Ok(())
+        return Err(FitError::NoPoints { given });
     }
+    if inside == 0 {
+        return Err(FitError::OutsideAperture { finite });
+    }
+    if used == 0 {
+        let nearest_mm = selection.beyond_mm(points, pose).fold(f64::INFINITY, f64::min);
+        return Err(FitError::OutsideDomain { inside, domain_mm: nominal.domain_mm(), nearest_mm });
+    }
+    let needed = points_needed(selection, pose, nominal, &settings.free);
+    if used < needed { Err(FitError::TooFewPoints { used, needed, excluded }) } else { Ok(()) }
 }
 
 /// How many of the free parameters points on this kind of surface can determine, at least 1.
-fn points_needed(nominal: &Nominal, free: &[Parameter]) -> usize {
+fn points_needed(
+    selection: &Selection,
+    pose: &Pose,
+    nominal: &Nominal,
+    free: &[Parameter],
+) -> usize {
     use Parameter::{Rx, Ry, Rz, Tx, Ty};
+    // As long as there are more points than parameters, it does not matter.
+    if !nominal.is_rotational() && selection.points.len() < free.len() {
+        return determined_by_shape(nominal, pose, free, selection.reach_mm(pose)).len().max(1);
+    }
     let idle = |parameter: Parameter| match nominal {
         Nominal::Plane => matches!(parameter, Tx | Ty | Rz),
         // A turn about the vertex moves the centre of a sphere as a shift does.
@@ -255,44 +322,121 @@ fn points_needed(nominal: &Nominal, free: &[Parameter]) -> usize {
             _ => false,
         },
         Nominal::Asphere(_) => parameter == Rz,
+        Nominal::Freeform(_) => true,
     };
     free.iter().filter(|&&parameter| !idle(parameter)).count().max(1)
 }
 
 fn report(
-    refined: Refined,
+    solved: Solved,
+    points: &[PointMm],
     selection: &Selection,
+    weights: Option<&Weights>,
     start: Pose,
-    iterations: usize,
     settings: &FitSettings,
 ) -> Fit {
-    let Refined { pose, nominal, system, kept, last, termination, .. } = refined;
+    let Solved { refined, robust, sigma_mm: robust_sigma_mm, effective_points } = solved;
+    let Refined { pose, nominal, system, kept, last, termination, spread, .. } = refined;
     let used = selection.points.len();
     let dof = used - kept.len();
     let mut change = vec![0.0; settings.free.len()];
     kept.iter().zip(&last.change).for_each(|(&index, &step)| change[index] = step);
-    let sigma_mm = if dof == 0 { 0.0 } else { (system.square_after(&change) / dof as f64).sqrt() };
+    let sigma_mm = match (robust, dof) {
+        (_, 0) => 0.0,
+        (None, _) => (system.square_after(&change) / dof as f64).sqrt(),
+        (Some(_), _) => robust_sigma_mm.unwrap_or(0.0),
+    };
+    let known = dof > 0 && (robust.is_none() || robust_sigma_mm.is_some());
     let estimates = kept.iter().zip(&last.variance_factors).filter_map(|(&index, factor)| {
         let parameter = settings.free[index];
         let value = parameter.value(&pose, &nominal)?;
-        Some(Estimate { parameter, value, u: (dof > 0).then(|| sigma_mm * factor.sqrt()) })
+        Some(Estimate { parameter, value, u: known.then(|| sigma_mm * factor.sqrt()) })
     });
     let estimates = estimates.collect();
-    let indeterminate = (0..settings.free.len()).filter(|index| !kept.contains(index));
+    let left = (0..settings.free.len()).filter(|index| !kept.contains(index));
+    let indeterminate: Vec<Parameter> = left.map(|index| settings.free[index]).collect();
+    let undetermined = if indeterminate.is_empty() {
+        Vec::new()
+    } else {
+        let reach_mm = selection.reach_mm(&pose);
+        let felt = determined_by_shape(&nominal, &pose, &settings.free, reach_mm);
+        let by_shape = (0..settings.free.len()).filter(|index| !felt.contains(index));
+        let by_shape: Vec<Parameter> = by_shape.map(|index| settings.free[index]).collect();
+        undetermined(&system, &kept, &settings.free, &nominal, &by_shape)
+    };
+    let parameters = kept.iter().map(|&index| settings.free[index]);
+    let weakest = (!kept.is_empty())
+        .then(|| Combination::new(parameters, &last.weakest, last.condition.recip(), &nominal));
+    let cautions =
+        cautions(points, selection, &pose, &nominal, last.condition, weakest.as_ref(), settings);
     Fit {
-        method: METHOD,
+        method: method(weights.is_some(), settings.loss),
         termination,
-        iterations,
+        iterations: refined.iterations,
+        evaluations: refined.evaluations,
         estimates,
-        indeterminate: indeterminate.map(|index| settings.free[index]).collect(),
-        pose,
-        nominal,
+        covariance: known.then(|| Covariance::new(kept.len(), &last.inverse_gram(), sigma_mm)),
+        indeterminate,
+        undetermined,
+        weakest,
         start,
+        reduced_chi_square: weights
+            .filter(|_| known)
+            .map(|weights| (sigma_mm / weights.reference_mm).powi(2)),
+        residuals: Residuals {
+            rms_mm: (spread.square_mm2 / used as f64).sqrt(),
+            low_mm: spread.low_mm,
+            high_mm: spread.high_mm,
+        },
         sigma_mm,
         dof,
         used,
+        effective_points,
+        robust,
         excluded: selection.excluded,
         condition: last.condition,
+        cautions,
+        pose,
+        nominal,
+    }
+}
+
+fn cautions(
+    points: &[PointMm],
+    selection: &Selection,
+    pose: &Pose,
+    nominal: &Nominal,
+    condition: f64,
+    weakest: Option<&Combination>,
+    settings: &FitSettings,
+) -> Vec<Caution> {
+    let mut cautions = Vec::new();
+    let axis = |pose: &Pose| pose.rotation().map(|row| row[2]);
+    let along: f64 = axis(pose).iter().zip(axis(&settings.start)).map(|(a, b)| a * b).sum();
+    if along < 0.0 {
+        cautions.push(Caution::UpsideDown);
+    }
+    if selection.excluded.outside_domain > 0 {
+        cautions.push(Caution::BeyondDomain {
+            domain_mm: nominal.domain_mm(),
+            beyond: selection.excluded.outside_domain,
+            farthest_mm: selection.beyond_mm(points, pose).fold(0.0, f64::max),
+        });
+    }
+    if let Some(weakest) = weakest.filter(|_| condition > ILL_CONDITIONED) {
+        cautions.push(Caution::IllConditioned { condition, combination: weakest.clone() });
+    }
+    cautions
+}
+
+fn method(weighted: bool, loss: Loss) -> &'static str {
+    match (loss, weighted) {
+        (Loss::Squares, false) => METHOD,
+        (Loss::Squares, true) => "weighted orthogonal least squares",
+        (Loss::Huber { .. }, false) => "orthogonal Huber M-estimate",
+        (Loss::Huber { .. }, true) => "weighted orthogonal Huber M-estimate",
+        (Loss::Tukey { .. }, false) => "orthogonal Tukey M-estimate",
+        (Loss::Tukey { .. }, true) => "weighted orthogonal Tukey M-estimate",
     }
 }
 
@@ -300,3 +444,5 @@ fn report(
 const MAX_ROUNDS: usize = 12;
 /// Until the points in the aperture settle, a fit to a nanometre is good enough.
 const COARSE_MM: f64 = 1e-6;
+/// A condition that costs half the digits of a parameter.
+const ILL_CONDITIONED: f64 = 1e6;

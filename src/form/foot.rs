@@ -1,5 +1,6 @@
 //! The foot of a point: the place of the nominal the point stands over.
 
+use crate::freeform::{self, FreeFoot};
 use crate::nominal::Asphere;
 use crate::{Nominal, PointMm};
 
@@ -22,19 +23,30 @@ impl Nominal {
     /// The foot of a point of the part frame; `None` where the point stands over no place of the surface
     /// (beyond the equator of a sphere or the domain of an asphere) or is not finite.
     pub fn foot(&self, part_mm: PointMm) -> Option<Foot> {
-        let meridian = self.meridian_foot(part_mm)?;
-        Some(Foot {
-            foot_mm: [
-                meridian.s_mm * meridian.cos,
-                meridian.s_mm * meridian.sin,
-                self.sag_mm(meridian.s_mm),
-            ],
-            normal: meridian.normal(),
-            distance_mm: meridian.distance_mm,
-        })
+        let found = self.surface_foot(part_mm)?;
+        let [x, y] = match found {
+            SurfaceFoot::Meridian(foot) => [foot.s_mm * foot.cos, foot.s_mm * foot.sin],
+            SurfaceFoot::Free(foot) => [foot.x_mm, foot.y_mm],
+        };
+        let z = match found {
+            SurfaceFoot::Meridian(foot) => self.sag_mm(foot.s_mm),
+            SurfaceFoot::Free(_) => self.height_mm(x, y)?,
+        };
+        Some(Foot { foot_mm: [x, y, z], normal: found.normal(), distance_mm: found.distance_mm() })
     }
 
-    pub(crate) fn meridian_foot(&self, part_mm: PointMm) -> Option<MeridianFoot> {
+    /// The foot, in the form the kind of the nominal has it.
+    pub(crate) fn surface_foot(&self, part_mm: PointMm) -> Option<SurfaceFoot> {
+        match self {
+            Nominal::Freeform(shape) => {
+                freeform::foot(shape.as_ref(), part_mm).map(SurfaceFoot::Free)
+            }
+            _ => self.meridian_foot(part_mm).map(SurfaceFoot::Meridian),
+        }
+    }
+
+    /// The foot on a rotational nominal; `None` for a freeform.
+    fn meridian_foot(&self, part_mm: PointMm) -> Option<MeridianFoot> {
         let [x, y, zeta] = part_mm;
         let rho = (x * x + y * y).sqrt();
         if !rho.is_finite() || !zeta.is_finite() {
@@ -45,6 +57,7 @@ impl Nominal {
             Nominal::Plane => (rho, 0.0, 1.0, zeta),
             Nominal::Sphere { radius_mm } => sphere(*radius_mm, rho, zeta)?,
             Nominal::Asphere(surface) => asphere(surface, rho, zeta)?,
+            Nominal::Freeform(_) => return None,
         };
         distance_mm.is_finite().then_some(MeridianFoot {
             rho_mm: rho,
@@ -56,6 +69,40 @@ impl Nominal {
             n_z,
             distance_mm,
         })
+    }
+}
+
+/// A point and its foot, with what the derivatives of the distance need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SurfaceFoot {
+    /// On a rotational nominal.
+    Meridian(MeridianFoot),
+    /// On a freeform.
+    Free(FreeFoot),
+}
+
+impl SurfaceFoot {
+    pub(crate) fn distance_mm(&self) -> f64 {
+        match self {
+            SurfaceFoot::Meridian(foot) => foot.distance_mm,
+            SurfaceFoot::Free(foot) => foot.distance_mm,
+        }
+    }
+
+    /// Height of the point, not of the foot, over the vertex plane.
+    pub(crate) fn point_height_mm(&self) -> f64 {
+        match self {
+            SurfaceFoot::Meridian(foot) => foot.zeta_mm,
+            SurfaceFoot::Free(foot) => foot.part_mm[2],
+        }
+    }
+
+    /// Unit normal at the foot in the part frame, z positive.
+    pub(crate) fn normal(&self) -> [f64; 3] {
+        match self {
+            SurfaceFoot::Meridian(foot) => foot.normal(),
+            SurfaceFoot::Free(foot) => foot.normal,
+        }
     }
 }
 

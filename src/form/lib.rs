@@ -1,46 +1,60 @@
 //! Nominal surfaces, orthogonal least-squares fits, and the form deviation.
 //!
-//! The way through the crate: a [`Nominal`] says what the part should be; [`fit`] lays it into the
-//! measured points and gives a [`Pose`] and, if wanted, the shape parameters, [`minimum_zone`] the same for
-//! the narrowest zone in place of the least squares; [`deviations`] and [`Figures`] say what remains;
-//! [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same figures, provisional, while points
-//! still arrive. [`artefact`] makes data whose fit is known exactly.
+//! The way through the crate: a [`Nominal`] says what the part should be, of revolution or any [`shape`];
+//! [`fit`] lays it into the measured points and gives a [`Pose`] and, if wanted, the shape parameters, by
+//! least squares, with uncertainties ([`fit_weighted`]) or with a robust [`Loss`]; [`minimum_zone`] does the
+//! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains, [`figures`] what standards
+//! make of it; [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same figures, provisional,
+//! while points still arrive. [`artefact`] makes data whose fit is known exactly.
 //!
 //! Lengths are millimetres and angles radians. Two frames occur: the *part frame*, in which the nominal
 //! has its vertex at the origin and its axis along +z, and the *measured frame*, in which the points are.
 //! A deviation is measured minus nominal along the normal of the nominal, positive on the +z side.
 //!
-//! Deliberately absent: input and output, clocks, logging, weights and robust criteria.
+//! Deliberately absent: input and output, clocks, logging.
 //! Sums run over fixed chunks that are joined in order, so results do not depend on the thread count.
 
 mod aperture;
 pub mod artefact;
 pub mod basis;
+mod caution;
+mod covariance;
 mod deviation;
 pub mod figures;
 mod fit;
+mod fit_error;
 mod foot;
 pub mod form_error;
+mod freeform;
 mod linearised;
 mod live;
 mod minimum_zone;
 mod model;
 mod nominal;
 mod parameter;
+mod plane;
 mod pose;
 mod refine;
+mod robust;
+mod scale;
+mod search;
 mod selection;
 pub mod shape;
 mod solve;
 mod spline_fit;
 mod start;
 mod svd;
+mod symmetry;
 mod triangle;
 mod verdict;
+mod weight;
 
 pub use aperture::{Aperture, ApertureError};
+pub use caution::{Caution, Units};
+pub use covariance::{Combination, Covariance, Undetermined};
 pub use deviation::{Figures, deviations};
-pub use fit::{Estimate, Fit, FitError, FitSettings, METHOD, fit};
+pub use fit::{Estimate, Fit, FitSettings, METHOD, Residuals, fit, fit_weighted};
+pub use fit_error::FitError;
 pub use foot::Foot;
 pub use live::{Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
 pub use minimum_zone::{
@@ -50,6 +64,7 @@ pub use nominal::{Asphere, Curvatures, Nominal, NominalError};
 pub use parameter::{Parameter, ParameterError};
 pub use pose::Pose;
 pub use refine::Termination;
+pub use robust::{Loss, Robust};
 pub use selection::Excluded;
 pub use spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};

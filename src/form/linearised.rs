@@ -3,6 +3,7 @@
 use crate::deviation::NM_PER_MM;
 use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
 use crate::model::Model;
+use crate::parameter::moved;
 use crate::selection::Membership;
 use crate::solve::System;
 use crate::triangle::Triangle;
@@ -127,8 +128,8 @@ impl Linearised {
         let candidates = self.cells.iter().flatten().flat_map(|cell| [cell.low, cell.high]);
         let mut extremes: Option<[(f64, PointMm); 2]> = None;
         for point in candidates {
-            let Some(foot) = model.foot(point) else { continue };
-            let here = (foot.distance_mm, point);
+            let Some(distance_mm) = model.distance_mm(point) else { continue };
+            let here = (distance_mm, point);
             let [low, high] = extremes.get_or_insert([here, here]);
             if here.0 < low.0 {
                 *low = here;
@@ -201,11 +202,8 @@ impl Linearised {
 
     /// Pose and shape after a change of the parameters; `None` if they are none.
     fn moved(&self, change: &[f64]) -> Option<(Pose, Nominal)> {
-        let (mut pose, mut nominal) = (self.fit.pose, self.fit.nominal);
-        for (parameter, &step) in self.free.iter().zip(change) {
-            parameter.add(step, &mut pose, &mut nominal);
-        }
-        (pose.is_finite() && nominal.validate().is_ok()).then_some((pose, nominal))
+        let changes = self.free.iter().copied().zip(change.iter().copied());
+        moved(changes, &self.fit.pose, &self.fit.nominal)
     }
 
     /// What linearisation leaves out, for every cell: by how much the derivatives and, beyond J·δ, the

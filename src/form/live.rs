@@ -17,9 +17,9 @@
 
 use thiserror::Error;
 
-use crate::fit::{Estimate, FitError, FitSettings, fit};
+use crate::fit::{Estimate, FitSettings, fit};
 use crate::linearised::Linearised;
-use crate::{Excluded, Figures, Nominal, Parameter, PointMm, Pose};
+use crate::{Excluded, Figures, FitError, Nominal, Parameter, PointMm, Pose};
 
 /// A regular grid of cells in the x-y plane of the part frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

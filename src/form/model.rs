@@ -7,14 +7,20 @@
 //!
 //! - shape parameter a: ∂d/∂a = −n·∂x/∂a = −n_z·∂z/∂a at r = s*;
 //! - shift: ∂d/∂t_i = −(R·n)_i, because p = Rᵀ·(p_measured − t);
-//! - turn about ω (part frame, [`Pose::turn_axes`]): ∂d = −n·(ω × p) = −ω·(p × n). As p and n lie in one
-//!   half plane through the axis, p × n has no z component: exactly zero, not by rounding.
+//! - turn about ω (part frame, [`Pose::turn_axes`]): ∂d = −n·(ω × p) = −ω·(p × n). On a rotational nominal p
+//!   and n lie in one half plane through the axis, so p × n has no z component: exactly zero, not by rounding.
+//!
+//! All this holds of a freeform as well, with both coordinates of the place in the part of s. Which motions a
+//! freeform does not feel (along and about a cylinder, about the axis of a toroid) is not known beforehand, so
+//! derivatives within their rounding are written as 0: a symmetry leaves an empty column, not one of noise.
 //!
 //! None of these depends on d itself beyond the place of the foot.
 
-use crate::foot::MeridianFoot;
+use crate::foot::{MeridianFoot, SurfaceFoot};
+use crate::freeform::FreeFoot;
 use crate::nominal::conic_root;
 use crate::pose::Motion;
+use crate::shape::Shape;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// A pose and a nominal with the free parameters, made ready for many points.
@@ -24,11 +30,16 @@ pub(crate) struct Model<'a> {
     pub(crate) motion: Motion,
     turn_axes: [[f64; 3]; 3],
     free: &'a [Parameter],
+    /// The shape of a freeform and how many parameters it has, if any of them is free.
+    shape: Option<(&'a dyn Shape, usize)>,
 }
 
 impl<'a> Model<'a> {
     pub(crate) fn new(nominal: &'a Nominal, pose: &Pose, free: &'a [Parameter]) -> Model<'a> {
-        Model { nominal, motion: pose.motion(), turn_axes: pose.turn_axes(), free }
+        let of_shape = free.iter().any(|parameter| matches!(parameter, Parameter::Shape(_)));
+        let shape = nominal.freeform().filter(|_| of_shape);
+        let shape = shape.map(|shape| (shape.as_ref(), shape.parameters().len()));
+        Model { nominal, motion: pose.motion(), turn_axes: pose.turn_axes(), free, shape }
     }
 
     /// Columns of a row: one a free parameter, and the distance.
@@ -36,20 +47,33 @@ impl<'a> Model<'a> {
         self.free.len() + 1
     }
 
-    pub(crate) fn foot(&self, measured_mm: PointMm) -> Option<MeridianFoot> {
-        self.nominal.meridian_foot(self.motion.to_part(measured_mm))
+    pub(crate) fn foot(&self, measured_mm: PointMm) -> Option<SurfaceFoot> {
+        self.nominal.surface_foot(self.motion.to_part(measured_mm))
+    }
+
+    /// The signed distance; `None` where there is no foot.
+    pub(crate) fn distance_mm(&self, measured_mm: PointMm) -> Option<f64> {
+        self.foot(measured_mm).map(|foot| foot.distance_mm())
     }
 
     /// Writes ∂d/∂parameter for every free parameter and then d. `None` where there is no foot.
     pub(crate) fn row(&self, measured_mm: PointMm, row: &mut [f64]) -> Option<()> {
         let foot = self.foot(measured_mm)?;
-        self.derivatives(&foot, row);
-        row[self.free.len()] = foot.distance_mm;
+        self.derivatives(&foot, row)?;
+        row[self.free.len()] = foot.distance_mm();
         Some(())
     }
 
-    /// Writes ∂d/∂parameter for every free parameter.
-    pub(crate) fn derivatives(&self, foot: &MeridianFoot, row: &mut [f64]) {
+    /// Writes ∂d/∂parameter for every free parameter; `None` where the shape has no derivatives.
+    pub(crate) fn derivatives(&self, foot: &SurfaceFoot, row: &mut [f64]) -> Option<()> {
+        match foot {
+            SurfaceFoot::Meridian(foot) => self.in_meridian(foot, row),
+            SurfaceFoot::Free(foot) => return self.of_freeform(foot, row),
+        }
+        Some(())
+    }
+
+    fn in_meridian(&self, foot: &MeridianFoot, row: &mut [f64]) {
         let normal = self.motion.turn_to_measured(foot.normal());
         let moment = foot.rho_mm * foot.n_z - foot.zeta_mm * foot.n_r;
         let (moment_x, moment_y) = (moment * foot.sin, -moment * foot.cos);
@@ -65,14 +89,53 @@ impl<'a> Model<'a> {
                 Parameter::Radius => self.by_radius(foot),
                 Parameter::Conic => self.by_conic(foot),
                 Parameter::A(order) => -foot.n_z * foot.s_mm.powi(i32::from(*order)),
+                Parameter::Shape(_) => 0.0,
             };
         }
+    }
+
+    fn of_freeform(&self, foot: &FreeFoot, row: &mut [f64]) -> Option<()> {
+        let n = foot.normal;
+        let [x, y, z] = foot.part_mm;
+        let normal = self.motion.turn_to_measured(n);
+        let shift = |axis: usize| above_rounding(-normal[axis], 1.0);
+        let moment = [y * n[2] - z * n[1], z * n[0] - x * n[2], x * n[1] - y * n[0]];
+        let arm = x.abs() + y.abs() + z.abs();
+        let turn = |[a, b, c]: [f64; 3]| {
+            above_rounding(-(a * moment[0] + b * moment[1] + c * moment[2]), arm)
+        };
+        for (entry, parameter) in row.iter_mut().zip(self.free) {
+            *entry = match parameter {
+                Parameter::Tx => shift(0),
+                Parameter::Ty => shift(1),
+                Parameter::Tz => shift(2),
+                Parameter::Rx => turn(self.turn_axes[0]),
+                Parameter::Ry => turn(self.turn_axes[1]),
+                Parameter::Rz => turn(self.turn_axes[2]),
+                _ => 0.0,
+            };
+        }
+        let Some((shape, count)) = self.shape else { return Some(()) };
+        let (mut few, mut many) = ([0.0; FEW], Vec::new());
+        let by_parameters = if count <= FEW {
+            &mut few[..count]
+        } else {
+            many.resize(count, 0.0);
+            &mut many[..]
+        };
+        shape.by_parameters(foot.x_mm, foot.y_mm, by_parameters)?;
+        for (entry, parameter) in row.iter_mut().zip(self.free) {
+            if let Parameter::Shape(index) = parameter {
+                *entry = -n[2] * by_parameters.get(usize::from(*index))?;
+            }
+        }
+        Some(())
     }
 
     /// ∂z/∂c = r²/(φ·(1+φ)) and c = 1/R. For a sphere −n_z·∂z/∂R = 1 − n_z, written without cancellation.
     fn by_radius(&self, foot: &MeridianFoot) -> f64 {
         match self.nominal {
-            Nominal::Plane => 0.0,
+            Nominal::Plane | Nominal::Freeform(_) => 0.0,
             Nominal::Sphere { .. } => foot.n_r * foot.n_r / (1.0 + foot.n_z),
             Nominal::Asphere(asphere) => {
                 let c = asphere.radius_mm.recip();
@@ -93,12 +156,23 @@ impl<'a> Model<'a> {
     }
 }
 
+/// The value, or 0 if a sum of terms of that size cannot be told from it.
+fn above_rounding(value: f64, size: f64) -> f64 {
+    if value.abs() <= ROUNDING * size { 0.0 } else { value }
+}
+
+/// Share of its terms by which rounding of foot, normal and rotation may change a sum.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Parameters of a shape up to which a row needs no memory of its own.
+const FEW: usize = 48;
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
     use crate::Asphere;
+    use crate::parameter::moved;
 
     const EVERY: [Parameter; 17] = [
         Parameter::Tx,
@@ -144,9 +218,9 @@ mod tests {
                 _ => 1e-3,
             };
             let distance = |step: f64| {
-                let (mut pose, mut nominal) = (pose, nominal);
-                parameter.add(step, &mut pose, &mut nominal);
-                Model::new(&nominal, &pose, &[]).foot(point).expect("a foot").distance_mm
+                let (pose, nominal) =
+                    moved([(parameter, step)], &pose, &nominal).expect("a pose and a nominal");
+                Model::new(&nominal, &pose, &[]).distance_mm(point).expect("a foot")
             };
             let found = numerical(distance, h);
             let size = analytic.abs().max(1e-2 / h * 1e-3);

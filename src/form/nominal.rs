@@ -1,21 +1,28 @@
 //! Nominal surfaces: sag, slope, curvature.
 
 use std::fmt;
+use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::Parameter;
+use crate::shape::{Jet, Shape};
 
 /// Lowest order of the even power series of an asphere.
 pub(crate) const LOWEST_ORDER: u8 = 4;
 /// Highest order of the even power series of an asphere.
 pub(crate) const HIGHEST_ORDER: u8 = 20;
 const COEFFICIENTS: usize = 9;
+/// Parameters of a freeform that are written out.
+const MOST_NAMED: usize = 12;
 
-/// The design surface in the part frame: vertex at the origin, axis +z, rotationally symmetric.
+/// The design surface in the part frame: vertex at the origin, axis +z.
+///
+/// The first three are rotationally symmetric, and a distance is found in their meridian plane; a freeform
+/// is any graph z(x, y), and a distance is found over the plane. What is a function of the distance from
+/// the axis ([`Nominal::sag_mm`] and others) is NaN for a freeform: [`Nominal::jet`] knows every kind.
 ///
 /// A radius of curvature is positive where the centre of curvature lies on the +z side of the vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Nominal {
     /// The plane z = 0.
     Plane,
@@ -26,6 +33,8 @@ pub enum Nominal {
     },
     /// A rotationally symmetric asphere.
     Asphere(Asphere),
+    /// Any other shape.
+    Freeform(Arc<dyn Shape>),
 }
 
 /// An even asphere after ISO 10110-12: `z = c·r²/(1 + √(1 − (1+κ)·c²·r²)) + Σ A_n·r^n`, c = 1/R, n even
@@ -93,10 +102,24 @@ impl Nominal {
         Ok(())
     }
 
-    /// Radius of curvature at the vertex in mm; `None` for a plane.
+    /// Whether it is a function of the distance from the axis by its kind. A freeform is not, whatever its
+    /// shape.
+    pub fn is_rotational(&self) -> bool {
+        !matches!(self, Nominal::Freeform(_))
+    }
+
+    /// The shape of a freeform, if it is one.
+    pub fn freeform(&self) -> Option<&Arc<dyn Shape>> {
+        match self {
+            Nominal::Freeform(shape) => Some(shape),
+            _ => None,
+        }
+    }
+
+    /// Radius of curvature at the vertex in mm; `None` for a plane and for a freeform.
     pub fn radius_mm(&self) -> Option<f64> {
         match self {
-            Nominal::Plane => None,
+            Nominal::Plane | Nominal::Freeform(_) => None,
             Nominal::Sphere { radius_mm } => Some(*radius_mm),
             Nominal::Asphere(asphere) => Some(asphere.radius_mm),
         }
@@ -110,20 +133,64 @@ impl Nominal {
         }
     }
 
+    /// Height and derivatives at a place of the part frame in mm; `None` beyond the domain and for places
+    /// that are not finite.
+    ///
+    /// With ρ = r, e = (x, y)/r and the meridian z(r): ∇z = z′·e and the Hessian is
+    /// `z″·e·eᵀ + (z′/r)·(1 − e·eᵀ)`, whose limit at the vertex is z″·1.
+    pub fn jet(&self, x_mm: f64, y_mm: f64) -> Option<Jet> {
+        if let Nominal::Freeform(shape) = self {
+            return shape.jet(x_mm, y_mm);
+        }
+        let r_mm = x_mm.hypot(y_mm);
+        let Profile { z_mm, slope, second_per_mm } = self.profile(r_mm);
+        if !(r_mm.is_finite() && z_mm.is_finite() && slope.is_finite() && second_per_mm.is_finite())
+        {
+            return None;
+        }
+        if r_mm == 0.0 {
+            let hessian_per_mm = [second_per_mm, 0.0, second_per_mm];
+            return Some(Jet { z_mm, gradient: [0.0; 2], hessian_per_mm });
+        }
+        let (cos, sin) = (x_mm / r_mm, y_mm / r_mm);
+        let across = slope / r_mm;
+        let beyond = second_per_mm - across;
+        Some(Jet {
+            z_mm,
+            gradient: [slope * cos, slope * sin],
+            hessian_per_mm: [
+                across + beyond * cos * cos,
+                beyond * cos * sin,
+                across + beyond * sin * sin,
+            ],
+        })
+    }
+
+    /// Height at a place of the part frame, both in mm; `None` where there is no [`Nominal::jet`].
+    pub fn height_mm(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
+        match self {
+            Nominal::Freeform(shape) => shape.sag_mm(x_mm, y_mm),
+            _ => Some(self.sag_mm(x_mm.hypot(y_mm))).filter(|z_mm| z_mm.is_finite()),
+        }
+    }
+
     /// Height over the vertex plane at the distance `r_mm` from the axis, in mm. NaN beyond
-    /// [`Nominal::domain_mm`].
+    /// [`Nominal::domain_mm`] and for a freeform.
     pub fn sag_mm(&self, r_mm: f64) -> f64 {
         self.profile(r_mm).z_mm
     }
 
-    /// Slope dz/dr at the distance `r_mm` from the axis. NaN beyond the domain, infinite at the equator of
-    /// a sphere.
+    /// Slope dz/dr at the distance `r_mm` from the axis. NaN beyond the domain and for a freeform, infinite
+    /// at the equator of a sphere.
     pub fn slope(&self, r_mm: f64) -> f64 {
         self.profile(r_mm).slope
     }
 
-    /// Gradient (∂z/∂x, ∂z/∂y) at a place of the part frame in mm.
+    /// Gradient (∂z/∂x, ∂z/∂y) at a place of the part frame in mm; NaN beyond the domain.
     pub fn gradient(&self, x_mm: f64, y_mm: f64) -> [f64; 2] {
+        if let Nominal::Freeform(shape) = self {
+            return shape.jet(x_mm, y_mm).map_or([f64::NAN; 2], |jet| jet.gradient);
+        }
         let r_mm = x_mm.hypot(y_mm);
         if r_mm == 0.0 {
             return [0.0, 0.0];
@@ -132,7 +199,7 @@ impl Nominal {
         [slope * (x_mm / r_mm), slope * (y_mm / r_mm)]
     }
 
-    /// Principal curvatures at the distance `r_mm` from the axis; NaN beyond the domain.
+    /// Principal curvatures at the distance `r_mm` from the axis; NaN beyond the domain and for a freeform.
     ///
     /// For z(r) they are `z″/(1+z′²)^{3/2}` and `z′/(r·√(1+z′²))`.
     pub fn curvatures(&self, r_mm: f64) -> Curvatures {
@@ -149,7 +216,7 @@ impl Nominal {
     /// Smallest principal radius of curvature at the distance `r_mm` from the axis, in mm: an upper bound
     /// of the local feature size (Amenta & Bern, Discrete Comput. Geom. 22 (1999) 481: the medial axis
     /// comes at least as near as the nearest centre of curvature). Infinite where flat, NaN beyond the
-    /// domain.
+    /// domain and for a freeform, which has [`Nominal::lfs_bound_at_mm`].
     pub fn lfs_bound_mm(&self, r_mm: f64) -> f64 {
         let Curvatures { meridional_per_mm, azimuthal_per_mm } = self.curvatures(r_mm);
         if meridional_per_mm.is_nan() || azimuthal_per_mm.is_nan() {
@@ -158,32 +225,37 @@ impl Nominal {
         meridional_per_mm.abs().max(azimuthal_per_mm.abs()).recip()
     }
 
+    /// As [`Nominal::lfs_bound_mm`] at a place of the part frame in mm, for every kind of nominal; `None`
+    /// beyond the domain.
+    ///
+    /// The curvatures of the graph are the eigenvalues of the second fundamental form `H/√(1+|∇z|²)` against
+    /// the first, `1 + ∇z·∇zᵀ`: with mean M and Gaussian curvature G, `|M| + √(M² − G)` is the larger.
+    pub fn lfs_bound_at_mm(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
+        let Jet { gradient: [p, q], hessian_per_mm: [r, s, t], .. } = self.jet(x_mm, y_mm)?;
+        let w = 1.0 + p * p + q * q;
+        let mean = ((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * w * w.sqrt());
+        let gaussian = (r * t - s * s) / (w * w);
+        Some((mean.abs() + (mean * mean - gaussian).max(0.0).sqrt()).recip())
+    }
+
     /// Distance from the axis in mm at which the root of the conic ends: |R|/√(1+κ) for κ > −1, else
-    /// infinite.
+    /// infinite; that of its shape for a freeform.
     pub fn domain_mm(&self) -> f64 {
         match self {
+            Nominal::Freeform(shape) => shape.domain_mm(),
             Nominal::Plane => f64::INFINITY,
             Nominal::Sphere { radius_mm } => radius_mm.abs(),
             Nominal::Asphere(asphere) => asphere.domain_mm(),
         }
     }
 
-    /// Whether this kind of surface has the parameter.
-    pub fn has(&self, parameter: Parameter) -> bool {
-        match (parameter, self) {
-            (Parameter::Radius, Nominal::Plane) => false,
-            (Parameter::Conic | Parameter::A(_), Nominal::Plane | Nominal::Sphere { .. }) => false,
-            (Parameter::A(order), Nominal::Asphere(_)) => index(order).is_some(),
-            _ => true,
-        }
-    }
-
-    /// `plane`, `sphere` or `asphere`.
+    /// `plane`, `sphere`, `asphere`, or what a freeform calls itself.
     pub fn kind(&self) -> &'static str {
         match self {
             Nominal::Plane => "plane",
             Nominal::Sphere { .. } => "sphere",
             Nominal::Asphere(_) => "asphere",
+            Nominal::Freeform(shape) => shape.kind(),
         }
     }
 
@@ -192,6 +264,9 @@ impl Nominal {
             Nominal::Plane => Profile { z_mm: 0.0, slope: 0.0, second_per_mm: 0.0 },
             Nominal::Sphere { radius_mm } => conic_profile(radius_mm.recip(), 0.0, r_mm),
             Nominal::Asphere(asphere) => asphere.profile(r_mm),
+            Nominal::Freeform(_) => {
+                Profile { z_mm: f64::NAN, slope: f64::NAN, second_per_mm: f64::NAN }
+            }
         }
     }
 }
@@ -251,6 +326,21 @@ impl Asphere {
     }
 }
 
+/// Freeforms are equal if they are one object or have the same fields, as `Debug` shows them.
+impl PartialEq for Nominal {
+    fn eq(&self, other: &Nominal) -> bool {
+        match (self, other) {
+            (Nominal::Plane, Nominal::Plane) => true,
+            (Nominal::Sphere { radius_mm: a }, Nominal::Sphere { radius_mm: b }) => a == b,
+            (Nominal::Asphere(a), Nominal::Asphere(b)) => a == b,
+            (Nominal::Freeform(a), Nominal::Freeform(b)) => {
+                Arc::ptr_eq(a, b) || format!("{a:?}") == format!("{b:?}")
+            }
+            _ => false,
+        }
+    }
+}
+
 /// In words, as a report names it: `asphere R 11.65 mm, conic -1.1, A4 3.69e-5 mm^-3`.
 impl fmt::Display for Nominal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -260,13 +350,31 @@ impl fmt::Display for Nominal {
             Nominal::Asphere(asphere) => {
                 write!(f, "asphere R {} mm, conic {}", asphere.radius_mm, asphere.conic)?;
                 asphere.orders().filter(|&(_, value)| value != 0.0).try_for_each(
-                    |(order, value)| {
-                        write!(f, ", A{order} {value:e} {}", Parameter::A(order).unit())
-                    },
+                    |(order, value)| write!(f, ", A{order} {value:e} {}", power_unit(order)),
                 )
+            }
+            Nominal::Freeform(shape) => {
+                f.write_str(shape.kind())?;
+                let parameters = shape.parameters();
+                let told = parameters.iter().filter(|parameter| parameter.value != 0.0);
+                for parameter in told.clone().take(MOST_NAMED) {
+                    write!(f, ", {} {}", parameter.name, parameter.value)?;
+                    if parameter.unit != "1" {
+                        write!(f, " {}", parameter.unit)?;
+                    }
+                }
+                match told.count().saturating_sub(MOST_NAMED) {
+                    0 => Ok(()),
+                    more => write!(f, " and {more} more parameters"),
+                }
             }
         }
     }
+}
+
+/// The unit of the coefficient of `r^order`.
+pub(crate) fn power_unit(order: u8) -> String {
+    format!("mm^{}", 1 - i32::from(order))
 }
 
 /// The meridian z(r) at one r.

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-use crate::nominal::{HIGHEST_ORDER, LOWEST_ORDER};
+use crate::nominal::{HIGHEST_ORDER, LOWEST_ORDER, power_unit};
 use crate::{Nominal, Pose};
 
 /// One parameter of a fit.
@@ -29,6 +29,10 @@ pub enum Parameter {
     Conic,
     /// Coefficient of `r^n` with n even from 4 to 20, `A4` to `A20`, mm^(1−n).
     A(u8),
+    /// A parameter of a freeform, by its place in the list of
+    /// [`Shape::parameters`](crate::shape::Shape::parameters). Its name and unit are the shape's:
+    /// [`Parameter::name`] and [`Parameter::unit`].
+    Shape(u16),
 }
 
 /// Why a text names no parameter.
@@ -42,6 +46,16 @@ pub enum ParameterError {
         /// The text.
         name: String,
     },
+    /// The nominal has no parameter of this name.
+    #[error("a {kind} has no parameter {name:?}, expected one of {expected}")]
+    NotOfNominal {
+        /// The text.
+        name: String,
+        /// Kind of the nominal.
+        kind: &'static str,
+        /// The names it has, those of the pose included.
+        expected: String,
+    },
 }
 
 impl Parameter {
@@ -49,14 +63,35 @@ impl Parameter {
     pub const RIGID: [Parameter; 5] =
         [Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Rx, Parameter::Ry];
 
-    /// The unit as text: `mm`, `rad`, `1` or `mm^-3` and so on.
-    pub fn unit(self) -> String {
-        match self {
+    /// Shifts and turns: all a pose has.
+    pub const POSE: [Parameter; 6] =
+        [Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Rx, Parameter::Ry, Parameter::Rz];
+
+    /// Its name: as [`Parameter`] is displayed, but for a parameter of a freeform as the shape calls it.
+    pub fn name(self, nominal: &Nominal) -> String {
+        let of_shape = match (self, nominal) {
+            (Parameter::Shape(index), Nominal::Freeform(shape)) => {
+                shape.parameters().into_iter().nth(usize::from(index))
+            }
+            _ => None,
+        };
+        of_shape.map_or_else(|| self.to_string(), |parameter| parameter.name)
+    }
+
+    /// The unit as text: `mm`, `rad`, `1` or `mm^-3` and so on; `None` where the nominal has no such
+    /// parameter.
+    pub fn unit(self, nominal: &Nominal) -> Option<String> {
+        let own = match self {
             Parameter::Tx | Parameter::Ty | Parameter::Tz | Parameter::Radius => "mm".to_owned(),
             Parameter::Rx | Parameter::Ry | Parameter::Rz => "rad".to_owned(),
             Parameter::Conic => "1".to_owned(),
-            Parameter::A(order) => format!("mm^{}", 1 - i32::from(order)),
-        }
+            Parameter::A(order) => power_unit(order),
+            Parameter::Shape(index) => {
+                let parameters = nominal.freeform()?.parameters();
+                return parameters.into_iter().nth(usize::from(index)).map(|found| found.unit);
+            }
+        };
+        nominal.has(self).then_some(own)
     }
 
     /// The value this parameter has in a pose and a nominal; `None` where the nominal has no such
@@ -72,12 +107,76 @@ impl Parameter {
             Parameter::Radius => nominal.radius_mm(),
             Parameter::Conic => nominal.asphere().map(|asphere| asphere.conic),
             Parameter::A(order) => nominal.asphere().and_then(|asphere| asphere.coefficient(order)),
+            Parameter::Shape(index) => {
+                let parameters = nominal.freeform()?.parameters();
+                parameters.get(usize::from(index)).map(|parameter| parameter.value)
+            }
+        }
+    }
+}
+
+impl Nominal {
+    /// Whether this kind of surface has the parameter. Every part has those of the pose.
+    pub fn has(&self, parameter: Parameter) -> bool {
+        match parameter {
+            Parameter::Radius => matches!(self, Nominal::Sphere { .. } | Nominal::Asphere(_)),
+            Parameter::Conic => self.asphere().is_some(),
+            Parameter::A(order) => {
+                self.asphere().is_some_and(|asphere| asphere.coefficient(order).is_some())
+            }
+            Parameter::Shape(index) => {
+                self.freeform().is_some_and(|shape| usize::from(index) < shape.parameters().len())
+            }
+            _ => true,
         }
     }
 
-    /// Adds `step` to this parameter. What the nominal does not have stays untouched.
-    pub(crate) fn add(self, step: f64, pose: &mut Pose, nominal: &mut Nominal) {
-        match (self, nominal) {
+    /// The parameter of this name, in the words of this nominal: a freeform's `radius` is that of its
+    /// shape. Fails on a name that pose and nominal do not have.
+    pub fn parameter(&self, name: &str) -> Result<Parameter, ParameterError> {
+        let every = self.parameters();
+        if let Some((parameter, _)) = every.iter().find(|(_, known)| known == name) {
+            return Ok(*parameter);
+        }
+        let names: Vec<&str> = every.iter().map(|(_, known)| known.as_str()).collect();
+        Err(ParameterError::NotOfNominal {
+            name: name.to_owned(),
+            kind: self.kind(),
+            expected: names.join(", "),
+        })
+    }
+
+    /// All parameters a fit of this nominal can set free, with their names: those of the pose, then those
+    /// of the shape.
+    pub fn parameters(&self) -> Vec<(Parameter, String)> {
+        let pose = Parameter::POSE.map(|parameter| (parameter, parameter.to_string()));
+        let mut every = pose.to_vec();
+        if let Nominal::Freeform(shape) = self {
+            let own = (0..).map(Parameter::Shape).zip(shape.parameters());
+            every.extend(own.map(|(parameter, found)| (parameter, found.name)));
+            return every;
+        }
+        let powers = (LOWEST_ORDER..=HIGHEST_ORDER).step_by(2).map(Parameter::A);
+        let own = [Parameter::Radius, Parameter::Conic].into_iter().chain(powers);
+        every.extend(
+            own.filter(|&parameter| self.has(parameter))
+                .map(|parameter| (parameter, parameter.to_string())),
+        );
+        every
+    }
+}
+
+/// Pose and nominal after a change of parameters, given as (parameter, step in its unit); `None` if that
+/// makes no pose or no nominal.
+pub(crate) fn moved(
+    changes: impl IntoIterator<Item = (Parameter, f64)>,
+    pose: &Pose,
+    nominal: &Nominal,
+) -> Option<(Pose, Nominal)> {
+    let (mut pose, mut nominal) = (*pose, nominal.clone());
+    let mut values: Option<Vec<f64>> = None;
+    for (parameter, step) in changes {
+        match (parameter, &mut nominal) {
             (Parameter::Tx, _) => pose.tx_mm += step,
             (Parameter::Ty, _) => pose.ty_mm += step,
             (Parameter::Tz, _) => pose.tz_mm += step,
@@ -88,13 +187,23 @@ impl Parameter {
             (Parameter::Radius, Nominal::Asphere(asphere)) => asphere.radius_mm += step,
             (Parameter::Conic, Nominal::Asphere(asphere)) => asphere.conic += step,
             (Parameter::A(order), Nominal::Asphere(asphere)) => {
-                if let Some(coefficient) = asphere.coefficient_mut(order) {
-                    *coefficient += step;
-                }
+                *asphere.coefficient_mut(order)? += step;
             }
-            (Parameter::Radius | Parameter::Conic | Parameter::A(_), _) => {}
+            (Parameter::Shape(index), Nominal::Freeform(shape)) => {
+                let values = values.get_or_insert_with(|| {
+                    shape.parameters().iter().map(|parameter| parameter.value).collect()
+                });
+                *values.get_mut(usize::from(index))? += step;
+            }
+            (Parameter::Radius | Parameter::Conic | Parameter::A(_) | Parameter::Shape(_), _) => {
+                return None;
+            }
         }
     }
+    if let (Some(values), Nominal::Freeform(shape)) = (values, &nominal) {
+        nominal = Nominal::Freeform(shape.with_parameters(&values).ok()?);
+    }
+    (pose.is_finite() && nominal.validate().is_ok()).then_some((pose, nominal))
 }
 
 impl fmt::Display for Parameter {
@@ -109,10 +218,13 @@ impl fmt::Display for Parameter {
             Parameter::Radius => f.write_str("radius"),
             Parameter::Conic => f.write_str("conic"),
             Parameter::A(order) => write!(f, "A{order}"),
+            Parameter::Shape(index) => write!(f, "shape[{index}]"),
         }
     }
 }
 
+/// Names of a pose and of a rotational nominal; those of a freeform only it can tell
+/// ([`Nominal::parameter`]).
 impl FromStr for Parameter {
     type Err = ParameterError;
 
@@ -141,9 +253,11 @@ impl FromStr for Parameter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Asphere;
 
     #[test]
     fn names_and_units() {
+        let asphere = Nominal::Asphere(Asphere::new(10.0, 0.0, &[]).unwrap());
         let table = [
             ("tx", Parameter::Tx, "mm"),
             ("ty", Parameter::Ty, "mm"),
@@ -159,7 +273,8 @@ mod tests {
         for (name, parameter, unit) in table {
             assert_eq!(name.parse(), Ok(parameter));
             assert_eq!(parameter.to_string(), name);
-            assert_eq!(parameter.unit(), unit);
+            assert_eq!(parameter.unit(&asphere).as_deref(), Some(unit));
+            assert_eq!(asphere.parameter(name), Ok(parameter));
         }
     }
 

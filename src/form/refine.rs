@@ -1,8 +1,9 @@
 //! Gauss-Newton steps, damped where they must be, on a fixed selection of points.
 
 use crate::model::Model;
+use crate::parameter::moved;
 use crate::solve::{Step, System};
-use crate::triangle::Triangle;
+use crate::triangle::{Spread, Triangle};
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// Why the iteration of a fit ended.
@@ -52,6 +53,10 @@ pub(crate) struct Refined {
     pub(crate) last: Step,
     pub(crate) termination: Termination,
     pub(crate) iterations: usize,
+    /// How often distances and derivatives of all points were worked out.
+    pub(crate) evaluations: usize,
+    /// The distances where `system` was made.
+    pub(crate) spread: Spread,
 }
 
 /// What a refinement may do.
@@ -60,29 +65,39 @@ pub(crate) struct Limits {
     pub(crate) tolerance_mm: f64,
     pub(crate) iterations: usize,
     pub(crate) rank_tolerance: f64,
+    /// Whether to go on below the tolerance where convergence is slow. Gauss and Newton's method converges
+    /// linearly where deviations are large, and then one step more is not exact: parameters may be off by the
+    /// tolerance times the condition.
+    pub(crate) polish: bool,
 }
 
-/// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot.
-/// `None` if the numbers overflow.
+/// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot. With
+/// `roots`, the distance of each point counts times its own. `None` if the numbers overflow.
 pub(crate) fn refine(
     points: &[PointMm],
+    roots: Option<&[f64]>,
     mut pose: Pose,
     mut nominal: Nominal,
     free: &[Parameter],
     limits: Limits,
 ) -> Option<Refined> {
-    let mut system = linearise(points, &pose, &nominal, free)?;
+    let (mut system, mut spread) = linearise(points, roots, &pose, &nominal, free)?;
+    let mut evaluations = 1;
     let kept = system.determinate(&priority(free, &nominal), limits.rank_tolerance);
     let rounding_mm = ROUNDING * magnitude_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);
     let mut damping = 0.0;
     let mut iterations = 0;
+    let mut last_motion_mm = 0.0;
     let (termination, last) = loop {
         let newton = system.solve(&kept, 0.0);
         let motion_mm = newton.motion_mm;
-        if motion_mm <= tolerance_mm {
+        let slow = motion_mm > SLOW * last_motion_mm && motion_mm < HALVED * last_motion_mm;
+        let polishes = limits.polish && slow && iterations < limits.iterations;
+        last_motion_mm = motion_mm;
+        if motion_mm <= tolerance_mm && !polishes {
             // The step is below the tolerance but free of charge.
-            apply(&kept, free, &newton, &mut pose, &mut nominal);
+            (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
             break (Termination::Converged { motion_mm, tolerance_mm }, newton);
         }
         if iterations >= limits.iterations {
@@ -91,13 +106,18 @@ pub(crate) fn refine(
         }
         iterations += 1;
         let step = if damping > 0.0 { system.solve(&kept, damping) } else { newton.clone() };
-        let (mut trial_pose, mut trial_nominal) = (pose, nominal);
-        apply(&kept, free, &step, &mut trial_pose, &mut trial_nominal);
-        let trial = linearise(points, &trial_pose, &trial_nominal, free);
+        let trial = after(&kept, free, &step, &pose, &nominal).and_then(|(pose, nominal)| {
+            evaluations += 1;
+            let (system, spread) = linearise(points, roots, &pose, &nominal, free)?;
+            Some((pose, nominal, system, spread))
+        });
         match trial {
-            Some(trial) if trial.square() <= system.square() + noise(&system, rounding_mm) => {
-                (pose, nominal, system) = (trial_pose, trial_nominal, trial);
+            Some(trial) if trial.2.square() <= system.square() + noise(&system, rounding_mm) => {
+                (pose, nominal, system, spread) = trial;
                 damping = if damping > LEAST_DAMPING { damping * DAMPING_DOWN } else { 0.0 };
+            }
+            _ if motion_mm <= tolerance_mm => {
+                break (Termination::Converged { motion_mm, tolerance_mm }, newton);
             }
             _ => {
                 damping = (damping * DAMPING_UP).max(LEAST_DAMPING);
@@ -107,13 +127,28 @@ pub(crate) fn refine(
             }
         }
     };
-    Some(Refined { pose, nominal, system, kept, last, termination, iterations })
+    Some(Refined {
+        pose,
+        nominal,
+        system,
+        kept,
+        last,
+        termination,
+        iterations,
+        evaluations,
+        spread,
+    })
 }
 
-/// The order in which parameters are admitted: a plane is laid by its height and tilts, any other surface
-/// by its shifts first; the turn about the axis comes last.
-pub(crate) fn priority(free: &[Parameter], nominal: &Nominal) -> Vec<usize> {
+/// The groups in which parameters are admitted: a plane is laid by its height and tilts, any other surface
+/// by its shifts first. The turn about the axis comes last on a rotational nominal; a freeform is laid by
+/// all six motions before its own parameters follow, in their order.
+///
+/// On a rotational nominal each parameter is its own group. Which of its shifts or turns a freeform does not
+/// feel depends on how it lies, so it has the shifts across and the turns in one group each.
+pub(crate) fn priority(free: &[Parameter], nominal: &Nominal) -> Vec<Vec<usize>> {
     let plane = matches!(nominal, Nominal::Plane);
+    let freeform = !nominal.is_rotational();
     let rank = |parameter: Parameter| match parameter {
         Parameter::Tz => 0,
         Parameter::Tx | Parameter::Ty => 1 + 2 * usize::from(plane),
@@ -121,30 +156,39 @@ pub(crate) fn priority(free: &[Parameter], nominal: &Nominal) -> Vec<usize> {
         Parameter::Radius => 4,
         Parameter::Conic => 5,
         Parameter::A(order) => usize::from(order) + 5,
+        Parameter::Rz if freeform => 2,
         Parameter::Rz => 100,
+        Parameter::Shape(index) => 100 + usize::from(index),
     };
     let mut order: Vec<usize> = (0..free.len()).collect();
     order.sort_by_key(|&index| (rank(free[index]), free[index]));
-    order
+    if !freeform {
+        return order.into_iter().map(|index| vec![index]).collect();
+    }
+    order.chunk_by(|&a, &b| rank(free[a]) == rank(free[b])).map(<[usize]>::to_vec).collect()
 }
 
-fn linearise(
+pub(crate) fn linearise(
     points: &[PointMm],
+    roots: Option<&[f64]>,
     pose: &Pose,
     nominal: &Nominal,
     free: &[Parameter],
-) -> Option<System> {
-    if !pose.is_finite() || nominal.validate().is_err() {
-        return None;
-    }
-    let triangle = Triangle::of_points(&Model::new(nominal, pose, free), points)?;
-    triangle.is_finite().then(|| System::new(&triangle))
+) -> Option<(System, Spread)> {
+    let model = Model::new(nominal, pose, free);
+    let (triangle, spread) = Triangle::of_points(&model, points, roots)?;
+    triangle.is_finite().then(|| (System::new(&triangle), spread))
 }
 
-fn apply(kept: &[usize], free: &[Parameter], step: &Step, pose: &mut Pose, nominal: &mut Nominal) {
-    for (&index, &change) in kept.iter().zip(&step.change) {
-        free[index].add(change, pose, nominal);
-    }
+fn after(
+    kept: &[usize],
+    free: &[Parameter],
+    step: &Step,
+    pose: &Pose,
+    nominal: &Nominal,
+) -> Option<(Pose, Nominal)> {
+    let changes = kept.iter().zip(&step.change).map(|(&index, &change)| (free[index], change));
+    moved(changes, pose, nominal)
 }
 
 /// How far rounding of the coordinates may change the sum of squares: (d + e)² − d² = 2·d·e + e², summed
@@ -161,6 +205,10 @@ fn magnitude_mm(points: &[PointMm]) -> f64 {
 
 /// Motion below this share of the largest coordinate is rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// A motion that shrinks to more than this share of the last one shrinks slowly.
+const SLOW: f64 = 1e-4;
+/// A motion that does not shrink to this share of the last one is rounding.
+const HALVED: f64 = 0.5;
 /// Damping of the first damped step, relative to columns of unit length.
 const LEAST_DAMPING: f64 = 1e-3;
 const DAMPING_UP: f64 = 10.0;

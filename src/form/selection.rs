@@ -50,7 +50,7 @@ impl Membership {
         let part_mm = model.motion.to_part(point);
         if !aperture.contains(part_mm[0], part_mm[1]) {
             Membership::OutsideAperture
-        } else if model.nominal.meridian_foot(part_mm).is_none() {
+        } else if model.nominal.surface_foot(part_mm).is_none() {
             Membership::OutsideDomain
         } else {
             Membership::Used
@@ -62,13 +62,17 @@ impl Membership {
 #[derive(Clone, Debug)]
 pub(crate) struct Selection {
     pub(crate) points: Vec<PointMm>,
+    /// Roots of their weights, if there are weights.
+    pub(crate) roots: Option<Vec<f64>>,
     pub(crate) memberships: Vec<Membership>,
     pub(crate) excluded: Excluded,
 }
 
 impl Selection {
+    /// `roots` holds one root of a weight for each point.
     pub(crate) fn new(
         points: &[PointMm],
+        roots: Option<&[f64]>,
         nominal: &Nominal,
         pose: &Pose,
         aperture: &Aperture,
@@ -83,6 +87,34 @@ impl Selection {
         memberships.iter().for_each(|&membership| excluded.count(membership));
         let used = points.iter().zip(&memberships);
         let used = used.filter(|&(_, &membership)| membership == Membership::Used);
-        Selection { points: used.map(|(&point, _)| point).collect(), memberships, excluded }
+        let points = used.map(|(&point, _)| point).collect();
+        let roots = roots.map(|roots| {
+            let used = roots.iter().zip(&memberships);
+            let used = used.filter(|&(_, &membership)| membership == Membership::Used);
+            used.map(|(&root, _)| root).collect()
+        });
+        Selection { points, roots, memberships, excluded }
+    }
+
+    /// Distances from the axis, in mm, of the points that stand over no place of the nominal; `points` are
+    /// those it was made from.
+    pub(crate) fn beyond_mm(&self, points: &[PointMm], pose: &Pose) -> impl Iterator<Item = f64> {
+        let motion = pose.motion();
+        let pairs = points.iter().zip(&self.memberships);
+        let beyond = pairs.filter(|&(_, &member)| member == Membership::OutsideDomain);
+        beyond.map(move |(&point, _)| {
+            let [x, y, _] = motion.to_part(point);
+            x.hypot(y)
+        })
+    }
+
+    /// Largest distance of a used point from the axis in mm.
+    pub(crate) fn reach_mm(&self, pose: &Pose) -> f64 {
+        let motion = pose.motion();
+        let distance_mm = |&point: &PointMm| {
+            let [x, y, _] = motion.to_part(point);
+            x.hypot(y)
+        };
+        self.points.iter().map(distance_mm).fold(0.0, f64::max)
     }
 }

@@ -29,6 +29,9 @@ pub(crate) struct Step {
     pub(crate) motion_mm: f64,
     /// Diagonal of (JᵀJ)⁻¹ for each kept parameter.
     pub(crate) variance_factors: Vec<f64>,
+    /// The combination of the kept parameters, in columns of unit length, that moves the surface least: a
+    /// unit vector; empty without parameters.
+    pub(crate) weakest: Vec<f64>,
     /// A root W of (JᵀJ)⁻¹ = W·Wᵀ for the kept parameters.
     root: DMatrix<f64>,
     /// Largest over smallest singular value of the scaled Jacobian; 1 without parameters.
@@ -40,6 +43,11 @@ impl Step {
     pub(crate) fn undo_gram(&self, gradient: &[f64]) -> Vec<f64> {
         let gradient = DVector::from_column_slice(gradient);
         (&self.root * self.root.tr_mul(&gradient)).iter().copied().collect()
+    }
+
+    /// (JᵀJ)⁻¹ of the kept parameters, column after column.
+    pub(crate) fn inverse_gram(&self) -> Vec<f64> {
+        (&self.root * self.root.transpose()).iter().copied().collect()
     }
 }
 
@@ -71,23 +79,50 @@ impl System {
         self.square
     }
 
-    /// The parameters the rows determine, ascending. Parameters are admitted in the order of `priority`
-    /// as long as the smallest singular value of the scaled columns stays above `tolerance` times the
-    /// largest; the others are indeterminate.
-    pub(crate) fn determinate(&self, priority: &[usize], tolerance: f64) -> Vec<usize> {
+    /// The parameters the rows determine, ascending. Parameters are admitted in the order of the groups of
+    /// `priority` as long as the smallest singular value of the scaled columns stays above `tolerance` times
+    /// the largest; the others are indeterminate. Within a group the one that is determined best comes first.
+    pub(crate) fn determinate(&self, priority: &[Vec<usize>], tolerance: f64) -> Vec<usize> {
         let mut kept: Vec<usize> = Vec::new();
-        for &candidate in priority {
-            if self.lengths[candidate] == 0.0 || kept.len() == self.rows {
-                continue;
-            }
-            kept.push(candidate);
-            let (largest, smallest) = Svd::new(self.scaled.select_columns(&kept)).extremes();
-            if smallest <= tolerance * largest {
-                kept.pop();
+        for group in priority {
+            let mut left = group.clone();
+            while kept.len() < self.rows {
+                let ratios = left.iter().enumerate().map(|(at, &candidate)| {
+                    let columns: Vec<usize> = kept.iter().copied().chain([candidate]).collect();
+                    (at, self.ratio(&columns))
+                });
+                let best = ratios.reduce(|best, next| if next.1 > best.1 { next } else { best });
+                match best {
+                    Some((at, ratio)) if ratio > tolerance => kept.push(left.remove(at)),
+                    _ => break,
+                }
             }
         }
         kept.sort_unstable();
         kept
+    }
+
+    /// Smallest over largest singular value of some of the scaled columns; 0 if one is empty.
+    fn ratio(&self, columns: &[usize]) -> f64 {
+        if columns.iter().any(|&column| self.lengths[column] == 0.0) {
+            return 0.0;
+        }
+        let (largest, smallest) = Svd::new(self.scaled.select_columns(columns)).extremes();
+        smallest / largest
+    }
+
+    /// The combination of the `kept` parameters and one more, in columns of unit length, that moves the
+    /// surface least, as a unit vector in that order; and its singular value as a share of the largest.
+    pub(crate) fn combination(&self, kept: &[usize], other: usize) -> (Vec<f64>, f64) {
+        if self.lengths[other] == 0.0 {
+            let mut alone = vec![0.0; kept.len()];
+            alone.push(1.0);
+            return (alone, 0.0);
+        }
+        let columns: Vec<usize> = kept.iter().copied().chain([other]).collect();
+        let svd = Svd::new(self.scaled.select_columns(&columns));
+        let (largest, smallest) = svd.extremes();
+        (svd.weakest(), smallest / largest)
     }
 
     /// The step for the `kept` parameters, which must be determinate, damped by `damping` relative to the
@@ -105,6 +140,7 @@ impl System {
         });
         let (largest, smallest) = svd.extremes();
         Step {
+            weakest: svd.weakest(),
             change: change.collect(),
             motion_mm: moved / (self.rows as f64).sqrt(),
             variance_factors: root.row_iter().map(|row| row.norm_squared()).collect(),
@@ -150,7 +186,7 @@ mod tests {
         // y = a + b·x through (0,1) (1,3) (2,4) (3,4): b = 1, a = 1.5, residual square 1.
         let rows: [[f64; 3]; 4] = [[-1., 0., 1.], [-1., -1., 3.], [-1., -2., 4.], [-1., -3., 4.]];
         let system = system(&rows.each_ref().map(|row| &row[..]));
-        let kept = system.determinate(&[0, 1], 1e-10);
+        let kept = system.determinate(&[vec![0], vec![1]], 1e-10);
         assert_eq!(kept, [0, 1]);
         let step = system.solve(&kept, 0.0);
         assert!((step.change[0] - 1.5).abs() < 1e-14 && (step.change[1] - 1.0).abs() < 1e-14);
@@ -175,7 +211,23 @@ mod tests {
             .collect();
         let rows: Vec<&[f64]> = rows.iter().map(|row| &row[..]).collect();
         let system = system(&rows);
-        assert_eq!(system.determinate(&[0, 1, 2, 3], 1e-10), [0, 1]);
-        assert_eq!(system.determinate(&[3, 2, 1, 0], 1e-10), [1, 3]);
+        let one_by_one = |order: [usize; 4]| order.map(|index| vec![index]);
+        assert_eq!(system.determinate(&one_by_one([0, 1, 2, 3]), 1e-10), [0, 1]);
+        assert_eq!(system.determinate(&one_by_one([3, 2, 1, 0]), 1e-10), [1, 3]);
+    }
+
+    #[test]
+    fn within_a_group_the_best_determined_comes_first() {
+        // The second is the first but for a hundredth of the third.
+        let rows: Vec<[f64; 4]> = (0..9)
+            .map(|i| {
+                let x = f64::from(i) - 4.0;
+                [1.0, 1.0 + 0.01 * x, x, 0.0]
+            })
+            .collect();
+        let rows: Vec<&[f64]> = rows.iter().map(|row| &row[..]).collect();
+        let system = system(&rows);
+        assert_eq!(system.determinate(&[vec![0, 1, 2]], 1e-10), [0, 2]);
+        assert_eq!(system.determinate(&[vec![0], vec![1], vec![2]], 1e-10), [0, 1]);
     }
 }

@@ -4,17 +4,25 @@
 //! orthogonal distances. The given start stays unless another is ten times better, so that a good start
 //! is never exchanged for a chance.
 
-use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::fit::FitSettings;
 use crate::model::Model;
+use crate::plane::{BestPlane, centroid};
+use crate::search::search;
 use crate::selection::Membership;
 use crate::svd::Svd;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// The start pose for `points` in the measured frame. Only free parameters differ from the given start.
 pub(crate) fn find(points: &[PointMm], nominal: &Nominal, settings: &FitSettings) -> Pose {
-    let sample = sample(points);
+    let near = shifted(points, nominal, settings);
+    if settings.search { search(points, nominal, settings, near) } else { near }
+}
+
+/// The start, or the same turns over another place if that is far better.
+fn shifted(points: &[PointMm], nominal: &Nominal, settings: &FitSettings) -> Pose {
+    let sample = sample(points, SAMPLE);
     let given = settings.start;
     let mut candidates = vec![given];
     let free = |parameter: &Parameter| settings.free.contains(parameter);
@@ -60,24 +68,24 @@ impl Score {
             Membership::of(point, &model, &settings.aperture) == Membership::Used
         });
         let (mut used, mut square) = (0, 0.0);
-        for foot in members.filter_map(|&point| model.foot(point)) {
+        for distance_mm in members.filter_map(|&point| model.distance_mm(point)) {
             used += 1;
-            square += foot.distance_mm * foot.distance_mm;
+            square += distance_mm * distance_mm;
         }
         Score { used, rms_mm: (square / used as f64).sqrt() }
     }
 }
 
-/// Every n-th finite point, at most [`SAMPLE`].
-fn sample(points: &[PointMm]) -> Vec<PointMm> {
-    let step = points.len().div_ceil(SAMPLE).max(1);
+/// Every n-th finite point, at most `most`.
+pub(crate) fn sample(points: &[PointMm], most: usize) -> Vec<PointMm> {
+    let step = points.len().div_ceil(most).max(1);
     let chosen = points.iter().step_by(step).copied();
     let finite: Vec<PointMm> = chosen.filter(is_finite).collect();
     // With many gaps the stride may have met only gaps.
-    if finite.len() >= points.len().min(SAMPLE) / 4 {
+    if finite.len() >= points.len().min(most) / 4 {
         return finite;
     }
-    points.iter().copied().filter(is_finite).take(SAMPLE).collect()
+    points.iter().copied().filter(is_finite).take(most).collect()
 }
 
 fn is_finite(point: &PointMm) -> bool {
@@ -86,7 +94,7 @@ fn is_finite(point: &PointMm) -> bool {
 
 /// The pose shifted along z by the mean height of the points over the nominal; of those in the aperture,
 /// if there are any.
-fn levelled(
+pub(crate) fn levelled(
     sample: &[PointMm],
     nominal: &Nominal,
     pose: Pose,
@@ -96,7 +104,7 @@ fn levelled(
     let (mut count, mut sum) = (0.0, 0.0);
     for &point in sample {
         let [x, y, z] = motion.to_part(point);
-        let height = z - nominal.sag_mm(x.hypot(y));
+        let height = z - nominal.height_mm(x, y).unwrap_or(f64::NAN);
         if settings.aperture.contains(x, y) && height.is_finite() {
             count += 1.0;
             sum += height;
@@ -107,29 +115,10 @@ fn levelled(
         .then(|| Pose { tz_mm: pose.tz_mm + sum / count / upright, ..pose })
 }
 
-/// The plane with the smallest sum of squared orthogonal distances, exactly: it goes through the centroid
-/// and its normal is the eigenvector of the smallest eigenvalue of the second moments (Pearson, Phil. Mag.
-/// 2 (1901) 559). `None` if the points determine no plane, or one that stands upright.
+/// The plane nearest to the points, for a plane. `None` if the points determine none, or one that stands
+/// upright.
 fn total_least_squares_plane(sample: &[PointMm], pose: Pose) -> Option<Pose> {
-    let centroid = centroid(sample);
-    let mut moments = Matrix3::zeros();
-    for point in sample {
-        let from = Vector3::from(*point) - centroid;
-        moments += from * from.transpose();
-    }
-    if !moments.iter().all(|moment| moment.is_finite()) {
-        return None;
-    }
-    let eigen = SymmetricEigen::try_new(moments, f64::EPSILON, STEPS)?;
-    let mut order = [0, 1, 2];
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    if eigen.eigenvalues[order[1]] <= FLAT * eigen.eigenvalues[order[2]] {
-        return None;
-    }
-    let mut normal: Vector3<f64> = eigen.eigenvectors.column(order[0]).into_owned();
-    if normal.z < 0.0 {
-        normal = -normal;
-    }
+    let BestPlane { centroid, normal, .. } = BestPlane::of(sample)?;
     if normal.z < 0.1 {
         return None;
     }
@@ -148,7 +137,7 @@ fn total_least_squares_plane(sample: &[PointMm], pose: Pose) -> Option<Pose> {
 
 /// Poses with the vertex over three places: the centroid, the vertex of the paraboloid of the nominal's
 /// radius, and the axis of the best algebraic sphere.
-fn vertices(sample: &[PointMm], nominal: &Nominal, pose: Pose) -> Vec<Pose> {
+pub(crate) fn vertices(sample: &[PointMm], nominal: &Nominal, pose: Pose) -> Vec<Pose> {
     let Some(radius) = nominal.radius_mm() else { return Vec::new() };
     let motion = pose.motion();
     let turned: Vec<PointMm> = sample.iter().map(|&point| motion.turn_to_part(point)).collect();
@@ -200,16 +189,9 @@ fn least_squares<const N: usize>(
     solution.iter().all(|value| value.is_finite()).then_some(solution)
 }
 
-fn centroid(points: &[PointMm]) -> Vector3<f64> {
-    let sum: Vector3<f64> = points.iter().map(|&point| Vector3::from(point)).sum();
-    sum / points.len() as f64
-}
-
 /// Points the candidates are made from.
 const SAMPLE: usize = 2048;
 /// A candidate replaces the given start if its root mean square is below this share.
 const FAR: f64 = 0.1;
 /// Directions with a smaller share of the extent are not determined.
 const FLAT: f64 = 1e-12;
-/// Far more than a matrix of three columns needs.
-const STEPS: usize = 10_000;

@@ -48,6 +48,13 @@ impl Svd {
         Svd { scaled_u: matrix, sigma, v }
     }
 
+    /// The right singular vector of the smallest singular value; empty without columns.
+    pub(crate) fn weakest(&self) -> Vec<f64> {
+        let columns = 0..self.sigma.len();
+        let smallest = columns.min_by(|&a, &b| self.sigma[a].total_cmp(&self.sigma[b]));
+        smallest.map_or_else(Vec::new, |k| self.v.column(k).iter().copied().collect())
+    }
+
     /// Largest and smallest singular value; both 0 without columns.
     pub(crate) fn extremes(&self) -> (f64, f64) {
         let largest = self.sigma.iter().copied().fold(0.0, f64::max);

@@ -34,27 +34,38 @@ impl Triangle {
         }
     }
 
-    /// The factor of the rows of `model` for all points; `None` if a point has no foot. The result does not
-    /// depend on the number of threads.
-    pub(crate) fn of_points(model: &Model, points: &[PointMm]) -> Option<Triangle> {
-        let chunks: Vec<Option<Triangle>> = points
-            .par_chunks(CHUNK)
-            .map(|chunk| {
-                let mut triangle = Triangle::new(model.columns());
-                let mut row = vec![0.0; model.columns()];
-                for &point in chunk {
-                    model.row(point, &mut row)?;
-                    triangle.push(&row);
+    /// The factor of the rows of `model` for all points, each times the root of its weight if there are
+    /// weights, and the spread of the distances; `None` if a point has no foot. The result does not depend
+    /// on the number of threads.
+    pub(crate) fn of_points(
+        model: &Model,
+        points: &[PointMm],
+        roots: Option<&[f64]>,
+    ) -> Option<(Triangle, Spread)> {
+        let of_chunk = |(index, chunk): (usize, &[PointMm])| {
+            let mut triangle = Triangle::new(model.columns());
+            let mut spread = Spread::default();
+            let mut row = vec![0.0; model.columns()];
+            for (place, &point) in (CHUNK * index..).zip(chunk) {
+                model.row(point, &mut row)?;
+                spread.add(row[model.columns() - 1]);
+                if let Some(roots) = roots {
+                    row.iter_mut().for_each(|entry| *entry *= roots[place]);
                 }
-                triangle.flush();
-                Some(triangle)
-            })
-            .collect();
-        let mut all = Triangle::new(model.columns());
+                triangle.push(&row);
+            }
+            triangle.flush();
+            Some((triangle, spread))
+        };
+        let chunks: Vec<Option<(Triangle, Spread)>> =
+            points.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
+        let (mut all, mut spread) = (Triangle::new(model.columns()), Spread::default());
         for chunk in chunks {
-            all.join(&chunk?);
+            let (triangle, found) = chunk?;
+            all.join(&triangle);
+            spread = spread.with(found);
         }
-        Some(all)
+        Some((all, spread))
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -100,7 +111,7 @@ impl Triangle {
     }
 
     /// Both must be flushed.
-    fn join(&mut self, other: &Triangle) {
+    pub(crate) fn join(&mut self, other: &Triangle) {
         let mut rows = other.r.clone();
         self.absorb(&mut rows, self.columns, self.columns);
         self.rows += other.rows;
@@ -129,6 +140,37 @@ impl Triangle {
                     *value -= weight * along;
                 }
             }
+        }
+    }
+}
+
+/// Smallest and largest of the distances in mm, and the sum of their squares, whatever their weights; the
+/// range is empty without any.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    pub(crate) low_mm: f64,
+    pub(crate) high_mm: f64,
+    pub(crate) square_mm2: f64,
+}
+
+impl Default for Spread {
+    fn default() -> Spread {
+        Spread { low_mm: f64::INFINITY, high_mm: f64::NEG_INFINITY, square_mm2: 0.0 }
+    }
+}
+
+impl Spread {
+    fn add(&mut self, distance_mm: f64) {
+        self.low_mm = self.low_mm.min(distance_mm);
+        self.high_mm = self.high_mm.max(distance_mm);
+        self.square_mm2 += distance_mm * distance_mm;
+    }
+
+    fn with(self, other: Spread) -> Spread {
+        Spread {
+            low_mm: self.low_mm.min(other.low_mm),
+            high_mm: self.high_mm.max(other.high_mm),
+            square_mm2: self.square_mm2 + other.square_mm2,
         }
     }
 }

@@ -18,6 +18,13 @@ impl Scene {
 
     fn check_part(&self) -> Result<(), SceneError> {
         self.within("part.semi_diameter_mm", self.semi_diameter_mm, 1e-3, 1e3)?;
+        if !self.nominal.is_rotational() {
+            return Err(Place(&self.name).wrong(
+                "part.surface",
+                "a plane, a sphere or an asphere",
+                self.nominal.kind(),
+            ));
+        }
         let steepest = self.nominal.slope(self.semi_diameter_mm);
         if !steepest.is_finite() {
             return Err(Place(&self.name).wrong(

@@ -35,6 +35,7 @@ impl Place<'_> {
 pub(super) fn scene(name: &str, document: Document) -> Result<Scene, SceneError> {
     let place = Place(name);
     let nominal = nominal(&place, &document.part.surface)?;
+    let free = free(&place, &document.fit.free, &nominal)?;
     let (points, rate_hz, motion) = motion(&document.scan, &document.stage);
     let faults = document.fault.iter().enumerate();
     let mut faults: Vec<Scheduled> =
@@ -50,7 +51,7 @@ pub(super) fn scene(name: &str, document: Document) -> Result<Scene, SceneError>
         semi_diameter_mm: document.part.semi_diameter_mm,
         pose: pose(&document.part),
         form_error: form_error(&document.part),
-        free: free(&place, &document.fit.free, &nominal)?,
+        free,
         tolerance: Tolerance { pv_nm: document.tolerance.pv_nm, rms_nm: document.tolerance.rms_nm },
         points,
         rate_hz,

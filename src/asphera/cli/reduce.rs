@@ -277,11 +277,10 @@ fn feature_size(
     };
     let pose = pose(points, part)
         .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
-    let nominal: Nominal = part.nominal;
+    let nominal: Nominal = part.nominal.clone();
     let lfs_mm = move |point: PointMm| {
         let [x, y, _] = pose.to_part(point);
-        let bound_mm = nominal.lfs_bound_mm(x.hypot(y));
-        (!bound_mm.is_nan()).then_some(bound_mm)
+        nominal.lfs_bound_at_mm(x, y)
     };
     Ok((Box::new(lfs_mm), "curvature of the nominal"))
 }

@@ -159,7 +159,12 @@ fn free(fit: &Section<'_>, nominal: Option<&Nominal>) -> Vec<Parameter> {
     let Some(names) = fit.get::<Vec<String>>("free") else { return Parameter::RIGID.to_vec() };
     let mut free = Vec::new();
     for name in &names {
-        match name.parse::<Parameter>() {
+        // A freeform has names of its own; what any other has, every name tells.
+        let parameter = match nominal {
+            Some(nominal) if !nominal.is_rotational() => nominal.parameter(name),
+            _ => name.parse::<Parameter>(),
+        };
+        match parameter {
             Ok(parameter) if nominal.is_some_and(|nominal| !nominal.has(parameter)) => {
                 fit.problem("free", "parameters of this surface", format!("{name:?}"));
             }

@@ -84,7 +84,7 @@ impl FinishedMesh {
     pub fn maps(&self) -> Option<Arc<SamplingMaps>> {
         let Setting { part, plane, lies, grid, maps_version, remembered, .. } = &self.setting;
         let make = || {
-            let pose = lies.map(|(_, pose)| pose).unwrap_or_default();
+            let pose = lies.as_ref().map(|(_, pose)| *pose).unwrap_or_default();
             let mut remembered = remembered.clone();
             let seen = look(&self.mesh, part, &pose, plane, &mut remembered);
             let lfs_mm = remembered.lfs_mm(&pose);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Parameter, Pose, Termination};
+use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
 use asphera_surface::Plane;
 
 use crate::config::Part;
@@ -17,9 +17,9 @@ pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> 
             method: fit.method.to_owned(),
             termination: termination(&fit.termination),
             iterations: u32::try_from(fit.iterations).unwrap_or(u32::MAX),
-            free: names(&part.free),
-            parameters: parameters(&fit.estimates),
-            indeterminate: names(&fit.indeterminate),
+            free: names(&part.free, &part.nominal),
+            parameters: parameters(&fit.estimates, &part.nominal),
+            indeterminate: names(&fit.indeterminate, &part.nominal),
             pose: pose(&fit.pose, plane),
         },
         deviation: deviation(figures),
@@ -35,9 +35,9 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
             method: asphera_form::METHOD.to_owned(),
             termination: "running".to_owned(),
             iterations: 0,
-            free: names(&part.free),
-            parameters: parameters(&estimate.estimates),
-            indeterminate: names(&estimate.indeterminate),
+            free: names(&part.free, &part.nominal),
+            parameters: parameters(&estimate.estimates, &part.nominal),
+            indeterminate: names(&estimate.indeterminate, &part.nominal),
             pose: pose(&estimate.pose, plane),
         },
         deviation: deviation(&estimate.figures),
@@ -76,16 +76,16 @@ fn deviation(figures: &Figures) -> DeviationFigures {
     }
 }
 
-fn parameters(estimates: &[Estimate]) -> BTreeMap<String, ParameterFigures> {
+fn parameters(estimates: &[Estimate], nominal: &Nominal) -> BTreeMap<String, ParameterFigures> {
     estimates
         .iter()
         .map(|estimate| {
             let figures = ParameterFigures {
                 value: estimate.value,
-                unit: estimate.parameter.unit(),
+                unit: estimate.parameter.unit(nominal).unwrap_or_default(),
                 u: estimate.u.filter(|u| u.is_finite()),
             };
-            (estimate.parameter.to_string(), figures)
+            (estimate.parameter.name(nominal), figures)
         })
         .collect()
 }
@@ -106,8 +106,8 @@ pub(super) fn termination(termination: &Termination) -> String {
     }
 }
 
-fn names(parameters: &[Parameter]) -> Vec<String> {
-    parameters.iter().map(ToString::to_string).collect()
+fn names(parameters: &[Parameter], nominal: &Nominal) -> Vec<String> {
+    parameters.iter().map(|parameter| parameter.name(nominal)).collect()
 }
 
 /// The pose as reports write it: from the part frame into the measured one, whatever plane lies between.

@@ -1,6 +1,6 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
-use asphera_form::{Figures, Fit, FitError, Status as FormStatus, Tolerance, verdict};
+use asphera_form::{Caution, Figures, Fit, FitError, Status as FormStatus, Tolerance, verdict};
 use asphera_surface::Mesh;
 
 use super::figures;
@@ -30,7 +30,17 @@ pub(super) fn judge(
                 format!("{used} points determine {used} parameters and no deviation"),
             );
         }
-        Ok(_) => {}
+        Ok(fit) => {
+            for caution in &fit.cautions {
+                match caution {
+                    Caution::UpsideDown | Caution::Mirrored { .. } | Caution::Units(_) => {
+                        doubt(&mut verdict, caution.to_string());
+                    }
+                    // What is left out shows in the coverage, and a weak combination in its uncertainty.
+                    Caution::BeyondDomain { .. } | Caution::IllConditioned { .. } => {}
+                }
+            }
+        }
     }
     match sampling.coverage {
         None => undecide(

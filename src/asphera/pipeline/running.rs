@@ -66,7 +66,7 @@ impl Running {
 }
 
 fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
-    Live::new(part.nominal, LiveSettings::new(fit_settings(part), grid(bounds))).ok()
+    Live::new(part.nominal.clone(), LiveSettings::new(fit_settings(part), grid(bounds))).ok()
 }
 
 fn grid(bounds: &Bounds) -> Grid {

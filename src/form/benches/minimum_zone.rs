@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_form::zernike::FormError;
+use asphera_form::form_error::FormError;
 use asphera_form::{
     Asphere, Criterion, FitSettings, Nominal, Parameter, PointMm, Pose, ZoneSettings, fit,
     minimum_zone,

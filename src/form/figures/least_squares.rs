@@ -59,7 +59,8 @@ pub(crate) fn least_squares(
     let (kept, step) = match whole.filter(|step| step.condition * RANK_TOLERANCE < 1.0) {
         Some(step) => (all, step),
         None => {
-            let kept = system.determinate(&all, RANK_TOLERANCE);
+            let in_turn: Vec<Vec<usize>> = all.iter().map(|&column| vec![column]).collect();
+            let kept = system.determinate(&in_turn, RANK_TOLERANCE);
             let step = system.solve(&kept, 0.0);
             (kept, step)
         }

@@ -29,7 +29,7 @@ impl Directions {
     pub(super) fn new<R: Residuals>(
         problem: &R,
         at: &R::Place,
-        priority: &[usize],
+        priority: &[Vec<usize>],
         offset: bool,
         rank_tolerance: f64,
     ) -> Option<Directions> {
@@ -37,7 +37,7 @@ impl Directions {
         let unknowns = parameters + usize::from(offset);
         let triangle = factor(problem, at, unknowns)?;
         let mut order = priority.to_vec();
-        order.extend(offset.then_some(parameters));
+        order.extend(offset.then(|| vec![parameters]));
         let kept = System::new(&triangle).determinate(&order, rank_tolerance);
         let length = |column: usize| triangle.column_square(column).sqrt();
         let scaled = DMatrix::from_fn(unknowns, kept.len(), |i, k| {

@@ -197,8 +197,8 @@ pub fn minimum_zone(
     settings: &ZoneSettings,
 ) -> Result<ZoneFit, FitError> {
     let least_squares = fit(points, nominal, &settings.fit)?;
-    let selection =
-        Selection::new(points, &least_squares.nominal, &least_squares.pose, &settings.fit.aperture);
+    let (laid, pose) = (&least_squares.nominal, &least_squares.pose);
+    let selection = Selection::new(points, None, laid, pose, &settings.fit.aperture);
     let used = selection.points.len();
     if used == 0 {
         // Only where the points in the aperture had not settled.
@@ -208,7 +208,7 @@ pub fn minimum_zone(
     }
     let free: Vec<Parameter> = least_squares.estimates.iter().map(|e| e.parameter).collect();
     let part = Part { points: &selection.points, free: &free };
-    let start = Laid { pose: least_squares.pose, nominal: least_squares.nominal };
+    let start = Laid { pose: least_squares.pose, nominal: least_squares.nominal.clone() };
     let by_range = settings.criterion == Criterion::Range;
     let overflow = FitError::Overflow { used };
     let order = priority(&free, &start.nominal);
@@ -246,7 +246,7 @@ fn report(
     let slack_mm = 0.5 * (gap_mm + TOUCHING * zone_mm);
     let touches = |holding: &&descend::Holding| {
         let foot = model.foot(selection.points[holding.index]);
-        let off_mm = foot.map_or(f64::NAN, |foot| foot.distance_mm) - offset_mm;
+        let off_mm = foot.map_or(f64::NAN, |foot| foot.distance_mm()) - offset_mm;
         0.5 * zone_mm - off_mm.abs() <= slack_mm
     };
     let contact = |holding: &descend::Holding| Contact {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::model::Model;
+use crate::parameter::moved;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// Signed distances that depend on parameters. Indices run from 0 to `len`.
@@ -57,17 +58,14 @@ impl Residuals for Part<'_> {
     }
 
     fn moved(&self, from: &Laid, step: &[f64]) -> Option<Laid> {
-        let mut to = from.clone();
-        for (parameter, &change) in self.free.iter().zip(step) {
-            parameter.add(change, &mut to.pose, &mut to.nominal);
-        }
-        (to.pose.is_finite() && to.nominal.validate().is_ok()).then_some(to)
+        let changes = self.free.iter().copied().zip(step.iter().copied());
+        moved(changes, &from.pose, &from.nominal).map(|(pose, nominal)| Laid { pose, nominal })
     }
 
     fn distances(&self, at: &Laid, range: Range<usize>, out: &mut Vec<f64>) {
         let model = Model::new(&at.nominal, &at.pose, &[]);
         let distance =
-            |&point: &PointMm| model.foot(point).map_or(f64::NAN, |foot| foot.distance_mm);
+            |&point: &PointMm| model.foot(point).map_or(f64::NAN, |foot| foot.distance_mm());
         out.extend(self.points[range].iter().map(distance));
     }
 

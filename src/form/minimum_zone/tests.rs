@@ -62,7 +62,7 @@ fn approximate(
     let x: Vec<f64> = regular.chain(wanted.iter().copied()).collect();
     let problem = Polynomial { y: x.iter().map(|&x| y(x)).collect(), x, coefficients };
     let start = vec![0.0; coefficients];
-    let order: Vec<usize> = (0..coefficients).collect();
+    let order: Vec<Vec<usize>> = (0..coefficients).map(|index| vec![index]).collect();
     let directions = Directions::new(&problem, &start, &order, offset, 1e-10).unwrap();
     let limits = Limits { tolerance: 1e-12, rounding_mm: 1e-15, scans: 50, by_range: offset };
     search(&problem, &directions, start, limits).unwrap()
@@ -174,7 +174,7 @@ impl Residuals for Valley {
 #[test]
 fn the_bottom_of_a_bent_valley_is_found() {
     let start = [-1.2, 1.0];
-    let directions = Directions::new(&Valley, &start, &[0, 1], false, 1e-10).unwrap();
+    let directions = Directions::new(&Valley, &start, &[vec![0], vec![1]], false, 1e-10).unwrap();
     let limits = Limits { tolerance: 1e-8, rounding_mm: 1e-15, scans: 9, by_range: false };
     let found = search(&Valley, &directions, start, limits).unwrap();
     assert_eq!(found.end, End::Settled, "{found:?}");

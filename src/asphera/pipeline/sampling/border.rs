@@ -125,7 +125,13 @@ impl Border<'_> {
 
     /// The same at the height the nominal has at the distance `r_mm` from the axis.
     fn seen_at(&self, [x, y]: [f64; 2], r_mm: f64) -> [f64; 2] {
-        let height_mm = super::height_mm(self.nominal, r_mm);
+        let at_mm = if self.nominal.is_rotational() {
+            [r_mm, 0.0]
+        } else {
+            let share = if x == 0.0 && y == 0.0 { 1.0 } else { r_mm / x.hypot(y) };
+            [share * x, share * y]
+        };
+        let height_mm = super::height_mm(self.nominal, at_mm);
         let [u, v, _] = self.pose.to_measured([x, y, height_mm]);
         [u, v]
     }

@@ -1,6 +1,7 @@
 //! Local feature size of a nominal, as a function of the distance from its axis.
 //!
-//! Every nominal is a surface of revolution, so its local feature size is one as well. The medial balls of
+//! Of a nominal of revolution the local feature size is one of revolution as well; of a freeform it is not, and
+//! nothing is told here. The medial balls of
 //! the surface over a disc are found once, on a raster of [`RASTER`] steps across (see
 //! `asphera_surface::lfs`); the local feature size is then taken at [`NODES`] distances from the axis, each
 //! refined to [`TOLERANCE`], and interpolated linearly between them.
@@ -11,6 +12,21 @@
 
 use asphera_form::{Curvatures, Nominal};
 use asphera_surface::lfs::{Jet, LfsError, NominalLfs};
+use thiserror::Error;
+
+/// Why there is no local feature size along a meridian.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub(super) enum MeridianError {
+    /// The nominal has no meridian.
+    #[error("a {kind} is not rotational")]
+    NotRotational {
+        /// What it is.
+        kind: &'static str,
+    },
+    /// The kernel found none.
+    #[error(transparent)]
+    Lfs(#[from] LfsError),
+}
 
 /// The local feature size along the meridian.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,8 +43,12 @@ impl Meridian {
     ///
     /// # Errors
     ///
-    /// When the radius is no positive number, or the nominal cannot be evaluated.
-    pub(super) fn of(nominal: &Nominal, radius_mm: f64) -> Result<Meridian, LfsError> {
+    /// When the nominal is not rotational, the radius is no positive number, or the nominal cannot be
+    /// evaluated.
+    pub(super) fn of(nominal: &Nominal, radius_mm: f64) -> Result<Meridian, MeridianError> {
+        if !nominal.is_rotational() {
+            return Err(MeridianError::NotRotational { kind: nominal.kind() });
+        }
         if *nominal == Nominal::Plane {
             return Ok(Meridian { scale_per_mm: 0.0, nodes_mm: vec![f64::INFINITY; 2] });
         }
@@ -37,7 +57,7 @@ impl Meridian {
         } else {
             radius_mm.min(WITHIN * nominal.domain_mm())
         };
-        let disc = Disc { nominal: *nominal, radius_mm };
+        let disc = Disc { nominal: nominal.clone(), radius_mm };
         let lfs = NominalLfs::new(disc, 2.0 * radius_mm / RASTER, TOLERANCE)?;
         let step_mm = radius_mm / (NODES - 1) as f64;
         let nodes_mm = (0..NODES)

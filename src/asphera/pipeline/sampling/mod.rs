@@ -429,10 +429,20 @@ fn reach_mm(points: &[PointMm], pose: &Pose) -> f64 {
     points.par_iter().with_min_len(CHUNK).map(distance_mm).reduce(|| 0.0, f64::max)
 }
 
-/// The height of a nominal at a distance from its axis in mm; beyond its domain that at the end of it.
-fn height_mm(nominal: &Nominal, r_mm: f64) -> f64 {
-    nominal.sag_mm(r_mm.min(nominal.domain_mm()))
+/// The height of a nominal over a place of the part in mm; beyond its domain that at the end of it, on the
+/// way to the axis.
+fn height_mm(nominal: &Nominal, [x, y]: [f64; 2]) -> f64 {
+    if nominal.is_rotational() {
+        return nominal.sag_mm(x.hypot(y).min(nominal.domain_mm()));
+    }
+    nominal.height_mm(x, y).unwrap_or_else(|| {
+        let inwards = (nominal.domain_mm() / x.hypot(y)).min(1.0) * WITHIN;
+        nominal.height_mm(x * inwards, y * inwards).unwrap_or(f64::NAN)
+    })
 }
+
+/// The border of a domain itself may be beyond it by rounding.
+const WITHIN: f64 = 1.0 - 1e-12;
 
 /// The largest gap allowed where nothing is said, in average distances.
 const GAP: f64 = 4.0;

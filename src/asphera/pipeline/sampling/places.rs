@@ -24,7 +24,7 @@ enum Heights<'a> {
 impl<'a> Lifted<'a> {
     /// Onto a nominal that lies at `pose` in the frame of the plane.
     pub(super) fn onto_nominal(plane: Plane, nominal: &Nominal, pose: &Pose) -> Lifted<'static> {
-        Lifted { plane, heights: Heights::Nominal(*nominal, *pose) }
+        Lifted { plane, heights: Heights::Nominal(nominal.clone(), *pose) }
     }
 
     /// Onto a mesh in the frame of the plane.
@@ -63,9 +63,11 @@ fn height_in_plane_mm(nominal: &Nominal, pose: &Pose, [u, v]: [f64; 2]) -> f64 {
     let mut w = pose.tz_mm;
     for _ in 0..STEPS {
         let [x, y, z] = pose.to_part([u, v, w]);
-        let r_mm = x.hypot(y);
-        let above_mm = z - super::height_mm(nominal, r_mm);
-        let [gx, gy] = if r_mm < nominal.domain_mm() { nominal.gradient(x, y) } else { [0.0; 2] };
+        let above_mm = z - super::height_mm(nominal, [x, y]);
+        let [gx, gy] = match nominal.gradient(x, y) {
+            found if found.iter().all(|slope| slope.is_finite()) => found,
+            _ => [0.0; 2],
+        };
         // How fast the height above the nominal grows along the normal of the plane.
         let rate = turned[2][2] - gx * turned[2][0] - gy * turned[2][1];
         let next = w - above_mm / rate;

@@ -151,7 +151,8 @@ fn settings_that_make_no_sense() {
     let small = Nominal::Sphere { radius_mm: 1e-3 };
     let fixed = FitSettings { free: vec![], ..FitSettings::default() };
     let beside = [[1.0, 0.0, 2.0], [0.0, 1.0, 2.0]];
-    assert_eq!(fit(&beside, &small, &fixed), Err(FitError::OutsideDomain { inside: 2 }));
+    let beyond = FitError::OutsideDomain { inside: 2, domain_mm: 1e-3, nearest_mm: 1.0 };
+    assert_eq!(fit(&beside, &small, &fixed), Err(beyond));
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! The running estimator against the full fit.
 
-use crate::common::{Noise, al1815, misaligned, spiral};
+use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
 use asphera_form::{
     Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate, LiveSettings,
-    Nominal, Parameter, PointMm, Pose, deviations, fit,
+    Nominal, Parameter, PointMm, deviations, fit,
 };
 
 const GRID: Grid =
@@ -46,17 +46,6 @@ fn raster(count: usize, radius: f64) -> Vec<[f64; 2]> {
         places.append(&mut row);
     }
     places
-}
-
-fn pose_difference(a: &Pose, b: &Pose) -> f64 {
-    let difference = [
-        a.tx_mm - b.tx_mm,
-        a.ty_mm - b.ty_mm,
-        a.tz_mm - b.tz_mm,
-        a.rx_rad - b.rx_rad,
-        a.ry_rad - b.ry_rad,
-    ];
-    difference.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
 fn compare(points: &[PointMm], live: &LiveEstimate, name: &str, pose: f64, rms: f64, pv: f64) {

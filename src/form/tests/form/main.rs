@@ -9,12 +9,14 @@
 mod common;
 mod degenerate;
 mod figures;
+mod freeform;
 mod known;
 mod laws;
 mod live;
 mod nominal;
 mod real;
 mod reference;
+mod shapes;
 mod zone_degenerate;
 mod zone_known;
 mod zone_laws;

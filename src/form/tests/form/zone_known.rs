@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
 
 fn changed(parameter: Parameter, step: f64, pose: &Pose, nominal: &Nominal) -> (Pose, Nominal) {
-    let (mut pose, mut nominal) = (*pose, *nominal);
+    let (mut pose, mut nominal) = (*pose, nominal.clone());
     match (parameter, &mut nominal) {
         (Parameter::Tx, _) => pose.tx_mm += step,
         (Parameter::Ty, _) => pose.ty_mm += step,
@@ -191,14 +191,14 @@ fn spheres() {
     let pose = Pose { tx_mm: 31.0, ty_mm: -22.0, tz_mm: 9.5, ..Pose::default() };
     for (seed, radius_mm, half_mm) in [(5, 14.0, 1e-4), (6, -14.0, 1e-4), (7, 25.0, 1e-3)] {
         let sphere = Nominal::Sphere { radius_mm };
-        let vertex = Vertex::new(sphere, pose, &CENTRE, true, half_mm, seed);
+        let vertex = Vertex::new(sphere.clone(), pose, &CENTRE, true, half_mm, seed);
         let wanted = settings(&Parameter::RIGID, Criterion::Range);
         let found = vertex.check("sphere, rigid", &sphere, &wanted);
         assert!(pose_difference(&found.pose, &pose) < 1e-7 * half_mm + 1e-12);
         assert!(found.offset_mm.abs() < 1e-7 * half_mm + 1e-12, "{:e}", found.offset_mm);
 
         let with_radius: Vec<Parameter> = CENTRE.into_iter().chain([Parameter::Radius]).collect();
-        let vertex = Vertex::new(sphere, pose, &with_radius, false, half_mm, seed);
+        let vertex = Vertex::new(sphere.clone(), pose, &with_radius, false, half_mm, seed);
         let begin = Nominal::Sphere { radius_mm: radius_mm * 1.01 };
         let wanted = settings(&with_radius, Criterion::Range);
         let found = vertex.check("sphere with its radius", &begin, &wanted);
@@ -210,7 +210,8 @@ fn spheres() {
 fn conics() {
     for (seed, conic) in [(8, -1.0), (9, -2.5), (10, 0.4)] {
         let nominal = Nominal::Asphere(Asphere::new(20.0, conic, &[]).unwrap());
-        let vertex = Vertex::new(nominal, misaligned(), &Parameter::RIGID, true, 1e-4, seed);
+        let vertex =
+            Vertex::new(nominal.clone(), misaligned(), &Parameter::RIGID, true, 1e-4, seed);
         let wanted = settings(&Parameter::RIGID, Criterion::Range);
         let found = vertex.check("conic, rigid", &nominal, &wanted);
         assert!(pose_difference(&found.pose, &misaligned()) < 1e-9);

@@ -1,0 +1,94 @@
+//! What a fit that was made must be read with.
+
+use std::fmt;
+
+use crate::Combination;
+
+/// Something about a fit that makes its figures doubtful or surprising.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Caution {
+    /// The points only fit the part turned upside down: its +z side lies opposite to that of the start.
+    /// Deviations stay positive on the +z side of the part.
+    UpsideDown,
+    /// The points fit the mirror image z → −z of the nominal, which no motion makes of it, far better than
+    /// the nominal.
+    Mirrored {
+        /// Root mean square deviation from the nominal in mm.
+        rms_mm: f64,
+        /// That from the mirror image in mm.
+        mirrored_rms_mm: f64,
+    },
+    /// Points in the aperture stand over no place of the nominal.
+    BeyondDomain {
+        /// Distance from the axis in mm at which the nominal ends.
+        domain_mm: f64,
+        /// How many points.
+        beyond: usize,
+        /// How far from the axis the farthest of them stands, in mm.
+        farthest_mm: f64,
+    },
+    /// The points fit far better in another unit.
+    Units(Units),
+    /// The points barely determine a combination of the estimated parameters.
+    IllConditioned {
+        /// Largest over smallest singular value of the scaled Jacobian.
+        condition: f64,
+        /// The combination.
+        combination: Combination,
+    },
+}
+
+/// Points that look as if their unit were not mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Units {
+    /// What the coordinates would have to be multiplied by: 1e-3 or 1e3.
+    pub factor: f64,
+    /// Root mean square deviation from the fitted nominal over that from the best plane, with the points as
+    /// they are; `None` if there is no fit.
+    pub now: Option<f64>,
+    /// The same with the points so multiplied.
+    pub then: f64,
+}
+
+impl fmt::Display for Units {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, unit, other) =
+            if self.factor < 1.0 { ("large", "µm", "m") } else { ("small", "m", "µm") };
+        write!(
+            f,
+            "the points look as if they were in {unit}, 1000 times too {size} for the nominal (or the nominal \
+             as if in {other}): times {:e} they fit to {:.1e} of their height over the best plane",
+            self.factor, self.then
+        )?;
+        match self.now {
+            Some(now) => write!(f, ", as they are to {now:.1e}"),
+            None => f.write_str(", as they are not at all"),
+        }
+    }
+}
+
+impl fmt::Display for Caution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Caution::UpsideDown => f.write_str(
+                "the points only fit the part upside down: it was measured from below, or convex and concave \
+                 are exchanged in the nominal",
+            ),
+            Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
+                f,
+                "the points fit the nominal with the sign of z exchanged to {mirrored_rms_mm:.1e} mm rms, the \
+                 nominal as given to {rms_mm:.1e} mm"
+            ),
+            Caution::BeyondDomain { domain_mm, beyond, farthest_mm } => write!(
+                f,
+                "{beyond} points in the aperture lie beyond the nominal, which ends {domain_mm:.6} mm from its \
+                 axis; the farthest stands at {farthest_mm:.6} mm"
+            ),
+            Caution::Units(units) => units.fmt(f),
+            Caution::IllConditioned { condition, combination } => write!(
+                f,
+                "the points barely determine {combination}: condition {condition:.1e}"
+            ),
+        }
+    }
+}

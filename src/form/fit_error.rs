@@ -1,0 +1,111 @@
+//! Why there is no fit.
+
+use thiserror::Error;
+
+use crate::{ApertureError, Excluded, NominalError, Parameter, Units};
+
+/// Why there is no fit.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FitError {
+    /// The nominal is none.
+    #[error("the nominal is not usable")]
+    Nominal(#[from] NominalError),
+    /// The aperture is none.
+    #[error("the aperture is not usable")]
+    Aperture(#[from] ApertureError),
+    /// A parameter was asked for that this nominal does not have.
+    #[error("a {kind} has no parameter {parameter}")]
+    NoSuchParameter {
+        /// The parameter.
+        parameter: Parameter,
+        /// Kind of the nominal.
+        kind: &'static str,
+    },
+    /// A parameter was asked for twice.
+    #[error("parameter {0} is listed twice")]
+    Repeated(Parameter),
+    /// The start is not finite.
+    #[error("the start pose has a number that is not finite")]
+    Start,
+    /// A loss with an impossible bend.
+    #[error("the loss bends at {found} scales, expected a positive number such as 1.345 or 4.685")]
+    Loss {
+        /// The number found.
+        found: f64,
+    },
+    /// Not one uncertainty for each point.
+    #[error(
+        "{found} uncertainties for {points} points, expected one for each point or none at all"
+    )]
+    UncertaintyCount {
+        /// Points given.
+        points: usize,
+        /// Uncertainties given.
+        found: usize,
+    },
+    /// An uncertainty that gives no weight.
+    #[error(
+        "the uncertainty of point {index} is {found_mm} mm, expected a positive finite length; leave a point out that is not to count"
+    )]
+    Uncertainty {
+        /// Index of the first such point.
+        index: usize,
+        /// What was found, in mm.
+        found_mm: f64,
+    },
+    /// There is no finite point.
+    #[error("none of {given} points is finite")]
+    NoPoints {
+        /// Points given.
+        given: usize,
+    },
+    /// No finite point lies in the aperture.
+    #[error("none of {finite} finite points lies in the aperture")]
+    OutsideAperture {
+        /// Finite points.
+        finite: usize,
+    },
+    /// No point in the aperture stands over the nominal.
+    #[error(
+        "none of {inside} points in the aperture stands over the nominal, which ends {domain_mm:.6} mm from its axis; the nearest stands at {nearest_mm:.6} mm"
+    )]
+    OutsideDomain {
+        /// Points in the aperture.
+        inside: usize,
+        /// Distance from the axis in mm at which the nominal ends.
+        domain_mm: f64,
+        /// How far from the axis the nearest of the points stands, in mm.
+        nearest_mm: f64,
+    },
+    /// There is no fit, but there would be one if the points were in another unit.
+    #[error("{0}")]
+    Units(Units),
+    /// Fewer points than parameters.
+    #[error("{used} usable points, at least {needed} needed for the free parameters")]
+    TooFewPoints {
+        /// Usable points.
+        used: usize,
+        /// How many the free parameters need.
+        needed: usize,
+        /// Points left out.
+        excluded: Excluded,
+    },
+    /// Coordinates so large that their squares are not finite.
+    #[error("the sums over {used} points overflow")]
+    Overflow {
+        /// Usable points.
+        used: usize,
+    },
+}
+
+impl FitError {
+    /// Whether the points are elsewhere than the nominal.
+    pub(crate) fn is_of_place(&self) -> bool {
+        matches!(
+            self,
+            FitError::OutsideAperture { .. }
+                | FitError::OutsideDomain { .. }
+                | FitError::TooFewPoints { .. }
+        )
+    }
+}

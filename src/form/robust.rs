@@ -1,0 +1,273 @@
+//! Losses that let single points deviate: M-estimates by iteratively reweighted least squares.
+//!
+//! A point whose distance is e (over its uncertainty, if points have any) gets the weight ψ(e)/e of its loss
+//! at the scale s = 1.4826·MAD of all e, and the weighted problem is solved anew until it no longer moves
+//! (Holland & Welsch, Commun. Statist. A 6 (1977) 813; Huber & Ronchetti, Robust Statistics, 2nd ed., 7.8).
+//! The scale is found with Huber's loss, whose solution is unique where the problem is linear. Tukey's loss
+//! has many; it starts from Huber's and keeps the scale found there.
+//!
+//! Uncertainties follow Huber & Ronchetti, eq. 7.87: `K²·Σψ²/(n−p) / mean(ψ′)²·(JᵀJ)⁻¹` with
+//! `K = 1 + p/n·var(ψ′)/mean(ψ′)²`, J the Jacobian without the weights of the loss.
+
+use rayon::prelude::*;
+
+use crate::model::Model;
+use crate::refine::{Limits, Refined, linearise, refine};
+use crate::selection::Selection;
+use crate::triangle::CHUNK;
+use crate::{FitError, Nominal, Parameter, Pose, Termination};
+
+/// How much a deviation counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Loss {
+    /// By its square: least squares.
+    #[default]
+    Squares,
+    /// By its square up to k scales, and linearly beyond. Takes single outliers; a quarter of gross ones on
+    /// one side moves the fit by about a scale.
+    Huber {
+        /// The bend in scales, above 0. 1.345 keeps 95 % of the efficiency for normal deviations.
+        k: f64,
+    },
+    /// Not at all beyond k scales (Tukey's biweight). Takes gross outliers up to about a third of the points.
+    Tukey {
+        /// The end in scales, above 0. 4.685 keeps 95 % of the efficiency for normal deviations.
+        k: f64,
+    },
+}
+
+impl Loss {
+    /// Huber's loss with k = 1.345.
+    pub const HUBER: Loss = Loss::Huber { k: 1.345 };
+    /// Tukey's loss with k = 4.685.
+    pub const TUKEY: Loss = Loss::Tukey { k: 4.685 };
+
+    pub(crate) fn validate(&self) -> Result<(), FitError> {
+        match *self {
+            Loss::Huber { k } | Loss::Tukey { k } if !(k.is_finite() && k > 0.0) => {
+                Err(FitError::Loss { found: k })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// ψ(e)/e at e scales: the weight.
+    fn weight(&self, e: f64) -> f64 {
+        match *self {
+            Loss::Squares => 1.0,
+            Loss::Huber { k } => {
+                if e.abs() <= k {
+                    1.0
+                } else {
+                    k / e.abs()
+                }
+            }
+            Loss::Tukey { k } => {
+                let left = (1.0 - (e / k) * (e / k)).max(0.0);
+                left * left
+            }
+        }
+    }
+
+    /// ψ′(e) at e scales.
+    fn slope(&self, e: f64) -> f64 {
+        match *self {
+            Loss::Squares => 1.0,
+            Loss::Huber { k } => f64::from(e.abs() <= k),
+            Loss::Tukey { k } => {
+                let u = (e / k) * (e / k);
+                if u < 1.0 { (1.0 - u) * (1.0 - 5.0 * u) } else { 0.0 }
+            }
+        }
+    }
+}
+
+/// What a robust loss did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Robust {
+    /// The loss.
+    pub loss: Loss,
+    /// The scale s in mm: the standard deviation of the distances if most of them are normal. With
+    /// uncertainties that of a point of mean weight.
+    pub scale_mm: f64,
+    /// Points the loss gives a weight below one half, the next included.
+    pub below_half: usize,
+    /// Points it leaves out altogether.
+    pub zero: usize,
+    /// Times the weights were worked out.
+    pub rounds: usize,
+}
+
+/// A robust refinement.
+pub(crate) struct RobustlyRefined {
+    /// Its `system` and `last` are those without the weights of the loss.
+    pub(crate) refined: Refined,
+    pub(crate) robust: Robust,
+    /// The standard deviation that goes with (JᵀJ)⁻¹; `None` where the loss leaves too few points.
+    pub(crate) sigma_mm: Option<f64>,
+    /// (Σw)²/Σw².
+    pub(crate) effective_points: f64,
+}
+
+/// As [`refine`] with another loss than squares. `None` if the numbers overflow.
+pub(crate) fn refine_robustly(
+    selection: &Selection,
+    pose: Pose,
+    nominal: Nominal,
+    free: &[Parameter],
+    limits: Limits,
+    loss: Loss,
+) -> Option<RobustlyRefined> {
+    let base = selection.roots.as_deref();
+    let points = &selection.points;
+    let mut refined = refine(points, base, pose, nominal, free, limits)?;
+    let stages = match loss {
+        Loss::Tukey { .. } => vec![Loss::HUBER, loss],
+        _ => vec![loss],
+    };
+    let (mut rounds, mut scale_mm) = (0, 0.0);
+    let mut limit_reached = false;
+    for (stage, &loss) in stages.iter().enumerate() {
+        limit_reached = true;
+        for _ in 0..MAX_ROUNDS {
+            rounds += 1;
+            let e_mm = residuals(selection, &refined, base);
+            let last_scale_mm = scale_mm;
+            if stage == 0 {
+                scale_mm = scale(&e_mm).max(limits.tolerance_mm).max(f64::MIN_POSITIVE);
+            }
+            let roots = weighted_roots(&e_mm, base, loss, scale_mm);
+            let tolerance_mm = limits.tolerance_mm.max(SETTLED * scale_mm);
+            let step = Limits { tolerance_mm, iterations: STEPS_A_ROUND, polish: false, ..limits };
+            let next = refine(points, Some(&roots), refined.pose, refined.nominal, free, step)?;
+            let settled = next.iterations == 0
+                && next.termination.is_converged()
+                && (scale_mm - last_scale_mm).abs() <= SETTLED_SCALE * scale_mm;
+            refined = Refined {
+                iterations: refined.iterations + next.iterations,
+                evaluations: refined.evaluations + next.evaluations + 1,
+                ..next
+            };
+            if settled {
+                limit_reached = false;
+                break;
+            }
+        }
+    }
+    if limit_reached {
+        let motion_mm = refined.last.motion_mm;
+        refined.termination = Termination::MaxIterations { limit: rounds, motion_mm };
+    }
+    let e_mm = residuals(selection, &refined, base);
+    let weights: Vec<f64> = e_mm.iter().map(|e| loss.weight(e / scale_mm)).collect();
+    let base_weight = |index: usize| base.map_or(1.0, |roots| roots[index] * roots[index]);
+    let (sum, square) = weights.iter().enumerate().fold((0.0, 0.0), |(sum, square), (i, w)| {
+        let weight = w * base_weight(i);
+        (sum + weight, square + weight * weight)
+    });
+    let robust = Robust {
+        loss,
+        scale_mm,
+        below_half: weights.iter().filter(|&&weight| weight < 0.5).count(),
+        zero: weights.iter().filter(|&&weight| weight == 0.0).count(),
+        rounds,
+    };
+    let sigma_mm = sigma_mm(&e_mm, loss, scale_mm, refined.kept.len());
+    let (system, spread) = linearise(points, base, &refined.pose, &refined.nominal, free)?;
+    refined.last = system.solve(&refined.kept, 0.0);
+    (refined.system, refined.spread) = (system, spread);
+    let effective_points = if square > 0.0 { sum * sum / square } else { 0.0 };
+    Some(RobustlyRefined { refined, robust, sigma_mm, effective_points })
+}
+
+/// Distances in mm, each times the root of its weight.
+fn residuals(selection: &Selection, refined: &Refined, base: Option<&[f64]>) -> Vec<f64> {
+    let model = Model::new(&refined.nominal, &refined.pose, &[]);
+    let distance = |(index, &point)| {
+        // A refinement ends only where every point has a foot.
+        let distance_mm = model.distance_mm(point).unwrap_or(f64::NAN);
+        base.map_or(distance_mm, |roots: &[f64]| roots[index] * distance_mm)
+    };
+    selection.points.par_iter().enumerate().with_min_len(CHUNK).map(distance).collect()
+}
+
+/// 1.4826 times the median of the absolute deviations from the median: the standard deviation of normal
+/// deviations.
+fn scale(e_mm: &[f64]) -> f64 {
+    let mut values = e_mm.to_vec();
+    let Some(middle) = median(&mut values) else { return 0.0 };
+    values.iter_mut().for_each(|value| *value = (*value - middle).abs());
+    median(&mut values).map_or(0.0, |mad| NORMAL * mad)
+}
+
+/// The middle value, of an even number the upper of the two; `None` without any.
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, |a, b| a.total_cmp(b)).1)
+}
+
+fn weighted_roots(e_mm: &[f64], base: Option<&[f64]>, loss: Loss, scale_mm: f64) -> Vec<f64> {
+    let root = |(index, e): (usize, &f64)| {
+        loss.weight(e / scale_mm).sqrt() * base.map_or(1.0, |roots| roots[index])
+    };
+    e_mm.iter().enumerate().map(root).collect()
+}
+
+fn sigma_mm(e_mm: &[f64], loss: Loss, scale_mm: f64, parameters: usize) -> Option<f64> {
+    let n = e_mm.len() as f64;
+    let (mut psi_square, mut slope_sum, mut slope_square) = (0.0, 0.0, 0.0);
+    for e in e_mm {
+        let e = e / scale_mm;
+        let (psi, slope) = (loss.weight(e) * e, loss.slope(e));
+        psi_square += psi * psi;
+        slope_sum += slope;
+        slope_square += slope * slope;
+    }
+    let mean = slope_sum / n;
+    let variance = slope_square / n - mean * mean;
+    let dof = n - parameters as f64;
+    if dof <= 0.0 || mean <= 0.0 {
+        return None;
+    }
+    let correction = 1.0 + parameters as f64 / n * variance / (mean * mean);
+    Some(correction * scale_mm * (psi_square / dof).sqrt() / mean)
+}
+
+/// The standard deviation of a normal distribution in its median absolute deviations.
+const NORMAL: f64 = 1.482_602_218_505_602;
+/// Rounds of one loss. Each shrinks the way left by about the share of the points that lie out.
+const MAX_ROUNDS: usize = 100;
+/// Steps for one set of weights: more would be lost when the weights change.
+const STEPS_A_ROUND: usize = 2;
+/// Share of the scale by which the surface may still move: far below any uncertainty.
+const SETTLED: f64 = 1e-7;
+/// Relative change of the scale that counts as none.
+const SETTLED_SCALE: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_and_slopes_of_the_losses() {
+        let (huber, tukey) = (Loss::Huber { k: 1.5 }, Loss::Tukey { k: 4.0 });
+        assert_eq!((huber.weight(1.5), huber.weight(-3.0), huber.slope(1.6)), (1.0, 0.5, 0.0));
+        assert_eq!((tukey.weight(0.0), tukey.weight(2.0), tukey.weight(4.0)), (1.0, 0.5625, 0.0));
+        assert_eq!(tukey.weight(9.0), 0.0);
+        for loss in [huber, tukey, Loss::Squares] {
+            for e in [-3.3, -0.7, 0.1, 1.2, 2.5, 5.0] {
+                let psi = |e: f64| e * loss.weight(e);
+                let numerical = (psi(e + 1e-6) - psi(e - 1e-6)) / 2e-6;
+                assert!((numerical - loss.slope(e)).abs() < 1e-8, "{loss:?} at {e}");
+            }
+        }
+    }
+
+    #[test]
+    fn scale_is_that_of_the_middle_half() {
+        assert_eq!(scale(&[]), 0.0);
+        let values: Vec<f64> = (-50..=50).map(f64::from).chain([1e9; 30]).collect();
+        // The 66th of 131 values is 15, and 65 values lie nearer to it than 33.
+        assert!((scale(&values) - NORMAL * 33.0).abs() < 1e-12, "{}", scale(&values) / NORMAL);
+    }
+}
