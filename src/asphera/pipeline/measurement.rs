@@ -4,6 +4,7 @@ use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
+use super::details::{areas_mm2, details};
 use super::figures;
 use super::judgement::judge;
 use super::look::{Look, look};
@@ -76,11 +77,15 @@ pub(super) fn measure(
             }
         }
     }
-    let form = result
-        .as_ref()
-        .ok()
-        .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(&part, fit, found, &plane));
+    let form = result.as_ref().ok().zip(found.as_ref()).map(|(fit, found)| {
+        let well_sampled = triangles
+            .iter()
+            .zip(&covered)
+            .filter_map(|(&corners, &covered)| covered.then_some(corners));
+        let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
+        let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
+        figures::form(&part, fit, found, details, &plane)
+    });
     let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =

@@ -5,6 +5,7 @@
 //! and their order. No clock is read here.
 
 mod cutting;
+mod details;
 mod figures;
 mod judgement;
 mod look;
