@@ -11,4 +11,5 @@ mod measure;
 mod peers;
 mod projection;
 mod reduce;
+mod report;
 mod sampling;

@@ -108,7 +108,7 @@ pub(super) fn histogram(
     let middle_nm = 0.5 * (min_nm + max_nm);
     let band = pv_limit_nm.map(|limit| [middle_nm - 0.5 * limit, middle_nm + 0.5 * limit]);
     // A wide tolerance must not squeeze the bars to nothing: its lines are then beyond the edges, and said.
-    let reach = (high_nm - low_nm) * 1.5;
+    let reach = (high_nm - low_nm) * 3.0;
     let shown = band.filter(|[from, to]| middle_nm - from < reach && to - middle_nm < reach);
     let [from, to] = shown.unwrap_or([*low_nm, high_nm]);
     let margin = 0.03 * (high_nm.max(to) - low_nm.min(from));
@@ -230,7 +230,7 @@ pub(super) fn zernike(out: &mut String, zernike: &ZernikeFigures) -> Result {
         writeln!(
             out,
             r#"<text x="714" y="{y:.1}" class="end">{} nm</text>"#,
-            minus(format!("{:+.2}", term.value_nm))
+            minus(format!("{:+.2}", (100.0 * term.value_nm).round() / 100.0 + 0.0))
         )?;
     }
     writeln!(out, r#"<path class="zero" d="M{zero:.1} 6V{:.1}"/>"#, 6.0 + height)?;

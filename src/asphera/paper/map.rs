@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use super::charts::{Axes, open, ticks};
-use super::words::minus;
+use super::words::signed;
 use crate::pipeline::{DeviationMap, Measurement};
 
 /// The map of a measurement; nothing where there is none.
@@ -14,17 +14,15 @@ pub(super) fn figure(out: &mut String, measurement: &Measurement) -> Result {
     let Some(map) = &measurement.map else { return Ok(()) };
     let scale_nm = scale_nm(map);
     let Some(scale_nm) = scale_nm else { return Ok(()) };
-    let grid = &map.grid;
-    // A node is the middle of its cell.
-    let x = [grid.x0_mm - grid.dx_mm / 2.0, grid.x0_mm + grid.dx_mm * (grid.nx as f64 - 0.5)];
-    let y = [grid.y0_mm - grid.dy_mm / 2.0, grid.y0_mm + grid.dy_mm * (grid.ny as f64 - 0.5)];
+    let cells = Cells::new(measurement, map);
+    let [x, y] = cells.limits_mm(map);
     let shape = (y[1] - y[0]) / (x[1] - x[0]);
     let width = (HEIGHT_MOST / shape).clamp(40.0, WIDTH_MOST);
     let height = (width * shape).clamp(24.0, HEIGHT_MOST);
     let left = 70.0 + (WIDTH_MOST - width) / 2.0;
     let axes = Axes::new([left, 12.0, width, height], x, y);
-    open(out, 720.0, height + 60.0, "map of the deviations")?;
-    let png = STANDARD.encode(png(measurement, map, scale_nm));
+    open(out, 720.0, height + 50.0, "map of the deviations")?;
+    let png = STANDARD.encode(png(measurement, map, &cells, scale_nm));
     writeln!(
         out,
         r#"<image x="{left:.1}" y="12" width="{width:.1}" height="{height:.1}" preserveAspectRatio="none" image-rendering="pixelated" href="data:image/png;base64,{png}"/>"#
@@ -35,7 +33,9 @@ pub(super) fn figure(out: &mut String, measurement: &Measurement) -> Result {
     } else {
         ["x, measured frame / mm", "y, measured frame / mm"]
     };
+    out.push_str("<g class=\"faint\">\n");
     axes.draw(out, name_x, name_y)?;
+    out.push_str("</g>\n");
     if let Some(form) = &measurement.report.form {
         marks(out, measurement, &axes, form.deviation.at_max_mm, "max")?;
         marks(out, measurement, &axes, form.deviation.at_min_mm, "min")?;
@@ -95,7 +95,7 @@ fn bar(out: &mut String, scale_nm: f64, height: f64) -> Result {
             out,
             r#"<text x="661" y="{:.1}">{}</text>"#,
             axes.at_y(value) + 4.0,
-            minus(format!("{:+}", (value * 1e6).round() / 1e6))
+            signed((value * 1e6).round() / 1e6)
         )?;
     }
     writeln!(out, r#"<text x="648" y="{:.1}" class="mid name">nm</text>"#, height + 28.0)
@@ -112,15 +112,60 @@ fn scale_nm(map: &DeviationMap) -> Option<f64> {
     Some((size / digit).ceil() * digit)
 }
 
+/// The cells of the picture: those of the map, and as many around them as the aperture needs.
+struct Cells {
+    /// Columns left of the map's and rows below it.
+    before: [usize; 2],
+    nx: usize,
+    ny: usize,
+}
+
+impl Cells {
+    fn new(measurement: &Measurement, map: &DeviationMap) -> Cells {
+        let grid = &map.grid;
+        let low = [grid.x0_mm - grid.dx_mm / 2.0, grid.y0_mm - grid.dy_mm / 2.0];
+        let pitch = [grid.dx_mm, grid.dy_mm];
+        let size = [grid.nx, grid.ny];
+        let high = [0, 1].map(|axis| low[axis] + pitch[axis] * size[axis] as f64);
+        let aperture = measurement.surface.aperture_extent_mm().unwrap_or([low, high]);
+        let missing = |axis: usize, length_mm: f64| {
+            // A small patch of a large aperture stays legible.
+            ((length_mm / pitch[axis]).ceil().max(0.0) as usize).min(2 * size[axis])
+        };
+        let before = [0, 1].map(|axis| missing(axis, low[axis] - aperture[0][axis]));
+        let after = [0, 1].map(|axis| missing(axis, aperture[1][axis] - high[axis]));
+        Cells { before, nx: before[0] + size[0] + after[0], ny: before[1] + size[1] + after[1] }
+    }
+
+    /// Lowest and highest x, lowest and highest y of the picture. A node is the middle of its cell.
+    fn limits_mm(&self, map: &DeviationMap) -> [[f64; 2]; 2] {
+        let grid = &map.grid;
+        let limits = |origin: f64, pitch: f64, before: usize, cells: usize| {
+            let low = origin - pitch * (before as f64 + 0.5);
+            [low, low + pitch * cells as f64]
+        };
+        [
+            limits(grid.x0_mm, grid.dx_mm, self.before[0], self.nx),
+            limits(grid.y0_mm, grid.dy_mm, self.before[1], self.ny),
+        ]
+    }
+}
+
 /// The map as an indexed PNG: the first row is that of the largest y.
-fn png(measurement: &Measurement, map: &DeviationMap, scale_nm: f64) -> Vec<u8> {
+fn png(measurement: &Measurement, map: &DeviationMap, cells: &Cells, scale_nm: f64) -> Vec<u8> {
     let grid = &map.grid;
-    let mut pixels = Vec::with_capacity(grid.nx * grid.ny);
-    for row in (0..grid.ny).rev() {
-        for column in 0..grid.nx {
-            let nm = map.values_nm[row * grid.nx + column];
-            let place_mm =
-                [grid.x0_mm + column as f64 * grid.dx_mm, grid.y0_mm + row as f64 * grid.dy_mm];
+    let mut pixels = Vec::with_capacity(cells.nx * cells.ny);
+    for row in (0..cells.ny).rev() {
+        for column in 0..cells.nx {
+            let of_map = |at: usize, axis: usize, size: usize| {
+                at.checked_sub(cells.before[axis]).filter(|index| *index < size)
+            };
+            let node = of_map(column, 0, grid.nx).zip(of_map(row, 1, grid.ny));
+            let nm = node.map_or(f64::NAN, |(i, j)| map.values_nm[j * grid.nx + i]);
+            let place_mm = [
+                grid.x0_mm + (column as f64 - cells.before[0] as f64) * grid.dx_mm,
+                grid.y0_mm + (row as f64 - cells.before[1] as f64) * grid.dy_mm,
+            ];
             pixels.push(if nm.is_finite() {
                 let level = (nm / scale_nm).clamp(-1.0, 1.0) * f64::from(HALF);
                 (f64::from(MIDDLE_INDEX) + level).round() as u8
@@ -135,7 +180,7 @@ fn png(measurement: &Measurement, map: &DeviationMap, scale_nm: f64) -> Vec<u8> 
     for level in -HALF..=HALF {
         palette.extend(colour(f64::from(level) / f64::from(HALF)));
     }
-    encoded(grid.nx, grid.ny, palette, &pixels)
+    encoded(cells.nx, cells.ny, palette, &pixels)
 }
 
 fn encoded(columns: usize, rows: usize, palette: Vec<u8>, pixels: &[u8]) -> Vec<u8> {

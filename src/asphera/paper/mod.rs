@@ -16,3 +16,6 @@ mod words;
 pub use page::html;
 pub use provenance::{Provenance, SourceFile, SourceFileError};
 pub use qif::{QIF_NAMESPACE, qif};
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 use std::fmt::{Result, Write as _};
 
 use super::provenance::Provenance;
-use super::words::{css_string, percent, place, short, text};
+use super::words::{css_string, instant, percent, place, short, text};
 use super::{charts, map, sections, tables};
 use crate::pipeline::Measurement;
 use crate::report::{FormFigures, Report, Status, Verdict};
@@ -34,7 +34,7 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
     part(out, "Deviation", |out| map::figure(out, measurement))?;
     if let Some(form) = &report.form {
         drawings(out, measurement, form)?;
-        part(out, "Figures", |out| tables::figures(out, form))?;
+        part(out, FIGURES, |out| tables::figures(out, form))?;
         if let Some(zernike) = &form.zernike {
             part(out, "Zernike terms", |out| {
                 writeln!(
@@ -92,7 +92,9 @@ fn part(out: &mut String, heading: &str, body: impl FnOnce(&mut String) -> Resul
     if inside.is_empty() {
         return Ok(());
     }
-    writeln!(out, "<section>\n<h2>{}</h2>\n{inside}</section>", text(heading))
+    // A part stays on one sheet with its heading; only the figures may be longer than one.
+    let class = if heading == FIGURES { "" } else { " class=\"keep\"" };
+    writeln!(out, "<section{class}>\n<h2>{}</h2>\n{inside}</section>", text(heading))
 }
 
 fn head(out: &mut String, title: &str, date: &str) -> Result {
@@ -131,8 +133,9 @@ fn title(report: &Report, provenance: &Provenance) -> String {
 
 /// When it was measured: never today's date.
 fn date(report: &Report, provenance: &Provenance) -> String {
-    let started = report.session.as_ref().map(|session| session.started.clone());
-    started.or_else(|| provenance.date.clone()).unwrap_or_else(|| "at a date not stated".to_owned())
+    let started = report.session.as_ref().map(|session| session.started.as_str());
+    let stated = started.or(provenance.date.as_deref());
+    stated.map_or_else(|| "at a date not stated".to_owned(), instant)
 }
 
 fn verdict(out: &mut String, verdict: &Verdict) -> Result {
@@ -205,3 +208,5 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
     out.push_str("</section>\n");
     Ok(())
 }
+
+const FIGURES: &str = "Figures";

@@ -11,25 +11,35 @@ use crate::report::{FitFigures, FormFigure, FormFigures, LinkFigures, Report, Sa
 pub(super) fn figures(out: &mut String, form: &FormFigures) -> Result {
     let (removed, whole): (Vec<&FormFigure>, Vec<&FormFigure>) =
         form.figures.iter().partition(|figure| figure.variant.starts_with(LESS));
-    out.push_str(
-        "<table class=\"wide\"><thead><tr><th>figure</th><th>of</th><th class=\"n\">value</th>\
-         <th class=\"n\">uncertainty</th><th>definition</th></tr></thead><tbody>\n",
-    );
+    let evaluated = whole.iter().any(|figure| figure.u.is_some() || figure.expanded.is_some());
+    writeln!(
+        out,
+        "<table class=\"wide\"><thead><tr><th>figure</th><th>of</th><th class=\"n\">value</th>{}\
+         <th>definition</th></tr></thead><tbody>",
+        if evaluated { "<th class=\"n\">uncertainty</th>" } else { "" }
+    )?;
     for figure in whole {
         writeln!(
             out,
-            "<tr><th>{}</th><td>{}</td><td class=\"n\">{} {}</td><td class=\"n\">{}</td>\
+            "<tr><th>{}</th><td>{}</td><td class=\"n\">{} {}</td>{}\
              <td class=\"small\">{} <i>({})</i></td></tr>",
             text(&figure.name),
             text(&figure.variant),
             short(figure.value),
             text(&figure.unit),
-            uncertainty(figure),
+            if evaluated {
+                format!("<td class=\"n\">{}</td>", uncertainty(figure))
+            } else {
+                String::new()
+            },
             text(&figure.definition),
             text(&figure.source)
         )?;
     }
     out.push_str("</tbody></table>\n");
+    if !evaluated {
+        out.push_str("<p class=\"note\">No uncertainty was evaluated for these figures.</p>\n");
+    }
     if !removed.is_empty() {
         remainders(out, &removed)?;
     }
@@ -288,7 +298,9 @@ pub(super) fn provenance(out: &mut String, report: &Report, provenance: &Provena
     rows.push(("evaluated by", text(&Provenance::software())));
     rows.push(("command", format!("<code>{}</code>", text(&provenance.command))));
     rows.push(("layout of the figures", text(&report.format)));
-    pairs(out, &rows)?;
+    for (name, value) in rows {
+        writeln!(out, "<p class=\"origin\"><span>{name}</span> {value}</p>")?;
+    }
     if provenance.files.is_empty() {
         return Ok(());
     }
@@ -309,13 +321,18 @@ pub(super) fn provenance(out: &mut String, report: &Report, provenance: &Provena
     Ok(())
 }
 
-/// Names, already escaped or ours, with values that are escaped.
+/// Names, already escaped or ours, with values that are escaped; many in two columns.
 fn pairs(out: &mut String, rows: &[(&str, String)]) -> Result {
-    out.push_str("<table class=\"pairs\"><tbody>\n");
-    for (name, value) in rows {
-        writeln!(out, "<tr><th>{name}</th><td>{value}</td></tr>")?;
+    let halves = if rows.len() < 8 { rows.len().max(1) } else { rows.len().div_ceil(2) };
+    out.push_str("<div class=\"columns\">\n");
+    for half in rows.chunks(halves) {
+        out.push_str("<table class=\"pairs\"><tbody>\n");
+        for (name, value) in half {
+            writeln!(out, "<tr><th>{name}</th><td>{value}</td></tr>")?;
+        }
+        out.push_str("</tbody></table>\n");
     }
-    out.push_str("</tbody></table>\n");
+    out.push_str("</div>\n");
     Ok(())
 }
 

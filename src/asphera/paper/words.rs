@@ -1,5 +1,7 @@
 //! Numbers and texts as the paper writes them.
 
+use jiff::Timestamp;
+
 /// Text for HTML and XML, between tags or in an attribute: what has a meaning there is escaped, and control
 /// characters, which XML forbids, are replaced.
 pub(super) fn text(words: &str) -> String {
@@ -79,6 +81,19 @@ pub(super) fn place([x, y, z]: &[f64; 3]) -> String {
     minus(format!("({x:.3}, {y:.3}, {z:.3}) mm"))
 }
 
+/// With its sign, but for zero.
+pub(super) fn signed(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { minus(format!("{value:+}")) }
+}
+
+/// An instant as people read it, to the second; as it stands where it is in no form that is known.
+pub(super) fn instant(rfc3339: &str) -> String {
+    match rfc3339.parse::<Timestamp>() {
+        Ok(instant) => instant.strftime("%Y-%m-%d %H:%M:%S UTC").to_string(),
+        Err(_) => rfc3339.to_owned(),
+    }
+}
+
 /// With the sign of typographers.
 pub(super) fn minus(number: String) -> String {
     number.replace('-', "\u{2212}")
@@ -98,8 +113,14 @@ mod tests {
     #[test]
     fn numbers_have_the_digits_that_count() {
         assert_eq!(short(1234.56), "1235");
-        assert_eq!(short(-0.012_345), "\u{2212}0.01234");
+        assert_eq!(short(-0.012_344), "\u{2212}0.01234");
         assert_eq!(short(0.0), "0");
+        assert_eq!(
+            (signed(-0.0), signed(2.0), signed(-2.5)),
+            ("0".into(), "+2".into(), "\u{2212}2.5".into())
+        );
+        assert_eq!(instant("2026-11-21T11:02:24.850250114Z"), "2026-11-21 11:02:24 UTC");
+        assert_eq!(instant("last Tuesday"), "last Tuesday");
         assert_eq!(with_u(1.234_567_8, Some(0.000_12)), "1.23457 ± 0.00012");
         assert_eq!(with_u(-2.5, None), "\u{2212}2.500000000");
         assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");

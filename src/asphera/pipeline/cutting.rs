@@ -109,6 +109,28 @@ impl FinishedMesh {
         }))
     }
 
+    /// Smallest and largest u and v of the aperture of the part as fitted, mm: as [`FinishedMesh::counts_at`],
+    /// at the height of the vertex. `None` without a fit and where every point counts.
+    pub(crate) fn aperture_extent_mm(&self) -> Option<[[f64; 2]; 2]> {
+        let (_, pose) = self.setting.lies.as_ref()?;
+        let half_mm = match self.setting.part.aperture {
+            Aperture::None => return None,
+            Aperture::Circle { radius_mm } => [radius_mm; 2],
+            Aperture::Annulus { outer_mm, .. } => [outer_mm; 2],
+            Aperture::Rectangle { width_mm, height_mm } => {
+                // The corners of a turned rectangle, the one or the other pair.
+                let (sin, cos) = pose.rz_rad.sin_cos();
+                let (half_x, half_y) = (width_mm / 2.0, height_mm / 2.0);
+                [half_x * cos.abs() + half_y * sin.abs(), half_x * sin.abs() + half_y * cos.abs()]
+            }
+        };
+        let centre_mm = [pose.tx_mm, pose.ty_mm];
+        Some([
+            [centre_mm[0] - half_mm[0], centre_mm[1] - half_mm[1]],
+            [centre_mm[0] + half_mm[0], centre_mm[1] + half_mm[1]],
+        ])
+    }
+
     /// Whether a place of the plane of projection, mm, lies in the aperture of the part as fitted; not
     /// where every point counts. It is taken at the height of the vertex: a tilt moves the border by its
     /// sine times the height of the surface there.

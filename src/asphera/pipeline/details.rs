@@ -1,11 +1,11 @@
 //! The figures of standards and optical shops, of the final deviation.
 
+use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
     Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, Share, SlopeSettings,
     Term, Unknown, decompose, fringe_fit, peak_to_valley, pvr, radial_profile, remove, rms,
     robust_peak_to_valley, slopes,
 };
-use asphera_form::zernike::fringe_orders;
 use asphera_form::{Aperture, Fit, Nominal};
 use asphera_surface::{PointMm, VertexId};
 
@@ -111,7 +111,7 @@ impl FormDetails {
         };
         match slopes(sample, settings) {
             Ok(found) => {
-                let over = format!("over {integration_mm:.4} mm");
+                let over = format!("over {} mm", (integration_mm * 1e4).round() / 1e4);
                 found.figures().into_iter().for_each(|figure| self.put(figure, over.clone()));
             }
             Err(why) => self.lacks("slopes", &why),
@@ -172,10 +172,11 @@ fn approximation(nominal: &Nominal) -> Approximation {
 
 fn zernike(fit: &FringeFit) -> ZernikeFigures {
     let terms = (1_u8..).zip(&fit.coefficients_nm).filter_map(|(index, value_nm)| {
-        let (n, m) = fringe_orders(index)?;
+        // The rule of counting holds for the first 36; the 37th is another.
+        let (n, m) = Counting::Fringe.orders(index.into())?;
         Some(ZernikeTerm {
             index: index.into(),
-            name: fringe_name(index, n, m),
+            name: aberration(n, m)?,
             n,
             m,
             value_nm: (*value_nm)?,
@@ -189,33 +190,6 @@ fn zernike(fit: &FringeFit) -> ZernikeFigures {
         indeterminate: fit.indeterminate().into_iter().map(u32::from).collect(),
         residual_rms_nm: fit.residual_rms_nm,
     }
-}
-
-/// The classical name of a Fringe term, where it has one.
-fn fringe_name(index: u8, n: u32, m: i32) -> String {
-    let name = match index {
-        1 => "piston",
-        2 => "tilt x",
-        3 => "tilt y",
-        4 => "power",
-        5 => "astigmatism 0°",
-        6 => "astigmatism 45°",
-        7 => "coma x",
-        8 => "coma y",
-        9 => "spherical",
-        10 => "trefoil x",
-        11 => "trefoil y",
-        12 => "secondary astigmatism 0°",
-        13 => "secondary astigmatism 45°",
-        14 => "secondary coma x",
-        15 => "secondary coma y",
-        16 => "secondary spherical",
-        17 => "tetrafoil 0°",
-        18 => "tetrafoil 22.5°",
-        25 => "tertiary spherical",
-        _ => return format!("n {n}, m {m}"),
-    };
-    name.to_owned()
 }
 
 /// The bins are as wide as 1, 2 or 5 times a power of ten, so that an axis reads well.
@@ -266,13 +240,18 @@ const MOST_BINS: f64 = 64.0;
 
 #[cfg(test)]
 mod tests {
-    use asphera_form::zernike::fringe;
+    use asphera_form::basis::{Normalisation, zernike_value};
     use asphera_form::{FitSettings, Parameter, fit};
     use proptest::prelude::*;
 
     use super::*;
 
     const RADIUS_MM: f64 = 4.0;
+
+    fn fringe(index: u32, u: f64, v: f64) -> f64 {
+        let (n, m) = Counting::Fringe.orders(index).unwrap();
+        zernike_value(n, m, Normalisation::UnitHeight, u, v).unwrap()
+    }
 
     fn flat() -> Part {
         Part {
@@ -324,21 +303,20 @@ mod tests {
     #[test]
     fn terms_put_in_are_found_named_and_taken_out() {
         let put_in = [(1, 5.0), (2, -8.0), (4, 30.0), (5, 12.0), (8, -7.0), (9, 6.0), (11, 4.0)];
-        let (points, deviations_mm) = measured(|u, v| {
-            put_in.iter().map(|&(index, nm)| nm * fringe(index, u, v).unwrap()).sum()
-        });
+        let (points, deviations_mm) =
+            measured(|u, v| put_in.iter().map(|&(index, nm)| nm * fringe(index, u, v)).sum());
         let found = of(&flat(), &points, &deviations_mm, &vec![1.0; points.len()]);
         assert_eq!(found.unknown, Vec::<String>::new());
         let zernike = found.zernike.as_ref().unwrap();
         assert_eq!((zernike.terms.len(), zernike.radius_mm), (36, RADIUS_MM));
         for term in &zernike.terms {
-            let had = put_in.iter().find(|(index, _)| u32::from(*index) == term.index);
+            let had = put_in.iter().find(|(index, _)| *index == term.index);
             let had = had.map_or(0.0, |(_, nm)| *nm);
             assert!((term.value_nm - had).abs() < 1e-8, "{term:?}, not {had} nm");
         }
         let term = |index: usize| &zernike.terms[index - 1];
-        assert_eq!((term(4).name.as_str(), term(4).n, term(4).m), ("power", 2, 0));
-        assert_eq!((term(30).name.as_str(), term(30).n, term(30).m), ("n 7, m 3", 7, 3));
+        assert_eq!((term(4).name.as_str(), term(4).n, term(4).m), ("defocus", 2, 0));
+        assert_eq!((term(30).name.as_str(), term(30).n, term(30).m), ("tertiary trefoil x", 7, 3));
         // What is left in the end is the trefoil: ±4 nm at the rim.
         let all = "less piston, tilt, power, astigmatism, coma, spherical";
         let left_nm = value(&found, "PV", all);

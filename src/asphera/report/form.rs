@@ -59,7 +59,7 @@ pub struct ZernikeFigures {
 pub struct ZernikeTerm {
     /// Its number, from 1.
     pub index: u32,
-    /// Its name: `power`, `astigmatism 45°`, `n 6, m -4`.
+    /// Its name: `defocus`, `primary astigmatism 45°`.
     pub name: String,
     /// Radial order.
     pub n: u32,
