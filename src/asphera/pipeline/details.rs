@@ -3,7 +3,7 @@
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
     Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, Share, SlopeSettings,
-    Term, Unknown, decompose, fringe_fit, peak_to_valley, pvr, radial_profile, remove, rms,
+    Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove, rms,
     robust_peak_to_valley, slopes,
 };
 use asphera_form::{Aperture, Fit, Nominal};
@@ -71,12 +71,13 @@ pub(super) fn areas_mm2(
 impl FormDetails {
     fn fill(&mut self, part: &Part, fit: &Fit, sample: &Sample, weighted: bool) {
         let as_fitted = if weighted { "as fitted" } else { "as fitted, every point counted alike" };
+        let fringe = fringe_fit(sample, FringeCount::ThirtySix);
         for (name, figure) in [
             ("PV", peak_to_valley(sample)),
             ("RMS", rms(sample, Reference::Zero)),
             ("RMS", rms(sample, Reference::Mean)),
             ("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE)),
-            ("PVr", pvr(sample, FringeCount::ThirtySix)),
+            ("PVr", fringe.as_ref().map_err(Unknown::clone).and_then(FringeFit::pvr)),
         ] {
             self.take(name, figure, as_fitted);
         }
@@ -88,9 +89,9 @@ impl FormDetails {
         }
         self.slopes(sample, &part.aperture);
         self.remainders(sample);
-        match fringe_fit(sample, FringeCount::ThirtySix) {
-            Ok(found) => self.zernike = Some(zernike(&found)),
-            Err(why) => self.lacks("Zernike terms", &why),
+        match &fringe {
+            Ok(found) => self.zernike = Some(zernike(found)),
+            Err(why) => self.lacks("Zernike terms", why),
         }
         match radial_profile(sample, None) {
             Ok(found) => self.rings = found.iter().map(ring).collect(),
