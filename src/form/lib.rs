@@ -30,6 +30,7 @@ pub mod shape;
 mod solve;
 mod start;
 mod svd;
+pub mod texture;
 mod triangle;
 mod verdict;
 pub mod zernike;

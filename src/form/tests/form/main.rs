@@ -15,3 +15,4 @@ mod live;
 mod nominal;
 mod real;
 mod reference;
+mod texture;
