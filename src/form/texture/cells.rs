@@ -1,65 +1,37 @@
 //! Places sorted into square cells, to find those near a place.
 
-/// Indices of places by cell. Invariant: `order` holds each index once, ascending in each cell.
+/// Indices of places by cell. Cells without a place cost nothing, so that a place far from all others does no
+/// harm. Invariant: `order` holds each index once, by cell, ascending in each.
 pub(super) struct Cells<'a> {
     places_mm: &'a [[f64; 2]],
     low_mm: [f64; 2],
     side_mm: f64,
-    columns: usize,
-    rows: usize,
-    /// Where in `order` each cell begins; one more than there are cells.
-    begins: Vec<usize>,
-    order: Vec<usize>,
+    /// Row and column of the cell, and the index of the place.
+    order: Vec<([i64; 2], usize)>,
 }
 
 impl Cells<'_> {
-    /// Cells for finding what lies within a positive radius. `O(n)`.
+    /// Cells for finding what lies within a positive radius. `O(n log n)`.
     pub(super) fn new(places_mm: &[[f64; 2]], radius_mm: f64) -> Cells<'_> {
-        let end = |start: f64, pick: fn(f64, f64) -> f64| {
-            [0, 1].map(|axis| places_mm.iter().map(|place| place[axis]).fold(start, pick))
-        };
-        let (low, high) = (end(f64::INFINITY, f64::min), end(f64::NEG_INFINITY, f64::max));
-        let empty = places_mm.is_empty();
-        let low_mm = if empty { [0.0; 2] } else { low };
-        let size = if empty { [0.0; 2] } else { [high[0] - low[0], high[1] - low[1]] };
-        // Wider cells than the radius if there would be more cells than places.
-        let most = (places_mm.len() as f64).sqrt().ceil().max(1.0);
-        let side_mm = radius_mm.max(size[0].max(size[1]) / most);
-        let count = |axis: usize| (size[axis] / side_mm) as usize + 1;
-        let mut cells = Cells {
-            places_mm,
-            low_mm,
-            side_mm,
-            columns: count(0),
-            rows: count(1),
-            begins: Vec::new(),
-            order: vec![0; places_mm.len()],
-        };
-        let of: Vec<usize> = places_mm.iter().map(|&place| cells.cell(place)).collect();
-        let mut begins = vec![0; cells.columns * cells.rows + 1];
-        of.iter().for_each(|&cell| begins[cell + 1] += 1);
-        for cell in 1..begins.len() {
-            begins[cell] += begins[cell - 1];
-        }
-        let mut next = begins.clone();
-        for (index, &cell) in of.iter().enumerate() {
-            cells.order[next[cell]] = index;
-            next[cell] += 1;
-        }
-        cells.begins = begins;
+        let low_mm = [0, 1]
+            .map(|axis| places_mm.iter().map(|place| place[axis]).reduce(f64::min).unwrap_or(0.0));
+        let side_mm = MARGIN * radius_mm;
+        let mut cells = Cells { places_mm, low_mm, side_mm, order: Vec::new() };
+        cells.order =
+            places_mm.iter().map(|&place| cells.cell(place)).zip(0..places_mm.len()).collect();
+        cells.order.sort_unstable();
         cells
     }
 
-    /// Indices of the places in the cell of a place of the list and in those around it, always in the same
-    /// order: all within the radius are among them.
+    /// Indices of the places in the cell of a place and in those around it, always in the same order: all
+    /// within the radius are among them. `O(log n)` beside them.
     pub(super) fn near(&self, place: [f64; 2]) -> impl Iterator<Item = usize> + '_ {
-        let [column, row] = self.column_and_row(place);
-        let (left, right) = (column.saturating_sub(1), (column + 2).min(self.columns));
-        (row.saturating_sub(1)..(row + 2).min(self.rows)).flat_map(move |row| {
+        let [row, column] = self.cell(place);
+        (row - 1..=row + 1).flat_map(move |row| {
             // Cells of one row follow one another.
-            let begin = self.begins[row * self.columns + left];
-            let end = self.begins[row * self.columns + right];
-            self.order[begin..end].iter().copied()
+            let begin = self.order.partition_point(|(cell, _)| *cell < [row, column - 1]);
+            let cells = self.order[begin..].iter();
+            cells.take_while(move |(cell, _)| *cell <= [row, column + 1]).map(|&(_, index)| index)
         })
     }
 
@@ -67,18 +39,19 @@ impl Cells<'_> {
         self.places_mm[index]
     }
 
-    fn cell(&self, place: [f64; 2]) -> usize {
-        let [column, row] = self.column_and_row(place);
-        row * self.columns + column
-    }
-
-    fn column_and_row(&self, place: [f64; 2]) -> [usize; 2] {
-        let at = |axis: usize, count: usize| {
-            (((place[axis] - self.low_mm[axis]) / self.side_mm) as usize).min(count - 1)
-        };
-        [at(0, self.columns), at(1, self.rows)]
+    /// Row and column, at most the largest a float counts exactly.
+    fn cell(&self, place: [f64; 2]) -> [i64; 2] {
+        [1, 0].map(|axis| {
+            ((place[axis] - self.low_mm[axis]) / self.side_mm).min(MOST_CELLS).floor() as i64
+        })
     }
 }
+
+/// Side of a cell in radii: so much more that rounding does not move what is within the radius beyond the
+/// next cell.
+const MARGIN: f64 = 1.001;
+/// 2⁵³.
+const MOST_CELLS: f64 = 9_007_199_254_740_992.0;
 
 #[cfg(test)]
 mod tests {
@@ -100,6 +73,9 @@ mod tests {
                 assert!((0..400).filter(within).all(|i| near.contains(&i)), "{radius_mm} {index}");
             }
         }
+        let far = [[0.0, 0.0], [1e50, 1e-9], [0.1, 0.0], [1e50, 0.0]];
+        assert_eq!(Cells::new(&far, 0.5).near(far[0]).collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(Cells::new(&far, 1e-8).near(far[1]).collect::<Vec<_>>(), [1, 3]);
         assert_eq!(Cells::new(&[], 1.0).near([0.0; 2]).count(), 0);
     }
 }

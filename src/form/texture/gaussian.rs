@@ -163,5 +163,5 @@ pub struct Filtered<T> {
 
 /// Where the weights end, in units of αc: √(π/ln 2), one cut-off for order 0.
 const WINDOW: f64 = 2.128_934_038_862_452_6;
-/// The root of (1 + y)·exp(−y) = ½, as ln 2 is that of exp(−y) = ½: ISO 16610-31 has α = 0.7309 for order 2.
+/// The root of (1 + y)·exp(−y) = ½, as ln 2 is that of exp(−y) = ½.
 const HALVES_TWO: f64 = 1.678_346_990_016_660_6;
