@@ -31,8 +31,9 @@ pub enum Order {
 ///
 /// Weights end at 2.129·αc, that is 1 and 1.56 cut-offs: on a grid along x and y each, which leaves out
 /// 2e-7 of the whole weight, on a mesh at that radius, which leaves out 7e-7. The share of a wave that passes
-/// differs by as much for order 0, by 1e-5 for order 2. A cut-off below about three distances of nodes lets
-/// more pass than stated, because hardly a neighbour has a weight.
+/// differs by as much for order 0, by 1e-5 for order 2. With a cut-off of fewer than four distances of nodes
+/// hardly a neighbour has a weight and more passes than stated: at three, 56 % of a wave of the cut-off
+/// instead of half.
 ///
 /// A gap stays a gap. About a node with too few neighbours for a quadric, terms the neighbours do not
 /// determine are left out, the highest first; [`Filtered::lowered`] counts these nodes.
