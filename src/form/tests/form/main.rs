@@ -17,6 +17,7 @@ mod nominal;
 mod real;
 mod reference;
 mod shapes;
+mod texture;
 mod zone_degenerate;
 mod zone_known;
 mod zone_laws;
