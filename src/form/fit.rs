@@ -200,6 +200,7 @@ pub(crate) fn solve(
             iterations: settings.max_iterations,
             rank_tolerance: settings.rank_tolerance,
             polish: !coarse || last,
+            damping: 0.0,
         };
         let mut solved = refine_by(&selection, pose, shape, settings, limits)
             .ok_or(FitError::Overflow { used })?;

@@ -23,6 +23,14 @@ impl Excluded {
         self.not_finite + self.outside_aperture + self.outside_domain
     }
 
+    pub(crate) fn with(self, other: Excluded) -> Excluded {
+        Excluded {
+            not_finite: self.not_finite + other.not_finite,
+            outside_aperture: self.outside_aperture + other.outside_aperture,
+            outside_domain: self.outside_domain + other.outside_domain,
+        }
+    }
+
     pub(crate) fn count(&mut self, membership: Membership) {
         match membership {
             Membership::Used => {}
