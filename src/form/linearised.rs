@@ -56,11 +56,7 @@ impl Cell {
 impl Linearised {
     /// All points at one reference. Blocks of [`BLOCK`] points are joined in order, so the result does not
     /// depend on the number of threads.
-    pub(crate) fn of_points(
-        fit: Fit,
-        points: &[PointMm],
-        settings: &LiveSettings,
-    ) -> Linearised {
+    pub(crate) fn of_points(fit: Fit, points: &[PointMm], settings: &LiveSettings) -> Linearised {
         let empty = Linearised::new(fit, points.len(), &settings.grid);
         let of_block = |block: &[PointMm]| {
             let mut linearised = empty.clone();

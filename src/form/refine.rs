@@ -99,8 +99,11 @@ pub(crate) fn refine(
         let polishes = limits.polish && slow && iterations < limits.iterations;
         last_motion_mm = motion_mm;
         if motion_mm <= tolerance_mm && !polishes {
-            // The step is below the tolerance but free of charge.
-            (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
+            // The step is below the tolerance but free of charge. One that is only coarsely below may be
+            // long along a weak combination, and nobody has looked where it leads.
+            if limits.polish {
+                (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
+            }
             break (Termination::Converged { motion_mm, tolerance_mm }, newton);
         }
         if iterations >= limits.iterations {

@@ -138,7 +138,13 @@ pub(crate) fn refine_robustly(
             }
             let roots = weighted_roots(&e_mm, base, loss, scale_mm);
             let tolerance_mm = limits.tolerance_mm.max(SETTLED * scale_mm);
-            let step = Limits { tolerance_mm, iterations: STEPS_A_ROUND, polish: false, damping: 0.0, ..limits };
+            let step = Limits {
+                tolerance_mm,
+                iterations: STEPS_A_ROUND,
+                polish: false,
+                damping: 0.0,
+                ..limits
+            };
             let next = refine(points, Some(&roots), refined.pose, refined.nominal, free, step)?;
             let settled = next.iterations == 0
                 && next.termination.is_converged()

@@ -58,9 +58,10 @@ pub(crate) fn search(
     }
     let most = finished.iter().chain(&first).map(|settled| settled.used).max().unwrap_or(0);
     let eligible = |settled: &&Settled| 4 * settled.used >= 3 * most;
-    let best = finished.iter().filter(eligible).reduce(|best, next| {
-        if next.spread_mm < SAME * best.spread_mm { next } else { best }
-    });
+    let best = finished
+        .iter()
+        .filter(eligible)
+        .reduce(|best, next| if next.spread_mm < SAME * best.spread_mm { next } else { best });
     match (best, first.as_ref().filter(eligible)) {
         (Some(best), Some(first)) if best.spread_mm < CLEARLY * first.spread_mm => best.pose,
         (Some(best), None) => best.pose,

@@ -21,7 +21,9 @@ fn rough(nominal: &Nominal, places: &[[f64; 2]], factor: f64) -> Vec<PointMm> {
 #[test]
 fn points_in_micrometres_or_metres_are_told() {
     let sphere = Nominal::Sphere { radius_mm: 20.0 };
-    for nominal in [sphere.clone(), al1815(), saddle(), Nominal::Freeform(Arc::new(Revolved(sphere)))] {
+    for nominal in
+        [sphere.clone(), al1815(), saddle(), Nominal::Freeform(Arc::new(Revolved(sphere)))]
+    {
         for (points_are, factor) in [(1e3, 1e-3), (1e-3, 1e3)] {
             let points = rough(&nominal, &spiral(2_000, 8.0), points_are);
             let told = match fit(&points, &nominal, &FitSettings::default()) {
@@ -60,19 +62,21 @@ fn points_on_something_else_are_not_taken_for_another_unit() {
 #[test]
 fn the_end_of_the_domain_is_told_with_the_points_beyond() {
     let small = Nominal::Sphere { radius_mm: 5.0 };
-    let mut points: Vec<PointMm> = spiral(2_000, 4.5)
-        .into_iter()
-        .map(|[x, y]| [x, y, small.sag_mm(x.hypot(y))])
-        .collect();
+    let mut points: Vec<PointMm> =
+        spiral(2_000, 4.5).into_iter().map(|[x, y]| [x, y, small.sag_mm(x.hypot(y))]).collect();
     points.extend([[7.0, 0.0, 6.0], [0.0, 9.5, 7.0]]);
-    let fitted = fit(&points, &small, &FitSettings { search: false, ..FitSettings::default() }).unwrap();
+    let fitted =
+        fit(&points, &small, &FitSettings { search: false, ..FitSettings::default() }).unwrap();
     let [Caution::BeyondDomain { domain_mm, beyond, farthest_mm }] = fitted.cautions[..] else {
         unreachable!("{:?}", fitted.cautions)
     };
     assert_eq!((domain_mm, beyond), (5.0, 2));
     assert!((farthest_mm - 9.5).abs() < 1e-9);
     let text = fitted.cautions[0].to_string();
-    assert!(text.starts_with("2 points in the aperture lie beyond the nominal, which ends 5.0"), "{text}");
+    assert!(
+        text.starts_with("2 points in the aperture lie beyond the nominal, which ends 5.0"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -111,9 +115,8 @@ fn residual_figures_are_those_of_the_distances() {
     let points = rough(&al1815(), &spiral(3_000, 9.0), 1.0);
     let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
     let found = asphera_form::deviations(&points, &fitted.nominal, &fitted.pose);
-    let (low, high) = found
-        .iter()
-        .fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(*d), high.max(*d)));
+    let (low, high) =
+        found.iter().fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(*d), high.max(*d)));
     let rms = (found.iter().map(|d| d * d).sum::<f64>() / found.len() as f64).sqrt();
     let told = fitted.residuals;
     assert!((told.rms_mm - rms).abs() < 1e-14 && (told.low_mm - low).abs() < 1e-13);

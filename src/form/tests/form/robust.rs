@@ -1,8 +1,6 @@
 //! Uncertainties of points, and losses that let points deviate.
 
-use asphera_form::{
-    FitError, FitSettings, Loss, Nominal, Parameter, PointMm, fit, fit_weighted,
-};
+use asphera_form::{FitError, FitSettings, Loss, Nominal, Parameter, PointMm, fit, fit_weighted};
 
 use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
 use crate::shapes::saddle;
@@ -50,7 +48,11 @@ fn breakdown_under_one_sided_outliers() {
             let robust = tukey.robust.unwrap();
             eprintln!(
                 "{} with {:.0} %: tz off by {squares_mm:.1e} mm by squares, {huber_mm:.1e} by Huber, {tukey_mm:.1e} by Tukey; scale {:.2e} mm, {} rounds, {} of {outliers} left out",
-                nominal.kind(), 100.0 * share, robust.scale_mm, robust.rounds, robust.zero
+                nominal.kind(),
+                100.0 * share,
+                robust.scale_mm,
+                robust.rounds,
+                robust.zero
             );
             // Squares break down, Huber bends by about a scale, Tukey is as if there were none.
             assert!(squares_mm.abs() > 2e-2);
@@ -61,7 +63,10 @@ fn breakdown_under_one_sided_outliers() {
             assert!(robust.below_half >= robust.zero);
             let kept = (points.len() - outliers) as f64;
             assert!((0.7..1.01).contains(&(tukey.effective_points / kept)));
-            assert!(huber.robust.unwrap().zero == 0 && huber.robust.unwrap().below_half >= outliers * 95 / 100);
+            assert!(
+                huber.robust.unwrap().zero == 0
+                    && huber.robust.unwrap().below_half >= outliers * 95 / 100
+            );
             // σ goes with the covariance: the standard deviation of the mean is σ/√n.
             assert!((0.9..1.7).contains(&(tukey.sigma_mm / 1e-5)), "{:e}", tukey.sigma_mm);
         }
@@ -95,8 +100,7 @@ fn a_point_of_half_the_uncertainty_counts_as_four() {
         .flat_map(|i| std::iter::repeat_n(points[i], if precise(i) { 4 } else { 1 }))
         .collect();
     let u_mm: Vec<f64> = (0..points.len()).map(|i| if precise(i) { 5e-6 } else { 1e-5 }).collect();
-    let weighted =
-        fit_weighted(&points, Some(&u_mm), &al1815(), &FitSettings::default()).unwrap();
+    let weighted = fit_weighted(&points, Some(&u_mm), &al1815(), &FitSettings::default()).unwrap();
     let plain = fit(&repeated, &al1815(), &FitSettings::default()).unwrap();
     assert!(pose_difference(&weighted.pose, &plain.pose) < 1e-12);
     assert_eq!(weighted.method, "weighted orthogonal least squares");
@@ -136,7 +140,10 @@ fn impossible_uncertainties_and_losses_are_named() {
         let u_mm = [1e-6, 1e-6, bad, 1e-6];
         let error = fit_weighted(&points, Some(&u_mm), &Nominal::Plane, &settings).unwrap_err();
         let text = error.to_string();
-        assert!(text.starts_with("the uncertainty of point 2 is ") && text.contains("leave"), "{text}");
+        assert!(
+            text.starts_with("the uncertainty of point 2 is ") && text.contains("leave"),
+            "{text}"
+        );
     }
     assert_eq!(
         fit_weighted(&points, Some(&[1.0]), &Nominal::Plane, &settings),
@@ -144,7 +151,10 @@ fn impossible_uncertainties_and_losses_are_named() {
     );
     for k in [0.0, -1.0, f64::INFINITY] {
         for loss in [Loss::Huber { k }, Loss::Tukey { k }] {
-            assert_eq!(fit(&points, &Nominal::Plane, &with(loss)), Err(FitError::Loss { found: k }));
+            assert_eq!(
+                fit(&points, &Nominal::Plane, &with(loss)),
+                Err(FitError::Loss { found: k })
+            );
         }
     }
 }
