@@ -209,7 +209,7 @@ fn scale(e_mm: &[f64]) -> f64 {
 /// The middle value, of an even number the upper of the two; `None` without any.
 fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, |a, b| a.total_cmp(b)).1)
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn weighted_roots(e_mm: &[f64], base: Option<&[f64]>, loss: Loss, scale_mm: f64) -> Vec<f64> {

@@ -95,7 +95,7 @@ fn without_outliers_all_losses_agree_within_the_uncertainty() {
 #[test]
 fn a_point_of_half_the_uncertainty_counts_as_four() {
     let (points, _) = spoilt(&al1815(), 0.0, 8);
-    let precise = |index: usize| index % 7 == 0;
+    let precise = |index: usize| index.is_multiple_of(7);
     let repeated: Vec<PointMm> = (0..points.len())
         .flat_map(|i| std::iter::repeat_n(points[i], if precise(i) { 4 } else { 1 }))
         .collect();
