@@ -15,7 +15,6 @@ use super::target::Target;
 use crate::area::Sum;
 use crate::exact::Place;
 use crate::point::place;
-use crate::rim::{Outline, refined_gaps_along};
 use crate::triangle::{Gap, Triangle, lesser, sizes};
 use crate::{PointMm, VertexId};
 
@@ -52,6 +51,15 @@ impl Gauged {
 /// The local feature size as a caller tells it, or none if it is no positive number.
 pub(super) fn sound_lfs(lfs_mm: Option<f64>) -> Option<f64> {
     lfs_mm.filter(|&lfs_mm| lfs_mm > 0.0)
+}
+
+/// The local feature size at each point in mm; NaN where it is not known.
+pub(super) fn lfs_at_points_mm(
+    points: &[PointMm],
+    lfs_mm: &(impl Fn(f64, f64) -> Option<f64> + Sync),
+) -> Vec<f64> {
+    let at = |&[x, y, _]: &PointMm| sound_lfs(lfs_mm(x, y)).unwrap_or(f64::NAN);
+    points.par_iter().with_min_len(CHUNK).map(at).collect()
 }
 
 /// All triangles against the target.
@@ -122,21 +130,20 @@ pub(super) struct Gauger<'a, F> {
     pub(super) triangles: &'a [[VertexId; 3]],
     /// Indices, ascending, of triangles that are bridges whatever their gap.
     pub(super) left_out: &'a [usize],
-    pub(super) outline: &'a Outline,
+    /// Gaps of triangles, by ascending index, that are not those of their corners.
+    pub(super) refined: &'a [(usize, Gap)],
     /// Without one every triangle counts.
     pub(super) aperture: Option<(&'a Aperture, &'a Border)>,
     pub(super) target: &'a Target,
     pub(super) density: Option<&'a Density>,
     pub(super) lfs_mm: &'a F,
+    /// The local feature size at each point in mm: see [`lfs_at_points_mm`].
+    pub(super) at_points_mm: &'a [f64],
 }
 
 impl<F: Fn(f64, f64) -> Option<f64> + Sync> Gauger<'_, F> {
     /// Gauges all triangles. Linear time.
     pub(super) fn gauge(&self) -> Gauges {
-        let (at_points_mm, refined) = rayon::join(
-            || self.lfs_at_points_mm(),
-            || refined_gaps_along(self.points, self.triangles, self.outline),
-        );
         let count = self.triangles.len();
         let column = || vec![0.0; count];
         let mut columns = Columns {
@@ -148,8 +155,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Gauger<'_, F> {
             extents: Extents::default(),
         };
         let aperture_mm2 = self.aperture.map_or(0.0, |(aperture, _)| aperture.area_mm2());
-        let chunk =
-            Chunk { gauger: self, at_points_mm: &at_points_mm, refined: &refined, aperture_mm2 };
+        let chunk = Chunk { gauger: self, aperture_mm2 };
         let parts: Vec<Part> = columns
             .gaps_mm
             .par_chunks_mut(CHUNK)
@@ -173,12 +179,6 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Gauger<'_, F> {
         let mut gauges = Gauges { columns, covered, open, area_mm2: area.total() };
         self.find_bridges(&mut gauges);
         gauges
-    }
-
-    /// NaN where it is not known.
-    fn lfs_at_points_mm(&self) -> Vec<f64> {
-        let at = |&[x, y, _]: &PointMm| sound_lfs((self.lfs_mm)(x, y)).unwrap_or(f64::NAN);
-        self.points.par_iter().with_min_len(CHUNK).map(at).collect()
     }
 
     /// Which open triangles are bridges: for each vertex the smallest gap of a triangle there tells how far
@@ -234,8 +234,6 @@ struct Part {
 /// What the triangles of a chunk are gauged with.
 struct Chunk<'a, F> {
     gauger: &'a Gauger<'a, F>,
-    at_points_mm: &'a [f64],
-    refined: &'a [(usize, Gap)],
     aperture_mm2: f64,
 }
 
@@ -243,8 +241,8 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
     /// Gauges the triangles from `first` on, as many as there are rows.
     fn gauge(&self, first: usize, mut rows: Rows<'_>) -> Part {
         let Gauger { triangles, left_out, target, density, .. } = *self.gauger;
-        let from = self.refined.partition_point(|&(index, _)| index < first);
-        let mut refined = self.refined[from..].iter().peekable();
+        let from = self.gauger.refined.partition_point(|&(index, _)| index < first);
+        let mut refined = self.gauger.refined[from..].iter().peekable();
         let from = left_out.partition_point(|&index| index < first);
         let mut left_out = left_out[from..].iter().peekable();
         let mut part = Part::default();
@@ -317,7 +315,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
         }
         let rows = block.figures.iter_mut().zip(&block.places);
         for (&[a, b, c], (figures, &[x_mm, y_mm])) in triangles.iter().zip(rows) {
-            let at_mm = self.at_points_mm;
+            let at_mm = self.gauger.at_points_mm;
             let (a, b, c) = (at_mm[a as usize], at_mm[b as usize], at_mm[c as usize]);
             let gap = lfs_mm(x_mm, y_mm).unwrap_or(f64::NAN);
             // NaN where one of them is.
@@ -390,7 +388,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
             }
             _ => whole_mm2,
         };
-        let at = self.at_points_mm;
+        let at = self.gauger.at_points_mm;
         let at_gap = sound_lfs(lfs_mm(gap.at_mm[0], gap.at_mm[1]));
         let lfs_mm = at_gap.map(|at_gap| smaller(smaller(at[a], at[b]), smaller(at[c], at_gap)));
         let lfs_mm = lfs_mm.filter(|lfs_mm| !lfs_mm.is_nan());

@@ -51,7 +51,7 @@ use self::density::Facet;
 pub use self::density::{Dense, Density};
 use self::draw::{Open, Scene};
 use self::frame::{Frame, hull};
-use self::gauge::{Gauged, Gauger, Gauges, Standing, sound_lfs};
+use self::gauge::{Gauged, Gauger, Gauges, Standing, lfs_at_points_mm, sound_lfs};
 pub use self::patches::Patch;
 use self::patches::{Patches, patches};
 pub use self::plan::{
@@ -61,7 +61,7 @@ pub use self::polygon::{Polygon, Ring};
 pub use self::spread::Spread;
 pub use self::target::{Reach, Spacing, Target, TargetError};
 use crate::outline::{IslandCounts, island_counts};
-use crate::rim::Outline;
+use crate::rim::{Outline, refined_gaps_along};
 use crate::triangle::Triangle;
 use crate::{PointMm, VertexId};
 
@@ -235,18 +235,28 @@ pub fn examine(
     if let Some(vertex) = points.iter().position(|point| !finite(point)) {
         return Err(CoverageError::Point { vertex: vertex as VertexId });
     }
-    let outline = Outline::new(points.len(), triangles);
-    let border = aperture.map(|aperture| Border::new(aperture, triangles.len(), 0));
+    let ((outline, refined), (border, at_points_mm)) = rayon::join(
+        || {
+            let outline = Outline::new(points.len(), triangles);
+            let refined = refined_gaps_along(points, triangles, &outline);
+            (outline, refined)
+        },
+        || {
+            let border = aperture.map(|aperture| Border::new(aperture, triangles.len(), 0));
+            (border, lfs_at_points_mm(points, &lfs_mm))
+        },
+    );
     let aperture = aperture.zip(border.as_ref());
     let gauger = Gauger {
         points,
         triangles,
         left_out,
-        outline: &outline,
+        refined: &refined,
         aperture,
         target,
         density,
         lfs_mm: &lfs_mm,
+        at_points_mm: &at_points_mm,
     };
     let Gauges { mut columns, covered: mut tally, mut open, area_mm2 } = gauger.gauge();
     let measured = Measured { points, triangles, target };
