@@ -212,13 +212,12 @@ impl Sizes {
         3 - self.blunt - self.sharp
     }
 
-    /// Whether rounding may have spoilt a figure by more than 1e-12 of it: the shortest side is less than
-    /// 1/4096 of the longest, or a figure is not a number.
+    /// Whether rounding spoils the gap by no more than 1e-12 of it: the shortest side is more than 1/4096 of the
+    /// longest. Not where a side is not a number.
     #[inline(always)]
-    pub(crate) fn is_thin(&self) -> bool {
+    pub(crate) fn is_stout(&self) -> bool {
         let [short, _, long] = self.squares_mm2;
-        // Written so that NaN is thin.
-        !(short * THIN > long)
+        short * THIN > long
     }
 }
 
@@ -393,7 +392,7 @@ mod tests {
                 weights.iter().zip(named).map(|(weight, corner)| weight * corner[axis]).sum()
             });
             // A thin triangle tells less well where its circumcentre is than how far.
-            if !sizes.is_thin() {
+            if sizes.is_stout() {
                 prop_assert!(norm(minus(at_mm, gap.at_mm)) <= 1e-6 * gap.mm, "{at_mm:?} {gap:?}");
             }
             for corner in corners {

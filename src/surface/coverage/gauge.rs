@@ -255,15 +255,14 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
             let marked = left_out.peek().map_or(last, |index| **index);
             let until = last.min(thin).min(marked).min(next + BLOCK);
             self.measure(&triangles[next..until], &mut block);
-            for index in next..until {
+            for (index, figures) in (next..until).zip(&block.figures) {
                 let row = index - first;
-                let figures = block.figures[index - next];
                 if figures.whereabouts == Whereabouts::Outside {
                     rows.gaps_mm[row] = figures.gap_mm;
                     part.area.add(figures.facet.area_mm2);
-                } else if plain.takes(&figures) {
+                } else if plain.takes(figures) {
                     let corners = triangles[index];
-                    self.add_plainly(corners, row, &figures, &mut rows, &mut part, &mut plain);
+                    self.add_plainly(corners, row, figures, &mut rows, &mut part, &mut plain);
                 } else {
                     self.gauge_with_care(index, None, false, row, &mut rows, &mut part);
                 }
@@ -298,7 +297,7 @@ impl<F: Fn(f64, f64) -> Option<f64> + Sync> Chunk<'_, F> {
             let (s, o, t) = (at(sizes.sharp), at(sizes.blunt), at(sizes.third()));
             *gap_at = [0, 1].map(|axis| sharp * s[axis] + blunt * o[axis] + third * t[axis]);
             let whereabouts = match border {
-                _ if sizes.is_thin() => Whereabouts::Near,
+                _ if !sizes.is_stout() => Whereabouts::Near,
                 Some(border) => border.whereabouts_of(place(p), long_mm2),
                 None => Whereabouts::Inside,
             };
