@@ -68,4 +68,6 @@ pub use projection::{
 pub use raster::{Grid, RasterError, rasterize};
 pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
-pub use sampling::{Criteria, RunningSampling, Sampling, State, StateCounts, Survey, assess};
+pub use sampling::{
+    Criteria, RunningSampling, RunningSpread, Sampling, State, StateCounts, Survey, assess,
+};

@@ -36,6 +36,7 @@ use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use projection::Projector;
 use running::{History, Running};
+use sampling::Current;
 
 /// Takes the points of one part.
 pub struct Pipeline {
@@ -60,6 +61,8 @@ pub struct Pipeline {
     /// Points at which it is looked at again.
     next_sampling: u64,
     remembered: Remembered,
+    /// The sampling as of the last batch.
+    current: Current,
 }
 
 /// The running figures of a part.
@@ -68,7 +71,7 @@ pub struct RunningFigures {
     pub points: Points,
     /// The mesh; points wait up to a batch before they are in it.
     pub mesh: MeshFigures,
-    /// The sampling, as of [`SamplingFigures::as_of_points`].
+    /// The sampling, as of [`SamplingFigures::as_of_points`], and what is kept current of it.
     pub sampling: SamplingFigures,
     /// The form, once a fit could be made.
     pub form: Option<FormFigures>,
@@ -105,6 +108,7 @@ impl Pipeline {
             next: None,
             next_sampling: FIRST_SAMPLING,
             remembered: Remembered::default(),
+            current: Current::default(),
         }
     }
 
@@ -144,8 +148,8 @@ impl Pipeline {
         self.received
     }
 
-    /// The figures now. The cost depends on the cells of the map, not on the points; the sampling, which
-    /// does cost more with more points, is looked at only when they have grown by a quarter.
+    /// The figures now. The cost depends on the cells of the map and on what changed in the mesh, not on the
+    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter.
     pub fn figures(&mut self) -> RunningFigures {
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
@@ -160,7 +164,10 @@ impl Pipeline {
                     .ok()
                     .map(Arc::new)
             });
+            self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
+        } else {
+            self.current.keep_up(&self.mesh, &self.part, &self.remembered);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -172,10 +179,11 @@ impl Pipeline {
             points,
             mesh: MeshFigures {
                 projection: self.projector.figures(),
+                area_mm2: self.current.whole_area_mm2().unwrap_or(self.seen.area_mm2),
                 // Looking at the whole mesh anew would cost every triangle.
                 ..look::with_counts(&self.mesh, self.seen.clone())
             },
-            sampling: self.sampling.clone(),
+            sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
             form: estimate
                 .as_ref()
                 .map(|estimate| figures::running_form(&self.part, estimate, &plane)),

@@ -5,6 +5,7 @@
 //! feature size is the nominal's ([`meridian`]), or, without one, that of the points ([`measured`]).
 
 mod border;
+mod current;
 mod measured;
 mod meridian;
 mod next;
@@ -29,6 +30,7 @@ use super::projection::{Along, Projector};
 use crate::config::Part;
 use crate::report::SamplingFigures;
 
+pub(crate) use self::current::Current;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
 
 /// A mesh in the frame of its plane of projection.
@@ -335,6 +337,7 @@ impl Look<'_> {
             islands: areas.map(|_| islands.islands),
             holes: areas.map(|_| islands.holes),
             hole_max_mm2: areas.and(islands.hole_max_mm2),
+            current: None,
         };
         let coverage = Some(coverage);
         Findings { figures, covered, area_mm2, coverage, otherwise_mm: target.spacing_mm }
