@@ -5,11 +5,13 @@
 //! and their order. No clock is read here.
 
 mod cutting;
+mod defects;
 mod figures;
 mod judgement;
 mod look;
 mod maps;
 mod measurement;
+mod partition;
 mod projection;
 mod running;
 pub(crate) mod sampling;
