@@ -146,7 +146,7 @@ impl Screen<'_> {
         let extent_mm = [high_mm[0] - low_mm[0], high_mm[1] - low_mm[1]];
         let counts = extent_mm.map(|extent| (extent / side_mm).floor() + 1.0);
         // Written so that NaN fails.
-        if !(counts[0] * counts[1] <= super::cells::most(used as usize)) {
+        if !(side_mm > 0.0 && counts[0] * counts[1] <= super::cells::most(used as usize)) {
             return Err(DefectsUnknown::Scattered { side_mm, extent_mm, points: used as usize });
         }
         let size = counts.map(|count| count as usize);

@@ -180,3 +180,6 @@ fn part(
         Err(other) => Err(other),
     }
 }
+
+#[cfg(test)]
+mod tests;
