@@ -47,6 +47,19 @@ pub(crate) fn of_part(
     figures
 }
 
+/// The defects of a mesh in the frame of `plane`, and which way it bends: all that the final report says of them.
+/// `deviations_mm` are those of its vertices, `sampling` is what is known of it.
+pub fn features_of_mesh(
+    mesh: &Mesh,
+    part: &Part,
+    deviations_mm: &[f64],
+    plane: &Plane,
+    sampling: &SamplingFigures,
+) -> FeatureFigures {
+    let triangles = mesh.triangles();
+    of_part(Meshed { mesh, triangles: &triangles, plane, sampling }, part, Ok(deviations_mm))
+}
+
 /// The same of points of which nothing else is known.
 ///
 /// Takes two to three times as long as their mesh.

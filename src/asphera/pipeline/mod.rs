@@ -23,6 +23,7 @@ use std::sync::Arc;
 use asphera_surface::{Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
+pub use defects::features_of_mesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
