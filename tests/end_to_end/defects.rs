@@ -42,7 +42,7 @@ fn nominal(folder: &Path, more: &str) -> String {
 }
 
 fn figures(words: &[&str]) -> Value {
-    let output = run(&[words, &["--json"]].concat());
+    let output = run([words, &["--json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     json(&output)
 }
@@ -79,7 +79,7 @@ fn defects_are_named_with_and_without_a_nominal() {
     let report = figures(&["measure", file, "--nominal", &with]);
     assert_both(&report);
     assert_eq!(report["verdict"]["status"], "pass");
-    let text = run(&["measure", file, "--nominal", &with]).stdout;
+    let text = run(["measure", file, "--nominal", &with]).stdout;
     let text = String::from_utf8(text).unwrap();
     assert!(text.contains("defects    2 beyond ") && text.contains("scratch -2"), "{text}");
     assert!(text.contains("bends      concave"), "{text}");
@@ -89,7 +89,7 @@ fn defects_are_named_with_and_without_a_nominal() {
     assert!(found.get("defects").is_none());
     assert!(found["defects_unknown"].as_str().unwrap().contains("defects = false"));
     let wrong = nominal(dir.path(), "defects = 3\n");
-    let refused = run(&["sampling", file, "--nominal", &wrong]);
+    let refused = run(["sampling", file, "--nominal", &wrong]);
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("defects"));
 }
@@ -107,7 +107,7 @@ fn a_plane_of_any_direction_cuts_a_part() {
     let around_mm = std::f64::consts::TAU * radius_mm;
     assert!((number(&found, "/length_mm") / around_mm - 1.0).abs() < 0.01, "{found}");
     assert!(number(&found, "/deviation/rms_nm") < 60.0, "{found}");
-    let leaning = run(&["section", file, "--plane", "0.3,0.2,-1,0"]);
+    let leaning = run(["section", file, "--plane", "0.3,0.2,-1,0"]);
     let csv = String::from_utf8(leaning.stdout).unwrap();
     assert!(csv.starts_with("piece,s_mm,x_mm,y_mm,z_mm\n0,0,"), "{csv}");
     for line in csv.lines().skip(1) {
@@ -115,9 +115,9 @@ fn a_plane_of_any_direction_cuts_a_part() {
         let [_, _, x, y, z] = fields[..] else { panic!("{line}") };
         assert!((0.3 * x + 0.2 * y - z).abs() < 1e-12, "{line}");
     }
-    let nowhere = run(&["section", file, "--plane", "0,0,1,-3"]);
+    let nowhere = run(["section", file, "--plane", "0,0,1,-3"]);
     assert_eq!(nowhere.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&nowhere.stderr).contains("meets no measured surface"));
-    let none = run(&["section", file, "--plane", "0,0,0,1"]);
+    let none = run(["section", file, "--plane", "0,0,0,1"]);
     assert!(String::from_utf8_lossy(&none.stderr).contains("plane with normal (0, 0, 0)"));
 }

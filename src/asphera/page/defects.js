@@ -1,7 +1,7 @@
 // Defects: marks for the map, a table of what each is, and which way the surface bends.
 
 import { byId, setRows, setText } from "./dom.js";
-import { DASH, count, fixed, known, percent, place, signedNm, significant } from "./format.js";
+import { DASH, count, fixed, known, percent, signedNm, significant } from "./format.js";
 
 /** How near to a mark a press chooses it, in shares of the map's width. */
 const NEAR = 0.02;
@@ -80,8 +80,8 @@ export class Defects {
       className: index === this.#chosen ? "chosen" : "",
       cells: [
         String(index + 1),
-        `${defect.kind}${defect.on_border ? ", at the border" : ""}`,
-        ...[`${signedNm(defect.height_nm)} nm`, sizeOf(defect), place(at), `${fixed(defect.significance, 0)} σ`]
+        { text: defect.kind, small: defect.on_border ? " cut off" : "" },
+        ...[signedNm(defect.height_nm), sizeOf(defect).replace(/ mm$/, ""), at.map((mm) => fixed(mm, 2)).join(", "), fixed(defect.significance, 0)]
           .map((text) => ({ text, className: "num" })),
       ],
     })));
@@ -100,7 +100,7 @@ function lineOf({ shape, length_mm, orientation_deg }, at, frames) {
 
 function sizeOf({ area_mm2, length_mm, width_mm }) {
   if (known(length_mm) && known(width_mm)) return `${significant(length_mm)} × ${significant(width_mm)} mm`;
-  if (known(length_mm)) return `${significant(length_mm)} mm long`;
+  if (known(length_mm)) return `${significant(length_mm)} mm`;
   return known(area_mm2) ? `${significant(area_mm2)} mm²` : DASH;
 }
 

@@ -41,7 +41,7 @@ pub(crate) fn of_part(
     let searched = match (&part.defects, deviations_mm) {
         (None, _) => Err("not wanted: the nominal says defects = false".to_owned()),
         (Some(_), Err(why)) => Err(why),
-        (Some(limits), Ok(deviations_mm)) => meshed.from_nominal(limits, deviations_mm, noise),
+        (Some(limits), Ok(deviations_mm)) => meshed.by_deviation(limits, deviations_mm, noise),
     };
     told(&mut figures, searched, part.defects.as_ref(), meshed.plane);
     figures
@@ -68,7 +68,7 @@ pub(crate) fn of_points(meshed: Meshed<'_>) -> FeatureFigures {
     let patches = Patches::new(meshed.mesh.points(), |_| true);
     let mut figures = partition::figures(patches, noise, crate::config::FLAT_BELOW_PER_MM);
     let limits = DefectLimits::default();
-    told(&mut figures, meshed.from_points(&limits, noise), Some(&limits), meshed.plane);
+    told(&mut figures, meshed.by_points(&limits, noise), Some(&limits), meshed.plane);
     figures
 }
 
@@ -92,7 +92,7 @@ impl Meshed<'_> {
         (spacing_mm > 0.0 && spacing_mm.is_finite()).then_some(spacing_mm)
     }
 
-    fn from_nominal(
+    fn by_deviation(
         &self,
         limits: &DefectLimits,
         deviations_mm: &[f64],
@@ -123,7 +123,7 @@ impl Meshed<'_> {
         Ok(Searched { defects: found.defects, by })
     }
 
-    fn from_points(&self, limits: &DefectLimits, noise: Option<Noise>) -> Result<Searched, String> {
+    fn by_points(&self, limits: &DefectLimits, noise: Option<Noise>) -> Result<Searched, String> {
         let points = self.mesh.points();
         let spacing_mm = self.spacing_mm().ok_or("the points span no area")?;
         let adjacency = Adjacency::new(points, self.triangles, Some(REACH * spacing_mm))

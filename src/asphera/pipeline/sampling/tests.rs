@@ -139,12 +139,11 @@ fn noise_that_hides_medial_balls_leaves_the_curvature() {
     };
     // A sphere, and an ellipsoid whose least radius of curvature is that at its pole, 12²/18 mm.
     let [a_mm, b_mm, c_mm] = [12.0_f64, 20.0, 18.0];
-    let sphere = |x: f64, y: f64| (400.0 - x * x - y * y).sqrt();
-    let ellipsoid =
-        move |x: f64, y: f64| c_mm * (1.0 - (x / a_mm).powi(2) - (y / b_mm).powi(2)).sqrt();
-    let surfaces: [(&dyn Fn(f64, f64) -> f64, f64); 2] =
-        [(&sphere, 20.0), (&ellipsoid, a_mm * a_mm / c_mm)];
-    for (surface, least_mm) in surfaces {
+    for (is_sphere, least_mm) in [(true, 20.0), (false, a_mm * a_mm / c_mm)] {
+        let surface = |x: f64, y: f64| match is_sphere {
+            true => (400.0 - x * x - y * y).sqrt(),
+            false => c_mm * (1.0 - (x / a_mm).powi(2) - (y / b_mm).powi(2)).sqrt(),
+        };
         let points: Vec<PointMm> = (0..350 * 350)
             .map(|index| [index % 350, index / 350].map(|i| 0.02 * (f64::from(i) - 174.5)))
             .map(|[x, y]| {
