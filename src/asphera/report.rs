@@ -3,9 +3,13 @@
 //! One set of types serves the report file, the snapshots of the page and `--json`: what is shown
 //! live and what is kept have the same names, units and meaning.
 
+mod features;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 
 /// Version of the report's layout. A reader refuses what it does not know.
 pub const FORMAT: &str = "asphera.report/1";
@@ -21,6 +25,9 @@ pub struct Report {
     pub mesh: MeshFigures,
     /// Whether the points lie densely enough.
     pub sampling: SamplingFigures,
+    /// Defects, and which way the surface bends.
+    #[serde(flatten)]
+    pub features: FeatureFigures,
     /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
     pub form: Option<FormFigures>,
     /// Pass, fail or undecided.

@@ -31,6 +31,7 @@ mod exact_tests;
 pub mod lfs;
 mod location;
 mod mesh;
+mod nearest;
 pub mod noise;
 mod order;
 mod outcome;

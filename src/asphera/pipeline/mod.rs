@@ -5,11 +5,13 @@
 //! and their order. No clock is read here.
 
 mod cutting;
+mod defects;
 mod figures;
 mod judgement;
 mod look;
 mod maps;
 mod measurement;
+mod partition;
 mod projection;
 mod running;
 pub(crate) mod sampling;
@@ -21,6 +23,7 @@ use std::sync::Arc;
 use asphera_surface::{Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
+pub use defects::features_of_mesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};

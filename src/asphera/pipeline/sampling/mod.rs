@@ -25,10 +25,11 @@ use rayon::prelude::*;
 use self::measured::{Cells, Measured};
 use self::meridian::Meridian;
 use self::places::Lifted;
+use super::defects::{self, Meshed};
 use super::look::look;
 use super::projection::{Along, Projector};
 use crate::config::Part;
-use crate::report::SamplingFigures;
+use crate::report::{FeatureFigures, SamplingFigures};
 
 pub(crate) use self::current::Current;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
@@ -78,6 +79,8 @@ pub(crate) struct Findings {
 pub struct PointsSampling {
     /// The figures.
     pub figures: SamplingFigures,
+    /// Defects, and which way the surface bends.
+    pub features: FeatureFigures,
     /// Where to measure next, if anything is known.
     pub waypoints: Option<Waypoints>,
 }
@@ -101,7 +104,10 @@ pub fn sampling_of_points(
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
     let findings = of_points(sampled, &folds, wanted);
     let waypoints = findings.waypoints(sampled);
-    PointsSampling { figures: findings.figures, waypoints }
+    let meshed =
+        Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &findings.figures };
+    let features = defects::of_points(meshed);
+    PointsSampling { figures: findings.figures, features, waypoints }
 }
 
 /// The sampling of a mesh in the frame of `plane`, of a part that lies there at `pose`: all that the final
