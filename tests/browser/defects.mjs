@@ -26,7 +26,7 @@ export async function lookAtDefects(page) {
   const rows = await page.evaluate(() => [...document.querySelectorAll("#defects tbody tr")].map((row) => row.innerText));
   check(rows.length === 3, `${rows.length} defects in the table`);
   check(/pit.*−231\.4.*0\.200 × 0\.200.*1\.\d\d, 1\.\d\d.*61/s.test(rows[0] ?? ""), `defect 1: "${rows[0]}"`);
-  check(/scratch cut off.*4\.00 × 0\.0500/s.test(rows[1] ?? ""), `defect 2: "${rows[1]}"`);
+  check(/scratch\s+cut off.*4\.00 × 0\.0500/s.test(rows[1] ?? ""), `defect 2: "${rows[1]}"`);
   check(/spike.*\+512\.0.*–/s.test(rows[2] ?? ""), `a size that is not known is no dash: "${rows[2]}"`);
   check(/^5 defects beyond 5\.5 σ of 9\.87 nm, up to 0\.412 mm wide\. The 3 clearest/.test(await text("defects-note")), `note "${await text("defects-note")}"`);
   check(/0\.210 mm: concave 98\.0.%, unknown 2\.0.%/.test(await text("bends")), `bends "${await text("bends")}"`);

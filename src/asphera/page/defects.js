@@ -80,7 +80,7 @@ export class Defects {
       className: index === this.#chosen ? "chosen" : "",
       cells: [
         String(index + 1),
-        { text: defect.kind, small: defect.on_border ? " cut off" : "" },
+        { text: defect.kind, small: defect.on_border ? "cut off" : "" },
         ...[signedNm(defect.height_nm), sizeOf(defect).replace(/ mm$/, ""), at.map((mm) => fixed(mm, 2)).join(", "), fixed(defect.significance, 0)]
           .map((text) => ({ text, className: "num" })),
       ],
