@@ -87,8 +87,10 @@ impl<C: Cells> Delaunay<C> {
             }
             _ => sheet.insert(points, &self.cells, batch.clone()),
         }
-        let first = batch.end - sheet.slots.len() as VertexId;
-        self.cells.note_landmarks(points, first, &sheet.slots);
+        if !sheet.slots.is_empty() {
+            let first = batch.end - sheet.slots.len() as VertexId;
+            self.cells.note_landmarks(points, first, &sheet.slots);
+        }
         if let Some(plane) = &mut sheet.plane
             && let Some(mut hints) = plane.hints.outgrown()
         {
