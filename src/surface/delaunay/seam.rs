@@ -77,3 +77,78 @@ fn closes(first: usize, within: Range<usize>, place: impl Fn(usize) -> Place) ->
 
 /// A line of fewer points is none.
 const LEAST_POINTS: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn seam_of(places: &[Place]) -> Option<Seam> {
+        seam(places.len(), |index| places[index])
+    }
+
+    /// Lines of 50 points, every other one backwards if they turn.
+    fn lines(count: usize, turning: bool) -> Vec<Place> {
+        let at = |index: usize| {
+            let (line, step) = (index / 50, index % 50);
+            let step = if turning && line % 2 == 1 { 49 - step } else { step };
+            [step as f64, line as f64]
+        };
+        (0..count).map(at).collect()
+    }
+
+    #[test]
+    fn lines_are_cut_at_a_whole_one_next_to_the_middle() {
+        for turning in [false, true] {
+            let found = seam_of(&lines(2_000, turning));
+            assert_eq!(found, Some(Seam { points: 1_000..1_050, closed: false }), "{turning}");
+            // The batch begins within a line.
+            let found = seam_of(&lines(2_000, turning)[20..]);
+            assert_eq!(found, Some(Seam { points: 980..1_030, closed: false }), "{turning}");
+        }
+    }
+
+    #[test]
+    fn a_spiral_is_cut_at_a_turn() {
+        let spiral: Vec<Place> = (0..4_000)
+            .map(|index| {
+                let angle = (2.0 * TAU * f64::from(index)).sqrt();
+                [angle / TAU * angle.cos(), angle / TAU * angle.sin()]
+            })
+            .collect();
+        let Some(Seam { points, closed: true }) = seam_of(&spiral) else { panic!("it turns") };
+        let angle = |index: usize| (2.0 * TAU * index as f64).sqrt();
+        let turned = angle(points.end - 1) - angle(points.start);
+        assert!((turned - TAU).abs() < 0.03, "{points:?}: {turned}");
+        assert!(points.start.abs_diff(2_000) < 100, "{points:?}");
+    }
+
+    #[test]
+    fn rings_are_cut_at_one_of_as_many_points() {
+        // Far from the centre the next ring is nearer than the next point.
+        let rings: Vec<Place> = (0..8_000)
+            .map(|index| {
+                let (radius, angle) = (1e3 + f64::from(index / 200), f64::from(index % 200));
+                let angle = angle / 200.0 * TAU;
+                [radius * angle.cos(), radius * angle.sin()]
+            })
+            .collect();
+        let Some(Seam { points, closed: true }) = seam_of(&rings) else { panic!("they turn") };
+        assert!((199..=201).contains(&points.len()), "{points:?}");
+    }
+
+    #[test]
+    fn there_is_none_in_what_is_no_scan_of_many_lines() {
+        assert_eq!(seam_of(&[]), None);
+        assert_eq!(seam_of(&[[1.0, 1.0]; 100]), None);
+        let line: Vec<Place> = (0..1_000).map(|index| [f64::from(index), 0.0]).collect();
+        assert_eq!(seam_of(&line), None);
+        let scattered: Vec<Place> = (0..1_000)
+            .map(|index| [(f64::from(index) * 0.618).fract(), (f64::from(index) * 0.414).fract()])
+            .collect();
+        assert_eq!(seam_of(&scattered), None);
+        // Lines as long as the window.
+        assert_eq!(seam_of(&lines(150, true)), None);
+    }
+}
