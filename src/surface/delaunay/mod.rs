@@ -7,7 +7,8 @@
 //! Scans are what it is made for: a batch is cut into runs along lines ([`runs`]); a run that lies outside
 //! the hull, as the next line of a growing scan does, is sewn to it as a whole ([`strip`]); all
 //! else is inserted point by point ([`insert`]), runs ends first and then by bisection, and points in no
-//! order by the place they belong to. Vertices go one by one ([`remove`]).
+//! order by the place they belong to. A large batch of lines is meshed as two [`blocks`] at the same
+//! time. Vertices go one by one ([`remove`]).
 
 mod blocks;
 mod cells;
@@ -210,5 +211,5 @@ impl<C: Cells> Delaunay<C> {
     }
 }
 
-/// Batches of fewer points are not worth a second thread.
+/// Lines in batches of fewer points are not worth a second thread.
 const FOR_TWO: usize = 8192;
