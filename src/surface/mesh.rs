@@ -8,6 +8,8 @@ mod neighbours;
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 pub use self::changes::{BoundsMm, ChangedPart, Changes, HEIGHTS_REMEMBERED, Revision};
 pub use self::edit::EditError;
 use self::edit::Edits;
@@ -21,6 +23,12 @@ use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
 /// How many points [`Mesh::push`] gathers before it inserts them.
 pub const BATCH_POINTS: usize = 1024;
+
+/// How many such batches are inserted as one when points need not be current one by one.
+const LARGE_BATCHES: usize = 64;
+
+/// Fewer points are not worth a second thread for taking them over.
+const FOR_TWO: usize = 16_384;
 
 /// The triangulation of a surface's points, projected along z; it grows by batches of any size.
 ///
@@ -134,10 +142,15 @@ impl Mesh {
             // By half, not twice: what is kept for points to come is lost to others.
             self.points.reserve_exact(batch.len().max(self.points.len() / 2));
         }
-        for (index, &point) in batch.iter().enumerate() {
-            match admit(point) {
-                Ok(point) => self.points.push(point),
-                Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
+        if batch.len() >= FOR_TWO && batch.par_iter().all(|&point| admit(point).is_ok()) {
+            // Much of the time goes into the system's handing out of the memory.
+            self.points.par_extend(batch.par_iter().map(|&point| admit(point).unwrap_or(point)));
+        } else {
+            for (index, &point) in batch.iter().enumerate() {
+                match admit(point) {
+                    Ok(point) => self.points.push(point),
+                    Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
+                }
             }
         }
         let duplicated =
@@ -277,8 +290,18 @@ impl Default for Mesh {
 }
 
 impl Extend<PointMm> for Mesh {
+    /// As [`Mesh::push`] for each: as many wait at the end. What is inserted is inserted by larger batches,
+    /// which two threads can share.
     fn extend<I: IntoIterator<Item = PointMm>>(&mut self, points: I) {
-        points.into_iter().for_each(|point| self.push(point));
+        for point in points {
+            self.pending.push(point);
+            if self.pending.len() == LARGE_BATCHES * BATCH_POINTS {
+                self.flush();
+            }
+        }
+        let waiting = self.pending.split_off(self.pending.len() / BATCH_POINTS * BATCH_POINTS);
+        self.flush();
+        self.pending.extend(waiting);
     }
 }
 

@@ -80,7 +80,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
                 ..part
             };
             let mut pipeline = Pipeline::along(part, args.along);
-            topography.points().for_each(|point| pipeline.take_position(point));
+            pipeline.take_positions(topography.points());
             let measurement = pipeline.finish();
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
             let waypoints = next.map(Next::waypoints);

@@ -91,7 +91,7 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
     let topography = topography(&args.file)?;
     let measurement = part.map(|part| {
         let mut pipeline = Pipeline::new(part);
-        topography.points().for_each(|point| pipeline.take_position(point));
+        pipeline.take_positions(topography.points());
         pipeline.finish()
     });
     let unmeasured;

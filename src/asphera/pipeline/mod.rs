@@ -20,7 +20,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asphera_surface::{Mesh, PointMm};
+use asphera_surface::{BATCH_POINTS, Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
@@ -130,12 +130,28 @@ impl Pipeline {
 
     /// Takes a point of a file.
     pub fn take_position(&mut self, position_mm: PointMm) {
-        self.received += 1;
-        if position_mm.iter().all(|coordinate| coordinate.is_finite()) {
-            self.accept(position_mm);
-        } else {
-            *self.flagged.entry("not_finite").or_default() += 1;
+        self.take_positions([position_mm]);
+    }
+
+    /// Takes points of a file. The mesh gets many at a time, which two threads can share.
+    pub fn take_positions(&mut self, positions_mm: impl IntoIterator<Item = PointMm>) {
+        let (mesh, running) = (&mut self.mesh, &mut self.running);
+        let mut accepted = Vec::new();
+        for position_mm in positions_mm {
+            self.received += 1;
+            if !position_mm.iter().all(|coordinate| coordinate.is_finite()) {
+                *self.flagged.entry("not_finite").or_default() += 1;
+                continue;
+            }
+            self.projector.take(position_mm, |uvw_mm| {
+                accepted.push(uvw_mm);
+                running.push(uvw_mm);
+            });
+            if accepted.len() >= AT_A_TIME {
+                mesh.extend(accepted.drain(..));
+            }
         }
+        mesh.extend(accepted);
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -258,6 +274,9 @@ fn accept(mesh: &mut Mesh, running: &mut Running, uvw_mm: PointMm) {
     mesh.push(uvw_mm);
     running.push(uvw_mm);
 }
+
+/// Points of a file are handed to the mesh by so many, a multiple of what it gathers by itself.
+const AT_A_TIME: usize = 64 * BATCH_POINTS;
 
 /// Below this many vertices the sampling says little.
 const FIRST_SAMPLING: u64 = 2000;
