@@ -3,12 +3,14 @@
 //! One set of types serves the report file, the snapshots of the page and `--json`: what is shown
 //! live and what is kept have the same names, units and meaning.
 
+mod features;
 mod form;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, RingFigures, ZernikeFigures, ZernikeTerm,
 };
@@ -27,6 +29,9 @@ pub struct Report {
     pub mesh: MeshFigures,
     /// Whether the points lie densely enough.
     pub sampling: SamplingFigures,
+    /// Defects, and which way the surface bends.
+    #[serde(flatten)]
+    pub features: FeatureFigures,
     /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
     pub form: Option<FormFigures>,
     /// Pass, fail or undecided.
@@ -66,7 +71,7 @@ pub struct MeshFigures {
     pub edges: u64,
     /// Vertices on the convex hull of the projection.
     pub hull: u64,
-    /// Area of the lifted triangles in mm².
+    /// Area of the lifted triangles in mm²; in a snapshot as of `sampling.current.as_of_points`.
     pub area_mm2: f64,
     /// Whether no two points stand above each other at different heights, and no fold was found.
     pub projectable: bool,
@@ -240,6 +245,42 @@ pub struct SamplingFigures {
     pub unknown: Vec<String>,
     /// How many points had arrived when these figures were made.
     pub as_of_points: u64,
+    /// In a snapshot: the figures that are kept current while points arrive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<CurrentFigures>,
+}
+
+/// The figures of the sampling that are kept current while points arrive: never in a report.
+///
+/// They are simpler than the others, to the safe side. A triangle counts as a whole if its centre lies in the
+/// aperture, where the part lay at the last look (`sampling.as_of_points`); also one that bridges what was not
+/// scanned. Thin triangles along the outline have the gap that their corners alone tell. The local feature size
+/// is that at one corner, less what it may lose on the way across the triangle. Percentiles are upper bounds, by up
+/// to 1/8 too large.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurrentFigures {
+    /// How many points had arrived in the mesh. Fewer than in the mesh by now where points come in no order: then
+    /// these figures wait for the next look, too.
+    pub as_of_points: u64,
+    /// Triangles that count.
+    pub triangles: u64,
+    /// Their area in space in mm².
+    pub area_mm2: f64,
+    /// Share of their projected area that is sampled densely enough, 0 to 1. Not the coverage: what no triangle
+    /// reaches does not count.
+    pub dense_fraction: Option<f64>,
+    /// Largest gap in mm.
+    pub gap_max_mm: Option<f64>,
+    /// Gap that half of the area has at most.
+    pub gap_median_mm: Option<f64>,
+    /// Area-weighted 99th percentile of the gap.
+    pub gap_p99_mm: Option<f64>,
+    /// Largest ε; absent where the local feature size is not known.
+    pub epsilon_max: Option<f64>,
+    /// Area-weighted 99th percentile of ε.
+    pub epsilon_p99: Option<f64>,
+    /// Half of the area has facets of this spacing in mm or less; off by less than 1/16.
+    pub spacing_median_mm: Option<f64>,
 }
 
 /// A region that is not covered.

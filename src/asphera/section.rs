@@ -3,8 +3,8 @@
 //! Nothing here reads a file or a clock: it is for whoever has a mesh, finished or still growing.
 
 use asphera_surface::sections::{
-    CircleFit, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError, SectionPath,
-    section,
+    CircleFit, CuttingPlane, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError,
+    SectionPath, cut, section,
 };
 use asphera_surface::{Mesh, VertexId};
 use serde::Serialize;
@@ -109,6 +109,13 @@ pub enum PathFigures {
         /// The direction, counter-clockwise from x.
         angle_deg: f64,
     },
+    /// A plane, n·p = d.
+    Plane {
+        /// Its unit normal.
+        normal: [f64; 3],
+        /// Its distance from the origin along the normal, mm.
+        offset_mm: f64,
+    },
 }
 
 /// A piece of a section without a break.
@@ -120,7 +127,7 @@ pub struct PieceFigures {
     pub to_s_mm: f64,
     /// Its points.
     pub points: usize,
-    /// Why it begins there: `path`, `hull`, `gap`, `closed`.
+    /// Why it begins there: `path`, `hull`, `gap`, `closed`, or of a plane `junction`.
     pub begins: &'static str,
     /// Why it ends there.
     pub ends: &'static str,
@@ -189,7 +196,7 @@ pub struct DeviationProfile {
 pub struct Columns {
     /// The piece, from 0 on.
     pub piece: Vec<usize>,
-    /// Arc position, mm.
+    /// Arc position, mm; of a plane the length in space from the beginning of the piece.
     pub s_mm: Vec<f64>,
     /// Measured frame, mm.
     pub x_mm: Vec<f64>,
@@ -220,25 +227,54 @@ pub fn report(
     deviations_nm: Option<&Deviations>,
 ) -> Result<SectionReport, SectionError> {
     let found = section(mesh, path, gap_limit_mm)?;
-    let met = deviations_nm.map(|of| Met::new(&found, of));
-    let mut reasons = Vec::new();
     let straight = !matches!(path, SectionPath::Circle { .. });
-    let height = height(&Profile::heights(&found), straight, &mut reasons);
+    Ok(told_of(&found, path_figures(path), straight, gap_limit_mm, deviations_nm))
+}
+
+/// Cuts a mesh by a plane of any direction, in as many pieces as that gives. Lines and circles are not fitted to
+/// them.
+///
+/// Takes time in proportion to all triangles.
+///
+/// # Errors
+///
+/// If the limit makes no sense.
+pub fn report_of_plane(
+    mesh: &Mesh,
+    plane: &CuttingPlane,
+    gap_limit_mm: Option<f64>,
+    deviations_nm: Option<&Deviations>,
+) -> Result<SectionReport, SectionError> {
+    let found = cut(mesh, plane, gap_limit_mm)?;
+    let path = PathFigures::Plane { normal: plane.normal(), offset_mm: plane.offset_mm() };
+    Ok(told_of(&found, path, false, gap_limit_mm, deviations_nm))
+}
+
+fn told_of(
+    found: &Section,
+    path: PathFigures,
+    straight: bool,
+    gap_limit_mm: Option<f64>,
+    deviations_nm: Option<&Deviations>,
+) -> SectionReport {
+    let met = deviations_nm.map(|of| Met::new(found, of));
+    let mut reasons = Vec::new();
+    let height = height(&Profile::heights(found), straight, &mut reasons);
     let deviation = met.as_ref().and_then(|met| {
-        let profile = Profile::of(&found, |vertex| met.deviation_nm(vertex) * 1e-6);
+        let profile = Profile::of(found, |vertex| met.deviation_nm(vertex) * 1e-6);
         told(deviation(&profile), "deviation", &mut reasons)
     });
-    Ok(SectionReport {
+    SectionReport {
         format: FORMAT,
-        path: path_figures(path),
+        path,
         gap_limit_mm,
         length_mm: found.length_mm(),
-        pieces: pieces(&found),
+        pieces: pieces(found),
         height,
         deviation,
         reasons,
-        points: Some(columns(&found, met.as_ref())),
-    })
+        points: Some(columns(found, met.as_ref())),
+    }
 }
 
 /// The vertices of the triangles met, ascending, and their deviations.

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures, SessionFigures, Verdict};
+use crate::report::{
+    FeatureFigures, FormFigures, MeshFigures, Points, SamplingFigures, SessionFigures, Verdict,
+};
 
 /// Version of the snapshot's layout.
 pub const FORMAT: &str = "asphera.snapshot/1";
@@ -30,6 +32,9 @@ pub struct Snapshot {
     pub mesh: MeshFigures,
     /// The sampling.
     pub sampling: SamplingFigures,
+    /// Defects, and which way the surface bends: once the session ended.
+    #[serde(flatten)]
+    pub features: FeatureFigures,
     /// The form, as soon as a fit can be made.
     pub form: Option<FormFigures>,
     /// Pass, fail or undecided. Undecided until the session ended.

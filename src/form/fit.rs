@@ -182,10 +182,7 @@ pub(crate) fn solve(
 ) -> Result<Fit, FitError> {
     let roots = weights.map(|weights| weights.roots.as_slice());
     let start = start::find(points, nominal, settings);
-    let select = |pose: &Pose, shape: &Nominal| {
-        Selection::new(points, roots, shape, pose, &settings.aperture)
-    };
-    let mut selection = select(&start, nominal);
+    let mut selection = Selection::new(points, roots, nominal, &start, &settings.aperture);
     let (mut pose, mut shape) = (start, nominal.clone());
     let (mut iterations, mut evaluations) = (0, 0);
     let mut coarse = true;
@@ -200,6 +197,7 @@ pub(crate) fn solve(
             iterations: settings.max_iterations,
             rank_tolerance: settings.rank_tolerance,
             polish: !coarse || last,
+            damping: 0.0,
         };
         let mut solved = refine_by(&selection, pose, shape, settings, limits)
             .ok_or(FitError::Overflow { used })?;
@@ -207,8 +205,8 @@ pub(crate) fn solve(
         evaluations += solved.refined.evaluations;
         (solved.refined.iterations, solved.refined.evaluations) = (iterations, evaluations);
         (pose, shape) = (solved.refined.pose, solved.refined.nominal.clone());
-        let next = select(&pose, &shape);
-        let changed = selection.memberships.iter().zip(&next.memberships);
+        let next = selection.memberships_under(points, &shape, &pose, &settings.aperture);
+        let changed = selection.memberships.iter().zip(&next);
         let changed = changed.filter(|(old, new)| old != new).count();
         let settled = changed == 0 && (!coarse || last);
         if last && !settled {
@@ -218,7 +216,9 @@ pub(crate) fn solve(
             return Ok(report(solved, points, &selection, weights, start, settings));
         }
         coarse = coarse && changed > 0;
-        selection = next;
+        if changed > 0 {
+            selection = Selection::of(points, roots, next);
+        }
     }
 }
 

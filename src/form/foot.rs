@@ -162,6 +162,11 @@ fn asphere(surface: &Asphere, rho: f64, zeta: f64) -> Option<(f64, f64, f64, f64
         let settled = slope_of_g > 0.0 && (next - s).abs() <= tolerance;
         // At the vertex of a point on the axis g is exactly 0 whatever the curvature.
         if g == 0.0 || settled || (bounded && high - low <= tolerance) {
+            // Where the power series has run away, the surface is as good as upright everywhere and every
+            // point would lie on it.
+            if profile.slope.abs() > STEEPEST {
+                return None;
+            }
             let n_z = (1.0 + profile.slope * profile.slope).sqrt().recip();
             let distance = (profile.slope * (s - rho) - above) * n_z;
             return Some((s, -profile.slope * n_z, n_z, distance));
@@ -190,6 +195,8 @@ fn asphere(surface: &Asphere, rho: f64, zeta: f64) -> Option<(f64, f64, f64, f64
 
 /// The last piece before the end of the root is left out: there the slope grows beyond all bounds.
 const INSIDE_DOMAIN: f64 = 1.0 - 1e-12;
+/// Steeper than any place within [`INSIDE_DOMAIN`] of a sphere.
+const STEEPEST: f64 = 1e7;
 /// Relative size of the last Newton step.
 const STEP_TOLERANCE: f64 = 4.0 * f64::EPSILON;
 /// Bisection alone needs about 60 steps from the widest bounds.

@@ -39,12 +39,13 @@ pub(crate) fn foot(shape: &dyn Shape, part_mm: PointMm) -> Option<FreeFoot> {
         if length_mm <= tolerance {
             return here.foot(part_mm);
         }
-        let next = match here.moved(shape, part_mm, full) {
+        let size_mm = here.size_mm(part_mm);
+        let next = match here.moved(shape, part_mm, full, length_mm <= CLOSE * size_mm) {
             Some(next) => next,
             None => here.downhill(shape, part_mm, tolerance)?,
         };
         // Newton's error is squared by a step: below this size the next one is within rounding.
-        let last = length_mm <= SQUARED_AWAY * here.size_mm(part_mm);
+        let last = length_mm <= SQUARED_AWAY * size_mm;
         here = next;
         if last {
             return here.foot(part_mm);
@@ -132,14 +133,21 @@ impl Trial {
         (du * du + dv * dv + rise * rise).sqrt()
     }
 
-    /// The place after a step, if it is one and not farther from the point.
-    fn moved(&self, shape: &dyn Shape, part_mm: PointMm, step: [f64; 2]) -> Option<Trial> {
+    /// The place after a step, if it is one and not farther from the point. Close to the foot the distance
+    /// only changes by its rounding, and the step is right.
+    fn moved(
+        &self,
+        shape: &dyn Shape,
+        part_mm: PointMm,
+        step: [f64; 2],
+        is_close: bool,
+    ) -> Option<Trial> {
         let (u, v) = (self.u + step[0], self.v + step[1]);
         let next = Trial::of(u, v, shape.jet(u, v)?, part_mm)?;
         // Rounding of a coordinate changes the distance by as much.
         let distance_mm = (2.0 * self.half_square).sqrt();
         let slack = DESCENT_SLACK * self.size_mm(part_mm) * distance_mm;
-        (next.half_square <= self.half_square + slack).then_some(next)
+        (is_close || next.half_square <= self.half_square + slack).then_some(next)
     }
 
     /// The first of ever shorter steps of Gauss that ends nearer to the point. `None` if none does that is
@@ -147,7 +155,7 @@ impl Trial {
     fn downhill(&self, shape: &dyn Shape, part_mm: PointMm, tolerance: f64) -> Option<Trial> {
         let mut step = self.gauss();
         while self.along_mm(step) > tolerance {
-            if let Some(next) = self.moved(shape, part_mm, step) {
+            if let Some(next) = self.moved(shape, part_mm, step, false) {
                 return Some(next);
             }
             step = [0.5 * step[0], 0.5 * step[1]];
@@ -174,6 +182,8 @@ impl Trial {
 const INSIDE_DOMAIN: f64 = 0.95;
 /// Relative size of a step that is rounding.
 const STEP_TOLERANCE: f64 = 4.0 * f64::EPSILON;
+/// Relative size of a step that is not asked whether it leads nearer.
+const CLOSE: f64 = 1e-6;
 /// Relative size of the last step but the one that rounding swallows.
 const SQUARED_AWAY: f64 = 1e-9;
 /// Share of the coordinates by which rounding may make the distance grow.

@@ -7,6 +7,9 @@
 //! make of it; [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same figures, provisional,
 //! while points still arrive. [`artefact`] makes data whose fit is known exactly.
 //!
+//! [`figures`] are those of form by the optical standards, [`texture`] filters a deviation and gives its areal
+//! parameters.
+//!
 //! Lengths are millimetres and angles radians. Two frames occur: the *part frame*, in which the nominal
 //! has its vertex at the origin and its axis along +z, and the *measured frame*, in which the points are.
 //! A deviation is measured minus nominal along the normal of the nominal, positive on the +z side.
@@ -45,6 +48,7 @@ mod spline_fit;
 mod start;
 mod svd;
 mod symmetry;
+pub mod texture;
 mod triangle;
 mod verdict;
 mod weight;

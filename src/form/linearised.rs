@@ -1,5 +1,7 @@
 //! All points so far, linearised at one pose and shape: what the running figures are made of.
 
+use rayon::prelude::*;
+
 use crate::deviation::NM_PER_MM;
 use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
 use crate::model::Model;
@@ -37,7 +39,34 @@ struct Cell {
     high: PointMm,
 }
 
+impl Cell {
+    fn merge(&mut self, other: &Cell) {
+        self.count += other.count;
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, part)| *sum += part);
+        self.point_sum_mm.iter_mut().zip(other.point_sum_mm).for_each(|(sum, part)| *sum += part);
+        if other.low_mm < self.low_mm {
+            (self.low_mm, self.low) = (other.low_mm, other.low);
+        }
+        if other.high_mm > self.high_mm {
+            (self.high_mm, self.high) = (other.high_mm, other.high);
+        }
+    }
+}
+
 impl Linearised {
+    /// All points at one reference. Blocks of [`BLOCK`] points are joined in order, so the result does not
+    /// depend on the number of threads.
+    pub(crate) fn of_points(fit: Fit, points: &[PointMm], settings: &LiveSettings) -> Linearised {
+        let empty = Linearised::new(fit, points.len(), &settings.grid);
+        let of_block = |block: &[PointMm]| {
+            let mut linearised = empty.clone();
+            block.iter().for_each(|&point| linearised.add(point, settings));
+            linearised
+        };
+        let blocks: Vec<Linearised> = points.par_chunks(BLOCK).map(of_block).collect();
+        blocks.into_iter().reduce(Linearised::merge).unwrap_or(empty)
+    }
+
     pub(crate) fn new(fit: Fit, made_at: usize, grid: &Grid) -> Linearised {
         let free: Vec<Parameter> =
             fit.estimates.iter().map(|estimate| estimate.parameter).collect();
@@ -81,6 +110,24 @@ impl Linearised {
         if distance_mm > cell.high_mm {
             (cell.high_mm, cell.high) = (distance_mm, point);
         }
+    }
+
+    /// Everything of another accumulator with the same reference, free parameters and grid: as if its points
+    /// had been added here, to the rounding of the sums (a share of about 1e-15 times the root of the number
+    /// of blocks). Of points equally far out the one that is here counts.
+    pub(crate) fn merge(mut self, mut other: Linearised) -> Linearised {
+        self.excluded = self.excluded.with(other.excluded);
+        self.triangle.flush();
+        other.triangle.flush();
+        self.triangle.join(&other.triangle);
+        for (cell, other) in self.cells.iter_mut().zip(other.cells) {
+            match (cell.as_mut(), other) {
+                (Some(cell), Some(other)) => cell.merge(&other),
+                (None, other) => *cell = other,
+                (Some(_), None) => {}
+            }
+        }
+        self
     }
 
     pub(crate) fn estimate(&self, grid: &Grid) -> Option<LiveEstimate> {
@@ -279,6 +326,8 @@ fn dot(row: &[f64], change: &[f64]) -> f64 {
     row.iter().zip(change).map(|(entry, step)| entry * step).sum()
 }
 
+/// Points of one block: so many that joining their cells costs little.
+const BLOCK: usize = 1 << 17;
 /// Largest number of Gauss-Newton steps for the terms of second order: one or two are usual.
 const CORRECTIONS: usize = 8;
 /// A correction that moves the surface by less than this root mean square is the last.
@@ -287,3 +336,45 @@ const CORRECTED_MM: f64 = 1e-12;
 const DAMPINGS: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
 /// Share by which the root of the sum of squares may seem to grow by rounding.
 const SLACK: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Asphere, FitSettings, fit};
+
+    #[test]
+    fn merged_blocks_are_one_accumulator() {
+        let asphere = Asphere::new(20.0, -0.8, &[(4, 1e-6)]).expect("a valid asphere");
+        let nominal = Nominal::Asphere(asphere);
+        let place = |i: u32| (f64::from(i) * 0.754_877, f64::from(i) * 0.569_840);
+        let points: Vec<PointMm> = (0..6_000)
+            .map(|i| {
+                let (u, v) = place(i);
+                let (x, y) = (12.0 * u.fract() - 6.0, 12.0 * v.fract() - 6.0);
+                [x + 0.1, y, nominal.sag_mm(x.hypot(y)) + 1e-5 * (3.0 * x).sin() + 2.0]
+            })
+            .collect();
+        let grid =
+            Grid { x_min_mm: -6.0, x_max_mm: 6.0, y_min_mm: -6.0, y_max_mm: 6.0, nx: 8, ny: 8 };
+        let settings = LiveSettings::new(FitSettings::default(), grid);
+        // A reference from the first points, so that the estimate has a way to go.
+        let reference = fit(&points[..500], &nominal, &settings.fit).expect("a fit");
+        let over = |points: &[PointMm]| {
+            let mut linearised = Linearised::new(reference.clone(), 500, &grid);
+            points.iter().for_each(|&point| linearised.add(point, &settings));
+            linearised
+        };
+        let whole = over(&points).estimate(&grid).expect("an estimate");
+        let blocks = points.chunks(1_300).map(over).reduce(Linearised::merge);
+        let merged = blocks.and_then(|blocks| blocks.estimate(&grid)).expect("an estimate");
+        assert_eq!((merged.count, merged.excluded), (whole.count, whole.excluded));
+        for (merged, whole) in merged.estimates.iter().zip(&whole.estimates) {
+            assert!((merged.value - whole.value).abs() < 1e-13, "{merged:?} {whole:?}");
+        }
+        assert!((merged.figures.rms_nm - whole.figures.rms_nm).abs() < 1e-8);
+        assert!((merged.figures.pv_nm - whole.figures.pv_nm).abs() < 1e-8);
+        for (merged, whole) in merged.map.mean_nm.iter().zip(&whole.map.mean_nm) {
+            assert!((merged - whole).abs() < 1e-8);
+        }
+    }
+}

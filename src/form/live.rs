@@ -169,9 +169,7 @@ impl Live {
         self.next_reference = (2 * self.points.len()).max(self.next_reference);
         match fit(&self.points, &self.nominal, settings) {
             Ok(fit) => {
-                let mut reference = Linearised::new(fit, self.points.len(), &self.settings.grid);
-                self.points.iter().for_each(|&point| reference.add(point, &self.settings));
-                self.reference = Some(reference);
+                self.reference = Some(Linearised::of_points(fit, &self.points, &self.settings));
                 self.failure = None;
             }
             Err(failure) => self.failure = Some(failure),

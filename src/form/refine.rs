@@ -69,6 +69,9 @@ pub(crate) struct Limits {
     /// linearly where deviations are large, and then one step more is not exact: parameters may be off by the
     /// tolerance times the condition.
     pub(crate) polish: bool,
+    /// Damping of the first step, relative to columns of unit length: far from the solution a long step
+    /// along a weak combination of parameters leads astray.
+    pub(crate) damping: f64,
 }
 
 /// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot. With
@@ -86,7 +89,7 @@ pub(crate) fn refine(
     let kept = system.determinate(&priority(free, &nominal), limits.rank_tolerance);
     let rounding_mm = ROUNDING * magnitude_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);
-    let mut damping = 0.0;
+    let mut damping = limits.damping;
     let mut iterations = 0;
     let mut last_motion_mm = 0.0;
     let (termination, last) = loop {
@@ -96,8 +99,11 @@ pub(crate) fn refine(
         let polishes = limits.polish && slow && iterations < limits.iterations;
         last_motion_mm = motion_mm;
         if motion_mm <= tolerance_mm && !polishes {
-            // The step is below the tolerance but free of charge.
-            (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
+            // The step is below the tolerance but free of charge. One that is only coarsely below may be
+            // long along a weak combination, and nobody has looked where it leads.
+            if limits.polish {
+                (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
+            }
             break (Termination::Converged { motion_mm, tolerance_mm }, newton);
         }
         if iterations >= limits.iterations {
@@ -105,22 +111,35 @@ pub(crate) fn refine(
             break (Termination::MaxIterations { limit, motion_mm }, newton);
         }
         iterations += 1;
+        // What begins to shorten the step along the weakest combination of parameters.
+        let least = FIRST_DAMPING / (newton.condition * newton.condition);
         let step = if damping > 0.0 { system.solve(&kept, damping) } else { newton.clone() };
-        let trial = after(&kept, free, &step, &pose, &nominal).and_then(|(pose, nominal)| {
+        let mut step_to = |step: &Step, pose: &Pose, nominal: &Nominal| {
+            let (pose, nominal) = after(&kept, free, step, pose, nominal)?;
             evaluations += 1;
             let (system, spread) = linearise(points, roots, &pose, &nominal, free)?;
             Some((pose, nominal, system, spread))
+        };
+        let enough = system.square() + noise(&system, rounding_mm);
+        let trial = step_to(&step, &pose, &nominal).and_then(|trial| {
+            if trial.2.square() <= enough {
+                return Some(trial);
+            }
+            // A long step along a curved valley ends on its slope: a tilt about the vertex lifts the rim by
+            // the square of the angle. The next step from there goes down again.
+            let back = trial.2.solve(&kept, damping);
+            step_to(&back, &trial.0, &trial.1).filter(|next| next.2.square() <= enough)
         });
         match trial {
-            Some(trial) if trial.2.square() <= system.square() + noise(&system, rounding_mm) => {
+            Some(trial) => {
                 (pose, nominal, system, spread) = trial;
-                damping = if damping > LEAST_DAMPING { damping * DAMPING_DOWN } else { 0.0 };
+                damping = if damping > least { damping * DAMPING_DOWN } else { 0.0 };
             }
             _ if motion_mm <= tolerance_mm => {
                 break (Termination::Converged { motion_mm, tolerance_mm }, newton);
             }
             _ => {
-                damping = (damping * DAMPING_UP).max(LEAST_DAMPING);
+                damping = (damping * DAMPING_UP).max(least);
                 if damping > MOST_DAMPING {
                     break (Termination::NoDescent { motion_mm }, newton);
                 }
@@ -209,8 +228,9 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 const SLOW: f64 = 1e-4;
 /// A motion that does not shrink to this share of the last one is rounding.
 const HALVED: f64 = 0.5;
-/// Damping of the first damped step, relative to columns of unit length.
-const LEAST_DAMPING: f64 = 1e-3;
+/// Damping of the first damped step, relative to the square of the smallest singular value of the scaled
+/// Jacobian.
+const FIRST_DAMPING: f64 = 0.1;
 const DAMPING_UP: f64 = 10.0;
 const DAMPING_DOWN: f64 = 0.1;
 const MOST_DAMPING: f64 = 1e10;

@@ -138,7 +138,13 @@ pub(crate) fn refine_robustly(
             }
             let roots = weighted_roots(&e_mm, base, loss, scale_mm);
             let tolerance_mm = limits.tolerance_mm.max(SETTLED * scale_mm);
-            let step = Limits { tolerance_mm, iterations: STEPS_A_ROUND, polish: false, ..limits };
+            let step = Limits {
+                tolerance_mm,
+                iterations: STEPS_A_ROUND,
+                polish: false,
+                damping: 0.0,
+                ..limits
+            };
             let next = refine(points, Some(&roots), refined.pose, refined.nominal, free, step)?;
             let settled = next.iterations == 0
                 && next.termination.is_converged()
@@ -203,7 +209,7 @@ fn scale(e_mm: &[f64]) -> f64 {
 /// The middle value, of an even number the upper of the two; `None` without any.
 fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, |a, b| a.total_cmp(b)).1)
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn weighted_roots(e_mm: &[f64], base: Option<&[f64]>, loss: Loss, scale_mm: f64) -> Vec<f64> {

@@ -5,12 +5,15 @@
 //! part up; its axis along that of the start, along the normal of the best plane and through the centre of the
 //! best sphere; its vertex over the centroid, over the vertex of the paraboloid of its radius and on the axis of
 //! that sphere; for freeforms, its patch laid into the points centroid on centroid and plane on plane, at
-//! [`AZIMUTHS`] turns where the turn is free. The best is taken if it is clearly better than the start.
+//! [`AZIMUTHS`] turns where the turn is free. The first that explains the points is taken, else the
+//! best if it is clearly better than the start.
 
 use nalgebra::{Matrix3, Rotation3, UnitVector3, Vector3};
 
+use crate::model::Model;
 use crate::plane::BestPlane;
 use crate::refine::{Limits, refine};
+use crate::robust::refine_robustly;
 use crate::selection::Selection;
 use crate::start::{levelled, sample, vertices};
 use crate::symmetry::disc;
@@ -32,8 +35,11 @@ pub(crate) fn search(
     let Some(plane) = BestPlane::of(&sample) else { return start };
     let refiner = Refiner { sample: &sample, nominal, settings, relief_mm: plane.rms_mm };
     let first = refiner.settled(start, &settings.free);
-    if first.as_ref().is_some_and(|first| refiner.explains(first)) {
-        return start;
+    if let Some(first) = first.as_ref().filter(|first| refiner.explains(first)) {
+        // Where the way is long, the full fit may not go the way the sample did.
+        let near = refiner.measured(start, nominal);
+        let is_near = near.is_some_and(|near| near.spread_mm <= NEAR * plane.rms_mm);
+        return if is_near { start } else { first.pose };
     }
     let candidates = if nominal.is_rotational() {
         rotational(&sample, nominal, settings, &plane)
@@ -42,13 +48,17 @@ pub(crate) fn search(
     };
     let pose_only: Vec<Parameter> =
         settings.free.iter().copied().filter(|free| Parameter::POSE.contains(free)).collect();
-    let settled: Vec<Settled> = candidates
-        .into_iter()
-        .filter_map(|candidate| refiner.settled(candidate, &pose_only))
-        .collect();
-    let most = settled.iter().chain(&first).map(|settled| settled.used).max().unwrap_or(0);
+    let mut finished: Vec<Settled> = Vec::new();
+    for candidate in candidates {
+        let Some(found) = refiner.settled(candidate, &pose_only) else { continue };
+        if refiner.explains(&found) {
+            return found.pose;
+        }
+        finished.push(found);
+    }
+    let most = finished.iter().chain(&first).map(|settled| settled.used).max().unwrap_or(0);
     let eligible = |settled: &&Settled| 4 * settled.used >= 3 * most;
-    let best = settled
+    let best = finished
         .iter()
         .filter(eligible)
         .reduce(|best, next| if next.spread_mm < SAME * best.spread_mm { next } else { best });
@@ -81,27 +91,43 @@ impl Refiner<'_> {
 
     /// The pose after a fit of the `free` parameters, in two rounds for points that come into the aperture.
     fn settled(&self, mut pose: Pose, free: &[Parameter]) -> Option<Settled> {
-        let select = |pose: &Pose, nominal: &Nominal| {
-            Selection::new(self.sample, None, nominal, pose, &self.settings.aperture)
-        };
         let limits = Limits {
             tolerance_mm: SETTLED * self.relief_mm,
             iterations: STEPS,
             rank_tolerance: self.settings.rank_tolerance.max(RANK_TOLERANCE),
             polish: false,
+            damping: DAMPING,
         };
         let mut nominal = self.nominal.clone();
+        let mut selection = self.select(&pose, &nominal);
         for _ in 0..ROUNDS {
-            let selection = select(&pose, &nominal);
             if selection.points.len() < free.len() {
                 return None;
             }
-            let refined = refine(&selection.points, None, pose, nominal, free, limits)?;
+            let refined = match self.settings.loss {
+                Loss::Squares => refine(&selection.points, None, pose, nominal, free, limits)?,
+                _ => refine_robustly(&selection, pose, nominal, free, limits, Loss::HUBER)?.refined,
+            };
             (pose, nominal) = (refined.pose, refined.nominal);
+            let next = self.select(&pose, &nominal);
+            let is_same = next.memberships == selection.memberships;
+            selection = next;
+            if is_same {
+                break;
+            }
         }
-        let selection = select(&pose, &nominal);
+        self.measured(pose, &nominal)
+    }
+
+    fn select(&self, pose: &Pose, nominal: &Nominal) -> Selection {
+        Selection::new(self.sample, None, nominal, pose, &self.settings.aperture)
+    }
+
+    /// How far the sample stands off the nominal at a pose; `None` if it does not stand over it.
+    fn measured(&self, pose: Pose, nominal: &Nominal) -> Option<Settled> {
+        let selection = self.select(&pose, nominal);
         let used = selection.points.len();
-        let model = crate::model::Model::new(&nominal, &pose, &[]);
+        let model = Model::new(nominal, &pose, &[]);
         let mut distances: Vec<f64> =
             selection.points.iter().filter_map(|&point| model.distance_mm(point)).collect();
         let spread_mm = if self.settings.loss == Loss::Squares {
@@ -239,13 +265,15 @@ fn sides(settings: &FitSettings) -> impl Iterator<Item = bool> {
 }
 
 /// Points that decide.
-const SAMPLE: usize = 512;
+const SAMPLE: usize = 192;
 /// Places of a freeform that stand for its patch.
 const PATCH: usize = 256;
 /// Turns that are tried about the axis of a freeform.
 const AZIMUTHS: usize = 12;
 /// A fit explains points when it leaves this share of their height over the best plane.
 const EXPLAINED: f64 = 1e-3;
+/// A start from which the full fit goes straight leaves no more than this share.
+const NEAR: f64 = 0.05;
 /// A pose is clearly better than the start's if it leaves less than this share of what that leaves.
 const CLEARLY: f64 = 0.5;
 /// Of poses that are as good as each other the first counts.
@@ -253,6 +281,8 @@ const SAME: f64 = 0.99;
 /// Rounds of a refinement: the second takes the points the first brought into the aperture.
 const ROUNDS: usize = 2;
 const STEPS: usize = 40;
+/// Damping of the first step from a guess.
+const DAMPING: f64 = 1.0;
 /// Share of the height over the best plane by which a pose on the sample may still move.
 const SETTLED: f64 = 1e-6;
 /// Weakly determined motions only lead a coarse fit astray.

@@ -23,6 +23,14 @@ impl Excluded {
         self.not_finite + self.outside_aperture + self.outside_domain
     }
 
+    pub(crate) fn with(self, other: Excluded) -> Excluded {
+        Excluded {
+            not_finite: self.not_finite + other.not_finite,
+            outside_aperture: self.outside_aperture + other.outside_aperture,
+            outside_domain: self.outside_domain + other.outside_domain,
+        }
+    }
+
     pub(crate) fn count(&mut self, membership: Membership) {
         match membership {
             Membership::Used => {}
@@ -83,6 +91,39 @@ impl Selection {
             .with_min_len(CHUNK)
             .map(|&point| Membership::of(point, &model, aperture))
             .collect();
+        Selection::of(points, roots, memberships)
+    }
+
+    /// The memberships of the same points under another pose and nominal, under which every point used so
+    /// far is known to stand over the nominal: only the others are asked that again.
+    pub(crate) fn memberships_under(
+        &self,
+        points: &[PointMm],
+        nominal: &Nominal,
+        pose: &Pose,
+        aperture: &Aperture,
+    ) -> Vec<Membership> {
+        let model = Model::new(nominal, pose, &[]);
+        let again = |(&point, &before): (&PointMm, &Membership)| {
+            if before != Membership::Used {
+                return Membership::of(point, &model, aperture);
+            }
+            let part_mm = model.motion.to_part(point);
+            if aperture.contains(part_mm[0], part_mm[1]) {
+                Membership::Used
+            } else {
+                Membership::OutsideAperture
+            }
+        };
+        points.par_iter().zip(&self.memberships).with_min_len(CHUNK).map(again).collect()
+    }
+
+    /// From memberships that are known.
+    pub(crate) fn of(
+        points: &[PointMm],
+        roots: Option<&[f64]>,
+        memberships: Vec<Membership>,
+    ) -> Selection {
         let mut excluded = Excluded::default();
         memberships.iter().for_each(|&membership| excluded.count(membership));
         let used = points.iter().zip(&memberships);

@@ -30,7 +30,8 @@ pub fn area(points: &[PointMm], triangles: impl IntoIterator<Item = [VertexId; 3
 }
 
 /// A running sum with the compensation of A. Neumaier, ZAMM 54 (1974) 39-51,
-/// doi:10.1002/zamm.19740540106.
+/// doi:10.1002/zamm.19740540106. What each addition loses is found without asking which term is larger
+/// (D. E. Knuth, The Art of Computer Programming 2, section 4.2.2, theorem B).
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Sum {
     rounded: f64,
@@ -38,13 +39,11 @@ pub(crate) struct Sum {
 }
 
 impl Sum {
+    #[inline(always)]
     pub(crate) fn add(&mut self, term: f64) {
         let sum = self.rounded + term;
-        self.lost += if self.rounded.abs() >= term.abs() {
-            (self.rounded - sum) + term
-        } else {
-            (term - sum) + self.rounded
-        };
+        let of_term = sum - self.rounded;
+        self.lost += (self.rounded - (sum - of_term)) + (term - of_term);
         self.rounded = sum;
     }
 

@@ -31,6 +31,7 @@ mod exact_tests;
 pub mod lfs;
 mod location;
 mod mesh;
+mod nearest;
 pub mod noise;
 mod order;
 mod outcome;
@@ -68,4 +69,6 @@ pub use projection::{
 pub use raster::{Grid, RasterError, rasterize};
 pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use repeats::Repeats;
-pub use sampling::{Criteria, RunningSampling, Sampling, State, StateCounts, Survey, assess};
+pub use sampling::{
+    Criteria, RunningSampling, RunningSpread, Sampling, State, StateCounts, Survey, assess,
+};

@@ -8,6 +8,8 @@ mod neighbours;
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 pub use self::changes::{BoundsMm, ChangedPart, Changes, HEIGHTS_REMEMBERED, Revision};
 pub use self::edit::EditError;
 use self::edit::Edits;
@@ -21,6 +23,12 @@ use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
 /// How many points [`Mesh::push`] gathers before it inserts them.
 pub const BATCH_POINTS: usize = 1024;
+
+/// How many such batches are inserted as one when points need not be current one by one.
+const LARGE_BATCHES: usize = 64;
+
+/// Fewer points are not worth a second thread for taking them over.
+const FOR_TWO: usize = 16_384;
 
 /// The triangulation of a surface's points, projected along z; it grows by batches of any size.
 ///
@@ -134,10 +142,15 @@ impl Mesh {
             // By half, not twice: what is kept for points to come is lost to others.
             self.points.reserve_exact(batch.len().max(self.points.len() / 2));
         }
-        for (index, &point) in batch.iter().enumerate() {
-            match admit(point) {
-                Ok(point) => self.points.push(point),
-                Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
+        if batch.len() >= FOR_TWO && batch.par_iter().all(|&point| admit(point).is_ok()) {
+            // Much of the time goes into the system's handing out of the memory.
+            self.points.par_extend(batch.par_iter().map(|&point| admit(point).unwrap_or(point)));
+        } else {
+            for (index, &point) in batch.iter().enumerate() {
+                match admit(point) {
+                    Ok(point) => self.points.push(point),
+                    Err(rejection) => rejected.push((index, Outcome::Rejected(rejection))),
+                }
             }
         }
         let duplicated =
@@ -260,7 +273,7 @@ impl Mesh {
     /// lexicographic order of the corners: a list that depends on the points and their order alone.
     /// Linear time.
     pub fn triangles(&self) -> Vec<[VertexId; 3]> {
-        in_order(self.points.len(), self.delaunay.triangles())
+        in_order(self.points.len(), || self.delaunay.triangles())
     }
 
     /// Area of the whole mesh, hull-filling triangles included. Takes time in proportion to the
@@ -277,33 +290,66 @@ impl Default for Mesh {
 }
 
 impl Extend<PointMm> for Mesh {
+    /// As [`Mesh::push`] for each: as many wait at the end. What is inserted is inserted by larger batches,
+    /// which two threads can share.
     fn extend<I: IntoIterator<Item = PointMm>>(&mut self, points: I) {
-        points.into_iter().for_each(|point| self.push(point));
+        for point in points {
+            self.pending.push(point);
+            if self.pending.len() == LARGE_BATCHES * BATCH_POINTS {
+                self.flush();
+            }
+        }
+        let waiting = self.pending.split_off(self.pending.len() / BATCH_POINTS * BATCH_POINTS);
+        self.flush();
+        self.pending.extend(waiting);
     }
 }
 
-/// Turns every triangle to start with its smallest corner, and sorts all by their corners.
-fn in_order(vertices: usize, triangles: impl Iterator<Item = [VertexId; 3]>) -> Vec<[VertexId; 3]> {
-    // Counting those of each first corner leaves only a few to be compared.
-    let mut turned: Vec<[VertexId; 3]> = Vec::new();
-    let mut starts = vec![0_usize; vertices + 1];
-    for corners in triangles {
+/// Turns every triangle to start with its smallest corner, and sorts all by their corners. The triangles are
+/// gone through twice.
+fn in_order<I: Iterator<Item = [VertexId; 3]>>(
+    vertices: usize,
+    triangles: impl Fn() -> I,
+) -> Vec<[VertexId; 3]> {
+    // Counting those of each first corner leaves only a few to be compared. While they are written, the next
+    // one of vertex i goes to `next[i + 1]`; afterwards that is where those of vertex i end.
+    let mut next = vec![0_u32; vertices + 2];
+    for [a, b, c] in triangles() {
+        next[a.min(b).min(c) as usize + 2] += 1;
+    }
+    for vertex in 0..=vertices {
+        next[vertex + 1] += next[vertex];
+    }
+    let count = next[vertices + 1] as usize;
+    let mut ordered = vec![[0; 3]; count];
+    for corners in triangles() {
         let corners = from_smallest(corners);
-        starts[corners[0] as usize + 1] += 1;
-        turned.push(corners);
+        let end = &mut next[corners[0] as usize + 1];
+        ordered[*end as usize] = corners;
+        *end += 1;
     }
-    for vertex in 0..vertices {
-        starts[vertex + 1] += starts[vertex];
-    }
-    let mut ordered = vec![[0; 3]; turned.len()];
-    let mut next = starts.clone();
-    for corners in turned {
-        let place = &mut next[corners[0] as usize];
-        ordered[*place] = corners;
-        *place += 1;
-    }
-    for pair in starts.windows(2) {
-        ordered[pair[0]..pair[1]].sort_unstable();
+    for pair in next.windows(2) {
+        sort_few(&mut ordered[pair[0] as usize..pair[1] as usize]);
     }
     ordered
 }
+
+/// Sorts triangles with the same first corner by insertion: there are hardly ever more than six.
+fn sort_few(triangles: &mut [[VertexId; 3]]) {
+    if triangles.len() > MANY {
+        triangles.sort_unstable();
+        return;
+    }
+    for end in 1..triangles.len() {
+        let corners = triangles[end];
+        let mut at = end;
+        while at > 0 && triangles[at - 1] > corners {
+            triangles[at] = triangles[at - 1];
+            at -= 1;
+        }
+        triangles[at] = corners;
+    }
+}
+
+/// More triangles are not sorted by insertion.
+const MANY: usize = 16;

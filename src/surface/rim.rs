@@ -15,6 +15,8 @@
 //! obtuse over that very side, the same holds for it in turn. Interior triangles need no such
 //! care: the circumcentre of an obtuse one lies in another triangle whose gap is as large.
 
+use rayon::prelude::*;
+
 use crate::triangle::{Gap, Triangle};
 use crate::{PointMm, VertexId};
 
@@ -46,21 +48,24 @@ pub(crate) fn refined_gaps_along(
     }
     // What lies beneath a thin triangle is hardly ever more than two rings from the outline.
     let mut near = vec![false; points.len()];
-    for &index in &outline.triangles {
-        triangles[index].iter().for_each(|&corner| near[corner as usize] = true);
+    let mut ring: Vec<usize> = outline.triangles.clone();
+    for _ in 0..MOST_RINGS {
+        for corner in ring.iter().flat_map(|&index| triangles[index]) {
+            near[corner as usize] = true;
+        }
+        let is_near = |index: &usize| triangles[*index].iter().any(|&corner| near[corner as usize]);
+        let chosen: Vec<usize> =
+            (0..triangles.len()).into_par_iter().with_min_len(CHUNK).filter(is_near).collect();
+        let mesh = Adjacency::new(points.len(), triangles, chosen.iter().copied());
+        let refined = mesh.refine_all(points, &roots, |vertex| near[vertex as usize]);
+        match refined {
+            Ok(refined) => return refined,
+            Err(Unseen) => ring = chosen,
+        }
     }
-    let is_near = |index: &usize| triangles[*index].iter().any(|&corner| near[corner as usize]);
-    let chosen: Vec<usize> = (0..triangles.len()).filter(is_near).collect();
-    let refined = Adjacency::new(points.len(), triangles, chosen.into_iter()).refine_all(
-        points,
-        &roots,
-        |vertex| near[vertex as usize],
-    );
-    refined.unwrap_or_else(|Unseen| {
-        Adjacency::new(points.len(), triangles, 0..triangles.len())
-            .refine_all(points, &roots, |_| true)
-            .expect("all triangles are seen")
-    })
+    Adjacency::new(points.len(), triangles, 0..triangles.len())
+        .refine_all(points, &roots, |_| true)
+        .expect("all triangles are seen")
 }
 
 /// What lies along the outline of a set of triangles.
@@ -156,12 +161,17 @@ pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) ->
     cut
 }
 
+/// How many rings about the outline are looked at before the whole mesh is.
+const MOST_RINGS: usize = 6;
+/// Triangles of which one thread takes care.
+const CHUNK: usize = 1 << 14;
+
 /// Which triangles each point is a corner of, as far as they were chosen.
 struct Adjacency<'a> {
     triangles: &'a [[VertexId; 3]],
     /// The chosen triangles at point i are `incident[first[i]..first[i + 1]]`.
-    first: Vec<usize>,
-    incident: Vec<usize>,
+    first: Vec<u32>,
+    incident: Vec<u32>,
 }
 
 /// A triangle that was not chosen would have to be seen.
@@ -192,19 +202,21 @@ impl<'a> Adjacency<'a> {
         triangles: &'a [[VertexId; 3]],
         chosen: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Adjacency<'a> {
-        let mut first = vec![0; points + 1];
+        // While they are written, the next triangle at point i goes to `first[i + 1]`, which is where those of
+        // point i + 1 begin afterwards.
+        let mut first = vec![0_u32; points + 2];
         for index in chosen.clone() {
-            triangles[index].iter().for_each(|&corner| first[corner as usize + 1] += 1);
+            triangles[index].iter().for_each(|&corner| first[corner as usize + 2] += 1);
         }
         for point in 0..points {
-            first[point + 1] += first[point];
+            first[point + 2] += first[point + 1];
         }
         let mut incident = vec![0; 3 * chosen.len()];
-        let mut next = first.clone();
         for index in chosen {
             for &corner in &triangles[index] {
-                incident[next[corner as usize]] = index;
-                next[corner as usize] += 1;
+                let next = &mut first[corner as usize + 1];
+                incident[*next as usize] = index as u32;
+                *next += 1;
             }
         }
         Adjacency { triangles, first, incident }
@@ -237,8 +249,9 @@ impl<'a> Adjacency<'a> {
         if !(whole(from) || whole(to)) {
             return Err(Unseen);
         }
-        let incident = &self.incident[self.first[to as usize]..self.first[to as usize + 1]];
-        Ok(incident.iter().copied().find(|&index| {
+        let [from_here, to_here] = [0, 1].map(|next| self.first[to as usize + next] as usize);
+        let mut incident = self.incident[from_here..to_here].iter().map(|&index| index as usize);
+        Ok(incident.find(|&index| {
             let [a, b, c] = self.triangles[index];
             [[a, b], [b, c], [c, a]].contains(&[to, from])
         }))

@@ -20,9 +20,10 @@
 //! hole, a hollow of the outline or the part not scanned yet have large gaps, so a gap limit sorts
 //! them out. Thin triangles along a convex outline have small gaps and little area, and stay.
 
+mod bins;
 mod running;
 
-pub use self::running::RunningSampling;
+pub use self::running::{RunningSampling, RunningSpread};
 use crate::area::Sum;
 use crate::quantile::weighted_quantile;
 use crate::rim::refined_gaps;

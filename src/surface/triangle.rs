@@ -147,9 +147,13 @@ pub(crate) struct Sizes {
     pub(crate) area_mm2: f64,
     /// See [`Triangle::projected_area_mm2`].
     pub(crate) projected_area_mm2: f64,
+    /// The squares of the sides in mm², ascending.
+    pub(crate) squares_mm2: [f64; 3],
     /// Which corner has the largest angle. The place of the gap is as far from it as the gap is long, and
     /// the other corners are at most twice as far.
     pub(crate) blunt: usize,
+    /// Which corner lies opposite the shortest side: another one.
+    pub(crate) sharp: usize,
 }
 
 /// The sizes of a triangle, without a branch that half of the triangles take.
@@ -157,19 +161,17 @@ pub(crate) struct Sizes {
 /// With l ≥ m ≥ s the squares of the sides, the gap over an obtuse angle is m·√l / (l + m - s): by the law
 /// of cosines that is the one of [`Triangle::gap`]'s two distances which belongs to m, and the larger one,
 /// as l ≥ m + s.
-#[inline]
+#[inline(always)]
 pub(crate) fn sizes(p: PointMm, q: PointMm, r: PointMm) -> Sizes {
     let (to_q, to_r) = (minus(q, p), minus(r, p));
     let [pq, qr, rp] = [squared(to_q), squared(minus(r, q)), squared(to_r)];
     let normal = cross(to_q, to_r);
     let twice_area = norm(normal);
-    let (less, more) = (pq.min(qr), pq.max(qr));
-    let (short, middle, long) = (less.min(rp), less.max(more.min(rp)), more.max(rp));
-    let obtuse = short + middle <= long;
-    // In a sliver the difference of the other two may be lost; it is at least the middle one.
-    let behind = (long - short).max(middle) + middle;
-    let (factor, root, below) = if obtuse {
-        (middle, long, behind)
+    let (less, more) = (lesser(pq, qr), greater(pq, qr));
+    let (short, middle, long) =
+        (lesser(less, rp), greater(less, lesser(more, rp)), greater(more, rp));
+    let (factor, root, below) = if short + middle <= long {
+        (middle, long, behind(short, middle, long))
     } else {
         (1.0, short * middle * long, 2.0 * twice_area)
     };
@@ -177,9 +179,68 @@ pub(crate) fn sizes(p: PointMm, q: PointMm, r: PointMm) -> Sizes {
         gap_mm: factor * root.sqrt() / below,
         area_mm2: 0.5 * twice_area,
         projected_area_mm2: 0.5 * normal[2],
+        squares_mm2: [short, middle, long],
         blunt: if long == pq { 2 } else { usize::from(long == rp) },
+        sharp: if short == qr { 0 } else { 2 - usize::from(short == rp) },
     }
 }
+
+impl Sizes {
+    /// The weights of the place of the gap: that of the sharp corner, that of the blunt one, and that of the
+    /// third, which add up to 1. The place is that of [`Triangle::gap`] but for rounding; where two places have
+    /// the same gap, either.
+    ///
+    /// *No angle above 90°.* The circumcentre: a corner weighs the square of its opposite side times twice the
+    /// scalar product at itself, which by the law of cosines the three squares give. *Else* the place lies on the
+    /// longest side, a share m / (l + m - s) of it from its end at the middle one, which is the sharp corner.
+    #[inline(always)]
+    pub(crate) fn weights(&self) -> [f64; 3] {
+        let [short, middle, long] = self.squares_mm2;
+        let (sharp, blunt, third) = if short + middle <= long {
+            (greater(long - short, middle), 0.0, middle)
+        } else {
+            let (two_sides, rest) = (long + middle, long - middle);
+            (short * (two_sides - short), long * (short - rest), middle * (short + rest))
+        };
+        let scale = (sharp + blunt + third).recip();
+        [sharp * scale, blunt * scale, third * scale]
+    }
+
+    /// Which corner is neither the blunt nor the sharp one.
+    #[inline(always)]
+    pub(crate) fn third(&self) -> usize {
+        3 - self.blunt - self.sharp
+    }
+
+    /// Whether rounding spoils the gap by no more than 1e-12 of it: the shortest side is more than 1/4096 of the
+    /// longest. Not where a side is not a number.
+    #[inline(always)]
+    pub(crate) fn is_stout(&self) -> bool {
+        let [short, _, long] = self.squares_mm2;
+        short * THIN > long
+    }
+}
+
+/// l + m - s; in a sliver the difference may be lost, but l - s is at least m.
+#[inline(always)]
+fn behind(short: f64, middle: f64, long: f64) -> f64 {
+    greater(long - short, middle) + middle
+}
+
+/// The smaller of two numbers, of which neither may be NaN: in one instruction, where [`f64::min`] takes five.
+#[inline(always)]
+pub(crate) fn lesser(left: f64, right: f64) -> f64 {
+    if left < right { left } else { right }
+}
+
+/// The larger one in the same way.
+#[inline(always)]
+pub(crate) fn greater(left: f64, right: f64) -> f64 {
+    if left > right { left } else { right }
+}
+
+/// The square of 4096.
+const THIN: f64 = (1_u64 << 24) as f64;
 
 /// A triangle with its smallest corner first, in the order it turns.
 pub(crate) fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
@@ -199,6 +260,7 @@ fn clipped_share(short_squared: f64, product: f64) -> f64 {
     if product > short_squared { 0.5 * short_squared / product } else { 0.5 }
 }
 
+#[inline(always)]
 fn minus(p: PointMm, q: PointMm) -> [f64; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }
@@ -207,18 +269,22 @@ fn along(from: PointMm, share: f64, way: [f64; 3]) -> PointMm {
     [from[0] + share * way[0], from[1] + share * way[1], from[2] + share * way[2]]
 }
 
+#[inline(always)]
 fn dot(u: [f64; 3], v: [f64; 3]) -> f64 {
     u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 }
 
+#[inline(always)]
 fn squared(u: [f64; 3]) -> f64 {
     dot(u, u)
 }
 
+#[inline(always)]
 fn norm(u: [f64; 3]) -> f64 {
     squared(u).sqrt()
 }
 
+#[inline(always)]
 fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
@@ -320,6 +386,15 @@ mod tests {
             prop_assert!((sizes.projected_area_mm2 - triangle.projected_area_mm2()).abs() <= 1e-12);
             let blunt = corners[sizes.blunt];
             prop_assert!((norm(minus(gap.at_mm, blunt)) - gap.mm).abs() <= 1e-6 * gap.mm);
+            let weights = sizes.weights();
+            let named = [sizes.sharp, sizes.blunt, sizes.third()].map(|index| corners[index]);
+            let at_mm: PointMm = [0, 1, 2].map(|axis| {
+                weights.iter().zip(named).map(|(weight, corner)| weight * corner[axis]).sum()
+            });
+            // A thin triangle tells less well where its circumcentre is than how far.
+            if sizes.is_stout() {
+                prop_assert!(norm(minus(at_mm, gap.at_mm)) <= 1e-6 * gap.mm, "{at_mm:?} {gap:?}");
+            }
             for corner in corners {
                 prop_assert!(norm(minus(corner, blunt)) <= 2.0 * gap.mm * (1.0 + 1e-9));
             }

@@ -9,7 +9,7 @@
 // the page says that it is not live. Whoever reads the line ends the daemon.
 //
 // --sampling: while it measures, looks at the maps of the sampling and at sections; with --regions also at regions
-// to measure next, which are added to what the station says.
+// to measure next, and at the end at defects, which are added to what the station says.
 //
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
@@ -18,8 +18,9 @@ import { parseArgs } from "node:util";
 
 import { chromium } from "playwright-core";
 
+import { lookAtDefects } from "./defects.mjs";
 import { drawn, lost, texts } from "./probe.mjs";
-import { addRegions, lookAtSampling } from "./sampling.mjs";
+import { addFindings, lookAtSampling } from "./sampling.mjs";
 
 const CHROMIUM_ARGUMENTS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -46,7 +47,7 @@ try {
     colorScheme: call.scheme,
   });
   listen(page);
-  if (call.regions) await addRegions(page);
+  if (call.regions) await addFindings(page);
   await page.goto(call.url);
   await follow(page);
   if (call["then-lost"]) await lose(page);
@@ -136,6 +137,9 @@ async function follow(page) {
   // The frame of the last snapshot.
   await page.waitForTimeout(2 * POLL_MS);
   result.final = { ...await page.evaluate(drawn), ...await page.evaluate(texts) };
+  if (call.regions && call.until === "complete") {
+    for (const text of await lookAtDefects(page)) fail(text);
+  }
   if (call.screenshot) await page.screenshot({ path: call.screenshot, fullPage: true });
   judge(result.final);
 }

@@ -1,5 +1,7 @@
 // Looks at the maps of the sampling, the regions to measure next, and a section, while a station measures.
 
+import { addDefects } from "./defects.mjs";
+
 const LAYERS = ["gap", "epsilon", "noise", "deviation"];
 const PATIENCE_MS = 15000;
 
@@ -12,13 +14,15 @@ const REGIONS = [
   { polygons: [{ outline: [[3, 3], [4, 3], [4, 5]], holes: [] }], area_mm2: 1, epsilon_max: null, gap_max_mm: 0.8, spacing_needed_mm: null, at_mm: [3.6, 3.5, 0] },
 ];
 
-/** Adds regions to every snapshot: what a scan leaves out depends on the scan. Before the page is opened. */
-export async function addRegions(page) {
+/** Adds regions to every snapshot, and defects to those at the end: what a scan leaves out and a part lacks depends on them.
+ * Before the page is opened. */
+export async function addFindings(page) {
   await page.routeWebSocket(/\/api\/v1\/stream$/, (socket) => {
     const server = socket.connectToServer();
     server.onMessage((text) => {
       const message = JSON.parse(text);
       if (message.sampling) message.sampling.next = REGIONS;
+      addDefects(message);
       socket.send(JSON.stringify(message));
     });
   });

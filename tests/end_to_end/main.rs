@@ -4,6 +4,7 @@
 
 mod api;
 mod browser;
+mod defects;
 mod demo;
 mod errors;
 mod faults;

@@ -75,6 +75,7 @@ fn what_is_kept_was_measured_and_passes() {
     assert!((number(&report, "/before/tilt_median_rad") / 3e-3 - 1.0).abs() < 0.05);
     assert_eq!(number(&report, "/after/overdense_fraction"), 0.0);
     assert!(number(&report, "/after/epsilon_max") <= 0.01);
+    assert!(count(&report, "/mended") <= count(&report, "/kept"));
     let shrunk = number(&report, "/after/area_mm2") / number(&report, "/before/area_mm2");
     assert!((0.99..=1.0).contains(&shrunk), "{shrunk}");
 

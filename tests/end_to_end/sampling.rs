@@ -87,6 +87,10 @@ fn the_names_are_those_that_were_promised() {
         "hole_max_mm2",
         "unknown",
         "as_of_points",
+        "defects",
+        "defects_more",
+        "defects_search",
+        "partition",
     ];
     expected.sort_unstable();
     let mut names = names;

@@ -1,7 +1,7 @@
 //! What the report of the sampling costs, against the mesh it is made of.
 //!
 //! `cargo bench -p asphera --bench report` meshes 1,044,336 points of a spiral and then says all that a report
-//! says of their sampling, in turn, and prints the medians of both times and their ratio.
+//! says of their sampling and of its defects, in turn, and prints the medians of the times and their ratios.
 //! `ASPHERA_BENCH_POINTS` sets another number of points, `RAYON_NUM_THREADS` the threads. What depends on the
 //! nominal alone is made once a part, long before its last point, and printed by itself.
 
@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 
 use asphera::clock::Clock;
 use asphera::config::Part;
-use asphera::pipeline::{Remembered, sampling_of_mesh};
-use asphera_form::Pose;
+use asphera::pipeline::{Remembered, features_of_mesh, sampling_of_mesh};
+use asphera_form::{Pose, deviations};
 use asphera_surface::{Mesh, Plane, PointMm};
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
@@ -31,7 +31,7 @@ fn main() {
             spiral(count).filter(|point| keep.keeps(point, rim_mm)).collect();
         let part = part(0.95 * rim_mm);
         let mut remembered = Remembered::default();
-        let mut times: Vec<[f64; 2]> = Vec::new();
+        let mut times: Vec<[f64; 3]> = Vec::new();
         for round in 0..=ROUNDS {
             let clock = Clock::start();
             let mut mesh = Mesh::new();
@@ -41,18 +41,23 @@ fn main() {
             let figures =
                 sampling_of_mesh(&mesh, &part, &Pose::default(), &Plane::XY, &mut remembered);
             let done = clock.now();
-            let time = [meshed.as_secs_f64(), done.since(meshed).as_secs_f64()];
+            let deviations_mm = deviations(mesh.points(), &part.nominal, &Pose::default());
+            let begun = clock.now();
+            let features = features_of_mesh(&mesh, &part, &deviations_mm, &Plane::XY, &figures);
+            let searched_s = clock.now().since(begun).as_secs_f64();
+            let time = [meshed.as_secs_f64(), done.since(meshed).as_secs_f64(), searched_s];
             if round > 0 {
                 times.push(time);
                 continue;
             }
             println!("{name}: {} points, coverage {:?}", points.len(), figures.coverage);
+            println!("  defects {:?}", features.defects.as_ref().map(Vec::len));
             println!(
                 "  first report, with the nominal's local feature size: {:.1} ms",
                 1e3 * time[1]
             );
         }
-        let [mesh_s, report_s] = [0, 1].map(|which| {
+        let [mesh_s, report_s, defects_s] = [0, 1, 2].map(|which| {
             let mut of: Vec<f64> = times.iter().map(|time| time[which]).collect();
             of.sort_by(f64::total_cmp);
             of[of.len() / 2]
@@ -65,6 +70,12 @@ fn main() {
             1e3 * report_s,
             each(report_s),
             report_s / mesh_s
+        );
+        println!(
+            "  triangles listed, defects and partition {:.1} ms ({:.0} ns a point), ratio {:.2}",
+            1e3 * defects_s,
+            each(defects_s),
+            defects_s / mesh_s
         );
     }
 }

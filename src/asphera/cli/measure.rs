@@ -47,7 +47,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         shuffle(&mut points, seed);
     }
     let mut pipeline = Pipeline::along(part, args.along);
-    points.iter().for_each(|point| pipeline.take_position(*point));
+    pipeline.take_positions(points.iter().copied());
     pipeline.take_gaps(topography.missing() as u64);
     let landed = clock.now();
     let mut measurement = pipeline.finish();

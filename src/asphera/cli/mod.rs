@@ -53,7 +53,7 @@ enum Command {
     Measure(measure::MeasureArgs),
     /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
     Reduce(reduce::ReduceArgs),
-    /// Cuts the surface of a file along a line, a circle or a radius: the profile as CSV, and its figures.
+    /// Cuts the surface of a file along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
     Section(section::SectionArgs),
     /// Says how densely the points of a file sample their surface, and what to measure next.
     Sampling(sampling::SamplingArgs),

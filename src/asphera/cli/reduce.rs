@@ -164,6 +164,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         noise,
         kept: reduction.tally.kept(),
         dropped: reduction.tally.dropped(),
+        mended: reduction.mended,
         by: reduction.tally.into(),
         sparse: Sparse {
             triangles: reduction.sparse_triangles,
@@ -316,7 +317,7 @@ fn condition(
     let points = mesh.points();
     let triangles = mesh.triangles();
     let criteria = Criteria { epsilon_limit: Some(target.epsilon()), ..Criteria::default() };
-    // Sizes are asked for at places between points as well; their height matters to none of the sources.
+    // The height of a place matters to none of the sources.
     let at_place = |x: f64, y: f64| target.lfs_mm(lfs_mm([x, y, 0.0])).unwrap_or(f64::NAN);
     let of_triangles = || triangles.iter().copied();
     let spacing =

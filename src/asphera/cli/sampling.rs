@@ -1,10 +1,12 @@
-//! `asphera sampling`: how densely the points of a file sample their surface, and what to measure next.
+//! `asphera sampling`: how densely the points of a file sample their surface, what to measure next, and what stands
+//! off it.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde::Serialize;
 
 use super::exit::Exit;
 use super::files::{part, refuse, topography};
@@ -14,6 +16,7 @@ use crate::config::Part;
 use crate::pipeline::{
     Along, Next, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points,
 };
+use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
@@ -49,6 +52,15 @@ pub(super) struct SamplingArgs {
     json: bool,
 }
 
+/// What is printed as JSON.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    sampling: &'a SamplingFigures,
+    #[serde(flatten)]
+    features: &'a FeatureFigures,
+}
+
 pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
@@ -60,7 +72,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     let name = args.file.display().to_string();
     let topography = topography(&args.file)?;
     let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
-    let PointsSampling { figures, waypoints } = match part {
+    let PointsSampling { figures, features, waypoints } = match part {
         Some(part) => {
             let part = Part {
                 epsilon_limit: args.epsilon.unwrap_or(part.epsilon_limit),
@@ -68,11 +80,12 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
                 ..part
             };
             let mut pipeline = Pipeline::along(part, args.along);
-            topography.points().for_each(|point| pipeline.take_position(point));
+            pipeline.take_positions(topography.points());
             let measurement = pipeline.finish();
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
             let waypoints = next.map(Next::waypoints);
-            PointsSampling { figures: measurement.report.sampling, waypoints }
+            let Report { sampling: figures, features, .. } = measurement.report;
+            PointsSampling { figures, features, waypoints }
         }
         None => {
             let wanted = Wanted { epsilon: args.epsilon.unwrap_or(Wanted::EPSILON), gap_mm };
@@ -83,12 +96,13 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
         write(out, waypoints.as_ref(), &name)?;
     }
     if args.json {
-        print_json(&figures)?;
+        print_json(&Told { sampling: &figures, features: &features })?;
     } else {
         let mut text = String::new();
         // Writing into a String cannot fail.
         let _ = summary::sampling(&mut text, &figures)
-            .and_then(|()| summary::next(&mut text, &figures));
+            .and_then(|()| summary::next(&mut text, &figures))
+            .and_then(|()| summary::features(&mut text, &features));
         if let (Some(out), Some(found)) = (&args.waypoints, &waypoints) {
             let Waypoints { places, regions, left_out, .. } = found;
             text.push_str(&format!("waypoints  {places} in {regions} regions: {}", out.display()));

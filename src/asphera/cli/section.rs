@@ -1,11 +1,11 @@
-//! `asphera section`: the profile of a file's surface along a line, a circle or a radius.
+//! `asphera section`: the profile of a file's surface along a line, a circle, a radius or in a plane.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use asphera_formats::Topography;
-use asphera_surface::sections::SectionPath;
+use asphera_surface::sections::{CuttingPlane, SectionPath};
 use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
@@ -13,10 +13,10 @@ use super::exit::Exit;
 use super::files::{part, refuse, topography};
 use super::output::{Failure, print, print_json, say};
 use crate::pipeline::Pipeline;
-use crate::section::{Deviations, SectionReport, report};
+use crate::section::{Deviations, SectionReport, report, report_of_plane};
 
 #[derive(Args)]
-#[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius"]))]
+#[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
 pub(super) struct SectionArgs {
     /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
     file: PathBuf,
@@ -29,9 +29,13 @@ pub(super) struct SectionArgs {
     /// From the centre outwards, in degrees counter-clockwise from the direction of x.
     #[arg(long, value_name = "DEG", value_parser = number, allow_hyphen_values = true)]
     radius: Option<f64>,
+    /// All of the surface in the plane a·x + b·y + c·z = d of the measured frame: any direction, lengths in mm;
+    /// each piece begins at s = 0.
+    #[arg(long, value_name = "A,B,C,D", value_parser = numbers::<4>, allow_hyphen_values = true)]
+    plane: Option<[f64; 4]>,
     /// The centre of --radius in mm; without it that of the fitted nominal, or else the middle of the
     /// points.
-    #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true, conflicts_with_all = ["line", "circle"])]
+    #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true, conflicts_with_all = ["line", "circle", "plane"])]
     centre: Option<[f64; 2]>,
     /// The nominal, fitted as by `measure`: the deviation from it is a further column.
     #[arg(long, value_name = "FILE")]
@@ -82,11 +86,12 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
 
 /// Meshes the file and cuts it.
 fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
+    let plane = args.plane.map(|[a, b, c, d]| CuttingPlane::new([a, b, c], d)).transpose()?;
     let part = args.nominal.as_deref().map(part).transpose()?;
     let topography = topography(&args.file)?;
     let measurement = part.map(|part| {
         let mut pipeline = Pipeline::new(part);
-        topography.points().for_each(|point| pipeline.take_position(point));
+        pipeline.take_positions(topography.points());
         pipeline.finish()
     });
     let unmeasured;
@@ -102,6 +107,20 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
         measurement.report.form.as_ref().ok_or_else(|| format!("there is no fit: {}", reasons()))
     });
     let form = form.transpose()?;
+    let gap_limit_mm = args.gap_limit.or_else(|| match &measurement {
+        Some(measurement) => measurement.report.sampling.gap_limit_mm,
+        None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
+    });
+    let deviations_nm = measurement.as_ref().map(|measurement| {
+        |vertices: &[VertexId]| {
+            let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
+            vertices.iter().map(of).collect::<Vec<f64>>()
+        }
+    });
+    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
+    if let Some(plane) = plane {
+        return Ok(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?);
+    }
     let path = match (args.line, args.circle, args.radius) {
         (Some([x1, y1, x2, y2]), ..) => SectionPath::Segment { from_mm: [x1, y1], to_mm: [x2, y2] },
         (_, Some([x, y, radius_mm]), _) => {
@@ -116,17 +135,6 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
             }
         }
     };
-    let gap_limit_mm = args.gap_limit.or_else(|| match &measurement {
-        Some(measurement) => measurement.report.sampling.gap_limit_mm,
-        None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
-    });
-    let deviations_nm = measurement.as_ref().map(|measurement| {
-        |vertices: &[VertexId]| {
-            let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
-            vertices.iter().map(of).collect::<Vec<f64>>()
-        }
-    });
-    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
     Ok(report(mesh, &path, gap_limit_mm, deviations_nm)?)
 }
 

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{RepeatFigures, Report, SamplingFigures, Status};
+use crate::report::{
+    DefectFigures, FeatureFigures, RepeatFigures, Report, SamplingFigures, Status,
+};
 
 /// The report in a few lines.
 pub(super) fn of(report: &Report) -> String {
@@ -44,6 +46,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         )?;
     }
     sampling(text, &report.sampling)?;
+    features(text, &report.features)?;
     if let Some(form) = &report.form {
         writeln!(text, "nominal    {}", form.nominal)?;
         writeln!(
@@ -200,7 +203,60 @@ pub(super) fn next(text: &mut String, sampling: &SamplingFigures) -> std::fmt::R
     Ok(())
 }
 
-/// Regions that are shown.
+/// Defects, the first of them one a line, and which way the surface bends.
+pub(super) fn features(text: &mut String, features: &FeatureFigures) -> std::fmt::Result {
+    if let Some(why) = &features.defects_unknown {
+        writeln!(text, "defects    not looked for: {why}")?;
+    }
+    if let Some(defects) = &features.defects {
+        let all = defects.len() as u64 + features.defects_more;
+        write!(text, "defects    {}", if all == 0 { "none".to_owned() } else { all.to_string() })?;
+        if let Some(by) = &features.defects_search {
+            let (sigmas, sigma_nm) = (by.threshold_sigmas, short(by.sigma_nm));
+            write!(
+                text,
+                " beyond {sigmas:.1} σ of {sigma_nm} nm, up to {} mm wide",
+                short(by.largest_mm)
+            )?;
+            if by.lower > 0 {
+                write!(text, "; {} lower than {} nm", by.lower, short(by.min_height_nm))?;
+            }
+        }
+        writeln!(text)?;
+        defects
+            .iter()
+            .take(SHOWN)
+            .try_for_each(|found| writeln!(text, "           {}", defect(found)))?;
+        let more = all.saturating_sub(SHOWN as u64);
+        if more > 0 {
+            writeln!(text, "           and {more} more")?;
+        }
+    }
+    if let Some(partition) = &features.partition {
+        let shares: Vec<String> = partition
+            .shares
+            .iter()
+            .map(|(class, share)| format!("{class} {}", percent(*share)))
+            .collect();
+        writeln!(text, "bends      {}", shares.join(", "))?;
+    }
+    Ok(())
+}
+
+fn defect(found: &DefectFigures) -> String {
+    let mut text = format!("{} {:+.1} nm", found.kind, found.height_nm);
+    match (found.length_mm, found.width_mm) {
+        (Some(length), Some(width)) => {
+            text.push_str(&format!(", {} × {} mm", short(length), short(width)));
+        }
+        (Some(length), None) => text.push_str(&format!(", {} mm long", short(length))),
+        _ => {}
+    }
+    text.push_str(&format!(" at {}, {:.0} σ", place(&found.at_mm), found.significance));
+    text
+}
+
+/// Regions and defects that are shown.
 const SHOWN: usize = 3;
 
 /// Four significant digits.

@@ -95,6 +95,11 @@ impl<'a> Section<'a> {
         self.item(key).is_some()
     }
 
+    /// Whether `key` stands in the table and is true or false.
+    pub(crate) fn is_bool(&self, key: &str) -> bool {
+        self.item(key).is_some_and(Item::is_bool)
+    }
+
     /// The table at `key`; an absent one reads as empty.
     pub(crate) fn section(&self, key: &str) -> Section<'a> {
         let item = self.item(key);

@@ -2,6 +2,7 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
+mod defects;
 mod devices;
 mod document;
 mod links;
@@ -19,6 +20,8 @@ use std::time::Duration;
 use thiserror::Error;
 use toml_edit::{DocumentMut, Item};
 
+pub use defects::DefectLimits;
+pub(crate) use defects::FLAT_BELOW_PER_MM;
 pub use devices::{DeviceConfig, DriverConfig};
 pub use links::LinkConfig;
 pub use motion::SyncConfig;

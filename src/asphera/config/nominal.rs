@@ -2,6 +2,7 @@
 
 use asphera_form::{Aperture, Asphere, Nominal, Parameter};
 
+use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
 use super::problem::Problems;
 
@@ -24,6 +25,10 @@ pub struct Part {
     pub epsilon_limit: f64,
     /// Share of the aperture that must be sampled densely enough for a pass, 0 to 1.
     pub coverage_min: f64,
+    /// Which defects are looked for; `None`: none.
+    pub defects: Option<DefectLimits>,
+    /// A curvature below this counts as none when the surface is parted by it, 1/mm.
+    pub flat_below_per_mm: f64,
 }
 
 impl Part {
@@ -42,7 +47,7 @@ impl Part {
     }
 }
 
-/// Reads the tables `surface`, `aperture`, `fit`, `tolerance` and `sampling` of `table`.
+/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `sampling`, `defects` and `partition` of `table`.
 pub(super) fn read(table: &Section<'_>) -> Option<Part> {
     let surface = table.section("surface");
     let nominal = nominal(&surface);
@@ -73,6 +78,7 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
     let epsilon_limit = sampling.within("epsilon_limit", EPSILON_LIMIT, 1e-6..=1.0);
     let coverage_min = sampling.within("coverage_min", 0.9, 0.0..=1.0);
     sampling.finish();
+    let (defects, flat_below_per_mm) = (defects::limits(table), defects::flat_below_per_mm(table));
     Some(Part {
         nominal: nominal?,
         aperture: aperture?,
@@ -82,6 +88,8 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
         gap_limit_mm,
         epsilon_limit,
         coverage_min,
+        defects,
+        flat_below_per_mm,
     })
 }
 

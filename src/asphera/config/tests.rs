@@ -48,7 +48,7 @@ fn commented_keys_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 15] = [
+const ALTERNATIVES: [&str; 16] = [
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",
@@ -64,6 +64,7 @@ const ALTERNATIVES: [&str; 15] = [
     "address = 200",
     "length = 13",
     "points = 1000",
+    "largest_mm = 0.5",
 ];
 
 #[test]

@@ -69,6 +69,7 @@ impl View {
         self.snapshot.points = report.points.clone();
         self.snapshot.mesh = report.mesh.clone();
         self.snapshot.sampling = report.sampling.clone();
+        self.snapshot.features = report.features.clone();
         self.snapshot.form = report.form.clone();
         self.snapshot.maps = finished
             .measurement
@@ -162,6 +163,7 @@ fn empty(station: &str) -> Snapshot {
         points: Default::default(),
         mesh: Default::default(),
         sampling: Default::default(),
+        features: Default::default(),
         form: None,
         verdict: Default::default(),
         map: None,

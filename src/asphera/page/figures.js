@@ -17,6 +17,8 @@ export function pointsSince({ received, flagged }, asOf) {
 
 export function showFigures({ mesh, sampling, form, points }) {
   const empty = mesh.vertices === 0;
+  // While points arrive these are kept up with them; what else there is waits for the next look at the whole mesh.
+  const newest = sampling.current ?? sampling;
   setRows(byId("mesh"), [
     pair("vertices", "Vertices", count(mesh.vertices)),
     pair("triangles", "Triangles", count(mesh.triangles)),
@@ -31,9 +33,10 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("coverage", "Coverage", percent(sampling.coverage)),
     pair("undersampled", "Undersampled", withUnit(significant(sampling.undersampled_area_mm2), "mm²")),
     pair("uncovered", "Not scanned", withUnit(significant(sampling.uncovered_area_mm2), "mm²")),
-    pair("gap", "Largest gap", withUnit(mm(sampling.gap_max_mm), "mm")),
-    pair("epsilon_max", "ε max, gap / lfs", significant(sampling.epsilon_max)),
-    pair("epsilon_p99", "ε p99 by area", significant(sampling.epsilon_p99)),
+    pair("gap", "Largest gap", withUnit(mm(newest.gap_max_mm), "mm")),
+    pair("epsilon_max", "ε max, gap / lfs", significant(newest.epsilon_max)),
+    pair("epsilon_p99", "ε p99 by area", significant(newest.epsilon_p99)),
+    pair("newest", "Gap and ε as of", newest.as_of_points ? `${count(newest.as_of_points)} points` : DASH, "sub"),
     pair("noise", "Noise of the heights", withUnit(nm(sampling.noise_sigma_nm), "nm")),
     pair("overdense", "Too dense for the noise", percent(sampling.overdense_fraction)),
     pair("islands", "Islands, holes", sampling.islands === null ? DASH : `${count(sampling.islands)}, ${count(sampling.holes)}`),

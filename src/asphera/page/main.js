@@ -1,6 +1,7 @@
 // The page: one snapshot in, every part drawn.
 
 import { Control } from "./control.js";
+import { Defects } from "./defects.js";
 import { byId, setText } from "./dom.js";
 import { showFigures } from "./figures.js";
 import { DASH, count, duration, timeOfDay } from "./format.js";
@@ -21,7 +22,8 @@ const token = takeToken();
 const control = new Control(token);
 const links = new Links();
 const regions = new Regions();
-const map = new PartMap(regions);
+const defects = new Defects();
+const map = new PartMap(regions, defects);
 const maps = new Maps(token, (found) => map.setMaps(found));
 const section = new SectionView(token, map);
 const plots = new Plots();
@@ -31,6 +33,10 @@ let newest = null;
 let drawn = null;
 
 regions.onChoice = () => map.draw();
+defects.onChoice = (place) => {
+  if (place) map.pointAt(place);
+  map.draw();
+};
 const look = (layer) => maps.want(layer !== "deviation");
 map.onLayer = look;
 look(map.layer);
@@ -54,6 +60,7 @@ function draw() {
   byId("skipped").title = "snapshots this page was too slow to show or missed while disconnected";
   showVerdict(snapshot);
   regions.update(snapshot.sampling.next, Frames.of(snapshot));
+  defects.update(snapshot, Frames.of(snapshot));
   map.update(snapshot);
   maps.update(snapshot);
   section.update(snapshot);

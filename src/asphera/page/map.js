@@ -6,7 +6,7 @@ import { byId, setText } from "./dom.js";
 import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
 import { pointsSince } from "./figures.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
-import { drawBeyond, drawCursor, drawMark, drawRegions, drawSection } from "./overlay.js";
+import { drawBeyond, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
 
 const FONT = "12px system-ui, sans-serif";
 const DRAG_PIXELS = 5;
@@ -19,6 +19,7 @@ export class PartMap {
   #maps = null;
   #chart = null; // What is drawn of the layer: grid, values, limit.
   #regions = null;
+  #defects = null;
   #section = null; // { lines, cursor } in the part frame.
   #cell = null; // [column, row] under the cursor.
   #drag = null; // Where a drag began, in pixels.
@@ -30,8 +31,9 @@ export class PartMap {
   /** Called with the two ends of a line that is being dragged, in the part frame. */
   onLine = () => {};
 
-  constructor(regions) {
+  constructor(regions, defects) {
     this.#regions = regions;
+    this.#defects = defects;
     const canvas = this.#canvas;
     for (const input of document.querySelectorAll("#layers input")) {
       input.onchange = () => this.#choose(input.value);
@@ -106,6 +108,7 @@ export class PartMap {
     this.#clipped(pen, () => {
       if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
       drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
+      drawDefects(pen, frame, this.#defects.shown, this.#defects.chosen);
     });
     this.#drawMarks(pen);
     if (this.#cell) drawCursor(pen, frame, chart, this.#cell);
@@ -114,8 +117,21 @@ export class PartMap {
     canvas.dataset.layer = this.#layer;
     canvas.dataset.spanMm = `${nx * dx},${ny * dy}`;
     canvas.dataset.regions = this.#regions.shown.length;
+    canvas.dataset.defects = this.#defects.shown.length;
     const { left, top, wide, high } = frame;
     canvas.dataset.plot = [left, top, wide, high].map((v) => Math.round(v * ratio)).join(",");
+  }
+
+  /** Moves the cursor to a place of the part frame, if that is on the map. */
+  pointAt([x, y]) {
+    const chart = this.#chart;
+    if (!chart) return;
+    const [column, row] = [(x - chart.x0_mm) / chart.dx_mm, (y - chart.y0_mm) / chart.dy_mm].map(Math.round);
+    if (column >= 0 && column < chart.nx && row >= 0 && row < chart.ny) this.#select([column, row]);
+  }
+
+  #wideMm() {
+    return this.#chart.nx * this.#chart.dx_mm;
   }
 
   #choose(name) {
@@ -217,7 +233,8 @@ export class PartMap {
   /** A press that did not become a drag chooses what lies there. */
   #release(event) {
     if (this.#drag && !this.#dragged && this.#frame) {
-      this.#regions.choose(toMm(this.#frame, [event.offsetX, event.offsetY]));
+      const place = toMm(this.#frame, [event.offsetX, event.offsetY]);
+      if (!this.#defects.choose(place, this.#wideMm())) this.#regions.choose(place);
     }
     this.#drag = null;
   }
@@ -262,9 +279,9 @@ export class PartMap {
     }
     const [column, row] = this.#cell;
     const [x, y] = [chart.x0_mm + column * chart.dx_mm, chart.y0_mm + row * chart.dy_mm];
-    const region = this.#regions.at([x, y]);
+    const what = this.#defects.at([x, y], this.#wideMm()) ?? this.#regions.at([x, y]);
     const told = `x ${fixed(x, 3)} mm, y ${fixed(y, 3)} mm: ${sayCell(this.#layer, chart, row * chart.nx + column)}`;
-    setText(byId("map-readout"), region ? `${told}; ${region}` : told);
+    setText(byId("map-readout"), what ? `${told}; ${what}` : told);
   }
 }
 

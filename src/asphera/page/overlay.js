@@ -1,4 +1,4 @@
-// What is drawn over the cells of a map: what is beyond a limit, regions to measure next, a section, marks.
+// What is drawn over the cells of a map: what is beyond a limit, regions to measure next, defects, a section, marks.
 
 import { beyondPattern, toPixels } from "./axes.js";
 import { known } from "./format.js";
@@ -57,6 +57,31 @@ export function drawRegions(pen, frame, regions, chosen) {
     pen.textAlign = "center";
     pen.textBaseline = "middle";
     pen.fillText(String(index + 1), x, y + 0.5);
+  });
+}
+
+/** Marks the defects: a diamond with a number beside it, and of what is long its line; the chosen one stands out. */
+export function drawDefects(pen, frame, defects, chosen) {
+  defects.forEach(({ at, line }, index) => {
+    const wide = index === chosen ? 3 : 1.6;
+    if (line) {
+      const path = new Path2D();
+      line.forEach((place, k) => path[k ? "lineTo" : "moveTo"](...toPixels(frame, place)));
+      stroke(pen, path, wide);
+    }
+    const [x, y] = toPixels(frame, at);
+    const size = index === chosen ? 9 : 6;
+    const diamond = new Path2D();
+    [[0, -size], [size, 0], [0, size], [-size, 0]].forEach(([dx, dy], k) => diamond[k ? "lineTo" : "moveTo"](x + dx, y + dy));
+    diamond.closePath();
+    stroke(pen, diamond, wide);
+    pen.textAlign = "left";
+    pen.textBaseline = "middle";
+    pen.lineWidth = 3;
+    pen.strokeStyle = "#fff";
+    pen.strokeText(String(index + 1), x + size + 3, y);
+    pen.fillStyle = "#111";
+    pen.fillText(String(index + 1), x + size + 3, y);
   });
 }
 

@@ -5,6 +5,7 @@
 //! same measurement and [`Provenance`] give the same bytes.
 
 mod charts;
+mod defects;
 mod map;
 mod page;
 mod provenance;

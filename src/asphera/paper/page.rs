@@ -4,7 +4,7 @@ use std::fmt::{Result, Write as _};
 
 use super::provenance::Provenance;
 use super::words::{css_string, instant, percent, place, short, text};
-use super::{charts, map, sections, tables};
+use super::{charts, defects, map, sections, tables};
 use crate::pipeline::Measurement;
 use crate::report::{FormFigures, Report, Status, Verdict};
 
@@ -62,6 +62,7 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
         part(out, "Fit", |out| tables::fit(out, &form.fit))?;
     }
     part(out, "Sampling", |out| tables::sampling(out, &report.sampling))?;
+    part(out, "Defects", |out| defects::features(out, &report.features))?;
     part(out, "Points", |out| tables::points(out, report))?;
     if !report.links.is_empty() {
         part(out, "Links and devices", |out| tables::links(out, &report.links))?;

@@ -121,9 +121,16 @@ fn the_page_is_well_formed_and_needs_nothing_from_elsewhere() {
         }
     }
     assert!(!page.contains("<script") && !page.contains("url(") && !page.contains("@import"));
-    for heading in
-        ["Deviation", "Histogram", "Sections", "Figures", "Zernike terms", "Fit", "Sampling"]
-    {
+    for heading in [
+        "Deviation",
+        "Histogram",
+        "Sections",
+        "Figures",
+        "Zernike terms",
+        "Fit",
+        "Sampling",
+        "Defects",
+    ] {
         assert!(page.contains(&format!("<h2>{heading}</h2>")), "{heading}");
     }
     assert!(page.contains("Measured 2026-05-04 03:02:01 UTC"));

@@ -242,7 +242,7 @@ const MOST_BINS: f64 = 64.0;
 #[cfg(test)]
 mod tests {
     use asphera_form::basis::{Normalisation, zernike_value};
-    use asphera_form::{FitSettings, Parameter, fit};
+    use asphera_form::{FitSettings, fit};
     use proptest::prelude::*;
 
     use super::*;
@@ -255,16 +255,11 @@ mod tests {
     }
 
     fn flat() -> Part {
-        Part {
-            nominal: Nominal::Plane,
-            aperture: Aperture::Circle { radius_mm: RADIUS_MM },
-            free: vec![Parameter::Tz],
-            pv_nm: None,
-            rms_nm: None,
-            gap_limit_mm: None,
-            epsilon_limit: 0.1,
-            coverage_min: 0.9,
-        }
+        let nominal = format!(
+            "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = {RADIUS_MM:?}\n\
+             [fit]\nfree = [\"tz\"]\n"
+        );
+        Part::parse("flat.toml", &nominal).unwrap()
     }
 
     /// Places on a square lattice over the disc, with a deviation each.

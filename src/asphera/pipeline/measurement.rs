@@ -4,6 +4,7 @@ use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
+use super::defects::{self, Meshed};
 use super::details::{areas_mm2, details};
 use super::figures;
 use super::judgement::judge;
@@ -86,6 +87,9 @@ pub(super) fn measure(
         let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
         figures::form(&part, fit, found, details, &plane)
     });
+    let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
+    let known = form.as_ref().map(|_| &deviations_mm[..]);
+    let features = defects::of_part(meshed, &part, known.ok_or("there is no fit".to_owned()));
     let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
@@ -106,6 +110,7 @@ pub(super) fn measure(
             points,
             mesh: seen,
             sampling,
+            features,
             form,
             verdict,
             links: Vec::new(),

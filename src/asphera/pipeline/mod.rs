@@ -5,12 +5,14 @@
 //! and their order. No clock is read here.
 
 mod cutting;
+mod defects;
 mod details;
 mod figures;
 mod judgement;
 mod look;
 mod maps;
 mod measurement;
+mod partition;
 mod projection;
 mod running;
 pub(crate) mod sampling;
@@ -19,9 +21,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asphera_surface::{Mesh, PointMm};
+use asphera_surface::{BATCH_POINTS, Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
+pub use defects::features_of_mesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
@@ -37,6 +40,7 @@ use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use projection::Projector;
 use running::{History, Running};
+use sampling::Current;
 
 /// Takes the points of one part.
 pub struct Pipeline {
@@ -61,6 +65,8 @@ pub struct Pipeline {
     /// Points at which it is looked at again.
     next_sampling: u64,
     remembered: Remembered,
+    /// The sampling as of the last batch.
+    current: Current,
 }
 
 /// The running figures of a part.
@@ -69,7 +75,7 @@ pub struct RunningFigures {
     pub points: Points,
     /// The mesh; points wait up to a batch before they are in it.
     pub mesh: MeshFigures,
-    /// The sampling, as of [`SamplingFigures::as_of_points`].
+    /// The sampling, as of [`SamplingFigures::as_of_points`], and what is kept current of it.
     pub sampling: SamplingFigures,
     /// The form, once a fit could be made.
     pub form: Option<FormFigures>,
@@ -106,6 +112,7 @@ impl Pipeline {
             next: None,
             next_sampling: FIRST_SAMPLING,
             remembered: Remembered::default(),
+            current: Current::default(),
         }
     }
 
@@ -124,12 +131,28 @@ impl Pipeline {
 
     /// Takes a point of a file.
     pub fn take_position(&mut self, position_mm: PointMm) {
-        self.received += 1;
-        if position_mm.iter().all(|coordinate| coordinate.is_finite()) {
-            self.accept(position_mm);
-        } else {
-            *self.flagged.entry("not_finite").or_default() += 1;
+        self.take_positions([position_mm]);
+    }
+
+    /// Takes points of a file. The mesh gets many at a time, which two threads can share.
+    pub fn take_positions(&mut self, positions_mm: impl IntoIterator<Item = PointMm>) {
+        let (mesh, running) = (&mut self.mesh, &mut self.running);
+        let mut accepted = Vec::new();
+        for position_mm in positions_mm {
+            self.received += 1;
+            if !position_mm.iter().all(|coordinate| coordinate.is_finite()) {
+                *self.flagged.entry("not_finite").or_default() += 1;
+                continue;
+            }
+            self.projector.take(position_mm, |uvw_mm| {
+                accepted.push(uvw_mm);
+                running.push(uvw_mm);
+            });
+            if accepted.len() >= AT_A_TIME {
+                mesh.extend(accepted.drain(..));
+            }
         }
+        mesh.extend(accepted);
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -145,8 +168,8 @@ impl Pipeline {
         self.received
     }
 
-    /// The figures now. The cost depends on the cells of the map, not on the points; the sampling, which
-    /// does cost more with more points, is looked at only when they have grown by a quarter.
+    /// The figures now. The cost depends on the cells of the map and on what changed in the mesh, not on the
+    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter.
     pub fn figures(&mut self) -> RunningFigures {
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
@@ -161,7 +184,10 @@ impl Pipeline {
                     .ok()
                     .map(Arc::new)
             });
+            self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
+        } else {
+            self.current.keep_up(&self.mesh, &self.part, &self.remembered);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -173,10 +199,11 @@ impl Pipeline {
             points,
             mesh: MeshFigures {
                 projection: self.projector.figures(),
+                area_mm2: self.current.whole_area_mm2().unwrap_or(self.seen.area_mm2),
                 // Looking at the whole mesh anew would cost every triangle.
                 ..look::with_counts(&self.mesh, self.seen.clone())
             },
-            sampling: self.sampling.clone(),
+            sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
             form: estimate
                 .as_ref()
                 .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
@@ -248,6 +275,9 @@ fn accept(mesh: &mut Mesh, running: &mut Running, uvw_mm: PointMm) {
     mesh.push(uvw_mm);
     running.push(uvw_mm);
 }
+
+/// Points of a file are handed to the mesh by so many, a multiple of what it gathers by itself.
+const AT_A_TIME: usize = 64 * BATCH_POINTS;
 
 /// Below this many vertices the sampling says little.
 const FIRST_SAMPLING: u64 = 2000;

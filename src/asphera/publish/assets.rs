@@ -53,6 +53,7 @@ const ASSETS: &[Asset] = assets![
     JS "axes.js",
     JS "colours.js",
     JS "control.js",
+    JS "defects.js",
     JS "dom.js",
     SVG "favicon.svg",
     JS "figures.js",

@@ -101,7 +101,7 @@ fn live_push(bencher: Bencher, count: usize) {
     );
 }
 
-#[divan::bench(args = [1_000, 10_000, 100_000])]
+#[divan::bench(args = [1_000, 10_000, 100_000, 2_782_224], sample_count = 20)]
 fn live_estimate(bencher: Bencher, count: usize) {
     let live = live(count);
     bencher.bench(|| live.estimate());

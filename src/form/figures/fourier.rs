@@ -1,107 +1,65 @@
-//! Discrete Fourier transforms of any length.
+//! Discrete Fourier transforms of any length, by rustfft.
 //!
-//! Powers of two by Cooley & Tukey, Math. Comput. 19 (1965) 297; other lengths as a convolution by
-//! Bluestein, IEEE Trans. Audio Electroacoust. 18 (1970) 451. `O(n log n)`.
+//! The one place of the crate that names that library. Its scalar planner is used: one that picks the
+//! instructions of the machine at hand would give other last bits on another machine.
 
-use std::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::Complex;
+use rayon::prelude::*;
+use rustfft::{Fft, FftDirection, FftPlannerScalar};
 
-/// A transform of one length, with its tables: X_k = Σ x_j·exp(−2πi·jk/n).
+/// The forward transform of one length, with its tables: X_k = Σ x_j·exp(−2πi·jk/n). `O(n log n)`.
 pub(crate) struct Fourier {
-    length: usize,
-    /// exp(−2πi·k/padded) for the first half of the padded length, which is a power of two.
-    turns: Vec<Complex<f64>>,
-    /// For a length that is no power of two.
-    chirp: Option<Chirp>,
-}
-
-/// jk = (j² + k² − (k − j)²)/2 makes the transform a convolution with exp(πi·j²/n).
-struct Chirp {
-    /// exp(−πi·j²/n).
-    factors: Vec<Complex<f64>>,
-    /// Transform of the conjugate factors, laid out around 0.
-    kernel: Vec<Complex<f64>>,
+    plan: Arc<dyn Fft<f64>>,
 }
 
 impl Fourier {
     /// For a length of at least 1.
     pub(crate) fn new(length: usize) -> Fourier {
-        let padded =
-            if length.is_power_of_two() { length } else { (2 * length).next_power_of_two() };
-        let turns = (0..padded / 2).map(|k| turn(-2.0 * k as f64 / padded as f64)).collect();
-        let mut fourier = Fourier { length, turns, chirp: None };
-        if padded != length {
-            // exp(−πi·j²/n) has period 2n in j²; reducing keeps the angle exact.
-            let factor = |j: usize| turn(-((j * j % (2 * length)) as f64) / length as f64);
-            let factors: Vec<Complex<f64>> = (0..length).map(factor).collect();
-            let mut kernel = vec![Complex::new(0.0, 0.0); padded];
-            for (j, factor) in factors.iter().enumerate() {
-                kernel[j] = factor.conj();
-                kernel[(padded - j) % padded] = factor.conj();
-            }
-            fourier.power_of_two(&mut kernel);
-            fourier.chirp = Some(Chirp { factors, kernel });
-        }
-        fourier
+        Fourier { plan: FftPlannerScalar::new().plan_fft(length, FftDirection::Forward) }
     }
 
     /// Transforms in place a list of the length.
     pub(crate) fn transform(&self, values: &mut [Complex<f64>]) {
-        debug_assert_eq!(values.len(), self.length, "the length the tables are made for");
-        let Some(chirp) = &self.chirp else { return self.power_of_two(values) };
-        let mut padded = vec![Complex::new(0.0, 0.0); chirp.kernel.len()];
-        for ((place, value), factor) in padded.iter_mut().zip(&*values).zip(&chirp.factors) {
-            *place = value * factor;
-        }
-        self.power_of_two(&mut padded);
-        // The inverse transform is the conjugate of the transform of the conjugate, over the length.
-        for (value, kernel) in padded.iter_mut().zip(&chirp.kernel) {
-            *value = (*value * kernel).conj();
-        }
-        self.power_of_two(&mut padded);
-        let scale = 1.0 / padded.len() as f64;
-        for ((value, convolved), factor) in values.iter_mut().zip(&padded).zip(&chirp.factors) {
-            *value = convolved.conj() * factor * scale;
-        }
-    }
-
-    fn power_of_two(&self, values: &mut [Complex<f64>]) {
-        let length = values.len();
-        if length < 2 {
-            return;
-        }
-        let unused = usize::BITS - length.trailing_zeros();
-        for i in 0..length {
-            let mirrored = i.reverse_bits() >> unused;
-            if i < mirrored {
-                values.swap(i, mirrored);
-            }
-        }
-        let mut half = 1;
-        while half < length {
-            let stride = length / (2 * half);
-            for block in values.chunks_exact_mut(2 * half) {
-                let (low, high) = block.split_at_mut(half);
-                for (k, (low, high)) in low.iter_mut().zip(high).enumerate() {
-                    let turned = *high * self.turns[k * stride];
-                    (*low, *high) = (*low + turned, *low - turned);
-                }
-            }
-            half *= 2;
-        }
+        debug_assert_eq!(values.len(), self.plan.len(), "the length the tables are made for");
+        self.plan.process(values);
     }
 }
 
-/// exp(πi·x).
-fn turn(x: f64) -> Complex<f64> {
-    let (sin, cos) = (PI * x).sin_cos();
-    Complex::new(cos, sin)
+/// The forward transform of a map along both axes, row after row; the result is transposed, so that it is
+/// `columns` rows of `rows` entries. Neither may be 0.
+pub(crate) fn transform_map(
+    mut values: Vec<Complex<f64>>,
+    rows: usize,
+    columns: usize,
+) -> Vec<Complex<f64>> {
+    let along_x = Fourier::new(columns);
+    values.par_chunks_mut(columns).for_each(|row| along_x.transform(row));
+    let mut values = transposed(&values, rows, columns);
+    let along_y = Fourier::new(rows);
+    values.par_chunks_mut(rows).for_each(|column| along_y.transform(column));
+    values
+}
+
+/// A map of `rows` times `columns`, row after row, column after column.
+pub(crate) fn transposed(
+    values: &[Complex<f64>],
+    rows: usize,
+    columns: usize,
+) -> Vec<Complex<f64>> {
+    (0..values.len()).map(|i| values[i % rows * columns + i / rows]).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// exp(πi·x).
+    fn turn(x: f64) -> Complex<f64> {
+        let (sin, cos) = (std::f64::consts::PI * x).sin_cos();
+        Complex::new(cos, sin)
+    }
 
     #[test]
     fn every_length_gives_the_sum_of_the_definition() {

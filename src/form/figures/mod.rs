@@ -40,7 +40,7 @@ mod aberration;
 mod amplitude;
 mod definition;
 mod expansion;
-mod fourier;
+pub(crate) mod fourier;
 mod indication;
 mod invariant;
 mod irregularity;

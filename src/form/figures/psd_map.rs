@@ -1,9 +1,8 @@
 //! Power spectral density of a map with gaps.
 
 use nalgebra::Complex;
-use rayon::prelude::*;
 
-use super::fourier::Fourier;
+use super::fourier::{transform_map, transposed};
 use super::unknown::positive;
 use super::{Band, SettingError, Unknown, Window};
 
@@ -136,12 +135,7 @@ pub fn map_psd(grid: &HeightGrid<'_>, window: Window) -> Result<MapPsd, Unknown>
         power += weight * weight;
         Complex::new((height - mean) * weight, 0.0)
     });
-    let mut values: Vec<Complex<f64>> = values.collect();
-    let along_x = Fourier::new(columns);
-    values.par_chunks_mut(columns).for_each(|row| along_x.transform(row));
-    let mut values = transposed(&values, rows, columns);
-    let along_y = Fourier::new(rows);
-    values.par_chunks_mut(rows).for_each(|column| along_y.transform(column));
+    let values = transform_map(values.collect(), rows, columns);
     let values = transposed(&values, columns, rows);
     let [dx, dy] = grid.spacing_mm;
     let scale = dx * dy / power;
@@ -153,10 +147,6 @@ pub fn map_psd(grid: &HeightGrid<'_>, window: Window) -> Result<MapPsd, Unknown>
         measured: used as f64 / (rows * columns) as f64,
         window,
     })
-}
-
-fn transposed(values: &[Complex<f64>], rows: usize, columns: usize) -> Vec<Complex<f64>> {
-    (0..values.len()).map(|i| values[i % rows * columns + i / rows]).collect()
 }
 
 /// An eight by eight map; fewer heights have hardly a spectrum.

@@ -9,6 +9,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 
 #[path = "../tests/it/lenses.rs"]
+#[expect(dead_code, reason = "the tests measure more of the lenses")]
 mod lenses;
 
 /// Points of the first lens along each axis.

@@ -41,6 +41,10 @@ pub(super) struct Border {
     squares: usize,
     /// For each square, row by row: whether no side runs near it, and if so, where it lies.
     whereabouts: Vec<Whereabouts>,
+    /// For each square where it and those about it lie, if all alike.
+    about_squares: Vec<Whereabouts>,
+    /// Less than the square of a square's shorter side in mm².
+    clear_mm2: f64,
     /// The sides near each square.
     near: Vec<Vec<u32>>,
     /// The sides whose range of y meets a row of squares.
@@ -79,12 +83,15 @@ impl Border {
             scale,
             squares,
             whereabouts: vec![Whereabouts::Outside; count],
+            about_squares: vec![Whereabouts::Near; count],
+            clear_mm2: 0.9 * scale[0].max(scale[1]).recip().powi(2),
             near: vec![Vec::new(); count],
             rows: vec![Vec::new(); squares],
             columns: vec![Vec::new(); squares],
         };
         border.enter_sides(2.0 * SAGITTA * (high[0] - low[0]).max(high[1] - low[1]));
         border.locate_squares();
+        border.clear_squares();
         border
     }
 
@@ -171,6 +178,14 @@ impl Border {
         first
     }
 
+    /// Where a triangle lies of which only a corner is looked at and that no side is longer than the root of
+    /// `long_mm2`: as [`Border::whereabouts`], or near where that would have to look closer.
+    #[inline(always)]
+    pub(super) fn whereabouts_of(&self, corner: Place, long_mm2: f64) -> Whereabouts {
+        let square = self.step(corner[1], 1) * self.squares + self.step(corner[0], 0);
+        if long_mm2 < self.clear_mm2 { self.about_squares[square] } else { Whereabouts::Near }
+    }
+
     /// Whether a side of the counter-clockwise triangle has all of the circle about the border on its right.
     fn is_beside(&self, [p, q, r]: [Place; 3]) -> bool {
         let (centre, radius) = self.about;
@@ -223,6 +238,7 @@ impl Border {
     }
 
     /// The square or row a coordinate falls in; those beyond the bounds count for the outermost.
+    #[inline(always)]
     fn step(&self, mm: f64, axis: usize) -> usize {
         // A cast saturates: what lies before the bounds is in the first square.
         (((mm - self.low[axis]) * self.scale[axis]) as usize).min(self.squares - 1)
@@ -294,6 +310,19 @@ impl Border {
             } else {
                 Whereabouts::Near
             };
+        }
+    }
+
+    fn clear_squares(&mut self) {
+        let last = self.squares - 1;
+        for index in 0..self.about_squares.len() {
+            let about = |step: usize| step.saturating_sub(1)..=(step + 1).min(last);
+            let (row, column) = (index / self.squares, index % self.squares);
+            let here = self.whereabouts[index];
+            let alike = about(row).all(|row| {
+                about(column).all(|column| self.whereabouts[row * self.squares + column] == here)
+            });
+            self.about_squares[index] = if alike { here } else { Whereabouts::Near };
         }
     }
 }

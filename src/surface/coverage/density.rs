@@ -3,9 +3,9 @@
 //! The conditions and the advice are those of [`crate::noise::assess_spacing`], found in the same pass
 //! over the triangles as the coverage and for one noise all over.
 
-use super::spread::spread;
+use crate::area::Sum;
 use crate::noise::{Advice, Noise, SpacingCriteria};
-use crate::triangle::Triangle;
+use crate::triangle::{Triangle, greater};
 
 /// The noise of the heights, where it is known, and what is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,13 +16,61 @@ pub struct Density {
     pub criteria: SpacingCriteria,
 }
 
-impl Density {
-    /// By what angle in rad noise turns a facet of this area in space, root mean square: see
-    /// [`crate::noise::facet_tilt_rad`]. Also the noise along its normal.
-    pub(super) fn tilt_rad(&self, triangle: &Triangle, area_mm2: f64) -> Option<[f64; 2]> {
-        let cosine = triangle.projected_area_mm2().abs() / area_mm2;
-        let sigma_mm = self.noise?.along_normal_mm(cosine);
-        Some([sigma_mm * triangle.squares_mm2().sqrt() / (2.0 * area_mm2), sigma_mm])
+/// Facets as noise turns them.
+#[derive(Clone, Copy)]
+pub(super) struct Crumpling {
+    noise: Noise,
+    /// The square of twice the largest tilt.
+    limit: f64,
+    /// The area in space of those turned too far.
+    pub(super) overdense: Sum,
+    /// The largest noise along a normal in mm.
+    pub(super) loudest_mm: f64,
+}
+
+impl Crumpling {
+    /// Of no facet yet; `None` if the noise is not known.
+    pub(super) fn new(density: &Density) -> Option<Crumpling> {
+        let limit = 2.0 * density.criteria.tilt_limit_rad();
+        Some(Crumpling {
+            noise: density.noise?,
+            limit: limit * limit,
+            overdense: Sum::default(),
+            loudest_mm: 0.0,
+        })
+    }
+
+    /// Takes in a facet. It is turned too far if [`crate::noise::facet_tilt_rad`] is above the limit; the squares
+    /// of both are compared, which spares a root.
+    #[inline(always)]
+    pub(super) fn add(&mut self, facet: &Facet) {
+        let sigma_mm = self.noise.along_normal_mm(facet.projected_mm2 / facet.area_mm2);
+        let limit_mm4 = self.limit * facet.area_mm2 * facet.area_mm2;
+        if sigma_mm * sigma_mm * facet.squares_mm2 > limit_mm4 {
+            self.overdense.add(facet.area_mm2);
+        }
+        self.loudest_mm = greater(sigma_mm, self.loudest_mm);
+    }
+}
+
+/// What decides how far noise turns a facet.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Facet {
+    /// Area in space in mm².
+    pub(super) area_mm2: f64,
+    /// Area of the projection in mm².
+    pub(super) projected_mm2: f64,
+    /// Sum of the squares of its sides in mm².
+    pub(super) squares_mm2: f64,
+}
+
+impl Facet {
+    pub(super) fn of(triangle: &Triangle) -> Facet {
+        Facet {
+            area_mm2: triangle.area_mm2(),
+            projected_mm2: triangle.projected_area_mm2().abs(),
+            squares_mm2: triangle.squares_mm2(),
+        }
     }
 }
 
@@ -53,10 +101,9 @@ impl Crumpled {
     pub(super) fn dense(
         &self,
         density: &Density,
-        facets_mm2: &[f64],
+        median_mm2: Option<f64>,
         lfs_min_mm: Option<f64>,
     ) -> Dense {
-        let median_mm2 = spread(facets_mm2, facets_mm2).map(|spread| spread.median);
         let known = self.loudest_mm.filter(|_| self.area_mm2 > 0.0);
         Dense {
             spacing_median_mm: median_mm2.map(|area_mm2| (2.0 * area_mm2).sqrt()),
@@ -78,12 +125,15 @@ mod tests {
         let corners = [[0.0, 0.0, 0.1], [0.3, 0.05, 0.4], [0.1, 0.2, -0.3]];
         for along in [Along::Z, Along::Normal] {
             let noise = Noise::new(1e-3, along).unwrap();
-            let criteria = SpacingCriteria::new(0.05, None).unwrap();
-            let density = Density { noise: Some(noise), criteria };
             let triangle = Triangle::new(&corners, [0, 1, 2]);
-            let [tilt_rad, _] = density.tilt_rad(&triangle, triangle.area_mm2()).unwrap();
             let expected_rad = facet_tilt_rad(corners, noise).unwrap();
-            assert!((tilt_rad / expected_rad - 1.0).abs() < 1e-12);
+            for (factor, expected) in [(1.0 - 1e-12, true), (1.0 + 1e-12, false)] {
+                let criteria = SpacingCriteria::new(0.05, Some(factor * expected_rad)).unwrap();
+                let density = Density { noise: Some(noise), criteria };
+                let mut crumpling = Crumpling::new(&density).unwrap();
+                crumpling.add(&Facet::of(&triangle));
+                assert_eq!(crumpling.overdense.total() > 0.0, expected, "{factor}");
+            }
         }
     }
 }

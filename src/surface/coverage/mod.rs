@@ -47,10 +47,11 @@ use thiserror::Error;
 pub use self::aperture::{Aperture, ApertureError};
 use self::border::{Border, Whereabouts};
 use self::clip::common_area_mm2;
+use self::density::Facet;
 pub use self::density::{Dense, Density};
 use self::draw::{Open, Scene};
 use self::frame::{Frame, hull};
-use self::gauge::{Gauged, Gauger, Gauges, Standing, sound_lfs};
+use self::gauge::{Gauged, Gauger, Gauges, Standing, lfs_at_points_mm, sound_lfs};
 pub use self::patches::Patch;
 use self::patches::{Patches, patches};
 pub use self::plan::{
@@ -60,7 +61,7 @@ pub use self::polygon::{Polygon, Ring};
 pub use self::spread::Spread;
 pub use self::target::{Reach, Spacing, Target, TargetError};
 use crate::outline::{IslandCounts, island_counts};
-use crate::rim::Outline;
+use crate::rim::{Outline, refined_gaps_along};
 use crate::triangle::Triangle;
 use crate::{PointMm, VertexId};
 
@@ -234,18 +235,28 @@ pub fn examine(
     if let Some(vertex) = points.iter().position(|point| !finite(point)) {
         return Err(CoverageError::Point { vertex: vertex as VertexId });
     }
-    let outline = Outline::new(points.len(), triangles);
-    let border = aperture.map(|aperture| Border::new(aperture, triangles.len(), 0));
+    let ((outline, refined), (border, at_points_mm)) = rayon::join(
+        || {
+            let outline = Outline::new(points.len(), triangles);
+            let refined = refined_gaps_along(points, triangles, &outline);
+            (outline, refined)
+        },
+        || {
+            let border = aperture.map(|aperture| Border::new(aperture, triangles.len(), 0));
+            (border, lfs_at_points_mm(points, &lfs_mm))
+        },
+    );
     let aperture = aperture.zip(border.as_ref());
     let gauger = Gauger {
         points,
         triangles,
         left_out,
-        outline: &outline,
+        refined: &refined,
         aperture,
         target,
         density,
         lfs_mm: &lfs_mm,
+        at_points_mm: &at_points_mm,
     };
     let Gauges { mut columns, covered: mut tally, mut open, area_mm2 } = gauger.gauge();
     let measured = Measured { points, triangles, target };
@@ -262,7 +273,7 @@ pub fn examine(
         outer = sides;
         for &index in &outside {
             columns.areas_mm2[index] = 0.0;
-            columns.facets_mm2[index] = 0.0;
+            columns.facets[index] = false;
         }
         open.retain(|gauged| outside.binary_search(&gauged.index).is_err());
     }
@@ -270,12 +281,12 @@ pub fn examine(
         if gauged.area_mm2 > 0.0 {
             tally.add_open(gauged, target.gap_mm(gauged.lfs_mm).is_none());
         }
-        let facet_mm2 = &mut columns.facets_mm2[gauged.index];
+        let is_facet = &mut columns.facets[gauged.index];
         if gauged.standing == Standing::Bridge {
-            *facet_mm2 = 0.0;
-        } else if let Some(density) = density.filter(|_| *facet_mm2 > 0.0) {
+            *is_facet = false;
+        } else if let Some(density) = density.filter(|_| *is_facet) {
             let triangle = Triangle::new(points, triangles[gauged.index]);
-            tally.add_facet(density, &triangle, *facet_mm2);
+            tally.add_facet(density, &Facet::of(&triangle));
         }
     }
     let islands = hull
@@ -294,9 +305,12 @@ pub fn examine(
         Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
         None => (Reference::DataOutline, (!triangles.is_empty()).then(|| tally.area_mm2())),
     };
-    let dense = density
-        .map(|density| tally.crumpled().dense(density, &columns.facets_mm2, tally.lfs_min_mm()));
-    let coverage = tally.coverage(reference, reference_mm2, &columns, found);
+    let [gaps_mm, epsilons, facets_mm2] = columns.quantiles();
+    let dense = density.map(|density| {
+        let median_mm2 = facets_mm2.map(|[median_mm2, _]| median_mm2);
+        tally.crumpled().dense(density, median_mm2, tally.lfs_min_mm())
+    });
+    let coverage = tally.coverage(reference, reference_mm2, [gaps_mm, epsilons], found);
     Ok(Examination { coverage, covered: columns.covered, islands, dense, area_mm2 })
 }
 

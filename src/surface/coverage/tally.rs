@@ -1,13 +1,13 @@
 //! The figures of a coverage, summed over triangles in their order.
 
-use super::density::{Crumpled, Density};
-use super::gauge::{Columns, Gauged, Standing};
+use super::density::{Crumpled, Crumpling, Density, Facet};
+use super::gauge::{Gauged, Plain, Standing};
 use super::patches::Patches;
-use super::spread::spread;
+use super::spread::Spread;
 use super::{Coverage, CoverageCounts, CoveredAreas, Reference};
 use crate::PointMm;
 use crate::area::Sum;
-use crate::triangle::{Gap, Triangle};
+use crate::triangle::Gap;
 
 /// What the figures are made of.
 #[derive(Default)]
@@ -47,18 +47,33 @@ impl Tally {
         self.note(gauged.gap, gauged.lfs_mm);
     }
 
-    /// Counts a facet of the surface by how far noise turns it.
-    pub(super) fn add_facet(&mut self, density: &Density, triangle: &Triangle, area_mm2: f64) {
-        if let Some([tilt_rad, sigma_mm]) = density.tilt_rad(triangle, area_mm2) {
-            self.facets.add(area_mm2);
-            if tilt_rad > density.criteria.tilt_limit_rad() {
-                self.overdense.add(area_mm2);
-            }
-            self.loudest_mm = larger(self.loudest_mm, Some(sigma_mm));
+    /// Counts covered triangles whose largest gap and ε were noted.
+    pub(super) fn add_plain(&mut self, plain: &Plain) {
+        if plain.count == 0 {
+            return;
+        }
+        self.counts.covered += plain.count;
+        self.covered.join(plain.projected);
+        self.note_lfs_mm(plain.lfs_min_mm);
+        if let Some(crumpling) = &plain.crumpling {
+            self.facets.join(plain.area);
+            self.overdense.join(crumpling.overdense);
+            self.loudest_mm = larger(self.loudest_mm, Some(crumpling.loudest_mm));
         }
     }
 
-    fn note(&mut self, gap: Gap, lfs_mm: Option<f64>) {
+    /// Counts a facet of the surface by how far noise turns it.
+    pub(super) fn add_facet(&mut self, density: &Density, facet: &Facet) {
+        if let Some(mut crumpling) = Crumpling::new(density) {
+            crumpling.add(facet);
+            self.facets.add(facet.area_mm2);
+            self.overdense.join(crumpling.overdense);
+            self.loudest_mm = larger(self.loudest_mm, Some(crumpling.loudest_mm));
+        }
+    }
+
+    /// Takes note of how large gap and ε are, and where.
+    pub(super) fn note(&mut self, gap: Gap, lfs_mm: Option<f64>) {
         if self.widest.is_none_or(|(mm, _)| gap.mm > mm) {
             self.widest = Some((gap.mm, gap.at_mm));
         }
@@ -67,8 +82,12 @@ impl Tally {
             if self.worst.is_none_or(|(worst, _)| epsilon > worst) {
                 self.worst = Some((epsilon, gap.at_mm));
             }
-            self.lfs_min_mm = Some(self.lfs_min_mm.map_or(lfs_mm, |least| least.min(lfs_mm)));
+            self.note_lfs_mm(lfs_mm);
         }
+    }
+
+    fn note_lfs_mm(&mut self, lfs_mm: f64) {
+        self.lfs_min_mm = Some(self.lfs_min_mm.map_or(lfs_mm, |least| least.min(lfs_mm)));
     }
 
     /// Adds the figures of triangles that come after these.
@@ -131,7 +150,7 @@ impl Tally {
         self,
         reference: Reference,
         aperture_mm2: Option<f64>,
-        columns: &Columns,
+        [gaps_mm, epsilons]: [Option<[f64; 2]>; 2],
         found: Patches,
     ) -> Coverage {
         let areas = aperture_mm2.map(|aperture_mm2| {
@@ -151,9 +170,9 @@ impl Tally {
             reference,
             areas,
             triangles: self.counts,
-            gap_mm: spread(&columns.gaps_mm, &columns.areas_mm2),
+            gap_mm: spread(gaps_mm, self.widest),
             gap_max_at_mm: self.widest.map(|(_, at_mm)| at_mm),
-            epsilon: spread(&columns.epsilons, &columns.areas_mm2),
+            epsilon: spread(epsilons, self.worst),
             epsilon_max_at_mm: self.worst.map(|(_, at_mm)| at_mm),
             lfs_min_mm: self.lfs_min_mm,
             patches: found.listed,
@@ -161,6 +180,13 @@ impl Tally {
             remainder_patches: found.remainder,
         }
     }
+}
+
+/// The spread with these quantiles and this largest value.
+fn spread(quantiles: Option<[f64; 2]>, largest: Option<(f64, PointMm)>) -> Option<Spread> {
+    // The largest may be rounded otherwise than the rest.
+    let ([median, p99], (max, _)) = quantiles.zip(largest)?;
+    Some(Spread { median: median.min(max), p99: p99.min(max), max })
 }
 
 fn larger(left: Option<f64>, right: Option<f64>) -> Option<f64> {

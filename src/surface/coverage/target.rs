@@ -97,17 +97,20 @@ impl Target {
     /// The largest gap in mm where the local feature size is `lfs_mm`; infinite if any will do, none
     /// if that would have to be known.
     pub(super) fn gap_mm(&self, lfs_mm: Option<f64>) -> Option<f64> {
-        let mut gap_mm = f64::INFINITY;
-        if let Some(spacing_mm) = self.spacing_mm {
-            gap_mm = spacing_mm * FRAC_1_SQRT_2;
-        }
-        if let Some(Reach { ratio, lfs_min_mm }) = self.reach {
-            gap_mm = gap_mm.min(ratio * lfs_min_mm);
-        }
+        let gap_mm = self.gap_anywhere_mm();
         match self.epsilon {
             Some(epsilon) => lfs_mm.map(|lfs_mm| gap_mm.min(epsilon * lfs_mm)),
             None => Some(gap_mm),
         }
+    }
+}
+
+impl Target {
+    /// The largest gap in mm whatever the local feature size; infinite if any will do.
+    pub(super) fn gap_anywhere_mm(&self) -> f64 {
+        let spacing_mm = self.spacing_mm.map_or(f64::INFINITY, |mm| mm * FRAC_1_SQRT_2);
+        let reach_mm = self.reach.map_or(f64::INFINITY, |reach| reach.ratio * reach.lfs_min_mm);
+        spacing_mm.min(reach_mm)
     }
 }
 

@@ -52,6 +52,11 @@ pub(super) struct Moments {
     pub(super) height_mm: f64,
 }
 
+/// Most cells of a grid over so many points.
+pub(super) fn most(points: usize) -> f64 {
+    CELLS_PER_POINT * points as f64 + CELLS_MIN
+}
+
 /// What is looked at: heights or deviations.
 pub(super) fn height_mm(samples: &Samples<'_>, vertex: VertexId) -> f64 {
     match samples.deviations_mm {
@@ -80,8 +85,7 @@ impl Cells {
         let extent_mm = [high[0] - low[0], high[1] - low[1]];
         let points = vertices().count();
         let counts = extent_mm.map(|extent| (extent / side_mm).floor() + 1.0);
-        let allowed = CELLS_PER_POINT * points as f64 + CELLS_MIN;
-        if counts[0] * counts[1] > allowed {
+        if counts[0] * counts[1] > most(points) {
             return Err(DefectsUnknown::Scattered { side_mm, extent_mm, points });
         }
         let size = counts.map(|count| count as usize);

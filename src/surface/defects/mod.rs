@@ -11,6 +11,9 @@
 //!    number of false ones to be expected on a whole surface is the caller's choice;
 //! 4. *measures* and names each (`measure.rs`).
 //!
+//! On a large surface with a nominal [`search_defects`] does so only where a quick look at its deviations hints at
+//! something (`screen.rs`), at a tenth of the time.
+//!
 //! Depths are along the normal, areas and lengths in the plane of projection.
 //!
 //! **What it does not see.** Waviness that the reference does not follow raises the level from which
@@ -26,12 +29,16 @@ mod measure;
 mod partition;
 mod profile;
 mod reference;
+mod screen;
+mod search;
 mod settings;
 mod shape;
 mod steps;
 mod tail;
 #[cfg(test)]
 mod tests;
+
+use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
@@ -47,6 +54,7 @@ use crate::{BoundsMm, PointMm, VertexId};
 pub use self::partition::{
     Bands, BandsError, Class, CurvatureRegion, Partition, PartitionError, partition,
 };
+pub use self::search::{DefectSearch, DeviatingSurface, search_defects};
 pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Samples};
 
 /// Windows of the reference in largest widths.
@@ -248,13 +256,7 @@ pub fn find_defects(
     let zones = zones(samples, &found, &cell, &reference, sigma_mm);
     let mut defects: Vec<Defect> = zones.par_iter().map(|zone| field.measure(zone)).collect();
     defects.extend(steps.iter().map(|step| of_step(samples, &used, step)));
-    defects.sort_by(|p, q| {
-        let [a, b] = [p.centre_mm, q.centre_mm];
-        q.significance
-            .total_cmp(&p.significance)
-            .then(a[0].total_cmp(&b[0]))
-            .then(a[1].total_cmp(&b[1]))
-    });
+    defects.sort_by(by_significance);
     let unreferenced =
         cells.all().iter().filter(|&&vertex| !normal_mm[vertex as usize].is_finite());
     let unreferenced = unreferenced.count() as u64;
@@ -268,6 +270,15 @@ pub fn find_defects(
         unreferenced,
         residuals_mm: normal_mm,
     })
+}
+
+/// The most significant first, of equal ones the one farther left.
+fn by_significance(p: &Defect, q: &Defect) -> Ordering {
+    let [a, b] = [p.centre_mm, q.centre_mm];
+    q.significance
+        .total_cmp(&p.significance)
+        .then(a[0].total_cmp(&b[0]))
+        .then(a[1].total_cmp(&b[1]))
 }
 
 fn lines(steps: &[Step]) -> Vec<Line> {

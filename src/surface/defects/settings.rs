@@ -110,6 +110,12 @@ pub enum DefectsUnknown {
         /// How many points there are.
         points: usize,
     },
+    /// The length from which on an edge bridges a gap is none.
+    #[error("reach {reach_mm} mm is not above 0")]
+    Reach {
+        /// The length in mm.
+        reach_mm: f64,
+    },
     /// No triangle of the surface has an area.
     #[error("the triangles of the surface have no area")]
     NoArea,

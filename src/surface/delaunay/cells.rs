@@ -16,6 +16,8 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use rayon::prelude::*;
+
 use super::hints::Layout;
 use super::places::Places;
 use crate::VertexId;
@@ -167,14 +169,22 @@ pub(crate) struct FlatCells {
     now: u32,
 }
 
+/// Fewer cells are not worth a second thread.
+const FOR_TWO: usize = 16_384;
+
 /// How many cells one after the other share the moment of their last change.
 const CHUNK: usize = 1024;
 
 /// One triangle.
-#[derive(Default)]
 struct Cell {
     corners: [AtomicU32; 3],
     across: [AtomicU32; 3],
+}
+
+impl Cell {
+    fn unused() -> Cell {
+        Cell { corners: [const { AtomicU32::new(GHOST) }; 3], across: Default::default() }
+    }
 }
 
 impl FlatCells {
@@ -221,10 +231,13 @@ impl Cells for FlatCells {
             // By half, not twice: what is kept for points to come is lost to others.
             self.cells.reserve_exact(count.max(first / 2));
         }
-        self.cells.resize_with(first + count, || Cell {
-            corners: [const { AtomicU32::new(GHOST) }; 3],
-            across: Default::default(),
-        });
+        if count < FOR_TWO {
+            self.cells.resize_with(first + count, Cell::unused);
+        } else {
+            // Much of the time goes into the system's handing out of the memory.
+            let unused = (0..count).into_par_iter().with_min_len(FOR_TWO / 2);
+            self.cells.par_extend(unused.map(|_| Cell::unused()));
+        }
         self.written.resize_with((first + count).div_ceil(CHUNK), || AtomicU32::new(self.now));
         slots
     }

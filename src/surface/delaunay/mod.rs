@@ -7,8 +7,10 @@
 //! Scans are what it is made for: a batch is cut into runs along lines ([`runs`]); a run that lies outside
 //! the hull, as the next line of a growing scan does, is sewn to it as a whole ([`strip`]); all
 //! else is inserted point by point ([`insert`]), runs ends first and then by bisection, and points in no
-//! order by the place they belong to. Vertices go one by one ([`remove`]).
+//! order by the place they belong to. A large batch of lines is meshed as two [`blocks`] at the same
+//! time. Vertices go one by one ([`remove`]).
 
+mod blocks;
 mod cells;
 mod editor;
 mod halves;
@@ -22,6 +24,8 @@ mod queries;
 mod remove;
 mod runs;
 mod scattered;
+mod seam;
+mod sheet;
 #[cfg(test)]
 mod soundness;
 mod star;
@@ -30,43 +34,21 @@ mod strip;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use self::blocks::Blocks;
 pub(crate) use self::cells::{Cells, FlatCells, GHOST, Side, Slot, next_slots};
-use self::editor::{Editor, Work};
-use self::hints::Hints;
+use self::editor::Editor;
 pub(crate) use self::hints::Layout;
-use self::insert::Placed;
-use self::line::Line;
 pub(crate) use self::places::{Places, Vertices};
 pub(crate) use self::queries::{About, Conflict};
-use self::runs::{Run, runs};
+use self::seam::{Seam, seam};
+use self::sheet::Sheet;
 use crate::VertexId;
-use crate::exact::Place;
-use crate::order::by_bisection;
 
 /// A growing Delaunay triangulation.
 #[derive(Default)]
 pub(crate) struct Delaunay<C = FlatCells> {
     cells: C,
-    work: Work,
-    /// The places, while all lie on one line.
-    line: Line,
-    /// Once there are triangles.
-    plane: Option<Plane>,
-    /// How many different places there are.
-    vertices: usize,
-    runs: Vec<Run>,
-    /// A triangle at each point of the batch.
-    slots: Vec<Slot>,
-    duplicates: Vec<Duplicate>,
-}
-
-/// Where insertions start from.
-struct Plane {
-    /// A triangle at the place inserted last.
-    recent: Slot,
-    /// A triangle at the start of the last run: the next line of a scan in one direction starts there.
-    run_start: Slot,
-    hints: Hints,
+    sheet: Sheet,
 }
 
 /// A point that stands where another does.
@@ -87,79 +69,53 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         batch: Range<VertexId>,
     ) -> bool {
-        self.duplicates.clear();
-        // What duplicates and removed vertices left is taken first.
-        let wanted = 2 * (self.vertices + batch.len());
-        self.work.spare.extend(self.cells.grow(wanted.saturating_sub(self.cells.len())));
-        let mut rest = batch.clone();
-        while self.plane.is_none()
-            && let Some(vertex) = rest.next()
+        let sheet = &mut self.sheet;
+        sheet.duplicates.clear();
+        let blocks = self.blocks(points, &batch);
+        let sheet = &mut self.sheet;
+        let first = blocks.as_ref().map_or(batch.clone(), Blocks::first);
+        // What duplicates and removed vertices left is taken first. It may be named still: the second
+        // of two blocks gets cells that are new.
+        let wanted = 2 * (sheet.vertices + first.len());
+        let missing = wanted.saturating_sub(self.cells.len());
+        let mut new = self.cells.grow(missing + blocks.as_ref().map_or(0, Blocks::second_cells));
+        sheet.work.spare.extend(new.by_ref().take(missing));
+        match (blocks, points.in_memory(), self.cells.in_memory()) {
+            (Some(blocks), Some(points), Some(cells)) => {
+                if !sheet.insert_blocks(points, cells, &blocks, new) {
+                    sheet.insert(points, cells, blocks.rest());
+                }
+            }
+            _ => sheet.insert(points, &self.cells, batch.clone()),
+        }
+        if !sheet.slots.is_empty() {
+            let first = batch.end - sheet.slots.len() as VertexId;
+            self.cells.note_landmarks(points, first, &sheet.slots);
+        }
+        if let Some(plane) = &mut sheet.plane
+            && let Some(mut hints) = plane.hints.outgrown()
         {
-            self.insert_on_line(points, vertex);
-        }
-        if !rest.is_empty() {
-            self.insert_in_plane(points, rest);
-        }
-        self.vertices += batch.len() - self.duplicates.len();
-        !self.duplicates.is_empty()
-    }
-
-    fn insert_on_line(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
-        let place = points.place(vertex);
-        if self.line.contains(place) {
-            let there = self.line.insert(place, vertex);
-            if there != vertex {
-                self.duplicates.push(Duplicate { point: vertex, of: there });
-            }
-            return;
-        }
-        let slot = self.line.span(points, vertex, &self.cells, &mut self.work.spare);
-        // A ghost at each place of the line, but for its two ends and with the vertex off it.
-        self.work.ghosts = self.line.len() + 1;
-        let mut hints = Hints::new(0, place, place, C::HINTS);
-        hints.note(place, slot);
-        self.plane = Some(Plane { recent: slot, run_start: slot, hints });
-        self.line = Line::default();
-    }
-
-    fn insert_in_plane(&mut self, points: &(impl Places + ?Sized), batch: Range<VertexId>) {
-        let Some(plane) = &mut self.plane else { return };
-        runs(batch.clone().map(|vertex| points.place(vertex)), &mut self.runs);
-        self.slots.clear();
-        self.slots.resize(batch.len(), plane.recent);
-        let mut inserter = Inserter {
-            editor: Editor { points, cells: &self.cells, work: &mut self.work },
-            plane,
-            first: batch.start,
-            slots: &mut self.slots,
-            duplicates: &mut self.duplicates,
-        };
-        if self.runs.len() > batch.len() / SCATTERED {
-            inserter.insert_scattered();
-        } else {
-            for run in &self.runs {
-                inserter.insert_run(run);
-            }
-        }
-        self.cells.note_landmarks(points, batch.start, &self.slots);
-        if let Some(mut hints) = plane.hints.outgrown() {
             self.cells.for_each_landmark(points, |place, slot| hints.note_again(place, slot));
             plane.hints = hints;
         }
+        !sheet.duplicates.is_empty()
+    }
+
+    /// The blocks to insert a batch as, if two threads can share it.
+    fn blocks(&self, points: &(impl Places + ?Sized), batch: &Range<VertexId>) -> Option<Blocks> {
+        let in_memory = points.in_memory().is_some() && self.cells.in_memory().is_some();
+        if batch.len() < FOR_TWO || !in_memory || rayon::current_num_threads() < 2 {
+            return None;
+        }
+        let place = |index: usize| points.place(batch.start + index as VertexId);
+        let Seam { points: seam, closed } = seam(batch.len(), place)?;
+        let [start, end] = [seam.start, seam.end].map(|index| batch.start + index as VertexId);
+        Some(Blocks { batch: batch.clone(), seam: start..end, closed })
     }
 
     /// No triangles yet, to be kept in `cells`, which has none.
     pub(crate) fn kept_in(cells: C) -> Delaunay<C> {
-        Delaunay {
-            cells,
-            work: Work::default(),
-            line: Line::default(),
-            plane: None,
-            vertices: 0,
-            runs: Vec::new(),
-            slots: Vec::new(),
-            duplicates: Vec::new(),
-        }
+        Delaunay { cells, sheet: Sheet::default() }
     }
 
     /// Where its triangles are kept.
@@ -174,13 +130,17 @@ impl<C: Cells> Delaunay<C> {
 
     /// Bytes of memory it takes besides that of the cells, as long as there are triangles.
     pub(crate) fn other_bytes(&self) -> usize {
-        let hints = self.plane.as_ref().map_or(0, |plane| plane.hints.bytes());
-        hints + size_of_val(&self.slots[..]) + size_of_val(&self.work.spare[..])
+        let hints = self.sheet.plane.as_ref().map_or(0, |plane| plane.hints.bytes());
+        hints + size_of_val(&self.sheet.slots[..]) + size_of_val(&self.sheet.work.spare[..])
     }
 
     /// How many triangles there are.
     pub(crate) fn triangle_count(&self) -> usize {
-        if self.plane.is_some() { 2 * self.vertices - 2 - self.work.ghosts } else { 0 }
+        if self.sheet.plane.is_some() {
+            2 * self.sheet.vertices - 2 - self.sheet.work.ghosts
+        } else {
+            0
+        }
     }
 
     /// The triangles counter-clockwise, in an order that means nothing.
@@ -197,7 +157,7 @@ impl<C: Cells> Delaunay<C> {
         points: &mut impl Vertices,
         first: VertexId,
     ) -> Vec<Duplicate> {
-        let mut duplicates = std::mem::take(&mut self.duplicates);
+        let mut duplicates = std::mem::take(&mut self.sheet.duplicates);
         let mut firsts: BTreeMap<VertexId, VertexId> = BTreeMap::new();
         for &Duplicate { point, of } in &duplicates {
             let first = firsts.entry(of).or_insert(of);
@@ -241,91 +201,15 @@ impl<C: Cells> Delaunay<C> {
     /// Gives a vertex another number. Its point is still, or also, to be found at the old one.
     fn relabel(&mut self, points: &(impl Places + ?Sized), from: VertexId, to: VertexId) {
         let place = points.place(from);
-        match &mut self.plane {
-            None => self.line.relabel(place, to),
+        match &mut self.sheet.plane {
+            None => self.sheet.line.relabel(place, to),
             Some(plane) => {
-                let editor = Editor { points, cells: &self.cells, work: &mut self.work };
+                let editor = Editor { points, cells: &self.cells, work: &mut self.sheet.work };
                 plane.recent = editor.relabel(place, from, to, plane.recent);
             }
         }
     }
 }
 
-/// Inserts one batch.
-struct Inserter<'a, P: ?Sized, C> {
-    editor: Editor<'a, P, C>,
-    plane: &'a mut Plane,
-    /// The first point of the batch.
-    first: VertexId,
-    /// A triangle at each point of the batch, once inserted.
-    slots: &'a mut [Slot],
-    duplicates: &'a mut Vec<Duplicate>,
-}
-
-impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
-    fn insert_run(&mut self, run: &Run) {
-        let Range { start, end } = run.points;
-        let mut from = self.nearest(start);
-        let mut done = 0;
-        if let Some(axis) = run.axis {
-            // Where the first points lie inside the hull, the rest may still lie outside.
-            while done < SKIPPED && start + done + 1 < end {
-                let [first, last] = [start + done, end].map(|index| self.first + index as VertexId);
-                if self.editor.insert_strip(first..last, axis, from) {
-                    self.slots[start + done..end].copy_from_slice(self.editor.strip_slots());
-                    done = end - start;
-                } else {
-                    from = self.insert(start + done, from);
-                    done += 1;
-                }
-            }
-        }
-        for step in by_bisection(end - start - done) {
-            let from = step.near.map_or(from, |near| self.slots[start + done + near]);
-            self.insert(start + done + step.index, from);
-        }
-        self.plane.run_start = self.slots[start];
-        self.plane.recent = self.slots[end - 1];
-        for index in start..end {
-            self.plane.hints.note(self.place(index), self.slots[index]);
-        }
-    }
-
-    /// Inserts a point of the batch from a triangle; returns one at the point.
-    fn insert(&mut self, index: usize, from: Slot) -> Slot {
-        let point = self.first + index as VertexId;
-        let slot = match self.editor.insert(point, from) {
-            Placed::New(slot) => slot,
-            Placed::Occupied(of, slot) => {
-                self.duplicates.push(Duplicate { point, of });
-                slot
-            }
-        };
-        self.slots[index] = slot;
-        slot
-    }
-
-    /// The nearest known triangle to a point of the batch.
-    fn nearest(&self, index: usize) -> Slot {
-        let place = self.place(index);
-        let distance = |slot: &Slot| {
-            let [x, y] = self.editor.at(self.editor.cells.corner(*slot, 0));
-            (x - place[0]).hypot(y - place[1])
-        };
-        let known =
-            [Some(self.plane.recent), Some(self.plane.run_start), self.plane.hints.near(place)];
-        let nearest =
-            known.into_iter().flatten().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.unwrap_or(self.plane.recent)
-    }
-
-    fn place(&self, index: usize) -> Place {
-        self.editor.at(self.first + index as VertexId)
-    }
-}
-
-/// Batches of which more than one point in so many starts a run follow no line.
-const SCATTERED: usize = 8;
-
-/// How many points of a run are inserted alone before it is not tried as a strip any more.
-const SKIPPED: usize = 3;
+/// Lines in batches of fewer points are not worth a second thread.
+const FOR_TWO: usize = 8192;

@@ -1,10 +1,11 @@
 //! What can be asked of the triangulation while it stands still.
 
+use super::Delaunay;
 use super::cells::{Cells, GHOST, NEXT, PREV, Side, Slot};
 use super::editor::{Editor, Work};
 use super::places::Places;
+use super::sheet::Plane;
 use super::star::Spoke;
-use super::{Delaunay, Plane};
 use crate::exact::{Place, left_of, orientation};
 use crate::triangle::from_smallest;
 use crate::{Location, VertexId};
@@ -19,7 +20,7 @@ impl Plane {
 impl<C: Cells> Delaunay<C> {
     /// Where an admitted place lies.
     pub(crate) fn locate(&self, points: &(impl Places + ?Sized), place: Place) -> Location {
-        let Some(plane) = &self.plane else { return self.line.locate(place) };
+        let Some(plane) = &self.sheet.plane else { return self.sheet.line.locate(place) };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
         reader.location(place, reader.locate(place, plane.hint(place)))
@@ -31,7 +32,7 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Option<VertexId> {
-        let Some(plane) = &self.plane else { return self.line.nearest(points, place) };
+        let Some(plane) = &self.sheet.plane else { return self.sheet.line.nearest(points, place) };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
         Some(reader.nearest(place, reader.locate(place, plane.hint(place))))
@@ -40,8 +41,8 @@ impl<C: Cells> Delaunay<C> {
     /// The neighbours of a vertex.
     pub(crate) fn about(&self, points: &(impl Places + ?Sized), vertex: VertexId) -> About {
         let at = points.place(vertex);
-        let Some(plane) = &self.plane else {
-            let vertices = self.line.about(at).into_iter().flatten().collect();
+        let Some(plane) = &self.sheet.plane else {
+            let vertices = self.sheet.line.about(at).into_iter().flatten().collect();
             return About { vertices, on_hull: true, near: None };
         };
         let mut work = Work::default();
@@ -67,8 +68,8 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Vec<Conflict> {
-        let Some(plane) = &self.plane else {
-            let ends = self.line.outermost();
+        let Some(plane) = &self.sheet.plane else {
+            let ends = self.sheet.line.outermost();
             return ends.map(|[first, last]| Conflict::Beyond([first, last])).into_iter().collect();
         };
         let mut work = Work::default();
@@ -94,7 +95,7 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Option<Vec<(VertexId, f64)>> {
-        let plane = self.plane.as_ref()?;
+        let plane = self.sheet.plane.as_ref()?;
         let mut work = Work::default();
         let mut reader = self.reader(points, &mut work);
         let home = reader.locate(place, plane.hint(place));

@@ -42,17 +42,17 @@ impl<C: Cells> Delaunay<C> {
     /// Takes time in proportion to k·log k for k neighbours, and to the walk.
     pub(crate) fn remove(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
         let at = points.place(vertex);
-        self.vertices -= 1;
-        let Some(plane) = &mut self.plane else {
-            self.line.remove(points, at);
+        self.sheet.vertices -= 1;
+        let Some(plane) = &mut self.sheet.plane else {
+            self.sheet.line.remove(points, at);
             return;
         };
-        let mut editor = Editor { points, cells: &self.cells, work: &mut self.work };
+        let mut editor = Editor { points, cells: &self.cells, work: &mut self.sheet.work };
         let star = editor.star(editor.spoke(vertex, plane.hint(at)));
-        if editor.leaves_a_line(&star, self.vertices) {
+        if editor.leaves_a_line(&star, self.sheet.vertices) {
             editor.dissolve(&star);
-            self.line = Line::of(points, star.iter().map(|spoke| spoke.end));
-            self.plane = None;
+            self.sheet.line = Line::of(points, star.iter().map(|spoke| spoke.end));
+            self.sheet.plane = None;
             return;
         }
         let Hole { kept, freed } = editor.remove(vertex, &star);

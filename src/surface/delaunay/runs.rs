@@ -28,6 +28,11 @@ impl Axis {
         Axis { index: self.index, sign: -self.sign }
     }
 
+    /// Whether two lead along the same line.
+    pub(super) fn is_parallel(self, other: Axis) -> bool {
+        self.index == other.index
+    }
+
     /// The axis along which a step leads most.
     fn of(step: Place) -> Axis {
         let index = usize::from(step[1].abs() > step[0].abs());

@@ -6,11 +6,11 @@
 
 use std::hint::black_box;
 
-use super::Inserter;
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
+use super::sheet::Inserter;
 use crate::exact::Place;
 use crate::order::by_place;
 

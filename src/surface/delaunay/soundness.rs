@@ -11,13 +11,13 @@ impl<C: Cells> Delaunay<C> {
     ///
     /// When they do not.
     pub(crate) fn assert_sound(&self) {
-        if self.plane.is_none() {
+        if self.sheet.plane.is_none() {
             return;
         }
-        let spare = &self.work.spare;
+        let spare = &self.sheet.work.spare;
         let used: Vec<Slot> =
             (0..self.cells.len() as Slot).filter(|slot| !spare.contains(slot)).collect();
-        assert_eq!(used.len(), 2 * self.vertices - 2, "two cells a vertex, but for two");
+        assert_eq!(used.len(), 2 * self.sheet.vertices - 2, "two cells a vertex, but for two");
         for &slot in &used {
             let corners = self.cells.corners(slot);
             for index in 0..3 {
@@ -35,7 +35,7 @@ impl<C: Cells> Delaunay<C> {
         while ghost != ghosts[0] {
             (ghost, ring) = (next(ghost), ring + 1);
         }
-        assert_eq!((ring, ghosts.len()), (self.work.ghosts, self.work.ghosts));
+        assert_eq!((ring, ghosts.len()), (self.sheet.work.ghosts, self.sheet.work.ghosts));
     }
 }
 

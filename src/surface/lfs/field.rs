@@ -12,10 +12,10 @@
 //! a fraction f of lfs apart add at most f·lfs to what is left open.
 
 use super::error::LfsError;
-use super::nearest::WeightedTree;
 use super::octree::{Cube, Octree};
 use super::value::Lfs;
 use crate::PointMm;
+use crate::nearest::WeightedTree;
 use crate::point::admit;
 
 /// What is known of the local feature size at one place.

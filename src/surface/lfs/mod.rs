@@ -22,7 +22,6 @@ mod error;
 mod field;
 mod footing;
 mod measured;
-mod nearest;
 mod nominal;
 mod octree;
 mod value;

@@ -149,9 +149,9 @@ impl Contour {
 fn vertex_counts(starts: &Starts, of_triangle: &[usize], islands: usize) -> Vec<u64> {
     let mut counts = vec![0; islands];
     let mut here: Vec<usize> = Vec::new();
-    for vertex in 0..starts.first.len() - 1 {
+    for slot in 0..starts.first.len() - 1 {
         here.clear();
-        here.extend(starts.at(vertex).iter().map(|&(_, triangle)| of_triangle[triangle]));
+        here.extend(starts.at(slot).iter().map(|&(_, triangle)| of_triangle[triangle]));
         here.sort_unstable();
         here.dedup();
         here.iter().for_each(|&island| counts[island] += 1);
@@ -161,43 +161,71 @@ fn vertex_counts(starts: &Starts, of_triangle: &[usize], islands: usize) -> Vec<
 
 /// The directed sides of triangles by the vertex they start from.
 pub(crate) struct Starts {
+    /// The vertices with sides, ascending, where they are few; else every vertex has a slot, by its number.
+    few: Option<Vec<VertexId>>,
     first: Vec<usize>,
-    /// The ends of the sides from vertex i, ascending, with the triangle on their left, are
+    /// The ends of the sides from the vertex of slot i, ascending, with the triangle on their left, are
     /// `ends[first[i]..first[i + 1]]`.
     ends: Vec<(VertexId, usize)>,
 }
 
 impl Starts {
-    /// Those of `triangles`, whose corners are below `points`.
+    /// Those of `triangles`, whose corners are below `points`. Costs time and memory in proportion to the
+    /// points only where the triangles are many.
     pub(crate) fn new(points: usize, triangles: &[[VertexId; 3]]) -> Starts {
-        let mut first = vec![0; points + 1];
+        let few = (FEW * triangles.len() < points).then(|| {
+            let mut vertices = triangles.as_flattened().to_vec();
+            vertices.sort_unstable();
+            vertices.dedup();
+            vertices
+        });
+        let slots = few.as_ref().map_or(points, Vec::len);
+        let mut starts = Starts { few, first: vec![0; slots + 1], ends: Vec::new() };
         for &corner in triangles.as_flattened() {
-            first[corner as usize + 1] += 1;
+            let slot = starts.slot(corner);
+            starts.first[slot + 1] += 1;
         }
-        for point in 0..points {
-            first[point + 1] += first[point];
+        for slot in 0..slots {
+            starts.first[slot + 1] += starts.first[slot];
         }
         let mut ends = vec![(0, 0); 3 * triangles.len()];
-        let mut next = first.clone();
+        let mut next = starts.first.clone();
         for (index, &corners) in triangles.iter().enumerate() {
             for [p, q] in sides(corners) {
-                ends[next[p as usize]] = (q, index);
-                next[p as usize] += 1;
+                let next = &mut next[starts.slot(p)];
+                ends[*next] = (q, index);
+                *next += 1;
             }
         }
-        for bounds in first.windows(2) {
+        for bounds in starts.first.windows(2) {
             ends[bounds[0]..bounds[1]].sort_unstable();
         }
-        Starts { first, ends }
+        starts.ends = ends;
+        starts
     }
 
-    fn at(&self, vertex: usize) -> &[(VertexId, usize)] {
-        &self.ends[self.first[vertex]..self.first[vertex + 1]]
+    /// The slot of a vertex with sides.
+    fn slot(&self, vertex: VertexId) -> usize {
+        match &self.few {
+            Some(few) => few.partition_point(|&other| other < vertex),
+            None => vertex as usize,
+        }
+    }
+
+    fn at(&self, slot: usize) -> &[(VertexId, usize)] {
+        &self.ends[self.first[slot]..self.first[slot + 1]]
     }
 
     /// The triangle on the left of the side, if there is one.
     pub(crate) fn triangle_left_of(&self, [p, q]: [VertexId; 2]) -> Option<usize> {
-        let ends = self.at(p as usize);
+        let slot = self.slot(p);
+        if self.few.as_ref().is_some_and(|few| few.get(slot) != Some(&p)) {
+            return None;
+        }
+        let ends = self.at(slot);
         ends.binary_search_by_key(&q, |&(end, _)| end).ok().map(|at| ends[at].1)
     }
 }
+
+/// Triangles are few if so many times as many are fewer than the points.
+const FEW: usize = 16;

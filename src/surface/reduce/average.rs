@@ -1,8 +1,8 @@
 //! Kept points with the mean of what was measured about them.
 
 use super::fitted::Fitted;
-use super::nearest::Tree;
 use crate::PointMm;
+use crate::nearest::WeightedTree;
 
 /// The averages of kept points.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,7 +89,7 @@ struct Owned {
 }
 
 fn owned(points: &[PointMm], kept: &[PointMm]) -> Owned {
-    let tree = Tree::new(kept);
+    let tree = WeightedTree::of_points(kept);
     let owners: Vec<Option<u32>> =
         points.iter().map(|&point| tree.nearest(point, |_| true).map(|(owner, _)| owner)).collect();
     let mut starts = vec![0; kept.len() + 1];

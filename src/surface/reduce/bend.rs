@@ -20,7 +20,9 @@ pub struct CurvatureBound {
 /// against it.
 ///
 /// A quadric is fitted to each window with at least 30 points, to up to 2000 of them. The radius is
-/// 1 over the largest second derivative plus two of its standard uncertainties. What bends within a
+/// 1 over the largest second derivative plus two of its standard uncertainties. Readings that stand off the quadric
+/// by more than six standard deviations, of the noise or as the median of the residuals tells them, are left out,
+/// again and again: a fifth of a window off to one side moves it by less than its uncertainty. What bends within a
 /// window only, such as an edge or a scratch, is not seen, nor a second sheet of the surface
 /// nearby. `None` where no window determines a quadric.
 pub fn curvature_bound(points: &[PointMm], sigma_mm: f64) -> Option<CurvatureBound> {
@@ -65,7 +67,7 @@ fn curvature_per_mm(window: &[PointMm], sigma_mm: f64) -> Option<f64> {
     let centre = [0, 1, 2].map(|axis| chosen().map(|point| point[axis]).sum::<f64>() / count);
     let offsets_mm: Vec<[f64; 3]> =
         chosen().map(|point| [0, 1, 2].map(|axis| point[axis] - centre[axis])).collect();
-    let quadric = Fitted::<6>::to(&offsets_mm)?;
+    let quadric = robust(&offsets_mm, sigma_mm)?;
     let [xx, xy, yy] = quadric.second_per_mm();
     let [u_xx, u_xy, u_yy] = quadric.second_factors_per_mm2();
     let larger_eigenvalue = 0.5 * (xx + yy).abs() + (0.5 * (xx - yy)).hypot(xy);
@@ -75,5 +77,36 @@ fn curvature_per_mm(window: &[PointMm], sigma_mm: f64) -> Option<f64> {
 
 /// Windows along each axis.
 const WINDOWS: usize = 8;
+/// A quadric that wrong readings do not move: by least squares, and if a reading stands far off, again and again
+/// without those that do, first strictly so that what is wrong lets go of it, then as far as noise goes.
+fn robust(offsets_mm: &[[f64; 3]], sigma_mm: f64) -> Option<Fitted<6>> {
+    let mut quadric = Fitted::<6>::to(offsets_mm)?;
+    let off_mm =
+        |quadric: &Fitted<6>, &[u, v, w]: &[f64; 3]| (w - quadric.height_at_mm(u, v)).abs();
+    if offsets_mm.iter().all(|offset| off_mm(&quadric, offset) <= FAR * sigma_mm) {
+        return Some(quadric);
+    }
+    let mut within = Vec::with_capacity(offsets_mm.len());
+    for far in [STRICT; ROUNDS].into_iter().chain([FAR; 2]) {
+        let mut sizes_mm: Vec<f64> =
+            offsets_mm.iter().map(|offset| off_mm(&quadric, offset)).collect();
+        let middle = sizes_mm.len() / 2;
+        let median_mm = *sizes_mm.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let limit_mm = far * (NORMAL * median_mm).max(sigma_mm);
+        within.clear();
+        let near = |offset: &&[f64; 3]| off_mm(&quadric, offset) <= limit_mm;
+        within.extend(offsets_mm.iter().filter(near));
+        quadric = Fitted::<6>::to(&within)?;
+    }
+    Some(quadric)
+}
+
+/// Standard deviations from which on a reading is left out: what a quadric does not follow of a smooth surface stays.
+const FAR: f64 = 6.0;
+/// Standard deviation of a normal distribution over the median of its sizes.
+const NORMAL: f64 = 1.4826;
+/// The same while wrong readings may still hold the quadric.
+const STRICT: f64 = 2.5;
+const ROUNDS: usize = 12;
 /// Points of a window that are fitted.
 const WINDOW_POINTS: usize = 2000;

@@ -41,6 +41,11 @@ impl<const N: usize> Fitted<N> {
         })
     }
 
+    /// The height at an offset from the place, over its zero, in mm.
+    pub(super) fn height_at_mm(&self, u_mm: f64, v_mm: f64) -> f64 {
+        terms::<N>(u_mm / self.scale_mm, v_mm / self.scale_mm).dot(&self.coefficients)
+    }
+
     /// The height at the place over its zero, in mm.
     pub(super) fn height_mm(&self) -> f64 {
         self.coefficients[0]

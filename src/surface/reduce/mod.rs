@@ -34,9 +34,15 @@
 //! s(p) = ε·(lfs(p) - g) / (1 + ε) - g                                                        (1)
 //! ```
 //!
-//! and with it ε as [`crate::assess`] takes it, and the condition of N. Amenta and M. Bern
+//! and with it the condition of N. Amenta and M. Bern
 //! (Discrete & Computational Geometry 22 (1999) 481-504, doi:10.1007/PL00009475), which is weaker
 //! by 1 + ε. [`reduce()`] takes g from the mesh of all points, vertex by vertex.
+//!
+//! That is said of places and their nearest points in space. [`crate::assess`] takes the ε of the facets of a mesh,
+//! which is an upper bound of it: on a slope facets of the projection reach farther than nearest neighbours in space,
+//! as a circle that is empty in the plane need not be the smallest about them. As facets are what is interpolated
+//! over, [`reduce()`] takes points back until they pass too (`mend.rs`): on an asphere with slopes up to 45° hardly
+//! any, on steeper ones some.
 //!
 //! **From the noise to the spacing.** A facet is too small for its noise if that turns it by more
 //! than a limit; [`crate::noise`] says by which and why, and gives the spacing from which on no facet
@@ -59,7 +65,7 @@ mod average;
 mod bend;
 mod fitted;
 mod grid;
-mod nearest;
+mod mend;
 mod reducer;
 mod target;
 mod whole;

@@ -177,6 +177,13 @@ impl Tally {
         self.kept() + self.dropped() + self.rejected
     }
 
+    /// A dropped point is kept after all.
+    pub(super) fn take_back(&mut self, bound: Bound) {
+        let split = self.of(bound);
+        split.dropped -= 1;
+        split.kept += 1;
+    }
+
     fn splits(&self) -> [Split; 5] {
         [self.epsilon, self.noise, self.sparse, self.unknown, self.given]
     }

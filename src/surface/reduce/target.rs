@@ -167,12 +167,15 @@ impl Target {
     ///
     /// About a point whose gap is not known it is that of points without gaps that the noise bounds.
     pub fn spacing(&self, lfs_mm: Option<f64>, about: About) -> Spacing {
+        self.from(lfs_mm, about, self.narrowest_mm(about))
+    }
+
+    /// The narrowest spacing that the noise allows.
+    pub(super) fn narrowest_mm(&self, about: About) -> f64 {
         let About { gap_nearby_mm, cosine, .. } = about;
         let gap_mm = if gap_nearby_mm.is_finite() { gap_nearby_mm } else { 0.0 };
-        let narrowest_mm = self.noise.map_or(0.0, |noise| {
-            self.criteria.packed_bound_mm(noise, gap_mm, cosine).min(RANGE_MM)
-        });
-        self.from(lfs_mm, about, narrowest_mm)
+        self.noise
+            .map_or(0.0, |noise| self.criteria.packed_bound_mm(noise, gap_mm, cosine).min(RANGE_MM))
     }
 
     /// The same among points none of whose facets is too dense for the noise: no spacing is forced

@@ -1,9 +1,10 @@
 //! Reduction of a finished mesh, with the gap of its sampling vertex by vertex.
 
-use super::nearest::Tree;
+use super::mend::Mending;
 use super::reducer::{Fate, Reducer, Tally};
 use super::{About, Keep, Spacing, Target};
 use crate::area::Sum;
+use crate::nearest::WeightedTree;
 use crate::noise::assess_spacing;
 use crate::rim::{cut_by_outline, on_outline, refined_gaps};
 use crate::triangle::Triangle;
@@ -16,6 +17,9 @@ pub struct Reduction {
     pub kept: Vec<VertexId>,
     /// How many points were kept and dropped, by what their spacing followed from.
     pub tally: Tally,
+    /// How many of the kept points were taken back because a facet between the others was longer than ε allows: on
+    /// slopes the facets of a projected mesh are.
+    pub mended: u64,
     /// Whether noise turned any facet by more than the limit before the reduction. If none, points
     /// are dropped only where ε asks for no more of them.
     pub overdense: bool,
@@ -42,14 +46,14 @@ pub struct Spread {
 /// to a spacing before the measured one does. `triangles` are those of the points' mesh; their
 /// corners are indices into `points`.
 ///
-/// `lfs_mm` is the local feature size at a point in mm, infinite over a plane, `None` where it is
+/// `lfs_mm` is the local feature size at a place in mm, measured or between measured points; infinite over a plane, `None` where it is
 /// not known. Points of unknown local feature size are all kept.
 ///
 /// The gap at a point is the widest of its triangles that are sampled densely enough. A triangle
 /// that is not, by a hole or a hollow of the outline, cannot be mended by keeping its corners and
 /// does not count: [`Reduction::sparse_area_mm2`] tells how much of that there is. Elsewhere every
-/// point of the mesh has a kept point within ε·lfs, except where the noise needs a wider spacing
-/// ([`Tally::noise`]).
+/// point of the mesh has a kept point within ε·lfs, and [`crate::assess`] finds no facet of the reduced mesh
+/// with a larger ε, except where the noise needs a wider spacing ([`Tally::noise`]).
 ///
 /// *Noise.* If noise turns a facet by more than the limit ([`Reduction::overdense`]), at least one
 /// point is dropped, and of the reduced mesh no facet is turned so far, whatever its shape, except
@@ -61,7 +65,7 @@ pub struct Spread {
 /// With [`Keep::Most`] shares of that bound are tried first, and the first with which no facet of the
 /// mesh is turned too far is taken. That takes the time of up to five meshes of the kept points.
 ///
-/// Linear time on average for every ε up to ½.
+/// Linear time on average for every ε up to ½; where facets must be mended n·log n.
 ///
 /// # Panics
 ///
@@ -72,8 +76,9 @@ pub fn reduce(
     target: &Target,
     lfs_mm: impl Fn(PointMm) -> Option<f64>,
 ) -> Reduction {
+    let lfs_anywhere_mm = lfs_mm;
     let lfs_mm: Vec<Option<f64>> =
-        points.iter().map(|&point| target.lfs_mm(lfs_mm(point))).collect();
+        points.iter().map(|&point| target.lfs_mm(lfs_anywhere_mm(point))).collect();
     let mut triangles: Vec<[VertexId; 3]> = triangles.into_iter().collect();
     // A point without a dense triangle has its next one farther than ε allows.
     let nothing = About { gap_mm: f64::INFINITY, gap_nearby_mm: f64::INFINITY, cosine: 1.0 };
@@ -138,8 +143,17 @@ pub fn reduce(
         let packed = pack(points, &outline, |index| spacing(index).scaled(share));
         passes(points, &packed.0, target).then_some(packed)
     });
-    let (kept, tally) = tried.unwrap_or_else(|| pack(points, &outline, spacing));
-    Reduction { kept, tally, overdense, sparse_area_mm2: sparse.total(), sparse_triangles }
+    let (mut kept, mut tally) = tried.unwrap_or_else(|| pack(points, &outline, spacing));
+    let narrowest_mm = |index: usize| match overdense {
+        true => target.narrowest_mm(about[index]),
+        false => 0.0,
+    };
+    let lfs_mm = |place: PointMm| target.lfs_mm(lfs_anywhere_mm(place));
+    let mending = Mending { points, epsilon: target.epsilon(), lfs_mm, narrowest_mm };
+    let mended = mending.mend(&mut kept);
+    mended.iter().for_each(|&index| tally.take_back(spacing(index as usize).bound()));
+    let mended = mended.len() as u64;
+    Reduction { kept, tally, mended, overdense, sparse_area_mm2: sparse.total(), sparse_triangles }
 }
 
 /// Keeps points at their spacings, those of the outline first.
@@ -189,11 +203,11 @@ impl About {
 /// The distances of finite points to their nearest neighbours; `None` with fewer than two points.
 /// Takes n·log n time.
 pub fn spread(points: &[PointMm]) -> Option<Spread> {
-    let tree = Tree::new(points);
+    let tree = WeightedTree::of_points(points);
     let mut distances_mm = Vec::with_capacity(points.len());
     for (number, &point) in (0..).zip(points) {
-        let (_, squared_mm2) = tree.nearest(point, |other| other != number)?;
-        distances_mm.push(squared_mm2.sqrt());
+        let (_, distance_mm) = tree.nearest(point, |other| other != number)?;
+        distances_mm.push(distance_mm);
     }
     let middle = distances_mm.len().checked_sub(1)? / 2;
     let (below, median_mm, above) = distances_mm.select_nth_unstable_by(middle, f64::total_cmp);

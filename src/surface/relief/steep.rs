@@ -12,6 +12,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::{PointMm, VertexId};
 
 /// How many spacings a steep side must rise.
@@ -21,6 +23,13 @@ use crate::{PointMm, VertexId};
 /// has to move two neighbours apart by seven times the deviation of their difference to do so; a
 /// true slope at the default limit of 75° rises by 3.7 of it.
 const RISE_SPACINGS: f64 = 1.5;
+
+/// A triangle is clearly flat if the square of its gradient is less than this share of the limit's.
+const CLEARLY: f64 = 0.5;
+/// The smallest area, as a share of the squares of two sides, that rounding leaves some ten digits of.
+const THIN: f64 = 1e-6;
+/// Triangles of a chunk, of which one thread takes care.
+const CHUNK: usize = 1 << 14;
 
 /// When a side is steep.
 #[derive(Clone, Copy)]
@@ -37,6 +46,21 @@ impl Steepness {
         // The first test decides nearly always on an optical surface, and costs no square root.
         let way_squared = (q[0] - p[0]).powi(2) + (q[1] - p[1]).powi(2);
         rise_mm * rise_mm >= self.tangent * self.tangent * way_squared && rise_mm >= self.step_mm
+    }
+}
+
+impl Steepness {
+    /// Whether one of the sides may be steep. No side is steeper than the plane of the triangle, whose gradient
+    /// squared is (x² + y²)/z² of its normal x, y, z.
+    #[inline(always)]
+    fn may_hold(&self, p: PointMm, q: PointMm, r: PointMm) -> bool {
+        let [ux, uy, uz] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+        let [vx, vy, vz] = [r[0] - p[0], r[1] - p[1], r[2] - p[2]];
+        let (x, y, z) = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+        // What rounding may do to a triangle as thin as a line is left to the sides themselves, and so is NaN.
+        let clearly_flat = x * x + y * y < CLEARLY * self.tangent * self.tangent * z * z
+            && z > THIN * (ux * ux + uy * uy + vx * vx + vy * vy);
+        !clearly_flat
     }
 }
 
@@ -61,14 +85,7 @@ pub(crate) fn steep(
     triangles: &[[VertexId; 3]],
     steepness: Steepness,
 ) -> Option<Steep> {
-    let candidates: Vec<u32> = numbered(triangles)
-        .filter(|(_, corners)| {
-            sides(*corners)
-                .iter()
-                .any(|&[p, q]| steepness.holds(points[p as usize], points[q as usize]))
-        })
-        .map(|(index, _)| index)
-        .collect();
+    let candidates = candidates(points, triangles, steepness);
     if candidates.is_empty() {
         return None;
     }
@@ -97,6 +114,24 @@ pub(crate) fn steep(
     let slots = spokes.vertices.iter().filter_map(|&vertex| candidates.spokes.slot(vertex));
     let rise_mm = slots.map(|slot| candidates.rise_mm[slot]).collect();
     Some(Steep { steepness, triangles: steep, spokes, rise_mm })
+}
+
+/// Indices of the triangles with a side that is steep, the spacing left aside, ascending.
+fn candidates(points: &[PointMm], triangles: &[[VertexId; 3]], steepness: Steepness) -> Vec<u32> {
+    assert!(u32::try_from(triangles.len()).is_ok(), "triangles are numbered with 32 bits");
+    let of_chunk = |(chunk, triangles): (usize, &[[VertexId; 3]])| {
+        let mut found = Vec::new();
+        for (row, &[a, b, c]) in triangles.iter().enumerate() {
+            let (p, q, r) = (points[a as usize], points[b as usize], points[c as usize]);
+            if steepness.may_hold(p, q, r)
+                && [(p, q), (q, r), (r, p)].into_iter().any(|(p, q)| steepness.holds(p, q))
+            {
+                found.push((chunk * CHUNK + row) as u32);
+            }
+        }
+        found
+    };
+    triangles.par_chunks(CHUNK).enumerate().flat_map_iter(of_chunk).collect()
 }
 
 impl Steep {

@@ -10,16 +10,17 @@
 //! - The local feature size is asked for once a triangle, at the corner with the largest angle, and lowered
 //!   by twice the gap: no point that `assess` asks about is farther away, and it changes by no more than the
 //!   way gone.
-//! - The percentile of ε comes from a histogram: it is the upper bound of a bin, by up to 1/8 too large.
+//! - Percentiles come from histograms: they are upper bounds of bins, by up to 1/8 too large.
 //! - Thin triangles along the outline count with their own gap, though samples that are no corners of
 //!   theirs may be nearer.
 
 use rayon::prelude::*;
 
+use super::bins::Bins;
 use super::{Criteria, Sampling, State, StateCounts};
 use crate::delaunay::FlatCells;
 use crate::triangle::{Gap, Sizes, Triangle, sizes};
-use crate::{Mesh, PointMm};
+use crate::{Mesh, PointMm, VertexId};
 
 /// The sampling of a growing mesh.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +28,21 @@ pub struct RunningSampling {
     /// The moment of the mesh up to which the figures hold.
     seen: Option<u32>,
     chunks: Vec<Tally>,
+    total: Tally,
+}
+
+/// How gaps and facets are distributed over the area in space of the triangles that count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RunningSpread {
+    /// An upper bound of the gap in mm that half of the area has at most, by up to 1/8 too large.
+    pub gap_median_mm: Option<f64>,
+    /// The same for 99 % of the area.
+    pub gap_p99_mm: Option<f64>,
+    /// Half of the area has facets of this spacing in mm or less, the side of a square of which the facet is
+    /// half; interpolated, so off by less than 1/16.
+    pub spacing_median_mm: Option<f64>,
+    /// Area in space in mm² of all triangles, those that do not count among them.
+    pub whole_area_mm2: f64,
 }
 
 impl RunningSampling {
@@ -47,7 +63,7 @@ impl RunningSampling {
     /// `inside(x, y)` says of the centre of a triangle whether it counts, `lfs_mm(x, y)` is the local
     /// feature size in mm. Chunks that did not change keep what they were given then.
     ///
-    /// Takes time in proportion to what changed, in the rayon pool of the caller, and adds up some 200
+    /// Takes time in proportion to what changed, in the rayon pool of the caller, and adds up some 60
     /// numbers for every 1,024 triangles there are. The figures of a mesh are the same to the last bit
     /// however often this is called before. How sums are rounded depends on where triangles are kept, which
     /// batches and threads may change.
@@ -62,7 +78,7 @@ impl RunningSampling {
         let seen = self.seen.replace(cells.now());
         let written = cells.written();
         self.chunks.resize_with(written.len(), Tally::default);
-        let changed: Vec<(&mut Tally, usize)> = self
+        let mut changed: Vec<(&mut Tally, usize)> = self
             .chunks
             .iter_mut()
             .enumerate()
@@ -71,22 +87,43 @@ impl RunningSampling {
             .map(|((chunk, tally), _)| (tally, chunk))
             .collect();
         let gauge = Gauge { points: mesh.points(), cells, criteria, inside, lfs_mm };
-        let make = |(tally, chunk): (&mut Tally, usize)| *tally = gauge.tally(chunk);
+        let make = |work: &mut Work, (tally, chunk): &mut (&mut Tally, usize)| {
+            **tally = gauge.tally(*chunk, work);
+        };
         if changed.len() < WORTH_THREADS {
-            changed.into_iter().for_each(make);
+            let mut work = Work::default();
+            changed.iter_mut().for_each(|entry| make(&mut work, entry));
         } else {
-            changed.into_par_iter().for_each(make);
+            changed.par_iter_mut().for_each_init(Work::default, make);
         }
-        self.sampling(criteria.aperture_area_mm2)
+        self.total = Tally::of_nothing();
+        for tally in &self.chunks {
+            self.total.merge(tally);
+        }
+        self.total.figures(criteria.aperture_area_mm2)
     }
 
-    /// The figures up to the last update.
-    fn sampling(&self, aperture_area_mm2: Option<f64>) -> Sampling {
-        let mut total = Tally::default();
-        for tally in &self.chunks {
-            total.merge(tally);
+    /// The distributions up to the last update.
+    pub fn spread(&self) -> RunningSpread {
+        let Tally { gaps, facets, whole_area_mm2, widest, .. } = &self.total;
+        let gap_mm = |share| gaps.bound(share, widest.map(|gap| gap.mm));
+        RunningSpread {
+            gap_median_mm: gap_mm(0.5),
+            gap_p99_mm: gap_mm(0.99),
+            spacing_median_mm: facets.about(0.5).map(|area_mm2| (2.0 * area_mm2).sqrt()),
+            whole_area_mm2: *whole_area_mm2,
         }
-        total.figures(aperture_area_mm2)
+    }
+
+    /// How many triangles the next update would look at, at most: what it would cost. Some operations for every
+    /// 1,024 triangles there are.
+    pub fn outdated(&self, mesh: &Mesh) -> usize {
+        let written = mesh.cells().written();
+        let known = self.chunks.len();
+        let is_outdated = |(chunk, moment): &(usize, u32)| {
+            *chunk >= known || self.seen.is_none_or(|seen| *moment > seen)
+        };
+        A_CHUNK * written.enumerate().filter(is_outdated).count()
     }
 }
 
@@ -100,33 +137,72 @@ struct Gauge<'a, I, L> {
 }
 
 impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
-    fn tally(&self, chunk: usize) -> Tally {
-        let mut tally = Tally::default();
-        for corners in self.cells.triangles_of(chunk) {
+    fn tally(&self, chunk: usize, work: &mut Work) -> Tally {
+        let Work { measured, bins } = work;
+        measured.clear();
+        // In two steps, each of which is short enough that the processor works on several triangles at a time.
+        measured.extend(self.cells.triangles_of(chunk).map(|corners| {
             // One by one: as an array they would go through memory.
             let [p, q, r] = corners;
             let (p, q, r) =
                 (self.points[p as usize], self.points[q as usize], self.points[r as usize]);
-            let [x, y] = centre(p, q, r);
+            let Sizes { gap_mm, area_mm2, projected_area_mm2, blunt, .. } = sizes(p, q, r);
+            Measured {
+                corners,
+                centre: centre(p, q, r),
+                gap_mm,
+                area_mm2,
+                projected_area_mm2,
+                blunt,
+            }
+        }));
+        let mut tally = Tally::default();
+        bins.iter_mut().for_each(Bins::clear);
+        let [gaps, epsilons, facets] = bins;
+        for triangle in &*measured {
+            let &Measured { corners, centre: [x, y], gap_mm, area_mm2, blunt, .. } = triangle;
+            tally.whole_area_mm2 += area_mm2;
             if !(self.inside)(x, y) {
                 continue;
             }
-            let sizes = sizes(p, q, r);
-            let [x, y, _] = match sizes.blunt {
-                0 => p,
-                1 => q,
-                _ => r,
-            };
-            let lfs_mm = (self.lfs_mm)(x, y) - 2.0 * sizes.gap_mm;
-            let epsilon = super::epsilon(sizes.gap_mm, lfs_mm);
-            let state = self.criteria.state(sizes.gap_mm, epsilon);
-            tally.add(&sizes, state, epsilon);
-            if tally.widest.is_none_or(|widest| sizes.gap_mm > widest.mm) {
+            let [x, y, _] = self.points[corners[blunt] as usize];
+            let epsilon = super::epsilon(gap_mm, (self.lfs_mm)(x, y) - 2.0 * gap_mm);
+            tally.add(triangle, self.criteria.state(gap_mm, epsilon), epsilon);
+            gaps.add(gap_mm, area_mm2);
+            epsilons.add(epsilon, area_mm2);
+            facets.add(area_mm2, area_mm2);
+            if tally.widest.is_none_or(|widest| gap_mm > widest.mm) {
                 let at_mm = Triangle::new(self.points, corners).gap().at_mm;
-                tally.widest = Some(Gap { mm: sizes.gap_mm, at_mm });
+                tally.widest = Some(Gap { mm: gap_mm, at_mm });
             }
         }
-        tally
+        let [gaps, epsilons, facets] = bins.each_ref().map(Bins::trimmed);
+        Tally { gaps, epsilons, facets, ..tally }
+    }
+}
+
+/// Memory that one chunk leaves to the next.
+struct Work {
+    /// Its triangles.
+    measured: Vec<Measured>,
+    /// Of gaps, ε and facets.
+    bins: [Bins; 3],
+}
+
+/// A triangle with what is needed of its [`Sizes`].
+struct Measured {
+    corners: [VertexId; 3],
+    /// In the plane.
+    centre: [f64; 2],
+    gap_mm: f64,
+    area_mm2: f64,
+    projected_area_mm2: f64,
+    blunt: usize,
+}
+
+impl Default for Work {
+    fn default() -> Work {
+        Work { measured: Vec::new(), bins: [Bins::all(), Bins::all(), Bins::all()] }
     }
 }
 
@@ -145,27 +221,33 @@ struct Tally {
     undersampled_mm2: f64,
     widest: Option<Gap>,
     epsilon_max: Option<f64>,
-    /// Area in space by ε; empty for no triangles.
-    epsilons: Vec<f64>,
+    /// Area in space by gap, by ε and by the area of the triangle itself.
+    gaps: Bins,
+    epsilons: Bins,
+    facets: Bins,
+    /// Area in space of all triangles, those that do not count among them.
+    whole_area_mm2: f64,
 }
 
 impl Tally {
+    /// To be added to.
+    fn of_nothing() -> Tally {
+        let (gaps, epsilons, facets) = (Bins::all(), Bins::all(), Bins::all());
+        Tally { gaps, epsilons, facets, ..Tally::default() }
+    }
+
     #[inline(always)]
-    fn add(&mut self, sizes: &Sizes, state: State, epsilon: f64) {
-        self.area_mm2 += sizes.area_mm2;
-        self.projected_mm2 += sizes.projected_area_mm2;
+    fn add(&mut self, triangle: &Measured, state: State, epsilon: f64) {
+        self.area_mm2 += triangle.area_mm2;
+        self.projected_mm2 += triangle.projected_area_mm2;
         let (count, sum) = match state {
             State::Good => (&mut self.counts.good, &mut self.good_mm2),
             State::OverGap => (&mut self.counts.over_gap, &mut self.undersampled_mm2),
             State::OverEpsilon => (&mut self.counts.over_epsilon, &mut self.undersampled_mm2),
         };
         *count += 1;
-        *sum += sizes.projected_area_mm2;
+        *sum += triangle.projected_area_mm2;
         self.epsilon_max = Some(self.epsilon_max.map_or(epsilon, |most| most.max(epsilon)));
-        if self.epsilons.is_empty() {
-            self.epsilons.resize(BINS, 0.0);
-        }
-        self.epsilons[bin(epsilon)] += sizes.area_mm2;
     }
 
     fn merge(&mut self, other: &Tally) {
@@ -185,12 +267,10 @@ impl Tally {
             (Some(most), Some(other)) => Some(most.max(other)),
             (most, other) => most.or(other),
         };
-        if self.epsilons.len() < other.epsilons.len() {
-            self.epsilons.resize(BINS, 0.0);
-        }
-        for (sum, area_mm2) in self.epsilons.iter_mut().zip(&other.epsilons) {
-            *sum += area_mm2;
-        }
+        self.gaps.merge(&other.gaps);
+        self.epsilons.merge(&other.epsilons);
+        self.facets.merge(&other.facets);
+        self.whole_area_mm2 += other.whole_area_mm2;
     }
 
     fn figures(&self, aperture_area_mm2: Option<f64>) -> Sampling {
@@ -203,47 +283,17 @@ impl Tally {
             gap_max_mm: self.widest.map(|gap| gap.mm),
             gap_max_at_mm: self.widest.map(|gap| gap.at_mm),
             epsilon_max: self.epsilon_max,
-            epsilon_p99: self.quantile(0.99),
+            epsilon_p99: self.epsilons.bound(0.99, self.epsilon_max),
             coverage: (reference_mm2 > 0.0).then(|| self.good_mm2 / reference_mm2),
         }
     }
-
-    /// An upper bound of the smallest ε such that the triangles up to it hold at least `share` of the area.
-    fn quantile(&self, share: f64) -> Option<f64> {
-        let wanted = share * self.epsilons.iter().sum::<f64>();
-        let mut below = 0.0;
-        let reached = self.epsilons.iter().position(|area_mm2| {
-            below += area_mm2;
-            *area_mm2 > 0.0 && below >= wanted
-        });
-        let upper = reached.map(upper_bound);
-        // The largest of all is known better than to its bin.
-        upper.zip(self.epsilon_max).map(|(upper, most)| upper.min(most))
-    }
 }
 
-/// The bin of a value: eight to an octave, the first for all below 2⁻²⁰ and the last for all from 16 on.
-fn bin(value: f64) -> usize {
-    let eighths = (value.to_bits() >> (52 - BINS_PER_OCTAVE.ilog2())) as usize;
-    (eighths + 1).saturating_sub(SMALLEST_IN_BINS).min(BINS - 1)
-}
-
-/// The upper bound of a bin.
-fn upper_bound(bin: usize) -> f64 {
-    if bin == BINS - 1 {
-        return f64::INFINITY;
-    }
-    f64::from_bits(((SMALLEST_IN_BINS + bin) as u64) << (52 - BINS_PER_OCTAVE.ilog2()))
-}
+/// Triangles of a chunk, as the mesh keeps them.
+const A_CHUNK: usize = 1024;
 
 /// Fewer chunks are looked at before another thread has woken up.
 const WORTH_THREADS: usize = 32;
-
-const BINS_PER_OCTAVE: usize = 8;
-/// From 2⁻²⁰ to 2⁴, and what is below and above.
-const BINS: usize = 24 * BINS_PER_OCTAVE + 2;
-/// Bits of 2⁻²⁰ down to the eighths of an octave.
-const SMALLEST_IN_BINS: usize = (1023 - 20) * BINS_PER_OCTAVE;
 
 #[cfg(test)]
 mod tests;

@@ -25,6 +25,8 @@ pub(super) struct Figures {
     pub(super) noise: Noise,
     pub(super) kept: u64,
     pub(super) dropped: u64,
+    /// Of the kept, those taken back because a facet between the others was longer than ε allows.
+    pub(super) mended: u64,
     pub(super) by: By,
     pub(super) sparse: Sparse,
     /// From each kept point to its nearest; absent with one point.

@@ -6,6 +6,7 @@ use clap::{CommandFactory as _, Parser as _};
 
 use super::super::{Cli, Command};
 use super::*;
+use crate::section::PathFigures;
 
 /// z = x/2 + y/4 on a raster of 1 mm, 10 nm up at one place.
 const POINTS: &str = "# x y z in mm\n0 0 0\n1 0 0.5\n2 0 1\n0 1 0.25\n1 1 0.75001\n2 1 1.25\n";
@@ -104,6 +105,55 @@ fn a_radius_starts_in_the_middle_of_the_points_and_circles_close() {
     });
 }
 
+/// Two hills in a level plane at z = 0.3: two closed pieces, numbered.
+#[test]
+fn a_plane_cuts_in_pieces() {
+    in_folder(|folder| {
+        let hills: String = (0..21 * 11)
+            .map(|index| [f64::from(index % 21), f64::from(index / 21)])
+            .map(|[x, y]| {
+                let hill = |centre: f64| (-((x - centre).powi(2) + (y - 5.0).powi(2)) / 4.0).exp();
+                format!("{x} {y} {}\n", hill(5.0) + hill(15.0))
+            })
+            .collect();
+        let file = path(folder, "hills.xyz");
+        fs::write(&file, hills).unwrap();
+        let plane = path(folder, "plane.toml");
+        let args = arguments(&[&file, "--plane", "0,0,-2,-0.6", "--nominal", &plane]);
+        let report = cut(&args).unwrap();
+        let level = PathFigures::Plane { normal: [0.0, 0.0, -1.0], offset_mm: -0.3 };
+        assert_eq!(report.path, level);
+        let ends: Vec<_> = report.pieces.iter().map(|piece| (piece.begins, piece.ends)).collect();
+        assert_eq!(ends, [("closed", "closed"); 2]);
+        let columns = report.points.as_ref().unwrap();
+        assert!(columns.z_mm.iter().all(|z| (z - 0.3).abs() < 1e-12));
+        assert_eq!((columns.piece[0], columns.piece.last()), (0, Some(&1)));
+        assert!(columns.piece.is_sorted());
+        // Each about its own hill, as long as the circle on which a hill is 0.3 high.
+        let around_mm = std::f64::consts::TAU * (-4.0 * 0.3_f64.ln()).sqrt();
+        for (number, piece) in report.pieces.iter().enumerate() {
+            assert!((piece.to_s_mm / around_mm - 1.0).abs() < 0.06, "{piece:?} {around_mm}");
+            assert_eq!(piece.from_s_mm, 0.0);
+            let own = (0..columns.piece.len()).filter(|&at| columns.piece[at] == number);
+            let x_mm: Vec<f64> = own.map(|at| columns.x_mm[at]).collect();
+            let middle = if x_mm[0] < 10.0 { 5.0 } else { 15.0 };
+            assert!(x_mm.iter().all(|x| (x - middle).abs() < 3.0), "{x_mm:?}");
+        }
+        assert!(columns.deviation_nm.as_ref().unwrap().iter().all(Option::is_some));
+        let height = report.height.unwrap();
+        assert!(height.pv_mm < 1e-12 && height.line.is_none() && height.circle.is_none());
+        // An upright plane: the same places as along a line.
+        let part = path(folder, "part.xyz");
+        let upright = cut(&arguments(&[&part, "--plane", "0,1,0,0.5"])).unwrap().points.unwrap();
+        let line = cut(&arguments(&[&part, "--line", "0,0.5,2,0.5"])).unwrap().points.unwrap();
+        let sorted = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        assert_eq!(sorted(upright.z_mm), sorted(line.z_mm));
+    });
+}
+
 #[test]
 fn the_report_is_json() {
     in_folder(|folder| {
@@ -150,12 +200,19 @@ fn mistakes_are_named() {
     );
     assert!(failed(&["--circle", "1,0.5,-2"]).starts_with("radius -2 mm: expected"));
     assert!(failed(&["--circle", "1,0.5,0.1", "--gap-limit", "0"]).starts_with("gap limit 0 mm"));
+    assert!(
+        failed(&["--plane", "0,0,0,1"]).starts_with("plane with normal (0, 0, 0) and offset 1")
+    );
+    assert!(failed(&["--plane", "0,0,1,9"]).starts_with("the section meets no measured surface"));
     assert!(failed(&["--radius", "0", "--json", "-o", "-"]).contains("both want stdout"));
     for (words, said) in [
         (&["f", "--line", "1,2,3"][..], "expected 4 numbers with commas between, found 3"),
         (&["f", "--circle", "1,NaN,3"], "expected a finite number, found `NaN`"),
+        (&["f", "--plane", "1,2,3"], "expected 4 numbers with commas between, found 3"),
+        (&["f", "--plane", "1,0,0,0", "--line", "0,0,1,1"], "cannot be used with"),
+        (&["f", "--plane", "1,0,0,0", "--centre", "1,1"], "cannot be used with"),
         (&["f", "--radius", "east"], "expected a finite number, found `east`"),
-        (&["f"], "--line <X1,Y1,X2,Y2>|--circle <X,Y,R>|--radius <DEG>"),
+        (&["f"], "--line <X1,Y1,X2,Y2>|--circle <X,Y,R>|--radius <DEG>|--plane"),
         (&["f", "--radius", "1", "--circle", "0,0,1"], "cannot be used with"),
         (&["f", "--centre", "1,1", "--circle", "0,0,1"], "cannot be used with"),
     ] {

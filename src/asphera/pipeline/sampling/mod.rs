@@ -5,6 +5,7 @@
 //! feature size is the nominal's ([`meridian`]), or, without one, that of the points ([`measured`]).
 
 mod border;
+mod current;
 mod measured;
 mod meridian;
 mod next;
@@ -24,11 +25,13 @@ use rayon::prelude::*;
 use self::measured::{Cells, Measured};
 use self::meridian::Meridian;
 use self::places::Lifted;
+use super::defects::{self, Meshed};
 use super::look::look;
 use super::projection::{Along, Projector};
 use crate::config::Part;
-use crate::report::SamplingFigures;
+use crate::report::{FeatureFigures, SamplingFigures};
 
+pub(crate) use self::current::Current;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
 
 /// A mesh in the frame of its plane of projection.
@@ -76,6 +79,8 @@ pub(crate) struct Findings {
 pub struct PointsSampling {
     /// The figures.
     pub figures: SamplingFigures,
+    /// Defects, and which way the surface bends.
+    pub features: FeatureFigures,
     /// Where to measure next, if anything is known.
     pub waypoints: Option<Waypoints>,
 }
@@ -99,7 +104,10 @@ pub fn sampling_of_points(
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
     let findings = of_points(sampled, &folds, wanted);
     let waypoints = findings.waypoints(sampled);
-    PointsSampling { figures: findings.figures, waypoints }
+    let meshed =
+        Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &findings.figures };
+    let features = defects::of_points(meshed);
+    PointsSampling { figures: findings.figures, features, waypoints }
 }
 
 /// The sampling of a mesh in the frame of `plane`, of a part that lies there at `pose`: all that the final
@@ -335,6 +343,7 @@ impl Look<'_> {
             islands: areas.map(|_| islands.islands),
             holes: areas.map(|_| islands.holes),
             hole_max_mm2: areas.and(islands.hole_max_mm2),
+            current: None,
         };
         let coverage = Some(coverage);
         Findings { figures, covered, area_mm2, coverage, otherwise_mm: target.spacing_mm }

@@ -126,3 +126,37 @@ fn points_alone_tell_the_feature_size_of_a_sphere() {
     assert!((found.lfs_min_mm.unwrap() / 20.0 - 1.0).abs() < 0.1, "{found:?}");
     assert_eq!(found.coverage, Some(1.0), "{found:?}");
 }
+
+/// Noise so large that medial balls tell nothing: the curvature of windows stands for the local feature size, from
+/// above and not by much, though a hundredth of the readings is wrong.
+#[test]
+fn noise_that_hides_medial_balls_leaves_the_curvature() {
+    let mut state = 5_u64;
+    let mut unit = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    // A sphere, and an ellipsoid whose least radius of curvature is that at its pole, 12²/18 mm.
+    let [a_mm, b_mm, c_mm] = [12.0_f64, 20.0, 18.0];
+    for (is_sphere, least_mm) in [(true, 20.0), (false, a_mm * a_mm / c_mm)] {
+        let surface = |x: f64, y: f64| match is_sphere {
+            true => (400.0 - x * x - y * y).sqrt(),
+            false => c_mm * (1.0 - (x / a_mm).powi(2) - (y / b_mm).powi(2)).sqrt(),
+        };
+        let points: Vec<PointMm> = (0..350 * 350)
+            .map(|index| [index % 350, index / 350].map(|i| 0.02 * (f64::from(i) - 174.5)))
+            .map(|[x, y]| {
+                let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+                let wrong = if unit() < 0.01 { 1.0 } else { 0.0 };
+                [x, y, -surface(x, y) + 5e-3 * noise + wrong]
+            })
+            .collect();
+        let wanted = Wanted { epsilon: 0.05, gap_mm: None };
+        let found = sampling_of_points(points, Along::Z, wanted).figures;
+        assert_eq!(found.lfs_source.as_deref(), Some("curvature"), "{found:?}");
+        // Two uncertainties of the curvature are taken against it.
+        let share = found.lfs_min_mm.unwrap() / least_mm;
+        assert!((0.4..1.1).contains(&share), "{share}");
+    }
+}

@@ -245,6 +245,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         points: Points::default(),
         mesh: MeshFigures::default(),
         sampling: SamplingFigures::default(),
+        features: Default::default(),
         form: None,
         verdict: Verdict::default(),
         map: (cells > 0).then(|| Map {
@@ -282,6 +283,7 @@ pub(super) fn report() -> Report {
         points: Points::default(),
         mesh: MeshFigures::default(),
         sampling: SamplingFigures::default(),
+        features: Default::default(),
         form: None,
         verdict: Verdict::default(),
         links: Vec::new(),

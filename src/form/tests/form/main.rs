@@ -6,6 +6,7 @@
     reason = "a skipped test and the margin of a comparison must be seen"
 )]
 
+mod bad_input;
 mod common;
 mod degenerate;
 mod figures;
@@ -16,7 +17,10 @@ mod live;
 mod nominal;
 mod real;
 mod reference;
+mod robust;
+mod search;
 mod shapes;
+mod texture;
 mod zone_degenerate;
 mod zone_known;
 mod zone_laws;

@@ -5,29 +5,20 @@ use std::sync::Arc;
 use asphera_form::Nominal;
 use asphera_form::shape::{Jet, Shape, ShapeError, ShapeParameter};
 
-/// A shape whose numbers are its parameters, by name and unit.
-macro_rules! parameters {
-    ($($name:literal: $unit:literal),* $(,)?) => {
-        fn parameters(&self) -> Vec<ShapeParameter> {
-            let names = [$(($name, $unit)),*];
-            let parameter = |((name, unit), value): ((&str, &str), &f64)| ShapeParameter {
-                name: name.to_owned(),
-                unit: unit.to_owned(),
-                value: *value,
-            };
-            names.into_iter().zip(&self.0).map(parameter).collect()
-        }
-
-        fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
-            let found = values.len();
-            let values = values.try_into().map_err(|_| ShapeError::Count {
-                kind: self.kind(),
-                found,
-                expected: self.0.len(),
-            })?;
-            Ok(Arc::new(Self(values)))
-        }
+/// Parameters of these names and units.
+fn named<const N: usize>(names: [(&str, &str); N], values: &[f64; N]) -> Vec<ShapeParameter> {
+    let parameter = |((name, unit), value): ((&str, &str), &f64)| ShapeParameter {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        value: *value,
     };
+    names.into_iter().zip(values).map(parameter).collect()
+}
+
+/// As many values as there are parameters.
+fn counted<const N: usize>(kind: &'static str, values: &[f64]) -> Result<[f64; N], ShapeError> {
+    let found = values.len();
+    values.try_into().map_err(|_| ShapeError::Count { kind, found, expected: N })
 }
 
 /// `(c_x·x² + c_y·y²)/(1 + √(1 − (1+κ_x)·c_x²·x² − (1+κ_y)·c_y²·y²))` with R_x, R_y, κ_x, κ_y.
@@ -56,7 +47,13 @@ impl Shape for Biconic {
         "biconic"
     }
 
-    parameters!("radius_x": "mm", "radius_y": "mm", "conic_x": "1", "conic_y": "1");
+    fn parameters(&self) -> Vec<ShapeParameter> {
+        named([("radius_x", "mm"), ("radius_y", "mm"), ("conic_x", "1"), ("conic_y", "1")], &self.0)
+    }
+
+    fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
+        Ok(Arc::new(Self(counted(self.kind(), values)?)))
+    }
 
     fn jet(&self, x: f64, y: f64) -> Option<Jet> {
         let BiconicParts { c, under: [a, b], phi } = self.parts(x, y)?;
@@ -108,11 +105,27 @@ impl Shape for Saddle {
         "saddle"
     }
 
-    parameters!("X2": "mm^-1", "X1Y1": "mm^-1", "Y2": "mm^-1", "X3": "mm^-2", "X2Y1": "mm^-2", "Y3": "mm^-2");
+    fn parameters(&self) -> Vec<ShapeParameter> {
+        named(
+            [
+                ("X2", "mm^-1"),
+                ("X1Y1", "mm^-1"),
+                ("Y2", "mm^-1"),
+                ("X3", "mm^-2"),
+                ("X2Y1", "mm^-2"),
+                ("Y3", "mm^-2"),
+            ],
+            &self.0,
+        )
+    }
+
+    fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
+        Ok(Arc::new(Self(counted(self.kind(), values)?)))
+    }
 
     fn jet(&self, x: f64, y: f64) -> Option<Jet> {
         let [a, b, c, d, e, f] = self.0;
-        (x.is_finite() && y.is_finite()).then(|| Jet {
+        (x.is_finite() && y.is_finite()).then_some(Jet {
             z_mm: a * x * x + b * x * y + c * y * y + d * x * x * x + e * x * x * y + f * y * y * y,
             gradient: [
                 2.0 * a * x + b * y + 3.0 * d * x * x + 2.0 * e * x * y,
@@ -146,7 +159,13 @@ impl Shape for Toroid {
         "toroid"
     }
 
-    parameters!("radius_x": "mm", "radius_y": "mm");
+    fn parameters(&self) -> Vec<ShapeParameter> {
+        named([("radius_x", "mm"), ("radius_y", "mm")], &self.0)
+    }
+
+    fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
+        Ok(Arc::new(Self(counted(self.kind(), values)?)))
+    }
 
     fn jet(&self, x: f64, y: f64) -> Option<Jet> {
         let [rx, ry] = self.0;

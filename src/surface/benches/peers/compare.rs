@@ -18,6 +18,8 @@ pub(crate) struct Row {
     pub(crate) order: Order,
     pub(crate) points: usize,
     pub(crate) ours_s: f64,
+    /// By the large batches, one thread and two.
+    pub(crate) ours_large_s: Option<f64>,
     pub(crate) ours_two_threads_s: Option<f64>,
     pub(crate) delaunator_s: f64,
     /// The faster of spade's two bulk loads.
@@ -29,6 +31,8 @@ pub(crate) struct Row {
     /// Time of delaunator over that of ours.
     pub(crate) ratio_delaunator: f64,
     pub(crate) ratio_two_threads: Option<f64>,
+    /// Time of one thread over that of two, both by the large batches.
+    pub(crate) ratio_threads: Option<f64>,
     pub(crate) bytes_per_point: Option<f64>,
     /// Of all batches of all runs of ours with one thread.
     pub(crate) batch_ms: BatchMs,
@@ -53,6 +57,7 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
     let runs = Runs::take(scan, options);
     let ours_s = median(runs.ours.iter().map(Meshed::total_s)).expect("there is a run");
     let delaunator_s = median(runs.delaunator.iter().map(|run| run.seconds)).expect("likewise");
+    let ours_large_s = median(runs.ours_large.iter().map(Meshed::total_s));
     let ours_two_threads_s = median(runs.ours_two_threads.iter().map(Meshed::total_s));
     let spade_bulk_s = [&runs.spade_bulk, &runs.spade_bulk_stable]
         .into_iter()
@@ -69,6 +74,7 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
         order: scan.order,
         points: scan.count,
         ours_s,
+        ours_large_s,
         ours_two_threads_s,
         delaunator_s,
         spade_bulk_s,
@@ -77,6 +83,7 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
         spade_incremental_capped: capped,
         ratio_delaunator: delaunator_s / ours_s,
         ratio_two_threads: ours_two_threads_s.map(|two_s| delaunator_s / two_s),
+        ratio_threads: ours_large_s.zip(ours_two_threads_s).map(|(one_s, two_s)| one_s / two_s),
         bytes_per_point,
         batch_ms: BatchMs::of(&runs.ours),
         triangles: runs.triangles(),
@@ -88,6 +95,7 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
 #[derive(Default)]
 struct Runs {
     ours: Vec<Meshed>,
+    ours_large: Vec<Meshed>,
     ours_two_threads: Vec<Meshed>,
     delaunator: Vec<Triangulated>,
     spade_bulk: Vec<Triangulated>,
@@ -102,7 +110,8 @@ impl Runs {
         for run in 1..=options.runs.get() {
             progress(scan, run, options.runs);
             runs.ours.push(ours::mesh(scan, options.batch, NonZeroUsize::MIN));
-            runs.ours_two_threads.push(ours::mesh(scan, options.batch, TWO));
+            runs.ours_large.push(ours::mesh(scan, options.batch2, NonZeroUsize::MIN));
+            runs.ours_two_threads.push(ours::mesh(scan, options.batch2, TWO));
             runs.delaunator.push(peers::delaunator(&for_delaunator));
             if options.no_spade {
                 continue;
@@ -130,7 +139,8 @@ impl Runs {
 
     /// Whether every run that took all points found as many triangles.
     fn agree(&self, count: usize) -> bool {
-        let ours = self.ours.iter().chain(&self.ours_two_threads).map(|run| run.triangles);
+        let ours = [&self.ours, &self.ours_large, &self.ours_two_threads];
+        let ours = ours.into_iter().flatten().map(|run| run.triangles);
         let theirs =
             [&self.delaunator, &self.spade_bulk, &self.spade_bulk_stable, &self.spade_incremental];
         let theirs =

@@ -39,8 +39,11 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
     let mut two_threads = Runs::default();
     for run in 1..=options.runs.get() {
         progress(scan, run, options.runs);
-        for (runs, threads) in [(&mut one_thread, NonZeroUsize::MIN), (&mut two_threads, TWO)] {
-            let total_s = |scan| ours::mesh(scan, options.batch, threads).total_s();
+        for (runs, batch, threads) in [
+            (&mut one_thread, options.batch, NonZeroUsize::MIN),
+            (&mut two_threads, options.batch2, TWO),
+        ] {
+            let total_s = |scan| ours::mesh(scan, batch, threads).total_s();
             runs.tenth_s.push(total_s(tenth));
             runs.all_s.push(total_s(scan));
         }

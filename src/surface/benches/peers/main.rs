@@ -60,6 +60,9 @@ struct Options {
     /// Points of a batch of ours.
     #[arg(long, value_name = "N", default_value = "1000")]
     batch: NonZeroUsize,
+    /// Points of a batch of ours where two threads are to share it.
+    #[arg(long, value_name = "N", default_value = "100000")]
+    batch2: NonZeroUsize,
     /// Seed of the irregularities.
     #[arg(long, value_name = "N", default_value_t = 42)]
     seed: u64,
@@ -111,6 +114,7 @@ impl Options {
             seed: self.seed,
             runs: self.runs.get(),
             batch: self.batch.get(),
+            batch2: self.batch2.get(),
             machine: Machine::this(),
             orders: self
                 .chosen()

@@ -16,6 +16,8 @@ pub(crate) struct Report<Row> {
     pub(crate) seed: u64,
     pub(crate) runs: usize,
     pub(crate) batch: usize,
+    /// Where two threads are to share a batch.
+    pub(crate) batch2: usize,
     pub(crate) machine: Machine,
     pub(crate) orders: Vec<Row>,
 }
@@ -47,10 +49,11 @@ impl<Row: Serialize> Report<Row> {
             let text = serde_json::to_string_pretty(self).expect("no key of a report is a map");
             println!("{text}");
         } else {
-            let Report { points, seed, runs, batch, machine, .. } = self;
+            let Report { points, seed, runs, batch, batch2, machine, .. } = self;
             let cores = machine.cores.map_or_else(|| "-".to_owned(), |cores| cores.to_string());
             let cpu = machine.cpu.as_deref().unwrap_or("-");
             println!("{points} points an order, batches of {batch}, seed {seed}");
+            println!("large batch and 2 threads: batches of {batch2}");
             println!("medians of {runs} runs; processor {cpu}, cores {cores}\n");
             println!("{}", table(&self.orders));
         }

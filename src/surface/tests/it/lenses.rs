@@ -60,8 +60,29 @@ pub(crate) fn grid_lens(side: usize, sigma_mm: f64, seed: u64) -> Vec<PointMm> {
 /// The second lens, or its middle: `count` points along a spiral from the centre outwards, evenly
 /// over the area, at the density of [`SPIRAL_POINTS`] over the aperture.
 pub(crate) fn spiral_lens(count: usize, sigma_mm: f64, seed: u64) -> Vec<PointMm> {
+    spiral(count, SPIRAL_POINTS, sigma_mm, seed)
+}
+
+/// The whole surface of the second lens, `count` points over its free diameter: slopes up to 45°.
+pub(crate) fn whole_lens(count: usize, sigma_mm: f64, seed: u64) -> Vec<PointMm> {
+    spiral(count, count, sigma_mm, seed)
+}
+
+/// The same on a raster.
+pub(crate) fn rastered_lens(pitch_mm: f64) -> Vec<PointMm> {
+    let half = (APERTURE_MM / pitch_mm).ceil() as i32;
+    (-half..=half)
+        .flat_map(|row| (-half..=half).map(move |column| [column, row]))
+        .map(|place| place.map(|index| pitch_mm * f64::from(index)))
+        .filter(|[x, y]| x.hypot(*y) <= APERTURE_MM)
+        .map(|[x, y]| [x, y, sag_mm(x.hypot(y))])
+        .collect()
+}
+
+/// The first `count` of so many points over the aperture.
+fn spiral(count: usize, over_aperture: usize, sigma_mm: f64, seed: u64) -> Vec<PointMm> {
     let mut random = Pcg64::seed_from_u64(seed);
-    let pitch_mm = APERTURE_MM * (TAU / 2.0 / SPIRAL_POINTS as f64).sqrt();
+    let pitch_mm = APERTURE_MM * (TAU / 2.0 / over_aperture as f64).sqrt();
     (0..count)
         .map(|index| {
             let turn = (2.0 * TAU * index as f64).sqrt();

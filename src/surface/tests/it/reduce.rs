@@ -9,7 +9,7 @@ use asphera_surface::reduce::{
 use asphera_surface::{Criteria, Mesh, PointMm, Rejection, VertexId, assess};
 use proptest::prelude::*;
 
-use crate::lenses::{grid_lens, lfs_mm, spiral_lens};
+use crate::lenses::{grid_lens, lfs_mm, rastered_lens, spiral_lens, whole_lens};
 use crate::patterns::{PITCH_MM, jittered_raster, raster, scattered};
 use crate::shapes::{Random, Sampled, over_square};
 
@@ -195,6 +195,45 @@ fn lenses_too_dense_for_their_noise_pass_once_reduced() {
     }
 }
 
+/// The whole lens, to slopes of 45°: the facets of what is kept pass, not only the distances of kept points.
+#[test]
+fn a_steep_lens_passes_the_check_once_reduced() {
+    let mut all_mended = 0;
+    for (points, sigma_mm) in [
+        (whole_lens(60_000, 0.0, 3), 0.0),
+        (whole_lens(300_000, 1e-4, 3), 1e-4),
+        (rastered_lens(0.05), 0.0),
+        (rastered_lens(0.03), 0.0),
+    ] {
+        let count = points.len();
+        let mesh = meshed(&points);
+        for epsilon in [0.05, 0.02] {
+            let target = Target::new(epsilon, 20.0).unwrap().with_noise(along_z(sigma_mm)).unwrap();
+            for keep in [Keep::Fewest, Keep::Truest] {
+                let target = target.keeping(keep);
+                let reduction = reduce(mesh.points(), mesh.triangles(), &target, lfs_mm);
+                let kept = chosen(mesh.points(), &reduction.kept);
+                let (overdense, reached) = condition(&kept, &target, lfs_mm);
+                let mended = reduction.mended;
+                eprintln!(
+                    "{count} {epsilon} {keep:?}: {} kept, {mended} mended, {reached}",
+                    kept.len()
+                );
+                assert!(reached <= epsilon, "{count} {epsilon} {keep:?}: {reached}");
+                assert_eq!(overdense, 0.0, "{count} {epsilon} {keep:?}");
+                assert_eq!(reduction.tally.kept(), kept.len() as u64);
+                assert_eq!(reduction.tally.total(), points.len() as u64);
+                all_mended += mended;
+                if keep == Keep::Fewest {
+                    assert!(20 * mended < kept.len() as u64, "{mended}");
+                    assert!(5 * kept.len() < count, "{}", kept.len());
+                }
+            }
+        }
+    }
+    assert!(all_mended > 0, "the rule alone passes: the test tests nothing");
+}
+
 /// The noises for which both lenses fail at the density they were measured with and pass at that
 /// to which they were thinned: the intervals that the documentation of the noise states.
 #[test]
@@ -254,9 +293,9 @@ fn the_check_and_the_reduction_agree() {
                 let kept = chosen(points, &reduction.kept);
                 let (overdense, epsilon) = condition(&kept, &target, lfs_mm);
                 assert_eq!(overdense, 0.0, "{what}, {} kept", kept.len());
-                // On a slope the facets of a projected mesh are longer than those between nearest
-                // neighbours in space, and so are their gaps.
-                assert!(*name == "steep" || epsilon <= 0.05, "{what}: {epsilon}");
+                // Where noise needs nearly what ε allows, on steep slopes nothing is left between.
+                let conflict = *name == "steep" && sigma_mm > 2e-4;
+                assert!(conflict || epsilon <= 0.05, "{what}: {epsilon}");
             }
         }
     }
@@ -437,6 +476,58 @@ fn curvature_is_bounded_from_above_and_not_by_much() {
         let share = found.radius_mm / radius_mm;
         assert!((0.9..1.001).contains(&share), "{sigma_mm}: {found:?}");
     }
+}
+
+/// A hundredth of the readings wrong, by up to 10,000 times the noise, to one side or to both.
+#[test]
+fn wrong_readings_do_not_bend_the_surface() {
+    let sigma_mm = 1e-5;
+    for (share, off_mm) in [(0.01, 0.1), (0.01, 1e-3), (0.2, 0.01)] {
+        for sides in [1, 2] {
+            let mut random = Random::new(17);
+            let points: Vec<PointMm> = scattered(40_000, 8.0, 12)
+                .into_iter()
+                .map(|[x, y, z]| {
+                    let wrong = random.unit() < share;
+                    let up = sides == 1 || random.unit() < 0.5;
+                    let spike_mm = if up { off_mm } else { -off_mm } * random.unit();
+                    [x, y, z + sigma_mm * random.normal() + if wrong { spike_mm } else { 0.0 }]
+                })
+                .collect();
+            let found = curvature_bound(&points, sigma_mm).unwrap();
+            let truth = found.radius_mm / 50.0;
+            assert!((0.88..1.005).contains(&truth), "{share} {off_mm} {sides}: {found:?}");
+        }
+    }
+}
+
+/// Of a torus and an ellipsoid seen along z, the least radius of curvature over the patch is known: a window's
+/// quadric averages over it, so the bound may be above that by what the curvature changes over a window.
+#[test]
+fn curvature_is_that_of_tori_and_ellipsoids() {
+    let (ring_mm, tube_mm) = (30.0, 12.0);
+    let torus = |x: f64, y: f64| {
+        let out_mm = x.hypot(y + ring_mm) - ring_mm;
+        (tube_mm * tube_mm - out_mm * out_mm).sqrt()
+    };
+    // Over its pole, 2c/a² and c/b² are the curvatures.
+    let [a_mm, b_mm, c_mm] = [20.0_f64, 35.0, 15.0];
+    let ellipsoid = |x: f64, y: f64| c_mm * (1.0 - (x / a_mm).powi(2) - (y / b_mm).powi(2)).sqrt();
+    for (name, points, least_mm) in [
+        ("torus", over(4.0, torus), tube_mm),
+        ("ellipsoid", over(2.0, ellipsoid), a_mm * a_mm / c_mm),
+    ] {
+        let found = curvature_bound(&points, 0.0).unwrap();
+        let share = found.radius_mm / least_mm;
+        // Second derivatives grow off the pole: the bound is then below the radius at it, never above by much.
+        assert!((0.8..1.01).contains(&share), "{name}: {share} {found:?}");
+    }
+}
+
+fn over(side_mm: f64, height_mm: impl Fn(f64, f64) -> f64) -> Vec<PointMm> {
+    let half_mm = 0.5 * side_mm;
+    let sampled = Sampled::Raster { along: 160, across: 160 };
+    over_square(sampled, side_mm, |x, y| height_mm(x - half_mm, y - half_mm))
 }
 
 #[test]

@@ -1,16 +1,20 @@
-//! A tree of points with weights: the least of weight + distance over all points.
+//! The nearest of a set of points in space, and with weights the least of weight + distance over all of them.
 //!
-//! With weights of zero this is the nearest point. With the radius of a ball as negative weight it
-//! is the ball whose border is nearest, and with bounds of a function that changes by no more than
-//! the way gone it is the bound they give at a place. A k-d tree (J. L. Bentley, Communications of
-//! the ACM 18 (1975) 509-517, doi:10.1145/361002.361007) whose inner nodes know the least weight
-//! below them. It is cut at the median by count, so any number of equal points is no trouble.
+//! With the radius of a ball as negative weight the latter is the ball whose border is nearest, and with bounds of a
+//! function that changes by no more than the way gone it is the bound they give at a place. A k-d tree (J. L.
+//! Bentley, Communications of the ACM 18 (1975) 509-517, doi:10.1145/361002.361007) whose inner nodes know their box
+//! and the least weight below them.
+//!
+//! It is cut at the median by count and then by number, so any number of points in one place or on one line is no
+//! trouble, and one set of points makes one tree. A library's tree would have to hold weights, and rasters, on which
+//! whole lines of points share a coordinate: kiddo 5.3.2 fails at the 33rd of them
+//! (<https://github.com/sdd-org/kiddo/issues/475>), and of points in one place still does.
 
 use crate::PointMm;
 
 /// The tree. n·log n time to build, log n on average to ask, 40 bytes a point.
 #[derive(Clone, Debug, Default)]
-pub(super) struct WeightedTree {
+pub(crate) struct WeightedTree {
     /// Points and weights; a node is a range, its left child the first half.
     entries: Vec<Entry>,
     /// The box and the least weight of each node with more than [`LEAF`] entries, in heap order.
@@ -35,8 +39,13 @@ struct Node {
 const LEAF: usize = 8;
 
 impl WeightedTree {
+    /// The tree of points without weights, fewer than 2³².
+    pub(crate) fn of_points(points: &[PointMm]) -> WeightedTree {
+        WeightedTree::new(points.iter().map(|&point| (point, 0.0)))
+    }
+
     /// The tree of points with weights below infinity.
-    pub(super) fn new(points: impl Iterator<Item = (PointMm, f64)>) -> WeightedTree {
+    pub(crate) fn new(points: impl Iterator<Item = (PointMm, f64)>) -> WeightedTree {
         let mut entries: Vec<Entry> = points
             .zip(0..)
             .map(|((at_mm, weight_mm), index)| Entry { at_mm, weight_mm, index })
@@ -47,7 +56,7 @@ impl WeightedTree {
     }
 
     /// The least of weight + distance in mm; `None` without points.
-    pub(super) fn least(&self, place: PointMm) -> Option<f64> {
+    pub(crate) fn least(&self, place: PointMm) -> Option<f64> {
         let mut best = f64::INFINITY;
         self.search(0, &self.entries, place, &mut best);
         (best < f64::INFINITY).then_some(best)
@@ -55,26 +64,73 @@ impl WeightedTree {
 
     /// The numbers, as they came, of the points with the `count` least sums, least first; of equal
     /// sums any.
-    pub(super) fn least_few(&self, place: PointMm, count: usize) -> Vec<u32> {
+    pub(crate) fn least_few(&self, place: PointMm, count: usize) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::with_capacity(count + 1);
         self.gather(0, &self.entries, place, count, &mut found);
         found.into_iter().map(|(_, index)| index).collect()
     }
 
-    fn search(&self, node: usize, entries: &[Entry], place: PointMm, best: &mut f64) {
+    /// The number of the point with the least sum of those for which `wanted` is true, and that sum in mm; of equal
+    /// sums the one of the smallest number.
+    pub(crate) fn nearest(
+        &self,
+        place: PointMm,
+        wanted: impl Fn(u32) -> bool,
+    ) -> Option<(u32, f64)> {
+        let mut best = (f64::INFINITY, u32::MAX);
+        self.seek(0, &self.entries, place, &wanted, &mut best);
+        (best.0 < f64::INFINITY).then_some((best.1, best.0))
+    }
+
+    fn seek(
+        &self,
+        node: usize,
+        entries: &[Entry],
+        place: PointMm,
+        wanted: &impl Fn(u32) -> bool,
+        best: &mut (f64, u32),
+    ) {
         if entries.len() <= LEAF {
-            for entry in entries {
-                *best = best.min(entry.weight_mm + super::vector::distance(entry.at_mm, place));
+            for entry in entries.iter().filter(|entry| wanted(entry.index)) {
+                let sum = entry.weight_mm + distance(entry.at_mm, place);
+                if sum < best.0 || (sum == best.0 && entry.index < best.1) {
+                    *best = (sum, entry.index);
+                }
             }
             return;
         }
+        for (floor, child, half) in self.halves(node, entries, place) {
+            // Rounding may put a floor above a sum by some last bits, which must not decide between equals.
+            if floor - ROUNDING * floor.abs() <= best.0 {
+                self.seek(child, half, place, wanted, best);
+            }
+        }
+    }
+
+    /// The children of a node with what none of their sums is below, the lower first.
+    fn halves<'a>(
+        &self,
+        node: usize,
+        entries: &'a [Entry],
+        place: PointMm,
+    ) -> [(f64, usize, &'a [Entry]); 2] {
         let (left, right) = entries.split_at(entries.len() / 2);
         let mut halves = [(2 * node + 1, left), (2 * node + 2, right)]
             .map(|(child, half)| (self.floor(child, half, place), child, half));
         if halves[1].0 < halves[0].0 {
             halves.swap(0, 1);
         }
-        for (floor, child, half) in halves {
+        halves
+    }
+
+    fn search(&self, node: usize, entries: &[Entry], place: PointMm, best: &mut f64) {
+        if entries.len() <= LEAF {
+            for entry in entries {
+                *best = best.min(entry.weight_mm + distance(entry.at_mm, place));
+            }
+            return;
+        }
+        for (floor, child, half) in self.halves(node, entries, place) {
             if floor < *best {
                 self.search(child, half, place, best);
             }
@@ -94,7 +150,7 @@ impl WeightedTree {
         };
         if entries.len() <= LEAF {
             for entry in entries {
-                let sum = entry.weight_mm + super::vector::distance(entry.at_mm, place);
+                let sum = entry.weight_mm + distance(entry.at_mm, place);
                 if beats(sum, found) {
                     let rank = found.partition_point(|other| other.0 <= sum);
                     found.insert(rank, (sum, entry.index));
@@ -103,13 +159,7 @@ impl WeightedTree {
             }
             return;
         }
-        let (left, right) = entries.split_at(entries.len() / 2);
-        let mut halves = [(2 * node + 1, left), (2 * node + 2, right)]
-            .map(|(child, half)| (self.floor(child, half, place), child, half));
-        if halves[1].0 < halves[0].0 {
-            halves.swap(0, 1);
-        }
-        for (floor, child, half) in halves {
+        for (floor, child, half) in self.halves(node, entries, place) {
             if beats(floor, found) {
                 self.gather(child, half, place, count, found);
             }
@@ -156,20 +206,62 @@ fn split(entries: &mut [Entry], node: usize, nodes: &mut Vec<Node>) {
     }
     nodes[node] = own;
     let half = entries.len() / 2;
-    entries.select_nth_unstable_by(half, |a, b| a.at_mm[axis].total_cmp(&b.at_mm[axis]));
+    entries.select_nth_unstable_by(half, |a, b| {
+        a.at_mm[axis].total_cmp(&b.at_mm[axis]).then(a.index.cmp(&b.index))
+    });
     let (left, right) = entries.split_at_mut(half);
     split(left, 2 * node + 1, nodes);
     split(right, 2 * node + 2, nodes);
 }
 
+/// Distance of two places in mm.
+fn distance(p: PointMm, q: PointMm) -> f64 {
+    let [x, y, z] = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    (x * x + y * y + z * z).sqrt()
+}
+
+/// Of a floor.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::WeightedTree;
-    use crate::lfs::vector::distance;
+    use super::{WeightedTree, distance};
+    use crate::regressions::beside_source;
+
+    #[test]
+    fn many_points_in_one_place_and_on_one_line() {
+        let line = |index: u32| [1.0, 2.0, f64::from(index / 100)];
+        let points: Vec<_> = (0..5000).map(line).collect();
+        let tree = WeightedTree::of_points(&points);
+        assert_eq!(tree.nearest([1.0, 2.0, 7.2], |_| true), Some((700, 7.2 - 7.0)));
+        assert_eq!(tree.nearest([1.0, 2.0, 7.0], |number| number != 700), Some((701, 0.0)));
+        assert_eq!(tree.nearest([0.0; 3], |_| false), None);
+        assert_eq!(WeightedTree::of_points(&[]).nearest([0.0; 3], |_| true), None);
+    }
 
     proptest! {
+        #![proptest_config(beside_source())]
+
+        #[test]
+        fn the_nearest_agrees_with_looking_at_all(
+            // A coarse lattice, so that many distances are equal.
+            points in prop::collection::vec(prop::array::uniform3(-4_i8..4), 0..120),
+            place in prop::array::uniform3(-5_i8..5),
+            without in 0_u32..60,
+        ) {
+            let points: Vec<_> = points.into_iter().map(|p| p.map(f64::from)).collect();
+            let place = place.map(f64::from);
+            let expected = (0..)
+                .zip(&points)
+                .filter(|&(number, _)| number != without)
+                .map(|(number, &point)| (number, distance(point, place)))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            let found = WeightedTree::of_points(&points).nearest(place, |number| number != without);
+            prop_assert_eq!(found, expected);
+        }
+
         #[test]
         fn the_least_sum_is_that_of_all(
             entries in prop::collection::vec(

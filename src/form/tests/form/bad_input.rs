@@ -1,0 +1,146 @@
+//! What a fit says of input that cannot give what is wanted.
+
+use std::sync::Arc;
+
+use asphera_form::{
+    Aperture, Caution, FitError, FitSettings, Nominal, Parameter, PointMm, Pose, Units, fit,
+};
+
+use crate::common::{Noise, al1815, misaligned, spiral};
+use crate::shapes::{Revolved, saddle};
+
+fn rough(nominal: &Nominal, places: &[[f64; 2]], factor: f64) -> Vec<PointMm> {
+    let mut noise = Noise::new(4);
+    let point = |&[x, y]: &[f64; 2]| {
+        let z = nominal.height_mm(x, y).unwrap() + 2e-5 * noise.next();
+        misaligned().to_measured([x, y, z]).map(|coordinate| coordinate * factor)
+    };
+    places.iter().map(point).collect()
+}
+
+#[test]
+fn points_in_micrometres_or_metres_are_told() {
+    let sphere = Nominal::Sphere { radius_mm: 20.0 };
+    for nominal in
+        [sphere.clone(), al1815(), saddle(), Nominal::Freeform(Arc::new(Revolved(sphere)))]
+    {
+        for (points_are, factor) in [(1e3, 1e-3), (1e-3, 1e3)] {
+            let points = rough(&nominal, &spiral(2_000, 8.0), points_are);
+            let told = match fit(&points, &nominal, &FitSettings::default()) {
+                Err(FitError::Units(units)) => Some(units),
+                Ok(fitted) => fitted.cautions.into_iter().find_map(|caution| match caution {
+                    Caution::Units(units) => Some(units),
+                    _ => None,
+                }),
+                Err(_) => None,
+            };
+            let Units { factor: found, then, .. } = told.expect("a word on the units");
+            assert_eq!(found, factor, "{nominal}");
+            assert!(then < 1e-3, "{nominal}: {then:e}");
+            let unit = if factor < 1.0 { "in µm" } else { "in m," };
+            assert!(told.unwrap().to_string().contains(unit));
+        }
+        let points = rough(&nominal, &spiral(2_000, 8.0), 1.0);
+        let fitted = fit(&points, &nominal, &FitSettings::default()).unwrap();
+        assert_eq!(fitted.cautions, [], "{nominal}");
+    }
+}
+
+#[test]
+fn points_on_something_else_are_not_taken_for_another_unit() {
+    let bumps: Vec<PointMm> = spiral(2_000, 8.0)
+        .into_iter()
+        .map(|[x, y]| [x, y, 0.3 * (2.0 * x).sin() * (1.5 * y).cos()])
+        .collect();
+    let fitted = fit(&bumps, &al1815(), &FitSettings::default()).unwrap();
+    assert!(!fitted.cautions.iter().any(|caution| matches!(caution, Caution::Units(_))));
+    let flat: Vec<PointMm> = spiral(500, 8.0).into_iter().map(|[x, y]| [x, y, 1.0]).collect();
+    let fitted = fit(&flat, &al1815(), &FitSettings::default()).unwrap();
+    assert!(!fitted.cautions.iter().any(|caution| matches!(caution, Caution::Units(_))));
+}
+
+#[test]
+fn the_end_of_the_domain_is_told_with_the_points_beyond() {
+    let small = Nominal::Sphere { radius_mm: 5.0 };
+    let mut points: Vec<PointMm> =
+        spiral(2_000, 4.5).into_iter().map(|[x, y]| [x, y, small.sag_mm(x.hypot(y))]).collect();
+    points.extend([[7.0, 0.0, 6.0], [0.0, 9.5, 7.0]]);
+    let fitted =
+        fit(&points, &small, &FitSettings { search: false, ..FitSettings::default() }).unwrap();
+    let [Caution::BeyondDomain { domain_mm, beyond, farthest_mm }] = fitted.cautions[..] else {
+        unreachable!("{:?}", fitted.cautions)
+    };
+    assert_eq!((domain_mm, beyond), (5.0, 2));
+    assert!((farthest_mm - 9.5).abs() < 1e-9);
+    let text = fitted.cautions[0].to_string();
+    assert!(
+        text.starts_with("2 points in the aperture lie beyond the nominal, which ends 5.0"),
+        "{text}"
+    );
+}
+
+#[test]
+fn every_coefficient_over_half_a_lens_is_ill_conditioned_and_says_where() {
+    let half: Vec<[f64; 2]> = spiral(4_000, 9.0).into_iter().filter(|[x, _]| *x > 0.5).collect();
+    let points = rough(&al1815(), &half, 1.0);
+    let powers = (4..=16).step_by(2).map(Parameter::A);
+    let shape = [Parameter::Radius, Parameter::Conic].into_iter().chain(powers);
+    let free: Vec<Parameter> = Parameter::RIGID.into_iter().chain(shape).collect();
+    let settings = FitSettings { free, ..FitSettings::default() };
+    let fitted = fit(&points, &al1815(), &settings).unwrap();
+    let weakest = fitted.weakest.as_ref().unwrap();
+    eprintln!("condition {:e}: {weakest}", fitted.condition);
+    assert!(fitted.condition > 1e6);
+    assert!((weakest.ratio * fitted.condition - 1.0).abs() < 1e-9);
+    let square: f64 = weakest.terms.iter().map(|(_, share)| share * share).sum();
+    assert!((0.9..=1.0 + 1e-12).contains(&square) && weakest.terms.len() >= 2);
+    assert!(fitted.cautions.iter().any(|caution| matches!(
+        caution,
+        Caution::IllConditioned { condition, combination }
+            if *condition == fitted.condition && combination == weakest
+    )));
+    // What is left of the parameters is told with its covariance.
+    let covariance = fitted.covariance.as_ref().unwrap();
+    assert_eq!(covariance.size(), fitted.estimates.len());
+    for (index, estimate) in fitted.estimates.iter().enumerate() {
+        let u = covariance.entry(index, index).unwrap().sqrt();
+        assert!((u / estimate.u.unwrap() - 1.0).abs() < 1e-9);
+    }
+    let (_, _, worst) = covariance.worst_pair().unwrap();
+    assert!(worst.abs() > 0.999 && worst.abs() <= 1.0);
+}
+
+#[test]
+fn residual_figures_are_those_of_the_distances() {
+    let points = rough(&al1815(), &spiral(3_000, 9.0), 1.0);
+    let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
+    let found = asphera_form::deviations(&points, &fitted.nominal, &fitted.pose);
+    let (low, high) =
+        found.iter().fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(*d), high.max(*d)));
+    let rms = (found.iter().map(|d| d * d).sum::<f64>() / found.len() as f64).sqrt();
+    let told = fitted.residuals;
+    assert!((told.rms_mm - rms).abs() < 1e-14 && (told.low_mm - low).abs() < 1e-13);
+    assert!((told.high_mm - high).abs() < 1e-13);
+    assert!(fitted.evaluations > fitted.iterations && fitted.robust.is_none());
+}
+
+#[test]
+fn an_empty_aperture_in_another_unit_is_told() {
+    let points = rough(&al1815(), &spiral(2_000, 8.0), 1e3);
+    let ring = Aperture::Annulus { inner_mm: 0.5, outer_mm: 8.5 };
+    let start = Pose { tz_mm: 400.0, ..Pose::default() };
+    let settings = FitSettings { aperture: ring, start, ..FitSettings::default() };
+    let told = match fit(&points, &al1815(), &settings) {
+        Err(FitError::Units(units)) => units.factor,
+        Ok(fitted) => fitted
+            .cautions
+            .iter()
+            .find_map(|caution| match caution {
+                Caution::Units(units) => Some(units.factor),
+                _ => None,
+            })
+            .expect("a word on the units"),
+        Err(other) => unreachable!("{other}"),
+    };
+    assert_eq!(told, 1e-3);
+}
