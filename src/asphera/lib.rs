@@ -12,6 +12,7 @@ pub mod clock;
 pub mod conclude;
 pub mod config;
 pub mod live;
+pub mod paper;
 pub mod pipeline;
 pub mod publish;
 pub mod replay;

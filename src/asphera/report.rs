@@ -4,12 +4,16 @@
 //! live and what is kept have the same names, units and meaning.
 
 mod features;
+mod form;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
+pub use form::{
+    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, ZernikeFigures, ZernikeTerm,
+};
 
 /// Version of the report's layout. A reader refuses what it does not know.
 pub const FORMAT: &str = "asphera.report/1";
@@ -327,6 +331,21 @@ pub struct FormFigures {
     pub deviation: DeviationFigures,
     /// Whether these are running figures, to be replaced by a full fit at the end.
     pub provisional: bool,
+    /// The figures of standards and optical shops, final only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<FormFigure>,
+    /// The deviation in Zernike terms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zernike: Option<ZernikeFigures>,
+    /// How many points have which deviation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histogram: Option<HistogramFigures>,
+    /// Mean deviation by distance from the axis, the innermost ring first; final only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rings: Vec<RingFigures>,
+    /// Why a figure is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<String>,
 }
 
 /// How the nominal was laid into the points.

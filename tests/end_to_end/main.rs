@@ -12,4 +12,5 @@ mod measure;
 mod peers;
 mod projection;
 mod reduce;
+mod report;
 mod sampling;

@@ -5,12 +5,19 @@ use std::collections::BTreeMap;
 use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
 use asphera_surface::Plane;
 
+use super::details::FormDetails;
 use crate::config::Part;
 use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
 use crate::snapshot::Map;
 
 /// `plane` is that of projection, in whose frame the fit was made.
-pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> FormFigures {
+pub(super) fn form(
+    part: &Part,
+    fit: &Fit,
+    figures: &Figures,
+    details: FormDetails,
+    plane: &Plane,
+) -> FormFigures {
     FormFigures {
         nominal: part.nominal.to_string(),
         fit: FitFigures {
@@ -24,6 +31,11 @@ pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> 
         },
         deviation: deviation(figures),
         provisional: false,
+        figures: details.figures,
+        zernike: details.zernike,
+        histogram: details.histogram,
+        rings: details.rings,
+        unknown: details.unknown,
     }
 }
 
@@ -42,6 +54,11 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
         },
         deviation: deviation(&estimate.figures),
         provisional: true,
+        figures: Vec::new(),
+        zernike: None,
+        histogram: None,
+        rings: Vec::new(),
+        unknown: Vec::new(),
     }
 }
 

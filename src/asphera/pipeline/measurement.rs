@@ -5,6 +5,7 @@ use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
+use super::details::{areas_mm2, details};
 use super::figures;
 use super::judgement::judge;
 use super::look::{Look, look};
@@ -77,11 +78,15 @@ pub(super) fn measure(
             }
         }
     }
-    let form = result
-        .as_ref()
-        .ok()
-        .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(&part, fit, found, &plane));
+    let form = result.as_ref().ok().zip(found.as_ref()).map(|(fit, found)| {
+        let well_sampled = triangles
+            .iter()
+            .zip(&covered)
+            .filter_map(|(&corners, &covered)| covered.then_some(corners));
+        let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
+        let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
+        figures::form(&part, fit, found, details, &plane)
+    });
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let known = form.as_ref().map(|_| &deviations_mm[..]);
     let features = defects::of_part(meshed, &part, known.ok_or("there is no fit".to_owned()));

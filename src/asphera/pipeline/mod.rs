@@ -6,6 +6,7 @@
 
 mod cutting;
 mod defects;
+mod details;
 mod figures;
 mod judgement;
 mod look;
