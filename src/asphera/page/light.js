@@ -93,7 +93,8 @@ export class Light {
 function noteOf({ progress, verdict, state }, kind) {
   if (state === "measuring") {
     const left = known(progress.eta_s) ? `, ${duration(progress.eta_s)} left` : "";
-    return known(progress.fraction) ? `${percent(progress.fraction)} of the points${left}` : "";
+    const done = known(progress.fraction) ? `, ${percent(progress.fraction)} of the points${left}` : "";
+    return `provisional figures${done}`;
   }
   if (kind === "fail") return verdict.checks.filter((check) => !check.ok).map(broken).join("; ");
   if (kind === "undecided") return verdict.reasons[0] ?? "";
@@ -103,7 +104,8 @@ function noteOf({ progress, verdict, state }, kind) {
 function broken({ name, value, limit }) {
   const [words, unit] = nameAndUnit(name);
   const shown = (one) => (unit === "nm" ? nm(one) : significant(one, 4));
-  return `${words} ${shown(value)} instead of ${shown(limit)}${unit ? ` ${unit}` : ""} at most`;
+  const tail = unit ? ` ${unit}` : "";
+  return `${words} ${shown(value)}${tail}, ${shown(limit)}${tail} allowed`;
 }
 
 /** A time without data, by whole seconds: it is looked at from afar. */

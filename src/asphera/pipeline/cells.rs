@@ -1,7 +1,7 @@
 //! What the cells of the running map tell of the form: its cost depends on the cells, not on the points.
 
 use asphera_form::figures::{FringeCount, Sample, SampleError, fringe_fit};
-use asphera_form::{Aperture, Map};
+use asphera_form::{Aperture, Grid, Map};
 
 use super::details::{histogram_of, zernike};
 use crate::report::{HistogramFigures, Source, ZernikeFigures};
@@ -18,14 +18,16 @@ pub(super) struct CellDetails {
 /// The running details of a map of a part of this aperture.
 pub(super) fn details(map: &Map, aperture: &Aperture) -> CellDetails {
     let mut details = CellDetails::default();
-    let sample = match sample(map, aperture) {
-        Ok(sample) => sample,
+    let samples = sample(map, aperture)
+        .and_then(|sample| Ok((sample, self::sample(&blocks(map), aperture)?)));
+    let (sample, coarse) = match samples {
+        Ok(samples) => samples,
         Err(error) => {
             details.unknown.push(format!("figures of the form: {error}"));
             return details;
         }
     };
-    match fringe_fit(&sample, FringeCount::ThirtySix) {
+    match fringe_fit(&coarse, FringeCount::ThirtySix) {
         Ok(fit) if fit.condition <= MOST_CONDITION => {
             details.zernike = Some(zernike(&fit, Source::Cells));
         }
@@ -52,6 +54,35 @@ pub(super) fn sample(map: &Map, aperture: &Aperture) -> Result<Sample, SampleErr
         other => other,
     };
     Sample::new(&places_mm, &deviations_mm, Some(&weights), &filled)
+}
+
+/// A map of blocks of two by two cells.
+///
+/// 36 terms take four times as long from all cells, and gain little: blocks a 48th of the aperture wide lower the
+/// finest of these terms by less than 3 %, and power by less than a thousandth.
+fn blocks(map: &Map) -> Map {
+    let (nx, ny) = (map.grid.nx.div_ceil(2), map.grid.ny.div_ceil(2));
+    let mut coarse = Map {
+        grid: Grid { nx, ny, ..map.grid },
+        mean_nm: vec![0.0; nx * ny],
+        counts: vec![0; nx * ny],
+        centroids_mm: vec![[0.0; 2]; nx * ny],
+    };
+    for (cell, &count) in map.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+        let block = cell / map.grid.nx / 2 * nx + cell % map.grid.nx / 2;
+        let weight = count as f64;
+        coarse.counts[block] += count;
+        coarse.mean_nm[block] += weight * map.mean_nm[cell];
+        for axis in 0..2 {
+            coarse.centroids_mm[block][axis] += weight * map.centroids_mm[cell][axis];
+        }
+    }
+    for (block, &count) in coarse.counts.iter().enumerate() {
+        // Nothing over nothing is no number, as in the map itself.
+        coarse.mean_nm[block] /= count as f64;
+        coarse.centroids_mm[block] = coarse.centroids_mm[block].map(|sum| sum / count as f64);
+    }
+    coarse
 }
 
 /// The place itself, or the nearest on the outer border: points near it are in or out as an earlier pose had

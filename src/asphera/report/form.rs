@@ -64,8 +64,8 @@ pub enum Source {
     #[default]
     #[serde(rename = "points")]
     Points,
-    /// The mean deviations in the cells of the running map, each with as much weight as it has points. What
-    /// varies within a cell is not seen.
+    /// The mean deviations in the cells of the running map, for Zernike terms in blocks of four, each with as
+    /// much weight as it has points. What varies within is not seen.
     #[serde(rename = "map of cells")]
     Cells,
 }

@@ -11,22 +11,30 @@ const RADIUS_MM: f64 = 20.0;
 const POWER_NM: f64 = 200.0;
 const ASTIGMATISM_NM: f64 = 60.0;
 
-/// A flat of 40 mm with power and astigmatism, so tilted that the fit has something to do.
-fn flat() -> impl Iterator<Item = [f64; 3]> {
+/// Power and astigmatism on the unit disc.
+fn two_terms_nm(u: f64, v: f64) -> f64 {
+    POWER_NM * (2.0 * (u * u + v * v) - 1.0) + ASTIGMATISM_NM * (u * u - v * v)
+}
+
+/// A flat of 40 mm of this form, so tilted that the fit has something to do.
+fn flat(form_nm: impl Fn(f64, f64) -> f64) -> impl Iterator<Item = [f64; 3]> {
     let line = |k: i32| f64::from(k) * 0.2;
     let raster = (-100..=100).flat_map(move |j| (-100..=100).map(move |i| [line(i), line(j)]));
-    raster.filter(|[x, y]| x.hypot(*y) <= RADIUS_MM).map(|[x, y]| {
-        let (u, v) = (x / RADIUS_MM, y / RADIUS_MM);
-        let nm = POWER_NM * (2.0 * (u * u + v * v) - 1.0) + ASTIGMATISM_NM * (u * u - v * v);
-        [x, y, 1e-4 * x - 3e-4 * y + nm * 1e-6]
+    raster.filter(|[x, y]| x.hypot(*y) <= RADIUS_MM).map(move |[x, y]| {
+        [x, y, 1e-4 * x - 3e-4 * y + form_nm(x / RADIUS_MM, y / RADIUS_MM) * 1e-6]
     })
 }
 
-fn pipeline() -> Pipeline {
-    let part = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 20\n";
-    let mut pipeline = Pipeline::new(Part::parse("part.toml", part).unwrap());
-    flat().for_each(|point| pipeline.take_position(point));
+const PART: &str = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 20\n";
+
+fn pipeline_of(points: impl Iterator<Item = [f64; 3]>) -> Pipeline {
+    let mut pipeline = Pipeline::new(Part::parse("part.toml", PART).unwrap());
+    points.for_each(|point| pipeline.take_position(point));
     pipeline
+}
+
+fn pipeline() -> Pipeline {
+    pipeline_of(flat(two_terms_nm))
 }
 
 fn good(answer: FormViewAnswer) -> FormView {
@@ -59,6 +67,18 @@ fn the_cells_of_a_running_map_tell_the_terms_and_say_that_they_do() {
     let json = serde_json::to_value(form).unwrap();
     assert_eq!(json["zernike"]["source"], "map of cells");
     assert_eq!(json["histogram"]["source"], "map of cells");
+}
+
+/// R₁₀⁰, the finest of the 36 terms: blocks of cells take off what varies within them.
+#[test]
+fn the_finest_term_is_told_within_its_smoothing() {
+    let finest = |u: f64, v: f64| {
+        let q = u * u + v * v;
+        100.0 * (-1.0 + q * (30.0 + q * (-210.0 + q * (560.0 + q * (-630.0 + q * 252.0)))))
+    };
+    let form = pipeline_of(flat(finest)).figures().form.unwrap();
+    let found = term_nm(&form, 36);
+    assert!((97.0..100.0).contains(&found), "{found}");
 }
 
 #[test]
@@ -101,12 +121,11 @@ fn after_the_end_the_numbers_are_those_of_the_report() {
 
 #[test]
 fn what_the_places_do_not_tell_is_said() {
-    let part = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 20\n";
-    let mut pipeline = Pipeline::new(Part::parse("part.toml", part).unwrap());
-    assert_eq!(pipeline.figures().without(&[Term::Power]), None, "there is no fit yet");
+    let empty = pipeline_of(std::iter::empty()).figures();
+    assert_eq!(empty.without(&[Term::Power]), None, "there is no fit yet");
     // The lowest fifth of the disc: 36 terms over the whole of it cannot be told from there.
-    flat().filter(|[_, y, _]| *y < -12.0).for_each(|point| pipeline.take_position(point));
-    let form = pipeline.figures().form.unwrap();
+    let strip = flat(two_terms_nm).filter(|[_, y, _]| *y < -12.0);
+    let form = pipeline_of(strip).figures().form.unwrap();
     assert_eq!(form.zernike, None);
     assert!(form.unknown.iter().any(|why| why.contains("Zernike")), "{:?}", form.unknown);
     assert!(form.histogram.is_some(), "a histogram needs no terms");
