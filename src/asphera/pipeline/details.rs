@@ -2,9 +2,9 @@
 
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
-    Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, SampleError, Share, SlopeSettings,
-    Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove, rms,
-    robust_peak_to_valley, slopes,
+    Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, SampleError, Share,
+    SlopeSettings, Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove,
+    rms, robust_peak_to_valley, slopes,
 };
 use asphera_form::{Aperture, Fit, Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};
