@@ -99,7 +99,10 @@ async function light(page, check) {
   for (const key of ["pv", "rms"]) check(/^[\d.\u202f]+$/.test(seen[key]), `${key} of the light "${seen[key]}"`);
   check(/%$|^–$/.test(seen.coverage), `coverage of the light "${seen.coverage}"`);
   await page.keyboard.press("f");
-  check(await page.waitForSelector("#light:not([open])", { state: "attached", timeout: PATIENCE_MS }).then(() => true, () => false), "the key f does not close the light");
+  const closed = await page.waitForFunction(
+    () => !document.getElementById("light").open && !document.fullscreenElement, null, { timeout: PATIENCE_MS },
+  ).then(() => true, () => false);
+  check(closed, "the key f does not close the light");
 }
 
 /** Opens the light, for what it shows when the station goes. */
