@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use form::{
-    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, ZernikeFigures, ZernikeTerm,
+    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
 };
 
 /// Version of the report's layout. A reader refuses what it does not know.

@@ -103,7 +103,7 @@ pub(super) fn histogram(
     pv_limit_nm: Option<f64>,
     [min_nm, max_nm]: [f64; 2],
 ) -> Result {
-    let HistogramFigures { low_nm, width_nm, counts } = histogram;
+    let HistogramFigures { low_nm, width_nm, counts, .. } = histogram;
     let high_nm = low_nm + width_nm * counts.len() as f64;
     let middle_nm = 0.5 * (min_nm + max_nm);
     let band = pv_limit_nm.map(|limit| [middle_nm - 0.5 * limit, middle_nm + 0.5 * limit]);

@@ -3,12 +3,15 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
+use asphera_form::figures::Term;
 use asphera_form::{Aperture, Grid as MapGrid, Nominal, Pose, deviations};
 use asphera_surface::sections::SectionError;
 use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 
+use super::details::sample;
 use super::look::look;
 use super::maps::maps;
+use super::removal::{FormViewAnswer, RemovalError, of_points};
 use super::sampling::Remembered;
 use crate::config::Part;
 use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
@@ -56,6 +59,8 @@ pub(super) struct Setting {
     /// The nominal as fitted, if there is a fit.
     pub(super) lies: Option<(Nominal, Pose)>,
     pub(super) gap_limit_mm: Option<f64>,
+    /// The area each point stands for.
+    pub(super) areas_mm2: Arc<[f64]>,
     /// The cells of the maps.
     pub(super) grid: Option<MapGrid>,
     /// Tells the maps from those made before.
@@ -140,6 +145,17 @@ impl FinishedMesh {
             let [x, y, _] = pose.to_part([u, v, pose.tz_mm]);
             part.aperture != Aperture::None && part.aperture.contains(x, y)
         })
+    }
+
+    /// The final deviation without `terms`, of every point; `None` without a fit. Takes time in proportion to
+    /// the points.
+    pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
+        let Setting { part, lies, areas_mm2, grid, .. } = &self.setting;
+        let ((nominal, pose), grid) = (lies.as_ref()?, grid.as_ref()?);
+        let points = self.mesh.points();
+        let deviations_mm = deviations(points, nominal, pose);
+        let sample = sample(part, pose, points, &deviations_mm, areas_mm2);
+        Some(sample.map_err(RemovalError::from).and_then(|sample| of_points(&sample, grid, terms)))
     }
 
     /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.

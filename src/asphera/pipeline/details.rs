@@ -2,15 +2,17 @@
 
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
-    Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, Share, SlopeSettings,
-    Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove, rms,
-    robust_peak_to_valley, slopes,
+    Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, SampleError, Share,
+    SlopeSettings, Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove,
+    rms, robust_peak_to_valley, slopes,
 };
-use asphera_form::{Aperture, Fit, Nominal};
+use asphera_form::{Aperture, Fit, Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};
 
 use crate::config::Part;
-use crate::report::{FormFigure, HistogramFigures, RingFigures, ZernikeFigures, ZernikeTerm};
+use crate::report::{
+    FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
+};
 
 /// What a final report says of the form beside fit, PV and RMS.
 #[derive(Default)]
@@ -32,7 +34,26 @@ pub(super) fn details(
     deviations_mm: &[f64],
     areas_mm2: &[f64],
 ) -> FormDetails {
-    let (turn, shift_mm) = (fit.pose.rotation(), fit.pose.to_measured([0.0; 3]));
+    let mut details = FormDetails::default();
+    let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
+    // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
+    let weighted = areas_mm2.iter().any(|area| *area > 0.0);
+    match sample {
+        Ok(sample) => details.fill(part, fit, &sample, weighted),
+        Err(error) => details.unknown.push(format!("figures of the form: {error}")),
+    }
+    details
+}
+
+/// The deviations that count, at their places in the part frame.
+pub(super) fn sample(
+    part: &Part,
+    pose: &Pose,
+    points: &[PointMm],
+    deviations_mm: &[f64],
+    areas_mm2: &[f64],
+) -> Result<Sample, SampleError> {
+    let (turn, shift_mm) = (pose.rotation(), pose.to_measured([0.0; 3]));
     // As `Pose::to_part`, which would make the rotation anew for every point.
     let place = |point: &PointMm| {
         [0, 1].map(|column| {
@@ -40,16 +61,8 @@ pub(super) fn details(
         })
     };
     let places_mm: Vec<[f64; 2]> = points.iter().map(place).collect();
-    let mut details = FormDetails::default();
-    // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
     let weighted = areas_mm2.iter().any(|area| *area > 0.0);
-    let sample =
-        Sample::new(&places_mm, deviations_mm, weighted.then_some(areas_mm2), &part.aperture);
-    match sample {
-        Ok(sample) => details.fill(part, fit, &sample, weighted),
-        Err(error) => details.unknown.push(format!("figures of the form: {error}")),
-    }
-    details
+    Sample::new(&places_mm, deviations_mm, weighted.then_some(areas_mm2), &part.aperture)
 }
 
 /// The area each point stands for, projected, in mm²: a third of that of every triangle it is a corner of.
@@ -90,7 +103,7 @@ impl FormDetails {
         self.slopes(sample, &part.aperture);
         self.remainders(sample);
         match &fringe {
-            Ok(found) => self.zernike = Some(zernike(found)),
+            Ok(found) => self.zernike = Some(zernike(found, Source::Points)),
             Err(why) => self.lacks("Zernike terms", why),
         }
         match radial_profile(sample, None) {
@@ -171,7 +184,7 @@ fn approximation(nominal: &Nominal) -> Approximation {
     }
 }
 
-fn zernike(fit: &FringeFit) -> ZernikeFigures {
+pub(super) fn zernike(fit: &FringeFit, source: Source) -> ZernikeFigures {
     let terms = (1_u8..).zip(&fit.coefficients_nm).filter_map(|(index, value_nm)| {
         // The rule of counting holds for the first 36; the 37th is another.
         let (n, m) = Counting::Fringe.orders(index.into())?;
@@ -190,11 +203,21 @@ fn zernike(fit: &FringeFit) -> ZernikeFigures {
         terms: terms.collect(),
         indeterminate: fit.indeterminate().into_iter().map(u32::from).collect(),
         residual_rms_nm: fit.residual_rms_nm,
+        source,
     }
 }
 
 /// The bins are as wide as 1, 2 or 5 times a power of ten, so that an axis reads well.
 fn histogram(values_nm: &[f64]) -> Option<HistogramFigures> {
+    histogram_of(values_nm, values_nm.iter().map(|_| 1), Source::Points)
+}
+
+/// As [`histogram`], of values that stand for as many points as `each` says.
+pub(super) fn histogram_of(
+    values_nm: &[f64],
+    each: impl Iterator<Item = u64>,
+    source: Source,
+) -> Option<HistogramFigures> {
     let (low, high) = values_nm
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), nm| (low.min(*nm), high.max(*nm)));
@@ -206,10 +229,10 @@ fn histogram(values_nm: &[f64]) -> Option<HistogramFigures> {
     let first = (low / width_nm).floor();
     let bin = |nm: f64| ((nm / width_nm).floor() - first) as usize;
     let mut counts = vec![0; bin(high) + 1];
-    for nm in values_nm {
-        counts[bin(*nm)] += 1;
+    for (nm, points) in values_nm.iter().zip(each) {
+        counts[bin(*nm)] += points;
     }
-    Some(HistogramFigures { low_nm: first * width_nm, width_nm, counts })
+    Some(HistogramFigures { low_nm: first * width_nm, width_nm, counts, source })
 }
 
 /// The least of 1, 2 or 5 times a power of ten that is not below `width`, and wide enough that numbers of
@@ -286,7 +309,7 @@ mod tests {
         let settings = FitSettings { free: part.free.clone(), ..FitSettings::default() };
         let fit = fit(points, &part.nominal, &settings).unwrap();
         // The fit must not move the part, whose deviations are given.
-        let fit = Fit { pose: asphera_form::Pose::default(), ..fit };
+        let fit = Fit { pose: Pose::default(), ..fit };
         details(part, &fit, points, deviations_mm, areas_mm2)
     }
 
@@ -350,7 +373,7 @@ mod tests {
         ) {
             let values_nm: Vec<f64> =
                 values_nm.iter().map(|nm| nm * scale + offset_nm).collect();
-            let HistogramFigures { low_nm, width_nm, counts } = histogram(&values_nm).unwrap();
+            let HistogramFigures { low_nm, width_nm, counts, .. } = histogram(&values_nm).unwrap();
             prop_assert_eq!(counts.iter().sum::<u64>(), values_nm.len() as u64);
             prop_assert!(counts[0] > 0 && counts[counts.len() - 1] > 0);
             prop_assert!(counts.len() <= 66, "{} bins", counts.len());

@@ -78,12 +78,12 @@ pub(super) fn measure(
             }
         }
     }
+    let well_sampled = triangles
+        .iter()
+        .zip(&covered)
+        .filter_map(|(&corners, &covered)| covered.then_some(corners));
+    let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
     let form = result.as_ref().ok().zip(found.as_ref()).map(|(fit, found)| {
-        let well_sampled = triangles
-            .iter()
-            .zip(&covered)
-            .filter_map(|(&corners, &covered)| covered.then_some(corners));
-        let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
         let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
         figures::form(&part, fit, found, details, &plane)
     });
@@ -100,6 +100,7 @@ pub(super) fn measure(
         plane,
         lies: result.ok().map(|fit| (fit.nominal, fit.pose)),
         gap_limit_mm: sampling.gap_limit_mm,
+        areas_mm2: areas_mm2.into(),
         grid,
         maps_version,
         remembered,

@@ -52,6 +52,22 @@ pub struct ZernikeFigures {
     pub indeterminate: Vec<u32>,
     /// RMS of what the sum leaves, in nm.
     pub residual_rms_nm: f64,
+    /// What the terms were fitted to.
+    #[serde(default)]
+    pub source: Source,
+}
+
+/// What a figure is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// The deviation of every point.
+    #[default]
+    #[serde(rename = "points")]
+    Points,
+    /// The mean deviations in the cells of the running map, for Zernike terms in blocks of four, each with as
+    /// much weight as it has points. What varies within is not seen.
+    #[serde(rename = "map of cells")]
+    Cells,
 }
 
 /// One Zernike term.
@@ -78,6 +94,9 @@ pub struct HistogramFigures {
     pub width_nm: f64,
     /// Points in each bin; the first and the last are not empty.
     pub counts: Vec<u64>,
+    /// What was sorted into the bins. Of cells, all points of a cell are in the bin of its mean.
+    #[serde(default)]
+    pub source: Source,
 }
 
 /// The mean deviation of one ring about the vertex.
