@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+/// What can be taken out of a deviation that is looked at, and why that may be unknown.
+pub use asphera_form::figures::{Term, Unknown};
+
 use crate::report::{
     FeatureFigures, FormFigures, HistogramFigures, MeshFigures, Points, SamplingFigures,
     SessionFigures, Source, Verdict,

@@ -1,10 +1,10 @@
 //! What the queries of `/api/v1/section` and `/api/v1/form` ask for.
 
-use asphera_form::figures::Term;
 use axum::http::StatusCode;
 
 use super::problem::Problem;
 use crate::section::SectionRequest;
+use crate::snapshot::Term;
 
 /// Reads `line=X1,Y1,X2,Y2`, `circle=X,Y,R` or `radius=DEG[&centre=X,Y]`.
 pub(super) fn section(query: &str) -> Result<SectionRequest, Problem> {

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use asphera_form::figures::Term;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
 use crate::pipeline::{FormViewAnswer, Waypoints};
 use crate::report::Report;
 use crate::section::{Cut, SectionRequest};
-use crate::snapshot::{SamplingMaps, Snapshot};
+use crate::snapshot::{SamplingMaps, Snapshot, Term};
 
 /// A station as the server sees it. Every method may be called at any time from any task.
 pub trait Source: Send + Sync + 'static {

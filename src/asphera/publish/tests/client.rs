@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use asphera_form::figures::Term;
 use futures_util::future::BoxFuture;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -21,7 +20,7 @@ use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdic
 use crate::section::{Cut, SectionRequest, cut_points};
 use crate::snapshot::{
     self, Connection, Convergence, FormView, LinkState, Map, Progress, SamplingMaps, Snapshot,
-    State,
+    State, Term,
 };
 
 pub(super) const TOKEN: &str = "an-operators-token_01";

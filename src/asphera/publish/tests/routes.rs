@@ -1,16 +1,14 @@
 //! What each address answers.
 
-use crate::pipeline::Waypoints;
 use std::error::Error as _;
 use std::sync::Arc;
 
-use asphera_form::figures::Unknown;
-
 use super::client::{Running, Station, TOKEN, report, within};
+use crate::pipeline::Waypoints;
 use crate::publish::{BindError, Server, Token};
 use crate::report::{HistogramFigures, Source};
 use crate::snapshot::{
-    FORM_VIEW_FORMAT, FormView, MAPS_FORMAT, Map, MapLayer, RemovedTerm, SamplingMaps,
+    FORM_VIEW_FORMAT, FormView, MAPS_FORMAT, Map, MapLayer, RemovedTerm, SamplingMaps, Unknown,
 };
 
 #[tokio::test]
