@@ -50,6 +50,7 @@ mod svd;
 mod symmetry;
 pub mod texture;
 mod triangle;
+pub mod uncertainty;
 mod verdict;
 mod weight;
 
