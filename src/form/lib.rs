@@ -51,7 +51,7 @@ mod symmetry;
 pub mod texture;
 mod triangle;
 pub mod uncertainty;
-mod verdict;
+pub mod verdict;
 mod weight;
 
 pub use aperture::{Aperture, ApertureError};
