@@ -84,8 +84,8 @@ fn normals(generator: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// For each quantity whether its interval holds the truth; the last is the RMS.
-fn measure(case: &Case, bench: &Bench, seed: u64) -> Vec<bool> {
+/// For each quantity whether its interval holds the truth, the last being the RMS; and the RMS with its uncertainty.
+fn measure(case: &Case, bench: &Bench, seed: u64) -> (Vec<bool>, [f64; 2]) {
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     let mut errors_mm: Vec<f64> =
         normals(&mut generator, case.points).iter().map(|value| case.noise_mm * value).collect();
@@ -121,15 +121,15 @@ fn measure(case: &Case, bench: &Bench, seed: u64) -> Vec<bool> {
         .collect();
     let [low, high] = found.rms.interval_nm(0.95);
     inside.push((low..=high).contains(&bench.rms_nm));
-    inside
+    (inside, [found.rms.form_nm, found.rms.u_nm])
 }
 
 fn study(case: &Case) {
     let bench = bench(case);
-    let all: Vec<Vec<bool>> =
-        (0..MEASUREMENTS).into_par_iter().map(|seed| measure(case, &bench, seed)).collect();
+    let (all, rms): (Vec<Vec<bool>>, Vec<[f64; 2]>) =
+        (0..MEASUREMENTS).into_par_iter().map(|seed| measure(case, &bench, seed)).unzip();
     let names: Vec<String> =
-        case.free.iter().map(|parameter| parameter.to_string()).chain(["RMS".to_owned()]).collect();
+        case.free.iter().map(ToString::to_string).chain(["RMS".to_owned()]).collect();
     let mut line = format!("{:34} form {:5.1} nm:", case.name, bench.rms_nm);
     let mut out = Vec::new();
     for (index, name) in names.iter().enumerate() {
@@ -139,7 +139,15 @@ fn study(case: &Case) {
             out.push(name.clone());
         }
     }
+    let count = rms.len() as f64;
+    let mean = rms.iter().map(|[form_nm, _]| form_nm).sum::<f64>() / count;
+    let square: f64 = rms.iter().map(|[form_nm, _]| (form_nm - mean).powi(2)).sum();
+    let scatter = (square / (count - 1.0)).sqrt();
+    let stated = rms.iter().map(|[_, u_nm]| u_nm).sum::<f64>() / count;
+    line += &format!("  RMS {mean:.2} nm, scatter {scatter:.2} nm, u {stated:.2} nm");
     eprintln!("{line}");
+    assert!((mean / bench.rms_nm - 1.0).abs() < 0.05, "{line}: biased");
+    assert!((stated / scatter - 1.0).abs() < 0.12, "{line}: u is not the scatter");
     assert!(out.is_empty(), "{line}: {out:?} not within 95 ± 1.5 %");
 }
 
