@@ -15,6 +15,7 @@ mod partition;
 mod projection;
 mod running;
 pub(crate) mod sampling;
+mod uncertainties;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
