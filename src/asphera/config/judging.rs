@@ -145,7 +145,11 @@ fn effects(section: &Section<'_>) -> Vec<Effect> {
         (Some(expansion), Some(u_k)) => effects.push(Effect::thermal(expansion * 1e-6, u_k)),
         (None, None) => {}
         _ => {
-            section.problem("temperature_k", "expansion_ppm_per_k and temperature_k", "one of them")
+            section.problem(
+                "temperature_k",
+                "expansion_ppm_per_k and temperature_k",
+                "one of them",
+            );
         }
     }
     effects

@@ -7,10 +7,10 @@ use asphera_form::uncertainty::{
     Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
     uncertainty,
 };
-use asphera_form::verdict::{Guard, Limit, judge};
+use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
 use asphera_form::{
-    Aperture, Fit, FitSettings, Loss, Nominal, Parameter, PointMm, Pose, Status, deviations, fit,
-    fit_weighted,
+    Aperture, Fit, FitSettings, Loss, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
+    deviations, fit, fit_weighted, minimum_zone,
 };
 use nalgebra::DMatrix;
 
@@ -295,6 +295,46 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     // Nothing can be accepted as long as anything may hide.
     let blind = judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, None).unwrap();
     assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
+}
+
+/// What part of the points promises of the final figures, over scans that come line by line, with noise on top.
+#[test]
+fn the_final_figures_never_fall_below_what_was_promised() {
+    let (mut points, _, _) = part(1200);
+    let mut random = Uniform::new(11);
+    points.iter_mut().for_each(|point| point[2] += 2e-5 * random.next());
+    points.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    let settings =
+        FitSettings { free: rigid_and_radius(), start: misaligned(), ..FitSettings::default() };
+    let all = fit(&points, &al1815(), &settings).unwrap();
+    let pv_nm = (all.residuals.high_mm - all.residuals.low_mm) * 1e6;
+    let rms_nm = all.residuals.rms_mm * 1e6;
+    let mut promised = 0.0;
+    for count in [500, 800, 1100] {
+        let so_far = fit(&points[..count], &al1815(), &settings).unwrap();
+        let running = RunningRms {
+            rms_nm: so_far.residuals.rms_mm * 1e6,
+            u_nm: None,
+            dof: f64::INFINITY,
+            complete: so_far.indeterminate.is_empty(),
+            share: Some(count as f64 / 1200.0),
+            coverage: count as f64 / 1200.0,
+            patches_nm2: &[],
+        };
+        let least = rms_prospect(&running, rms_nm, Guard::None, 0.95).unwrap();
+        let least_nm = least.at_least_nm.unwrap();
+        assert!(least_nm <= rms_nm && !least.fail_is_certain, "{least_nm} {rms_nm}");
+        let by_less = rms_prospect(&running, 0.9 * least_nm, Guard::None, 0.95).unwrap();
+        assert!(by_less.fail_is_certain);
+
+        let zone = ZoneSettings { fit: settings.clone(), ..ZoneSettings::default() };
+        let zone = minimum_zone(&points[..count], &al1815(), &zone).unwrap();
+        let zone_nm = zone.certificate.lower_mm * 1e6;
+        assert!(zone_nm <= pv_nm && zone_nm >= promised, "{zone_nm} {pv_nm}");
+        promised = zone_nm;
+    }
+    eprintln!("PV {pv_nm:.1} nm, promised {promised:.1} nm");
+    assert!(promised > 0.5 * pv_nm);
 }
 
 #[test]
