@@ -4,6 +4,7 @@ use asphera_form::{Aperture, Asphere, Nominal, Parameter};
 
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
+use super::judging::{self, Judging};
 use super::problem::Problems;
 
 /// What a part should be and how it is judged.
@@ -19,6 +20,8 @@ pub struct Part {
     pub pv_nm: Option<f64>,
     /// Largest RMS allowed, nm.
     pub rms_nm: Option<f64>,
+    /// Limits of other figures, guard band, and uncertainty.
+    pub judging: Judging,
     /// Largest gap of the sampling allowed, mm; none: only ε counts.
     pub gap_limit_mm: Option<f64>,
     /// Largest gap over local feature size allowed.
@@ -47,7 +50,7 @@ impl Part {
     }
 }
 
-/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `sampling`, `defects` and `partition` of `table`.
+/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `uncertainty`, `sampling`, `defects` and `partition` of `table`.
 pub(super) fn read(table: &Section<'_>) -> Option<Part> {
     let surface = table.section("surface");
     let nominal = nominal(&surface);
@@ -70,7 +73,10 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
         })
     };
     let (pv_nm, rms_nm) = (limit("pv_nm"), limit("rms_nm"));
+    let (limits, guard) = judging::limits(&tolerance);
     tolerance.finish();
+    let needed = guard.is_some() || !limits.is_empty();
+    let judging = Judging { uncertainty: judging::uncertainty(table, needed), limits, guard };
 
     let sampling = table.section("sampling");
     let gap_limit_mm =
@@ -85,6 +91,7 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
         free,
         pv_nm,
         rms_nm,
+        judging,
         gap_limit_mm,
         epsilon_limit,
         coverage_min,

@@ -96,6 +96,7 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         min_nm: figures.min_nm,
         at_max_mm: figures.at_max_mm,
         at_min_mm: figures.at_min_mm,
+        uncertainty: None,
     }
 }
 
@@ -107,6 +108,7 @@ fn parameters(estimates: &[Estimate], nominal: &Nominal) -> BTreeMap<String, Par
                 value: estimate.value,
                 unit: estimate.parameter.unit(nominal).unwrap_or_default(),
                 u: estimate.u.filter(|u| u.is_finite()),
+                expanded_95: None,
             };
             (estimate.parameter.name(nominal), figures)
         })

@@ -18,6 +18,7 @@ mod projection;
 mod removal;
 mod running;
 pub(crate) mod sampling;
+mod uncertainties;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
