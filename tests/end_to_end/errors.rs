@@ -77,7 +77,7 @@ fn a_wrong_command_line_ends_with_two_and_no_verdict_with_three() {
     std::fs::write(&file, "0 0 0\n").unwrap();
     let output =
         run(["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap(), "--json"]);
-    assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+    assert_eq!(output.status.code(), Some(11), "{}", words(&output));
 }
 
 #[test]

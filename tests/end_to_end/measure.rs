@@ -140,7 +140,7 @@ fn the_nominals_of_the_examples_can_be_measured_against() {
     let output =
         run(["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap(), "--json"]);
     // Points 1 mm apart are too far apart for this nominal: no pass, and the reason says so.
-    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(output.status.code(), Some(11));
     let report = json(&output);
     assert!(
         report["verdict"]["reasons"].to_string().contains("sampled densely enough"),

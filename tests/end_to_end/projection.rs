@@ -95,7 +95,7 @@ fn a_file_of_an_upright_part_is_measured_along_its_normal() {
         assert!(map.len() > 1000);
     }
     let output = measure("z");
-    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(output.status.code(), Some(11));
     let report = json(&output);
     assert!(report["mesh"].get("projection").is_none());
 

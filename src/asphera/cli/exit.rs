@@ -7,22 +7,24 @@ use crate::report::{Report, Status};
 /// Exit codes; the help text lists them. A wrong command line ends with 2, given by its parser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Exit {
-    /// Done; a verdict was given, or none was asked for.
+    /// Done; the part passed, or no limit was given.
     Done = 0,
     /// A file, a port or a configuration cannot be used.
     Failed = 1,
+    /// The measurement ended and the part is outside a limit.
+    OutOfTolerance = 10,
     /// The measurement ended, but a verdict could not be given.
-    Undecided = 3,
+    Undecided = 11,
 }
 
 impl Exit {
-    /// Whether the verdict asked for could be given.
+    /// The verdict as an exit code. Without a limit that is [`Exit::Done`], if there is a fit.
     pub(super) fn of(report: &Report, tolerance_given: bool) -> Exit {
-        let undecided = report.verdict.status == Status::Undecided;
-        if report.form.is_none() || (tolerance_given && undecided) {
-            Exit::Undecided
-        } else {
-            Exit::Done
+        match report.verdict.status {
+            _ if report.form.is_none() => Exit::Undecided,
+            Status::Fail => Exit::OutOfTolerance,
+            Status::Undecided if tolerance_given => Exit::Undecided,
+            Status::Pass | Status::Undecided => Exit::Done,
         }
     }
 }

@@ -37,9 +37,9 @@ struct Cli {
     log: String,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done (a verdict of pass or fail was given, or none was asked for); \
+const EXIT_CODES: &str = "Exit codes: 0 done (the part passed, or no limit was given); \
 1 a file, a port or a configuration cannot be used; 2 the command line is wrong; \
-3 the measurement ended but a verdict could not be given.";
+10 the part is outside a limit; 11 the measurement ended but a verdict could not be given.";
 
 #[derive(Subcommand)]
 enum Command {

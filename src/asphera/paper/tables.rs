@@ -40,6 +40,21 @@ pub(super) fn figures(out: &mut String, form: &FormFigures) -> Result {
     if !evaluated {
         out.push_str("<p class=\"note\">No uncertainty was evaluated for these figures.</p>\n");
     }
+    if let Some(known) = &form.deviation.uncertainty {
+        let [pv, rms] = [known.pv_95_nm, known.rms_95_nm]
+            .map(|[low, high]| format!("{} to {} nm", short(low), short(high)));
+        writeln!(
+            out,
+            "<p class=\"note\">95 %: PV {pv}, of which noise makes about {} nm; RMS without the noise {} nm, {rms}. \
+             Noise of a point {} nm ({}); {} simulated measurements, seed {}.</p>",
+            short(known.pv_bias_nm),
+            short(known.rms_without_noise_nm),
+            short(known.noise_nm),
+            if known.noise_measured { "measured" } else { "given" },
+            known.draws,
+            known.seed
+        )?;
+    }
     if !removed.is_empty() {
         remainders(out, &removed)?;
     }
@@ -133,10 +148,15 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
                 text(&parameter.unit)
             )?;
         }
-        out.push_str(
-            "</tbody></table>\n<p class=\"note\">u from the residuals, taken as uncorrelated: too small \
-             by a factor of two to four where form error rules.</p>\n",
-        );
+        out.push_str("</tbody></table>\n");
+        if fit.parameters.values().any(|parameter| parameter.expanded_95.is_some()) {
+            out.push_str("<p class=\"note\">u by the error budget of the nominal file.</p>\n");
+        } else {
+            out.push_str(
+                "<p class=\"note\">u from the residuals, taken as uncorrelated: too small by a factor of \
+                 two to four where form error rules.</p>\n",
+            );
+        }
     }
     let pose = &fit.pose;
     writeln!(

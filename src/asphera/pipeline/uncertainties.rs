@@ -60,6 +60,13 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         }
     }
     let rms = &uncertainty.rms;
+    for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
+        figure.u = match &figure.name[..] {
+            "PV" => Some(pv.u),
+            "RMS about zero" => Some(rms.u_nm),
+            _ => None,
+        };
+    }
     form.deviation.uncertainty = Some(UncertaintyFigures {
         u_pv_nm: pv.u,
         pv_bias_nm: pv.bias,
