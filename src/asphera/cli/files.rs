@@ -23,7 +23,8 @@ pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
         .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+/// The bytes of a file.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
