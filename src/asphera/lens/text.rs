@@ -83,10 +83,8 @@ pub(super) fn write(lens: &Lens, surface: &LensSurface, file: &str, table: &Tabl
     let _ = write!(text, "\n[surface]\n{}{}", table.lines, table.terms);
     if surface.semi_diameter > 0.0 {
         let radius_mm = surface.semi_diameter * lens.unit_mm;
-        let _ = write!(
-            text,
-            "\n[aperture]\n# The semi-diameter of the file: the edge of a part is seldom to be judged.\nshape = \"circle\"\nradius_mm = {radius_mm:?}\n"
-        );
+        text += "\n[aperture]\n# The semi-diameter of the file: the edge of a part is seldom to be judged.\n";
+        let _ = writeln!(text, "shape = \"circle\"\nradius_mm = {radius_mm:?}");
     }
     text
 }
