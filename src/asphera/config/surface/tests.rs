@@ -1,11 +1,11 @@
 //! Every kind of surface from its text: the height it must have, and what a mistake is called.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use asphera_form::Parameter;
 
-use crate::config::Part;
+use crate::config::{Config, Part};
 
 fn nominals() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../config/nominals")
@@ -236,9 +236,8 @@ fn a_piece_off_the_axis_lies_in_its_own_frame() {
     assert_eq!(tilted.free, Parameter::POSE);
 }
 
-#[test]
-fn heights_of_a_file_are_found_beside_the_nominal() {
-    let folder = tempfile::tempdir().unwrap();
+/// 0.01·(x + 4)² over 8 × 8 mm about the origin, as `sags.x3p`.
+fn write_sags(folder: &Path) {
     let map = asphera_formats::HeightMap {
         nx: 9,
         ny: 9,
@@ -262,7 +261,13 @@ fn heights_of_a_file_are_found_beside_the_nominal() {
     };
     let mut bytes = Vec::new();
     asphera_formats::x3p::write_map(&mut bytes, &map, &metadata).unwrap();
-    fs::write(folder.path().join("sags.x3p"), bytes).unwrap();
+    fs::write(folder.join("sags.x3p"), bytes).unwrap();
+}
+
+#[test]
+fn heights_of_a_file_are_found_beside_the_nominal() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sags(folder.path());
     let name = folder.path().join("nominal.toml").display().to_string();
     let text = "[surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n";
     let part = Part::parse(&name, text).unwrap();
@@ -329,4 +334,27 @@ fn a_fit_may_free_what_the_surface_has() {
     let wrong = problems(&text.replace("\"radius_x\"", "\"radius_y\""));
     assert_eq!(wrong[0].1, "fit.free");
     assert!(wrong[0].2.contains("radius_x, conic_x"), "{wrong:?}");
+}
+
+/// A recording keeps the text of its configuration, and is replayed from any folder.
+#[test]
+fn the_effective_text_of_a_station_names_its_heights_by_their_whole_path() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sags(folder.path());
+    fs::write(folder.path().join("part.toml"), "[surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n")
+        .unwrap();
+    let reference = fs::read_to_string(nominals().join("../asphera.toml")).unwrap();
+    let (before, rest) = reference.split_once("[nominal.surface]").unwrap();
+    let after = rest.split_once("[scan]").unwrap().1;
+    for nominal in [
+        "[nominal]\nfile = \"part.toml\"\n",
+        "[nominal.surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n",
+    ] {
+        let path = folder.path().join("station.toml");
+        fs::write(&path, format!("{before}{nominal}[scan]{after}")).unwrap();
+        let config = Config::load(&path).unwrap();
+        assert!(config.part.nominal.freeform().is_some());
+        let again = Config::parse("elsewhere/recording", &config.text).unwrap();
+        assert_eq!(again.part, config.part);
+    }
 }
