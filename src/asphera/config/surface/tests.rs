@@ -188,6 +188,10 @@ fn a_series_stands_on_its_base_and_its_powers() {
     assert_near(height_mm(text, 3.0, 4.0), 25.0 / 100.0 + 625e-4 + 0.5 * 2.0 * 0.3);
     let names: Vec<_> = part(text).nominal.parameters().into_iter().map(|(_, name)| name).collect();
     assert_eq!(names[6..], ["radius", "conic", "A4", "Z1", "Z2"]);
+    assert_eq!(
+        part(text).nominal.to_string(),
+        "Noll Zernike series, radius 50 mm, conic -1, A4 0.0001 mm^-3, Z2 0.5 mm"
+    );
 }
 
 #[test]
