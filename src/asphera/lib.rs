@@ -11,6 +11,7 @@ pub mod cli;
 pub mod clock;
 pub mod conclude;
 pub mod config;
+pub mod lens;
 pub mod live;
 pub mod paper;
 pub mod pipeline;

@@ -7,6 +7,7 @@
 //! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
 //! | [`ply`] | Stanford PLY, binary little-endian | no | mesh |
+//! | [`zemax`] | lens files `.zmx` | surfaces | no |
 //!
 //! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
 //! y up, z out of the surface towards the instrument. Missing data are gaps: NaN in a
@@ -25,6 +26,7 @@ pub mod ply;
 pub mod sdf;
 pub mod x3p;
 pub mod xyz;
+pub mod zemax;
 
 mod detect;
 mod error;

@@ -8,6 +8,7 @@ mod defects;
 mod demo;
 mod errors;
 mod faults;
+mod freeforms;
 mod measure;
 mod peers;
 mod projection;

@@ -32,12 +32,13 @@ pub(super) fn measured(
     missing: usize,
 ) -> Measurement {
     let mut pipeline = Pipeline::along(part, along);
-    points.into_iter().for_each(|point| pipeline.take_position(point));
+    pipeline.take_positions(points);
     pipeline.take_gaps(missing as u64);
     pipeline.finish()
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+/// The bytes of a file.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 

@@ -5,6 +5,7 @@ mod demo;
 mod exit;
 mod files;
 mod measure;
+mod nominal;
 mod output;
 mod ports;
 mod reduce;
@@ -57,6 +58,8 @@ enum Command {
     Section(section::SectionArgs),
     /// Says how densely the points of a file sample their surface, and what to measure next.
     Sampling(sampling::SamplingArgs),
+    /// Makes a nominal file of a surface of a Zemax lens file, or lists its surfaces.
+    Nominal(nominal::NominalArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Writes the report of a recorded session or of a file: one HTML file to read and to print, and QIF 3.
@@ -121,6 +124,7 @@ pub fn main() -> ExitCode {
         Command::Reduce(args) => reduce::run(&args),
         Command::Section(args) => section::run(&args),
         Command::Sampling(args) => sampling::run(&args),
+        Command::Nominal(args) => nominal::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Simulate(args) => simulate::run(&args),

@@ -223,6 +223,22 @@ impl<'a> Section<'a> {
         value
     }
 
+    /// The numbers at the keys that are `prefix` and a whole number: A4, A6. In the order of those.
+    pub(crate) fn numbered(&self, prefix: &str) -> Vec<(u8, f64)> {
+        let keys = self.table.iter().flat_map(|table| table.iter()).map(|(key, _)| key);
+        let mut numbers: Vec<u8> = keys
+            .filter_map(|key| key.strip_prefix(prefix))
+            .filter(|number| number.bytes().all(|digit| digit.is_ascii_digit()))
+            .filter(|number| !number.starts_with('0'))
+            .filter_map(|number| number.parse().ok())
+            .collect();
+        numbers.sort_unstable();
+        numbers
+            .into_iter()
+            .filter_map(|number| Some((number, self.get(&format!("{prefix}{number}"))?)))
+            .collect()
+    }
+
     /// Reports a problem with `key` of this table.
     pub(crate) fn problem(&self, key: &str, expected: impl Display, found: impl Display) {
         self.file.problems.borrow_mut().push(Problem {

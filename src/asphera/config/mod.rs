@@ -11,6 +11,7 @@ mod motion;
 mod nominal;
 mod problem;
 mod projection;
+mod surface;
 
 use std::fs;
 use std::net::SocketAddr;
@@ -116,7 +117,9 @@ impl Config {
             String::new()
         });
         let part = Part::parse(&nominal_path.display().to_string(), &nominal_text);
-        let config = read_root(&root, &inline(&text, &nominal_text), Some(part.as_ref().ok()));
+        let folder = nominal_path.parent().unwrap_or(Path::new(""));
+        let text = pinned(inline(&text, &nominal_text), folder);
+        let config = read_root(&root, &text, folder, Some(part.as_ref().ok()));
         root.finish();
         drop((root, nominal));
         match (file.conclude(config), part) {
@@ -138,7 +141,8 @@ impl Config {
     pub fn parse(name: &str, text: &str) -> Result<Config, Problems> {
         let file = File::parse(name, text)?;
         let root = file.root();
-        let config = read_root(&root, text, None);
+        let folder = nominal::folder(name);
+        let config = read_root(&root, &pinned(text.to_owned(), folder), folder, None);
         root.finish();
         drop(root);
         file.conclude(config)
@@ -170,9 +174,29 @@ fn inline(text: &str, nominal: &str) -> String {
     document.to_string()
 }
 
+/// The configuration with the whole path of the file its nominal surface names, so that a recording of it can
+/// be replayed from another folder.
+fn pinned(text: String, folder: &Path) -> String {
+    let Ok(mut document) = DocumentMut::from_str(&text) else { return text };
+    let file = document
+        .get_mut("nominal")
+        .and_then(|nominal| nominal.get_mut("surface"))
+        .and_then(|surface| surface.get_mut("file"));
+    let Some(file) = file else { return text };
+    let whole = file.as_str().and_then(|name| std::path::absolute(folder.join(name)).ok());
+    let Some(whole) = whole.as_deref().and_then(Path::to_str) else { return text };
+    *file = toml_edit::value(whole);
+    document.to_string()
+}
+
 /// Reads the whole file. `outside` is the nominal that was read from a file of its own, if it was named
-/// and could be read.
-fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> Option<Config> {
+/// and could be read; files that an inner nominal names are found from `folder`.
+fn read_root(
+    root: &Section<'_>,
+    text: &str,
+    folder: &Path,
+    outside: Option<Option<&Part>>,
+) -> Option<Config> {
     let station = root.section("station");
     let name = station.required("name");
     let autostart = station.or("autostart", true);
@@ -254,7 +278,7 @@ fn read_root(root: &Section<'_>, text: &str, outside: Option<Option<&Part>>) -> 
             nominal.has("file");
             part.cloned()
         }
-        None => nominal::read(&nominal),
+        None => nominal::read(&nominal, folder),
     };
     nominal.finish();
 

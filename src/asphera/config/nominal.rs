@@ -1,11 +1,14 @@
 //! The nominal file: design surface, aperture, what is fitted, and what is allowed.
 
-use asphera_form::{Aperture, Asphere, Nominal, Parameter};
+use std::path::Path;
+
+use asphera_form::{Aperture, Nominal, Parameter};
 
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
 use super::judging::{self, Judging};
 use super::problem::Problems;
+use super::surface::{self, Surface};
 
 /// What a part should be and how it is judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +38,8 @@ pub struct Part {
 }
 
 impl Part {
-    /// Reads a nominal file.
+    /// Reads a nominal file. `name` is its path: it stands in every problem, and files it names are found
+    /// from its folder.
     ///
     /// # Errors
     ///
@@ -43,24 +47,30 @@ impl Part {
     pub fn parse(name: &str, text: &str) -> Result<Part, Problems> {
         let file = File::parse(name, text)?;
         let root = file.root();
-        let part = read(&root);
+        let part = read(&root, folder(name));
         root.finish();
         drop(root);
         file.conclude(part)
     }
 }
 
+/// The folder of a file.
+pub(super) fn folder(name: &str) -> &Path {
+    Path::new(name).parent().unwrap_or(Path::new(""))
+}
+
 /// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `uncertainty`, `sampling`, `defects` and `partition` of `table`.
-pub(super) fn read(table: &Section<'_>) -> Option<Part> {
-    let surface = table.section("surface");
-    let nominal = nominal(&surface);
-    surface.finish();
+/// Files they name are found from `folder`.
+pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
+    let section = table.section("surface");
+    let surface = surface::read(&section, folder);
+    section.finish();
     let section = table.section("aperture");
     let aperture = aperture(&section);
     section.finish();
 
     let fit = table.section("fit");
-    let free = free(&fit, nominal.as_ref());
+    let free = free(&fit, surface.as_ref());
     fit.finish();
 
     let tolerance = table.section("tolerance");
@@ -86,7 +96,7 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
     sampling.finish();
     let (defects, flat_below_per_mm) = (defects::limits(table), defects::flat_below_per_mm(table));
     Some(Part {
-        nominal: nominal?,
+        nominal: surface?.nominal,
         aperture: aperture?,
         free,
         pv_nm,
@@ -98,42 +108,6 @@ pub(super) fn read(table: &Section<'_>) -> Option<Part> {
         defects,
         flat_below_per_mm,
     })
-}
-
-fn nominal(surface: &Section<'_>) -> Option<Nominal> {
-    #[derive(Clone, Copy)]
-    enum Kind {
-        Plane,
-        Sphere,
-        Asphere,
-    }
-    let words = [("asphere", Kind::Asphere), ("sphere", Kind::Sphere), ("plane", Kind::Plane)];
-    let nominal = match surface.required_word("kind", &words)? {
-        Kind::Plane => Nominal::Plane,
-        Kind::Sphere => Nominal::Sphere { radius_mm: surface.required("radius_mm")? },
-        Kind::Asphere => {
-            let radius_mm = surface.required("radius_mm");
-            let conic = surface.or("conic", 0.0);
-            let terms: Vec<(u8, f64)> = (4..=20)
-                .step_by(2)
-                .filter_map(|order| Some((order, surface.get(&format!("A{order}"))?)))
-                .collect();
-            match Asphere::new(radius_mm?, conic, &terms) {
-                Ok(asphere) => Nominal::Asphere(asphere),
-                Err(error) => {
-                    surface.problem("kind", "an asphere that can be", error);
-                    return None;
-                }
-            }
-        }
-    };
-    match nominal.validate() {
-        Ok(()) => Some(nominal),
-        Err(error) => {
-            surface.problem("radius_mm", "a surface that can be", error);
-            None
-        }
-    }
 }
 
 fn aperture(section: &Section<'_>) -> Option<Aperture> {
@@ -170,8 +144,13 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
     }
 }
 
-fn free(fit: &Section<'_>, nominal: Option<&Nominal>) -> Vec<Parameter> {
-    let Some(names) = fit.get::<Vec<String>>("free") else { return Parameter::RIGID.to_vec() };
+fn free(fit: &Section<'_>, surface: Option<&Surface>) -> Vec<Parameter> {
+    let Some(names) = fit.get::<Vec<String>>("free") else {
+        // Where a surface is not of revolution, a turn about z counts too.
+        let is_round = surface.is_none_or(|surface| surface.is_round);
+        return if is_round { Parameter::RIGID.to_vec() } else { Parameter::POSE.to_vec() };
+    };
+    let nominal = surface.map(|surface| &surface.nominal);
     let mut free = Vec::new();
     for name in &names {
         // A freeform has names of its own; what any other has, every name tells.

@@ -146,6 +146,38 @@ fn running_figures_approach_the_final_ones_and_do_not_disturb_them() {
     assert_eq!(looked_at.finish().report, left_alone.finish().report);
 }
 
+/// A biconic with a Chebyshev term laid elsewhere: running and final figures name its parameters with their units.
+#[test]
+fn a_freeform_is_followed_while_it_is_measured() {
+    const PART: &str = "[surface]\nkind = \"chebyshev\"\nhalf_x_mm = 20\nhalf_y_mm = 20\nradius_mm = 80\n\
+        terms = [{ x = 3, y = 1, mm = 0.01 }]\n[aperture]\nshape = \"circle\"\nradius_mm = 9\n\
+        [fit]\nfree = [\"tx\", \"ty\", \"tz\", \"rx\", \"ry\", \"rz\", \"T3,1\"]\n[tolerance]\npv_nm = 10\n";
+    let part = Part::parse("part.toml", PART).unwrap();
+    let made =
+        Part::parse("part.toml", &PART.replace("mm = 0.01 ", "mm = 0.012 ")).unwrap().nominal;
+    let mut pipeline = Pipeline::new(part);
+    for index in 0..61 * 61 {
+        let [x, y] = [index % 61, index / 61].map(|step| f64::from(step) / 3.0 - 10.0);
+        pipeline.take_position([x + 0.3, y, made.height_mm(x, y).unwrap() - 2.0]);
+    }
+    let running = pipeline.figures().form.unwrap();
+    let report = pipeline.finish().report;
+    let form = report.form.unwrap();
+    // The running fit holds what few points hardly tell, and says so.
+    assert_eq!(
+        (running.provisional, &running.fit.indeterminate[..]),
+        (true, &["T3,1".to_owned()][..])
+    );
+    assert!(running.deviation.rms_nm < 30.0, "{running:?}");
+    assert!(form.fit.indeterminate.is_empty(), "{form:?}");
+    for (name, expected, unit) in [("T3,1", 0.012, "mm"), ("tx", 0.3, "mm"), ("rz", 0.0, "rad")] {
+        let found = &form.fit.parameters[name];
+        assert!((found.value - expected).abs() < 1e-6 && found.unit == unit, "{name}: {found:?}");
+    }
+    assert!(form.deviation.pv_nm < 1e-2, "{form:?}");
+    assert_eq!(report.verdict.status, Status::Pass, "{:?}", report.verdict);
+}
+
 #[test]
 fn a_second_sheet_is_named_with_its_place_and_is_no_pass() {
     let sheet = |offset: f64, z: f64| {

@@ -34,8 +34,9 @@ impl Sum {
 }
 
 impl Shape for Sum {
+    /// That of its last part, which is what departs from the others: `Fringe Zernike series`.
     fn kind(&self) -> &'static str {
-        KIND
+        self.parts.last().map_or(KIND, |part| part.kind())
     }
 
     fn jet(&self, x_mm: f64, y_mm: f64) -> Option<Jet> {

@@ -140,7 +140,18 @@ impl Findings {
 
 /// The local feature size of a part that was looked at before, for the next look.
 #[derive(Clone, Debug, Default)]
-pub struct Remembered(Option<(f64, Meridian)>);
+pub struct Remembered(Known);
+
+/// What is known of a local feature size.
+#[derive(Clone, Debug, Default)]
+enum Known {
+    #[default]
+    Nothing,
+    /// That of a nominal of revolution, over a disc of this radius in mm.
+    Nominal { radius_mm: f64, meridian: Meridian },
+    /// That of the points, at places of the plane.
+    Points(Lfs),
+}
 
 impl Remembered {
     /// That of a part at `pose`, at places of the plane; `None` where it is not known.
@@ -148,11 +159,28 @@ impl Remembered {
         let (tx, ty) = (pose.tx_mm, pose.ty_mm);
         // Tilts of a part are small, so the place is only shifted; a local feature size changes by no more
         // than the way between.
-        move |x, y| {
-            let (x, y) = (x - tx, y - ty);
-            // Not hypot, which is slower: a place of a mesh neither overflows nor vanishes.
-            self.0.as_ref()?.1.at((x * x + y * y).sqrt())
+        move |x, y| match &self.0 {
+            Known::Nothing => None,
+            Known::Nominal { meridian, .. } => {
+                let (x, y) = (x - tx, y - ty);
+                // Not hypot, which is slower: a place of a mesh neither overflows nor vanishes.
+                meridian.at((x * x + y * y).sqrt())
+            }
+            Known::Points(lfs) => lfs.at(x, y),
         }
+    }
+
+    /// Looks for that of the nominal, unless it is known. Fails with the reason in words.
+    fn look_at_nominal(&mut self, part: &Part, reach_mm: impl Fn() -> f64) -> Result<(), String> {
+        let radius_mm = border::radius_mm(&part.aperture).unwrap_or_else(reach_mm);
+        if matches!(&self.0, Known::Nominal { radius_mm: known, .. } if *known == radius_mm) {
+            return Ok(());
+        }
+        self.0 = Known::Nothing;
+        let meridian = Meridian::of(&part.nominal, radius_mm)
+            .map_err(|error| format!("the nominal has no local feature size: {error}"))?;
+        self.0 = Known::Nominal { radius_mm, meridian };
+        Ok(())
     }
 }
 
@@ -176,33 +204,29 @@ pub(crate) fn of_part(
             return Findings::unknown(sampled, wanted, &scale, unknown);
         }
     };
-    let radius_mm = match border::radius_mm(&part.aperture) {
-        Some(radius_mm) => radius_mm,
-        None => reach_mm(points, pose),
-    };
-    let is_known = |known: &&(f64, Meridian)| known.0 == radius_mm;
-    let meridian = match remembered.0.as_ref().filter(is_known) {
-        Some((_, meridian)) => Some(meridian.clone()),
-        None => match Meridian::of(&part.nominal, radius_mm) {
-            Ok(meridian) => Some(meridian),
-            Err(error) => {
-                unknown.push(format!("the nominal has no local feature size: {error}"));
-                None
-            }
-        },
-    };
-    remembered.0 = meridian.clone().map(|meridian| (radius_mm, meridian));
-    let lfs_mm = remembered.lfs_mm(pose);
     let counts = |point: PointMm| {
         let [x, y, _] = pose.to_part(point);
         part.aperture.contains(x, y)
     };
-    let noise = scale
-        .reach_mm()
-        .ok_or_else(nothing_spanned)
-        .and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
+    let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
+    let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
+    // The medial axis of a freeform would have to be found all over it; the points tell as much.
+    let found = if part.nominal.is_rotational() {
+        remembered.look_at_nominal(part, || reach_mm_of(points, pose)).map(|()| "nominal")
+    } else {
+        Lfs::of_points(sampled, &noise, &reach_mm).map(|(lfs, source)| {
+            remembered.0 = Known::Points(lfs);
+            source
+        })
+    };
+    let source = found
+        .map_err(|why| {
+            remembered.0 = Known::Nothing;
+            unknown.push(why);
+        })
+        .ok();
+    let lfs_mm = remembered.lfs_mm(pose);
     let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
-    let source = meridian.is_some().then_some("nominal");
     Look { sampled, left_out, wanted, scale, aperture, noise, source, unknown }
         .findings(lfs_mm, &lifted)
 }
@@ -214,35 +238,56 @@ pub(crate) fn of_points(sampled: Sampled<'_>, left_out: &[usize], wanted: Wanted
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise =
         reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true));
-    let found = match (&noise, &reach_mm) {
-        (Ok(noise), Ok(reach_mm)) => {
-            measured::measured(sampled.mesh.points(), sampled.triangles, noise.noise, *reach_mm)
-        }
-        _ => Err("the noise is not known".to_owned()),
-    };
-    let (lfs, source): (Lfs, _) = match found {
-        Ok(Measured::Balls(cells)) => (Lfs::Cells(cells), Some("measured")),
-        Ok(Measured::Curvature(radius_mm)) => (Lfs::Everywhere(radius_mm), Some("curvature")),
+    let (lfs, source) = match Lfs::of_points(sampled, &noise, &reach_mm) {
+        Ok((lfs, source)) => (lfs, Some(source)),
         Err(why) => {
-            unknown.push(format!("the local feature size is not known: {why}"));
+            unknown.push(why);
             (Lfs::Unknown, None)
         }
     };
-    let lfs_mm = |x: f64, y: f64| match &lfs {
-        Lfs::Cells(cells) => cells.at(x, y),
-        Lfs::Everywhere(mm) => Some(*mm),
-        Lfs::Unknown => None,
-    };
+    let lfs_mm = |x: f64, y: f64| lfs.at(x, y);
     let lifted = Lifted::onto_mesh(*sampled.plane, sampled.mesh);
     Look { sampled, left_out, wanted, scale, aperture: None, noise, source, unknown }
         .findings(lfs_mm, &lifted)
 }
 
 /// The local feature size of points.
+#[derive(Clone, Debug)]
 enum Lfs {
     Cells(Cells),
     Everywhere(f64),
     Unknown,
+}
+
+impl Lfs {
+    /// What the points say, and where they say it from: `measured` of medial balls, `curvature` where noise
+    /// leaves no more than a bound. Fails with the reason in words.
+    fn of_points(
+        sampled: Sampled<'_>,
+        noise: &Result<NoiseEstimate, String>,
+        reach_mm: &Result<f64, String>,
+    ) -> Result<(Lfs, &'static str), String> {
+        let found = match (noise, reach_mm) {
+            (Ok(noise), Ok(reach_mm)) => {
+                measured::measured(sampled.mesh.points(), sampled.triangles, noise.noise, *reach_mm)
+            }
+            _ => Err("the noise is not known".to_owned()),
+        };
+        match found {
+            Ok(Measured::Balls(cells)) => Ok((Lfs::Cells(cells), "measured")),
+            Ok(Measured::Curvature(radius_mm)) => Ok((Lfs::Everywhere(radius_mm), "curvature")),
+            Err(why) => Err(format!("the local feature size is not known: {why}")),
+        }
+    }
+
+    /// At a place of the plane, in mm.
+    fn at(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
+        match self {
+            Lfs::Cells(cells) => cells.at(x_mm, y_mm),
+            Lfs::Everywhere(mm) => Some(*mm),
+            Lfs::Unknown => None,
+        }
+    }
 }
 
 /// What is looked at.
@@ -433,7 +478,7 @@ fn projected_mm2(points: &[PointMm], triangles: &[[VertexId; 3]]) -> f64 {
 }
 
 /// The largest distance of a point from the axis in mm.
-fn reach_mm(points: &[PointMm], pose: &Pose) -> f64 {
+fn reach_mm_of(points: &[PointMm], pose: &Pose) -> f64 {
     let distance_mm = |point: &PointMm| (point[0] - pose.tx_mm).hypot(point[1] - pose.ty_mm);
     points.par_iter().with_min_len(CHUNK).map(distance_mm).reduce(|| 0.0, f64::max)
 }

@@ -1,0 +1,46 @@
+//! A surface given by a file of heights.
+
+use std::fs;
+use std::path::Path;
+
+use asphera_form::Nominal;
+use asphera_form::shape::{Nodes, SagGrid};
+use asphera_formats::Topography;
+
+use super::super::document::Section;
+
+/// `kind = "grid"`: the heights of a topography file.
+pub(super) fn grid(surface: &Section<'_>, folder: &Path) -> Option<Nominal> {
+    let path = folder.join(surface.required::<String>("file")?);
+    let name = path.display();
+    let expected = "a file of heights on a grid: X3P, SDF or MetroPro";
+    let bytes = fs::read(&path)
+        .map_err(|error| surface.problem("file", expected, format!("{name}: {error}")))
+        .ok()?;
+    let map = match asphera_formats::read(&name.to_string(), &bytes) {
+        Ok(Topography::Map(map, _)) => map,
+        Ok(Topography::Cloud(..)) => {
+            surface.problem("file", expected, format!("{name}, which lists points"));
+            return None;
+        }
+        Err(error) => {
+            surface.problem("file", expected, format!("{name}: {}", crate::error_chain(&error)));
+            return None;
+        }
+    };
+    let nodes = Nodes {
+        x_min_mm: map.x0_mm,
+        y_min_mm: map.y0_mm,
+        step_x_mm: map.dx_mm,
+        step_y_mm: map.dy_mm,
+        nx: map.nx,
+        ny: map.ny,
+    };
+    match SagGrid::new(nodes, &map.z_mm) {
+        Ok(grid) => Some(Nominal::Freeform(std::sync::Arc::new(grid))),
+        Err(error) => {
+            surface.problem("file", expected, format!("{name}: {error}"));
+            None
+        }
+    }
+}

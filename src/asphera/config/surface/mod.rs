@@ -1,0 +1,162 @@
+//! The design surface of a nominal file: the table `[surface]`, one file a family of kinds.
+//!
+//! A plane, a sphere and an even asphere without r² have a kernel of their own, by the distance from the axis; every other surface is a
+//! freeform.
+
+mod base;
+mod grid;
+mod lines;
+mod revolved;
+mod series;
+
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::Arc;
+
+use asphera_form::Nominal;
+use asphera_form::shape::{Conic, ConicSection, EvenAsphere, OffAxis, Shape, ShapeError};
+
+use super::document::Section;
+
+/// What `[surface]` says.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    /// The surface.
+    pub(super) nominal: Nominal,
+    /// Whether it is of revolution about z, so that a turn about z changes nothing.
+    pub(super) is_round: bool,
+}
+
+/// Reads the table. `folder` is that of the nominal file, from which the files it names are found.
+pub(super) fn read(surface: &Section<'_>, folder: &Path) -> Option<Surface> {
+    let kind = surface.required_word("kind", &KINDS)?;
+    let nominal = match kind {
+        Kind::Plane => Some(Nominal::Plane),
+        Kind::Sphere => revolved::sphere(surface),
+        Kind::Conic => revolved::conic(surface),
+        Kind::Asphere => revolved::asphere(surface),
+        Kind::OddAsphere => revolved::odd_asphere(surface),
+        Kind::QBfs => revolved::q_bfs(surface),
+        Kind::QCon => revolved::q_con(surface),
+        Kind::Cylinder => lines::cylinder(surface),
+        Kind::Biconic => lines::biconic(surface),
+        Kind::Toroid => lines::toroid(surface),
+        Kind::Mirror => lines::mirror(surface),
+        Kind::Zernike => series::zernike(surface),
+        Kind::Q2d => series::q2d(surface),
+        Kind::Chebyshev => series::chebyshev(surface),
+        Kind::Legendre => series::legendre(surface),
+        Kind::Xy => series::xy(surface),
+        Kind::Grid => grid::grid(surface, folder),
+    };
+    let section = surface.section("off_axis");
+    let has_section = section.is_present();
+    let nominal = if has_section { off_axis(&section, nominal) } else { nominal };
+    section.finish();
+    Some(Surface { nominal: nominal?, is_round: kind.is_round() && !has_section })
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Plane,
+    Sphere,
+    Conic,
+    Asphere,
+    OddAsphere,
+    QBfs,
+    QCon,
+    Cylinder,
+    Biconic,
+    Toroid,
+    Mirror,
+    Zernike,
+    Q2d,
+    Chebyshev,
+    Legendre,
+    Xy,
+    Grid,
+}
+
+impl Kind {
+    fn is_round(self) -> bool {
+        matches!(
+            self,
+            Kind::Plane
+                | Kind::Sphere
+                | Kind::Conic
+                | Kind::Asphere
+                | Kind::OddAsphere
+                | Kind::QBfs
+                | Kind::QCon
+        )
+    }
+}
+
+const KINDS: [(&str, Kind); 17] = [
+    ("asphere", Kind::Asphere),
+    ("sphere", Kind::Sphere),
+    ("plane", Kind::Plane),
+    ("conic", Kind::Conic),
+    ("odd-asphere", Kind::OddAsphere),
+    ("q-bfs", Kind::QBfs),
+    ("q-con", Kind::QCon),
+    ("cylinder", Kind::Cylinder),
+    ("biconic", Kind::Biconic),
+    ("toroid", Kind::Toroid),
+    ("mirror", Kind::Mirror),
+    ("zernike", Kind::Zernike),
+    ("q-2d", Kind::Q2d),
+    ("chebyshev", Kind::Chebyshev),
+    ("legendre", Kind::Legendre),
+    ("xy", Kind::Xy),
+    ("grid", Kind::Grid),
+];
+
+/// The piece of `parent` that `[surface.off_axis]` cuts out.
+fn off_axis(section: &Section<'_>, parent: Option<Nominal>) -> Option<Nominal> {
+    let (dx_mm, dy_mm) = (section.required("dx_mm"), section.required("dy_mm"));
+    let axes = section.required_word("axes", &[("normal", true), ("parallel", false)]);
+    let (parent, is_normal) = (shape_of(&parent?)?, axes?);
+    let made = if is_normal {
+        OffAxis::tilted(parent, dx_mm?, dy_mm?)
+    } else {
+        OffAxis::parallel(parent, dx_mm?, dy_mm?)
+    };
+    freeform(section, "dx_mm", made)
+}
+
+/// The shape of any nominal.
+fn shape_of(nominal: &Nominal) -> Option<Arc<dyn Shape>> {
+    let shape: Arc<dyn Shape> = match nominal {
+        Nominal::Plane => Arc::new(Conic::plane()),
+        Nominal::Sphere { radius_mm } => Arc::new(Conic::sphere(*radius_mm).ok()?),
+        Nominal::Asphere(asphere) => {
+            let base = ConicSection::new(asphere.radius_mm, asphere.conic).ok()?;
+            let terms: Vec<(u8, f64)> = (4..=20)
+                .step_by(2)
+                .filter_map(|order| Some((order, asphere.coefficient(order)?)))
+                .filter(|(_, value)| *value != 0.0)
+                .collect();
+            Arc::new(EvenAsphere::new(base, &terms).ok()?)
+        }
+        Nominal::Freeform(shape) => Arc::clone(shape),
+    };
+    Some(shape)
+}
+
+/// A shape that could be made, as a nominal; else the reason as a problem with `key`.
+fn freeform<S: Shape + 'static>(
+    section: &Section<'_>,
+    key: &str,
+    made: Result<S, ShapeError>,
+) -> Option<Nominal> {
+    Some(Nominal::Freeform(Arc::new(told(section, key, made)?)))
+}
+
+/// The value, or its error as a problem with `key`.
+fn told<T, E: Display>(section: &Section<'_>, key: &str, made: Result<T, E>) -> Option<T> {
+    made.map_err(|error| section.problem(key, "a surface that can be", error)).ok()
+}
+
+#[cfg(test)]
+mod tests;

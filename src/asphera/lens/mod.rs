@@ -1,0 +1,89 @@
+//! From a surface of a Zemax lens file to a nominal file.
+//!
+//! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2): the pages Standard, Even Asphere, Odd Asphere,
+//! Biconic, Toroidal, Extended Polynomial, Zernike Fringe Sag, Zernike Standard Sag and Q-Type Asphere. An extra datum `XDAT i` is the parameter
+//! i + 12 there. The frame of both is the same: z along the light, a radius positive where its centre lies at +z.
+
+mod convert;
+mod text;
+
+use asphera_formats::zemax::Lens;
+use thiserror::Error;
+
+/// Why a surface makes no nominal.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum LensImportError {
+    /// There is no surface of the number.
+    #[error("there is no surface {number}; the file has\n{listed}")]
+    NoSuchSurface {
+        /// The number asked for.
+        number: u32,
+        /// The surfaces there are.
+        listed: String,
+    },
+    /// The kind is not known here.
+    #[error(
+        "surface {number} is of the kind {kind}, expected one of {known}; the file has\n{listed}"
+    )]
+    Kind {
+        /// Number of the surface.
+        number: u32,
+        /// Its kind.
+        kind: String,
+        /// The kinds that are.
+        known: String,
+        /// The surfaces of the file.
+        listed: String,
+    },
+    /// A value that is not taken over.
+    #[error("surface {number}, {kind}: {value} is {found}, expected {expected}")]
+    Value {
+        /// Number of the surface.
+        number: u32,
+        /// Its kind.
+        kind: String,
+        /// Which value.
+        value: String,
+        /// What it is.
+        found: String,
+        /// What can be taken over.
+        expected: &'static str,
+    },
+}
+
+/// The surfaces of a lens, a line each: number, kind, radius and semi-diameter in mm, comment.
+pub fn list(lens: &Lens) -> String {
+    let mut text =
+        format!("{:>4}  {:<10} {:>16} {:>14}  comment\n", "no", "type", "R mm", "semi-dia mm");
+    for surface in &lens.surfaces {
+        let radius = match surface.curvature {
+            0.0 => "infinite".to_owned(),
+            curvature => format!("{:.6}", lens.unit_mm / curvature),
+        };
+        text += &format!(
+            "{:>4}  {:<10} {:>16} {:>14.6}  {}\n",
+            surface.number,
+            surface.kind,
+            radius,
+            surface.semi_diameter * lens.unit_mm,
+            surface.comment.as_deref().unwrap_or_default(),
+        );
+    }
+    text
+}
+
+/// The nominal file of a surface: TOML, with where it comes from in comments.
+///
+/// # Errors
+///
+/// When there is no such surface, its kind is not known, or it has a value that no nominal has.
+pub fn nominal(lens: &Lens, number: u32, file: &str) -> Result<String, LensImportError> {
+    let surface = lens
+        .surface(number)
+        .ok_or_else(|| LensImportError::NoSuchSurface { number, listed: list(lens) })?;
+    let table = convert::table(lens, surface)?;
+    Ok(text::write(lens, surface, file, &table))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,186 @@
+//! Lens files with known prescriptions become nominals with the heights they must have.
+
+use asphera_form::Nominal;
+use asphera_formats::zemax;
+
+use super::*;
+use crate::config::Part;
+
+fn lens(unit: &str, surface: &str) -> Lens {
+    let text = format!(
+        "UNIT {unit} X W X CM MR CPMM\nSURF 0\n  TYPE STANDARD\n  CURV 0.0\nSURF 1\n{surface}\n"
+    );
+    zemax::read(text.as_bytes()).unwrap()
+}
+
+fn part(unit: &str, surface: &str) -> Part {
+    let text = nominal(&lens(unit, surface), 1, "lens.zmx").unwrap();
+    Part::parse("lens.toml", &text).unwrap_or_else(|problems| panic!("{problems}\n{text}"))
+}
+
+fn height_mm(unit: &str, surface: &str, x_mm: f64, y_mm: f64) -> f64 {
+    part(unit, surface).nominal.height_mm(x_mm, y_mm).unwrap()
+}
+
+fn assert_near(found: f64, expected: f64) {
+    assert!(
+        (found - expected).abs() <= 1e-12 * (1.0 + expected.abs()),
+        "{found} is not {expected}"
+    );
+}
+
+/// Thorlabs AL1815-C: its prescription, and heights worked out from it in double precision.
+#[test]
+fn a_thorlabs_asphere_has_the_heights_of_its_prescription() {
+    const AL1815: &str = "  TYPE EVENASPH\n  CURV 8.583690987124463800E-002 0 0 0 0\n  CONI -1.1\n  DIAM 9 1 0 0 1\n  PARM 1 0\n\
+        PARM 2 3.69067205091e-5\n  PARM 3 -1.285461192617e-8\n  PARM 4 -1.400167659754e-10\n  PARM 5 -2.51311664812e-13\n\
+        PARM 6 5.01789877647e-16\n  PARM 7 5.855871513042e-18\n  PARM 8 -1.127794407419e-20";
+    let part = part("MM", AL1815);
+    for (r_mm, z_mm) in [(3.0, 0.38860699918513), (6.0, 1.58193496464626), (9.0, 3.65468364040223)]
+    {
+        assert!((part.nominal.sag_mm(r_mm) - z_mm).abs() < 1e-14 * 5.0 / 0.5, "{r_mm}");
+    }
+    // The radius of the catalogue, not its inverse with sixteen digits; and no A2.
+    assert_eq!(part.nominal.radius_mm(), Some(11.65));
+    assert_eq!(part.aperture, asphera_form::Aperture::Circle { radius_mm: 9.0 });
+}
+
+/// Thorlabs ASL5040-UV: heights of the conic under its Q-bfs terms, and the terms.
+#[test]
+fn a_thorlabs_q_asphere_stands_on_its_conic() {
+    const CONIC: &str = "  CURV 5.756078762782423000E-002 0 0 0 0\n  CONI -6.7609120640407927E-001\n  DIAM 22.86 1 0 0 1\n";
+    let conic = part("MM", &format!("  TYPE STANDARD\n{CONIC}")).nominal;
+    for (r_mm, z_mm) in [
+        (5.0, 0.72440175535287),
+        (10.0, 2.95970043589438),
+        (15.0, 6.92229205986660),
+        (20.0, 13.11580728984559),
+        (22.86, 18.09109600236299),
+    ] {
+        assert!(
+            (conic.sag_mm(r_mm) - z_mm).abs() < 2e-14 * (1.0 + z_mm),
+            "{r_mm}: {}",
+            conic.sag_mm(r_mm)
+        );
+    }
+    let terms = [-0.8148370167576, -0.32311, 0.10591, -0.05058, 0.00987, -0.0022];
+    let extra: String = (4..)
+        .zip(terms)
+        .map(|(number, term)| format!("  XDAT {number} {term:e} 0 0 1.0 0.0 0\n"))
+        .collect();
+    let text =
+        format!("  TYPE QED_TYPE\n{CONIC}  XDAT 1 0 0 0\n  XDAT 2 6 0 0\n  XDAT 3 27 0 0\n{extra}");
+    let lens = part("MM", &text).nominal;
+    let parameters: Vec<_> = lens.freeform().unwrap().parameters();
+    let names: Vec<_> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    assert_eq!(names, ["radius", "conic", "Q0", "Q1", "Q2", "Q3", "Q4", "Q5"]);
+    assert_eq!(parameters[2..].iter().map(|parameter| parameter.value).collect::<Vec<_>>(), terms);
+    assert_near(lens.height_mm(27.0, 0.0).unwrap(), conic.sag_mm(27.0));
+    let con = part("MM", &text.replace("XDAT 1 0", "XDAT 1 1"));
+    assert_eq!(con.nominal.kind(), "Q-con asphere");
+}
+
+#[test]
+fn the_first_parameter_of_an_even_asphere_is_that_of_the_square() {
+    let text = "  TYPE EVENASPH\n  CURV 0\n  PARM 1 1e-3\n  PARM 2 1e-5\n";
+    assert_near(height_mm("MM", text, 3.0, 4.0), 0.025 + 625e-5);
+    assert_near(
+        height_mm("MM", "  TYPE ODDASPHE\n  CURV 0\n  PARM 1 1e-3\n  PARM 3 1e-4\n", 3.0, 4.0),
+        5e-3 + 125e-4,
+    );
+}
+
+#[test]
+fn lengths_change_with_the_unit_and_heights_do_not() {
+    let text =
+        "  TYPE EVENASPH\n  CURV 0.5\n  CONI -0.3\n  DIAM 0.4\n  PARM 1 1e-2\n  PARM 3 -2e-3\n";
+    let in_mm = part("MM", text).nominal;
+    for (unit, unit_mm) in [("CM", 10.0), ("IN", 25.4), ("METER", 1000.0)] {
+        let expected = in_mm.height_mm(0.2, 0.3).unwrap() * unit_mm;
+        assert_near(height_mm(unit, text, 0.2 * unit_mm, 0.3 * unit_mm), expected);
+    }
+    let zernike =
+        "  TYPE FZERNSAG\n  CURV 0.5\n  PARM 2 1e-2\n  XDAT 1 5\n  XDAT 2 0.5\n  XDAT 7 1e-2\n";
+    let expected = height_mm("MM", zernike, 0.2, 0.3) * 25.4;
+    assert_near(height_mm("IN", zernike, 5.08, 7.62), expected);
+    assert_eq!(part("IN", text).aperture, asphera_form::Aperture::Circle { radius_mm: 0.4 * 25.4 });
+}
+
+#[test]
+fn a_biconic_has_its_parameters_along_x() {
+    let text = "  TYPE BICONICX\n  CURV 0.1\n  CONI -1\n  PARM 1 5.0\n  PARM 2 0\n";
+    assert_near(height_mm("MM", text, 3.0, 0.0), 1.0);
+    assert_near(height_mm("MM", text, 0.0, 2.0), 0.2);
+    let flat = "  TYPE BICONICX\n  CURV 0.1\n  PARM 1 0\n  PARM 2 3\n";
+    assert_near(height_mm("MM", flat, 7.0, 0.0), 0.0);
+}
+
+#[test]
+fn a_toroid_turns_about_its_first_parameter_and_zero_is_infinite() {
+    let text = "  TYPE TOROIDAL\n  CURV 0\n  PARM 1 5.0\n  PARM 2 1e-2\n";
+    assert_near(height_mm("MM", text, 3.0, 0.0), 1.0);
+    assert_near(height_mm("MM", text, 0.0, 2.0), 0.04);
+    let cylinder = "  TYPE TOROIDAL\n  CURV 0.2\n  PARM 1 0\n  PARM 3 1e-2\n";
+    assert_near(height_mm("MM", cylinder, 50.0, 3.0), 1.0 + 0.81);
+    let with_zernike =
+        lens("MM", "  TYPE TOROIDAL\n  CURV 0.2\n  XDAT 1 1\n  XDAT 2 1\n  XDAT 3 0.5\n");
+    let refused = nominal(&with_zernike, 1, "lens.zmx").unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "surface 1, TOROIDAL: XDAT 3, a Zernike term is 0.5, expected 0: a toroid here has none"
+    );
+}
+
+/// The 12th term of the help's example is x²·y², extra datum 14.
+#[test]
+fn the_extended_polynomial_counts_by_degree() {
+    let text = "  TYPE XPOLYNOM\n  CURV 0\n  XDAT 1 13\n  XDAT 2 2\n  XDAT 14 3.0\n";
+    assert_near(height_mm("MM", text, 1.0, 4.0), 3.0 * 0.25 * 4.0);
+    // Terms beyond the number of terms are ignored.
+    assert_eq!(part("MM", &text.replace("XDAT 1 13", "XDAT 1 11")).nominal, Nominal::Plane);
+}
+
+#[test]
+fn standard_zernike_terms_are_nolls_and_of_unit_rms() {
+    // Z2 = 2ρ·cos φ, Z3 = 2ρ·sin φ, Z11 = √5·(6ρ⁴ − 6ρ² + 1).
+    let text = |term: u32| {
+        format!("  TYPE SZERNSAG\n  CURV 0\n  XDAT 1 11\n  XDAT 2 10\n  XDAT {} 1.0\n", term + 2)
+    };
+    assert_near(height_mm("MM", &text(2), 3.0, 4.0), 0.6);
+    assert_near(height_mm("MM", &text(3), 3.0, 4.0), 0.8);
+    assert_near(height_mm("MM", &text(11), 3.0, 4.0), -0.125 * 5.0_f64.sqrt());
+    let decentred = lens("MM", &format!("{}  PARM 9 0.1\n", text(2)));
+    assert!(nominal(&decentred, 1, "lens.zmx").unwrap_err().to_string().contains("PARM 9 is 0.1"));
+}
+
+#[test]
+fn unknown_kinds_and_numbers_list_the_surfaces() {
+    let lens = lens("MM", "  TYPE CHEBYSHV\n  COMM front\n  CURV -0.04\n  DIAM 12.5\n");
+    let listed = "  no  type                   R mm    semi-dia mm  comment\n   \
+                    0  STANDARD           infinite       0.000000  \n   \
+                    1  CHEBYSHV         -25.000000      12.500000  front\n";
+    assert_eq!(list(&lens), listed);
+    for (number, begins) in [
+        (1, "surface 1 is of the kind CHEBYSHV, expected one of STANDARD, "),
+        (7, "there is no surface 7; "),
+    ] {
+        let told = nominal(&lens, number, "lens.zmx").unwrap_err().to_string();
+        assert!(told.starts_with(begins) && told.ends_with(listed), "{told}");
+    }
+}
+
+#[test]
+fn the_file_says_where_it_comes_from_and_what_may_differ() {
+    let text = "UNIT CM\nNAME Doublet\nSURF 0\nSURF 3\n  COMM back\n  CURV 0.1\nMNUM 2 1\n";
+    let text = nominal(&zemax::read(text.as_bytes()).unwrap(), 3, "a\nb.zmx").unwrap();
+    for said in [
+        "# Surface 3 of a b.zmx (Doublet), Zemax type STANDARD.",
+        "# Comment there: back",
+        "unit of 10 mm",
+        "2 configurations",
+        "radius_mm = 100.0",
+    ] {
+        assert!(text.contains(said), "{text}");
+    }
+    assert!(text.lines().take_while(|line| !line.is_empty()).all(|line| line.starts_with('#')));
+}

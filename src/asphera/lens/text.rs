@@ -1,0 +1,95 @@
+//! The nominal file as text.
+
+use std::fmt::Write as _;
+
+use asphera_formats::zemax::{Lens, LensSurface};
+
+/// `[surface]`, line by line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Table {
+    lines: String,
+    terms: String,
+}
+
+impl Table {
+    /// A table that begins with its kind.
+    pub(super) fn new(kind: &str) -> Table {
+        Table { lines: format!("kind = \"{kind}\"\n"), terms: String::new() }
+    }
+
+    /// `key = word`.
+    pub(super) fn word(mut self, key: &str, word: &str) -> Table {
+        self.lines += &format!("{key} = \"{word}\"\n");
+        self
+    }
+
+    /// `key = number`, by the shortest decimal that is this number.
+    pub(super) fn number(mut self, key: &str, value: f64) -> Table {
+        self.lines += &format!("{key} = {value:?}\n");
+        self
+    }
+
+    /// `key = [numbers]`.
+    pub(super) fn numbers(mut self, key: &str, values: &[f64]) -> Table {
+        self.lines += &format!("{key} = {values:?}\n");
+        self
+    }
+
+    /// A2, A4 …: order and coefficient.
+    pub(super) fn powers(self, terms: &[(u32, f64)]) -> Table {
+        terms.iter().fold(self, |table, (order, value)| table.number(&format!("A{order}"), *value))
+    }
+
+    /// One term: what names it, and its coefficient in mm.
+    pub(super) fn term(mut self, names: &[(&str, u32)], value_mm: f64) -> Table {
+        self.terms += "\n[[surface.terms]]\n";
+        for (name, value) in names {
+            self.terms += &format!("{name} = {value}\n");
+        }
+        self.terms += &format!("mm = {value_mm:?}\n");
+        self
+    }
+}
+
+/// The whole file.
+pub(super) fn write(lens: &Lens, surface: &LensSurface, file: &str, table: &Table) -> String {
+    let mut text = String::new();
+    let name =
+        lens.name.as_deref().map(|name| format!(" ({})", one_line(name))).unwrap_or_default();
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "# Surface {} of {}{name}, Zemax type {}.",
+        surface.number,
+        one_line(file),
+        surface.kind
+    );
+    if let Some(comment) = &surface.comment {
+        let _ = writeln!(text, "# Comment there: {}", one_line(comment));
+    }
+    text += "#\n# As in the file z runs along the light, and a radius is positive where its centre lies at +z. A probe looks at a first\n\
+             # surface along the light: the fit then finds the part upside down (rx or ry near 3.14), and material that stands out towards\n\
+             # the probe is a negative deviation.\n";
+    if lens.unit_mm != 1.0 {
+        let _ = writeln!(text, "# Lengths were converted from a lens unit of {} mm.", lens.unit_mm);
+    }
+    if lens.configurations > 1 {
+        let _ = writeln!(
+            text,
+            "# The file has {} configurations: these are the values of the surface itself, which a configuration may replace.",
+            lens.configurations
+        );
+    }
+    let _ = write!(text, "\n[surface]\n{}{}", table.lines, table.terms);
+    if surface.semi_diameter > 0.0 {
+        let radius_mm = surface.semi_diameter * lens.unit_mm;
+        text += "\n[aperture]\n# The semi-diameter of the file: the edge of a part is seldom to be judged.\n";
+        let _ = writeln!(text, "shape = \"circle\"\nradius_mm = {radius_mm:?}");
+    }
+    text
+}
+
+/// A text that stays in its comment.
+fn one_line(text: &str) -> String {
+    text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+}
