@@ -13,6 +13,7 @@ pub mod conclude;
 pub mod config;
 pub mod lens;
 pub mod live;
+pub mod paper;
 pub mod pipeline;
 pub mod publish;
 pub mod replay;

@@ -4,12 +4,16 @@
 //! live and what is kept have the same names, units and meaning.
 
 mod features;
+mod form;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
+pub use form::{
+    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
+};
 
 /// Version of the report's layout. A reader refuses what it does not know.
 pub const FORMAT: &str = "asphera.report/1";
@@ -327,6 +331,21 @@ pub struct FormFigures {
     pub deviation: DeviationFigures,
     /// Whether these are running figures, to be replaced by a full fit at the end.
     pub provisional: bool,
+    /// The figures of standards and optical shops, final only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<FormFigure>,
+    /// The deviation in Zernike terms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zernike: Option<ZernikeFigures>,
+    /// How many points have which deviation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub histogram: Option<HistogramFigures>,
+    /// Mean deviation by distance from the axis, the innermost ring first; final only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rings: Vec<RingFigures>,
+    /// Why a figure is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<String>,
 }
 
 /// How the nominal was laid into the points.
@@ -356,8 +375,12 @@ pub struct ParameterFigures {
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// Its standard uncertainty (k = 1) in the same unit, from the residuals; absent where there is none.
+    /// Its standard uncertainty (k = 1) in the same unit, from the residuals or, where a budget was given, from that;
+    /// absent where there is none.
     pub u: Option<f64>,
+    /// Half width of the interval that holds the truth with 95 %, from the budget; absent without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expanded_95: Option<f64>,
 }
 
 /// A rigid motion from the part frame into the measured frame: `p' = Rz·Ry·Rx·p + t`.
@@ -392,6 +415,34 @@ pub struct DeviationFigures {
     pub at_max_mm: [f64; 3],
     /// Where the smallest is, part frame, mm.
     pub at_min_mm: [f64; 3],
+    /// What is known of the errors of these figures; absent where no budget was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<UncertaintyFigures>,
+}
+
+/// Uncertainties of PV and RMS, as the budget of the nominal file has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UncertaintyFigures {
+    /// Standard uncertainty (k = 1) of the PV, by simulated measurements.
+    pub u_pv_nm: f64,
+    /// What noise adds to the PV on the average, as far as the draws tell.
+    pub pv_bias_nm: f64,
+    /// Interval of the PV, 95 %.
+    pub pv_95_nm: [f64; 2],
+    /// Standard uncertainty (k = 1) of the RMS without noise.
+    pub u_rms_nm: f64,
+    /// RMS with the mean square of the noise taken off.
+    pub rms_without_noise_nm: f64,
+    /// Interval of that, 95 %.
+    pub rms_95_nm: [f64; 2],
+    /// Standard deviation of the independent noise of a point.
+    pub noise_nm: f64,
+    /// Whether the noise was measured from the points.
+    pub noise_measured: bool,
+    /// Measurements simulated.
+    pub draws: u32,
+    /// Seed of the simulation.
+    pub seed: u64,
 }
 
 /// Whether the part is good.
@@ -427,8 +478,17 @@ pub struct Check {
     pub limit: f64,
     /// The value found.
     pub value: f64,
-    /// Whether it holds.
+    /// Whether it holds; with a guard band, whether that is proven.
     pub ok: bool,
+    /// Standard uncertainty (k = 1) of the value; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Width of the guard band on either side of the limit; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guard_band: Option<f64>,
+    /// The decision rule in words; absent without a guard band.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rule: Option<String>,
 }
 
 /// What one link and its devices delivered and lost.

@@ -2,8 +2,12 @@
 
 use serde::Serialize;
 
+/// What can be taken out of a deviation that is looked at, and why that may be unknown.
+pub use asphera_form::figures::{Term, Unknown};
+
 use crate::report::{
-    FeatureFigures, FormFigures, MeshFigures, Points, SamplingFigures, SessionFigures, Verdict,
+    FeatureFigures, FormFigures, HistogramFigures, MeshFigures, Points, SamplingFigures,
+    SessionFigures, Source, Verdict,
 };
 
 /// Version of the snapshot's layout.
@@ -84,7 +88,7 @@ pub struct Progress {
 }
 
 /// Mean deviation over the aperture on a regular grid in the part frame.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Map {
     /// Columns.
     pub nx: usize,
@@ -159,16 +163,114 @@ pub struct MapLayer {
     pub values: Vec<Option<f64>>,
 }
 
-/// PV and RMS against points: three columns of equal length.
-#[derive(Clone, Debug, Default, Serialize)]
+/// Version of the layout of [`FormView`].
+pub const FORM_VIEW_FORMAT: &str = "asphera.form-view/1";
+
+/// The form deviation with Zernike terms taken out, to be looked at. All of it is of one moment. The verdict is
+/// of the deviation as fitted, and never of this.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FormView {
+    /// [`FORM_VIEW_FORMAT`].
+    pub format: &'static str,
+    /// What everything here is of: running figures are of the cells, each with as much weight as it has points,
+    /// so that PV and RMS are those of the means of cells; final figures are of the points.
+    pub source: Source,
+    /// Points in the fit.
+    pub as_of_points: u64,
+    /// Whether these are running figures.
+    pub provisional: bool,
+    /// What was taken out: `piston`, `tilt`, `power`, `astigmatism`, `coma`, `spherical`.
+    pub removed: Vec<String>,
+    /// Each Fringe term that was taken out.
+    pub terms: Vec<RemovedTerm>,
+    /// Range of what is left.
+    pub pv_nm: f64,
+    /// Root mean square of what is left.
+    pub rms_nm: f64,
+    /// Mean of what is left in each cell.
+    pub map: Map,
+    /// How much of what is left there is.
+    pub histogram: HistogramFigures,
+}
+
+/// A Fringe term that was taken out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RemovedTerm {
+    /// Its Fringe number, from 1.
+    pub index: u32,
+    /// Its coefficient in nm of surface height, height 1 at the rim, fitted together with the others that were
+    /// taken out and no more; `None` where the places do not tell it from lower ones.
+    pub value_nm: Option<f64>,
+}
+
+/// PV and RMS against points: columns of equal length.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Convergence {
     /// Points in the fit.
     pub points: Vec<u64>,
     /// PV in nm.
     pub pv_nm: Vec<f64>,
+    /// Standard uncertainty (k = 1) of PV in nm; `None` where it is not known.
+    pub pv_u_nm: Vec<Option<f64>>,
     /// RMS in nm.
     pub rms_nm: Vec<f64>,
+    /// Standard uncertainty (k = 1) of RMS in nm; `None` where it is not known.
+    pub rms_u_nm: Vec<Option<f64>>,
+    /// What the uncertainty of PV is made of, or why it is not known.
+    pub pv_u_basis: &'static str,
+    /// What the uncertainty of RMS is made of.
+    pub rms_u_basis: &'static str,
 }
+
+impl Default for Convergence {
+    fn default() -> Convergence {
+        Convergence {
+            points: Vec::new(),
+            pv_nm: Vec::new(),
+            pv_u_nm: Vec::new(),
+            rms_nm: Vec::new(),
+            rms_u_nm: Vec::new(),
+            pv_u_basis: PV_U_BASIS,
+            rms_u_basis: RMS_U_BASIS,
+        }
+    }
+}
+
+impl Convergence {
+    /// Adds the figures of a fit of `parameters` parameters to `points` points.
+    pub(crate) fn push(&mut self, points: u64, pv_nm: f64, rms_nm: f64, parameters: usize) {
+        self.points.push(points);
+        self.pv_nm.push(pv_nm);
+        self.pv_u_nm.push(None);
+        self.rms_nm.push(rms_nm);
+        self.rms_u_nm.push(rms_u_nm(points, rms_nm, parameters));
+    }
+
+    /// Drops every other row: the shape of the curve stays.
+    pub(crate) fn thin(&mut self) {
+        thin(&mut self.points);
+        thin(&mut self.pv_nm);
+        thin(&mut self.pv_u_nm);
+        thin(&mut self.rms_nm);
+        thin(&mut self.rms_u_nm);
+    }
+}
+
+/// That of a standard deviation of ν degrees of freedom, its value over √(2ν): GUM:1995, E.4.3. As the
+/// uncertainties of the fitted parameters it takes the residuals for independent.
+fn rms_u_nm(points: u64, rms_nm: f64, parameters: usize) -> Option<f64> {
+    let freedom = points.checked_sub(parameters as u64).filter(|freedom| *freedom > 0)?;
+    Some(rms_nm / (2.0 * freedom as f64).sqrt())
+}
+
+/// Keeps the first, the third, and so on.
+fn thin<T: Copy>(column: &mut Vec<T>) {
+    *column = column.iter().copied().step_by(2).collect();
+}
+
+const PV_U_BASIS: &str = "not known: the fit tells nothing about the noise of single points";
+const RMS_U_BASIS: &str =
+    "from the residuals of the fit, taken for independent; what is not measured yet is not in it";
 
 /// One link as an operator wants to see it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -4,7 +4,8 @@
 //! [`fit`] lays it into the measured points and gives a [`Pose`] and, if wanted, the shape parameters, by
 //! least squares, with uncertainties ([`fit_weighted`]) or with a robust [`Loss`]; [`minimum_zone`] does the
 //! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains, [`figures`] what standards
-//! make of it; [`verdict`] holds that against a [`Tolerance`]. [`Live`] gives the same figures, provisional,
+//! make of it; [`mod@uncertainty`] says how well all of that is known, and [`verdict()`] and [`mod@verdict`] hold it
+//! against limits. [`Live`] gives the same figures, provisional,
 //! while points still arrive. [`artefact`] makes data whose fit is known exactly.
 //!
 //! [`figures`] are those of form by the optical standards, [`texture`] filters a deviation and gives its areal
@@ -50,7 +51,8 @@ mod svd;
 mod symmetry;
 pub mod texture;
 mod triangle;
-mod verdict;
+pub mod uncertainty;
+pub mod verdict;
 mod weight;
 
 pub use aperture::{Aperture, ApertureError};

@@ -154,7 +154,7 @@ impl Linearised {
             estimates: estimates.collect(),
             indeterminate: self.fit.indeterminate.clone(),
             figures: self.figures(&nominal, &pose, (square / count as f64).sqrt(), count)?,
-            map: self.map(grid, &change, &bends),
+            map: self.map(grid, &pose, &change, &bends),
             count,
             excluded: self.excluded,
             reference_count: self.made_at,
@@ -308,16 +308,28 @@ impl Linearised {
         pairs.filter_map(|(cell, bend)| cell.as_ref().map(|cell| (cell, bend)))
     }
 
-    fn map(&self, grid: &Grid, change: &[f64], bends: &[f64]) -> Map {
+    fn map(&self, grid: &Grid, pose: &Pose, change: &[f64], bends: &[f64]) -> Map {
         let p = change.len();
+        let motion = pose.motion();
+        let cells = &self.cells[..grid.cells()];
         let mean_nm = |(cell, bend): (&Option<Cell>, &[f64])| {
             cell.as_ref().map_or(f64::NAN, |cell| {
                 let sum_mm = cell.sums[p] + dot(&cell.sums, change);
                 (sum_mm / cell.count as f64 + bend[p]) * NM_PER_MM
             })
         };
-        let cells = self.cells[..grid.cells()].iter().zip(bends.chunks_exact(p + 1));
-        Map { grid: *grid, mean_nm: cells.map(mean_nm).collect() }
+        let centroid_mm = |cell: &Option<Cell>| {
+            cell.as_ref().map_or([f64::NAN; 2], |cell| {
+                let [x, y, _] = motion.to_part(cell.point_sum_mm.map(|s| s / cell.count as f64));
+                [x, y]
+            })
+        };
+        Map {
+            grid: *grid,
+            mean_nm: cells.iter().zip(bends.chunks_exact(p + 1)).map(mean_nm).collect(),
+            counts: cells.iter().map(|cell| cell.as_ref().map_or(0, |cell| cell.count)).collect(),
+            centroids_mm: cells.iter().map(centroid_mm).collect(),
+        }
     }
 }
 

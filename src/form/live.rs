@@ -70,13 +70,18 @@ pub enum LiveError {
     Grid(Grid),
 }
 
-/// Mean deviations over a grid.
+/// Mean deviations over a grid. What is linear in x and y, a tilt, has at the centroid of a cell exactly the
+/// mean of its points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
     /// The cells.
     pub grid: Grid,
     /// Mean deviation in nm, row after row from the smallest y, x fastest; NaN where no point has landed.
     pub mean_nm: Vec<f64>,
+    /// Points in each cell, in the same order.
+    pub counts: Vec<usize>,
+    /// Mean place of these points in the part frame, mm; NaN where no point has landed.
+    pub centroids_mm: Vec<[f64; 2]>,
 }
 
 /// Running figures. All are provisional: see [`Live`].

@@ -137,6 +137,12 @@ impl Selection {
         Selection { points, roots, memberships, excluded }
     }
 
+    /// Indices of the used points among those it was made from.
+    pub(crate) fn indices(&self) -> Vec<usize> {
+        let used = self.memberships.iter().enumerate();
+        used.filter(|&(_, &member)| member == Membership::Used).map(|(index, _)| index).collect()
+    }
+
     /// Distances from the axis, in mm, of the points that stand over no place of the nominal; `points` are
     /// those it was made from.
     pub(crate) fn beyond_mm(&self, points: &[PointMm], pose: &Pose) -> impl Iterator<Item = f64> {

@@ -3,13 +3,15 @@
 //   node check.mjs URL [--chromium PATH] [--timeout SECONDS] [--screenshot FILE]
 //                      [--measuring-screenshot FILE] [--until complete|measuring]
 //                      [--scheme light|dark] [--width PIXELS] [--height PIXELS] [--then-lost]
-//                      [--sampling] [--regions]
+//                      [--sampling] [--regions] [--form]
 //
 // --then-lost: afterwards writes the line `end the station` to the standard error and waits until
 // the page says that it is not live. Whoever reads the line ends the daemon.
 //
 // --sampling: while it measures, looks at the maps of the sampling and at sections; with --regions also at regions
 // to measure next, and at the end at defects, which are added to what the station says.
+//
+// --form: while it measures and at the end, takes Zernike terms out of what is shown, and opens the light.
 //
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
@@ -19,6 +21,7 @@ import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
 import { lookAtDefects } from "./defects.mjs";
+import { lookAtForm, openLight, readLight } from "./form.mjs";
 import { drawn, lost, texts } from "./probe.mjs";
 import { addFindings, lookAtSampling } from "./sampling.mjs";
 
@@ -70,6 +73,7 @@ function readCall() {
         screenshot: { type: "string" },
         sampling: { type: "boolean", default: false },
         regions: { type: "boolean", default: false },
+        form: { type: "boolean", default: false },
         "then-lost": { type: "boolean", default: false },
         "measuring-screenshot": { type: "string" },
         until: { type: "string", default: "complete" },
@@ -109,7 +113,7 @@ function listen(page) {
 /** Watches from the first snapshot to the state asked for, and judges on the way and at the end. */
 async function follow(page) {
   const until = Date.now() + call.timeout * 1000;
-  let looked = false;
+  let [looked, lookedAtForm] = [false, false];
   const last = { state: "none", stream: "connecting" };
   const ends = call.until === "complete" ? ["complete", "failed"] : [];
   while (Date.now() < until) {
@@ -121,6 +125,10 @@ async function follow(page) {
       if (call.sampling && !looked && seen.painted >= PAINTED_MIN) {
         looked = true;
         for (const text of await lookAtSampling(page, call.regions)) fail(text);
+      }
+      if (call.form && !lookedAtForm && seen.painted >= PAINTED_MIN) {
+        lookedAtForm = true;
+        for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
       }
       if (first && call["measuring-screenshot"]) {
         await page.screenshot({ path: call["measuring-screenshot"], fullPage: true });
@@ -142,17 +150,26 @@ async function follow(page) {
   }
   if (call.screenshot) await page.screenshot({ path: call.screenshot, fullPage: true });
   judge(result.final);
+  if (call.form && last.state === "complete") {
+    for (const text of await lookAtForm(page)) fail(`at the end: ${text}`);
+  }
 }
 
 /** Waits until the page tells that the station is gone, and checks how it tells. */
 async function lose(page) {
   mayFail = true;
+  if (call.form) await openLight(page);
   console.error("end the station");
   await page.waitForSelector("html[data-stream=stale]", { timeout: call.timeout * 1000 });
   await page.waitForTimeout(2 * POLL_MS);
   result.lost = await page.evaluate(lost);
   check(/^NOT LIVE: .*\d\d:\d\d:\d\d/s.test(result.lost.banner), `banner "${result.lost.banner}"`);
   check(result.lost.greyed, "the figures are not greyed");
+  if (call.form) {
+    const light = await page.evaluate(readLight);
+    check(light.kind === "stale" && light.word === "NO DATA" && light.shape === "#l-stale", `the light says ${light.word} without a station`);
+    check(/^no data for \d+ s, figures of \d\d:\d\d:\d\d; was [A-Z]+$/.test(light.note), `the light notes "${light.note}"`);
+  }
   for (const state of result.lost.states) check(state.startsWith("was "), `link state "${state}" without a station`);
 }
 

@@ -13,6 +13,7 @@ const format = await load("format.js");
 const { diverging, sequential } = await load("colours.js");
 const { Frames, rings, within } = await load("frames.js");
 const { columns, gaps, lengthOf } = await load("pieces.js");
+const series = await load("series.js");
 const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
 
 test("what is absent is a dash, never a zero", () => {
@@ -156,4 +157,37 @@ test("a broken profile has a gap where it is broken, and tells the missing stret
   assert.deepEqual(gaps(section, null), [[2, 3]], "where a radius ends is not a gap");
   const heights = { ...section, height: { mean_mm: 2 }, points: { ...section.points, deviation_nm: undefined } };
   assert.deepEqual(columns(heights)[1], [-1000, 0, null, 1000, 2000], "µm about the mean");
+});
+
+test("a band is two standard uncertainties wide on each side, and absent where they are not known", () => {
+  assert.deepEqual(series.band([10, 20], [1, null]), [[8, null], [12, null]]);
+  const said = series.sayBands({ pv_u_nm: [null], rms_u_nm: [null, 0.5], pv_u_basis: "not known: why", rms_u_basis: "of the fit" });
+  assert.equal(said, "PV: no band, u is not known: why. RMS: band of ±u, k = 2, of the fit.");
+});
+
+test("bins lie between their ends", () => {
+  const { middles, ends } = series.bins({ low_nm: -2, width_nm: 2, counts: [3, 0, 1] });
+  assert.deepEqual(middles, [-1, 1, 3]);
+  assert.deepEqual(ends, [[-2, 0], [0, 2], [2, 4]]);
+});
+
+test("a Zernike term stands in one column: above, below or removed", () => {
+  const terms = [{ index: 4, value_nm: -3 }, { index: 5, value_nm: 2 }, { index: 9, value_nm: -7 }];
+  const bars = series.termBars(terms, new Set([9]));
+  assert.deepEqual(bars, [[4, 5, 9], [null, 2, null], [-3, null, null], [null, null, -7]]);
+  assert.deepEqual(series.largest(terms, 2).map((term) => term.index), [9, 4]);
+});
+
+test("names are listed, and what figures are of is told", () => {
+  assert.equal(series.listed(["tilt"]), "tilt");
+  assert.equal(series.listed(["piston", "tilt", "power"]), "piston, tilt and power");
+  assert.equal(series.ofSource("points"), "of all points");
+  assert.equal(series.ofSource("map of cells"), "of the map of cells");
+});
+
+test("only a link that should deliver is silent", () => {
+  const link = (name, state, age_s) => ({ name, state, age_s });
+  const links = [link("a", "connected", 0.1), link("b", "stale", 7), link("c", "opening", 9), link("d", "closed", 99), link("e", "waiting", null)];
+  assert.deepEqual(series.silent({ state: "measuring", links }).map((one) => one.name), ["c", "b"]);
+  assert.deepEqual(series.silent({ state: "complete", links }), []);
 });

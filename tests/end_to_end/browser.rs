@@ -30,7 +30,7 @@ fn the_page_shows_a_demo_live() {
     let screenshots = std::env::var_os("ASPHERA_SCREENSHOTS");
     let mut check = Command::new("node");
     check.current_dir(&folder).args(["check.mjs", url, "--chromium", chromium, "--timeout", "120"]);
-    check.args(["--sampling", "--regions"]);
+    check.args(["--sampling", "--regions", "--form"]);
     if let Some(folder) = screenshots {
         let folder = Path::new(&folder);
         check.arg("--screenshot").arg(folder.join("complete.png"));

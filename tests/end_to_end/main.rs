@@ -13,4 +13,5 @@ mod measure;
 mod peers;
 mod projection;
 mod reduce;
+mod report;
 mod sampling;

@@ -7,6 +7,7 @@ use asphera_formats::Topography;
 
 use super::output::Failure;
 use crate::config::Part;
+use crate::pipeline::{Along, Measurement, Pipeline};
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {
@@ -21,6 +22,19 @@ pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
     let name = path.display().to_string();
     asphera_formats::read(&name, &read(path)?)
         .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
+}
+
+/// Measures points against a part; `missing` places had none.
+pub(super) fn measured(
+    part: Part,
+    along: Along,
+    points: impl IntoIterator<Item = [f64; 3]>,
+    missing: usize,
+) -> Measurement {
+    let mut pipeline = Pipeline::along(part, along);
+    points.into_iter().for_each(|point| pipeline.take_position(point));
+    pipeline.take_gaps(missing as u64);
+    pipeline.finish()
 }
 
 /// The bytes of a file.

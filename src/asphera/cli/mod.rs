@@ -10,6 +10,7 @@ mod output;
 mod ports;
 mod reduce;
 mod replay;
+mod report;
 mod run;
 mod sampling;
 mod section;
@@ -61,6 +62,8 @@ enum Command {
     Nominal(nominal::NominalArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
+    /// Writes the report of a recorded session or of a file: one HTML file to read and to print, and QIF 3.
+    Report(report::ReportArgs),
     /// Runs the simulators of a bench alone.
     Simulate(simulate::SimulateArgs),
     /// Lists serial ports and CAN interfaces by their stable names.
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::Sampling(args) => sampling::run(&args),
         Command::Nominal(args) => nominal::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),
     };

@@ -120,10 +120,16 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     };
     write!(text, "verdict    {verdict}")?;
     for check in &report.verdict.checks {
-        let sign = if check.ok { "≤" } else { ">" };
+        let sign = if check.value <= check.limit { "≤" } else { ">" };
         write!(text, "   {} {:.2} {sign} {:.2}", check.name, check.value, check.limit)?;
+        if let Some(band) = check.guard_band {
+            write!(text, " ± {band:.2}")?;
+        }
     }
     writeln!(text)?;
+    if let Some(rule) = report.verdict.checks.iter().find_map(|check| check.rule.as_ref()) {
+        writeln!(text, "  {rule}")?;
+    }
     report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
 }
 

@@ -6,6 +6,7 @@ use asphera_form::{Aperture, Nominal, Parameter};
 
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
+use super::judging::{self, Judging};
 use super::problem::Problems;
 use super::surface::{self, Surface};
 
@@ -22,6 +23,8 @@ pub struct Part {
     pub pv_nm: Option<f64>,
     /// Largest RMS allowed, nm.
     pub rms_nm: Option<f64>,
+    /// Limits of other figures, guard band, and uncertainty.
+    pub judging: Judging,
     /// Largest gap of the sampling allowed, mm; none: only ε counts.
     pub gap_limit_mm: Option<f64>,
     /// Largest gap over local feature size allowed.
@@ -56,7 +59,7 @@ pub(super) fn folder(name: &str) -> &Path {
     Path::new(name).parent().unwrap_or(Path::new(""))
 }
 
-/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `sampling`, `defects` and `partition` of `table`.
+/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `uncertainty`, `sampling`, `defects` and `partition` of `table`.
 /// Files they name are found from `folder`.
 pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let section = table.section("surface");
@@ -80,7 +83,10 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         })
     };
     let (pv_nm, rms_nm) = (limit("pv_nm"), limit("rms_nm"));
+    let (limits, guard) = judging::limits(&tolerance);
     tolerance.finish();
+    let needed = guard.is_some() || !limits.is_empty();
+    let judging = Judging { uncertainty: judging::uncertainty(table, needed), limits, guard };
 
     let sampling = table.section("sampling");
     let gap_limit_mm =
@@ -95,6 +101,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         free,
         pv_nm,
         rms_nm,
+        judging,
         gap_limit_mm,
         epsilon_limit,
         coverage_min,

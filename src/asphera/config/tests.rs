@@ -47,8 +47,33 @@ fn commented_keys_of_the_reference_are_known() {
     }
 }
 
+/// The tables of limits and uncertainty are shown as examples, which hold together but are not defaults.
+#[test]
+fn commented_limits_and_uncertainties_of_the_reference_are_known() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let from = text.find("[nominal.tolerance]").unwrap();
+    let to = text.find("[nominal.sampling]").unwrap();
+    let shown: String = text[from..to]
+        .lines()
+        .map(|line| match line.strip_prefix("# ") {
+            Some("guard_factor = 2") => String::new(),
+            Some(setting) if setting.starts_with('[') || ALTERNATIVES.contains(&setting) => {
+                format!("{setting}\n")
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let config =
+        Config::parse("asphera.toml", &format!("{}{shown}{}", &text[..from], &text[to..])).unwrap();
+    let judging = config.part.judging;
+    assert_eq!((judging.limits.len(), judging.guard.is_some()), (2, true));
+    let (budget, draws) = judging.uncertainty.unwrap();
+    assert_eq!((budget.long_waves.len(), budget.effects.len()), (1, 7));
+    assert_eq!((draws.count, draws.seed), (200, 0));
+}
+
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 16] = [
+const ALTERNATIVES: [&str; 36] = [
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",
@@ -65,6 +90,26 @@ const ALTERNATIVES: [&str; 16] = [
     "length = 13",
     "points = 1000",
     "largest_mm = 0.5",
+    "pvr_nm = 250",
+    "guard_probability = 0.95",
+    "guard_factor = 2",
+    "inner_mm = 0",
+    "outer_mm = 4.5",
+    "rms_nm = 30",
+    "noise_nm = 5",
+    "long_wave_nm = 10",
+    "long_wave_mm = 8",
+    "long_wave_kernel = \"gaussian\"",
+    "scale_x_ppm = 1",
+    "scale_y_ppm = 1",
+    "scale_z_ppm = 1",
+    "square_xy_arcsec = 0.5",
+    "square_xz_arcsec = 0.5",
+    "square_yz_arcsec = 0.5",
+    "expansion_ppm_per_k = 7.1",
+    "temperature_k = 0.1",
+    "draws = 200",
+    "seed = 0",
 ];
 
 #[test]

@@ -201,6 +201,9 @@ impl Core {
                 Asked::Section(request, reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.section(&request)));
                 }
+                Asked::Without(terms, reply) => {
+                    let _ = reply.send(measurement.and_then(|done| done.surface.without(&terms)));
+                }
             }
         });
     }
@@ -216,6 +219,13 @@ impl Core {
                     Asked::Maps(reply) => {
                         let figures = worker.figures();
                         let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));
+                    }
+                    Asked::Without(terms, reply) => {
+                        let figures = worker.figures();
+                        // Some milliseconds, which the links shall not wait for.
+                        tokio::task::spawn_blocking(move || {
+                            let _ = reply.send(figures.and_then(|figures| figures.without(&terms)));
+                        });
                     }
                 },
                 // The pipeline is busy with the final figures; whoever comes in great number gets none.

@@ -11,6 +11,7 @@ mod worker;
 
 use std::sync::Arc;
 
+use asphera_form::figures::Term;
 use asphera_link::Command;
 use futures_util::future::BoxFuture;
 use thiserror::Error;
@@ -18,7 +19,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::{Measurement, Next, Waypoints};
+use crate::pipeline::{FormViewAnswer, Measurement, Next, Waypoints};
 use crate::publish::{ControlError, Source};
 use crate::report::Report;
 use crate::section::{Cut, SectionRequest};
@@ -104,6 +105,7 @@ enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
+    Without(Vec<Term>, oneshot::Sender<FormViewAnswer>),
     Next(oneshot::Sender<Option<Next>>),
 }
 
@@ -186,6 +188,10 @@ impl Source for Handle {
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
         Box::pin(self.ask(move |reply| Asked::Section(request, reply)))
+    }
+
+    fn without(&self, terms: Vec<Term>) -> BoxFuture<'_, FormViewAnswer> {
+        Box::pin(self.ask(move |reply| Asked::Without(terms, reply)))
     }
 
     fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {

@@ -81,10 +81,12 @@ impl View {
         self.snapshot.progress.eta_s = None;
         self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
-            let convergence = &mut self.snapshot.convergence;
-            convergence.points.push(report.points.used);
-            convergence.pv_nm.push(form.deviation.pv_nm);
-            convergence.rms_nm.push(form.deviation.rms_nm);
+            self.snapshot.convergence.push(
+                report.points.used,
+                form.deviation.pv_nm,
+                form.deviation.rms_nm,
+                form.fit.parameters.len(),
+            );
         }
         self.finished = Some(finished);
     }

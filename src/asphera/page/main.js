@@ -5,17 +5,21 @@ import { Defects } from "./defects.js";
 import { byId, setText } from "./dom.js";
 import { showFigures } from "./figures.js";
 import { DASH, count, duration, timeOfDay } from "./format.js";
-import { Links } from "./links.js";
 import { Frames } from "./frames.js";
+import { Histogram } from "./histogram.js";
+import { Light } from "./light.js";
+import { Links } from "./links.js";
 import { PartMap } from "./map.js";
 import { Maps } from "./maps.js";
 import { Plots } from "./plots.js";
 import { showProgress } from "./progress.js";
 import { Regions } from "./regions.js";
+import { Removal } from "./removal.js";
 import { SectionView } from "./section.js";
 import { Stream } from "./stream.js";
 import { takeToken } from "./token.js";
 import { showVerdict } from "./verdict.js";
+import { Zernike } from "./zernike.js";
 
 const root = document.documentElement;
 const token = takeToken();
@@ -27,6 +31,10 @@ const map = new PartMap(regions, defects);
 const maps = new Maps(token, (found) => map.setMaps(found));
 const section = new SectionView(token, map);
 const plots = new Plots();
+const histogram = new Histogram();
+const zernike = new Zernike();
+const light = new Light();
+const removal = new Removal(token, (view) => [map, histogram, zernike].forEach((shown) => shown.setView(view)));
 const stream = new Stream(token, receive, showStream);
 let link = { name: "connecting", why: "", since: null };
 let newest = null;
@@ -59,6 +67,8 @@ function draw() {
   setText(byId("skipped"), `skipped ${count(stream.skipped)}`);
   byId("skipped").title = "snapshots this page was too slow to show or missed while disconnected";
   showVerdict(snapshot);
+  light.update(snapshot);
+  removal.update(snapshot);
   regions.update(snapshot.sampling.next, Frames.of(snapshot));
   defects.update(snapshot, Frames.of(snapshot));
   map.update(snapshot);
@@ -66,6 +76,8 @@ function draw() {
   section.update(snapshot);
   showProgress(snapshot);
   plots.update(snapshot.convergence);
+  histogram.update(snapshot.form);
+  zernike.update(snapshot.form);
   links.update(snapshot);
   links.draw(link.name === "live");
   showFigures(snapshot);
@@ -77,6 +89,7 @@ function showStream(state) {
   root.dataset.stream = state.name;
   const words = { connecting: "connecting …", live: "live", stale: "not live" };
   setText(byId("stream-state"), words[state.name]);
+  light.setStream(state);
   byId("stale-banner").hidden = state.name === "live" || !state.why;
   tick();
 }
@@ -91,12 +104,15 @@ function tick() {
     setText(byId("stale-age"), since);
   }
   if (drawn) links.draw(link.name === "live");
+  light.draw();
 }
 
 setInterval(tick, 500);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   map.draw();
   plots.recolour();
+  histogram.recolour();
+  zernike.recolour();
   section.recolour();
 });
 stream.start();

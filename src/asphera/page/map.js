@@ -7,6 +7,7 @@ import { DASH, count, fixed, known, place, signedNm, significant } from "./forma
 import { pointsSince } from "./figures.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
 import { drawBeyond, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
+import { listed } from "./series.js";
 
 const FONT = "12px system-ui, sans-serif";
 const DRAG_PIXELS = 5;
@@ -17,6 +18,7 @@ export class PartMap {
   #layer = "deviation";
   #snapshot = null;
   #maps = null;
+  #view = null; // The deviation without terms; null for that as fitted.
   #chart = null; // What is drawn of the layer: grid, values, limit.
   #regions = null;
   #defects = null;
@@ -58,7 +60,7 @@ export class PartMap {
 
   /** The chart that is drawn, for whoever needs its extent; null without one. */
   get chart() {
-    return this.#chart ?? chartOf("deviation", this.#snapshot?.map, null);
+    return this.#chart ?? chartOf("deviation", this.#deviation, null);
   }
 
   update(snapshot) {
@@ -73,6 +75,12 @@ export class PartMap {
   setMaps(maps) {
     this.#maps = maps;
     if (this.#layer !== "deviation") this.#show();
+  }
+
+  /** Takes the deviation without terms, or null. */
+  setView(view) {
+    this.#view = view;
+    if (this.#layer === "deviation") this.#show();
   }
 
   setSection(section) {
@@ -134,6 +142,10 @@ export class PartMap {
     return this.#chart.nx * this.#chart.dx_mm;
   }
 
+  get #deviation() {
+    return this.#view?.map ?? this.#snapshot?.map;
+  }
+
   #choose(name) {
     this.#layer = name;
     this.#repaint();
@@ -145,7 +157,7 @@ export class PartMap {
   #repaint() {
     const layer = LAYERS[this.#layer];
     this.#table = layer.table(this.#flip.checked);
-    byId("map-title").replaceChildren(`${layer.title} `, small(layer.small));
+    this.#sayTitle();
     this.#canvas.setAttribute("aria-label", `${layer.label} Arrow keys move the cursor.`);
     byId("map-card").dataset.layer = this.#layer;
     if (layer.signed) {
@@ -155,8 +167,20 @@ export class PartMap {
     this.draw();
   }
 
+  /** What is drawn says itself what was taken out of it. */
+  #sayTitle() {
+    const layer = LAYERS[this.#layer];
+    const removed = layer.signed ? this.#view?.removed ?? [] : [];
+    const title = removed.length ? `${layer.title} less ${listed(removed)}` : layer.title;
+    const heading = byId("map-title");
+    if (heading.dataset.title !== title) heading.replaceChildren(`${title} `, small(layer.small));
+    heading.dataset.title = title;
+    byId("map-card").dataset.removed = removed.join(",");
+  }
+
   #show() {
-    this.#chart = chartOf(this.#layer, this.#snapshot?.map, this.#maps);
+    this.#sayTitle();
+    this.#chart = chartOf(this.#layer, this.#deviation, this.#maps);
     byId("map-empty").hidden = this.#chart !== null;
     const sampling = this.#layer !== "deviation";
     const measured = this.#snapshot?.points.received > 0;
@@ -218,7 +242,8 @@ export class PartMap {
 
   #drawMarks(pen) {
     const deviation = this.#snapshot?.form?.deviation;
-    if (!deviation || this.#layer !== "deviation") return;
+    // They are those of the deviation as fitted.
+    if (!deviation || this.#layer !== "deviation" || this.#view) return;
     drawMark(pen, this.#frame, deviation.at_max_mm, -1);
     drawMark(pen, this.#frame, deviation.at_min_mm, 1);
   }

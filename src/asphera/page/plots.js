@@ -1,7 +1,8 @@
-// PV and RMS against points, by uPlot.
+// PV and RMS against points with the band of their uncertainty, by uPlot.
 
 import { byId, colour, setText } from "./dom.js";
-import { count, known, nm } from "./format.js";
+import { count, known, nm, significant } from "./format.js";
+import { COVERAGE, band, sayBands } from "./series.js";
 
 /** The size of a chart as wide as its place. */
 const sizeOf = (place) => ({
@@ -14,10 +15,11 @@ export class Plots {
   #data = null;
 
   /** Draws the columns of a snapshot's convergence. */
-  update({ points, pv_nm, rms_nm }) {
+  update(convergence) {
+    const { points, pv_nm, rms_nm, pv_u_nm, rms_u_nm } = convergence;
     const empty = points.length === 0;
     byId("plots-empty").hidden = !empty;
-    for (const id of ["plot-pv", "plot-rms", "plot-readout"]) byId(id).hidden = empty;
+    for (const id of ["plot-pv", "plot-rms", "plot-readout", "plot-bands"]) byId(id).hidden = empty;
     if (empty) {
       this.#data = null;
       return;
@@ -27,9 +29,10 @@ export class Plots {
     const same = this.#data && this.#data[0].length === points.length
       && this.#data[0][last] === points[last] && this.#data[1][last] === pv_nm[last];
     if (same) return;
-    this.#data = [points, pv_nm, rms_nm];
-    this.#charts[0].setData([points, pv_nm]);
-    this.#charts[1].setData([points, rms_nm]);
+    this.#data = [points, pv_nm, rms_nm, pv_u_nm, rms_u_nm];
+    this.#charts[0].setData([points, pv_nm, ...band(pv_nm, pv_u_nm)]);
+    this.#charts[1].setData([points, rms_nm, ...band(rms_nm, rms_u_nm)]);
+    setText(byId("plot-bands"), sayBands(convergence));
     this.#tell();
   }
 
@@ -41,10 +44,11 @@ export class Plots {
   /** The figures under the cursor, or the last ones. */
   #tell() {
     if (!this.#data) return;
-    const [points, pv, rms] = this.#data;
+    const [points, pv, rms, uPv, uRms] = this.#data;
     const under = this.#charts.map((one) => one.cursor.idx).find(known);
     const at = Math.min(under ?? points.length - 1, points.length - 1);
-    setText(byId("plot-readout"), `${count(points[at])} points: PV ${nm(pv[at])} nm, RMS ${nm(rms[at])} nm`);
+    const about = (value, u) => (known(u) ? `${nm(value)} ± ${significant(COVERAGE * u, 2)} nm` : `${nm(value)} nm`);
+    setText(byId("plot-readout"), `${count(points[at])} points: PV ${about(pv[at], uPv[at])}, RMS ${about(rms[at], uRms[at])}`);
   }
 
   #build() {
@@ -89,11 +93,14 @@ function chart(parent, name, series, dash, moved) {
         dash,
         points: { show: (self) => self.data[0].length < 3 },
       },
+      { label: "lower", width: 0, points: { show: false } },
+      { label: "upper", width: 0, points: { show: false } },
     ],
+    bands: [{ series: [3, 2], fill: () => colour(`${series}-band`) }],
     legend: { show: false },
     hooks: { setCursor: [moved] },
     cursor: { y: false, sync: { key: "convergence" }, drag: { x: false, y: false } },
-  }, [[], []], parent);
+  }, [[], [], [], []], parent);
 }
 
 /** From zero, so that a small change does not look large; a flat line stands in the middle. */

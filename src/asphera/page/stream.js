@@ -1,7 +1,7 @@
 // The stream of snapshots: connects, notices silence, reconnects, counts what was missed.
 
-const ALIVE_MS = 6000; // The server says something at least every 2 s.
-const FRESH_MS = 6000; // While measuring, a snapshot older than this is old.
+const ALIVE_MS = 5000; // The server says something at least every 2 s.
+const FRESH_MS = 5000; // While measuring, a snapshot older than this is old.
 const FIRST_DELAY_MS = 500;
 const LAST_DELAY_MS = 10000;
 const EXPLAIN_MS = 3000;

@@ -13,9 +13,16 @@ const WORDS = {
   undecided: ["undecided", "UNDECIDED", "There is no answer."],
 };
 
+/** What is shown: the answer once there is one, until then what the station does. */
+export const kindOf = ({ state, verdict }) =>
+  state === "complete" || state === "failed" ? verdict.status : state;
+
+/** That in one word. */
+export const wordOf = (kind) => (WORDS[kind] ?? WORDS.none)[1];
+
 export function showVerdict(snapshot) {
-  const { state, verdict, form } = snapshot;
-  const kind = state === "complete" || state === "failed" ? verdict.status : state;
+  const { verdict, form } = snapshot;
+  const kind = kindOf(snapshot);
   const [symbol, word, note] = WORDS[kind] ?? WORDS.none;
   setAttribute(byId("verdict"), "data-kind", kind);
   setAttribute(byId("verdict-icon"), "href", `#i-${symbol}`);

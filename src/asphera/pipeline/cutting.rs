@@ -3,12 +3,15 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use asphera_form::{Grid as MapGrid, Nominal, Pose, deviations};
+use asphera_form::figures::Term;
+use asphera_form::{Aperture, Grid as MapGrid, Nominal, Pose, deviations};
 use asphera_surface::sections::SectionError;
 use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 
+use super::details::sample;
 use super::look::look;
 use super::maps::maps;
+use super::removal::{FormViewAnswer, RemovalError, of_points};
 use super::sampling::Remembered;
 use crate::config::Part;
 use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
@@ -56,6 +59,8 @@ pub(super) struct Setting {
     /// The nominal as fitted, if there is a fit.
     pub(super) lies: Option<(Nominal, Pose)>,
     pub(super) gap_limit_mm: Option<f64>,
+    /// The area each point stands for.
+    pub(super) areas_mm2: Arc<[f64]>,
     /// The cells of the maps.
     pub(super) grid: Option<MapGrid>,
     /// Tells the maps from those made before.
@@ -93,6 +98,64 @@ impl FinishedMesh {
                 .map(Arc::new)
         };
         self.maps.get_or_init(make).clone()
+    }
+
+    /// Where a place of the part frame lies in the frame of the mesh, mm; `None` without a fit.
+    pub(crate) fn on_plane(&self, part_mm: PointMm) -> Option<PointMm> {
+        self.setting.lies.as_ref().map(|(_, pose)| pose.to_measured(part_mm))
+    }
+
+    /// Smallest and largest u and v of the vertices, mm; `None` without a vertex.
+    pub(crate) fn extent_mm(&self) -> Option<[[f64; 2]; 2]> {
+        let first = self.mesh.points().first()?;
+        let start = [[first[0], first[1]]; 2];
+        Some(self.mesh.points().iter().fold(start, |[low, high], at| {
+            [[low[0].min(at[0]), low[1].min(at[1])], [high[0].max(at[0]), high[1].max(at[1])]]
+        }))
+    }
+
+    /// Smallest and largest u and v of the aperture of the part as fitted, mm: as [`FinishedMesh::counts_at`],
+    /// at the height of the vertex. `None` without a fit and where every point counts.
+    pub(crate) fn aperture_extent_mm(&self) -> Option<[[f64; 2]; 2]> {
+        let (_, pose) = self.setting.lies.as_ref()?;
+        let half_mm = match self.setting.part.aperture {
+            Aperture::None => return None,
+            Aperture::Circle { radius_mm } => [radius_mm; 2],
+            Aperture::Annulus { outer_mm, .. } => [outer_mm; 2],
+            Aperture::Rectangle { width_mm, height_mm } => {
+                // The corners of a turned rectangle, the one or the other pair.
+                let (sin, cos) = pose.rz_rad.sin_cos();
+                let (half_x, half_y) = (width_mm / 2.0, height_mm / 2.0);
+                [half_x * cos.abs() + half_y * sin.abs(), half_x * sin.abs() + half_y * cos.abs()]
+            }
+        };
+        let centre_mm = [pose.tx_mm, pose.ty_mm];
+        Some([
+            [centre_mm[0] - half_mm[0], centre_mm[1] - half_mm[1]],
+            [centre_mm[0] + half_mm[0], centre_mm[1] + half_mm[1]],
+        ])
+    }
+
+    /// Whether a place of the plane of projection, mm, lies in the aperture of the part as fitted; not
+    /// where every point counts. It is taken at the height of the vertex: a tilt moves the border by its
+    /// sine times the height of the surface there.
+    pub(crate) fn counts_at(&self, [u, v]: [f64; 2]) -> bool {
+        let Setting { part, lies, .. } = &self.setting;
+        lies.as_ref().is_some_and(|(_, pose)| {
+            let [x, y, _] = pose.to_part([u, v, pose.tz_mm]);
+            part.aperture != Aperture::None && part.aperture.contains(x, y)
+        })
+    }
+
+    /// The final deviation without `terms`, of every point; `None` without a fit. Takes time in proportion to
+    /// the points.
+    pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
+        let Setting { part, lies, areas_mm2, grid, .. } = &self.setting;
+        let ((nominal, pose), grid) = (lies.as_ref()?, grid.as_ref()?);
+        let points = self.mesh.points();
+        let deviations_mm = deviations(points, nominal, pose);
+        let sample = sample(part, pose, points, &deviations_mm, areas_mm2);
+        Some(sample.map_err(RemovalError::from).and_then(|sample| of_points(&sample, grid, terms)))
     }
 
     /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.

@@ -2,15 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use asphera_form::{Estimate, Figures, Fit, LiveEstimate, Nominal, Parameter, Pose, Termination};
+use asphera_form::{
+    Estimate, Figures, Fit, Grid, LiveEstimate, Nominal, Parameter, Pose, Termination,
+};
 use asphera_surface::Plane;
 
+use super::cells;
+use super::details::FormDetails;
 use crate::config::Part;
 use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
 use crate::snapshot::Map;
 
 /// `plane` is that of projection, in whose frame the fit was made.
-pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> FormFigures {
+pub(super) fn form(
+    part: &Part,
+    fit: &Fit,
+    figures: &Figures,
+    details: FormDetails,
+    plane: &Plane,
+) -> FormFigures {
     FormFigures {
         nominal: part.nominal.to_string(),
         fit: FitFigures {
@@ -24,11 +34,17 @@ pub(super) fn form(part: &Part, fit: &Fit, figures: &Figures, plane: &Plane) -> 
         },
         deviation: deviation(figures),
         provisional: false,
+        figures: details.figures,
+        zernike: details.zernike,
+        histogram: details.histogram,
+        rings: details.rings,
+        unknown: details.unknown,
     }
 }
 
 /// As [`form`], of running figures.
 pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) -> FormFigures {
+    let details = cells::details(&estimate.map, &part.aperture);
     FormFigures {
         nominal: part.nominal.to_string(),
         fit: FitFigures {
@@ -42,11 +58,20 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
         },
         deviation: deviation(&estimate.figures),
         provisional: true,
+        figures: Vec::new(),
+        zernike: details.zernike,
+        histogram: details.histogram,
+        rings: Vec::new(),
+        unknown: details.unknown,
     }
 }
 
 pub(super) fn map(estimate: &LiveEstimate) -> Map {
-    let grid = estimate.map.grid;
+    map_of(&estimate.map.grid, &estimate.map.mean_nm)
+}
+
+/// A map of one value for each cell, NaN where there is none.
+pub(super) fn map_of(grid: &Grid, values_nm: &[f64]) -> Map {
     let dx_mm = (grid.x_max_mm - grid.x_min_mm) / grid.nx as f64;
     let dy_mm = (grid.y_max_mm - grid.y_min_mm) / grid.ny as f64;
     Map {
@@ -56,9 +81,7 @@ pub(super) fn map(estimate: &LiveEstimate) -> Map {
         y0_mm: grid.y_min_mm + dy_mm / 2.0,
         dx_mm,
         dy_mm,
-        values_nm: estimate
-            .map
-            .mean_nm
+        values_nm: values_nm
             .iter()
             .map(|mean| mean.is_finite().then(|| (mean * 10.0).round() / 10.0))
             .collect(),
@@ -73,6 +96,7 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         min_nm: figures.min_nm,
         at_max_mm: figures.at_max_mm,
         at_min_mm: figures.at_min_mm,
+        uncertainty: None,
     }
 }
 
@@ -84,6 +108,7 @@ fn parameters(estimates: &[Estimate], nominal: &Nominal) -> BTreeMap<String, Par
                 value: estimate.value,
                 unit: estimate.parameter.unit(nominal).unwrap_or_default(),
                 u: estimate.u.filter(|u| u.is_finite()),
+                expanded_95: None,
             };
             (estimate.parameter.name(nominal), figures)
         })

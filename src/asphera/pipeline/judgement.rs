@@ -7,16 +7,15 @@ use super::figures;
 use crate::config::Part;
 use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
-/// Judges a part by its final figures.
+/// What stands in the way of a verdict that limits and figures give.
 pub(super) fn judge(
+    mut verdict: Verdict,
     part: &Part,
     mesh: &Mesh,
     fit: Result<&Fit, &FitError>,
-    found: Option<&Figures>,
     seen: &MeshFigures,
     sampling: &SamplingFigures,
 ) -> Verdict {
-    let mut verdict = compare(part, found);
     match fit {
         Err(error) => verdict.reasons.push(format!("no fit: {}", crate::error_chain(error))),
         Ok(fit) if !fit.termination.is_converged() => {
@@ -99,7 +98,8 @@ pub(crate) fn undecide(verdict: &mut Verdict, reason: String) {
     verdict.reasons.push(reason);
 }
 
-fn compare(part: &Part, found: Option<&Figures>) -> Verdict {
+/// PV and RMS held against their limits as they are.
+pub(super) fn compare(part: &Part, found: Option<&Figures>) -> Verdict {
     let verdict = verdict(found, &Tolerance { pv_nm: part.pv_nm, rms_nm: part.rms_nm });
     Verdict {
         status: match verdict.status {
@@ -115,6 +115,9 @@ fn compare(part: &Part, found: Option<&Figures>) -> Verdict {
                 limit: check.limit,
                 value: check.value,
                 ok: check.ok,
+                u: None,
+                guard_band: None,
+                rule: None,
             })
             .collect(),
         reasons: verdict.reason.map(|reason| reason.to_string()).into_iter().collect(),

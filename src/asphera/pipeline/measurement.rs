@@ -5,12 +5,14 @@ use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
+use super::details::{areas_mm2, details};
 use super::figures;
-use super::judgement::judge;
+use super::judgement::{compare, judge};
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
 use super::running::fit_settings;
 use super::sampling::{Next, Remembered};
+use super::uncertainties::{self, assess, tell};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
 
@@ -77,15 +79,28 @@ pub(super) fn measure(
             }
         }
     }
-    let form = result
-        .as_ref()
-        .ok()
-        .zip(found.as_ref())
-        .map(|(fit, found)| figures::form(&part, fit, found, &plane));
+    let well_sampled = triangles
+        .iter()
+        .zip(&covered)
+        .filter_map(|(&corners, &covered)| covered.then_some(corners));
+    let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
+    let mut form = result.as_ref().ok().zip(found.as_ref()).map(|(fit, found)| {
+        let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
+        figures::form(&part, fit, found, details, &plane)
+    });
+    let assessed = result.as_ref().ok().and_then(|fit| assess(&part, mesh.points(), fit, &plane));
+    if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
+        tell(form, assessed, &part);
+    }
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let known = form.as_ref().map(|_| &deviations_mm[..]);
     let features = defects::of_part(meshed, &part, known.ok_or("there is no fit".to_owned()));
-    let verdict = judge(&part, &mesh, result.as_ref(), found.as_ref(), &seen, &sampling);
+    let compared = match &assessed {
+        None => compare(&part, found.as_ref()),
+        Some(Ok(assessed)) => uncertainties::compare(&part, assessed),
+        Some(Err(error)) => uncertainties::unknown(error),
+    };
+    let verdict = judge(compared, &part, &mesh, result.as_ref(), &seen, &sampling);
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
         form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
@@ -95,6 +110,7 @@ pub(super) fn measure(
         plane,
         lies: result.ok().map(|fit| (fit.nominal, fit.pose)),
         gap_limit_mm: sampling.gap_limit_mm,
+        areas_mm2: areas_mm2.into(),
         grid,
         maps_version,
         remembered,

@@ -4,8 +4,10 @@
 //! many there are; the final figures are made once, from all points, and depend on nothing but the points
 //! and their order. No clock is read here.
 
+mod cells;
 mod cutting;
 mod defects;
+mod details;
 mod figures;
 mod judgement;
 mod look;
@@ -13,13 +15,17 @@ mod maps;
 mod measurement;
 mod partition;
 mod projection;
+mod removal;
 mod running;
 pub(crate) mod sampling;
+mod uncertainties;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use asphera_form::Aperture;
+use asphera_form::figures::Term;
 use asphera_surface::{BATCH_POINTS, Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
@@ -27,6 +33,7 @@ pub use defects::features_of_mesh;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::{DeviationMap, Measurement};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+pub use removal::{FormViewAnswer, RemovalError};
 pub use sampling::{
     MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
     sampling_of_points,
@@ -80,12 +87,29 @@ pub struct RunningFigures {
     pub form: Option<FormFigures>,
     /// The deviation over the aperture.
     pub map: Option<Map>,
+    /// The cells of that map, to take terms out of.
+    cells: Option<Cells>,
     /// The sampling over the aperture, as of [`SamplingFigures::as_of_points`].
     pub maps: Option<Arc<SamplingMaps>>,
     /// PV and RMS so far.
     pub convergence: Convergence,
     /// Points received but not yet in the mesh.
     pub pending: u64,
+}
+
+/// The cells of a running map.
+struct Cells {
+    map: asphera_form::Map,
+    aperture: Aperture,
+    used: u64,
+}
+
+impl RunningFigures {
+    /// The deviation without `terms`, of the cells of the map; `None` before the first fit.
+    pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
+        let Cells { map, aperture, used } = self.cells.as_ref()?;
+        Some(removal::of_cells(map, aperture, *used, terms))
+    }
 }
 
 impl Pipeline {
@@ -207,6 +231,11 @@ impl Pipeline {
                 .as_ref()
                 .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
             map: estimate.as_ref().map(figures::map),
+            cells: estimate.map(|estimate| Cells {
+                aperture: self.part.aperture,
+                used: estimate.count as u64,
+                map: estimate.map,
+            }),
             maps: self.maps.clone(),
             convergence: self.history.convergence(),
             pending: counts.pending + self.projector.waiting(),

@@ -1,6 +1,6 @@
 //! Running figures while points arrive.
 
-use asphera_form::{Aperture, FitSettings, Grid, Live, LiveEstimate, LiveSettings};
+use asphera_form::{Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings};
 use asphera_surface::PointMm;
 
 use crate::config::Part;
@@ -126,25 +126,16 @@ impl History {
         if self.rows.points.last().is_some_and(|last| *last >= count) {
             return;
         }
-        self.rows.points.push(count);
-        self.rows.pv_nm.push(estimate.figures.pv_nm);
-        self.rows.rms_nm.push(estimate.figures.rms_nm);
+        let Figures { pv_nm, rms_nm, .. } = estimate.figures;
+        self.rows.push(count, pv_nm, rms_nm, estimate.estimates.len());
         if self.rows.points.len() > MAX_ROWS {
-            // Every other row goes: the shape of the curve stays.
-            thin(&mut self.rows.points);
-            thin(&mut self.rows.pv_nm);
-            thin(&mut self.rows.rms_nm);
+            self.rows.thin();
         }
     }
 
     pub(super) fn convergence(&self) -> Convergence {
         self.rows.clone()
     }
-}
-
-/// Keeps the first, the third, and so on.
-fn thin<T: Copy>(column: &mut Vec<T>) {
-    *column = column.iter().copied().step_by(2).collect();
 }
 
 const CELLS: usize = 96;

@@ -35,6 +35,59 @@ fn a_waffled_plane_gives_its_step() {
     assert!(map.values_nm.iter().all(|value| value.is_finite()));
 }
 
+/// A bowl of 200 nm with noise of about 10 nm: sums of four uniform numbers.
+fn noisy_bowl() -> impl Iterator<Item = PointMm> {
+    let mut state = 1_u64;
+    let mut uniform = move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+    };
+    (0..3600).map(move |index| {
+        let (x, y) = ((index % 60) as f64, (index / 60) as f64);
+        let bowl = 2e-4 * ((x - 29.5).powi(2) + (y - 29.5).powi(2)) / 1740.0;
+        [x, y, bowl + 1e-5 * 3.0_f64.sqrt() * (0..4).map(|_| uniform()).sum::<f64>()]
+    })
+}
+
+#[test]
+fn a_guard_band_parts_the_certain_from_the_near() {
+    let judged = |rms_nm: f64, pv_nm: f64| {
+        let part = format!(
+            "[surface]\nkind = \"plane\"\n[tolerance]\nrms_nm = {rms_nm}\npv_nm = {pv_nm}\n\
+             guard_probability = 0.95\n[uncertainty]\nlong_wave_nm = 4\nlong_wave_mm = 20\n"
+        );
+        measured(&part, noisy_bowl()).report
+    };
+    let report = judged(1e4, 1e4);
+    let form = report.form.unwrap();
+    let told = form.deviation.uncertainty.unwrap();
+    assert!(told.noise_measured && (told.noise_nm - 10.0).abs() < 0.7, "{told:?}");
+    assert!(told.rms_without_noise_nm < form.deviation.rms_nm && told.u_rms_nm > 0.1);
+    assert!(told.pv_95_nm[0] < form.deviation.pv_nm && told.u_pv_nm > 1.0 && told.draws == 200);
+    // A wave of 4 nm leaves some nanometres of tz, far more than the noise of 3600 points.
+    let tz = &form.fit.parameters["tz"];
+    assert!(tz.u.unwrap() > 1e-6 && tz.expanded_95.unwrap() > 1.9 * tz.u.unwrap());
+    assert_eq!(report.verdict.status, Status::Pass);
+    let check = &report.verdict.checks[1];
+    assert!(check.rule.as_ref().unwrap().contains("ISO 14253-1"));
+    assert!((check.guard_band.unwrap() / check.u.unwrap() - 1.645).abs() < 0.01, "{check:?}");
+
+    let near = judged(form.deviation.rms_nm * 1.0001, 1e4);
+    assert_eq!(near.verdict.status, Status::Undecided);
+    assert!(near.verdict.reasons[0].contains("nearer to its limit than its guard band"));
+    assert_eq!(judged(form.deviation.rms_nm * 0.5, 1e4).verdict.status, Status::Fail);
+}
+
+#[test]
+fn too_few_points_to_measure_noise_by_leave_the_guard_band_undecided() {
+    let part = "[surface]\nkind = \"plane\"\n[tolerance]\npv_nm = 1e9\nguard_factor = 2\n";
+    let report = measured(part, waffle(3)).report;
+    assert_eq!(report.verdict.status, Status::Undecided);
+    assert!(report.verdict.reasons[0].contains("state the noise instead"), "{:?}", report.verdict);
+    assert!(report.form.unwrap().deviation.uncertainty.is_none());
+}
+
 #[test]
 fn gaps_conflicts_and_duplicates_are_counted_and_a_conflict_is_no_pass() {
     let odd = [[0.0, 0.0, 5e-5], [1.0, 1.0, 3.0], [f64::NAN, 0.0, 0.0]];

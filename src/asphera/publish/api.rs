@@ -25,6 +25,7 @@ pub(super) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/v1/mesh.ply", get(mesh))
         .route("/api/v1/maps", get(maps))
         .route("/api/v1/section", get(section))
+        .route("/api/v1/form", get(form))
         .route("/api/v1/waypoints.csv", get(waypoints))
         .route("/api/v1/report", get(report))
         .route("/api/v1/links", get(links))
@@ -132,6 +133,24 @@ async fn section(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {
             .found(uri.query().unwrap_or_default())
             .into_response(),
         None => no_mesh().into_response(),
+    }
+}
+
+/// The deviation with terms taken out, to look at; without any, as fitted.
+async fn form(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {
+    let terms = match query::form(uri.query().unwrap_or_default()) {
+        Ok(terms) => terms,
+        Err(problem) => return problem.into_response(),
+    };
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.without(terms).await {
+        Some(Ok(view)) => Json(view).into_response(),
+        Some(Err(error)) => Problem::new(StatusCode::CONFLICT, error.to_string())
+            .expected("a deviation at more places than terms")
+            .into_response(),
+        None => Problem::new(StatusCode::NOT_FOUND, "there is no deviation yet")
+            .expected("a session with a fit")
+            .into_response(),
     }
 }
 

@@ -1,9 +1,10 @@
-//! What the query of `/api/v1/section` asks for.
+//! What the queries of `/api/v1/section` and `/api/v1/form` ask for.
 
 use axum::http::StatusCode;
 
 use super::problem::Problem;
 use crate::section::SectionRequest;
+use crate::snapshot::Term;
 
 /// Reads `line=X1,Y1,X2,Y2`, `circle=X,Y,R` or `radius=DEG[&centre=X,Y]`.
 pub(super) fn section(query: &str) -> Result<SectionRequest, Problem> {
@@ -61,6 +62,33 @@ fn numbers<const N: usize>(key: &str, value: &str, form: &str) -> Result<[f64; N
     })
 }
 
+/// Reads `remove=TERM,TERM,…`; nothing is removed without it.
+pub(super) fn form(query: &str) -> Result<Vec<Term>, Problem> {
+    let mut terms: Option<Vec<Term>> = None;
+    for (key, value) in query.split('&').filter(|part| !part.is_empty()).map(parted) {
+        if key != "remove" {
+            return Err(bad("unknown parameter of the form").expected(REMOVE).found(key));
+        }
+        let value = value.replace("%2C", ",").replace("%2c", ",");
+        let read: Result<_, _> =
+            value.split(',').filter(|name| !name.is_empty()).map(term).collect();
+        if terms.replace(read?).is_some() {
+            return Err(bad("the terms to remove are given twice").expected(REMOVE).found(query));
+        }
+    }
+    Ok(terms.unwrap_or_default())
+}
+
+fn term(name: &str) -> Result<Term, Problem> {
+    let all =
+        [Term::Piston, Term::Tilt, Term::Power, Term::Astigmatism, Term::Coma, Term::Spherical];
+    all.into_iter().find(|term| term.to_string() == name).ok_or_else(|| {
+        bad("no such term to remove")
+            .expected(all.map(|term| term.to_string()).join(", "))
+            .found(name)
+    })
+}
+
 fn parted(part: &str) -> (&str, &str) {
     part.split_once('=').unwrap_or((part, ""))
 }
@@ -70,6 +98,7 @@ fn bad(error: impl Into<String>) -> Problem {
 }
 
 const KEYS: &str = "line, circle, radius or centre";
+const REMOVE: &str = "remove=TERM,TERM,… once";
 const ONE: &str = "one of line=X1,Y1,X2,Y2, circle=X,Y,R and radius=DEG[&centre=X,Y]";
 
 #[cfg(test)]
@@ -88,6 +117,25 @@ mod tests {
         let radius = |centre_mm| SectionRequest::Radius { centre_mm, angle_rad: FRAC_PI_2 };
         assert_eq!(section("radius=90").unwrap(), radius(None));
         assert_eq!(section("centre=1,2&radius=90").unwrap(), radius(Some([1.0, 2.0])));
+    }
+
+    #[test]
+    fn terms_are_read_and_others_told() {
+        assert_eq!(form("").unwrap(), []);
+        assert_eq!(form("remove=").unwrap(), []);
+        assert_eq!(
+            form("remove=tilt%2Cpower,coma").unwrap(),
+            [Term::Tilt, Term::Power, Term::Coma]
+        );
+        for (query, what) in [
+            ("remove=tilt,trefoil", "piston, tilt, power, astigmatism, coma, spherical"),
+            ("remove=Tilt", "no such term"),
+            ("remove=tilt&remove=power", "given twice"),
+            ("terms=tilt", "unknown parameter"),
+        ] {
+            let problem = form(query).unwrap_err();
+            assert!(format!("{problem:?}").contains(what), "{query}: {problem:?}");
+        }
     }
 
     #[test]

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
-use crate::pipeline::Waypoints;
+use crate::pipeline::{FormViewAnswer, Waypoints};
 use crate::report::Report;
 use crate::section::{Cut, SectionRequest};
-use crate::snapshot::{SamplingMaps, Snapshot};
+use crate::snapshot::{SamplingMaps, Snapshot, Term};
 
 /// A station as the server sees it. Every method may be called at any time from any task.
 pub trait Source: Send + Sync + 'static {
@@ -23,6 +23,10 @@ pub trait Source: Send + Sync + 'static {
 
     /// A section of the mesh as it is now.
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut>;
+
+    /// The deviation as it is now without `terms`; `None` while there is none. At most one runs at a time.
+    fn without(&self, terms: Vec<Term>) -> BoxFuture<'_, FormViewAnswer>;
+
     /// Places to measure next, as comma-separated values; `None` while nothing is known of the sampling. At
     /// most one runs at a time.
     fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>>;

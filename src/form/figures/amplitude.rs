@@ -1,6 +1,6 @@
 //! Range and root mean square, with their robust variants.
 
-use super::expansion::{FringeCount, expand_fringe};
+use super::expansion::{FringeCount, FringeFit, fringe_fit};
 use super::{Definition, Figure, Sample, SettingError, Unknown};
 
 /// What a root mean square is about.
@@ -100,20 +100,27 @@ fn end<'a>(sorted: impl Iterator<Item = &'a (f64, f64)>, outside: f64) -> f64 {
 ///
 /// Unknown where the places do not determine every term.
 pub fn pvr(sample: &Sample, count: FringeCount) -> Result<Figure, Unknown> {
-    let last = count.last();
-    let terms: Vec<u8> = (1..=last).collect();
-    let expansion = expand_fringe(sample, &terms, terms.len() + 1)?;
-    let indeterminate = terms.iter().zip(&expansion.coefficients_nm);
-    let indeterminate = indeterminate.filter(|(_, value)| value.is_none());
-    let indeterminate: Vec<u8> = indeterminate.map(|(&term, _)| term).collect();
-    if !indeterminate.is_empty() {
-        return Err(Unknown::Indeterminate { terms: indeterminate });
+    let (used, needed) = (sample.weighted(), usize::from(count.last()) + 1);
+    if !sample.is_empty() && used < needed {
+        return Err(Unknown::TooFewPoints { used, needed });
     }
-    let residual = &expansion.residual_nm;
-    let fitted: Vec<f64> = sample.values_nm().iter().zip(residual).map(|(v, r)| v - r).collect();
-    let [low, high] = Sample::range(&fitted).ok_or(Unknown::NoPoints)?;
-    let rms = sample.mean(|i| residual[i] * residual[i]).sqrt();
-    Ok(Figure::new(Definition::Pvr { terms: last }, high - low + 3.0 * rms))
+    fringe_fit(sample, count)?.pvr()
+}
+
+impl FringeFit {
+    /// [`pvr`] of the sample the fit was made of, without another fit.
+    pub fn pvr(&self) -> Result<Figure, Unknown> {
+        let (used, terms) = (self.used, self.coefficients_nm.len());
+        if used <= terms {
+            return Err(Unknown::TooFewPoints { used, needed: terms + 1 });
+        }
+        let indeterminate = self.indeterminate();
+        if !indeterminate.is_empty() {
+            return Err(Unknown::Indeterminate { terms: indeterminate });
+        }
+        let definition = Definition::Pvr { terms: terms as u8 };
+        Ok(Figure::new(definition, self.range_nm + 3.0 * self.residual_rms_nm))
+    }
 }
 
 /// Relative rounding of a sum over any realistic number of points.

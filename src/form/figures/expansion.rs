@@ -36,6 +36,8 @@ pub struct FringeFit {
     pub coefficients_nm: Vec<Option<f64>>,
     /// RMS of the residual in nm.
     pub residual_rms_nm: f64,
+    /// Largest minus smallest value of the fit at the measured places in nm.
+    pub range_nm: f64,
     /// Largest over smallest singular value of the terms at the places, each scaled to unit length: how
     /// much larger than the noise of the deviations that of a coefficient may be.
     pub condition: f64,
@@ -65,8 +67,11 @@ pub fn fringe_fit(sample: &Sample, count: FringeCount) -> Result<FringeFit, Unkn
     let terms: Vec<u8> = (1..=count.last()).collect();
     let expansion = expand_fringe(sample, &terms, terms.len())?;
     let residual = &expansion.residual_nm;
+    let fitted: Vec<f64> = sample.values_nm().iter().zip(residual).map(|(v, r)| v - r).collect();
+    let [low, high] = Sample::range(&fitted).ok_or(Unknown::NoPoints)?;
     Ok(FringeFit {
         radius_mm: sample.radius_mm(),
+        range_nm: high - low,
         residual_rms_nm: sample.mean(|i| residual[i] * residual[i]).sqrt(),
         coefficients_nm: expansion.coefficients_nm,
         condition: expansion.condition,

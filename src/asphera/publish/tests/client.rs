@@ -14,12 +14,13 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
-use crate::pipeline::Waypoints;
+use crate::pipeline::{FormViewAnswer, Waypoints};
 use crate::publish::{ControlError, Limits, Server, Source, Token};
 use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
 use crate::section::{Cut, SectionRequest, cut_points};
 use crate::snapshot::{
-    self, Connection, Convergence, LinkState, Map, Progress, SamplingMaps, Snapshot, State,
+    self, Connection, Convergence, FormView, LinkState, Map, Progress, SamplingMaps, Snapshot,
+    State, Term,
 };
 
 pub(super) const TOKEN: &str = "an-operators-token_01";
@@ -32,6 +33,7 @@ pub(super) struct Station {
     pub(super) maps: Option<Arc<SamplingMaps>>,
     /// Of the surface that is cut.
     pub(super) points: Vec<[f64; 3]>,
+    pub(super) view: FormViewAnswer,
     pub(super) waypoints: Option<Waypoints>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
@@ -46,6 +48,7 @@ impl Station {
             mesh: None,
             maps: None,
             points: Vec::new(),
+            view: None,
             waypoints: None,
             report: None,
             answer: Ok(()),
@@ -74,6 +77,14 @@ impl Source for Station {
 
     fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
         Box::pin(async move { cut_points(&self.points, &request) })
+    }
+
+    fn without(&self, terms: Vec<Term>) -> BoxFuture<'_, FormViewAnswer> {
+        Box::pin(async move {
+            let view = self.view.clone()?;
+            let removed = terms.iter().map(ToString::to_string).collect();
+            Some(view.map(|view| FormView { removed, ..view }))
+        })
     }
 
     fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {

@@ -1,12 +1,15 @@
 //! What each address answers.
 
-use crate::pipeline::Waypoints;
 use std::error::Error as _;
 use std::sync::Arc;
 
 use super::client::{Running, Station, TOKEN, report, within};
+use crate::pipeline::Waypoints;
 use crate::publish::{BindError, Server, Token};
-use crate::snapshot::{MAPS_FORMAT, MapLayer, SamplingMaps};
+use crate::report::{HistogramFigures, Source};
+use crate::snapshot::{
+    FORM_VIEW_FORMAT, FormView, MAPS_FORMAT, Map, MapLayer, RemovedTerm, SamplingMaps, Unknown,
+};
 
 #[tokio::test]
 async fn reads_answer_as_json() {
@@ -193,6 +196,55 @@ async fn maps_come_once_for_each_content() {
     let host = server.host();
     let known = [("Host", host.as_str()), ("If-None-Match", tag.as_str())];
     assert_eq!(server.ask("GET", "/api/v1/maps", &known).await.status, 200);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn the_form_comes_without_the_terms_that_are_named() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    assert!(server.get("/api/v1/form?remove=tilt").await.problem(404).contains("no deviation yet"));
+    let unknown = server.get("/api/v1/form?remove=tilt,piton").await.problem(400);
+    assert!(unknown.contains("piston, tilt, power") && unknown.contains("piton"), "{unknown}");
+    server.end().await;
+    station.view = Some(Err(Unknown::TooFewPoints { used: 3, needed: 5 }.into()));
+    let server = Running::start(&station).await;
+    let few = server.get("/api/v1/form?remove=tilt").await.problem(409);
+    assert!(few.contains('3') && few.contains('5'), "{few}");
+    server.end().await;
+    let map = Map {
+        nx: 2,
+        ny: 1,
+        x0_mm: 0.0,
+        y0_mm: 0.0,
+        dx_mm: 1.0,
+        dy_mm: 1.0,
+        values_nm: vec![Some(1.5), None],
+    };
+    station.view = Some(Ok(FormView {
+        format: FORM_VIEW_FORMAT,
+        source: Source::Cells,
+        as_of_points: 9,
+        provisional: true,
+        removed: Vec::new(),
+        terms: vec![RemovedTerm { index: 2, value_nm: None }],
+        pv_nm: 3.0,
+        rms_nm: 1.0,
+        map,
+        histogram: HistogramFigures {
+            low_nm: -1.0,
+            width_nm: 0.5,
+            counts: vec![9],
+            source: Source::Cells,
+        },
+    }));
+    let server = Running::start(&station).await;
+    let found = server.get("/api/v1/form?remove=tilt,power").await.json();
+    assert_eq!(found["format"], "asphera.form-view/1");
+    assert_eq!(found["removed"], serde_json::json!(["tilt", "power"]));
+    assert_eq!(found["source"], "map of cells");
+    assert_eq!(found["map"]["values_nm"], serde_json::json!([1.5, null]));
+    assert!(found["terms"][0]["value_nm"].is_null());
     server.end().await;
 }
 

@@ -125,6 +125,14 @@ fn map_holds_the_mean_deviation_and_gaps() {
         } else {
             assert!((value - (2.0 - mean)).abs() < 1e-8, "{cell}: {value}");
         }
+        let centroid_mm = estimate.map.centroids_mm[cell];
+        if cell == 6 {
+            assert_eq!(estimate.map.counts[cell], 0);
+            assert!(centroid_mm[0].is_nan() && centroid_mm[1].is_nan());
+        } else {
+            assert_eq!(estimate.map.counts[cell], 2);
+            assert_eq!(centroid_mm, [(cell % 4) as f64 + 0.5, (cell / 4) as f64 + 0.5]);
+        }
     }
     assert!((estimate.figures.pv_nm - 13.0).abs() < 1e-8);
     assert_eq!(estimate.figures.at_min_mm[..2], [10.0, 0.0]);

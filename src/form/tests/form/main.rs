@@ -21,6 +21,8 @@ mod robust;
 mod search;
 mod shapes;
 mod texture;
+mod uncertainty_known;
+mod uncertainty_study;
 mod zone_degenerate;
 mod zone_known;
 mod zone_laws;

@@ -1,0 +1,237 @@
+//! How a part is judged: limits of further figures, guard band, and what is known of the errors of the points.
+
+use std::f64::consts::PI;
+
+use asphera_form::Aperture;
+use asphera_form::figures::SlopeSettings;
+use asphera_form::uncertainty::{Budget, Draws, Effect, Kernel, LongWave, Noise};
+use asphera_form::verdict::{Guard, Limit};
+
+use super::document::Section;
+
+/// How a part is judged beyond PV and RMS of the whole aperture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judging {
+    /// Limits of other figures and of zones, each with the name it has in the verdict.
+    pub limits: Vec<(String, Limit)>,
+    /// The decision rule; `None`: values are held against limits as they are.
+    pub guard: Option<Guard>,
+    /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
+    /// alone, as the points tell it, if a guard band or another figure needs them.
+    pub uncertainty: Option<(Budget, Draws)>,
+}
+
+/// Reads the rest of the table `tolerance`: everything but `pv_nm` and `rms_nm`.
+pub(super) fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
+    let slope = slope(tolerance);
+    let mut limits = figures(tolerance, &FIGURES, Aperture::None, slope, "");
+    for zone in tolerance.array("zone") {
+        let (inner_mm, outer_mm) = (zone.or("inner_mm", 0.0), zone.required("outer_mm"));
+        let Some(outer_mm) = outer_mm else { continue };
+        let ring = Aperture::Annulus { inner_mm, outer_mm };
+        if let Err(error) = ring.validate() {
+            zone.problem("outer_mm", "a radius above inner_mm", error);
+        }
+        let suffix = format!(" {inner_mm}-{outer_mm} mm");
+        limits.extend(figures(&zone, &WHOLE, ring, slope, &suffix));
+        limits.extend(figures(&zone, &FIGURES, ring, slope, &suffix));
+        zone.finish();
+    }
+    let factor = tolerance
+        .has("guard_factor")
+        .then(|| Guard::Factor(tolerance.within("guard_factor", 2.0, 0.0..=10.0)));
+    let probability = tolerance
+        .has("guard_probability")
+        .then(|| Guard::Probability(tolerance.within("guard_probability", 0.95, 0.501..=0.9999)));
+    if factor.is_some() && probability.is_some() {
+        tolerance.problem("guard_factor", "either guard_factor or guard_probability", "both");
+    }
+    (limits, factor.or(probability))
+}
+
+/// The limits of one table.
+fn figures(
+    table: &Section<'_>,
+    names: &[(&str, &str)],
+    zone: Aperture,
+    slope: Option<SlopeSettings>,
+    suffix: &str,
+) -> Vec<(String, Limit)> {
+    let read = |&(key, name): &(&str, &str)| {
+        let value = table.get::<f64>(key)?;
+        if value <= 0.0 {
+            table.problem(key, "a limit above 0", value);
+            return None;
+        }
+        let of_slope = key.ends_with("_urad");
+        if of_slope && slope.is_none() {
+            table.problem(key, "slope_over_mm and slope_step_mm in the table tolerance", "none");
+            return None;
+        }
+        let definition = Limit::named(name).expect("every name of the table is one of a figure");
+        let slope = slope.filter(|_| of_slope);
+        Some((format!("{key}{suffix}"), Limit { definition, value, zone, slope }))
+    };
+    names.iter().filter_map(read).collect()
+}
+
+fn slope(tolerance: &Section<'_>) -> Option<SlopeSettings> {
+    let (over_mm, step_mm) = (tolerance.get("slope_over_mm"), tolerance.get("slope_step_mm"));
+    match SlopeSettings::new(over_mm?, step_mm?) {
+        Ok(settings) => Some(settings),
+        Err(error) => {
+            tolerance.problem("slope_over_mm", "lengths above 0", error);
+            None
+        }
+    }
+}
+
+/// Reads the table `uncertainty`; `needed` if something asks for uncertainties without it.
+pub(super) fn uncertainty(table: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
+    let section = table.section("uncertainty");
+    let noise = match section.get::<f64>("noise_nm") {
+        None => Noise::Measured,
+        Some(noise_nm) => {
+            if noise_nm < 0.0 {
+                section.problem("noise_nm", "a number not below 0", noise_nm);
+            }
+            Noise::Uniform { sigma_mm: noise_nm.max(0.0) * 1e-6, dof: f64::INFINITY }
+        }
+    };
+    let long_waves = long_wave(&section).into_iter().collect();
+    let budget = Budget { noise, long_waves, effects: effects(&section) };
+    let count = section.within("draws", DRAWS, 20..=1_000_000);
+    let draws = Draws { count, seed: section.or("seed", 0) };
+    section.finish();
+    (section.is_present() || needed).then_some((budget, draws))
+}
+
+fn long_wave(section: &Section<'_>) -> Option<LongWave> {
+    let kernels = [("gaussian", Kernel::Gaussian), ("exponential", Kernel::Exponential)];
+    let kernel = section.word("long_wave_kernel", Kernel::Gaussian, &kernels);
+    let length_mm = section.get::<f64>("long_wave_mm");
+    let sigma_nm = section.get::<f64>("long_wave_nm")?;
+    if sigma_nm < 0.0 {
+        section.problem("long_wave_nm", "a number not below 0", sigma_nm);
+        return None;
+    }
+    let Some(length_mm) = length_mm.filter(|length_mm| *length_mm > 0.0) else {
+        section.problem("long_wave_mm", "a length above 0, for long_wave_nm", "none");
+        return None;
+    };
+    Some(LongWave { sigma_mm: sigma_nm * 1e-6, length_mm, kernel, dof: f64::INFINITY })
+}
+
+fn effects(section: &Section<'_>) -> Vec<Effect> {
+    let stated = |key: &str| {
+        let u = section.get::<f64>(key)?;
+        if u < 0.0 {
+            section.problem(key, "a number not below 0", u);
+        }
+        (u > 0.0).then_some(u)
+    };
+    let mut effects = Vec::new();
+    for (axis, key) in ["scale_x_ppm", "scale_y_ppm", "scale_z_ppm"].into_iter().enumerate() {
+        effects.extend(stated(key).map(|u| Effect::scale(axis, u * 1e-6)));
+    }
+    let angles =
+        [("square_xy_arcsec", 0, 1), ("square_xz_arcsec", 0, 2), ("square_yz_arcsec", 1, 2)];
+    for (key, first, second) in angles {
+        let u_rad = stated(key).map(|u| u * PI / (180.0 * 3600.0));
+        effects.extend(u_rad.map(|u_rad| Effect::squareness(first, second, u_rad)));
+    }
+    let (expansion, u_k) = (stated("expansion_ppm_per_k"), stated("temperature_k"));
+    match (expansion, u_k) {
+        (Some(expansion), Some(u_k)) => effects.push(Effect::thermal(expansion * 1e-6, u_k)),
+        (None, None) => {}
+        _ => {
+            section.problem(
+                "temperature_k",
+                "expansion_ppm_per_k and temperature_k",
+                "one of them",
+            );
+        }
+    }
+    effects
+}
+
+/// Figures of the whole aperture that have keys of their own in [`super::Part`].
+const WHOLE: [(&str, &str); 2] = [("pv_nm", "pv"), ("rms_nm", "rms")];
+/// Keys and names of the other figures.
+const FIGURES: [(&str, &str); 13] = [
+    ("rms_about_mean_nm", "rms_about_mean"),
+    ("pv99_nm", "pv99"),
+    ("pvr_nm", "pvr"),
+    ("a_nm", "A"),
+    ("b_nm", "B"),
+    ("c_nm", "C"),
+    ("rmst_nm", "RMSt"),
+    ("rmsi_nm", "RMSi"),
+    ("rmsa_nm", "RMSa"),
+    ("slope_max_urad", "slope_max"),
+    ("slope_rms_urad", "slope_rms"),
+    ("gradient_max_urad", "gradient_max"),
+    ("gradient_rms_urad", "gradient_rms"),
+];
+/// Tells a standard uncertainty to 5 %.
+const DRAWS: u32 = 200;
+
+#[cfg(test)]
+mod tests {
+    use asphera_form::figures::Definition;
+
+    use super::super::Part;
+    use super::*;
+
+    fn parse(rest: &str) -> Result<Part, String> {
+        Part::parse("n.toml", &format!("[surface]\nkind = \"plane\"\n{rest}"))
+            .map_err(|problems| problems.to_string())
+    }
+
+    #[test]
+    fn old_files_are_judged_as_before() {
+        let part = parse("[tolerance]\npv_nm = 100\nrms_nm = 20\n").unwrap();
+        assert_eq!(part.judging, Judging::default());
+    }
+
+    #[test]
+    fn limits_guard_and_budget_are_read() {
+        let part = parse(
+            "[tolerance]\npvr_nm = 80\nslope_max_urad = 30\nslope_over_mm = 1\nslope_step_mm = 0.5\n\
+             guard_probability = 0.95\n[[tolerance.zone]]\nouter_mm = 4.5\nrms_nm = 5\n\
+             [uncertainty]\nnoise_nm = 3\nlong_wave_nm = 10\nlong_wave_mm = 8\nscale_x_ppm = 2\n\
+             expansion_ppm_per_k = 7.1\ntemperature_k = 0.2\ndraws = 500\nseed = 4\n",
+        )
+        .unwrap();
+        let judging = part.judging;
+        let names: Vec<&str> = judging.limits.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["pvr_nm", "slope_max_urad", "rms_nm 0-4.5 mm"]);
+        assert_eq!(judging.limits[2].1.definition, Definition::RmsAboutZero);
+        assert_eq!(judging.guard, Some(Guard::Probability(0.95)));
+        let (budget, draws) = judging.uncertainty.unwrap();
+        assert_eq!((budget.effects.len(), budget.long_waves.len()), (2, 1));
+        assert_eq!(draws, Draws { count: 500, seed: 4 });
+    }
+
+    #[test]
+    fn a_guard_band_alone_takes_the_noise_from_the_points() {
+        let part = parse("[tolerance]\npv_nm = 9\nguard_factor = 2\n").unwrap();
+        assert_eq!(part.judging.uncertainty.unwrap().0, Budget::default());
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_named() {
+        for (rest, key) in [
+            ("[tolerance]\nguard_factor = 2\nguard_probability = 0.9\n", "tolerance.guard_factor"),
+            ("[tolerance]\nslope_rms_urad = 2\n", "tolerance.slope_rms_urad"),
+            ("[tolerance]\nb_nm = 0\n", "tolerance.b_nm"),
+            ("[[tolerance.zone]]\npv_nm = 3\n", "outer_mm"),
+            ("[uncertainty]\nlong_wave_nm = 3\n", "uncertainty.long_wave_mm"),
+            ("[uncertainty]\ntemperature_k = 3\n", "uncertainty.temperature_k"),
+            ("[uncertainty]\nnoise_um = 3\n", "uncertainty.noise_um"),
+        ] {
+            let problems = parse(rest).unwrap_err();
+            assert!(problems.contains(key), "{problems}");
+        }
+    }
+}

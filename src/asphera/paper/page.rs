@@ -1,0 +1,213 @@
+//! The HTML file: its parts in order.
+
+use std::fmt::{Result, Write as _};
+
+use super::provenance::Provenance;
+use super::words::{css_string, instant, percent, place, short, text};
+use super::{charts, defects, map, sections, tables};
+use crate::pipeline::Measurement;
+use crate::report::{FormFigures, Report, Status, Verdict};
+
+/// A measurement as one HTML file: style, drawings and pictures inside, no script, nothing from elsewhere.
+///
+/// It is well-formed XML too. The same arguments give the same bytes. Takes time in proportion to the nodes
+/// of the map and to the triangles two sections meet.
+pub fn html(measurement: &Measurement, provenance: &Provenance) -> String {
+    let mut out = String::new();
+    // Writing into a String cannot fail.
+    let _ = write(&mut out, measurement, provenance);
+    out
+}
+
+fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -> Result {
+    let report = &measurement.report;
+    let title = title(report, provenance);
+    let date = date(report, provenance);
+    head(out, &title, &date)?;
+    writeln!(out, "<header><h1>{}</h1>", text(&title))?;
+    if let Some(form) = &report.form {
+        writeln!(out, "<p class=\"nominal\">{}</p>", text(&form.nominal))?;
+    }
+    writeln!(out, "<p class=\"when\">Measured {}</p></header>", text(&date))?;
+    verdict(out, &report.verdict)?;
+    key_figures(out, report)?;
+    part(out, "Deviation", |out| map::figure(out, measurement))?;
+    if let Some(form) = &report.form {
+        drawings(out, measurement, form)?;
+        part(out, FIGURES, |out| tables::figures(out, form))?;
+        if let Some(zernike) = &form.zernike {
+            part(out, "Zernike terms", |out| {
+                writeln!(
+                    out,
+                    "<p class=\"note\">{} order, {}, over a disc of {} mm radius about the vertex; fitted \
+                     together. They leave an RMS of {} nm.</p>",
+                    text(&zernike.scheme),
+                    text(&zernike.normalisation),
+                    short(zernike.radius_mm),
+                    short(zernike.residual_rms_nm)
+                )?;
+                charts::zernike(out, zernike)?;
+                if !zernike.indeterminate.is_empty() {
+                    let numbers: Vec<String> =
+                        zernike.indeterminate.iter().map(ToString::to_string).collect();
+                    writeln!(
+                        out,
+                        "<p class=\"note\">Not told from lower ones by these places: {}.</p>",
+                        numbers.join(", ")
+                    )?;
+                }
+                Ok(())
+            })?;
+        }
+        part(out, "Fit", |out| tables::fit(out, &form.fit))?;
+    }
+    part(out, "Sampling", |out| tables::sampling(out, &report.sampling))?;
+    part(out, "Defects", |out| defects::features(out, &report.features))?;
+    part(out, "Points", |out| tables::points(out, report))?;
+    if !report.links.is_empty() {
+        part(out, "Links and devices", |out| tables::links(out, &report.links))?;
+    }
+    part(out, "Provenance", |out| tables::provenance(out, report, provenance))?;
+    out.push_str("</body>\n</html>\n");
+    Ok(())
+}
+
+fn drawings(out: &mut String, measurement: &Measurement, form: &FormFigures) -> Result {
+    let checks = &measurement.report.verdict.checks;
+    let pv_limit_nm = checks.iter().find(|check| check.name == "pv_nm").map(|check| check.limit);
+    let range_nm = [form.deviation.min_nm, form.deviation.max_nm];
+    if let Some(histogram) = &form.histogram {
+        part(out, "Histogram", |out| charts::histogram(out, histogram, pv_limit_nm, range_nm))?;
+    }
+    part(out, "Sections", |out| sections::figures(out, measurement))?;
+    if !form.rings.is_empty() {
+        part(out, "Radial profile", |out| charts::rings(out, &form.rings))?;
+    }
+    Ok(())
+}
+
+/// A part with its heading; nothing at all where there is nothing to show.
+fn part(out: &mut String, heading: &str, body: impl FnOnce(&mut String) -> Result) -> Result {
+    let mut inside = String::new();
+    body(&mut inside)?;
+    if inside.is_empty() {
+        return Ok(());
+    }
+    // A part stays on one sheet with its heading; only the figures may be longer than one.
+    let class = if heading == FIGURES { "" } else { " class=\"keep\"" };
+    writeln!(out, "<section{class}>\n<h2>{}</h2>\n{inside}</section>", text(heading))
+}
+
+fn head(out: &mut String, title: &str, date: &str) -> Result {
+    out.push_str(
+        "<!DOCTYPE html>\n<html lang=\"en\" xmlns=\"http://www.w3.org/1999/xhtml\">\n<head>\n\
+         <meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n",
+    );
+    writeln!(out, "<title>{}</title>", text(title))?;
+    writeln!(out, "<meta name=\"generator\" content=\"{}\"/>", text(&Provenance::software()))?;
+    writeln!(out, "<style>\n{}", include_str!("style.css"))?;
+    // What stands on every printed sheet (CSS Paged Media 3, margin boxes).
+    writeln!(
+        out,
+        "@page {{ @top-left {{ content: {} }} @top-right {{ content: {} }} @bottom-left {{ content: {} }} }}",
+        css_string(title),
+        css_string(date),
+        css_string(&Provenance::software())
+    )?;
+    out.push_str("</style>\n</head>\n<body>\n");
+    Ok(())
+}
+
+/// Part, station or file.
+fn title(report: &Report, provenance: &Provenance) -> String {
+    let what = provenance
+        .part
+        .clone()
+        .or_else(|| report.session.as_ref().map(|session| session.station.clone()))
+        .or_else(|| provenance.files.first().map(|file| file.name.clone()));
+    match what {
+        Some(what) => format!("Form deviation: {what}"),
+        None => "Form deviation".to_owned(),
+    }
+}
+
+/// When it was measured: never today's date.
+fn date(report: &Report, provenance: &Provenance) -> String {
+    let started = report.session.as_ref().map(|session| session.started.as_str());
+    let stated = started.or(provenance.date.as_deref());
+    stated.map_or_else(|| "at a date not stated".to_owned(), instant)
+}
+
+fn verdict(out: &mut String, verdict: &Verdict) -> Result {
+    let (class, sign, word) = match verdict.status {
+        Status::Pass => ("pass", "\u{2713}", "PASS"),
+        Status::Fail => ("fail", "\u{2715}", "FAIL"),
+        Status::Undecided => ("undecided", "?", "UNDECIDED"),
+    };
+    writeln!(
+        out,
+        "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {word}</p>\n<ul>"
+    )?;
+    for check in &verdict.checks {
+        let (name, unit) = match check.name.rsplit_once('_') {
+            Some((name, unit)) => (name.to_uppercase(), unit),
+            None => (check.name.clone(), ""),
+        };
+        writeln!(
+            out,
+            "<li>{} {} {unit} {} {} {unit} allowed</li>",
+            text(&name),
+            short(check.value),
+            if check.ok { "\u{2264}" } else { "&gt;" },
+            short(check.limit),
+            unit = text(unit)
+        )?;
+    }
+    for reason in &verdict.reasons {
+        writeln!(out, "<li>{}</li>", text(reason))?;
+    }
+    if verdict.checks.is_empty() && verdict.reasons.is_empty() {
+        out.push_str("<li>no tolerance was given</li>\n");
+    }
+    out.push_str("</ul></section>\n");
+    Ok(())
+}
+
+fn key_figures(out: &mut String, report: &Report) -> Result {
+    let mut cards: Vec<(&str, String, String)> = Vec::new();
+    if let Some(form) = &report.form {
+        let deviation = &form.deviation;
+        cards.push((
+            "PV",
+            format!("{} nm", short(deviation.pv_nm)),
+            format!(
+                "{} nm at {} to {} nm at {}, part frame",
+                short(deviation.min_nm),
+                place(&deviation.at_min_mm),
+                short(deviation.max_nm),
+                place(&deviation.at_max_mm)
+            ),
+        ));
+        cards.push((
+            "RMS",
+            format!("{} nm", short(deviation.rms_nm)),
+            "about the nominal, over the points used".to_owned(),
+        ));
+    }
+    let coverage = report.sampling.coverage.map_or_else(|| "not known".to_owned(), percent);
+    cards.push(("Coverage", coverage, "of the aperture sampled densely enough".to_owned()));
+    out.push_str("<section class=\"cards\">\n");
+    for (name, value, note) in cards {
+        writeln!(
+            out,
+            "<div><p class=\"name\">{name}</p><p class=\"value\">{}</p><p class=\"note\">{}</p></div>",
+            text(&value),
+            text(&note)
+        )?;
+    }
+    out.push_str("</section>\n");
+    Ok(())
+}
+
+const FIGURES: &str = "Figures";

@@ -1,0 +1,252 @@
+//! The results as a QIF 3.0 document (ANSI QIF 3.0, ISO 23952:2020).
+
+use std::fmt::{Result, Write as _};
+
+use sha2::{Digest, Sha256};
+
+use super::provenance::Provenance;
+use super::words::text;
+use crate::report::{Check, Report, Status};
+
+/// The namespace of QIF 3.
+pub const QIF_NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
+
+/// The results of a report as a QIF document of the application Results.
+///
+/// Each limit of the verdict that is a length becomes a characteristic `OtherForm`, which QIF has for forms
+/// it has no type of its own for: definition with the tolerance, nominal, item, measurement with value and
+/// status. All figures of the form, which need no tolerance, stand as attributes of the results, with unit
+/// and variant in the name. Lengths are in mm. The same report gives the same bytes: the identifier of the
+/// document is made from its content.
+pub fn qif(report: &Report, provenance: &Provenance) -> String {
+    let mut body = String::new();
+    // Writing into a String cannot fail.
+    let _ = write_body(&mut body, report, provenance);
+    let checks = lengths(report).len() as u64;
+    // Standard and results have one each, every characteristic four.
+    let id_max = RESULTS_ID + 4 * checks;
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <QIFDocument xmlns=\"{QIF_NAMESPACE}\" versionQIF=\"3.0.0\" idMax=\"{id_max}\">\n\
+         \x20 <QPId>{}</QPId>\n{body}</QIFDocument>\n",
+        identifier(&body)
+    )
+}
+
+fn write_body(out: &mut String, report: &Report, provenance: &Provenance) -> Result {
+    writeln!(
+        out,
+        "  <Header>\n    <Application>\n      <Name>{}</Name>\n      <Organization>asphera</Organization>\n    \
+         </Application>\n  </Header>",
+        text(&Provenance::software())
+    )?;
+    writeln!(
+        out,
+        "  <StandardsDefinitions n=\"1\">\n    <Standard id=\"{STANDARD_ID}\">\n      <Organization>\n        \
+         <StandardsOrganizationEnum>ISO</StandardsOrganizationEnum>\n      </Organization>\n      \
+         <Designator>10110-5</Designator>\n      <Year>2015</Year>\n    </Standard>\n  \
+         </StandardsDefinitions>"
+    )?;
+    out.push_str(
+        "  <FileUnits>\n    <PrimaryUnits>\n      <LinearUnit>\n        <SIUnitName>meter</SIUnitName>\n        \
+         <UnitName>mm</UnitName>\n        <UnitConversion>\n          <Factor>0.001</Factor>\n        \
+         </UnitConversion>\n      </LinearUnit>\n    </PrimaryUnits>\n  </FileUnits>\n",
+    );
+    let lengths = lengths(report);
+    if !lengths.is_empty() {
+        characteristics(out, report, &lengths)?;
+    }
+    results(out, report, provenance, &lengths)
+}
+
+/// What is asked of the part: four aspects of every characteristic, of which the first three stand here.
+fn characteristics(out: &mut String, report: &Report, lengths: &[Length<'_>]) -> Result {
+    let count = lengths.len();
+    writeln!(out, "  <Characteristics>\n    <FormalStandardId>{STANDARD_ID}</FormalStandardId>")?;
+    writeln!(out, "    <CharacteristicDefinitions n=\"{count}\">")?;
+    for length in lengths {
+        let (id, limit) = (length.id, decimal_mm(length.check.limit));
+        let nominal = report.form.as_ref().map_or("", |form| form.nominal.as_str());
+        writeln!(
+            out,
+            "      <OtherFormCharacteristicDefinition id=\"{id}\">\n        <Description>{} of the deviation from \
+             {} along its normal</Description>\n        <Name>{}</Name>\n        \
+             <ToleranceValue>{limit}</ToleranceValue>\n      </OtherFormCharacteristicDefinition>",
+            text(&length.name),
+            text(nominal),
+            text(&length.name)
+        )?;
+    }
+    writeln!(out, "    </CharacteristicDefinitions>\n    <CharacteristicNominals n=\"{count}\">")?;
+    for length in lengths {
+        writeln!(
+            out,
+            "      <OtherFormCharacteristicNominal id=\"{}\">\n        \
+             <CharacteristicDefinitionId>{}</CharacteristicDefinitionId>\n        <Name>{}</Name>\n      \
+             </OtherFormCharacteristicNominal>",
+            length.id + 1,
+            length.id,
+            text(&length.name)
+        )?;
+    }
+    writeln!(out, "    </CharacteristicNominals>\n    <CharacteristicItems n=\"{count}\">")?;
+    for length in lengths {
+        writeln!(
+            out,
+            "      <OtherFormCharacteristicItem id=\"{}\">\n        <Name>{}</Name>\n        \
+             <CharacteristicNominalId>{}</CharacteristicNominalId>\n      </OtherFormCharacteristicItem>",
+            length.id + 2,
+            text(&length.name),
+            length.id + 1
+        )?;
+    }
+    out.push_str("    </CharacteristicItems>\n  </Characteristics>\n");
+    Ok(())
+}
+
+fn results(
+    out: &mut String,
+    report: &Report,
+    provenance: &Provenance,
+    lengths: &[Length<'_>],
+) -> Result {
+    writeln!(
+        out,
+        "  <Results>\n    <MeasurementResultsSet n=\"1\">\n      <MeasurementResults id=\"{RESULTS_ID}\">"
+    )?;
+    let attributes = attributes(report, provenance);
+    writeln!(out, "        <Attributes n=\"{}\">", attributes.len())?;
+    for (name, value) in attributes {
+        writeln!(
+            out,
+            "          <AttributeStr name=\"{}\" value=\"{}\"/>",
+            text(&name),
+            text(&value)
+        )?;
+    }
+    out.push_str("        </Attributes>\n");
+    if !lengths.is_empty() {
+        writeln!(
+            out,
+            "        <MeasuredCharacteristics>\n          <CharacteristicMeasurements n=\"{}\">",
+            lengths.len()
+        )?;
+        for length in lengths {
+            measurement(out, report, length)?;
+        }
+        out.push_str(
+            "          </CharacteristicMeasurements>\n        </MeasuredCharacteristics>\n",
+        );
+    }
+    let status = match report.verdict.status {
+        Status::Pass => "PASS",
+        Status::Fail => "FAIL",
+        Status::Undecided => "UNKNOWN",
+    };
+    writeln!(
+        out,
+        "        <InspectionStatus>\n          <InspectionStatusEnum>{status}</InspectionStatusEnum>\n        \
+         </InspectionStatus>\n      </MeasurementResults>\n    </MeasurementResultsSet>\n  </Results>"
+    )
+}
+
+fn measurement(out: &mut String, report: &Report, length: &Length<'_>) -> Result {
+    let status = match (report.verdict.status, length.check.ok) {
+        (Status::Undecided, _) => "INDETERMINATE",
+        (_, true) => "PASS",
+        (_, false) => "FAIL",
+    };
+    writeln!(
+        out,
+        "            <OtherFormCharacteristicMeasurement id=\"{}\">\n              <Status>\n                \
+         <CharacteristicStatusEnum>{status}</CharacteristicStatusEnum>\n              </Status>\n              \
+         <CharacteristicItemId>{}</CharacteristicItemId>",
+        length.id + 3,
+        length.id + 2
+    )?;
+    if let Some(session) = &report.session {
+        writeln!(out, "              <TimeStamp>{}</TimeStamp>", text(&session.started))?;
+    }
+    writeln!(
+        out,
+        "              <Value>{}</Value>\n            </OtherFormCharacteristicMeasurement>",
+        decimal_mm(length.check.value)
+    )
+}
+
+/// What QIF has no place for that needs no tolerance: figures, coverage, fit, session, files.
+fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)> {
+    let mut attributes = vec![("software".to_owned(), Provenance::software())];
+    let mut add = |name: &str, value: String| attributes.push((name.to_owned(), value));
+    if let Some(part) = &provenance.part {
+        add("part", part.clone());
+    }
+    if let Some(session) = &report.session {
+        add("session", session.id.clone());
+        add("station", session.station.clone());
+    }
+    if let Some(coverage) = report.sampling.coverage {
+        add("coverage of the aperture", coverage.to_string());
+    }
+    if let Some(form) = &report.form {
+        add("nominal", form.nominal.clone());
+        add("fit", format!("{}, {}", form.fit.method, form.fit.termination));
+        add("PV / nm", form.deviation.pv_nm.to_string());
+        add("RMS / nm", form.deviation.rms_nm.to_string());
+        for figure in &form.figures {
+            let name = format!("{}, {} / {}", figure.name, figure.variant, figure.unit);
+            add(&name, figure.value.to_string());
+            if let Some(u) = figure.u {
+                add(&format!("u of {name}"), u.to_string());
+            }
+        }
+    }
+    for reason in &report.verdict.reasons {
+        add("reason", reason.clone());
+    }
+    for file in &provenance.files {
+        add(&format!("SHA-256 of {}", file.name), file.sha256.clone());
+    }
+    attributes
+}
+
+/// A limit that is a length, and the first of the four ids of its characteristic.
+struct Length<'a> {
+    check: &'a Check,
+    name: String,
+    id: u64,
+}
+
+fn lengths(report: &Report) -> Vec<Length<'_>> {
+    let in_nm = report.verdict.checks.iter().filter_map(|check| {
+        let name = check.name.strip_suffix("_nm")?;
+        (check.value.is_finite() && check.limit.is_finite()).then_some((check, name))
+    });
+    in_nm
+        .zip(0..)
+        .map(|((check, name), index)| Length {
+            check,
+            name: name.to_uppercase(),
+            id: RESULTS_ID + 1 + 4 * index,
+        })
+        .collect()
+}
+
+/// Nanometres as a decimal number of mm: `xs:decimal` knows no exponent.
+fn decimal_mm(nm: f64) -> String {
+    format!("{:.12}", nm * 1e-6)
+}
+
+/// An identifier from the content: the first 128 bits of its SHA-256 as a UUID of version 8 (RFC 9562, 5.8).
+fn identifier(content: &str) -> String {
+    let hash = Sha256::digest(content.as_bytes());
+    let mut bytes = [0; 16];
+    bytes.copy_from_slice(&hash[..16]);
+    bytes[6] = bytes[6] & 0x0f | 0x80;
+    bytes[8] = bytes[8] & 0x3f | 0x80;
+    let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("{}-{}-{}-{}-{}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
+}
+
+const STANDARD_ID: u64 = 1;
+const RESULTS_ID: u64 = 2;

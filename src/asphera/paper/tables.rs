@@ -1,0 +1,360 @@
+//! The tables: figures, fit, sampling, points, links, provenance.
+
+use std::collections::BTreeMap;
+use std::fmt::{Result, Write as _};
+
+use super::provenance::Provenance;
+use super::words::{count, minus, percent, place, short, short_or_dash, text, with_u};
+use crate::report::{FitFigures, FormFigure, FormFigures, LinkFigures, Report, SamplingFigures};
+
+/// The figures of standards and optical shops, those with terms taken out in a table of their own.
+pub(super) fn figures(out: &mut String, form: &FormFigures) -> Result {
+    let (removed, whole): (Vec<&FormFigure>, Vec<&FormFigure>) =
+        form.figures.iter().partition(|figure| figure.variant.starts_with(LESS));
+    let evaluated = whole.iter().any(|figure| figure.u.is_some() || figure.expanded.is_some());
+    writeln!(
+        out,
+        "<table class=\"wide\"><thead><tr><th>figure</th><th>of</th><th class=\"n\">value</th>{}\
+         <th>definition</th></tr></thead><tbody>",
+        if evaluated { "<th class=\"n\">uncertainty</th>" } else { "" }
+    )?;
+    for figure in whole {
+        writeln!(
+            out,
+            "<tr><th>{}</th><td>{}</td><td class=\"n\">{} {}</td>{}\
+             <td class=\"small\">{} <i>({})</i></td></tr>",
+            text(&figure.name),
+            text(&figure.variant),
+            short(figure.value),
+            text(&figure.unit),
+            if evaluated {
+                format!("<td class=\"n\">{}</td>", uncertainty(figure))
+            } else {
+                String::new()
+            },
+            text(&figure.definition),
+            text(&figure.source)
+        )?;
+    }
+    out.push_str("</tbody></table>\n");
+    if !evaluated {
+        out.push_str("<p class=\"note\">No uncertainty was evaluated for these figures.</p>\n");
+    }
+    if !removed.is_empty() {
+        remainders(out, &removed)?;
+    }
+    for why in &form.unknown {
+        writeln!(out, "<p class=\"note\">Not known: {}.</p>", text(why))?;
+    }
+    Ok(())
+}
+
+fn uncertainty(figure: &FormFigure) -> String {
+    match (&figure.expanded, figure.u) {
+        (Some(expanded), _) => format!(
+            "U = {} {} (k = {:.2}, p = {})",
+            short(expanded.value),
+            text(&figure.unit),
+            expanded.k,
+            percent(expanded.p)
+        ),
+        (None, Some(u)) => format!("u = {} {} (k = 1)", short(u), text(&figure.unit)),
+        (None, None) => "not evaluated".to_owned(),
+    }
+}
+
+/// One row a set of terms taken out.
+fn remainders(out: &mut String, removed: &[&FormFigure]) -> Result {
+    let mut variants: Vec<&str> = removed.iter().map(|figure| figure.variant.as_str()).collect();
+    variants.dedup();
+    let mut names: Vec<&str> = Vec::new();
+    for figure in removed {
+        if !names.contains(&figure.name.as_str()) {
+            names.push(&figure.name);
+        }
+    }
+    out.push_str("<h3>With terms taken out</h3>\n<table><thead><tr><th>taken out</th>");
+    for name in &names {
+        write!(out, "<th class=\"n\">{}</th>", text(name))?;
+    }
+    out.push_str("</tr></thead><tbody>\n");
+    for variant in variants {
+        write!(out, "<tr><th>{}</th>", text(variant.strip_prefix(LESS).unwrap_or(variant)))?;
+        for name in &names {
+            let found =
+                removed.iter().find(|figure| figure.variant == variant && figure.name == *name);
+            match found {
+                Some(figure) => write!(
+                    out,
+                    "<td class=\"n\">{} {}</td>",
+                    short(figure.value),
+                    text(&figure.unit)
+                )?,
+                None => out.push_str("<td class=\"n\">–</td>"),
+            }
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str(
+        "</tbody></table>\n<p class=\"note\">Fringe terms over the aperture, fitted together and \
+         subtracted. The verdict is never by these.</p>\n",
+    );
+    Ok(())
+}
+
+/// How the nominal was laid into the points.
+pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
+    writeln!(
+        out,
+        "<p>{}; {}, after {} steps. Free: {}.</p>",
+        text(&fit.method),
+        text(&fit.termination),
+        fit.iterations,
+        list(&fit.free, "nothing")
+    )?;
+    if !fit.indeterminate.is_empty() {
+        writeln!(
+            out,
+            "<p>Not determined by the points, and left at their start: <b>{}</b>.</p>",
+            list(&fit.indeterminate, "")
+        )?;
+    }
+    if !fit.parameters.is_empty() {
+        out.push_str(
+            "<table><thead><tr><th>parameter</th><th class=\"n\">value ± u (k = 1)</th><th>unit</th>\
+             </tr></thead><tbody>\n",
+        );
+        for (name, parameter) in &fit.parameters {
+            writeln!(
+                out,
+                "<tr><th>{}</th><td class=\"n\">{}</td><td>{}</td></tr>",
+                text(name),
+                with_u(parameter.value, parameter.u),
+                text(&parameter.unit)
+            )?;
+        }
+        out.push_str(
+            "</tbody></table>\n<p class=\"note\">u from the residuals, taken as uncorrelated: too small \
+             by a factor of two to four where form error rules.</p>\n",
+        );
+    }
+    let pose = &fit.pose;
+    writeln!(
+        out,
+        "<p class=\"note\">Pose of the part in the measured frame, p′ = Rz·Ry·Rx·p + t: t {}, \
+         R ({}, {}, {}) rad.</p>",
+        minus(format!("({:.6}, {:.6}, {:.6}) mm", pose.tx_mm, pose.ty_mm, pose.tz_mm)),
+        minus(format!("{:.3e}", pose.rx_rad)),
+        minus(format!("{:.3e}", pose.ry_rad)),
+        minus(format!("{:.3e}", pose.rz_rad)),
+    )
+}
+
+/// Whether the points lie densely enough, and what to measure next.
+pub(super) fn sampling(out: &mut String, sampling: &SamplingFigures) -> Result {
+    let source = sampling.lfs_source.as_deref().unwrap_or("not known");
+    let rows = [
+        ("coverage of the aperture", sampling.coverage.map_or("–".to_owned(), percent)),
+        ("scanned too coarsely", short_or_dash(sampling.undersampled_area_mm2, "mm²")),
+        ("not scanned", short_or_dash(sampling.uncovered_area_mm2, "mm²")),
+        ("largest gap", short_or_dash(sampling.gap_max_mm, "mm")),
+        ("gap, 99 % of the area up to", short_or_dash(sampling.gap_p99_mm, "mm")),
+        ("gap allowed", short_or_dash(sampling.gap_limit_mm, "mm")),
+        ("largest ε", short_or_dash(sampling.epsilon_max, "")),
+        ("ε, 99 % of the area up to", short_or_dash(sampling.epsilon_p99, "")),
+        ("ε allowed", short(sampling.epsilon_target)),
+        ("smallest local feature size", short_or_dash(sampling.lfs_min_mm, "mm")),
+        ("its source", text(source)),
+        ("noise from point to point", short_or_dash(sampling.noise_sigma_nm, "nm")),
+        ("median spacing", short_or_dash(sampling.spacing_median_mm, "mm")),
+        ("recommended spacing", short_or_dash(sampling.spacing_recommended_mm, "mm")),
+        (
+            "denser than the noise allows",
+            sampling.overdense_fraction.map_or("–".to_owned(), percent),
+        ),
+        ("islands, holes", format!("{}, {}", whole(sampling.islands), whole(sampling.holes))),
+    ];
+    pairs(out, &rows)?;
+    for why in &sampling.unknown {
+        writeln!(out, "<p class=\"note\">Not known: {}.</p>", text(why))?;
+    }
+    if sampling.next.is_empty() {
+        return Ok(());
+    }
+    out.push_str(
+        "<h3>To measure next</h3>\n<table><thead><tr><th></th><th class=\"n\">area</th>\
+         <th>about</th><th class=\"n\">adds to the coverage</th><th class=\"n\">largest ε</th>\
+         <th class=\"n\">spacing needed</th><th class=\"n\">points</th></tr></thead><tbody>\n",
+    );
+    for (number, next) in (1..).zip(&sampling.next).take(NEXT_SHOWN) {
+        writeln!(
+            out,
+            "<tr><th>{number}</th><td class=\"n\">{} mm²</td><td>{}</td><td class=\"n\">{}</td>\
+             <td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+            short(next.area_mm2),
+            place(&next.at_mm),
+            next.adds_coverage.map_or("–".to_owned(), percent),
+            short_or_dash(next.epsilon_max, ""),
+            short_or_dash(next.spacing_needed_mm, "mm"),
+            whole(next.points_needed)
+        )?;
+    }
+    out.push_str("</tbody></table>\n");
+    let more = sampling.next.len().saturating_sub(NEXT_SHOWN) as u64 + sampling.next_more;
+    if more > 0 {
+        writeln!(out, "<p class=\"note\">And {} smaller regions.</p>", count(more))?;
+    }
+    Ok(())
+}
+
+/// What became of the points, and what the mesh is like.
+pub(super) fn points(out: &mut String, report: &Report) -> Result {
+    let points = &report.points;
+    let mut rows = vec![
+        ("received".to_owned(), count(points.received)),
+        ("used".to_owned(), count(points.used)),
+    ];
+    let reason = |name: &str| format!("not used: {}", text(&name.replace('_', " ")));
+    rows.extend(points.flagged.iter().map(|(name, number)| (reason(name), count(*number))));
+    rows.push(("duplicates".to_owned(), count(points.duplicates)));
+    rows.push(("lost triggers".to_owned(), count(points.lost)));
+    rows.push(("triangles".to_owned(), count(report.mesh.triangles)));
+    rows.push(("area of the mesh".to_owned(), format!("{} mm²", short(report.mesh.area_mm2))));
+    let relief = &report.mesh.relief;
+    rows.push((
+        "folds, walls, spikes".to_owned(),
+        format!("{}, {}, {}", relief.folds.len(), relief.walls, relief.spikes),
+    ));
+    if let Some(projection) = &report.mesh.projection {
+        rows.push(("plane of projection".to_owned(), text(&projection.to_string())));
+    }
+    let rows: Vec<(&str, String)> =
+        rows.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    pairs(out, &rows)
+}
+
+/// What each link and device delivered and lost.
+pub(super) fn links(out: &mut String, links: &[LinkFigures]) -> Result {
+    out.push_str(
+        "<table class=\"wide\"><thead><tr><th>device</th><th>link</th><th class=\"n\">readings</th>\
+         <th class=\"n\">lost</th><th class=\"n\">unjoined</th><th>flags and faults</th>\
+         <th>channels: mean (smallest to largest)</th></tr></thead><tbody>\n",
+    );
+    for link in links {
+        for device in &link.devices {
+            let mut flags: Vec<String> = named(&device.flagged);
+            flags.extend(named(&device.faults));
+            let channels = device.channels.iter().map(|(name, channel)| {
+                format!(
+                    "{} {} {} ({} to {})",
+                    text(name),
+                    short(channel.mean),
+                    text(&channel.unit),
+                    short(channel.min),
+                    short(channel.max)
+                )
+            });
+            writeln!(
+                out,
+                "<tr><th>{}</th><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
+                 <td class=\"n\">{}</td><td>{}</td><td class=\"small\">{}</td></tr>",
+                text(&device.name),
+                text(&link.name),
+                count(device.readings),
+                count(device.lost),
+                count(device.unjoined),
+                if flags.is_empty() { "none".to_owned() } else { flags.join(", ") },
+                channels.collect::<Vec<_>>().join("; ")
+            )?;
+        }
+        writeln!(
+            out,
+            "<tr class=\"sum\"><th></th><td>{}</td><td colspan=\"5\" class=\"small\">{} bytes received, {} \
+             discarded; opened {} times, lost {} times</td></tr>",
+            text(&link.name),
+            count(link.received_bytes),
+            count(link.discarded_bytes),
+            link.opened,
+            link.closed
+        )?;
+    }
+    out.push_str("</tbody></table>\n");
+    Ok(())
+}
+
+/// Files, software, command.
+pub(super) fn provenance(out: &mut String, report: &Report, provenance: &Provenance) -> Result {
+    let mut rows: Vec<(&str, String)> = Vec::new();
+    if let Some(session) = &report.session {
+        rows.push(("session", text(&session.id)));
+        rows.push(("station", text(&session.station)));
+        rows.push(("began", text(&session.started)));
+        rows.push(("ended", text(&session.ended)));
+        rows.push(("recorded by", format!("asphera {}", text(&session.version))));
+    }
+    if let Some(instrument) = &provenance.instrument {
+        rows.push(("instrument", text(instrument)));
+    }
+    rows.push(("evaluated by", text(&Provenance::software())));
+    rows.push(("command", format!("<code>{}</code>", text(&provenance.command))));
+    rows.push(("layout of the figures", text(&report.format)));
+    for (name, value) in rows {
+        writeln!(out, "<p class=\"origin\"><span>{name}</span> {value}</p>")?;
+    }
+    if provenance.files.is_empty() {
+        return Ok(());
+    }
+    out.push_str(
+        "<table class=\"wide\"><thead><tr><th>file</th><th class=\"n\">bytes</th><th>SHA-256</th></tr>\
+         </thead><tbody>\n",
+    );
+    for file in &provenance.files {
+        writeln!(
+            out,
+            "<tr><td>{}</td><td class=\"n\">{}</td><td><code class=\"hash\">{}</code></td></tr>",
+            text(&file.name),
+            count(file.bytes),
+            text(&file.sha256)
+        )?;
+    }
+    out.push_str("</tbody></table>\n");
+    Ok(())
+}
+
+/// Names, already escaped or ours, with values that are escaped; many in two columns.
+fn pairs(out: &mut String, rows: &[(&str, String)]) -> Result {
+    let halves = if rows.len() < 8 { rows.len().max(1) } else { rows.len().div_ceil(2) };
+    out.push_str("<div class=\"columns\">\n");
+    for half in rows.chunks(halves) {
+        out.push_str("<table class=\"pairs\"><tbody>\n");
+        for (name, value) in half {
+            writeln!(out, "<tr><th>{name}</th><td>{value}</td></tr>")?;
+        }
+        out.push_str("</tbody></table>\n");
+    }
+    out.push_str("</div>\n");
+    Ok(())
+}
+
+fn named(counts: &BTreeMap<String, u64>) -> Vec<String> {
+    counts
+        .iter()
+        .map(|(name, number)| format!("{} {}", count(*number), text(&name.replace('_', " "))))
+        .collect()
+}
+
+fn whole(number: Option<u64>) -> String {
+    number.map_or_else(|| "–".to_owned(), count)
+}
+
+fn list(names: &[String], none: &str) -> String {
+    if names.is_empty() {
+        return none.to_owned();
+    }
+    text(&names.join(", "))
+}
+
+/// How the variant of a figure begins from which terms were taken out.
+const LESS: &str = "less ";
+/// Regions that are listed.
+const NEXT_SHOWN: usize = 8;

@@ -1,0 +1,169 @@
+//! Uncertainties of the final figures, and the limits held against them.
+
+use asphera_form::figures::Definition;
+use asphera_form::uncertainty::{
+    Budget, Draws, Effect, Simulated, Uncertainty, UncertaintyError, uncertainty,
+};
+use asphera_form::verdict::{Guard, Limit, LimitError, judge};
+use asphera_form::{Aperture, Fit, Status as FormStatus};
+use asphera_surface::{Plane, PointMm};
+
+use crate::config::Part;
+use crate::error_chain;
+use crate::report::{Check, FormFigures, Status, UncertaintyFigures, Verdict};
+
+/// The uncertainties of a part.
+pub(super) struct Assessed {
+    uncertainty: Uncertainty,
+    pv: Simulated,
+    draws: Draws,
+}
+
+/// Works them out, if the nominal file asks for them. `plane` is that of projection, in whose frame points and fit are.
+pub(super) fn assess(
+    part: &Part,
+    points: &[PointMm],
+    fit: &Fit,
+    plane: &Plane,
+) -> Option<Result<Assessed, UncertaintyError>> {
+    let (budget, draws) = part.judging.uncertainty.as_ref()?;
+    let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
+    let budget = Budget { effects, ..budget.clone() };
+    let assessed = || {
+        let uncertainty = uncertainty(points, fit, &part.aperture, None, &budget)?;
+        let pv = uncertainty.peak_to_valley_nm(draws)?;
+        Ok(Assessed { uncertainty, pv, draws: *draws })
+    };
+    Some(assessed())
+}
+
+/// An effect of the machine, in the frame of the plane.
+fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
+    let (axes, whole) = (plane.axes(), effect.displacement);
+    let along = |to: [f64; 3], from: [f64; 3]| -> f64 {
+        (0..3).map(|i| (0..3).map(|j| to[i] * whole[i][j] * from[j]).sum::<f64>()).sum()
+    };
+    Effect {
+        displacement: axes.map(|to| axes.map(|from| along(to, from))),
+        about_mm: plane.to_plane(effect.about_mm),
+        ..effect.clone()
+    }
+}
+
+/// Writes the uncertainties beside the figures.
+pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
+    let Assessed { uncertainty, pv, draws } = assessed;
+    for of in &uncertainty.parameters {
+        if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
+            figures.u = Some(of.u).filter(|u| u.is_finite());
+            figures.expanded_95 = Some(of.expanded(COVERAGE).expanded).filter(|u| u.is_finite());
+        }
+    }
+    let rms = &uncertainty.rms;
+    form.deviation.uncertainty = Some(UncertaintyFigures {
+        u_pv_nm: pv.u,
+        pv_bias_nm: pv.bias,
+        pv_95_nm: pv.interval(COVERAGE),
+        u_rms_nm: rms.u_nm,
+        rms_without_noise_nm: rms.form_nm,
+        rms_95_nm: rms.interval_nm(COVERAGE),
+        noise_nm: uncertainty.noise.sigma_mm * 1e6,
+        noise_measured: uncertainty.noise.measured,
+        draws: draws.count,
+        seed: draws.seed,
+    });
+}
+
+/// The verdict by limits and guard band. What the unmeasured part may hide is judged by the coverage, elsewhere.
+pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
+    let whole = |key: &str, definition, value: Option<f64>| {
+        let limit = |value| Limit { definition, value, zone: Aperture::None, slope: None };
+        value.map(|value| (key.to_owned(), limit(value)))
+    };
+    let plain = [
+        whole("pv_nm", Definition::PeakToValley, part.pv_nm),
+        whole("rms_nm", Definition::RmsAboutZero, part.rms_nm),
+    ];
+    let named: Vec<(String, Limit)> =
+        plain.into_iter().flatten().chain(part.judging.limits.iter().cloned()).collect();
+    let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
+    let guard = part.judging.guard.unwrap_or(Guard::None);
+    let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
+    match judge(&limits, uncertainty, &part.nominal, draws, guard, Some(0.0)) {
+        Ok(judged) => {
+            let names = named.into_iter().map(|(name, _)| name);
+            let found = names.zip(judged.into_iter().map(|judged| judged.decision));
+            let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
+            for (name, decision) in found {
+                match decision {
+                    Ok(decision) => {
+                        if let Some(doubt) = decision.doubt {
+                            super::undecide(&mut verdict, format!("{name}: {doubt}"));
+                        }
+                        if decision.status == FormStatus::Fail {
+                            verdict.status = Status::Fail;
+                        }
+                        let guarded = part.judging.guard.is_some();
+                        verdict.checks.push(Check {
+                            name,
+                            limit: decision.limit,
+                            value: decision.finding.value,
+                            ok: decision.status == FormStatus::Pass,
+                            u: decision.finding.u,
+                            guard_band: decision.band.filter(|_| guarded),
+                            rule: guarded.then(|| guard.to_string()),
+                        });
+                    }
+                    Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
+                }
+            }
+            if limits.is_empty() {
+                super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
+            }
+            verdict
+        }
+        Err(error) => without(&error),
+    }
+}
+
+/// The verdict where the uncertainty that limits need cannot be worked out.
+pub(super) fn unknown(error: &UncertaintyError) -> Verdict {
+    without(&LimitError::Uncertainty(error.clone()))
+}
+
+fn without(error: &LimitError) -> Verdict {
+    Verdict {
+        status: Status::Undecided,
+        checks: Vec::new(),
+        reasons: vec![format!("the limits cannot be judged: {}", error_chain(error))],
+    }
+}
+
+/// Probability of coverage of the intervals told.
+const COVERAGE: f64 = 0.95;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_turn_with_the_plane() {
+        let plane = Plane::new([1.0, 2.0, 3.0], [1.0, 0.5, -0.2]).unwrap();
+        let effect = Effect { about_mm: [4.0, 0.0, -1.0], ..Effect::squareness(0, 2, 1e-3) };
+        let turned = in_plane(&effect, &plane);
+        // Displacing in the plane's frame is displacing in the measured one.
+        let displaced = |effect: &Effect, at: PointMm| -> PointMm {
+            let from: PointMm = std::array::from_fn(|i| at[i] - effect.about_mm[i]);
+            let row = |row: [f64; 3]| (0..3).map(|j| row[j] * from[j]).sum::<f64>();
+            let moved = effect.displacement.map(row);
+            std::array::from_fn(|i| at[i] + moved[i])
+        };
+        for point in [[5.0, -7.0, 11.0], [0.0; 3]] {
+            let truth = plane.to_plane(displaced(&effect, point));
+            let found = displaced(&turned, plane.to_plane(point));
+            for axis in 0..3 {
+                assert!((found[axis] - truth[axis]).abs() < 1e-13);
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The figures of a form deviation: what standards and optical shops call it by.
+
+use serde::{Deserialize, Serialize};
+
+/// One figure with its meaning.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FormFigure {
+    /// Its short sign: `PV`, `PVr (Fringe 1 to 36)`, `B`.
+    pub name: String,
+    /// What it is taken of: `as fitted`, `less piston, tilt`, `over 1.2 mm`.
+    pub variant: String,
+    /// Its value.
+    pub value: f64,
+    /// Unit of the value: `nm` or `µrad`.
+    pub unit: String,
+    /// Its standard uncertainty (k = 1) in the same unit; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u: Option<f64>,
+    /// Its expanded uncertainty; absent where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expanded: Option<ExpandedFigures>,
+    /// What it is, in one sentence.
+    pub definition: String,
+    /// The standard or paper that defines it.
+    pub source: String,
+}
+
+/// An expanded uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExpandedFigures {
+    /// Half the width of the interval about the value, in the unit of the value.
+    pub value: f64,
+    /// The coverage factor.
+    pub k: f64,
+    /// The probability that the interval holds the truth, 0 to 1.
+    pub p: f64,
+}
+
+/// A deviation as a sum of Zernike terms, fitted together by area-weighted least squares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ZernikeFigures {
+    /// The order of the terms: `Fringe`.
+    pub scheme: String,
+    /// What a coefficient of 1 means: `height 1 at the rim`.
+    pub normalisation: String,
+    /// Radius in mm of the disc the terms refer to, about the vertex.
+    pub radius_mm: f64,
+    /// The terms, by number.
+    pub terms: Vec<ZernikeTerm>,
+    /// Numbers of terms the places do not tell from lower ones; the sum is without them.
+    #[serde(default)]
+    pub indeterminate: Vec<u32>,
+    /// RMS of what the sum leaves, in nm.
+    pub residual_rms_nm: f64,
+    /// What the terms were fitted to.
+    #[serde(default)]
+    pub source: Source,
+}
+
+/// What a figure is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// The deviation of every point.
+    #[default]
+    #[serde(rename = "points")]
+    Points,
+    /// The mean deviations in the cells of the running map, for Zernike terms in blocks of four, each with as
+    /// much weight as it has points. What varies within is not seen.
+    #[serde(rename = "map of cells")]
+    Cells,
+}
+
+/// One Zernike term.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ZernikeTerm {
+    /// Its number, from 1.
+    pub index: u32,
+    /// Its name: `defocus`, `primary astigmatism 45°`.
+    pub name: String,
+    /// Radial order.
+    pub n: u32,
+    /// Azimuthal order: of a cosine not negative, of a sine negative.
+    pub m: i32,
+    /// Its coefficient in nm of surface height.
+    pub value_nm: f64,
+}
+
+/// How many points have which deviation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HistogramFigures {
+    /// Where the first bin begins, in nm; a bin's lower end belongs to it.
+    pub low_nm: f64,
+    /// Width of every bin in nm.
+    pub width_nm: f64,
+    /// Points in each bin; the first and the last are not empty.
+    pub counts: Vec<u64>,
+    /// What was sorted into the bins. Of cells, all points of a cell are in the bin of its mean.
+    #[serde(default)]
+    pub source: Source,
+}
+
+/// The mean deviation of one ring about the vertex.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RingFigures {
+    /// Inner radius in mm; belongs to it.
+    pub from_mm: f64,
+    /// Outer radius in mm; belongs to the next ring, that of the last ring to it.
+    pub to_mm: f64,
+    /// Points in it.
+    pub points: u64,
+    /// Share of sixteen equal sectors of it that hold a point.
+    pub covered: f64,
+    /// Area-weighted mean in nm; absent, as are the next two, where no point with an area lies in it.
+    pub mean_nm: Option<f64>,
+    /// Smallest deviation in nm.
+    pub low_nm: Option<f64>,
+    /// Largest deviation in nm.
+    pub high_nm: Option<f64>,
+}

@@ -1,0 +1,364 @@
+//! Uncertainties with a known answer: closed forms, dense matrices, equal bits.
+
+use crate::common::{Noise as Uniform, al1815, misaligned, spiral};
+use asphera_form::artefact::Artefact;
+use asphera_form::form_error::FormError;
+use asphera_form::uncertainty::{
+    Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
+    uncertainty,
+};
+use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
+use asphera_form::{
+    Aperture, Fit, FitSettings, Loss, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
+    deviations, fit, fit_weighted, minimum_zone,
+};
+use nalgebra::DMatrix;
+
+fn rigid_and_radius() -> Vec<Parameter> {
+    Parameter::RIGID.iter().copied().chain([Parameter::Radius]).collect()
+}
+
+fn part(count: usize) -> (Vec<PointMm>, Vec<[f64; 2]>, Fit) {
+    let sample = spiral(count, 9.0);
+    let error = FormError { ring: None, ..FormError::typical(9.0) };
+    let error_mm = move |x: f64, y: f64| error.height_nm(x, y) * 1e-6;
+    let free = rigid_and_radius();
+    let artefact = Artefact::new(al1815(), misaligned(), &free, &sample, error_mm).unwrap();
+    let points: Vec<PointMm> =
+        sample.iter().map(|&[x, y]| artefact.point_mm(x, y).unwrap()).collect();
+    let settings = FitSettings { free, ..FitSettings::default() };
+    let fitted = fit(&points, &al1815(), &settings).unwrap();
+    (points, sample, fitted)
+}
+
+fn uniform(sigma_mm: f64) -> Noise {
+    Noise::Uniform { sigma_mm, dof: f64::INFINITY }
+}
+
+fn wave(kernel: Kernel, length_mm: f64) -> LongWave {
+    LongWave { sigma_mm: 30e-6, length_mm, kernel, dof: f64::INFINITY }
+}
+
+/// J by central differences of the public deviations.
+fn jacobian(points: &[PointMm], fitted: &Fit) -> DMatrix<f64> {
+    let columns: Vec<Vec<f64>> = rigid_and_radius()
+        .iter()
+        .map(|parameter| {
+            let at = |step: f64| {
+                let (mut pose, mut nominal) = (fitted.pose, fitted.nominal.clone());
+                match (parameter, &mut nominal) {
+                    (Parameter::Tx, _) => pose.tx_mm += step,
+                    (Parameter::Ty, _) => pose.ty_mm += step,
+                    (Parameter::Tz, _) => pose.tz_mm += step,
+                    (Parameter::Rx, _) => pose.rx_rad += step,
+                    (Parameter::Ry, _) => pose.ry_rad += step,
+                    (Parameter::Radius, Nominal::Asphere(asphere)) => asphere.radius_mm += step,
+                    other => panic!("{other:?}"),
+                }
+                deviations(points, &nominal, &pose)
+            };
+            let h = 1e-4;
+            let (above, below) = (at(h), at(-h));
+            above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+        })
+        .collect();
+    DMatrix::from_fn(points.len(), columns.len(), |i, j| columns[j][i])
+}
+
+/// G·U·Gᵀ with every matrix written out, for weights w.
+fn dense(
+    jacobian: &DMatrix<f64>,
+    weights: &[f64],
+    u: impl Fn(usize, usize) -> f64,
+) -> DMatrix<f64> {
+    let n = weights.len();
+    let weighted = DMatrix::from_fn(n, jacobian.ncols(), |i, j| weights[i] * jacobian[(i, j)]);
+    let gram = jacobian.tr_mul(&weighted);
+    let gain = gram.try_inverse().unwrap() * weighted.transpose();
+    let u = DMatrix::from_fn(n, n, u);
+    &gain * u * gain.transpose()
+}
+
+fn assert_close(found: &Uncertainty, truth: &DMatrix<f64>, relative: f64) {
+    for (index, parameter) in found.parameters.iter().enumerate() {
+        let u = truth[(index, index)].sqrt();
+        let name = parameter.parameter;
+        assert!((parameter.u / u - 1.0).abs() < relative, "{name}: {} {u}", parameter.u);
+        for other in 0..truth.ncols() {
+            let size = u * truth[(other, other)].sqrt();
+            let error =
+                (found.covariance.entry(index, other).unwrap() - truth[(index, other)]).abs();
+            assert!(error < 2.0 * relative * size, "{name} with {other}: {error:e} of {size:e}");
+        }
+        let square: f64 = parameter.sources.iter().map(|(_, u)| u * u).sum();
+        assert!((square.sqrt() / parameter.u - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn noise_as_large_as_the_residuals_gives_the_covariance_of_the_fit() {
+    let (points, _, fitted) = part(500);
+    let budget = Budget { noise: uniform(fitted.sigma_mm), ..Budget::default() };
+    let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+    for (estimate, of) in fitted.estimates.iter().zip(&found.parameters) {
+        assert!((of.u / estimate.u.unwrap() - 1.0).abs() < 1e-9, "{:?}", of.parameter);
+        assert_eq!(of.dof, f64::INFINITY);
+        assert!((of.expanded(0.95).k - 1.959_963_985).abs() < 1e-8);
+    }
+    assert!((coverage_factor(0.95, 10.0) - 2.228_138_852).abs() < 1e-8);
+    // Noise alone leaves √((n − p)/n) of itself.
+    let left = fitted.sigma_mm * 1e6 * (494.0_f64 / 500.0).sqrt();
+    assert!((found.rms.noise_nm / left - 1.0).abs() < 1e-9);
+    assert!(found.rms.form_nm < 1e-3 && found.rms.interval_nm(0.95)[0] == 0.0);
+}
+
+#[test]
+fn unequal_noise_under_weights_and_effects_as_by_dense_matrices() {
+    let (points, _, _) = part(300);
+    let sigma_mm: Vec<f64> = (0..300).map(|i| 1e-5 * (1.0 + f64::from(i % 7))).collect();
+    // Weights that are not those of the noise.
+    let stated: Vec<f64> = (0..300).map(|i| 1e-5 * (1.0 + f64::from(i % 3))).collect();
+    let settings = FitSettings { free: rigid_and_radius(), ..FitSettings::default() };
+    let fitted = fit_weighted(&points, Some(&stated), &al1815(), &settings).unwrap();
+    let effects = vec![Effect::scale(0, 2e-6), Effect::squareness(1, 2, 3e-6)];
+    let budget = Budget {
+        noise: Noise::EachPoint(sigma_mm.clone()),
+        effects: effects.clone(),
+        ..Budget::default()
+    };
+    let found = uncertainty(&points, &fitted, &Aperture::None, Some(&stated), &budget).unwrap();
+    let j = jacobian(&points, &fitted);
+    let weights: Vec<f64> = stated.iter().map(|u| (1e-5 / u).powi(2)).collect();
+    // The normal is the derivative by the shifts with the other sign.
+    let lifted = |effect: usize, i: usize| match effect {
+        0 => -j[(i, 0)] * 2e-6 * points[i][0],
+        _ => -j[(i, 1)] * 3e-6 * points[i][2],
+    };
+    let truth = dense(&j, &weights, |a, b| {
+        let own = if a == b { sigma_mm[a] * sigma_mm[a] } else { 0.0 };
+        own + (0..2).map(|effect| lifted(effect, a) * lifted(effect, b)).sum::<f64>()
+    });
+    assert_close(&found, &truth, 1e-6);
+    assert_eq!(found.parameters[0].sources[1].0, "scale of x");
+}
+
+#[test]
+fn long_waves_as_by_dense_matrices() {
+    for (count, kernel, length_mm, relative) in [
+        (400, Kernel::Gaussian, 5.0, 2e-3),
+        (400, Kernel::Exponential, 5.0, 2e-2),
+        // More points than nodes.
+        (2500, Kernel::Gaussian, 4.0, 5e-3),
+        (2500, Kernel::Exponential, 4.0, 3e-2),
+    ] {
+        let (points, sample, fitted) = part(count);
+        let wave = wave(kernel, length_mm);
+        let budget = Budget { noise: uniform(5e-6), long_waves: vec![wave], ..Budget::default() };
+        let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+        let truth = dense(&jacobian(&points, &fitted), &vec![1.0; count], |a, b| {
+            let h = (sample[a][0] - sample[b][0]).hypot(sample[a][1] - sample[b][1]) / length_mm;
+            let correlation = match kernel {
+                Kernel::Gaussian => (-0.5 * h * h).exp(),
+                Kernel::Exponential => (-h).exp(),
+            };
+            9e-10 * correlation + if a == b { 2.5e-11 } else { 0.0 }
+        });
+        assert_close(&found, &truth, relative);
+        let independent = Budget { noise: uniform(30.4e-6), ..Budget::default() };
+        let optimistic =
+            uncertainty(&points, &fitted, &Aperture::None, None, &independent).unwrap();
+        let ratio = found.parameters[0].u / optimistic.parameters[0].u;
+        eprintln!(
+            "{count} points, {kernel:?}: {:.1e} neglected, u(tx) {ratio:.1} times that of independent noise",
+            found.neglected[0]
+        );
+        assert!(ratio > 2.0);
+    }
+}
+
+#[test]
+fn warmth_makes_a_sphere_larger_and_moves_its_centre() {
+    let nominal = Nominal::Sphere { radius_mm: 20.0 };
+    let pose = Pose { tx_mm: 3.0, tz_mm: -5.0, ..Pose::default() };
+    let place = |&[x, y]: &[f64; 2]| pose.to_measured([x, y, nominal.sag_mm(x.hypot(y))]);
+    let points: Vec<PointMm> = spiral(400, 9.0).iter().map(place).collect();
+    let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Radius];
+    let settings = FitSettings { free, start: pose, ..FitSettings::default() };
+    let fitted = fit(&points, &nominal, &settings).unwrap();
+    let effects = vec![Effect::thermal(1e-5, 0.2)];
+    let budget = Budget { noise: uniform(0.0), effects, ..Budget::default() };
+    let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+    // Every coordinate grows by 2e-6: the radius of 20 mm, and the vertex at (3, 0, −5) mm.
+    for (of, truth) in found.parameters.iter().zip([6e-6, 0.0, 1e-5, 4e-5]) {
+        assert!((of.u - truth).abs() < 1e-12, "{:?}: {}", of.parameter, of.u);
+    }
+}
+
+#[test]
+fn extremes_alone_tell_the_peak_to_valley() {
+    let (points, _, fitted) = part(3000);
+    for (noise_mm, long_waves) in
+        [(5e-6, vec![]), (30e-6, vec![]), (10e-6, vec![wave(Kernel::Gaussian, 5.0)])]
+    {
+        let budget = Budget { noise: uniform(noise_mm), long_waves, ..Budget::default() };
+        let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+        let draws = Draws { count: 400, seed: 5 };
+        let quick = found.peak_to_valley_nm(&draws).unwrap();
+        let range = |mm: &[f64]| {
+            let ends = mm.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| {
+                [low.min(value), high.max(value)]
+            });
+            Some((ends[1] - ends[0]) * 1e6)
+        };
+        let full = found.simulate(&draws, range).unwrap().unwrap();
+        assert!((quick.u / full.u - 1.0).abs() < 0.02, "{} {}", quick.u, full.u);
+        assert!((quick.bias - full.bias).abs() < 0.03 * full.u, "{} {}", quick.bias, full.bias);
+        assert_eq!(quick.measured, full.measured);
+        eprintln!(
+            "PV {:.1} nm, u {:.2} nm, bias {:.2} nm, {} candidates",
+            quick.measured, quick.u, quick.bias, quick.candidates
+        );
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(alone.install(|| found.peak_to_valley_nm(&draws).unwrap()), quick);
+        assert!(quick.bias > 0.0);
+    }
+}
+
+/// 500 measurements of 800 points, noise a tenth of the form: how often the interval of the PV holds it.
+#[test]
+fn peak_to_valley_of_form_that_stands_out() {
+    let (points, _, fitted) = part(800);
+    let normals: Vec<[f64; 3]> = points
+        .iter()
+        .map(|&point| {
+            let normal = al1815().foot(fitted.pose.to_part(point)).unwrap().normal;
+            let (end, origin) =
+                (fitted.pose.to_measured(normal), fitted.pose.to_measured([0.0; 3]));
+            std::array::from_fn(|axis| end[axis] - origin[axis])
+        })
+        .collect();
+    let truth = (fitted.residuals.high_mm - fitted.residuals.low_mm) * 1e6;
+    let mut random = Uniform::new(3);
+    let mut inside = 0;
+    for seed in 0..500 {
+        let noisy: Vec<PointMm> = points
+            .iter()
+            .zip(&normals)
+            .map(|(point, normal)| {
+                // Twelve uniform numbers of variance 1/3 make a nearly normal one.
+                let error: f64 = (0..12).map(|_| random.next()).sum::<f64>() * 0.5 * 3e-6;
+                std::array::from_fn(|axis| point[axis] + error * normal[axis])
+            })
+            .collect();
+        let settings = FitSettings {
+            free: rigid_and_radius(),
+            start: fitted.pose,
+            search: false,
+            ..FitSettings::default()
+        };
+        let again = fit(&noisy, &al1815(), &settings).unwrap();
+        let budget = Budget::default();
+        let found = uncertainty(&noisy, &again, &Aperture::None, None, &budget).unwrap();
+        let pv = found.peak_to_valley_nm(&Draws { count: 400, seed }).unwrap();
+        let [low, high] = pv.interval(0.95);
+        inside += usize::from((low..=high).contains(&truth));
+    }
+    eprintln!("PV of {truth:.1} nm inside its 95 % interval in {:.1} %", inside as f64 / 5.0);
+    assert!(inside >= 450, "{inside} of 500");
+}
+
+#[test]
+fn limits_over_zones_are_judged_with_their_uncertainty() {
+    let (points, _, fitted) = part(1500);
+    let budget = Budget { noise: uniform(5e-6), ..Budget::default() };
+    let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+    let zone = Aperture::Annulus { inner_mm: 0.0, outer_mm: 4.5 };
+    let mut limits: Vec<Limit> =
+        ["pv 1e4", "rms 1", "pvr 1e4", "A 1e4", "B 1e4", "C 1e4", "RMSt 1e4", "RMSa 1e4"]
+            .iter()
+            .map(|text| text.parse().unwrap())
+            .collect();
+    limits.push(Limit { zone, ..limits[0] });
+    let draws = Draws { count: 40, seed: 1 };
+    let judged =
+        judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), Some(0.0)).unwrap();
+    for (index, judged) in judged.iter().enumerate() {
+        let decision = judged.decision.as_ref().unwrap();
+        let expected = if index == 1 { Status::Fail } else { Status::Pass };
+        assert_eq!(decision.status, expected, "{:?}", judged.limit);
+        let u = decision.finding.u.unwrap();
+        assert!(u > 0.0 && u < 10.0, "{:?}: {u}", judged.limit);
+        assert!((decision.band.unwrap() / u - 1.644_853_627).abs() < 1e-6);
+    }
+    let value = |index: usize| judged[index].decision.as_ref().unwrap().finding.value;
+    assert!(value(8) < value(0));
+    // Nothing can be accepted as long as anything may hide.
+    let blind = judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, None).unwrap();
+    assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
+}
+
+/// What part of the points promises of the final figures, over scans that come line by line, with noise on top.
+#[test]
+fn the_final_figures_never_fall_below_what_was_promised() {
+    let (mut points, _, _) = part(1200);
+    let mut random = Uniform::new(11);
+    points.iter_mut().for_each(|point| point[2] += 2e-5 * random.next());
+    points.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    let settings =
+        FitSettings { free: rigid_and_radius(), start: misaligned(), ..FitSettings::default() };
+    let all = fit(&points, &al1815(), &settings).unwrap();
+    let pv_nm = (all.residuals.high_mm - all.residuals.low_mm) * 1e6;
+    let rms_nm = all.residuals.rms_mm * 1e6;
+    let mut promised = 0.0;
+    for count in [500, 800, 1100] {
+        let so_far = fit(&points[..count], &al1815(), &settings).unwrap();
+        let running = RunningRms {
+            rms_nm: so_far.residuals.rms_mm * 1e6,
+            u_nm: None,
+            dof: f64::INFINITY,
+            complete: so_far.indeterminate.is_empty(),
+            share: Some(count as f64 / 1200.0),
+            coverage: count as f64 / 1200.0,
+            patches_nm2: &[],
+        };
+        let least = rms_prospect(&running, rms_nm, Guard::None, 0.95).unwrap();
+        let least_nm = least.at_least_nm.unwrap();
+        assert!(least_nm <= rms_nm && !least.fail_is_certain, "{least_nm} {rms_nm}");
+        let by_less = rms_prospect(&running, 0.9 * least_nm, Guard::None, 0.95).unwrap();
+        assert!(by_less.fail_is_certain);
+
+        let zone = ZoneSettings { fit: settings.clone(), ..ZoneSettings::default() };
+        let zone = minimum_zone(&points[..count], &al1815(), &zone).unwrap();
+        let zone_nm = zone.certificate.lower_mm * 1e6;
+        assert!(zone_nm <= pv_nm && zone_nm >= promised, "{zone_nm} {pv_nm}");
+        promised = zone_nm;
+    }
+    eprintln!("PV {pv_nm:.1} nm, promised {promised:.1} nm");
+    assert!(promised > 0.5 * pv_nm);
+}
+
+#[test]
+fn what_cannot_be_told_is_refused() {
+    let (points, _, fitted) = part(300);
+    let refused = |points: &[PointMm], fitted: &Fit, budget: &Budget| {
+        uncertainty(points, fitted, &Aperture::None, None, budget).unwrap_err()
+    };
+    let budget = Budget::default();
+    let other = refused(&points[1..], &fitted, &budget);
+    assert_eq!(other, UncertaintyError::OtherPoints { found: 299, used: 300 });
+    let loss = FitSettings { loss: Loss::HUBER, ..FitSettings::default() };
+    let robust = fit(&points, &al1815(), &loss).unwrap();
+    assert!(matches!(refused(&points, &robust, &budget), UncertaintyError::Robust { .. }));
+    let few = FitSettings { free: vec![Parameter::Tz], ..FitSettings::default() };
+    let few = fit(&points[..8], &al1815(), &few).unwrap();
+    let error = refused(&points[..8], &few, &budget);
+    assert_eq!(error, UncertaintyError::TooFewPoints { used: 8, needed: 12 });
+    let three = [points[0], points[100], points[200]];
+    let fitted_plane = fit(&three, &Nominal::Plane, &FitSettings::default()).unwrap();
+    let error = refused(&three, &fitted_plane, &budget);
+    assert_eq!(error, UncertaintyError::NoFreedom { used: 3, parameters: 3 });
+    let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+    assert!(found.peak_to_valley_nm(&Draws { count: 19, seed: 0 }).is_err());
+    let never = found.simulate(&Draws { count: 20, seed: 0 }, |_| None).unwrap();
+    assert_eq!(never, None);
+}

@@ -1,0 +1,124 @@
+//! A least-squares fit as a linear answer to errors of its points.
+//!
+//! With J the derivatives of the distances, W the weights and G = (JᵀWJ)⁻¹·JᵀW, errors v of the distances move
+//! the parameters by −G·v and the residuals by v − J·G·v. A covariance U of the distances becomes G·U·Gᵀ for the
+//! parameters, whatever U is (Forbes, Metrologia 43 (2006) S282, and JCGM 102:2011, 6.2).
+
+use super::budget::UncertaintyError;
+use crate::model::Model;
+use crate::selection::Selection;
+use crate::solve::System;
+use crate::triangle::Triangle;
+use crate::weight::Weights;
+use crate::{Aperture, Fit, FitError, Parameter, PointMm};
+
+/// The points of a fit with their derivatives.
+#[derive(Clone, Debug)]
+pub(super) struct Linear {
+    pub(super) parameters: Vec<Parameter>,
+    /// Indices of the points used among those given.
+    pub(super) indices: Vec<usize>,
+    /// Measured frame.
+    pub(super) points: Vec<PointMm>,
+    /// x and y in the part frame.
+    pub(super) places_mm: Vec<[f64; 2]>,
+    /// Normals at the feet, measured frame.
+    pub(super) normals: Vec<[f64; 3]>,
+    pub(super) distances_mm: Vec<f64>,
+    /// Rows of J, one after the other.
+    rows: Vec<f64>,
+    /// Columns of G, one after the other.
+    gains: Vec<f64>,
+}
+
+impl Linear {
+    /// `uncertainties_mm` are those of [`crate::fit_weighted`], if the fit had weights. `O(n·p²)`.
+    pub(super) fn new(
+        points: &[PointMm],
+        fit: &Fit,
+        aperture: &Aperture,
+        uncertainties_mm: Option<&[f64]>,
+    ) -> Result<Linear, UncertaintyError> {
+        let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points.len())).transpose();
+        let weights = weights.map_err(|error| match error {
+            FitError::Uncertainty { found_mm: found, .. } => {
+                let name = "standard uncertainty of a weight in mm";
+                UncertaintyError::Number { name, found, expected: "a number above 0" }
+            }
+            _ => {
+                let found = uncertainties_mm.map_or(0, <[f64]>::len);
+                UncertaintyError::Lengths { points: points.len(), found }
+            }
+        })?;
+        let roots = weights.as_ref().map(|weights| weights.roots.as_slice());
+        let selection = Selection::new(points, roots, &fit.nominal, &fit.pose, aperture);
+        let used = selection.points.len();
+        if used != fit.used {
+            return Err(UncertaintyError::OtherPoints { found: used, used: fit.used });
+        }
+        let parameters: Vec<Parameter> =
+            fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let p = parameters.len();
+        let indices = selection.indices();
+        let mut linear = Linear {
+            indices,
+            places_mm: Vec::with_capacity(used),
+            normals: Vec::with_capacity(used),
+            distances_mm: Vec::with_capacity(used),
+            rows: Vec::with_capacity(used * p),
+            gains: Vec::with_capacity(used * p),
+            points: selection.points,
+            parameters,
+        };
+        let model = Model::new(&fit.nominal, &fit.pose, &linear.parameters);
+        let mut row = vec![0.0; p + 1];
+        let mut triangle = Triangle::new(p + 1);
+        for (place, &point) in linear.points.iter().enumerate() {
+            let other = UncertaintyError::OtherPoints { found: place, used };
+            let Some(foot) = model.foot(point) else { return Err(other) };
+            if model.derivatives(&foot, &mut row).is_none() {
+                return Err(other);
+            }
+            row[p] = foot.distance_mm();
+            let [x, y, _] = model.motion.to_part(point);
+            linear.places_mm.push([x, y]);
+            linear.normals.push(model.motion.turn_to_measured(foot.normal()));
+            linear.distances_mm.push(row[p]);
+            linear.rows.extend_from_slice(&row[..p]);
+            let root = selection.roots.as_ref().map_or(1.0, |roots| roots[place]);
+            row.iter_mut().for_each(|entry| *entry *= root);
+            triangle.push(&row);
+        }
+        triangle.flush();
+        let kept: Vec<usize> = (0..p).collect();
+        let step = System::new(&triangle).solve(&kept, 0.0);
+        for place in 0..used {
+            let root = selection.roots.as_ref().map_or(1.0, |roots| roots[place]);
+            let gain = step.undo_gram(&linear.rows[place * p..][..p]);
+            linear.gains.extend(gain.iter().map(|entry| entry * root * root));
+        }
+        Ok(linear)
+    }
+
+    /// Points used.
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Derivatives of the distance of one point by the parameters.
+    pub(super) fn row(&self, place: usize) -> &[f64] {
+        let p = self.parameters.len();
+        &self.rows[place * p..][..p]
+    }
+
+    /// What an error of one distance by 1 mm takes off the parameters.
+    pub(super) fn gain(&self, place: usize) -> &[f64] {
+        let p = self.parameters.len();
+        &self.gains[place * p..][..p]
+    }
+}
+
+/// Σ a·b.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,262 @@
+//! Uncertainties of a fit and of its figures, as the GUM has them (JCGM 100, 101 and 102).
+//!
+//! A [`Budget`] says what errors the points have: independent noise, [`LongWave`] errors that are correlated over
+//! the surface, and [`Effect`]s of the machine. [`uncertainty`] carries them through a least-squares fit by
+//! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
+//! residuals for noise. The measurand of a parameter or of the RMS is what the fit would give at the same
+//! places without these errors; what lies between the points is another matter: see [`unmeasured`].
+//!
+//! Deliberately absent: the calibration that a budget comes from; random numbers that are not counted.
+
+mod budget;
+mod distribution;
+mod field;
+mod linear;
+mod modes;
+mod philox;
+mod rms;
+mod scatter;
+mod simulate;
+mod unmeasured;
+
+use nalgebra::DMatrix;
+
+use crate::{Aperture, Covariance, Fit, Parameter, PointMm};
+use linear::Linear;
+use modes::Modes;
+use simulate::Source;
+
+pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
+pub(crate) use distribution::student_quantile;
+pub use rms::RmsUncertainty;
+pub use simulate::{Draws, Simulated};
+pub use unmeasured::{Hidden, unmeasured};
+
+/// The uncertainties of a fit.
+#[derive(Clone, Debug)]
+pub struct Uncertainty {
+    /// The independent noise that was taken.
+    pub noise: NoiseFound,
+    /// One entry an estimate of the fit, in its order.
+    pub parameters: Vec<ParameterUncertainty>,
+    /// Covariances of the estimates, in their order.
+    pub covariance: Covariance,
+    /// The root mean square about the nominal.
+    pub rms: RmsUncertainty,
+    /// Share of the variance of each long-wave error, on the average over the points, whose correlation over
+    /// short distances was neglected.
+    pub neglected: Vec<f64>,
+    budget: Budget,
+    linear: Linear,
+    modes: Modes,
+    noise_mm2: Vec<f64>,
+    by_noise: DMatrix<f64>,
+}
+
+/// The independent noise of the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseFound {
+    /// Root of the mean variance in mm.
+    pub sigma_mm: f64,
+    /// Degrees of freedom; infinite if it was stated as certain.
+    pub dof: f64,
+    /// Whether it was measured from the points themselves.
+    pub measured: bool,
+}
+
+/// The standard uncertainty of a parameter and where it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterUncertainty {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its value in [`Parameter::unit`].
+    pub value: f64,
+    /// Its standard uncertainty in the same unit.
+    pub u: f64,
+    /// Effective degrees of freedom (Welch and Satterthwaite: JCGM 100:2008, G.4).
+    pub dof: f64,
+    /// Standard uncertainty by each source, in the same unit: the noise first, then the long-wave errors, then
+    /// the effects, in the order of the budget. Their squares add up to u².
+    pub sources: Vec<(String, f64)>,
+}
+
+/// An expanded uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expanded {
+    /// k·u, in the unit of u.
+    pub expanded: f64,
+    /// Coverage factor, from Student's distribution.
+    pub k: f64,
+    /// The probability of coverage it is for.
+    pub p: f64,
+    /// Effective degrees of freedom.
+    pub dof: f64,
+}
+
+impl ParameterUncertainty {
+    /// The half width of the interval about the value that holds the truth with probability `p`, above 0 and
+    /// below 1.
+    pub fn expanded(&self, p: f64) -> Expanded {
+        let k = coverage_factor(p, self.dof);
+        Expanded { expanded: k * self.u, k, p, dof: self.dof }
+    }
+}
+
+/// The k of an interval ±k·u with probability `p`, two-sided, by Student's distribution with `dof` degrees of
+/// freedom (JCGM 100:2008, G.3). An infinite number gives 1.96 for 95 %.
+pub fn coverage_factor(p: f64, dof: f64) -> f64 {
+    student_quantile(0.5 + 0.5 * p, dof)
+}
+
+/// The uncertainties of `fit` over the `points` it was made from.
+///
+/// `aperture` is that of its settings and `uncertainties_mm` those of [`crate::fit_weighted`], if it had any:
+/// they are its weights, while `budget` says what the errors are. `O(n·p² + N·(p + m)²)` for n points, p
+/// parameters, up to 2304 nodes N, and up to 160 functions m a long-wave error.
+pub fn uncertainty(
+    points: &[PointMm],
+    fit: &Fit,
+    aperture: &Aperture,
+    uncertainties_mm: Option<&[f64]>,
+    budget: &Budget,
+) -> Result<Uncertainty, UncertaintyError> {
+    budget.validate(points.len())?;
+    if fit.robust.is_some() {
+        return Err(UncertaintyError::Robust { method: fit.method });
+    }
+    if fit.dof == 0 {
+        let parameters = fit.estimates.len();
+        return Err(UncertaintyError::NoFreedom { used: fit.used, parameters });
+    }
+    let linear = Linear::new(points, fit, aperture, uncertainties_mm)?;
+    let modes = Modes::new(&linear, budget);
+    let (own_mm2, noise) = noise(&linear, budget)?;
+    let left: Vec<f64> = (0..linear.len()).map(|place| modes.remainder_mm2(place)).collect();
+    let noise_mm2: Vec<f64> = own_mm2.iter().zip(&left).map(|(own, left)| own + left).collect();
+    let p = linear.parameters.len();
+    let mut by_noise = DMatrix::zeros(p, p);
+    for (place, variance) in noise_mm2.iter().enumerate() {
+        let gain = linear.gain(place);
+        for i in 0..p {
+            for j in 0..p {
+                by_noise[(i, j)] += variance * gain[i] * gain[j];
+            }
+        }
+    }
+    let mut total = by_noise.clone();
+    for moved in &modes.moved {
+        for i in 0..p {
+            for j in 0..p {
+                total[(i, j)] += moved[i] * moved[j];
+            }
+        }
+    }
+    let dof = noise.measured.then_some(noise.dof);
+    let rms = RmsUncertainty::new(&linear, &modes, &noise_mm2, &by_noise, dof);
+    Ok(Uncertainty {
+        parameters: parameters(fit, &modes, budget, &by_noise, noise.dof),
+        covariance: Covariance::new(p, total.as_slice(), 1.0),
+        neglected: modes.neglected(),
+        noise,
+        rms,
+        budget: budget.clone(),
+        linear,
+        modes,
+        noise_mm2,
+        by_noise,
+    })
+}
+
+impl Uncertainty {
+    /// The peak to valley deviation in nm, at the measured places, by simulated measurements.
+    pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
+        self.source().peak_to_valley_nm(draws)
+    }
+
+    /// Any figure of the deviations by simulated measurements; `None` if the measurement or nearly all draws do
+    /// not have it.
+    ///
+    /// `figure` is given deviations in mm, in the order of [`Uncertainty::indices`].
+    pub fn simulate(
+        &self,
+        draws: &Draws,
+        figure: impl Fn(&[f64]) -> Option<f64> + Sync,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().figure(draws, figure)
+    }
+
+    /// Indices of the points used, among those given.
+    pub fn indices(&self) -> &[usize] {
+        &self.linear.indices
+    }
+
+    /// Places of the points used, part frame, mm.
+    pub fn places_mm(&self) -> &[[f64; 2]] {
+        &self.linear.places_mm
+    }
+
+    /// Their deviations in mm.
+    pub fn deviations_mm(&self) -> &[f64] {
+        &self.linear.distances_mm
+    }
+
+    fn source(&self) -> Source<'_> {
+        Source {
+            linear: &self.linear,
+            modes: &self.modes,
+            budget: &self.budget,
+            noise_mm2: &self.noise_mm2,
+            covariance: &self.by_noise,
+        }
+    }
+}
+
+/// The independent variance of each point used, and what is told of it.
+fn noise(linear: &Linear, budget: &Budget) -> Result<(Vec<f64>, NoiseFound), UncertaintyError> {
+    let count = linear.len();
+    let (variances, dof, measured) = match &budget.noise {
+        Noise::Measured => {
+            let found = scatter::scatter(&linear.places_mm, &linear.distances_mm)?;
+            (vec![found.sigma_mm * found.sigma_mm; count], found.dof, true)
+        }
+        Noise::Uniform { sigma_mm, dof } => (vec![sigma_mm * sigma_mm; count], *dof, false),
+        Noise::EachPoint(sigma_mm) => {
+            let used = linear.indices.iter().map(|&index| sigma_mm[index] * sigma_mm[index]);
+            (used.collect(), f64::INFINITY, false)
+        }
+    };
+    let sigma_mm = (variances.iter().sum::<f64>() / count as f64).sqrt();
+    Ok((variances, NoiseFound { sigma_mm, dof, measured }))
+}
+
+fn parameters(
+    fit: &Fit,
+    modes: &Modes,
+    budget: &Budget,
+    by_noise: &DMatrix<f64>,
+    noise_dof: f64,
+) -> Vec<ParameterUncertainty> {
+    let waves = (1..).zip(&budget.long_waves);
+    let waves = waves.map(|(number, wave)| (format!("long-wave error {number}"), wave.dof));
+    let effects = budget.effects.iter().map(|effect| (effect.name.clone(), effect.dof));
+    let named: Vec<(String, f64)> = waves.chain(effects).collect();
+    let of_estimate = |(index, estimate): (usize, &crate::Estimate)| {
+        let mut sources = vec![("noise".to_owned(), by_noise[(index, index)])];
+        let mut freedom = by_noise[(index, index)].powi(2) / noise_dof;
+        for ((name, dof), range) in named.iter().zip(&modes.sources) {
+            let variance: f64 = modes.moved[range.clone()].iter().map(|m| m[index].powi(2)).sum();
+            freedom += variance * variance / dof;
+            sources.push((name.clone(), variance));
+        }
+        let variance: f64 = sources.iter().map(|(_, variance)| variance).sum();
+        sources.iter_mut().for_each(|(_, value)| *value = value.sqrt());
+        ParameterUncertainty {
+            parameter: estimate.parameter,
+            value: estimate.value,
+            u: variance.sqrt(),
+            dof: if freedom > 0.0 { variance * variance / freedom } else { f64::INFINITY },
+            sources,
+        }
+    };
+    fit.estimates.iter().enumerate().map(of_estimate).collect()
+}

@@ -1,0 +1,282 @@
+//! Limits of named figures, over the aperture or a zone of it.
+
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::decision::{Decision, Finding, Guard, GuardError, decide};
+use crate::figures::{
+    Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
+    SlopeSettings, Unknown, decompose, peak_to_valley, pvr, rms, robust_peak_to_valley, slopes,
+};
+use crate::uncertainty::{Draws, Uncertainty, UncertaintyError};
+use crate::{Aperture, Nominal};
+
+/// The largest value allowed of one figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Which figure.
+    pub definition: Definition,
+    /// The largest value allowed, in the unit of the figure.
+    pub value: f64,
+    /// The part of the aperture it is for; [`Aperture::None`] is all of it.
+    pub zone: Aperture,
+    /// How slopes are formed; needed for them and for nothing else.
+    pub slope: Option<SlopeSettings>,
+}
+
+/// A limit with what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The limit.
+    pub limit: Limit,
+    /// The decision, or why there is no figure to decide about.
+    pub decision: Result<Decision, Unknown>,
+}
+
+/// Why a limit is refused, or cannot be judged.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum LimitError {
+    /// No figure has that name.
+    #[error(
+        "no figure is called {name:?}, expected one of pv, rms, rms_about_mean, pv99, pvr, A, B, C, RMSt, \
+         RMSi, RMSa, slope_max, slope_rms, gradient_max, gradient_rms"
+    )]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// A limit that is not above 0.
+    #[error("limit of {definition} is {found}, expected a finite number above 0")]
+    Value {
+        /// Which figure.
+        definition: Definition,
+        /// The limit.
+        found: f64,
+    },
+    /// A slope without an integration length.
+    #[error("a limit of {definition} needs an integration length and a sampling step")]
+    Slope {
+        /// Which figure.
+        definition: Definition,
+    },
+    /// A figure that no limit can be given for.
+    #[error("{definition} has no way to be judged")]
+    Figure {
+        /// Which figure.
+        definition: Definition,
+    },
+    /// Places, deviations and zone make no sample.
+    #[error("the zone gives no sample")]
+    Sample(#[from] SampleError),
+    /// The guard band is none.
+    #[error("the guard band is not usable")]
+    Guard(#[from] GuardError),
+    /// There is no uncertainty.
+    #[error("the uncertainty cannot be worked out")]
+    Uncertainty(#[from] UncertaintyError),
+}
+
+impl FromStr for Limit {
+    type Err = LimitError;
+
+    /// `name limit` with the names of [`Limit::named`]: `pvr 120`.
+    fn from_str(text: &str) -> Result<Limit, LimitError> {
+        let (name, value) =
+            text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
+        let definition = Limit::named(name)?;
+        let value = value.trim().parse().unwrap_or(f64::NAN);
+        let limit = Limit { definition, value, zone: Aperture::None, slope: None };
+        limit.check_value()?;
+        Ok(limit)
+    }
+}
+
+impl Limit {
+    /// The figure of a name: `pv`, `rms`, `rms_about_mean`, `pv99`, `pvr`, `A`, `B`, `C`, `RMSt`, `RMSi`, `RMSa`,
+    /// `slope_max` and `slope_rms` (along the meridian), `gradient_max`, `gradient_rms`.
+    pub fn named(name: &str) -> Result<Definition, LimitError> {
+        Ok(match name {
+            "pv" => Definition::PeakToValley,
+            "rms" => Definition::RmsAboutZero,
+            "rms_about_mean" => Definition::RmsAboutMean,
+            "pv99" => Definition::RobustPeakToValley { share: Share::NINETY_NINE.value() },
+            "pvr" => Definition::Pvr { terms: 36 },
+            "A" => Definition::Sagitta,
+            "B" => Definition::Irregularity,
+            "C" => Definition::InvariantIrregularity,
+            "RMSt" => Definition::RmsTotal,
+            "RMSi" => Definition::RmsIrregularity,
+            "RMSa" => Definition::RmsVariant,
+            "slope_max" => Definition::MeridionalSlopeMax,
+            "slope_rms" => Definition::MeridionalSlopeRms,
+            "gradient_max" => Definition::GradientMax,
+            "gradient_rms" => Definition::GradientRms,
+            _ => return Err(LimitError::Name { name: name.to_owned() }),
+        })
+    }
+
+    fn check_value(&self) -> Result<(), LimitError> {
+        if self.value.is_finite() && self.value > 0.0 {
+            Ok(())
+        } else {
+            Err(LimitError::Value { definition: self.definition, found: self.value })
+        }
+    }
+
+    fn validate(&self) -> Result<(), LimitError> {
+        self.check_value()?;
+        let definition = self.definition;
+        match definition {
+            Definition::MeridionalSlopeMax
+            | Definition::MeridionalSlopeRms
+            | Definition::GradientMax
+            | Definition::GradientRms
+                if self.slope.is_none() =>
+            {
+                Err(LimitError::Slope { definition })
+            }
+            Definition::Pvr { terms } if fringes(terms).is_none() => {
+                Err(LimitError::Figure { definition })
+            }
+            Definition::RobustPeakToValley { share } if Share::new(share).is_err() => {
+                Err(LimitError::Figure { definition })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The figure over a sample.
+    fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
+        let among = |figures: &[Figure]| {
+            let found = figures.iter().find(|figure| figure.definition == self.definition);
+            *found.expect("the list has every definition of its kind")
+        };
+        match self.definition {
+            Definition::PeakToValley => peak_to_valley(sample),
+            Definition::RmsAboutZero => rms(sample, Reference::Zero),
+            Definition::RmsAboutMean => rms(sample, Reference::Mean),
+            Definition::RobustPeakToValley { share } => robust_peak_to_valley(
+                sample,
+                Share::new(share).expect("checked when the limit was"),
+            ),
+            Definition::Pvr { terms } => {
+                pvr(sample, fringes(terms).expect("checked when the limit was"))
+            }
+            Definition::Sagitta
+            | Definition::Irregularity
+            | Definition::InvariantIrregularity
+            | Definition::RmsTotal
+            | Definition::RmsIrregularity
+            | Definition::RmsVariant => {
+                decompose(sample, approximation, None).map(|found| among(&found.figures()))
+            }
+            Definition::MeridionalSlopeMax
+            | Definition::MeridionalSlopeRms
+            | Definition::GradientMax
+            | Definition::GradientRms => {
+                let settings = self.slope.expect("checked when the limit was");
+                slopes(sample, settings).map(|found| among(&found.figures()))
+            }
+        }
+    }
+}
+
+/// Judges limits by the deviations of a fit with their uncertainty.
+///
+/// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
+/// uncertainties of their own; any other figure is simulated, each draw working it out anew, so the number of
+/// draws decides how long that takes. `hidden` is what the unmeasured part may add to any of them:
+/// [`Finding::hidden`]. Points weigh the same.
+pub fn judge(
+    limits: &[Limit],
+    uncertainty: &Uncertainty,
+    nominal: &Nominal,
+    draws: &Draws,
+    guard: Guard,
+    hidden: Option<f64>,
+) -> Result<Vec<Judged>, LimitError> {
+    guard.validate()?;
+    limits.iter().try_for_each(Limit::validate)?;
+    let approximation = match nominal {
+        Nominal::Sphere { radius_mm } => {
+            Approximation::sphere(*radius_mm).unwrap_or(Approximation::Quadratic)
+        }
+        _ => Approximation::Quadratic,
+    };
+    let of_limit = |limit: &Limit| {
+        let found = finding(limit, uncertainty, approximation, draws)?;
+        let decision = match found {
+            Ok(found) => Ok(decide(&Finding { hidden, ..found }, limit.value, guard)?),
+            Err(unknown) => Err(unknown),
+        };
+        Ok(Judged { limit: *limit, decision })
+    };
+    limits.iter().map(of_limit).collect()
+}
+
+/// The figure with its uncertainty. One that cannot be simulated has none.
+fn finding(
+    limit: &Limit,
+    uncertainty: &Uncertainty,
+    approximation: Approximation,
+    draws: &Draws,
+) -> Result<Result<Finding, Unknown>, LimitError> {
+    let dof = uncertainty.noise.dof;
+    if limit.zone == Aperture::None {
+        if limit.definition == Definition::RmsAboutZero {
+            let rms = &uncertainty.rms;
+            let bias = rms.measured_nm - rms.form_nm;
+            let (value, u) = (rms.measured_nm, Some(rms.u_nm));
+            return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
+        }
+        if limit.definition == Definition::PeakToValley {
+            let found = uncertainty.peak_to_valley_nm(draws)?;
+            let (value, u, bias) = (found.measured, Some(found.u), found.bias);
+            return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
+        }
+    }
+    let over = |deviations_mm: &[f64]| {
+        Sample::new(uncertainty.places_mm(), deviations_mm, None, &limit.zone)
+    };
+    let sample = over(uncertainty.deviations_mm())?;
+    let figure = match limit.figure(&sample, approximation) {
+        Ok(figure) => figure,
+        Err(unknown) => return Ok(Err(unknown)),
+    };
+    let simulated = uncertainty.simulate(draws, |deviations_mm| {
+        let sample = over(deviations_mm).ok()?;
+        limit.figure(&sample, approximation).ok().map(|figure| figure.value)
+    })?;
+    let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
+    Ok(Ok(Finding { value: figure.value, u, dof, bias, hidden: None }))
+}
+
+fn fringes(terms: u8) -> Option<FringeCount> {
+    [FringeCount::ThirtySix, FringeCount::ThirtySeven]
+        .into_iter()
+        .find(|count| count.last() == terms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_read_by_name() {
+        let limit: Limit = "pvr 120".parse().unwrap();
+        assert_eq!((limit.definition, limit.value), (Definition::Pvr { terms: 36 }, 120.0));
+        let missing: Result<Limit, _> = "rms".parse();
+        assert!(matches!(missing, Err(LimitError::Value { .. })));
+        let error = "RMS 5".parse::<Limit>().unwrap_err().to_string();
+        assert!(
+            error.starts_with("no figure is called \"RMS\", expected one of pv, rms"),
+            "{error}"
+        );
+        for bad in ["pv 0", "pv -1", "pv nan", "pv 1 2"] {
+            assert!(bad.parse::<Limit>().is_err(), "{bad}");
+        }
+        let slope: Limit = "slope_max 30".parse().unwrap();
+        assert!(matches!(slope.validate(), Err(LimitError::Slope { .. })));
+    }
+}
