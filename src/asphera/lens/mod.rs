@@ -1,8 +1,9 @@
 //! From a surface of a Zemax lens file to a nominal file.
 //!
-//! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2): the pages Standard, Even Asphere, Odd Asphere,
-//! Biconic, Toroidal, Extended Polynomial, Zernike Fringe Sag, Zernike Standard Sag and Q-Type Asphere. An extra datum `XDAT i` is the parameter
-//! i + 12 there. The frame of both is the same: z along the light, a radius positive where its centre lies at +z.
+//! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2), as far as it could be read: the pages Odd Asphere, Toroidal and
+//! Extended Polynomial. The standard Zernike surface, the biconic and the Q-type asphere are laid out as the open readers of such files have them, the
+//! Fringe surface by analogy. An extra datum `XDAT i` is the parameter i + 12 there. The frame of both is the same: z along the light, a radius
+//! positive where its centre lies at +z.
 
 mod convert;
 mod text;
