@@ -4,7 +4,9 @@ use crate::covariance::{Covariance, undetermined};
 use crate::refine::{Limits, Refined, refine};
 use crate::robust::refine_robustly;
 use crate::selection::Selection;
+use crate::solve::System;
 use crate::symmetry::determined_by_shape;
+use crate::triangle::Spread;
 use crate::weight::Weights;
 use crate::{
     Aperture, Caution, Combination, Excluded, FitError, Loss, Nominal, Parameter, PointMm, Pose,
@@ -186,6 +188,8 @@ pub(crate) fn solve(
     let (mut pose, mut shape) = (start, nominal.clone());
     let (mut iterations, mut evaluations) = (0, 0);
     let mut coarse = true;
+    // The linear problem where a coarse round has ended.
+    let mut known: Option<(System, Spread)> = None;
     let mut round = 0;
     loop {
         round += 1;
@@ -199,7 +203,7 @@ pub(crate) fn solve(
             polish: !coarse || last,
             damping: 0.0,
         };
-        let mut solved = refine_by(&selection, pose, shape, settings, limits)
+        let mut solved = refine_by(&selection, pose, shape, settings, limits, known.take())
             .ok_or(FitError::Overflow { used })?;
         iterations += solved.refined.iterations;
         evaluations += solved.refined.evaluations;
@@ -214,6 +218,9 @@ pub(crate) fn solve(
         }
         if settled || last {
             return Ok(report(solved, points, &selection, weights, start, settings));
+        }
+        if changed == 0 && !limits.polish {
+            known = Some((solved.refined.system, solved.refined.spread));
         }
         coarse = coarse && changed > 0;
         if changed > 0 {
@@ -237,6 +244,7 @@ fn refine_by(
     shape: Nominal,
     settings: &FitSettings,
     limits: Limits,
+    known: Option<(System, Spread)>,
 ) -> Option<Solved> {
     let (points, roots) = (&selection.points, selection.roots.as_deref());
     if settings.loss == Loss::Squares {
@@ -245,7 +253,7 @@ fn refine_by(
             let square: f64 = roots.iter().map(|root| root.powi(4)).sum();
             sum * sum / square
         });
-        let refined = refine(points, roots, pose, shape, &settings.free, limits)?;
+        let refined = refine(points, roots, pose, shape, &settings.free, limits, known)?;
         return Some(Solved { refined, robust: None, sigma_mm: None, effective_points });
     }
     let solved = refine_robustly(selection, pose, shape, &settings.free, limits, settings.loss)?;

@@ -160,6 +160,14 @@ fn asphere(surface: &Asphere, rho: f64, zeta: f64) -> Option<(f64, f64, f64, f64
         // Rounding of g moves its root by about this much: s cannot be known better.
         let tolerance = STEP_TOLERANCE * (s + rho + above.abs());
         let settled = slope_of_g > 0.0 && (next - s).abs() <= tolerance;
+        let step = next - s;
+        // So short a last step is made by Taylor's series: what it leaves out is less than rounding.
+        let short = slope_of_g > 0.0 && step.abs() <= SHORT * s.min(end - s);
+        if short && !settled && profile.slope.abs() <= STEEPEST {
+            let slope = profile.slope + profile.second_per_mm * step;
+            let above = above + step * (profile.slope + 0.5 * profile.second_per_mm * step);
+            return Some(stand(next, rho, slope, above));
+        }
         // At the vertex of a point on the axis g is exactly 0 whatever the curvature.
         if g == 0.0 || settled || (bounded && high - low <= tolerance) {
             // Where the power series has run away, the surface is as good as upright everywhere and every
@@ -167,9 +175,7 @@ fn asphere(surface: &Asphere, rho: f64, zeta: f64) -> Option<(f64, f64, f64, f64
             if profile.slope.abs() > STEEPEST {
                 return None;
             }
-            let n_z = (1.0 + profile.slope * profile.slope).sqrt().recip();
-            let distance = (profile.slope * (s - rho) - above) * n_z;
-            return Some((s, -profile.slope * n_z, n_z, distance));
+            return Some(stand(s, rho, profile.slope, above));
         }
         if g < 0.0 {
             if s >= end {
@@ -193,6 +199,15 @@ fn asphere(surface: &Asphere, rho: f64, zeta: f64) -> Option<(f64, f64, f64, f64
     None
 }
 
+/// Place, normal and distance at a foot, with the slope there and its height above the point.
+fn stand(s: f64, rho: f64, slope: f64, above: f64) -> (f64, f64, f64, f64) {
+    let n_z = (1.0 + slope * slope).sqrt().recip();
+    (s, -slope * n_z, n_z, (slope * (s - rho) - above) * n_z)
+}
+
+/// Share of the distances from the axis and from the end of the domain that a step has of which the square, times
+/// the orders of a power series, is rounding.
+const SHORT: f64 = 1e-9;
 /// The last piece before the end of the root is left out: there the slope grows beyond all bounds.
 const INSIDE_DOMAIN: f64 = 1.0 - 1e-12;
 /// Steeper than any place within [`INSIDE_DOMAIN`] of a sphere.

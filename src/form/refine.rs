@@ -75,7 +75,8 @@ pub(crate) struct Limits {
 }
 
 /// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot. With
-/// `roots`, the distance of each point counts times its own. `None` if the numbers overflow.
+/// `roots`, the distance of each point counts times its own. `known` is the linear problem at pose and nominal,
+/// where it has been worked out already. `None` if the numbers overflow.
 pub(crate) fn refine(
     points: &[PointMm],
     roots: Option<&[f64]>,
@@ -83,9 +84,13 @@ pub(crate) fn refine(
     mut nominal: Nominal,
     free: &[Parameter],
     limits: Limits,
+    known: Option<(System, Spread)>,
 ) -> Option<Refined> {
-    let (mut system, mut spread) = linearise(points, roots, &pose, &nominal, free)?;
-    let mut evaluations = 1;
+    let mut evaluations = usize::from(known.is_none());
+    let (mut system, mut spread) = match known {
+        Some(known) => known,
+        None => linearise(points, roots, &pose, &nominal, free)?,
+    };
     let kept = system.determinate(&priority(free, &nominal), limits.rank_tolerance);
     let rounding_mm = ROUNDING * magnitude_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);

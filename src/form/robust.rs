@@ -120,7 +120,7 @@ pub(crate) fn refine_robustly(
 ) -> Option<RobustlyRefined> {
     let base = selection.roots.as_deref();
     let points = &selection.points;
-    let mut refined = refine(points, base, pose, nominal, free, limits)?;
+    let mut refined = refine(points, base, pose, nominal, free, limits, None)?;
     let stages = match loss {
         Loss::Tukey { .. } => vec![Loss::HUBER, loss],
         _ => vec![loss],
@@ -145,7 +145,8 @@ pub(crate) fn refine_robustly(
                 damping: 0.0,
                 ..limits
             };
-            let next = refine(points, Some(&roots), refined.pose, refined.nominal, free, step)?;
+            let next =
+                refine(points, Some(&roots), refined.pose, refined.nominal, free, step, None)?;
             let settled = next.iterations == 0
                 && next.termination.is_converged()
                 && (scale_mm - last_scale_mm).abs() <= SETTLED_SCALE * scale_mm;

@@ -105,7 +105,9 @@ impl Refiner<'_> {
                 return None;
             }
             let refined = match self.settings.loss {
-                Loss::Squares => refine(&selection.points, None, pose, nominal, free, limits)?,
+                Loss::Squares => {
+                    refine(&selection.points, None, pose, nominal, free, limits, None)?
+                }
                 _ => refine_robustly(&selection, pose, nominal, free, limits, Loss::HUBER)?.refined,
             };
             (pose, nominal) = (refined.pose, refined.nominal);
