@@ -491,6 +491,14 @@ pub struct Check {
     pub rule: Option<String>,
 }
 
+impl Check {
+    /// Whether the limit is certainly broken: by more than the guard band, where there is one. What neither
+    /// holds nor is broken is not proven.
+    pub fn is_broken(&self) -> bool {
+        !self.ok && self.value > self.limit + self.guard_band.unwrap_or(0.0)
+    }
+}
+
 /// What one link and its devices delivered and lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkFigures {
@@ -570,4 +578,27 @@ pub struct SessionFigures {
     pub version: String,
     /// Why it ended: `complete`, `stopped`, `idle`, `interrupted`.
     pub ended: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Check;
+
+    #[test]
+    fn within_the_guard_band_a_limit_neither_holds_nor_is_broken() {
+        let check = |value, ok, guard_band| Check {
+            name: "pv_nm".to_owned(),
+            limit: 100.0,
+            value,
+            ok,
+            u: None,
+            guard_band,
+            rule: None,
+        };
+        assert!(!check(90.0, true, Some(5.0)).is_broken());
+        assert!(!check(97.0, false, Some(5.0)).is_broken());
+        assert!(!check(103.0, false, Some(5.0)).is_broken());
+        assert!(check(106.0, false, Some(5.0)).is_broken());
+        assert!(check(100.1, false, None).is_broken() && !check(100.0, true, None).is_broken());
+    }
 }

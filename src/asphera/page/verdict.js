@@ -46,6 +46,13 @@ function noteOf({ state, points, session }, note) {
   return note;
 }
 
+/** Whether a limit holds; within a guard band neither that nor the contrary is proven. */
+function held({ ok, value, limit, guard_band: band }) {
+  if (ok) return { text: "yes", icon: "pass", className: "good" };
+  if (value > limit + (band ?? 0)) return { text: "no", icon: "fail", className: "bad" };
+  return { text: "not proven", icon: "undecided", className: "" };
+}
+
 function showChecks(checks) {
   const table = byId("checks");
   table.hidden = checks.length === 0;
@@ -58,7 +65,7 @@ function showChecks(checks) {
         unit ? `${name} (${unit})` : name,
         { text: shown(check.value), className: "num" },
         { text: `≤ ${shown(check.limit)}`, className: "num" },
-        { text: check.ok ? "yes" : "no", icon: check.ok ? "pass" : "fail", className: check.ok ? "good" : "bad" },
+        held(check),
       ],
     };
   }));

@@ -156,11 +156,12 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
         };
         writeln!(
             out,
-            "<li>{} {} {unit} {} {} {unit} allowed</li>",
+            "<li>{} {} {unit} {} {} {unit} allowed{}</li>",
             text(&name),
             short(check.value),
-            if check.ok { "\u{2264}" } else { "&gt;" },
+            if check.value <= check.limit { "\u{2264}" } else { "&gt;" },
             short(check.limit),
+            if check.ok || check.is_broken() { "" } else { ", not proven: within the guard band" },
             unit = text(unit)
         )?;
     }

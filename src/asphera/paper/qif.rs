@@ -151,10 +151,10 @@ fn results(
 }
 
 fn measurement(out: &mut String, report: &Report, length: &Length<'_>) -> Result {
-    let status = match (report.verdict.status, length.check.ok) {
-        (Status::Undecided, _) => "INDETERMINATE",
-        (_, true) => "PASS",
-        (_, false) => "FAIL",
+    let status = match report.verdict.status {
+        Status::Pass | Status::Fail if length.check.ok => "PASS",
+        Status::Pass | Status::Fail if length.check.is_broken() => "FAIL",
+        _ => "INDETERMINATE",
     };
     writeln!(
         out,
