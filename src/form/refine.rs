@@ -92,7 +92,7 @@ pub(crate) fn refine(
         None => linearise(points, roots, &pose, &nominal, free)?,
     };
     let kept = system.determinate(&priority(free, &nominal), limits.rank_tolerance);
-    let rounding_mm = ROUNDING * magnitude_mm(points);
+    let rounding_mm = rounding_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);
     let mut damping = limits.damping;
     let mut iterations = 0;
@@ -222,9 +222,10 @@ fn noise(system: &System, rounding_mm: f64) -> f64 {
     2.0 * system.square().sqrt() * all_mm + all_mm * all_mm
 }
 
-/// Largest coordinate in mm.
-fn magnitude_mm(points: &[PointMm]) -> f64 {
-    points.iter().flatten().fold(0.0, |largest: f64, coordinate| largest.max(coordinate.abs()))
+/// Motions and differences of distances below it are rounding, in mm: a share of the largest coordinate.
+pub(crate) fn rounding_mm(points: &[PointMm]) -> f64 {
+    let largest = |most: f64, coordinate: &f64| most.max(coordinate.abs());
+    ROUNDING * points.iter().flatten().fold(0.0, largest)
 }
 
 /// Motion below this share of the largest coordinate is rounding.

@@ -9,12 +9,11 @@ use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use asphera_form::{Asphere, FitSettings, Nominal, PointMm, Pose, fit};
-use rand_core::{Rng, SeedableRng};
-use rand_pcg::Pcg64Mcg;
+use asphera_form::{FitSettings, PointMm, Pose, fit};
+use part::nominal;
 
-const SEED: u64 = 2012;
-const RADIUS_MM: f64 = 9.0;
+mod part;
+
 const COUNT: usize = 1_000_000;
 /// Runs here, of which the median counts.
 const RUNS: usize = 5;
@@ -26,7 +25,7 @@ fn main() {
         println!("skipped: ASPHERA_PYTHON is not set");
         return;
     };
-    let points = points();
+    let points = part::points(COUNT, |_, _| 0.0);
     let mut runs: Vec<(Duration, Pose)> = (0..RUNS)
         .map(|_| {
             let begin = Instant::now();
@@ -110,33 +109,3 @@ begin = time.perf_counter()
 found = least_squares(residuals, np.zeros(5), method="lm", xtol=1e-12, ftol=1e-12, gtol=1e-12)
 print(time.perf_counter() - begin, *found.x)
 "#;
-
-fn nominal() -> Nominal {
-    let coefficients = [
-        (4, 3.69067205091e-5),
-        (6, -1.285461192617e-8),
-        (8, -1.400167659754e-10),
-        (10, -2.51311664812e-13),
-        (12, 5.01789877647e-16),
-        (14, 5.855871513042e-18),
-        (16, -1.127794407419e-20),
-    ];
-    Nominal::Asphere(Asphere::new(11.65, -1.1, &coefficients).expect("a valid prescription"))
-}
-
-/// Uniform over the disc, 20 nm of noise, half a milliradian and 30 µm out of place.
-fn points() -> Vec<PointMm> {
-    let mut random = Pcg64Mcg::seed_from_u64(SEED);
-    let mut uniform = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-    let pose =
-        Pose { tx_mm: 0.03, ty_mm: -0.02, tz_mm: 0.4, rx_rad: 5e-4, ry_rad: -3e-4, rz_rad: 0.0 };
-    let nominal = nominal();
-    (0..COUNT)
-        .map(|_| {
-            let r = RADIUS_MM * uniform().sqrt();
-            let phi = std::f64::consts::TAU * uniform();
-            let z = nominal.sag_mm(r) + 2e-5 * (uniform() - 0.5);
-            pose.to_measured([r * phi.cos(), r * phi.sin(), z])
-        })
-        .collect()
-}

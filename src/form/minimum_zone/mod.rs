@@ -12,7 +12,7 @@ mod tests;
 
 use crate::fit::fit;
 use crate::model::Model;
-use crate::refine::priority;
+use crate::refine::{priority, rounding_mm};
 use crate::selection::{Membership, Selection};
 use crate::{Excluded, Fit, FitError, FitSettings, Nominal, Parameter, PointMm, Pose};
 use directions::Directions;
@@ -217,7 +217,7 @@ pub fn minimum_zone(
         Directions::new(&part, &start, &order, by_range, rank).ok_or(overflow.clone())?;
     let limits = Limits {
         tolerance: settings.tolerance,
-        rounding_mm: ROUNDING * magnitude_mm(&selection.points),
+        rounding_mm: rounding_mm(&selection.points),
         scans: settings.max_scans,
         by_range,
     };
@@ -291,12 +291,5 @@ fn given_indices(selection: &Selection) -> Vec<usize> {
     memberships.filter_map(|(i, &member)| (member == Membership::Used).then_some(i)).collect()
 }
 
-/// Largest coordinate in mm.
-fn magnitude_mm(points: &[PointMm]) -> f64 {
-    points.iter().flatten().fold(0.0, |largest: f64, coordinate| largest.max(coordinate.abs()))
-}
-
 /// A point nearer to the border than this share of the zone touches it.
 const TOUCHING: f64 = 1e-6;
-/// Differences of distances below this share of the largest coordinate are rounding.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
