@@ -11,13 +11,13 @@
 
 use thiserror::Error;
 
-use crate::foot::{MeridianFoot, SurfaceFoot};
-use crate::freeform;
-use crate::model::Model;
+use crate::fit::model::Model;
+use crate::fit::refine::priority;
+use crate::fit::solve::System;
+use crate::fit::triangle::Triangle;
 use crate::nominal::NominalError;
-use crate::refine::priority;
-use crate::solve::System;
-use crate::triangle::Triangle;
+use crate::nominal::foot::{MeridianFoot, SurfaceFoot};
+use crate::nominal::freeform;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// A part with a known solution and a known form error.

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::model::Model;
-use crate::triangle::CHUNK;
+use crate::fit::model::Model;
+use crate::fit::triangle::CHUNK;
 use crate::{Aperture, Nominal, PointMm, Pose};
 
 /// Deviation of every point in mm, in the order of the points: measured minus nominal along the normal of

@@ -21,57 +21,32 @@
 mod aperture;
 pub mod artefact;
 pub mod basis;
-mod caution;
-mod covariance;
 mod deviation;
 pub mod figures;
 mod fit;
-mod fit_error;
-mod foot;
 pub mod form_error;
-mod freeform;
-mod linearised;
 mod live;
 mod minimum_zone;
-mod model;
 mod nominal;
-mod parameter;
-mod plane;
 mod pose;
-mod refine;
-mod robust;
-mod scale;
-mod search;
-mod selection;
 pub mod shape;
-mod solve;
 mod spline_fit;
-mod start;
-mod svd;
-mod symmetry;
 pub mod texture;
-mod triangle;
 pub mod uncertainty;
 pub mod verdict;
-mod weight;
 
 pub use aperture::{Aperture, ApertureError};
-pub use caution::{Caution, Units};
-pub use covariance::{Combination, Covariance, Undetermined};
 pub use deviation::{Figures, deviations};
-pub use fit::{Estimate, Fit, FitSettings, METHOD, Residuals, fit, fit_weighted};
-pub use fit_error::FitError;
-pub use foot::Foot;
+pub use fit::{
+    Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Loss, METHOD,
+    Residuals, Robust, Termination, Undetermined, Units, fit, fit_weighted,
+};
 pub use live::{Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
 pub use minimum_zone::{
     Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
-pub use nominal::{Asphere, Curvatures, Nominal, NominalError};
-pub use parameter::{Parameter, ParameterError};
+pub use nominal::{Asphere, Curvatures, Foot, Nominal, NominalError, Parameter, ParameterError};
 pub use pose::Pose;
-pub use refine::Termination;
-pub use robust::{Loss, Robust};
-pub use selection::Excluded;
 pub use spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
 

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::Sample;
-use crate::solve::System;
-use crate::triangle::{CHUNK, Triangle};
+use crate::fit::solve::System;
+use crate::fit::triangle::{CHUNK, Triangle};
 
 /// A least-squares solution.
 #[derive(Clone, Debug)]

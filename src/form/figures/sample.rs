@@ -6,7 +6,7 @@ use thiserror::Error;
 use crate::Aperture;
 use crate::aperture::ApertureError;
 use crate::deviation::NM_PER_MM;
-use crate::triangle::CHUNK;
+use crate::fit::triangle::CHUNK;
 
 /// Places of the part frame with their deviations, those that count.
 ///

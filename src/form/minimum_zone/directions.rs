@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::exchange::Rows;
 use super::residuals::Residuals;
 use super::scan::BLOCK;
-use crate::solve::System;
-use crate::svd::Svd;
-use crate::triangle::Triangle;
+use crate::fit::solve::System;
+use crate::fit::svd::Svd;
+use crate::fit::triangle::Triangle;
 
 /// Orthogonal directions: with them a step in mm means the same for a shift as for a conic constant.
 #[derive(Clone, Debug)]

@@ -11,9 +11,9 @@ mod search;
 mod tests;
 
 use crate::fit::fit;
-use crate::model::Model;
-use crate::refine::{priority, rounding_mm};
-use crate::selection::{Membership, Selection};
+use crate::fit::model::Model;
+use crate::fit::refine::{priority, rounding_mm};
+use crate::fit::selection::{Membership, Selection};
 use crate::{Excluded, Fit, FitError, FitSettings, Nominal, Parameter, PointMm, Pose};
 use directions::Directions;
 use residuals::{Laid, Part};

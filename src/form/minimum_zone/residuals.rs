@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::model::Model;
-use crate::parameter::moved;
+use crate::fit::model::Model;
+use crate::nominal::parameter::moved;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// Signed distances that depend on parameters. Indices run from 0 to `len`.

@@ -5,11 +5,11 @@
 //! parameters, whatever U is (Forbes, Metrologia 43 (2006) S282, and JCGM 102:2011, 6.2).
 
 use super::budget::UncertaintyError;
-use crate::model::Model;
-use crate::selection::Selection;
-use crate::solve::System;
-use crate::triangle::Triangle;
-use crate::weight::Weights;
+use crate::fit::model::Model;
+use crate::fit::selection::Selection;
+use crate::fit::solve::System;
+use crate::fit::triangle::Triangle;
+use crate::fit::weight::Weights;
 use crate::{Aperture, Fit, FitError, Parameter, PointMm};
 
 /// The points of a fit with their derivatives.

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use super::budget::UncertaintyError;
 use super::distribution::{chi_square_density, chi_square_median};
-use crate::solve::System;
-use crate::triangle::Triangle;
+use crate::fit::solve::System;
+use crate::fit::triangle::Triangle;
 
 /// A standard deviation found from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,10 +11,10 @@
 
 use rayon::prelude::*;
 
-use crate::model::Model;
-use crate::refine::{Limits, Refined, linearise, refine};
-use crate::selection::Selection;
-use crate::triangle::CHUNK;
+use crate::fit::model::Model;
+use crate::fit::refine::{Limits, Refined, linearise, refine};
+use crate::fit::selection::Selection;
+use crate::fit::triangle::CHUNK;
 use crate::{FitError, Nominal, Parameter, Pose, Termination};
 
 /// How much a deviation counts.

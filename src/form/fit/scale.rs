@@ -1,8 +1,8 @@
 //! Points in another unit than mm: found by fitting them a thousand times larger and smaller.
 
+use crate::fit::plane::BestPlane;
 use crate::fit::solve;
-use crate::plane::BestPlane;
-use crate::start::sample;
+use crate::fit::start::sample;
 use crate::{FitSettings, Loss, Nominal, Parameter, PointMm, Units};
 
 /// Whether a nominal that explains next to nothing of the points' height over their best plane explains

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use crate::deviation::NM_PER_MM;
+use crate::fit::model::Model;
+use crate::fit::selection::Membership;
+use crate::fit::solve::System;
+use crate::fit::triangle::Triangle;
 use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
-use crate::model::Model;
-use crate::parameter::moved;
-use crate::selection::Membership;
-use crate::solve::System;
-use crate::triangle::Triangle;
+use crate::nominal::parameter::moved;
 use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose};
 
 /// All points so far, linearised at one pose and shape.

@@ -10,13 +10,13 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitVector3, Vector3};
 
-use crate::model::Model;
-use crate::plane::BestPlane;
-use crate::refine::{Limits, refine};
-use crate::robust::refine_robustly;
-use crate::selection::Selection;
-use crate::start::{levelled, sample, vertices};
-use crate::symmetry::disc;
+use crate::fit::model::Model;
+use crate::fit::plane::BestPlane;
+use crate::fit::refine::{Limits, refine};
+use crate::fit::robust::refine_robustly;
+use crate::fit::selection::Selection;
+use crate::fit::start::{levelled, sample, vertices};
+use crate::fit::symmetry::disc;
 use crate::{FitSettings, Loss, Nominal, Parameter, PointMm, Pose};
 
 /// A better pose than `start` for the points, or `start`.

@@ -1,9 +1,9 @@
 //! Gauss-Newton steps, damped where they must be, on a fixed selection of points.
 
-use crate::model::Model;
-use crate::parameter::moved;
-use crate::solve::{Step, System};
-use crate::triangle::{Spread, Triangle};
+use crate::fit::model::Model;
+use crate::fit::solve::{Step, System};
+use crate::fit::triangle::{Spread, Triangle};
+use crate::nominal::parameter::moved;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// Why the iteration of a fit ended.

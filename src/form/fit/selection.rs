@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::model::Model;
-use crate::triangle::CHUNK;
+use crate::fit::model::Model;
+use crate::fit::triangle::CHUNK;
 use crate::{Aperture, Nominal, PointMm, Pose};
 
 /// Points left out of a fit, by reason. A point has exactly one.

@@ -15,10 +15,12 @@
 //! [`Live::settle`] removes all three. Figures of a small patch are those of a pose with the tilts left out
 //! (see [`LiveSettings::rank_tolerance`]), and never of a step that makes the sum of squares larger.
 
+mod linearised;
+
 use thiserror::Error;
 
 use crate::fit::{Estimate, FitSettings, fit};
-use crate::linearised::Linearised;
+use crate::live::linearised::Linearised;
 use crate::{Excluded, Figures, FitError, Nominal, Parameter, PointMm, Pose};
 
 /// A regular grid of cells in the x-y plane of the part frame.

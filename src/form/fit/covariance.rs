@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::solve::System;
+use crate::fit::solve::System;
 use crate::{Nominal, Parameter};
 
 /// Covariances of the estimates of a fit, in their order.

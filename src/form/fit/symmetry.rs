@@ -1,10 +1,10 @@
 //! What no points on a nominal could determine: its symmetries.
 
 use crate::Nominal;
-use crate::model::Model;
-use crate::refine::priority;
-use crate::solve::System;
-use crate::triangle::Triangle;
+use crate::fit::model::Model;
+use crate::fit::refine::priority;
+use crate::fit::solve::System;
+use crate::fit::triangle::Triangle;
 use crate::{Parameter, Pose};
 
 /// Indices of the free parameters that points all over a disc of the nominal about its vertex determine.

@@ -16,9 +16,9 @@
 //!
 //! None of these depends on d itself beyond the place of the foot.
 
-use crate::foot::{MeridianFoot, SurfaceFoot};
-use crate::freeform::FreeFoot;
 use crate::nominal::conic_root;
+use crate::nominal::foot::{MeridianFoot, SurfaceFoot};
+use crate::nominal::freeform::FreeFoot;
 use crate::pose::Motion;
 use crate::shape::Shape;
 use crate::{Nominal, Parameter, PointMm, Pose};
@@ -172,7 +172,7 @@ mod tests {
 
     use super::*;
     use crate::Asphere;
-    use crate::parameter::moved;
+    use crate::nominal::parameter::moved;
 
     const EVERY: [Parameter; 17] = [
         Parameter::Tx,

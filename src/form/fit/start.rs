@@ -7,11 +7,11 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::fit::FitSettings;
-use crate::model::Model;
-use crate::plane::{BestPlane, centroid};
-use crate::search::search;
-use crate::selection::Membership;
-use crate::svd::Svd;
+use crate::fit::model::Model;
+use crate::fit::plane::{BestPlane, centroid};
+use crate::fit::search::search;
+use crate::fit::selection::Membership;
+use crate::fit::svd::Svd;
 use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// The start pose for `points` in the measured frame. Only free parameters differ from the given start.

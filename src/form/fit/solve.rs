@@ -3,8 +3,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::svd::Svd;
-use crate::triangle::Triangle;
+use crate::fit::svd::Svd;
+use crate::fit::triangle::Triangle;
 
 /// The linear problem |J·δ + d| → min, reduced to the triangular factor of [J | d] with columns of J
 /// scaled to unit length.

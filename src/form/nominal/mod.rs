@@ -1,5 +1,12 @@
 //! Nominal surfaces: sag, slope, curvature.
 
+pub(crate) mod foot;
+pub(crate) mod freeform;
+pub(crate) mod parameter;
+
+pub use foot::Foot;
+pub use parameter::{Parameter, ParameterError};
+
 use std::fmt;
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use crate::PointMm;
-use crate::model::Model;
+use crate::fit::model::Model;
 
 /// R of the rows so far. Invariant: no NaN unless a row had one or overflowed.
 #[derive(Clone, Debug)]

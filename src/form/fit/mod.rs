@@ -1,17 +1,38 @@
 //! The orthogonal-distance fit of a nominal to points: least squares, weighted or robust.
 
-use crate::covariance::{Covariance, undetermined};
-use crate::refine::{Limits, Refined, refine};
-use crate::robust::refine_robustly;
-use crate::selection::Selection;
-use crate::solve::System;
-use crate::symmetry::determined_by_shape;
-use crate::triangle::Spread;
-use crate::weight::Weights;
-use crate::{
-    Aperture, Caution, Combination, Excluded, FitError, Loss, Nominal, Parameter, PointMm, Pose,
-    Robust, Termination, Undetermined, scale, start,
-};
+mod caution;
+pub(crate) mod covariance;
+mod error;
+pub(crate) mod model;
+pub(crate) mod plane;
+pub(crate) mod refine;
+pub(crate) mod robust;
+mod scale;
+mod search;
+pub(crate) mod selection;
+pub(crate) mod solve;
+mod start;
+pub(crate) mod svd;
+mod symmetry;
+pub(crate) mod triangle;
+pub(crate) mod weight;
+
+pub use caution::{Caution, Units};
+pub use covariance::{Combination, Covariance, Undetermined};
+pub use error::FitError;
+pub use refine::Termination;
+pub use robust::{Loss, Robust};
+pub use selection::Excluded;
+
+use crate::fit::covariance::undetermined;
+use crate::fit::refine::{Limits, Refined, refine};
+use crate::fit::robust::refine_robustly;
+use crate::fit::selection::Selection;
+use crate::fit::solve::System;
+use crate::fit::symmetry::determined_by_shape;
+use crate::fit::triangle::Spread;
+use crate::fit::weight::Weights;
+use crate::{Aperture, Nominal, Parameter, PointMm, Pose};
 
 /// Name of the criterion of least squares without weights, as reports give it.
 pub const METHOD: &str = "orthogonal least squares";

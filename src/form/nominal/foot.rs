@@ -1,7 +1,7 @@
 //! The foot of a point: the place of the nominal the point stands over.
 
-use crate::freeform::{self, FreeFoot};
 use crate::nominal::Asphere;
+use crate::nominal::freeform::{self, FreeFoot};
 use crate::{Nominal, PointMm};
 
 /// A point, its foot on the nominal, and its signed distance.
