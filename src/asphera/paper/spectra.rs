@@ -147,11 +147,17 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
     );
     writeln!(
         out,
-        "<p class=\"note\">Q spectrum: {}. Radius {} mm, power {} nm. RMS slope of the series {} µrad.</p>",
+        "<p class=\"note\">Q spectrum: {}. Radius {} mm, power {} nm. RMS slope of the series {} µrad.{}</p>",
         text(&q.definition),
         short(q.radius_mm),
         short(q.power_nm),
-        short(q.slope_rms_urad)
+        short(q.slope_rms_urad),
+        if q.ends {
+            ""
+        } else {
+            " <b>The series does not end here</b>: the deviation has more waves along the radius than these terms can \
+             follow, which bends all of them. More are had by q_terms."
+        }
     )
 }
 

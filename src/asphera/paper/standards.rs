@@ -2,7 +2,7 @@
 
 use std::fmt::{Result, Write as _};
 
-use super::words::{count, percent, place, short, text};
+use super::words::{count, minus, percent, place, short, text};
 use crate::report::{IndicationFigures, MinimumZoneFigures, TextureFigures};
 
 /// What a drawing asks and what was found, in its own notation.
@@ -26,12 +26,12 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
     )?;
     writeln!(
         out,
-        "<p class=\"note\">{}, {}. Certificate: no zone near by is narrower than {} nm, {} nm less; all {} points \
-         were held against it {} times, and these hold it:</p>",
+        "<p class=\"note\">{}, {}. Certificate: no zone near by is narrower than {} nm, which is {} nm less; all {} \
+         points were held against it {} times, and these hold it:</p>",
         text(&zone.method),
         text(&zone.termination),
         short(zone.lower_nm),
-        short(zone.gap_nm),
+        minus(format!("{:.0e}", zone.gap_nm)),
         count(zone.points),
         count(zone.passes)
     )?;

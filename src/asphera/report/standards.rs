@@ -104,6 +104,9 @@ pub struct QFigures {
     pub power_nm: f64,
     /// Coefficients a₀, a₁ …, nm.
     pub coefficients_nm: Vec<f64>,
+    /// Whether the last quarter of them holds less than a tenth of the sum of their squares. If not, the deviation has
+    /// more waves along the radius than they can follow, and that bends all of them.
+    pub ends: bool,
     /// Root of the sum of their squares over the radius, µrad: an RMS slope along the meridian that stresses the rim.
     pub slope_rms_urad: f64,
 }

@@ -71,12 +71,15 @@ pub(in crate::pipeline) fn q_spectrum(
     terms: NonZeroU8,
 ) -> Result<QFigures, Unknown> {
     let found = asphera_form::figures::q_spectrum(sample, terms)?;
+    let square = |coefficients: &[f64]| coefficients.iter().map(|a| a * a).sum::<f64>();
+    let (all, tail) = (&found.coefficients_nm[..], found.coefficients_nm.len() * 3 / 4);
     Ok(QFigures {
         definition: "coefficients of Forbes' slope-orthogonal polynomials u²·(1 − u²)·Qbfs(u²), u = r/radius, fitted \
                      together with piston, tilt and power (Opt. Express 15 (2007) 5218)"
             .to_owned(),
         radius_mm: found.radius_mm,
         power_nm: found.power_nm,
+        ends: square(&all[tail..]) <= LARGEST_TAIL * square(all),
         coefficients_nm: found.coefficients_nm,
         slope_rms_urad: found.slope_rms_urad,
     })
@@ -84,6 +87,7 @@ pub(in crate::pipeline) fn q_spectrum(
 
 const REMOVED: [Term; 3] = [Term::Piston, Term::Tilt, Term::Power];
 const RINGS_A_DECADE: f64 = 40.0;
+const LARGEST_TAIL: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {
@@ -116,6 +120,20 @@ mod tests {
         assert!((found.measured - std::f64::consts::FRAC_PI_4).abs() < 0.02);
         assert!(found.frequency_per_mm.is_sorted() && found.frequency_per_mm.len() < 70);
         assert!(*found.frequency_per_mm.last().unwrap() <= 10.0);
+    }
+
+    #[test]
+    fn a_series_that_is_too_short_is_told() {
+        let places: Vec<[f64; 2]> = (0..3000)
+            .map(|i| (4.0 * (f64::from(i) / 3000.0).sqrt(), 2.4 * f64::from(i)))
+            .map(|(r, phi)| [r * phi.cos(), r * phi.sin()])
+            .collect();
+        let values: Vec<f64> =
+            places.iter().map(|[x, y]| 1e-5 * (TAU * x.hypot(*y) * 5.0 / 4.0).cos()).collect();
+        let sample = Sample::new(&places, &values, None, &Aperture::None).unwrap();
+        let ends = |terms| q_spectrum(&sample, NonZeroU8::new(terms).unwrap()).unwrap().ends;
+        // Five waves along the radius.
+        assert!(!ends(9) && ends(30));
     }
 
     #[test]

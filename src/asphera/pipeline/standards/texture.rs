@@ -53,14 +53,16 @@ pub(super) fn of(
         ScaleKind::SF => "S-F",
         ScaleKind::SL => "S-L",
     };
-    let s = limited.s.as_ref().map(|s| filter("S-filter", s));
-    let l = limited.l.as_ref().map(|l| filter("L-filter", l));
+    // What a point stands for on the average.
+    let spacing_mm = (mesh.areas_mm2().iter().sum::<f64>() / heights.support.points as f64).sqrt();
+    let s = limited.s.as_ref().map(|s| filter("S-filter", s, spacing_mm));
+    let l = limited.l.as_ref().map(|l| filter("L-filter", l, spacing_mm));
     let found = TextureFigures {
         surface: kind.to_owned(),
         f_operation: match f_operation {
             Datum::AsGiven => "nothing more",
-            Datum::Mean => "their mean",
-            Datum::MeanPlane => "their mean plane",
+            Datum::Mean => "its mean",
+            Datum::MeanPlane => "its mean plane",
         }
         .to_owned(),
         s_mm: scale.s_mm(),
@@ -90,7 +92,7 @@ fn told(Figure { definition, value }: Figure, variant: &str) -> FormFigure {
 }
 
 /// A filter in words, with what it had to do without.
-fn filter(name: &str, filtered: &Filtered<Mesh>) -> String {
+fn filter(name: &str, filtered: &Filtered<Mesh>, spacing_mm: f64) -> String {
     let Filtered { filter, nodes_mm, undetermined, lowered, robust, .. } = filtered;
     let order = match filter.order() {
         Order::Zero => 0,
@@ -105,6 +107,12 @@ fn filter(name: &str, filtered: &Filtered<Mesh>) -> String {
     let mut words = format!("{name}: {standard}, order {order}, nesting index {cutoff_mm} mm");
     if let Some(nodes_mm) = nodes_mm {
         words.push_str(&format!(", on nodes {} mm apart", (nodes_mm * 1e6).round() / 1e6));
+    }
+    if cutoff_mm < LEAST_SPACINGS * spacing_mm {
+        let spacings = (10.0 * cutoff_mm / spacing_mm).round() / 10.0;
+        words.push_str(&format!(
+            "; that is {spacings} distances of the points, too few for its weights"
+        ));
     }
     if let Some(robust) = robust {
         let ended = if robust.converged { "settled" } else { "not settled" };
@@ -121,3 +129,6 @@ fn filter(name: &str, filtered: &Filtered<Mesh>) -> String {
     }
     words
 }
+
+/// With fewer distances of points a cut-off more passes than the filter states.
+const LEAST_SPACINGS: f64 = 4.0;
