@@ -13,6 +13,11 @@ use crate::common::Noise;
 
 /// 100 × 100 vertices some 0.01 mm apart, none of them in line.
 fn shaken(height_nm: impl Fn(f64, f64) -> f64) -> Mesh {
+    shaken_of(100, height_nm)
+}
+
+/// The same of another number of rows and columns.
+fn shaken_of(count: u32, height_nm: impl Fn(f64, f64) -> f64) -> Mesh {
     let noise = |i: u32, j: u32, salt: u32| {
         let hash = (i.wrapping_mul(2_654_435_761) ^ j.wrapping_mul(40_503) ^ salt)
             .wrapping_mul(2_246_822_519);
@@ -24,7 +29,7 @@ fn shaken(height_nm: impl Fn(f64, f64) -> f64) -> Mesh {
             0.01 * (f64::from(i) + 0.6 * noise(i, j, 77)),
         ]
     };
-    mesh(100, 100, place, height_nm)
+    mesh(count, count, place, height_nm)
 }
 
 /// Largest and RMS difference of the measured heights of two meshes of the same vertices.
@@ -94,14 +99,14 @@ fn a_mesh_on_a_grid_is_its_linear_interpolation() {
 #[test]
 fn sal_and_str_of_a_mesh_are_those_of_its_surface() {
     // Grooves along y of 0.2 mm: the autocorrelation is a cosine, which falls to 0.2 at acos(0.2)/2π.
-    let grooves = shaken(|x, _| 50.0 * (TAU * x / 0.2).sin()).levelled(Datum::Mean);
+    let grooves = shaken_of(140, |x, _| 50.0 * (TAU * x / 0.2).sin()).levelled(Datum::Mean);
     let found = spatial_parameters((&grooves).into(), Threshold::DEFAULT).unwrap();
     let expected_um = 200.0 * 0.2f64.acos() / TAU;
     assert!((found.sal_um() - expected_um).abs() < 0.02 * expected_um, "{}", found.sal_um());
     assert!(matches!(found.slowest, Err(Unknown::StaysInOneDirection { .. })));
-    assert!(found.support.points > 9500);
+    assert!(found.support.points > 19_000);
     let noise = RefCell::new(Noise::new(5));
-    let rough = shaken(|_, _| noise.borrow_mut().next());
+    let rough = shaken_of(140, |_, _| noise.borrow_mut().next());
     let smooth = Gaussian::new(0.08, Order::Zero).unwrap().of_mesh(&rough).surface;
     let by_mesh = spatial_parameters((&smooth).into(), Threshold::DEFAULT).unwrap();
     let grid = smooth.to_grid().unwrap();
