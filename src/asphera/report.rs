@@ -5,6 +5,7 @@
 
 mod features;
 mod form;
+mod standards;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,10 @@ use serde::{Deserialize, Serialize};
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
+};
+pub use standards::{
+    ContactFigures, IndicationFigures, MinimumZoneFigures, PsdFigures, QFigures, StandardFigures,
+    TextureFigures,
 };
 
 /// Version of the report's layout. A reader refuses what it does not know.
@@ -343,6 +348,9 @@ pub struct FormFigures {
     /// Mean deviation by distance from the axis, the innermost ring first; final only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingFigures>,
+    /// Minimum zone, spectra, texture and the indication of the drawing; final only.
+    #[serde(flatten)]
+    pub standards: StandardFigures,
     /// Why a figure is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unknown: Vec<String>,

@@ -26,6 +26,12 @@ test("what is absent is a dash, never a zero", () => {
   assert.equal(format.measured(1, null, "mm").uncertainty, "–");
 });
 
+test("a logarithmic axis has what it can show, and short names", () => {
+  const psd = { frequency_per_mm: [0.1, 0.2, 0.4], density_nm2_mm2: [5, 0, 2e-7] };
+  assert.deepEqual(series.densityColumns(psd), [[0.1, 0.4], [5, 2e-7]]);
+  assert.deepEqual([0.05, 1, 20000, 1e-6, 2e7, 1e10].map(series.powerOfTen), ["0.05", "1", "20000", "10⁻⁶", "2·10⁷", "10¹⁰"]);
+});
+
 test("numbers are rounded, grouped and signed", () => {
   assert.equal(plain(format.count(2782224)), "2 782 224");
   assert.equal(plain(format.count(9999)), "9999");

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::{
-    DefectFigures, FeatureFigures, RepeatFigures, Report, SamplingFigures, Status,
+    DefectFigures, FeatureFigures, RepeatFigures, Report, SamplingFigures, StandardFigures, Status,
 };
 
 /// The report in a few lines.
@@ -79,6 +79,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             deviation.min_nm,
             place(&deviation.at_min_mm),
         )?;
+        standards(text, &form.standards)?;
     }
     for link in &report.links {
         for device in &link.devices {
@@ -131,6 +132,30 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         writeln!(text, "  {rule}")?;
     }
     report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
+}
+
+/// Those that the nominal file asks for, in a line each.
+fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
+    if let Some(zone) = &of.minimum_zone {
+        writeln!(
+            text,
+            "zone       {:.1} nm, {}; none near by is narrower than {:.1} nm",
+            zone.width.value, zone.termination, zone.lower_nm
+        )?;
+    }
+    if let Some((found, asked)) =
+        of.indication.as_ref().and_then(|of| Some((&of.found, of.asked.as_ref()?)))
+    {
+        writeln!(text, "drawing    {asked}\n  found    {found}")?;
+    }
+    if let Some(texture) = &of.texture {
+        let heights =
+            texture.figures.iter().filter(|figure| ["Sa", "Sq", "Sz"].contains(&&figure.name[..]));
+        let heights: Vec<String> =
+            heights.map(|figure| format!("{} {} nm", figure.name, short(figure.value))).collect();
+        writeln!(text, "texture    {}: {}", texture.surface, heights.join(", "))?;
+    }
+    Ok(())
 }
 
 /// The sampling in a few lines: what is known of it.

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use asphera_form::Aperture;
-use asphera_form::figures::SlopeSettings;
+use asphera_form::figures::{Indication, SlopeSettings, Term, Terms};
+use asphera_form::texture;
 use asphera_form::uncertainty::{Budget, Draws, Effect, Kernel, LongWave, Noise};
 use asphera_form::verdict::{Guard, Limit};
 
@@ -16,15 +17,90 @@ pub struct Judging {
     pub limits: Vec<(String, Limit)>,
     /// The decision rule; `None`: values are held against limits as they are.
     pub guard: Option<Guard>,
+    /// What a drawing asks by ISO 10110-5; its limits are among [`Judging::limits`].
+    pub indication: Option<Indication>,
+    /// Largest width of the minimum zone allowed, nm.
+    pub minimum_zone_nm: Option<f64>,
+    /// Limits of texture parameters in their units, each with the name it has in the verdict.
+    pub texture: Vec<(String, texture::Definition, f64)>,
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
     /// alone, as the points tell it, if a guard band or another figure needs them.
     pub uncertainty: Option<(Budget, Draws)>,
 }
 
-/// Reads the rest of the table `tolerance`: everything but `pv_nm` and `rms_nm`.
-pub(super) fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
+impl Judging {
+    /// Whether there are limits of figures whose uncertainty is not worked out.
+    pub fn has_bare_limits(&self) -> bool {
+        self.minimum_zone_nm.is_some() || !self.texture.is_empty()
+    }
+}
+
+/// Reads the rest of the table `tolerance`, everything but `pv_nm` and `rms_nm`, and the table `uncertainty` of `table`.
+/// `has_texture` if the scale of the texture is stated.
+pub(super) fn read(table: &Section<'_>, tolerance: &Section<'_>, has_texture: bool) -> Judging {
+    let (mut limits, guard) = limits(tolerance);
+    let indication = indication(tolerance, &mut limits);
+    let above_0 = |key| {
+        let value = tolerance.get::<f64>(key)?;
+        if value <= 0.0 {
+            tolerance.problem(key, "a limit above 0", value);
+        }
+        Some(value)
+    };
+    let texture = TEXTURE.into_iter().filter_map(|(key, definition)| {
+        let limit = above_0(key)?;
+        if !has_texture {
+            tolerance.problem(key, "the table figures.texture, which states the scale", "none");
+        }
+        Some((key.to_owned(), definition, limit))
+    });
+    let needed = guard.is_some() || !limits.is_empty();
+    Judging {
+        indication,
+        minimum_zone_nm: above_0("minimum_zone_nm"),
+        texture: texture.collect(),
+        uncertainty: uncertainty(table, needed),
+        limits,
+        guard,
+    }
+}
+
+/// Reads `indication`, and adds its limits to those there are.
+fn indication(tolerance: &Section<'_>, limits: &mut Vec<(String, Limit)>) -> Option<Indication> {
+    let text = tolerance.get::<String>("indication")?;
+    let indication = match text.parse::<Indication>() {
+        Ok(indication) => indication,
+        Err(error) => {
+            let expected = "an indication such as 3/500 nm(100 nm/50 nm); RMSi<20 nm";
+            tolerance.problem("indication", expected, format!("{text:?}: {error}"));
+            return None;
+        }
+    };
+    for (definition, value) in indication.limits() {
+        let (key, _) = FIGURES
+            .into_iter()
+            .find(|(_, name)| Limit::named(name).is_ok_and(|named| named == definition))
+            .expect("every figure of an indication has a key");
+        if value <= 0.0 {
+            tolerance.problem("indication", "limits above 0, or a dash", format!("{definition} 0"));
+        }
+        if limits.iter().any(|(name, _)| name == key) {
+            tolerance.problem(key, "one limit, here or in the indication", "both");
+        }
+        let limit =
+            Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE };
+        limits.push((key.to_owned(), limit));
+    }
+    if indication.limits().is_empty() {
+        tolerance.problem("indication", "a limit", format!("{text:?}, which has none"));
+    }
+    Some(indication)
+}
+
+/// Reads limits of figures and zones, and the guard band.
+fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
     let slope = slope(tolerance);
-    let mut limits = figures(tolerance, &FIGURES, Aperture::None, slope, "");
+    let mut limits = figures(tolerance, &FIGURES, Aperture::None, slope, Terms::NONE);
     for zone in tolerance.array("zone") {
         let (inner_mm, outer_mm) = (zone.or("inner_mm", 0.0), zone.required("outer_mm"));
         let Some(outer_mm) = outer_mm else { continue };
@@ -32,10 +108,15 @@ pub(super) fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<G
         if let Err(error) = ring.validate() {
             zone.problem("outer_mm", "a radius above inner_mm", error);
         }
-        let suffix = format!(" {inner_mm}-{outer_mm} mm");
-        limits.extend(figures(&zone, &WHOLE, ring, slope, &suffix));
-        limits.extend(figures(&zone, &FIGURES, ring, slope, &suffix));
+        limits.extend(figures(&zone, &WHOLE, ring, slope, Terms::NONE));
+        limits.extend(figures(&zone, &FIGURES, ring, slope, Terms::NONE));
         zone.finish();
+    }
+    for less in tolerance.array("less") {
+        let terms = terms(&less).unwrap_or_default();
+        limits.extend(figures(&less, &WHOLE, Aperture::None, slope, terms));
+        limits.extend(figures(&less, &FIGURES, Aperture::None, slope, terms));
+        less.finish();
     }
     let factor = tolerance
         .has("guard_factor")
@@ -55,8 +136,13 @@ fn figures(
     names: &[(&str, &str)],
     zone: Aperture,
     slope: Option<SlopeSettings>,
-    suffix: &str,
+    less: Terms,
 ) -> Vec<(String, Limit)> {
+    let suffix = match zone {
+        Aperture::Annulus { inner_mm, outer_mm } => format!(" {inner_mm}-{outer_mm} mm"),
+        _ if less == Terms::NONE => String::new(),
+        _ => format!(" less {less}"),
+    };
     let read = |&(key, name): &(&str, &str)| {
         let value = table.get::<f64>(key)?;
         if value <= 0.0 {
@@ -70,9 +156,24 @@ fn figures(
         }
         let definition = Limit::named(name).expect("every name of the table is one of a figure");
         let slope = slope.filter(|_| of_slope);
-        Some((format!("{key}{suffix}"), Limit { definition, value, zone, slope }))
+        Some((format!("{key}{suffix}"), Limit { definition, value, zone, slope, less }))
     };
     names.iter().filter_map(read).collect()
+}
+
+/// The terms that a table of limits has removed.
+fn terms(table: &Section<'_>) -> Option<Terms> {
+    let names = table.required::<Vec<String>>("terms")?;
+    let found: Vec<Term> = Term::ALL
+        .into_iter()
+        .filter(|term| names.iter().any(|name| *name == term.to_string()))
+        .collect();
+    if found.len() < names.len() || found.is_empty() {
+        let expected = format!("some of {}, each once", Terms::of(&Term::ALL));
+        table.problem("terms", expected, format!("{names:?}"));
+        return None;
+    }
+    Some(Terms::of(&found))
 }
 
 fn slope(tolerance: &Section<'_>) -> Option<SlopeSettings> {
@@ -87,7 +188,7 @@ fn slope(tolerance: &Section<'_>) -> Option<SlopeSettings> {
 }
 
 /// Reads the table `uncertainty`; `needed` if something asks for uncertainties without it.
-pub(super) fn uncertainty(table: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
+fn uncertainty(table: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
     let section = table.section("uncertainty");
     let noise = match section.get::<f64>("noise_nm") {
         None => Noise::Measured,
@@ -157,6 +258,12 @@ fn effects(section: &Section<'_>) -> Vec<Effect> {
 
 /// Figures of the whole aperture that have keys of their own in [`super::Part`].
 const WHOLE: [(&str, &str); 2] = [("pv_nm", "pv"), ("rms_nm", "rms")];
+/// Keys of texture parameters.
+const TEXTURE: [(&str, texture::Definition); 3] = [
+    ("sa_nm", texture::Definition::Sa),
+    ("sq_nm", texture::Definition::Sq),
+    ("sz_nm", texture::Definition::Sz),
+];
 /// Keys and names of the other figures.
 const FIGURES: [(&str, &str); 13] = [
     ("rms_about_mean_nm", "rms_about_mean"),
@@ -214,6 +321,54 @@ mod tests {
     }
 
     #[test]
+    fn limits_may_be_of_what_terms_leave() {
+        let part = parse(
+            "[[tolerance.less]]\nterms = [\"tilt\", \"piston\", \"power\"]\nrms_nm = 9\npvr_nm = 40\n\
+             [[tolerance.less]]\nterms = [\"astigmatism\"]\nrms_nm = 12\n",
+        );
+        let limits = part.unwrap().judging.limits;
+        let names: Vec<&str> = limits.iter().map(|(name, _)| name.as_str()).collect();
+        let expected = [
+            "rms_nm less piston, tilt, power",
+            "pvr_nm less piston, tilt, power",
+            "rms_nm less astigmatism",
+        ];
+        assert_eq!(names, expected);
+        assert_eq!(limits[2].1.less, Terms::of(&[Term::Astigmatism]));
+    }
+
+    #[test]
+    fn a_drawing_gives_limits() {
+        let part = parse(
+            "[tolerance]\nindication = \"3/0.5(0.1/0.05) RMSi < 0.02; λ = 546.07 nm\"\nrmsa_nm = 4\n",
+        )
+        .unwrap();
+        let found: Vec<(&str, f64)> =
+            part.judging.limits.iter().map(|(name, limit)| (name.as_str(), limit.value)).collect();
+        let expected = [
+            ("rmsa_nm", 4.0),
+            ("a_nm", 0.25 * 546.07),
+            ("b_nm", 0.05 * 546.07),
+            ("c_nm", 0.025 * 546.07),
+            ("rmsi_nm", 0.01 * 546.07),
+        ];
+        for ((name, value), (expected, nm)) in found.iter().zip(expected) {
+            assert!(*name == expected && (value - nm).abs() < 1e-9, "{name} {value}");
+        }
+        assert_eq!(found.len(), expected.len());
+    }
+
+    #[test]
+    fn limits_of_texture_and_zone_are_read() {
+        let part =
+            parse("[tolerance]\nminimum_zone_nm = 80\nsq_nm = 3\n[figures.texture]\n").unwrap();
+        let judging = part.judging;
+        assert_eq!(judging.minimum_zone_nm, Some(80.0));
+        assert_eq!(judging.texture, [("sq_nm".to_owned(), texture::Definition::Sq, 3.0)]);
+        assert_eq!((judging.limits, judging.uncertainty), (Vec::new(), None));
+    }
+
+    #[test]
     fn a_guard_band_alone_takes_the_noise_from_the_points() {
         let part = parse("[tolerance]\npv_nm = 9\nguard_factor = 2\n").unwrap();
         assert_eq!(part.judging.uncertainty.unwrap().0, Budget::default());
@@ -226,6 +381,15 @@ mod tests {
             ("[tolerance]\nslope_rms_urad = 2\n", "tolerance.slope_rms_urad"),
             ("[tolerance]\nb_nm = 0\n", "tolerance.b_nm"),
             ("[[tolerance.zone]]\npv_nm = 3\n", "outer_mm"),
+            ("[[tolerance.less]]\nrms_nm = 3\n", "tolerance.less[0].terms"),
+            ("[[tolerance.less]]\nterms = [\"trefoil\"]\n", "each once"),
+            ("[[tolerance.less]]\nterms = []\n", "tolerance.less[0].terms"),
+            ("[tolerance]\nsq_nm = 3\n", "tolerance.sq_nm"),
+            ("[tolerance]\nminimum_zone_nm = 0\n", "tolerance.minimum_zone_nm"),
+            ("[tolerance]\nindication = \"3/2(1/x)\"\n", "at character 7, found \"x\""),
+            ("[tolerance]\nindication = \"3/-\"\n", "which has none"),
+            ("[tolerance]\nindication = \"3/0\"\n", "tolerance.indication"),
+            ("[tolerance]\nb_nm = 2\nindication = \"3/-(2)\"\n", "tolerance.b_nm"),
             ("[uncertainty]\nlong_wave_nm = 3\n", "uncertainty.long_wave_mm"),
             ("[uncertainty]\ntemperature_k = 3\n", "uncertainty.temperature_k"),
             ("[uncertainty]\nnoise_um = 3\n", "uncertainty.noise_um"),

@@ -5,6 +5,7 @@
 mod defects;
 mod devices;
 mod document;
+mod figures;
 mod judging;
 mod links;
 mod motion;
@@ -25,6 +26,7 @@ use toml_edit::{DocumentMut, Item};
 pub use defects::DefectLimits;
 pub(crate) use defects::FLAT_BELOW_PER_MM;
 pub use devices::{DeviceConfig, DriverConfig};
+pub use figures::{FigureSettings, TextureSettings};
 pub use judging::Judging;
 pub use links::LinkConfig;
 pub use motion::SyncConfig;

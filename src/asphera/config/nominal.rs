@@ -6,6 +6,7 @@ use asphera_form::{Aperture, Nominal, Parameter};
 
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
+use super::figures::{self, FigureSettings};
 use super::judging::{self, Judging};
 use super::problem::Problems;
 use super::surface::{self, Surface};
@@ -25,6 +26,8 @@ pub struct Part {
     pub rms_nm: Option<f64>,
     /// Limits of other figures, guard band, and uncertainty.
     pub judging: Judging,
+    /// Which figures the final report has, and how they are formed.
+    pub figures: FigureSettings,
     /// Largest gap of the sampling allowed, mm; none: only ε counts.
     pub gap_limit_mm: Option<f64>,
     /// Largest gap over local feature size allowed.
@@ -59,8 +62,8 @@ pub(super) fn folder(name: &str) -> &Path {
     Path::new(name).parent().unwrap_or(Path::new(""))
 }
 
-/// Reads the tables `surface`, `aperture`, `fit`, `tolerance`, `uncertainty`, `sampling`, `defects` and `partition` of `table`.
-/// Files they name are found from `folder`.
+/// Reads the tables `surface`, `aperture`, `fit`, `figures`, `tolerance`, `uncertainty`, `sampling`, `defects` and
+/// `partition` of `table`. Files they name are found from `folder`.
 pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let section = table.section("surface");
     let surface = surface::read(&section, folder);
@@ -83,10 +86,9 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         })
     };
     let (pv_nm, rms_nm) = (limit("pv_nm"), limit("rms_nm"));
-    let (limits, guard) = judging::limits(&tolerance);
+    let figures = figures::read(table);
+    let judging = judging::read(table, &tolerance, figures.texture.is_some());
     tolerance.finish();
-    let needed = guard.is_some() || !limits.is_empty();
-    let judging = Judging { uncertainty: judging::uncertainty(table, needed), limits, guard };
 
     let sampling = table.section("sampling");
     let gap_limit_mm =
@@ -102,6 +104,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         pv_nm,
         rms_nm,
         judging,
+        figures,
         gap_limit_mm,
         epsilon_limit,
         coverage_min,

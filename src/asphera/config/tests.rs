@@ -66,14 +66,17 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
     let config =
         Config::parse("asphera.toml", &format!("{}{shown}{}", &text[..from], &text[to..])).unwrap();
     let judging = config.part.judging;
-    assert_eq!((judging.limits.len(), judging.guard.is_some()), (2, true));
+    assert_eq!((judging.limits.len(), judging.guard.is_some()), (7, true));
+    assert_eq!((judging.texture.len(), judging.minimum_zone_nm), (3, Some(280.0)));
+    let texture = config.part.figures.texture.unwrap();
+    assert_eq!((texture.scale.s_mm(), texture.scale.l_mm()), (Some(0.08), Some(2.5)));
     let (budget, draws) = judging.uncertainty.unwrap();
     assert_eq!((budget.long_waves.len(), budget.effects.len()), (1, 7));
     assert_eq!((draws.count, draws.seed), (200, 0));
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 36] = [
+const ALTERNATIVES: [&str; 50] = [
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",
@@ -91,6 +94,20 @@ const ALTERNATIVES: [&str; 36] = [
     "points = 1000",
     "largest_mm = 0.5",
     "pvr_nm = 250",
+    "indication = \"3/0.5(0.1/0.05); RMSi<0.02; λ=546.07 nm\"",
+    "minimum_zone_nm = 280",
+    "sa_nm = 2",
+    "sq_nm = 2.5",
+    "sz_nm = 40",
+    "terms = [\"piston\", \"tilt\", \"power\"]",
+    "rms_nm = 20",
+    "slope_length_mm = 1",
+    "slope_step_mm = 0.5",
+    "remove = \"plane\"",
+    "s_mm = 0.08",
+    "l_mm = 2.5",
+    "order = 2",
+    "robust = false",
     "guard_probability = 0.95",
     "guard_factor = 2",
     "inner_mm = 0",

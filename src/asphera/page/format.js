@@ -107,8 +107,8 @@ export const unitText = (unit) =>
 
 /** A name that carries its unit, `gap_max_mm`, as `["gap max", "mm"]`. */
 export function nameAndUnit(name) {
-  const found = /^(.*)_(nm|um|mm|mm2|rad|urad|deg|s|hz)$/.exec(name);
-  const [stem, unit] = found ? [found[1], found[2]] : [name, ""];
+  const found = /^(\S*)_(nm|um|mm|mm2|rad|urad|deg|s|hz)( .*)?$/.exec(name);
+  const [stem, unit] = found ? [found[1] + (found[3] ?? ""), found[2]] : [name, ""];
   const words = stem.replaceAll("_", " ").replace(/\b(pv|rms)\b/gi, (w) => w.toUpperCase());
   const units = { um: "µm", mm2: "mm²", urad: "µrad", deg: "°", hz: "Hz" };
   return [words.charAt(0).toUpperCase() + words.slice(1), units[unit] ?? unit];

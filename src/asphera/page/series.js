@@ -46,6 +46,21 @@ export function termBars(terms, removed) {
   ];
 }
 
+/** Frequencies and densities of a spectrum that a logarithmic axis can show. */
+export function densityColumns({ frequency_per_mm: frequencies, density_nm2_mm2: densities }) {
+  const shown = frequencies.map((_, at) => at).filter((at) => frequencies[at] > 0 && densities[at] > 0);
+  return [shown.map((at) => frequencies[at]), shown.map((at) => densities[at])];
+}
+
+/** A mark of a logarithmic axis: 0.05, 200, 10⁻⁶, 2·10⁷. */
+export function powerOfTen(value) {
+  const [digits, exponent] = value.toExponential(0).split("e");
+  const power = Number(exponent);
+  if (power >= -3 && power <= 4) return String(Number(value.toPrecision(1)));
+  const raised = [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
+  return `${digits === "1" ? "" : `${digits}·`}10${raised}`;
+}
+
 /** The terms that are largest, the largest first. */
 export const largest = (terms, number) =>
   [...terms].sort((a, b) => Math.abs(b.value_nm) - Math.abs(a.value_nm)).slice(0, number);

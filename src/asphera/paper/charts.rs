@@ -82,7 +82,8 @@ pub(super) fn ticks([low, high]: [f64; 2], wanted: f64) -> (Vec<f64>, f64) {
     ((first..=last).map(|index| index as f64 * step).collect(), step)
 }
 
-fn number(value: f64, step: f64) -> String {
+/// A number with as many places as the step of its axis needs.
+pub(super) fn number(value: f64, step: f64) -> String {
     let places = (-(step * 1.000_001).log10().floor()).clamp(0.0, 12.0) as usize;
     minus(format!("{:.places$}", value + 0.0))
 }

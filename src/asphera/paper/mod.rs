@@ -11,6 +11,8 @@ mod page;
 mod provenance;
 mod qif;
 mod sections;
+mod spectra;
+mod standards;
 mod tables;
 mod words;
 

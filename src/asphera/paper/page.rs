@@ -3,8 +3,8 @@
 use std::fmt::{Result, Write as _};
 
 use super::provenance::Provenance;
-use super::words::{css_string, instant, percent, place, short, text};
-use super::{charts, defects, map, sections, tables};
+use super::words::{css_string, instant, limit_name, percent, place, short, text};
+use super::{charts, defects, map, sections, spectra, standards, tables};
 use crate::pipeline::Measurement;
 use crate::report::{FormFigures, Report, Status, Verdict};
 
@@ -34,7 +34,11 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
     part(out, "Deviation", |out| map::figure(out, measurement))?;
     if let Some(form) = &report.form {
         drawings(out, measurement, form)?;
-        part(out, FIGURES, |out| tables::figures(out, form))?;
+        part(out, FIGURES, |out| {
+            form.standards.indication.iter().try_for_each(|of| standards::indication(out, of))?;
+            tables::figures(out, form)
+        })?;
+        further(out, form)?;
         if let Some(zernike) = &form.zernike {
             part(out, "Zernike terms", |out| {
                 writeln!(
@@ -70,6 +74,21 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
     part(out, "Provenance", |out| tables::provenance(out, report, provenance))?;
     out.push_str("</body>\n</html>\n");
     Ok(())
+}
+
+/// Minimum zone, texture and spectra, those there are.
+fn further(out: &mut String, form: &FormFigures) -> Result {
+    let of = &form.standards;
+    if let Some(zone) = &of.minimum_zone {
+        part(out, "Minimum zone", |out| standards::minimum_zone(out, zone))?;
+    }
+    if let Some(texture) = &of.texture {
+        part(out, "Surface texture", |out| standards::texture(out, texture))?;
+    }
+    part(out, "Spectra", |out| {
+        of.psd.iter().try_for_each(|psd| spectra::psd(out, psd))?;
+        of.q_spectrum.iter().try_for_each(|q| spectra::q_spectrum(out, q))
+    })
 }
 
 fn drawings(out: &mut String, measurement: &Measurement, form: &FormFigures) -> Result {
@@ -150,10 +169,7 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
         "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {word}</p>\n<ul>"
     )?;
     for check in &verdict.checks {
-        let (name, unit) = match check.name.rsplit_once('_') {
-            Some((name, unit)) => (name.to_uppercase(), unit),
-            None => (check.name.clone(), ""),
-        };
+        let (name, unit) = limit_name(&check.name);
         writeln!(
             out,
             "<li>{} {} {unit} {} {} {unit} allowed{}</li>",

@@ -5,7 +5,7 @@ use std::fmt::{Result, Write as _};
 use sha2::{Digest, Sha256};
 
 use super::provenance::Provenance;
-use super::words::text;
+use super::words::{limit_name, text};
 use crate::report::{Check, Report, Status};
 
 /// The namespace of QIF 3.
@@ -15,8 +15,9 @@ pub const QIF_NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
 ///
 /// Each limit of the verdict that is a length becomes a characteristic `OtherForm`, which QIF has for forms
 /// it has no type of its own for: definition with the tolerance, nominal, item, measurement with value and
-/// status. All figures of the form, which need no tolerance, stand as attributes of the results, with unit
-/// and variant in the name. Lengths are in mm. The same report gives the same bytes: the identifier of the
+/// status. All figures of the form, minimum zone, texture and indication, which need no tolerance, stand as attributes
+/// of the results, with unit and variant in the name. QIF's surface texture is Ra of a profile alone, so texture has no
+/// other place. Lengths are in mm. The same report gives the same bytes: the identifier of the
 /// document is made from its content.
 pub fn qif(report: &Report, provenance: &Provenance) -> String {
     let mut body = String::new();
@@ -193,12 +194,31 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
         add("fit", format!("{}, {}", form.fit.method, form.fit.termination));
         add("PV / nm", form.deviation.pv_nm.to_string());
         add("RMS / nm", form.deviation.rms_nm.to_string());
-        for figure in &form.figures {
-            let name = format!("{}, {} / {}", figure.name, figure.variant, figure.unit);
+        let of = &form.standards;
+        let zone = of.minimum_zone.iter().map(|zone| &zone.width);
+        let texture = of.texture.iter().flat_map(|texture| &texture.figures);
+        for figure in form.figures.iter().chain(zone).chain(texture) {
+            let unit = if figure.unit.is_empty() { "1" } else { &figure.unit };
+            let name = format!("{}, {} / {unit}", figure.name, figure.variant);
             add(&name, figure.value.to_string());
             if let Some(u) = figure.u {
                 add(&format!("u of {name}"), u.to_string());
             }
+        }
+    }
+    if let Some(of) = report.form.as_ref().map(|form| &form.standards) {
+        if let Some(zone) = &of.minimum_zone {
+            add("minimum zone, lower bound / nm", zone.lower_nm.to_string());
+        }
+        if let Some(texture) = &of.texture {
+            add("texture, surface", texture.surface.clone());
+            for filter in &texture.filters {
+                add("texture, filter", filter.clone());
+            }
+        }
+        if let Some(indication) = &of.indication {
+            add("ISO 10110-5, found", indication.found.clone());
+            indication.asked.iter().for_each(|asked| add("ISO 10110-5, asked", asked.clone()));
         }
     }
     for reason in &report.verdict.reasons {
@@ -219,16 +239,13 @@ struct Length<'a> {
 
 fn lengths(report: &Report) -> Vec<Length<'_>> {
     let in_nm = report.verdict.checks.iter().filter_map(|check| {
-        let name = check.name.strip_suffix("_nm")?;
-        (check.value.is_finite() && check.limit.is_finite()).then_some((check, name))
+        let (name, unit) = limit_name(&check.name);
+        let is_length = unit == "nm" && check.value.is_finite() && check.limit.is_finite();
+        is_length.then_some((check, name))
     });
     in_nm
         .zip(0..)
-        .map(|((check, name), index)| Length {
-            check,
-            name: name.to_uppercase(),
-            id: RESULTS_ID + 1 + 4 * index,
-        })
+        .map(|((check, name), index)| Length { check, name, id: RESULTS_ID + 1 + 4 * index })
         .collect()
 }
 

@@ -112,7 +112,7 @@ fn remainders(out: &mut String, removed: &[&FormFigure]) -> Result {
     }
     out.push_str(
         "</tbody></table>\n<p class=\"note\">Fringe terms over the aperture, fitted together and \
-         subtracted. The verdict is never by these.</p>\n",
+         subtracted. The verdict is by these only where a limit names them.</p>\n",
     );
     Ok(())
 }

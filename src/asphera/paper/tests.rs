@@ -139,6 +139,38 @@ fn the_page_is_well_formed_and_needs_nothing_from_elsewhere() {
 }
 
 #[test]
+fn figures_of_standards_are_drawn_and_exchanged() {
+    let nominal = format!(
+        "{FLAT}minimum_zone_nm = 30\n[figures]\nminimum_zone = true\n[figures.texture]\nl_mm = 1.0\n"
+    );
+    let measurement = measured(&nominal, Along::Z);
+    let page = html(&measurement, &provenance());
+    let root = parsed(&page);
+    for heading in ["Minimum zone", "Surface texture", "Spectra"] {
+        assert!(page.contains(&format!("<h2>{heading}</h2>")), "{heading}");
+    }
+    assert!(page.contains("By ISO 10110-5 found <b>3/") && page.contains("<li>minimum zone "));
+    let labels: Vec<&str> =
+        root.all().iter().filter_map(|one| one.attribute("aria-label")).collect();
+    for label in ["power spectral density", "slope spectrum"] {
+        assert!(labels.iter().any(|found| found.contains(label)), "{labels:?}");
+    }
+    assert!(!page.contains("NaN"));
+    let document = parsed(&qif(&measurement.report, &provenance()));
+    let all = document.all();
+    let names: Vec<&str> = all.iter().filter_map(|one| one.attribute("name")).collect();
+    for name in [
+        "Sq, S-L / nm",
+        "Sku, S-L / 1",
+        "PV, minimum zone, of all points used / nm",
+        "ISO 10110-5, found",
+    ] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(all.iter().any(|one| one.name == "Name" && one.text == "minimum zone"));
+}
+
+#[test]
 fn what_fails_says_by_how_much_and_what_is_missing_why() {
     let page = html(&measured(FLAT, Along::Z), &provenance());
     // RMS of 20·ρ²·cos 2φ is 20/√6 = 8.2 nm: above 3 nm.

@@ -3,15 +3,16 @@
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
     Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, SampleError, Share,
-    SlopeSettings, Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove,
-    rms, robust_peak_to_valley, slopes,
+    Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove, rms,
+    robust_peak_to_valley, slopes,
 };
-use asphera_form::{Aperture, Fit, Nominal, Pose};
+use asphera_form::{Fit, Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};
 
+use super::standards;
 use crate::config::Part;
 use crate::report::{
-    FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
+    FormFigure, HistogramFigures, RingFigures, Source, StandardFigures, ZernikeFigures, ZernikeTerm,
 };
 
 /// What a final report says of the form beside fit, PV and RMS.
@@ -21,6 +22,8 @@ pub(super) struct FormDetails {
     pub(super) zernike: Option<ZernikeFigures>,
     pub(super) histogram: Option<HistogramFigures>,
     pub(super) rings: Vec<RingFigures>,
+    /// Those of [`standards`] that come of the deviations alone.
+    pub(super) standards: StandardFigures,
     /// What is not known, and why.
     pub(super) unknown: Vec<String>,
 }
@@ -53,6 +56,13 @@ pub(super) fn sample(
     deviations_mm: &[f64],
     areas_mm2: &[f64],
 ) -> Result<Sample, SampleError> {
+    let weighted = areas_mm2.iter().any(|area| *area > 0.0);
+    let areas_mm2 = weighted.then_some(areas_mm2);
+    Sample::new(&places_mm(pose, points), deviations_mm, areas_mm2, &part.aperture)
+}
+
+/// Where points lie in the part frame, seen along its axis.
+pub(super) fn places_mm(pose: &Pose, points: &[PointMm]) -> Vec<[f64; 2]> {
     let (turn, shift_mm) = (pose.rotation(), pose.to_measured([0.0; 3]));
     // As `Pose::to_part`, which would make the rotation anew for every point.
     let place = |point: &PointMm| {
@@ -60,9 +70,7 @@ pub(super) fn sample(
             (0..3).map(|row| turn[row][column] * (point[row] - shift_mm[row])).sum::<f64>()
         })
     };
-    let places_mm: Vec<[f64; 2]> = points.iter().map(place).collect();
-    let weighted = areas_mm2.iter().any(|area| *area > 0.0);
-    Sample::new(&places_mm, deviations_mm, weighted.then_some(areas_mm2), &part.aperture)
+    points.iter().map(place).collect()
 }
 
 /// The area each point stands for, projected, in mm²: a third of that of every triangle it is a corner of.
@@ -84,7 +92,7 @@ pub(super) fn areas_mm2(
 impl FormDetails {
     fn fill(&mut self, part: &Part, fit: &Fit, sample: &Sample, weighted: bool) {
         let as_fitted = if weighted { "as fitted" } else { "as fitted, every point counted alike" };
-        let fringe = fringe_fit(sample, FringeCount::ThirtySix);
+        let fringe = fringe_fit(sample, part.figures.zernike);
         for (name, figure) in [
             ("PV", peak_to_valley(sample)),
             ("RMS", rms(sample, Reference::Zero)),
@@ -96,12 +104,20 @@ impl FormDetails {
         }
         match decompose(sample, approximation(&fit.nominal), None) {
             Ok(parts) => {
+                let asked = part.judging.indication.as_ref();
+                self.standards.indication = Some(standards::found(&parts, asked));
                 parts.figures().into_iter().for_each(|found| self.put(found, as_fitted.to_owned()));
             }
             Err(why) => self.lacks("A, B, C and their RMS", &why),
         }
-        self.slopes(sample, &part.aperture);
+        self.slopes(sample, part);
         self.remainders(sample);
+        if let Some(terms) = part.figures.q_terms {
+            match standards::q_spectrum(sample, terms) {
+                Ok(found) => self.standards.q_spectrum = Some(found),
+                Err(why) => self.lacks("Q spectrum", &why),
+            }
+        }
         match &fringe {
             Ok(found) => self.zernike = Some(zernike(found, Source::Points)),
             Err(why) => self.lacks("Zernike terms", why),
@@ -113,19 +129,15 @@ impl FormDetails {
         self.histogram = histogram(sample.values_nm());
     }
 
-    /// Slopes over a twentieth of the aperture's width: ISO 10110-12 leaves the length to the drawing.
-    fn slopes(&mut self, sample: &Sample, aperture: &Aperture) {
-        let width_mm = match *aperture {
-            Aperture::Rectangle { width_mm, height_mm } => width_mm.min(height_mm),
-            _ => 2.0 * sample.radius_mm(),
-        };
-        let integration_mm = width_mm / 20.0;
-        let Ok(settings) = SlopeSettings::new(integration_mm, integration_mm / 2.0) else {
+    /// Slopes over the length that the nominal file states, else over a twentieth of the aperture's width: ISO
+    /// 10110-12 leaves it to the drawing.
+    fn slopes(&mut self, sample: &Sample, part: &Part) {
+        let Some(settings) = part.figures.slope_over(&part.aperture, sample.radius_mm()) else {
             return self.lacks("slopes", &Unknown::OnePlace);
         };
         match slopes(sample, settings) {
             Ok(found) => {
-                let over = format!("over {} mm", (integration_mm * 1e4).round() / 1e4);
+                let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
                 found.figures().into_iter().for_each(|figure| self.put(figure, over.clone()));
             }
             Err(why) => self.lacks("slopes", &why),
@@ -156,21 +168,25 @@ impl FormDetails {
     }
 
     fn put(&mut self, figure: Figure, variant: String) {
-        let Figure { definition, value } = figure;
-        self.figures.push(FormFigure {
-            name: definition.to_string(),
-            variant,
-            value,
-            unit: definition.unit().to_string(),
-            u: None,
-            expanded: None,
-            definition: definition.text().to_owned(),
-            source: definition.source().to_owned(),
-        });
+        self.figures.push(told(figure, variant));
     }
 
     fn lacks(&mut self, name: &str, why: &Unknown) {
         self.unknown.push(format!("{name}: {why}"));
+    }
+}
+
+/// A figure of the kernel as a report has it.
+pub(super) fn told(Figure { definition, value }: Figure, variant: String) -> FormFigure {
+    FormFigure {
+        name: definition.to_string(),
+        variant,
+        value,
+        unit: definition.unit().to_string(),
+        u: None,
+        expanded: None,
+        definition: definition.text().to_owned(),
+        source: definition.source().to_owned(),
     }
 }
 
@@ -187,7 +203,11 @@ fn approximation(nominal: &Nominal) -> Approximation {
 pub(super) fn zernike(fit: &FringeFit, source: Source) -> ZernikeFigures {
     let terms = (1_u8..).zip(&fit.coefficients_nm).filter_map(|(index, value_nm)| {
         // The rule of counting holds for the first 36; the 37th is another.
-        let (n, m) = Counting::Fringe.orders(index.into())?;
+        let (n, m) = if index == FringeCount::ThirtySeven.last() {
+            (12, 0)
+        } else {
+            Counting::Fringe.orders(index.into())?
+        };
         Some(ZernikeTerm {
             index: index.into(),
             name: aberration(n, m)?,

@@ -10,7 +10,9 @@ use asphera_surface::Plane;
 use super::cells;
 use super::details::FormDetails;
 use crate::config::Part;
-use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
+use crate::report::{
+    DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures, StandardFigures,
+};
 use crate::snapshot::Map;
 
 /// `plane` is that of projection, in whose frame the fit was made.
@@ -38,6 +40,7 @@ pub(super) fn form(
         zernike: details.zernike,
         histogram: details.histogram,
         rings: details.rings,
+        standards: details.standards,
         unknown: details.unknown,
     }
 }
@@ -62,6 +65,7 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
         zernike: details.zernike,
         histogram: details.histogram,
         rings: Vec::new(),
+        standards: StandardFigures::default(),
         unknown: details.unknown,
     }
 }

@@ -12,6 +12,7 @@ use super::look::{Look, look};
 use super::projection::{Projector, measured};
 use super::running::fit_settings;
 use super::sampling::{Next, Remembered};
+use super::standards::{self, Measured};
 use super::uncertainties::{self, assess, tell};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
@@ -88,6 +89,21 @@ pub(super) fn measure(
         let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
         figures::form(&part, fit, found, details, &plane)
     });
+    let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
+    let map =
+        form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
+    if let (Some(form), Ok(fit)) = (&mut form, &result) {
+        let measured = Measured {
+            part: &part,
+            fit,
+            points: mesh.points(),
+            deviations_mm: &deviations_mm,
+            triangles: &triangles,
+            covered: &covered,
+            map: map.as_ref(),
+        };
+        standards::add(form, &measured);
+    }
     let assessed = result.as_ref().ok().and_then(|fit| assess(&part, mesh.points(), fit, &plane));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
@@ -95,15 +111,13 @@ pub(super) fn measure(
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let known = form.as_ref().map(|_| &deviations_mm[..]);
     let features = defects::of_part(meshed, &part, known.ok_or("there is no fit".to_owned()));
-    let compared = match &assessed {
+    let mut compared = match &assessed {
         None => compare(&part, found.as_ref()),
         Some(Ok(assessed)) => uncertainties::compare(&part, assessed),
         Some(Err(error)) => uncertainties::unknown(error),
     };
+    standards::hold(&mut compared, &part, form.as_ref());
     let verdict = judge(compared, &part, &mesh, result.as_ref(), &seen, &sampling);
-    let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map =
-        form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,

@@ -18,6 +18,7 @@ mod projection;
 mod removal;
 mod running;
 pub(crate) mod sampling;
+mod standards;
 mod uncertainties;
 
 use std::borrow::Cow;

@@ -1,6 +1,6 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::Definition;
+use asphera_form::figures::{Definition, Terms};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
@@ -84,7 +84,8 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
 /// The verdict by limits and guard band. What the unmeasured part may hide is judged by the coverage, elsewhere.
 pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
     let whole = |key: &str, definition, value: Option<f64>| {
-        let limit = |value| Limit { definition, value, zone: Aperture::None, slope: None };
+        let (zone, less) = (Aperture::None, Terms::NONE);
+        let limit = |value| Limit { definition, value, zone, slope: None, less };
         value.map(|value| (key.to_owned(), limit(value)))
     };
     let plain = [
@@ -124,7 +125,7 @@ pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
                     Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
                 }
             }
-            if limits.is_empty() {
+            if limits.is_empty() && !part.judging.has_bare_limits() {
                 super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
             }
             verdict

@@ -76,6 +76,8 @@ const ASSETS: &[Asset] = assets![
     JS "removal.js",
     JS "section.js",
     JS "series.js",
+    JS "spectrum.js",
+    JS "standards.js",
     JS "stream.js",
     JS "token.js",
     JS "verdict.js",

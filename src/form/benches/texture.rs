@@ -93,5 +93,5 @@ fn heights_slopes_and_core(bencher: Bencher, side: usize) {
 fn autocorrelation_lengths(bencher: Bencher, side: usize) {
     let grid = grid(side).levelled(Datum::MeanPlane);
     let bench = bencher.counter(ItemsCount::new(side * side));
-    bench.bench_local(|| spatial_parameters(&grid, Threshold::DEFAULT));
+    bench.bench_local(|| spatial_parameters((&grid).into(), Threshold::DEFAULT));
 }

@@ -76,6 +76,8 @@ pub enum Definition {
     RmsIrregularity,
     /// RMSa.
     RmsVariant,
+    /// Width of the minimum zone.
+    MinimumZone,
     /// Largest slope along the meridian.
     MeridionalSlopeMax,
     /// RMS slope along the meridian.
@@ -125,6 +127,10 @@ impl Definition {
             Definition::RmsTotal => "RMS of what piston and tilt leave",
             Definition::RmsIrregularity => "RMS of the irregularity",
             Definition::RmsVariant => "RMS of the irregularity less its azimuthal mean",
+            Definition::MinimumZone => {
+                "distance of the two nearest parallels of the nominal between which every point lies, \
+                 pose and free parameters being those that make it least"
+            }
             Definition::MeridionalSlopeMax => {
                 "largest slope of the deviation along the meridian, by local planes over the \
                  integration length"
@@ -163,6 +169,9 @@ impl Definition {
             | Definition::RmsTotal
             | Definition::RmsIrregularity
             | Definition::RmsVariant => "ISO 10110-5:2015, functions of ISO 14999-4:2015",
+            Definition::MinimumZone => {
+                "minimax (Chebyshev) criterion; of planes the minimum zone of ISO 12781-1:2011"
+            }
             Definition::MeridionalSlopeMax
             | Definition::MeridionalSlopeRms
             | Definition::GradientMax
@@ -185,6 +194,7 @@ impl fmt::Display for Definition {
             Definition::RmsTotal => "RMSt",
             Definition::RmsIrregularity => "RMSi",
             Definition::RmsVariant => "RMSa",
+            Definition::MinimumZone => "PV, minimum zone",
             Definition::MeridionalSlopeMax => "meridional slope, max",
             Definition::MeridionalSlopeRms => "meridional slope, RMS",
             Definition::GradientMax => "gradient, max",

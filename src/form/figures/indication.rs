@@ -52,7 +52,7 @@ pub struct Indication {
     pub unit: LengthUnit,
 }
 
-/// Why a text is no indication of surface form.
+/// Why a text is no indication of surface form. `at` is the place of what is wrong, in characters from 1.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum IndicationError {
     /// It does not begin with the code 3.
@@ -62,35 +62,51 @@ pub enum IndicationError {
         text: String,
     },
     /// What follows the code is not A, A(B) or A(B/C).
-    #[error("{text:?} is not of the form A, A(B) or A(B/C)")]
+    #[error("expected {expected} at character {at}, found {}", or_end(found))]
     Limits {
-        /// What follows the code.
-        text: String,
+        /// What should stand there.
+        expected: &'static str,
+        /// What stands there; empty at the end of the text.
+        found: String,
+        /// Where.
+        at: usize,
     },
     /// A number is not one, or negative.
-    #[error("{text:?} is no limit: expected a number not below 0, or a dash")]
+    #[error("expected a number not below 0, or a dash, at character {at}, found {}", or_end(found))]
     Number {
-        /// What stands in its place.
-        text: String,
+        /// What stands in its place; empty at the end of the text.
+        found: String,
+        /// Where.
+        at: usize,
     },
     /// Something that is neither an RMS limit nor a wavelength.
-    #[error("{text:?} is neither RMSt<…, RMSi<…, RMSa<… nor λ=…")]
+    #[error("expected RMSt<…, RMSi<…, RMSa<… or λ=… at character {at}, found {found:?}")]
     Item {
-        /// The part between semicolons.
-        text: String,
+        /// What stands there.
+        found: String,
+        /// Where.
+        at: usize,
     },
     /// Something is stated twice.
-    #[error("{name} is stated twice")]
+    #[error("{name} is stated a second time at character {at}")]
     Twice {
         /// What.
         name: &'static str,
+        /// Where the second time begins.
+        at: usize,
     },
     /// The wavelength is not a positive number.
-    #[error("wavelength {text:?} is not a positive number of nanometres")]
+    #[error("expected a wavelength above 0 in nm at character {at}, found {}", or_end(found))]
     Wavelength {
-        /// What stands in its place.
-        text: String,
+        /// What stands in its place; empty at the end of the text.
+        found: String,
+        /// Where.
+        at: usize,
     },
+}
+
+fn or_end(found: &str) -> String {
+    if found.is_empty() { "the end".to_owned() } else { format!("{found:?}") }
 }
 
 /// A figure held against its limit.
@@ -125,20 +141,25 @@ impl Indication {
         }
     }
 
+    /// Every figure that has a limit, with that in nm, in the order of the indication.
+    pub fn limits(&self) -> Vec<(Definition, f64)> {
+        let limits = [
+            (Definition::Sagitta, self.a_nm),
+            (Definition::Irregularity, self.b_nm),
+            (Definition::InvariantIrregularity, self.c_nm),
+            (Definition::RmsTotal, self.rms_total_nm),
+            (Definition::RmsIrregularity, self.rms_irregularity_nm),
+            (Definition::RmsVariant, self.rms_variant_nm),
+        ];
+        limits.into_iter().filter_map(|(definition, limit)| Some((definition, limit?))).collect()
+    }
+
     /// Every figure that has a limit, in the order of the indication.
     pub fn compare(&self, found: &Irregularity) -> Vec<Comparison> {
-        let limits = [
-            self.a_nm,
-            self.b_nm,
-            self.c_nm,
-            self.rms_total_nm,
-            self.rms_irregularity_nm,
-            self.rms_variant_nm,
-        ];
-        let pairs = found.figures().into_iter().zip(limits);
-        let compared = pairs.filter_map(|(figure, limit_nm)| {
-            let (definition, value_nm) = (figure.definition, figure.value);
-            limit_nm.map(|limit_nm| Comparison { definition, value_nm, limit_nm })
+        let figures = found.figures();
+        let compared = self.limits().into_iter().filter_map(|(definition, limit_nm)| {
+            let figure = figures.iter().find(|figure| figure.definition == definition)?;
+            Some(Comparison { definition, value_nm: figure.value, limit_nm })
         });
         compared.collect()
     }
@@ -148,95 +169,175 @@ impl FromStr for Indication {
     type Err = IndicationError;
 
     fn from_str(text: &str) -> Result<Indication, IndicationError> {
-        let dense: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-        let dense = dense.replace(',', ".").replace("lambda", "λ");
-        let after = dense
-            .strip_prefix("3/")
-            .ok_or_else(|| IndicationError::Code { text: text.to_owned() })?;
-        // No semicolon is needed before the first RMS limit.
-        let (head, rest) =
-            after.split_at(after.find("RMS").or(after.find(';')).unwrap_or(after.len()));
-        let (head, between) = head.split_once(';').unwrap_or((head, ""));
-        let items = between.split(';').chain(rest.split(';')).filter(|item| !item.is_empty());
+        let mut reader = Reader { whole: text, rest: text };
+        if !(reader.takes("3") && reader.takes("/")) {
+            return Err(IndicationError::Code { text: text.to_owned() });
+        }
+        let [a, b, c] = reader.heights()?;
         let mut stated = Stated::default();
-        for item in items {
-            stated.item(item)?;
+        while !reader.is_at_end() {
+            // No semicolon is needed before the first RMS limit, and more of them do no harm.
+            if !reader.takes(";") {
+                stated.item(&mut reader)?;
+            }
         }
         let unit = match stated.wavelength_nm {
             Some(wavelength_nm) => LengthUnit::Fringes { wavelength_nm },
             None => LengthUnit::Nanometres,
         };
-        let (a, b, c) = limits(head)?;
-        let rms = |slot: usize| stated.rms[slot].as_deref().map_or(Ok(None), |t| limit(t, unit));
-        Ok(Indication {
-            a_nm: limit(a, unit)?,
-            b_nm: limit(b, unit)?,
-            c_nm: limit(c, unit)?,
-            rms_total_nm: rms(0)?,
-            rms_irregularity_nm: rms(1)?,
-            rms_variant_nm: rms(2)?,
-            unit,
-        })
+        let nm = |number: Option<Number>| {
+            number.map(|Number { value, in_nm }| if in_nm { value } else { value * unit.nm() })
+        };
+        let [rms_total_nm, rms_irregularity_nm, rms_variant_nm] =
+            stated.rms.map(|stated| nm(stated.flatten()));
+        let (a_nm, b_nm, c_nm) = (nm(a), nm(b), nm(c));
+        Ok(Indication { a_nm, b_nm, c_nm, rms_total_nm, rms_irregularity_nm, rms_variant_nm, unit })
     }
+}
+
+/// A number as it is written.
+#[derive(Clone, Copy)]
+struct Number {
+    value: f64,
+    /// Whether `nm` follows it.
+    in_nm: bool,
 }
 
 /// Items after the limits A, B and C.
 #[derive(Default)]
 struct Stated {
-    rms: [Option<String>; 3],
+    /// Of each RMS whether it is stated, and its limit.
+    rms: [Option<Option<Number>>; 3],
     wavelength_nm: Option<f64>,
 }
 
 impl Stated {
-    fn item(&mut self, item: &str) -> Result<(), IndicationError> {
+    fn item(&mut self, reader: &mut Reader<'_>) -> Result<(), IndicationError> {
+        let (at, found) = (reader.place(), reader.word(|c| c != ';'));
+        let item = || IndicationError::Item { found, at };
         for (slot, name) in RMS.into_iter().enumerate() {
-            if let Some(number) = item.strip_prefix(name).and_then(|rest| rest.strip_prefix('<')) {
-                if self.rms[slot].replace(number.to_owned()).is_some() {
-                    return Err(IndicationError::Twice { name });
+            if reader.takes(name) {
+                if !(reader.takes("<") || reader.takes("≤")) {
+                    return Err(item());
                 }
-                return Ok(());
+                return match self.rms[slot].replace(reader.limit()?) {
+                    None => Ok(()),
+                    Some(_) => Err(IndicationError::Twice { name, at }),
+                };
             }
         }
-        let Some(number) = item.strip_prefix("λ=") else {
-            return Err(IndicationError::Item { text: item.to_owned() });
-        };
-        let value: Option<f64> = number.strip_suffix("nm").unwrap_or(number).parse().ok();
-        let value = value.filter(|value| value.is_finite() && *value > 0.0);
-        let wavelength_nm =
-            value.ok_or_else(|| IndicationError::Wavelength { text: number.to_owned() })?;
-        if self.wavelength_nm.replace(wavelength_nm).is_some() {
-            return Err(IndicationError::Twice { name: "λ" });
+        if !((reader.takes("λ") || reader.takes("lambda")) && reader.takes("=")) {
+            return Err(item());
         }
-        Ok(())
+        let (at_number, found) = (reader.place(), reader.word(|c| c != ';'));
+        let number = reader.number().filter(|number| number.value > 0.0);
+        let Some(Number { value, .. }) = number else {
+            return Err(IndicationError::Wavelength { found, at: at_number });
+        };
+        match self.wavelength_nm.replace(value) {
+            None => Ok(()),
+            Some(_) => Err(IndicationError::Twice { name: "λ", at }),
+        }
     }
 }
 
-/// The texts of A, B and C; a dash where one is not there.
-fn limits(head: &str) -> Result<(&str, &str, &str), IndicationError> {
-    let wrong = || IndicationError::Limits { text: head.to_owned() };
-    let Some((a, bracket)) = head.split_once('(') else {
-        return if head.is_empty() { Err(wrong()) } else { Ok((head, "-", "-")) };
-    };
-    let inner = bracket.strip_suffix(')').ok_or_else(wrong)?;
-    let (b, c) = inner.split_once('/').unwrap_or((inner, "-"));
-    if a.is_empty() || b.is_empty() || c.is_empty() {
-        return Err(wrong());
-    }
-    Ok((a, b, c))
+/// What is left of a text. Spaces are passed over wherever they stand, but for those within a number.
+struct Reader<'a> {
+    whole: &'a str,
+    rest: &'a str,
 }
 
-/// A limit in nm; `None` for a dash.
-fn limit(text: &str, unit: LengthUnit) -> Result<Option<f64>, IndicationError> {
-    if matches!(text, "-" | "–" | "—") {
-        return Ok(None);
+impl<'a> Reader<'a> {
+    fn is_at_end(&mut self) -> bool {
+        self.rest = self.rest.trim_start();
+        self.rest.is_empty()
     }
-    let (number, scale) = match text.strip_suffix("nm") {
-        Some(number) => (number, 1.0),
-        None => (text, unit.nm()),
-    };
-    let value: Option<f64> = number.parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
-    let value = value.ok_or_else(|| IndicationError::Number { text: text.to_owned() })?;
-    Ok(Some(value * scale))
+
+    /// Where the rest begins, in characters from 1.
+    fn place(&mut self) -> usize {
+        self.rest = self.rest.trim_start();
+        self.whole[..self.whole.len() - self.rest.len()].chars().count() + 1
+    }
+
+    /// What stands next, as long as it is of these characters; it is not taken.
+    fn word(&mut self, of: impl Fn(char) -> bool) -> String {
+        self.rest
+            .trim_start()
+            .chars()
+            .take_while(|&c| of(c))
+            .collect::<String>()
+            .trim_end()
+            .to_owned()
+    }
+
+    /// Takes these characters if they stand next, whatever spaces are before and between them.
+    fn takes(&mut self, characters: &str) -> bool {
+        let mut rest = self.rest;
+        for c in characters.chars() {
+            match rest.trim_start().strip_prefix(c) {
+                Some(after) => rest = after,
+                None => return false,
+            }
+        }
+        self.rest = rest;
+        true
+    }
+
+    /// A, A(B) or A(B/C).
+    fn heights(&mut self) -> Result<[Option<Number>; 3], IndicationError> {
+        let a = self.limit()?;
+        if !self.takes("(") {
+            let ends = self.is_at_end() || self.rest.starts_with([';', 'R', 'λ', 'l']);
+            return if ends { Ok([a, None, None]) } else { Err(self.expected("\"(\" or \";\"")) };
+        }
+        let b = self.limit()?;
+        let c = if self.takes("/") { self.limit()? } else { None };
+        if self.takes(")") { Ok([a, b, c]) } else { Err(self.expected("\")\"")) }
+    }
+
+    fn expected(&mut self, expected: &'static str) -> IndicationError {
+        let at = self.place();
+        IndicationError::Limits { expected, found: self.rest.chars().take(1).collect(), at }
+    }
+
+    /// A limit; `None` for a dash.
+    fn limit(&mut self) -> Result<Option<Number>, IndicationError> {
+        let before = self.rest;
+        if ["-", "–", "—"].into_iter().any(|dash| self.takes(dash)) {
+            if !self.is_digit() {
+                return Ok(None);
+            }
+            self.rest = before;
+        }
+        let at = self.place();
+        let found = self.word(|c| !";()/".contains(c));
+        self.number().map(Some).ok_or(IndicationError::Number { found, at })
+    }
+
+    fn is_digit(&self) -> bool {
+        self.rest.trim_start().starts_with(|c: char| c.is_ascii_digit() || ".,".contains(c))
+    }
+
+    /// A finite number that is not negative, with a decimal point or comma, and `nm` if that follows.
+    fn number(&mut self) -> Option<Number> {
+        let mut digits = String::new();
+        let mut rest = self.rest.trim_start();
+        while let Some(c) = rest.chars().next() {
+            let after_e = digits.ends_with(['e', 'E']);
+            let is_part = c.is_ascii_digit()
+                || ".,".contains(c)
+                || (!digits.is_empty() && "eE".contains(c))
+                || (after_e && "+-".contains(c));
+            if !is_part {
+                break;
+            }
+            digits.push(if c == ',' { '.' } else { c });
+            rest = &rest[c.len_utf8()..];
+        }
+        let value = digits.parse().ok().filter(|value: &f64| value.is_finite())?;
+        self.rest = rest;
+        Some(Number { value, in_nm: self.takes("nm") })
+    }
 }
 
 /// As a drawing states it; numbers to nine digits.
@@ -312,19 +413,57 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn what_is_wrong_is_named_with_its_place() {
         let error = |text: &str| text.parse::<Indication>().unwrap_err();
         assert_eq!(error("4/2'"), IndicationError::Code { text: "4/2'".into() });
-        for text in ["3/", "3/(1)", "3/2(1", "3/2()", "3/2(1/)", "3/;λ=546"] {
-            assert!(matches!(error(text), IndicationError::Limits { .. }), "{text}");
+        for (text, at) in [("3/2(1", 6), ("3/2(1]", 6), ("3/1(1/0.5/2)", 10), ("3/ 2 x", 6)] {
+            let found = error(text);
+            assert!(
+                matches!(found, IndicationError::Limits { at: place, .. } if place == at),
+                "{found}"
+            );
         }
-        for text in ["3/-5", "3/x", "3/2(NaN)", "3/1(1/0.5/2)", "3/inf", "3/1;RMSt<"] {
-            assert!(matches!(error(text), IndicationError::Number { .. }), "{text}");
+        for (text, at) in [
+            ("3/", 3),
+            ("3/(1)", 3),
+            ("3/ -5", 4),
+            ("3/x", 3),
+            ("3/2()", 5),
+            ("3/2(1/)", 7),
+            ("3/2(NaN)", 5),
+            ("3/inf", 3),
+            ("3/1e999", 3),
+            ("3/;λ=546", 3),
+            ("3/–(– 1)", 5),
+            ("3/1; RMSt<", 11),
+        ] {
+            let found = error(text);
+            assert!(
+                matches!(found, IndicationError::Number { at: place, .. } if place == at),
+                "{found}"
+            );
         }
-        assert_eq!(error("3/1;RMSx<2"), IndicationError::Item { text: "RMSx<2".into() });
-        assert_eq!(error("3/1;RMSt<2;RMSt<2"), IndicationError::Twice { name: "RMSt" });
-        assert_eq!(error("3/1;λ=5;λ=5"), IndicationError::Twice { name: "λ" });
-        assert_eq!(error("3/1;λ=-5"), IndicationError::Wavelength { text: "-5".into() });
+        assert_eq!(error("3/1;RMSx<2"), IndicationError::Item { found: "RMSx<2".into(), at: 5 });
+        assert_eq!(error("3/1;RMSt<2;RMSt<2"), IndicationError::Twice { name: "RMSt", at: 12 });
+        assert_eq!(error("3/1;λ=5;λ=5"), IndicationError::Twice { name: "λ", at: 9 });
+        assert_eq!(error("3/1;λ=-5"), IndicationError::Wavelength { found: "-5".into(), at: 7 });
+        assert_eq!(
+            error("3/0.5(0.1/x) RMSi<0.05; λ=546.07 nm").to_string(),
+            "expected a number not below 0, or a dash, at character 11, found \"x\""
+        );
+        assert_eq!(error("3/2(1").to_string(), "expected \")\" at character 6, found the end");
+    }
+
+    #[test]
+    fn spaces_commas_and_signs_do_not_matter() {
+        let plain = read("3/0.5(0.1/0.05); RMSi<0.02; λ=546.07");
+        for text in [
+            "3 / 0,5 ( 0,1 / 0,05 ) RMSi < 0,02; lambda = 546,07 nm",
+            " 3/0.5(0.1/0.05);;RMSi≤0.02;λ=546.07nm;",
+            "3/5e-1(1E-1/0.05) λ=546.07; RMSi<0.02",
+        ] {
+            assert_eq!(read(text), plain, "{text}");
+        }
     }
 
     proptest! {

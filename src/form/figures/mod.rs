@@ -64,7 +64,7 @@ pub use profile::{Heights, Ring, Sector, azimuthal_profile, radial_profile};
 pub use psd_line::{Band, HeightLine, LinePsd, Window, line_psd};
 pub use psd_map::{FrequencyRing, HeightGrid, MapPsd, map_psd};
 pub use q_spectrum::{QSpectrum, q_spectrum};
-pub use removal::{Removed, Term, remove};
+pub use removal::{Removed, Term, Terms, remove};
 pub use sample::{LeftOut, Sample, SampleError};
 pub use slope::{SlopeFigure, SlopeSettings, Slopes, slopes};
 pub use unknown::{SettingError, Unknown};

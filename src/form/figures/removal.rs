@@ -49,6 +49,41 @@ impl fmt::Display for Term {
     }
 }
 
+impl Term {
+    /// All of them, in ascending order.
+    pub const ALL: [Term; 6] =
+        [Term::Piston, Term::Tilt, Term::Power, Term::Astigmatism, Term::Coma, Term::Spherical];
+}
+
+/// A set of terms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Terms {
+    has: [bool; Term::ALL.len()],
+}
+
+impl Terms {
+    /// None.
+    pub const NONE: Terms = Terms { has: [false; Term::ALL.len()] };
+
+    /// The terms of a list, each once.
+    pub fn of(terms: &[Term]) -> Terms {
+        Terms { has: Term::ALL.map(|term| terms.contains(&term)) }
+    }
+
+    /// The terms in ascending order.
+    pub fn list(&self) -> Vec<Term> {
+        Term::ALL.into_iter().zip(self.has).filter_map(|(term, has)| has.then_some(term)).collect()
+    }
+}
+
+/// `piston, tilt`.
+impl fmt::Display for Terms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.list().iter().map(ToString::to_string).collect();
+        f.write_str(&names.join(", "))
+    }
+}
+
 /// A sample with terms removed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Removed {

@@ -47,6 +47,16 @@ impl Cells<'_> {
     }
 }
 
+/// Lowest and highest x and y of places; `None` without any.
+pub(super) fn box_of(places_mm: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    places_mm.map(|place| [place; 2]).reduce(|[low, high], [place, _]| {
+        [
+            [0, 1].map(|axis| low[axis].min(place[axis])),
+            [0, 1].map(|axis| high[axis].max(place[axis])),
+        ]
+    })
+}
+
 /// Side of a cell in radii: so much more that rounding does not move what is within the radius beyond the
 /// next cell.
 const MARGIN: f64 = 1.001;

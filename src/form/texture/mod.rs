@@ -3,7 +3,7 @@
 //! A surface is a [`Grid`] of heights with gaps or a triangulated [`Mesh`]; [`Grid::levelled`] takes out the
 //! mean or the mean plane, a [`Gaussian`] separates wavelengths, and a [`Scale`] of two of them makes the S-F
 //! or the S-L surface. Of either come [`height_parameters`] (Sa, Sq, Ssk, Sku, Sp, Sv, Sz),
-//! [`hybrid_parameters`] (Sdq, Sdr) and [`core_parameters`] (Sk, Spk, Svk, Smrk1, Smrk2); of a grid also
+//! [`hybrid_parameters`] (Sdq, Sdr), [`core_parameters`] (Sk, Spk, Svk, Smrk1, Smrk2) and
 //! [`spatial_parameters`] (Sal, Str).
 //!
 //! Heights are nm, places mm, slopes µrad. What is not measured is a gap: it has no weight in any sum, and
@@ -29,9 +29,10 @@
 //! ```
 //!
 //! Deliberately absent: the removal of form (see [`crate::fit`]; give its deviations as heights), feature
-//! and volume parameters, splines and morphological filters, Sal and Str of a mesh, uncertainties.
+//! and volume parameters, splines and morphological filters, uncertainties.
 
 mod autocorrelation;
+mod binned_filter;
 mod cells;
 mod core_heights;
 mod datum;
@@ -43,6 +44,7 @@ mod heights;
 mod hybrid;
 mod mesh;
 mod mesh_filter;
+mod raster;
 mod rays;
 mod regression;
 mod robust;

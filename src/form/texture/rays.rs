@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::unknown::Unknown;
-use super::{Autocorrelation, Definition, Figure, Grid, Support, TextureError, autocorrelation};
+use super::{Autocorrelation, Definition, Figure, Support, Surface, TextureError, autocorrelation};
 
 /// Where the autocorrelation first falls to the threshold along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl SpatialParameters {
     }
 }
 
-/// Sal and Str of a grid.
+/// Sal and Str of a surface.
 ///
 /// Rays leave lag 0 every half degree, in steps of half a node, until the [`autocorrelation`] first reaches
 /// the threshold; between lags it is interpolated by Catmull & Rom's cubics (Computer Aided Geometric Design,
@@ -75,8 +75,22 @@ impl SpatialParameters {
 /// pairs, as where every second row is a gap. Noise alone falls at once: then Sal is below one distance of
 /// nodes and says only that. Many gaps leave few pairs, and as the shortest of all directions Sal then comes
 /// out short: with 89 % of gaps by less than a tenth on a grid of 300 × 300 nodes.
-pub fn spatial_parameters(grid: &Grid, threshold: Threshold) -> Result<SpatialParameters, Unknown> {
-    decays(&autocorrelation(grid)?, threshold.0)
+///
+/// A mesh is taken as the surface linear on its triangles, at the nodes of [`to_grid`](super::Mesh::to_grid): waves as short as its
+/// vertices are apart are flattened by that, and Sal is never much below this distance.
+pub fn spatial_parameters(
+    surface: Surface<'_>,
+    threshold: Threshold,
+) -> Result<SpatialParameters, Unknown> {
+    match surface {
+        Surface::Grid(grid) => decays(&autocorrelation(grid)?, threshold.0),
+        Surface::Mesh(mesh) => {
+            let support = surface.nodes()?.support;
+            let grid = mesh.to_grid().ok_or(Unknown::NoTriangle)?;
+            let found = decays(&autocorrelation(&grid)?, threshold.0)?;
+            Ok(SpatialParameters { support, ..found })
+        }
+    }
 }
 
 fn decays(function: &Autocorrelation, threshold: f64) -> Result<SpatialParameters, Unknown> {

@@ -72,10 +72,24 @@ impl Scale {
 
     /// The same of a mesh.
     pub fn of_mesh(&self, mesh: &Mesh, f_operation: Datum) -> ScaleLimited<Mesh> {
+        self.of(mesh, f_operation, Gaussian::of_mesh)
+    }
+
+    /// The same by [`Gaussian::of_dense_mesh`].
+    pub fn of_dense_mesh(&self, mesh: &Mesh, f_operation: Datum) -> ScaleLimited<Mesh> {
+        self.of(mesh, f_operation, Gaussian::of_dense_mesh)
+    }
+
+    fn of(
+        &self,
+        mesh: &Mesh,
+        f_operation: Datum,
+        run: fn(&Gaussian, &Mesh) -> Filtered<Mesh>,
+    ) -> ScaleLimited<Mesh> {
         let formless = mesh.levelled(f_operation);
-        let s = self.s.map(|filter| filter.of_mesh(&formless));
+        let s = self.s.map(|filter| run(&filter, &formless));
         let smooth = s.as_ref().map_or(&formless, |filtered| &filtered.surface);
-        let l = self.l.map(|filter| filter.of_mesh(smooth));
+        let l = self.l.map(|filter| run(&filter, smooth));
         let surface = l.as_ref().map_or_else(|| smooth.clone(), |l| smooth.less(&l.surface));
         ScaleLimited { surface, kind: self.kind(), f_operation, s, l }
     }

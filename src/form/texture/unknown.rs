@@ -43,7 +43,7 @@ pub enum Unknown {
     },
     /// The autocorrelation stays above the threshold in every direction, as far as it is known.
     #[error(
-        "the autocorrelation stays above {threshold} in every direction, known up to {reach_mm} mm"
+        "the autocorrelation stays above {threshold} in every direction, known up to {reach_mm:.4} mm"
     )]
     NeverFalls {
         /// The threshold.
@@ -53,8 +53,8 @@ pub enum Unknown {
     },
     /// The autocorrelation stays above the threshold in some direction, as far as it is known.
     #[error(
-        "the autocorrelation stays above {threshold} towards {direction_rad} rad, known up to \
-         {reach_mm} mm: the aspect ratio is below {at_most}"
+        "the autocorrelation stays above {threshold} towards {direction_rad:.4} rad, known up to \
+         {reach_mm:.4} mm: the aspect ratio is below {at_most:.4}"
     )]
     StaysInOneDirection {
         /// The threshold.

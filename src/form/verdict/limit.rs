@@ -7,7 +7,8 @@ use thiserror::Error;
 use super::decision::{Decision, Finding, Guard, GuardError, decide};
 use crate::figures::{
     Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
-    SlopeSettings, Unknown, decompose, peak_to_valley, pvr, rms, robust_peak_to_valley, slopes,
+    SlopeSettings, Terms, Unknown, decompose, peak_to_valley, pvr, remove, rms,
+    robust_peak_to_valley, slopes,
 };
 use crate::uncertainty::{Draws, Uncertainty, UncertaintyError};
 use crate::{Aperture, Nominal};
@@ -23,6 +24,8 @@ pub struct Limit {
     pub zone: Aperture,
     /// How slopes are formed; needed for them and for nothing else.
     pub slope: Option<SlopeSettings>,
+    /// Terms that are removed from the deviation in the zone before the figure is formed (ISO 14999-4).
+    pub less: Terms,
 }
 
 /// A limit with what was found.
@@ -86,7 +89,8 @@ impl FromStr for Limit {
             text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let definition = Limit::named(name)?;
         let value = value.trim().parse().unwrap_or(f64::NAN);
-        let limit = Limit { definition, value, zone: Aperture::None, slope: None };
+        let limit =
+            Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE };
         limit.check_value()?;
         Ok(limit)
     }
@@ -139,6 +143,8 @@ impl Limit {
             Definition::Pvr { terms } if fringes(terms).is_none() => {
                 Err(LimitError::Figure { definition })
             }
+            // It is of points and a nominal, not of deviations.
+            Definition::MinimumZone => Err(LimitError::Figure { definition }),
             Definition::RobustPeakToValley { share } if Share::new(share).is_err() => {
                 Err(LimitError::Figure { definition })
             }
@@ -148,6 +154,11 @@ impl Limit {
 
     /// The figure over a sample.
     fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
+        let removed = match &self.less.list()[..] {
+            [] => None,
+            terms => Some(remove(sample, terms)?.sample),
+        };
+        let sample = removed.as_ref().unwrap_or(sample);
         let among = |figures: &[Figure]| {
             let found = figures.iter().find(|figure| figure.definition == self.definition);
             *found.expect("the list has every definition of its kind")
@@ -178,6 +189,7 @@ impl Limit {
                 let settings = self.slope.expect("checked when the limit was");
                 slopes(sample, settings).map(|found| among(&found.figures()))
             }
+            Definition::MinimumZone => unreachable!("refused when the limit was checked"),
         }
     }
 }
@@ -223,7 +235,7 @@ fn finding(
     draws: &Draws,
 ) -> Result<Result<Finding, Unknown>, LimitError> {
     let dof = uncertainty.noise.dof;
-    if limit.zone == Aperture::None {
+    if limit.zone == Aperture::None && limit.less == Terms::NONE {
         if limit.definition == Definition::RmsAboutZero {
             let rms = &uncertainty.rms;
             let bias = rms.measured_nm - rms.form_nm;

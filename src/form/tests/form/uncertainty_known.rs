@@ -2,6 +2,7 @@
 
 use crate::common::{Noise as Uniform, al1815, misaligned, spiral};
 use asphera_form::artefact::Artefact;
+use asphera_form::figures::{Reference, Sample, Term, Terms, remove, rms};
 use asphera_form::form_error::FormError;
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
@@ -279,6 +280,8 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
             .map(|text| text.parse().unwrap())
             .collect();
     limits.push(Limit { zone, ..limits[0] });
+    let terms = [Term::Power, Term::Astigmatism, Term::Coma];
+    limits.push(Limit { value: 1e4, less: Terms::of(&terms), ..limits[1] });
     let draws = Draws { count: 40, seed: 1 };
     let judged =
         judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), Some(0.0)).unwrap();
@@ -292,6 +295,12 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     }
     let value = |index: usize| judged[index].decision.as_ref().unwrap().finding.value;
     assert!(value(8) < value(0));
+    let distances = deviations(&points, &fitted.nominal, &fitted.pose);
+    let places: Vec<[f64; 2]> =
+        points.iter().map(|&point| fitted.pose.to_part(point)).map(|[x, y, _]| [x, y]).collect();
+    let whole = Sample::new(&places, &distances, None, &Aperture::None).unwrap();
+    let left = rms(&remove(&whole, &terms).unwrap().sample, Reference::Zero).unwrap().value;
+    assert!((value(9) - left).abs() < 1e-6 && left < 0.9 * value(1), "{} {left}", value(9));
     // Nothing can be accepted as long as anything may hide.
     let blind = judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, None).unwrap();
     assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);

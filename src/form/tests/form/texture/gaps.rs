@@ -18,7 +18,7 @@ fn numbers(surface: Surface<'_>) -> usize {
     figures.extend(hybrid_parameters(surface).map(|found| found.figures()).unwrap_or_default());
     figures.extend(core_parameters(surface).map(|found| found.figures()).unwrap_or_default());
     if let Surface::Grid(grid) = surface {
-        let found = spatial_parameters(grid, Threshold::DEFAULT);
+        let found = spatial_parameters(grid.into(), Threshold::DEFAULT);
         figures.extend(found.map(|found| found.figures()).unwrap_or_default());
     }
     assert!(figures.iter().all(|figure| figure.value.is_finite()), "{figures:?}");
@@ -71,7 +71,7 @@ fn scattered_gaps_change_figures_by_no_more_than_sampling() {
     let of = |grid: &Grid| {
         let heights = height_parameters(grid.into()).unwrap();
         let core = core_parameters(grid.into()).unwrap();
-        let spatial = spatial_parameters(grid, Threshold::DEFAULT).unwrap();
+        let spatial = spatial_parameters(grid.into(), Threshold::DEFAULT).unwrap();
         let hybrid = hybrid_parameters(grid.into()).unwrap();
         let shape = [heights.ssk.unwrap(), heights.sku.unwrap()];
         let sizes =
@@ -156,7 +156,7 @@ fn nothing_one_point_and_one_row_have_what_they_have() {
     let two = Gaussian::new(0.05, Order::Two).unwrap().of_grid(&row);
     assert_eq!((two.lowered, two.undetermined), (0, 0));
     let narrow = Unknown::TooNarrow { rows: 1, columns: 200, needed: 8 };
-    assert_eq!(spatial_parameters(&row, Threshold::DEFAULT), Err(narrow));
+    assert_eq!(spatial_parameters((&row).into(), Threshold::DEFAULT), Err(narrow));
     assert_eq!(hybrid_parameters((&row).into()), Err(Unknown::NoTriangle));
 }
 
@@ -171,7 +171,7 @@ fn a_flat_surface_has_heights_of_zero_and_no_shape() {
     assert_eq!((core.sk_nm, core.spk_nm, core.svk_nm), (0.0, 0.0, 0.0));
     // An offset never ceases to correlate.
     let offset = Grid::new(&[3.0; 400], 20, 20, [0.01; 2]).unwrap();
-    let found = spatial_parameters(&offset, Threshold::DEFAULT);
+    let found = spatial_parameters((&offset).into(), Threshold::DEFAULT);
     assert!(matches!(found, Err(Unknown::NeverFalls { .. })), "{found:?}");
 }
 

@@ -182,7 +182,7 @@ fn grooves_have_the_length_of_their_cosine_and_no_aspect_ratio() {
     // Whole waves: the unbiased function is the cosine but for the ends.
     let period = 0.16;
     let grooves = grid(100, 1600, [0.01, 0.02], |x, _| 7.0 * (TAU * x / period).sin());
-    let found = spatial_parameters(&grooves, Threshold::DEFAULT).unwrap();
+    let found = spatial_parameters((&grooves).into(), Threshold::DEFAULT).unwrap();
     let expected_um = 1e3 * period * 0.2_f64.acos() / TAU;
     near(found.sal_um(), expected_um, 3e-3 * expected_um);
     let direction = found.fastest.direction_rad;
@@ -205,7 +205,8 @@ fn smoothed_noise_has_the_length_of_its_gaussian() {
     // The same distance in mm is twice as many rows as columns.
     let cutoff = 0.1;
     let smooth = Gaussian::new(cutoff, Order::Zero).unwrap().of_grid(&rough).surface;
-    let found = spatial_parameters(&smooth.levelled(Datum::Mean), Threshold::DEFAULT).unwrap();
+    let found =
+        spatial_parameters((&smooth.levelled(Datum::Mean)).into(), Threshold::DEFAULT).unwrap();
     let s = cutoff * (0.5 * LN_2).sqrt() / PI;
     let expected_um = 1e3 * 2.0 * s * 5f64.ln().sqrt();
     near(found.sal_um(), expected_um, 0.05 * expected_um);
@@ -297,7 +298,7 @@ fn every_definition_has_a_text_a_unit_and_a_source() {
         height_parameters((&surface).into()).unwrap().figures(),
         hybrid_parameters((&surface).into()).unwrap().figures(),
         core_parameters((&surface).into()).unwrap().figures(),
-        spatial_parameters(&surface, Threshold::DEFAULT).unwrap().figures(),
+        spatial_parameters((&surface).into(), Threshold::DEFAULT).unwrap().figures(),
     ]
     .concat();
     for figure in &figures {

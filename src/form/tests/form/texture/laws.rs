@@ -37,7 +37,7 @@ fn figures(grid: &Grid) -> ([f64; 8], [f64; 4]) {
     let flat = grid.levelled(Datum::MeanPlane);
     let heights = height_parameters((&flat).into()).unwrap();
     let core = core_parameters((&flat).into()).unwrap();
-    let spatial = spatial_parameters(&flat, Threshold::DEFAULT).unwrap();
+    let spatial = spatial_parameters((&flat).into(), Threshold::DEFAULT).unwrap();
     let slope = hybrid_parameters((&flat).into()).unwrap().sdq_urad;
     (
         [

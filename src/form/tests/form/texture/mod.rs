@@ -1,5 +1,6 @@
 //! Surface texture: analytic truths, laws, gaps and degenerate input, and figures by other software.
 
+mod dense;
 mod gaps;
 mod known;
 mod laws;

@@ -109,7 +109,7 @@ fn core_agrees_with_surfalize() {
 #[test]
 fn autocorrelation_lengths_agree_with_surfalize() {
     let flat = grid(0.0, |_| false).levelled(Datum::MeanPlane);
-    let found = spatial_parameters(&flat, Threshold::DEFAULT).unwrap();
+    let found = spatial_parameters((&flat).into(), Threshold::DEFAULT).unwrap();
     compare("spatial", &[found.sal_um(), found.str_ratio().unwrap()], 1e-2, true);
 }
 

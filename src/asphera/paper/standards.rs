@@ -1,0 +1,97 @@
+//! Minimum zone, indication and texture in the HTML file.
+
+use std::fmt::{Result, Write as _};
+
+use super::words::{count, minus, percent, place, short, text};
+use crate::report::{IndicationFigures, MinimumZoneFigures, TextureFigures};
+
+/// What a drawing asks and what was found, in its own notation.
+pub(super) fn indication(out: &mut String, indication: &IndicationFigures) -> Result {
+    write!(out, "<p>By ISO 10110-5 found <b>{}</b>", text(&indication.found))?;
+    match &indication.asked {
+        Some(asked) => writeln!(out, "; asked <b>{}</b>.</p>", text(asked)),
+        None => writeln!(out, ".</p>"),
+    }
+}
+
+/// The zone, what it is beside the fit, and what shows that none near by is narrower.
+pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Result {
+    writeln!(
+        out,
+        "<p>Every point lies within <b>{} nm</b> between two parallels of the nominal; at the least-squares fit the \
+         same points span {} nm. The middle of the zone lies {} nm above the nominal.</p>",
+        short(zone.width.value),
+        short(zone.least_squares_pv_nm),
+        short(zone.offset_nm)
+    )?;
+    writeln!(
+        out,
+        "<p class=\"note\">{}, {}. Certificate: no zone near by is narrower than {} nm, which is {} nm less; all {} \
+         points were held against it {} times, and these hold it:</p>",
+        text(&zone.method),
+        text(&zone.termination),
+        short(zone.lower_nm),
+        minus(format!("{:.0e}", zone.gap_nm)),
+        count(zone.points),
+        count(zone.passes)
+    )?;
+    out.push_str(
+        "<table><thead><tr><th>border</th><th>at, part frame</th><th class=\"n\">share in holding it</th></tr></thead>\
+         <tbody>\n",
+    );
+    for contact in &zone.contacts {
+        writeln!(
+            out,
+            "<tr><th>{}</th><td>{}</td><td class=\"n\">{}</td></tr>",
+            text(&contact.side),
+            place(&contact.at_mm),
+            percent(contact.share)
+        )?;
+    }
+    out.push_str("</tbody></table>\n");
+    writeln!(
+        out,
+        "<p class=\"note\">{} <i>({})</i></p>",
+        text(&zone.width.definition),
+        text(&zone.width.source)
+    )
+}
+
+/// The scale, then the parameters.
+pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
+    let surface = match texture.surface.as_str() {
+        kind @ ("S-F" | "S-L") => format!("{kind} surface"),
+        kind => format!("Surface of {kind}"),
+    };
+    writeln!(
+        out,
+        "<p>{} of the deviation from the fitted nominal, less {}. {} points; {} of the area that is sampled densely \
+         enough.</p>",
+        text(&surface),
+        text(&texture.f_operation),
+        count(texture.points),
+        percent(texture.measured)
+    )?;
+    for filter in &texture.filters {
+        writeln!(out, "<p class=\"note\">{}.</p>", text(filter))?;
+    }
+    out.push_str(
+        "<table class=\"wide\"><thead><tr><th>parameter</th><th class=\"n\">value</th><th>definition</th></tr></thead>\
+         <tbody>\n",
+    );
+    for figure in &texture.figures {
+        writeln!(
+            out,
+            "<tr><th>{}</th><td class=\"n\">{} {}</td><td class=\"small\">{} <i>({})</i></td></tr>",
+            text(&figure.name),
+            short(figure.value),
+            text(&figure.unit),
+            text(&figure.definition),
+            text(&figure.source)
+        )?;
+    }
+    out.push_str(
+        "</tbody></table>\n<p class=\"note\">No uncertainty was evaluated for these.</p>\n",
+    );
+    Ok(())
+}

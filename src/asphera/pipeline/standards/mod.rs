@@ -1,0 +1,63 @@
+//! Figures of standards that need more than deviations: minimum zone, spectrum of the map, texture; and their limits.
+
+mod indication;
+mod limits;
+mod spectrum;
+mod texture;
+mod zone;
+
+use asphera_form::Fit;
+use asphera_surface::{PointMm, VertexId};
+
+use super::measurement::DeviationMap;
+use crate::config::Part;
+use crate::report::FormFigures;
+
+pub(super) use indication::found;
+pub(super) use limits::hold;
+pub(super) use spectrum::q_spectrum;
+
+/// What they are made from, in the frame the fit was made in.
+#[derive(Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub(super) part: &'a Part,
+    pub(super) fit: &'a Fit,
+    pub(super) points: &'a [PointMm],
+    /// Of every point, NaN for none.
+    pub(super) deviations_mm: &'a [f64],
+    pub(super) triangles: &'a [[VertexId; 3]],
+    /// Whether each triangle is sampled densely enough.
+    pub(super) covered: &'a [bool],
+    pub(super) map: Option<&'a DeviationMap>,
+}
+
+/// Adds those that the nominal file asks for to the figures of the form, or why they are not known.
+pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) {
+    let Measured { part, map, .. } = *measured;
+    let (standards, unknown) = (&mut form.standards, &mut form.unknown);
+    if part.figures.minimum_zone || part.judging.minimum_zone_nm.is_some() {
+        match zone::of(measured) {
+            Ok(found) => standards.minimum_zone = Some(found),
+            Err(why) => unknown.push(format!("minimum zone: {}", crate::error_chain(&why))),
+        }
+    }
+    if part.figures.psd {
+        let found = map.ok_or("there is no map of the deviation".to_owned());
+        match found.and_then(|map| spectrum::psd(map).map_err(|why| why.to_string())) {
+            Ok(found) => standards.psd = Some(found),
+            Err(why) => unknown.push(format!("PSD: {why}")),
+        }
+    }
+    if let Some(settings) = &part.figures.texture {
+        match texture::of(measured, settings) {
+            Ok((found, lacking)) => {
+                standards.texture = Some(found);
+                unknown.extend(lacking);
+            }
+            Err(why) => unknown.push(format!("texture: {why}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,56 @@
+//! The minimum zone with its certificate.
+
+use asphera_form::figures::{Definition, Figure};
+use asphera_form::{FitError, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone};
+
+use super::Measured;
+use crate::pipeline::details::told;
+use crate::pipeline::running::fit_settings;
+use crate::report::{ContactFigures, MinimumZoneFigures};
+
+/// Some three times the time of the fit.
+pub(super) fn of(measured: &Measured<'_>) -> Result<MinimumZoneFigures, FitError> {
+    let Measured { part, fit, points, deviations_mm, .. } = *measured;
+    let settings = ZoneSettings { fit: fit_settings(part), ..ZoneSettings::default() };
+    let found = minimum_zone(points, &part.nominal, &settings)?;
+    let [low_mm, high_mm] = deviations_mm
+        .iter()
+        .filter(|deviation| deviation.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &z| [low.min(z), high.max(z)]);
+    let contacts = found.contacts.iter().map(|contact| ContactFigures {
+        at_mm: fit.pose.to_part(points[contact.index]),
+        side: match contact.side {
+            Side::High => "high".to_owned(),
+            Side::Low => "low".to_owned(),
+        },
+        share: contact.multiplier,
+    });
+    let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
+    Ok(MinimumZoneFigures {
+        width: told(width, "of all points used".to_owned()),
+        method: found.method.to_owned(),
+        termination: termination(&found),
+        settled: found.termination.is_settled(),
+        lower_nm: found.certificate.lower_mm * NM_PER_MM,
+        gap_nm: found.certificate.gap_mm * NM_PER_MM,
+        offset_nm: found.offset_mm * NM_PER_MM,
+        points: found.used as u64,
+        passes: found.certificate.scans as u64,
+        least_squares_pv_nm: (high_mm - low_mm) * NM_PER_MM,
+        contacts: contacts.collect(),
+    })
+}
+
+fn termination(found: &ZoneFit) -> String {
+    match found.termination {
+        ZoneTermination::Settled { .. } => "settled".to_owned(),
+        ZoneTermination::NoDescent { gap_mm } => {
+            format!("no step made it narrower, {:.1e} nm may be left", gap_mm * NM_PER_MM)
+        }
+        ZoneTermination::MaxScans { limit, gap_mm } => {
+            format!("stopped after {limit} passes, {:.1e} nm may be left", gap_mm * NM_PER_MM)
+        }
+    }
+}
+
+const NM_PER_MM: f64 = 1e6;
