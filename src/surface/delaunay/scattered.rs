@@ -47,10 +47,8 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
         }
         let first: Vec<usize> = order.iter().copied().step_by(FIRST).collect();
         self.insert_in_order(&first);
-        let mut rest = order;
-        let mut at = 0..;
-        rest.retain(|_| at.next().is_some_and(|at: usize| at % FIRST > 0));
-        rest
+        let others = order.chunks(FIRST).flat_map(|points| &points[1..]);
+        others.copied().collect()
     }
 
     fn insert_in_order(&mut self, order: &[usize]) {
