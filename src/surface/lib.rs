@@ -47,6 +47,7 @@ mod regressions;
 mod relief;
 mod repeats;
 mod rim;
+mod room;
 mod sampling;
 pub mod sections;
 mod sets;

@@ -7,6 +7,7 @@ mod locate;
 mod neighbours;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
@@ -18,6 +19,7 @@ use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate, FlatCells};
 use crate::outcome::edges_and_hull;
 use crate::point::admit;
+use crate::room::make_room;
 use crate::triangle::from_smallest;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
@@ -97,6 +99,15 @@ impl Mesh {
         }
     }
 
+    /// As [`Mesh::new`], but two threads share every batch of so many points, however little that pays: what
+    /// they do can be met with few points then.
+    #[cfg(any(test, feature = "fuzzing"))]
+    pub fn shared_from(points: usize) -> Mesh {
+        let mut mesh = Mesh::new();
+        mesh.delaunay.share_from(points);
+        mesh
+    }
+
     /// Takes the next points; the mesh holds them when this returns.
     ///
     /// Points that were pushed and wait are inserted first. Coordinates below [`crate::TINY_MM`] are
@@ -138,14 +149,8 @@ impl Mesh {
         let first = self.points.len() as VertexId;
         self.delaunay.cells_mut().advance();
         let mut rejected = Vec::new();
-        if self.points.capacity() < self.points.len() + batch.len() {
-            // By half, not twice: what is kept for points to come is lost to others.
-            self.points.reserve_exact(batch.len().max(self.points.len() / 2));
-        }
-        if batch.len() >= FOR_TWO && batch.par_iter().all(|&point| admit(point).is_ok()) {
-            // Much of the time goes into the system's handing out of the memory.
-            self.points.par_extend(batch.par_iter().map(|&point| admit(point).unwrap_or(point)));
-        } else {
+        make_room(&mut self.points, batch.len());
+        if batch.len() < FOR_TWO || !self.store_all(batch) {
             for (index, &point) in batch.iter().enumerate() {
                 match admit(point) {
                     Ok(point) => self.points.push(point),
@@ -160,6 +165,24 @@ impl Mesh {
             self.settle(batch, first, rejected);
         }
         self.taken += batch.len();
+    }
+
+    /// Stores the points of a large batch if all are admitted, else none; by two threads where there are
+    /// two, as much of the time goes into the system's handing out of the memory.
+    fn store_all(&mut self, batch: &[PointMm]) -> bool {
+        let before = self.points.len();
+        let all = AtomicBool::new(true);
+        self.points.par_extend(batch.par_iter().map(|&point| {
+            admit(point).unwrap_or_else(|_| {
+                all.store(false, Ordering::Relaxed);
+                point
+            })
+        }));
+        let all = all.into_inner();
+        if !all {
+            self.points.truncate(before);
+        }
+        all
     }
 
     /// Notes what became of the points of a batch that are no vertices.

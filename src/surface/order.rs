@@ -44,18 +44,29 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
         low = [low[0].min(x), low[1].min(y)];
         high = [high[0].max(x), high[1].max(y)];
     }
-    let side = places.len().isqrt() as f64;
-    let scale = [0, 1].map(|axis| side / (high[axis] - low[axis]).max(f64::MIN_POSITIVE));
-    let mut order: Vec<(u64, usize)> = places
-        .enumerate()
-        .map(|(index, place)| {
-            let [column, row] = [0, 1].map(|axis| ((place[axis] - low[axis]) * scale[axis]) as u32);
-            let column = if row % 2 == 0 { column } else { u32::MAX - column };
-            (u64::from(row) << 32 | u64::from(column), index)
-        })
-        .collect();
-    order.sort_unstable();
-    order.into_iter().map(|(_, index)| index).collect()
+    let side = places.len().isqrt();
+    let scale = [0, 1].map(|axis| side as f64 / (high[axis] - low[axis]).max(f64::MIN_POSITIVE));
+    let square = |place: Place| {
+        let index = |axis: usize| ((place[axis] - low[axis]) * scale[axis]) as usize;
+        let [column, row] = [0, 1].map(|axis| index(axis).min(side));
+        row * (side + 1) + if row % 2 == 0 { column } else { side - column }
+    };
+    let squares: Vec<u32> = places.map(|place| square(place) as u32).collect();
+    // Sorted by counting: the next place of square i goes to `next[i]`.
+    let mut next = vec![0_u32; (side + 1) * (side + 1) + 1];
+    for &square in &squares {
+        next[square as usize + 1] += 1;
+    }
+    for square in 1..next.len() {
+        next[square] += next[square - 1];
+    }
+    let mut order = vec![0; squares.len()];
+    for (index, &square) in squares.iter().enumerate() {
+        let next = &mut next[square as usize];
+        order[*next as usize] = index;
+        *next += 1;
+    }
+    order
 }
 
 /// Such an order cut in two, below the y of the one in the middle and from there on.
@@ -82,6 +93,19 @@ mod tests {
             }
             assert!(visited.into_iter().all(|visited| visited), "{len}");
         }
+    }
+
+    #[test]
+    fn goes_by_rows_there_and_back() {
+        // The grid has rows 0 to 4, of which row 3 stays empty.
+        let places: Vec<Place> =
+            (0..16).map(|i: u8| [f64::from(i % 4), f64::from(i / 4)]).collect();
+        let reversed = by_place(places.iter().rev().copied());
+        assert_eq!(reversed, [15, 14, 13, 12, 8, 9, 10, 11, 7, 6, 5, 4, 3, 2, 1, 0]);
+        // Of places in one square the first comes first.
+        assert_eq!(by_place([[1.0, 2.0]; 3].into_iter()), [0, 1, 2]);
+        assert_eq!(by_place([[1e12, -1e12], [-1e12, 1e12]].into_iter()), [0, 1]);
+        assert_eq!(by_place(std::iter::empty()), []);
     }
 
     #[test]

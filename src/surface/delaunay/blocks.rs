@@ -45,6 +45,7 @@
 mod tests;
 
 use std::collections::HashSet;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
 use super::cells::{Cells, FlatCells, GHOST, Side, Slot};
@@ -126,11 +127,13 @@ impl Sheet {
         blocks: &Blocks,
         fresh: Range<Slot>,
     ) -> bool {
-        let mut other = Sheet::default();
+        let mut other = self.beside();
+        let had_hints = self.plane.as_ref().is_some_and(|plane| plane.hints.get().is_some());
+        self.shares_cells = true;
         let (one, two) = rayon::join(
             || {
                 self.insert(points, cells, blocks.first());
-                self.flank(points, cells, blocks, None)
+                self.flank(points, cells, blocks, blocks.first(), None)
             },
             || {
                 other.work.spare.extend(fresh.clone());
@@ -138,9 +141,16 @@ impl Sheet {
                     other.insert(points, cells, hub..hub + 1);
                 }
                 other.insert(points, cells, blocks.second());
-                other.flank(points, cells, blocks, blocks.hub())
+                other.flank(points, cells, blocks, blocks.second(), blocks.hub())
             },
         );
+        self.shares_cells = false;
+        if let Some(plane) = &mut self.plane
+            && !had_hints
+        {
+            // If there are any now, they name none of the older triangles.
+            plane.hints.take();
+        }
         let editor = Editor { points, cells, work: &mut self.work };
         if let (Some(one), Some(two)) = (one, two)
             && one.goes_left != two.goes_left
@@ -162,13 +172,17 @@ impl Sheet {
         points: &[PointMm],
         cells: &FlatCells,
         blocks: &Blocks,
+        block: Range<VertexId>,
         hub: Option<VertexId>,
     ) -> Option<Flank> {
         // A point in the place of the hub would be told to stand where a point of the other block does.
         if hub.is_some_and(|hub| self.duplicates.iter().any(|duplicate| duplicate.of == hub)) {
             return None;
         }
-        let from = self.plane.as_ref()?.hint(place(points[blocks.seam.start as usize]));
+        let recent = self.plane.as_ref()?.recent;
+        // There is none at those that were inserted while all lay on one line.
+        let from_end = (block.end - 1 - blocks.seam.start) as usize;
+        let from = self.slots.iter().rev().nth(from_end).copied().unwrap_or(recent);
         let editor = Editor { points, cells, work: &mut self.work };
         let left = editor.along(blocks, from)?;
         let right: Vec<Side> = left.iter().map(|&side| cells.across(side)).collect();
@@ -193,12 +207,16 @@ impl Sheet {
         self.vertices += (blocks.batch.end - blocks.seam.end) as usize - duplicates;
         self.duplicates.extend(other.duplicates);
         (plane.recent, plane.run_start) = (second.recent, second.run_start);
-        let first = blocks.batch.end - other.slots.len() as VertexId;
-        for (vertex, &slot) in (first..).zip(&other.slots) {
-            if vertex >= blocks.seam.end {
-                plane.hints.note(place(points[vertex as usize]), slot);
+        if let Some(hints) = plane.hints.get_mut() {
+            hints.expect((blocks.batch.end - blocks.seam.end) as usize, other.extent);
+            let first = blocks.batch.end - other.slots.len() as VertexId;
+            for (vertex, &slot) in (first..).zip(&other.slots) {
+                if vertex >= blocks.seam.end {
+                    hints.note(place(points[vertex as usize]), slot);
+                }
             }
         }
+        self.extent.join(other.extent);
         self.slots = other.slots;
         self.work.ghosts += other.work.ghosts;
         self.work.spare.extend(other.work.spare);
@@ -234,7 +252,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// has a corner that is neither infinity, the hub nor of the seam.
     fn beyond(&self, blocks: &Blocks, sides: &[Side], hub: Option<VertexId>) -> Option<Vec<Slot>> {
         let mut goes = Vec::with_capacity(2 * sides.len());
-        let mut seen = HashSet::with_capacity(2 * sides.len());
+        let mut seen = HashSet::with_capacity_and_hasher(2 * sides.len(), BySlot::default());
         let mut open: Vec<Slot> = sides.iter().map(|side| side.slot()).collect();
         while let Some(slot) = open.pop() {
             if !seen.insert(slot) {
@@ -301,5 +319,28 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             }
         }
         self.legalize();
+    }
+}
+
+/// Slots are numbers nobody chooses to do harm: a product tells them apart.
+type BySlot = BuildHasherDefault<SlotHasher>;
+
+#[derive(Default)]
+struct SlotHasher(u64);
+
+impl Hasher for SlotHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u32(self.0 as u32 ^ u32::from(byte));
+        }
+    }
+
+    fn write_u32(&mut self, slot: u32) {
+        // An odd number: as many different products as slots, the upper bits as well mixed.
+        self.0 = u64::from(slot).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
     }
 }

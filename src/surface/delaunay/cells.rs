@@ -22,6 +22,7 @@ use super::hints::Layout;
 use super::places::Places;
 use crate::VertexId;
 use crate::exact::Place;
+use crate::room::make_room;
 
 /// Which triangle: its index among the cells.
 pub(crate) type Slot = u32;
@@ -111,7 +112,7 @@ pub(crate) trait Cells {
     fn note_landmarks(&mut self, places: &(impl Places + ?Sized), first: VertexId, slots: &[Slot]);
 
     /// Some places all over the triangulation, and a triangle at or near each.
-    fn for_each_landmark(&self, places: &(impl Places + ?Sized), note: impl FnMut(Place, Slot));
+    fn for_each_landmark(&self, places: &(impl Places + ?Sized), note: impl Fn(Place, Slot) + Sync);
 
     /// All triangles, if they lie in memory for any thread to work on.
     fn in_memory(&self) -> Option<&FlatCells> {
@@ -227,10 +228,7 @@ impl Cells for FlatCells {
     fn grow(&mut self, count: usize) -> Range<Slot> {
         let first = self.cells.len();
         let slots = next_slots(first, count);
-        if self.cells.capacity() < first + count {
-            // By half, not twice: what is kept for points to come is lost to others.
-            self.cells.reserve_exact(count.max(first / 2));
-        }
+        make_room(&mut self.cells, count);
         if count < FOR_TWO {
             self.cells.resize_with(first + count, Cell::unused);
         } else {
@@ -289,14 +287,23 @@ impl Cells for FlatCells {
     fn for_each_landmark(
         &self,
         places: &(impl Places + ?Sized),
-        mut note: impl FnMut(Place, Slot),
+        note: impl Fn(Place, Slot) + Sync,
     ) {
         // Two triangles to a point: every fourth makes for two in a cell of the table.
-        for slot in (0..self.len() as Slot).step_by(4) {
-            let [corner, _, last] = self.corners(slot);
-            if last != GHOST {
-                note(places.place(corner), slot);
-            }
+        let fourths = 0..self.len() as Slot / 4;
+        let triangle = |fourth: Slot| {
+            let [corner, _, last] = self.corners(4 * fourth);
+            (last != GHOST).then_some((corner, 4 * fourth))
+        };
+        match places.in_memory() {
+            Some(points) => fourths
+                .into_par_iter()
+                .with_min_len(FOR_TWO / 4)
+                .filter_map(triangle)
+                .for_each(|(corner, slot)| note(points.place(corner), slot)),
+            None => fourths
+                .filter_map(triangle)
+                .for_each(|(corner, slot)| note(places.place(corner), slot)),
         }
     }
 }

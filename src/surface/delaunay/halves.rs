@@ -12,8 +12,8 @@
 //!
 //! Points that would need more are left, as a rule a few in a thousand. A walk may start from a
 //! triangle the other thread is just writing: whatever three corners are read there, they are not all
-//! of this side, and the walk starts elsewhere. The triangulation does not depend on any of this,
-//! as there is only one.
+//! of this side, and the walk starts elsewhere. So it does where both note hints in one table. The
+//! triangulation does not depend on any of this, as there is only one.
 
 use super::Duplicate;
 use super::cells::{Cells, FlatCells, GHOST, Slot};
@@ -109,6 +109,7 @@ impl Halves<'_> {
                     }
                 };
                 recent = Some(slot);
+                self.hints.note(self.place(index), slot);
                 inserted.slots.push((index, slot));
             }
         }

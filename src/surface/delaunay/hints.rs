@@ -3,8 +3,14 @@
 //! A table over a grid that repeats itself over the whole plane: each cell names a triangle at the point
 //! that was inserted last in it. Triangles change and far places share a cell, so what is found is near
 //! as a rule, not right. A hint only ever costs time.
+//!
+//! Lines of a scan start where others did: they need no table, and none is made before something asks
+//! for one.
 
-use super::cells::Slot;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::cells::{Cells, Slot};
+use super::places::Places;
 use crate::exact::Place;
 
 /// How a table is laid out.
@@ -19,15 +25,53 @@ pub(crate) struct Layout {
     pub(crate) slack: Option<f64>,
 }
 
+/// The box around some places.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    low: Place,
+    high: Place,
+}
+
+impl Extent {
+    #[inline]
+    pub(super) fn add(&mut self, place: Place) {
+        self.join(Extent { low: place, high: place });
+    }
+
+    /// Takes in all of another, which may be that of no places.
+    #[inline]
+    pub(super) fn join(&mut self, other: Extent) {
+        self.low = [0, 1].map(|axis| self.low[axis].min(other.low[axis]));
+        self.high = [0, 1].map(|axis| self.high[axis].max(other.high[axis]));
+    }
+
+    /// The place in the box that is nearest to `place`.
+    #[inline]
+    fn nearest(&self, place: Place) -> Place {
+        [0, 1].map(|axis| place[axis].max(self.low[axis]).min(self.high[axis]))
+    }
+
+    fn size_mm(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.high[axis] - self.low[axis])
+    }
+}
+
+impl Default for Extent {
+    /// That of no places.
+    fn default() -> Extent {
+        Extent { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] }
+    }
+}
+
+/// The table. Triangles are noted through a shared reference, so that two threads may.
 pub(super) struct Hints {
     /// Cells per mm.
     scale: f64,
     /// Cells along x and y, less one: powers of two, less one.
     masks: [i64; 2],
-    cells: Vec<Slot>,
+    cells: Vec<AtomicU32>,
     /// The box around all points noted.
-    low: Place,
-    high: Place,
+    extent: Extent,
     noted: usize,
     layout: Layout,
     /// How many points may be noted before the table is too coarse.
@@ -35,10 +79,23 @@ pub(super) struct Hints {
 }
 
 impl Hints {
-    /// No hints yet, for about `points` to come, within the box.
-    pub(super) fn new(points: usize, low: Place, high: Place, layout: Layout) -> Hints {
+    /// A table for about `points` within the box, in which there is a triangle at some of the places
+    /// there are.
+    pub(super) fn of<C: Cells>(
+        points: &(impl Places + ?Sized),
+        cells: &C,
+        extent: Extent,
+        count: usize,
+    ) -> Hints {
+        let hints = Hints::none(count, extent, C::HINTS);
+        cells.for_each_landmark(points, |place, slot| hints.note(place, slot));
+        hints
+    }
+
+    /// No hints yet.
+    pub(super) fn none(points: usize, extent: Extent, layout: Layout) -> Hints {
         let slack = layout.slack.unwrap_or(1.0);
-        let size = [high[0] - low[0], high[1] - low[1]].map(|size| size * slack);
+        let size = extent.size_mm().map(|size| size * slack);
         let longest = size[0].max(size[1]);
         let wanted = (points / layout.points_a_cell).max(layout.least_cells) as f64;
         // Along a box that is all but a line there are not more cells than wanted, either.
@@ -48,10 +105,9 @@ impl Hints {
         Hints {
             scale: cell.recip(),
             masks: sides.map(|side| side as i64 - 1),
-            cells: vec![NONE; sides[0] * sides[1]],
-            low,
-            high,
-            noted: 0,
+            cells: (0..sides[0] * sides[1]).map(|_| AtomicU32::new(NONE)).collect(),
+            extent,
+            noted: points,
             layout,
             enough: 2 * points.max(LEAST_POINTS),
         }
@@ -59,12 +115,14 @@ impl Hints {
 
     /// Notes a triangle at a point that has been inserted.
     #[inline]
-    pub(super) fn note(&mut self, place: Place, slot: Slot) {
-        let cell = self.cell(place, [0, 0]);
-        self.cells[cell] = slot;
-        self.low = [self.low[0].min(place[0]), self.low[1].min(place[1])];
-        self.high = [self.high[0].max(place[0]), self.high[1].max(place[1])];
-        self.noted += 1;
+    pub(super) fn note(&self, place: Place, slot: Slot) {
+        self.cells[self.cell(place, [0, 0])].store(slot, Ordering::Relaxed);
+    }
+
+    /// Says that so many more points, within the box, have been noted or are about to be.
+    pub(super) fn expect(&mut self, points: usize, extent: Extent) {
+        self.extent.join(extent);
+        self.noted += points;
     }
 
     /// A triangle near `place`: that of its cell, or of one of the cells around.
@@ -72,35 +130,22 @@ impl Hints {
     /// What lies outside the box shares its cell with far places inside; the border is nearer.
     #[inline]
     pub(super) fn near(&self, place: Place) -> Option<Slot> {
-        let place = [0, 1].map(|axis| place[axis].max(self.low[axis]).min(self.high[axis]));
-        let slots = AROUND.into_iter().map(|offset| self.cells[self.cell(place, offset)]);
-        slots.into_iter().find(|&slot| slot != NONE)
+        let place = self.extent.nearest(place);
+        let read = |offset| self.cells[self.cell(place, offset)].load(Ordering::Relaxed);
+        AROUND.into_iter().map(read).find(|&slot| slot != NONE)
     }
 
-    /// Once there are twice as many points as the table is made for, or they lie farther apart than
-    /// the slack was for: a finer or wider one for all of them, still empty.
-    pub(super) fn outgrown(&self) -> Option<Hints> {
-        let is_wider = |axis: usize| {
-            (self.high[axis] - self.low[axis]) * self.scale > (self.masks[axis] + 1) as f64
-        };
-        let outgrown = self.noted > self.enough
-            || self.layout.slack.is_some() && [0, 1].iter().any(|&axis| is_wider(axis));
-        outgrown.then(|| Hints {
-            noted: self.noted,
-            ..Hints::new(self.noted, self.low, self.high, self.layout)
-        })
+    /// Whether there are more than twice as many points as the table is made for, or they lie farther
+    /// apart than the slack was for: it is time for another.
+    pub(super) fn are_outgrown(&self) -> bool {
+        let size = self.extent.size_mm();
+        let is_wider = |axis: usize| size[axis] * self.scale > (self.masks[axis] + 1) as f64;
+        self.noted > self.enough || self.layout.slack.is_some() && (is_wider(0) || is_wider(1))
     }
 
     /// Bytes of the table.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.cells[..])
-    }
-
-    /// Notes a triangle again, in a table that replaces an outgrown one.
-    #[inline]
-    pub(super) fn note_again(&mut self, place: Place, slot: Slot) {
-        let cell = self.cell(place, [0, 0]);
-        self.cells[cell] = slot;
     }
 
     #[inline]

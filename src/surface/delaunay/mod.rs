@@ -37,10 +37,13 @@ use std::ops::Range;
 use self::blocks::Blocks;
 pub(crate) use self::cells::{Cells, FlatCells, GHOST, Side, Slot, next_slots};
 use self::editor::Editor;
+use self::hints::Hints;
 pub(crate) use self::hints::Layout;
 pub(crate) use self::places::{Places, Vertices};
 pub(crate) use self::queries::{About, Conflict};
 use self::seam::{Seam, seam};
+#[cfg(any(test, feature = "fuzzing"))]
+use self::sheet::ForTwo;
 use self::sheet::Sheet;
 use crate::VertexId;
 
@@ -92,19 +95,14 @@ impl<C: Cells> Delaunay<C> {
             let first = batch.end - sheet.slots.len() as VertexId;
             self.cells.note_landmarks(points, first, &sheet.slots);
         }
-        if let Some(plane) = &mut sheet.plane
-            && let Some(mut hints) = plane.hints.outgrown()
-        {
-            self.cells.for_each_landmark(points, |place, slot| hints.note_again(place, slot));
-            plane.hints = hints;
-        }
         !sheet.duplicates.is_empty()
     }
 
     /// The blocks to insert a batch as, if two threads can share it.
     fn blocks(&self, points: &(impl Places + ?Sized), batch: &Range<VertexId>) -> Option<Blocks> {
         let in_memory = points.in_memory().is_some() && self.cells.in_memory().is_some();
-        if batch.len() < FOR_TWO || !in_memory || rayon::current_num_threads() < 2 {
+        if batch.len() < self.sheet.for_two.lines || !in_memory || rayon::current_num_threads() < 2
+        {
             return None;
         }
         let place = |index: usize| points.place(batch.start + index as VertexId);
@@ -116,6 +114,12 @@ impl<C: Cells> Delaunay<C> {
     /// No triangles yet, to be kept in `cells`, which has none.
     pub(crate) fn kept_in(cells: C) -> Delaunay<C> {
         Delaunay { cells, sheet: Sheet::default() }
+    }
+
+    /// Lets two threads share batches of so many points, however little that pays.
+    #[cfg(any(test, feature = "fuzzing"))]
+    pub(crate) fn share_from(&mut self, points: usize) {
+        self.sheet.for_two = ForTwo { lines: points, scattered: points };
     }
 
     /// Where its triangles are kept.
@@ -130,8 +134,10 @@ impl<C: Cells> Delaunay<C> {
 
     /// Bytes of memory it takes besides that of the cells, as long as there are triangles.
     pub(crate) fn other_bytes(&self) -> usize {
-        let hints = self.sheet.plane.as_ref().map_or(0, |plane| plane.hints.bytes());
-        hints + size_of_val(&self.sheet.slots[..]) + size_of_val(&self.sheet.work.spare[..])
+        let hints = self.sheet.plane.as_ref().and_then(|plane| plane.hints.get());
+        hints.map_or(0, Hints::bytes)
+            + size_of_val(&self.sheet.slots[..])
+            + size_of_val(&self.sheet.work.spare[..])
     }
 
     /// How many triangles there are.
@@ -210,6 +216,3 @@ impl<C: Cells> Delaunay<C> {
         }
     }
 }
-
-/// Lines in batches of fewer points are not worth a second thread.
-const FOR_TWO: usize = 8192;

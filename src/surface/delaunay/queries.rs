@@ -4,26 +4,18 @@ use super::Delaunay;
 use super::cells::{Cells, GHOST, NEXT, PREV, Side, Slot};
 use super::editor::{Editor, Work};
 use super::places::Places;
-use super::sheet::Plane;
 use super::star::Spoke;
 use crate::exact::{Place, left_of, orientation};
 use crate::triangle::from_smallest;
 use crate::{Location, VertexId};
 
-impl Plane {
-    /// A triangle from which it should not be far to a place.
-    pub(super) fn hint(&self, place: Place) -> Slot {
-        self.hints.near(place).unwrap_or(self.recent)
-    }
-}
-
 impl<C: Cells> Delaunay<C> {
     /// Where an admitted place lies.
     pub(crate) fn locate(&self, points: &(impl Places + ?Sized), place: Place) -> Location {
-        let Some(plane) = &self.sheet.plane else { return self.sheet.line.locate(place) };
+        let Some(near) = self.near(points, place) else { return self.sheet.line.locate(place) };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
-        reader.location(place, reader.locate(place, plane.hint(place)))
+        reader.location(place, reader.locate(place, near))
     }
 
     /// The nearest vertex to an admitted place, and of several the one with the smallest x, then y.
@@ -32,21 +24,23 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Option<VertexId> {
-        let Some(plane) = &self.sheet.plane else { return self.sheet.line.nearest(points, place) };
+        let Some(near) = self.near(points, place) else {
+            return self.sheet.line.nearest(points, place);
+        };
         let mut work = Work::default();
         let reader = self.reader(points, &mut work);
-        Some(reader.nearest(place, reader.locate(place, plane.hint(place))))
+        Some(reader.nearest(place, reader.locate(place, near)))
     }
 
     /// The neighbours of a vertex.
     pub(crate) fn about(&self, points: &(impl Places + ?Sized), vertex: VertexId) -> About {
         let at = points.place(vertex);
-        let Some(plane) = &self.sheet.plane else {
+        let Some(near) = self.near(points, at) else {
             let vertices = self.sheet.line.about(at).into_iter().flatten().collect();
             return About { vertices, on_hull: true, near: None };
         };
         let mut work = Work::default();
-        self.reader(points, &mut work).about(vertex, plane.hint(at))
+        self.reader(points, &mut work).about(vertex, near)
     }
 
     /// The neighbours of a vertex which is one of those of another.
@@ -68,13 +62,13 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Vec<Conflict> {
-        let Some(plane) = &self.sheet.plane else {
+        let Some(near) = self.near(points, place) else {
             let ends = self.sheet.line.outermost();
             return ends.map(|[first, last]| Conflict::Beyond([first, last])).into_iter().collect();
         };
         let mut work = Work::default();
         let mut reader = self.reader(points, &mut work);
-        let home = reader.locate(place, plane.hint(place));
+        let home = reader.locate(place, near);
         if reader.corner_at(home, place).is_some() {
             return Vec::new();
         }
@@ -95,11 +89,16 @@ impl<C: Cells> Delaunay<C> {
         points: &(impl Places + ?Sized),
         place: Place,
     ) -> Option<Vec<(VertexId, f64)>> {
-        let plane = self.sheet.plane.as_ref()?;
+        let near = self.near(points, place)?;
         let mut work = Work::default();
         let mut reader = self.reader(points, &mut work);
-        let home = reader.locate(place, plane.hint(place));
+        let home = reader.locate(place, near);
         reader.natural(place, home)
+    }
+
+    /// A triangle from which it should not be far to a place, once there are triangles.
+    pub(super) fn near(&self, points: &(impl Places + ?Sized), place: Place) -> Option<Slot> {
+        self.sheet.near(points, &self.cells, place)
     }
 
     /// Reads the triangulation, with memory of its own for what is found.

@@ -42,13 +42,14 @@ impl<C: Cells> Delaunay<C> {
     /// Takes time in proportion to k·log k for k neighbours, and to the walk.
     pub(crate) fn remove(&mut self, points: &(impl Places + ?Sized), vertex: VertexId) {
         let at = points.place(vertex);
+        let near = self.near(points, at);
         self.sheet.vertices -= 1;
-        let Some(plane) = &mut self.sheet.plane else {
+        let (Some(plane), Some(near)) = (&mut self.sheet.plane, near) else {
             self.sheet.line.remove(points, at);
             return;
         };
         let mut editor = Editor { points, cells: &self.cells, work: &mut self.sheet.work };
-        let star = editor.star(editor.spoke(vertex, plane.hint(at)));
+        let star = editor.star(editor.spoke(vertex, near));
         if editor.leaves_a_line(&star, self.sheet.vertices) {
             editor.dissolve(&star);
             self.sheet.line = Line::of(points, star.iter().map(|spoke| spoke.end));

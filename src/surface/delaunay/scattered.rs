@@ -21,12 +21,15 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
         let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
         match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
             (Some(points), Some(cells))
-                if order.len() >= FOR_TWO && rayon::current_num_threads() > 1 =>
+                if order.len() >= self.for_two && rayon::current_num_threads() > 1 =>
             {
-                let halves = Halves { points, cells, hints: &self.plane.hints, first: self.first };
+                let order = self.insert_some_first(order);
+                let make_hints = self.make_hints();
+                let hints = self.plane.hints.get_or_init(make_hints);
+                let halves = Halves { points, cells, hints, first: self.first };
                 let Inserted { slots, duplicates, left } = halves.insert(&order, self.editor.work);
                 for (index, slot) in slots {
-                    self.note(index, slot);
+                    self.slots[index] = slot;
                 }
                 self.duplicates.extend(duplicates);
                 self.insert_in_order(&left);
@@ -35,12 +38,25 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
         }
     }
 
+    /// Where there are next to no triangles, two threads would meet at most of them: so some points all
+    /// over are inserted first. The others.
+    fn insert_some_first(&mut self, order: Vec<usize>) -> Vec<usize> {
+        let there = self.vertices - self.slots.len();
+        if there > order.len() / FIRST {
+            return order;
+        }
+        let first: Vec<usize> = order.iter().copied().step_by(FIRST).collect();
+        self.insert_in_order(&first);
+        let others = order.chunks(FIRST).flat_map(|points| &points[1..]);
+        others.copied().collect()
+    }
+
     fn insert_in_order(&mut self, order: &[usize]) {
         let mut from = [0; WINDOW];
         for window in order.chunks(WINDOW) {
             let from = &mut from[..window.len()];
             for (slot, &index) in from.iter_mut().zip(window) {
-                *slot = self.plane.hints.near(self.place(index)).unwrap_or(self.plane.recent);
+                *slot = self.hints().near(self.place(index)).unwrap_or(self.plane.recent);
             }
             self.editor.look_ahead(from, |at| self.place(window[at]));
             for (&slot, &index) in from.iter().zip(window) {
@@ -52,7 +68,7 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
 
     fn note(&mut self, index: usize, slot: Slot) {
         self.slots[index] = slot;
-        self.plane.hints.note(self.place(index), slot);
+        self.hints().note(self.place(index), slot);
         self.plane.recent = slot;
     }
 }
@@ -134,5 +150,5 @@ pub(super) const WINDOW: usize = 48;
 /// How many steps of their walks.
 const STEPS: usize = 4;
 
-/// Batches of fewer points are not worth a second thread.
-const FOR_TWO: usize = 256;
+/// One point of so many is inserted before two threads start, if there are no more vertices than that.
+const FIRST: usize = 16;

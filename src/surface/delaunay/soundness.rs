@@ -108,5 +108,45 @@ mod tests {
             }
             assert_sound_in(&batches.iter().map(Vec::as_slice).collect::<Vec<_>>());
         }
+
+        /// Lines side by side and scattered points in small batches, of which all are shared.
+        #[test]
+        fn two_threads_make_the_same_mesh_of_small_batches(
+            pieces in prop::collection::vec(
+                (0_u8..8, 0_u8..8, 1_u8..12, 1_u8..9, any::<bool>(), any::<bool>()),
+                1..6,
+            ),
+            batch in 1_usize..120,
+            from in 0_usize..40,
+            jitter in prop::sample::select(vec![0.0, 0.05, 0.4]),
+        ) {
+            let mut points: Vec<PointMm> = Vec::new();
+            for (x, y, columns, rows, turning, in_order) in pieces {
+                let count = usize::from(columns) * usize::from(rows);
+                points.extend((0..count).map(|index| {
+                    let index = if in_order { index } else { index * 7919 % count };
+                    let (row, step) = (index / usize::from(columns), index % usize::from(columns));
+                    let back = turning && row % 2 == 1;
+                    let column = if back { usize::from(columns) - 1 - step } else { step };
+                    let off = |salt: usize| jitter * ((index * 7 + salt) as f64 * 0.618).sin();
+                    let [x, y] = [(x, column, 0), (y, row, 3)]
+                        .map(|(from, step, salt)| f64::from(from) + step as f64 + off(salt));
+                    [0.003 * x, 0.003 * y, 0.0]
+                }));
+            }
+            let [one, two] = [1, 2].map(|threads| {
+                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start")
+            });
+            let (mut alone, mut shared) = (Mesh::new(), Mesh::shared_from(from));
+            for batch in points.chunks(batch) {
+                one.install(|| alone.insert(batch));
+                two.install(|| shared.insert(batch));
+                shared.assert_sound();
+                prop_assert_eq!(shared.triangles(), alone.triangles());
+                prop_assert_eq!(shared.points(), alone.points());
+                prop_assert_eq!(shared.counts(), alone.counts());
+            }
+            prop_assert_eq!(check::delaunay(alone.points(), alone.triangles()), Ok(()));
+        }
     }
 }

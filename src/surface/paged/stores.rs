@@ -104,7 +104,7 @@ impl<S: Shelf, const BITS: u32> Cells for PagedCells<S, BITS> {
         }
     }
 
-    fn for_each_landmark(&self, _: &(impl Places + ?Sized), mut note: impl FnMut(Place, Slot)) {
+    fn for_each_landmark(&self, _: &(impl Places + ?Sized), note: impl Fn(Place, Slot) + Sync) {
         self.landmarks.iter().for_each(|&(place, slot)| note(place, slot));
     }
 }

@@ -342,8 +342,10 @@ fn old_and_exchanged_chunks_are_found() {
         assert!(!stale.is_empty());
         inside.chunks.extend(stale);
         // Chunks that were put only once are exchanged.
-        let last = inside.chunks.pop_last().unwrap().1;
-        inside.chunks.values_mut().fold(last, |before, bytes| std::mem::replace(bytes, before));
+        let (key, last) = inside.chunks.pop_last().unwrap();
+        let others = inside.chunks.values_mut();
+        let left = others.fold(last, |before, bytes| std::mem::replace(bytes, before));
+        inside.chunks.insert(key, left);
     });
     assert!(matches!(late, Err(ShelfError::Damaged { .. })), "{late:?}");
     assert_lost(&mut paged);
