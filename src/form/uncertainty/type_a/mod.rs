@@ -14,12 +14,13 @@
 //! squares, its logarithm is `−½·(ln|V| + ln|XᵀV⁻¹X| + m·ln q)` once σ² is integrated out.
 //!
 //! Little is known of ρ, ℓ and w from a single part, above all of waves as long as itself. So none is chosen:
-//! all three kernels, lengths from the distance of the patches up to the largest extent of the part, and six
+//! all three kernels, lengths from the distance of the patches up to the largest extent of the part, and eight
 //! ratios w, each a priori as likely as the next, count by their likelihood. Under one of them the error of a
 //! parameter over its standard deviation has Student's distribution with m degrees of freedom; over all it has
 //! the mixture of these (Berger, De Oliveira & Sansó, J. Am. Stat. Assoc. 96 (2001) 1361, on marginalised rather
 //! than plugged-in correlation). Waves longer than the part look as curvature, tilt or shift of it; they belong
-//! to the parameters, and no number made from the deviations can tell of them.
+//! to the parameters, and no number made from the deviations can tell of them. For the same reason height and tilts
+//! are overrated where deviations are mere noise: a weak wave of the size of the part cannot be ruled out.
 
 mod patches;
 #[cfg(test)]
@@ -296,8 +297,8 @@ fn lengths_mm(apart_mm: &DMatrix<f64>) -> Vec<f64> {
 const KERNELS: [Kernel; 3] = [Kernel::Gaussian, Kernel::Matern, Kernel::Exponential];
 /// How many lengths.
 const LENGTHS: usize = 9;
-/// Variance of the rest over that of the wave: from hardly any, which keeps Gaussian kernels regular, to nearly
-/// all.
-const RESTS: [f64; 6] = [1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0];
+/// Variance of the rest over that of the wave: from hardly any, which keeps Gaussian kernels regular, to so much
+/// that the wave is less than the mean of all patches is known to.
+const RESTS: [f64; 8] = [1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2, 1e3];
 /// Fewer deviations than these beyond the parameters have no correlation to see.
 const LEAST_FREEDOM: usize = 8;
