@@ -41,7 +41,7 @@ pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Loss, METHOD,
     Residuals, Robust, Termination, Undetermined, Units, fit, fit_weighted,
 };
-pub use live::{Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
+pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
 pub use minimum_zone::{
     Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };

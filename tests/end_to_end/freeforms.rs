@@ -36,7 +36,7 @@ fn mirror([p_mm, q_mm, theta_rad]: [f64; 3], free: &str) -> String {
 /// A hyperbolic cylinder measured by stitching: p 306 mm (virtual), q 115 mm, θ 4.6 mrad, its centre at (28.512, 3.312) mm of the map.
 ///
 /// With one of p, q and θ free the map finds it within 1.1 % of the design. All three are determined by higher orders alone, which form error
-/// of a nanometre shifts by tens of mm; there the oracle is SciPy 1.17.1: `least_squares` of z − sag over tz, rx, ry, rz, p, q, θ.
+/// of a nanometre shifts by tens of mm (`type_a` of the crate `form` says by how much: its test has each of them within its uncertainty of the design); there the oracle is SciPy 1.17.1: `least_squares` of z − sag over tz, rx, ry, rz, p, q, θ.
 #[test]
 fn hyperbolic_mirror() {
     let Some(file) = data("mirrors/xmf_02_hyperbolic_cylinder.xyz") else { return };
@@ -77,7 +77,8 @@ fn hyperbolic_mirror() {
 
 /// Slope profiles of elliptical mirrors from the DABAM library, those whose header has the design: integrated to heights, laid on the
 /// line y = 0, and fitted by tx, tz and ry. Three agree with their design to some nanometres. The other three do not, whoever fits them: 42 has its ellipse
-/// subtracted, 19 is an ellipse of q 8.2 m and not of 0.9 m, and the slopes of 6 are those of no ellipse.
+/// subtracted, 19 is an ellipse of q 8.2 m and not of 0.9 m, and 6 has p and q exchanged and a tenth of the angle in its header: its data file has 499.14 mm, 4500 mm
+/// and 34.99 mrad, which fit (`tests/form/dabam.rs` of the crate `form`, with all 59 profiles).
 #[test]
 fn elliptical_profiles() {
     let Some(folder) = data("mirrors/dabam") else { return };

@@ -10,8 +10,8 @@ pub enum Caution {
     /// The points only fit the part turned upside down: its +z side lies opposite to that of the start.
     /// Deviations stay positive on the +z side of the part.
     UpsideDown,
-    /// The points fit the mirror image z → −z of the nominal, which no motion makes of it, far better than
-    /// the nominal.
+    /// The points fit the mirror image z → −z of the nominal far better than the nominal, and no motion that is
+    /// free makes the one of the other: heights or radii have the wrong sign.
     Mirrored {
         /// Root mean square deviation from the nominal in mm.
         rms_mm: f64,

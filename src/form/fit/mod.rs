@@ -3,6 +3,7 @@
 mod caution;
 pub(crate) mod covariance;
 mod error;
+mod mirrored;
 pub(crate) mod model;
 pub(crate) mod plane;
 pub(crate) mod refine;
@@ -187,6 +188,12 @@ pub fn fit_weighted(
         Ok(mut fit) => {
             let units = scale::suspected(points, nominal, settings, Some(fit.residuals.rms_mm));
             fit.cautions.extend(units.map(Caution::Units));
+            fit.cautions.extend(mirrored::suspected(
+                points,
+                nominal,
+                settings,
+                fit.residuals.rms_mm,
+            ));
             Ok(fit)
         }
         Err(error) => match scale::suspected(points, nominal, settings, None) {
@@ -196,7 +203,7 @@ pub fn fit_weighted(
     }
 }
 
-/// The fit, without a look at units.
+/// The fit, without a look at units and signs.
 pub(crate) fn solve(
     points: &[PointMm],
     weights: Option<&Weights>,

@@ -52,7 +52,7 @@ impl Loss {
     }
 
     /// ψ(e)/e at e scales: the weight.
-    fn weight(&self, e: f64) -> f64 {
+    pub(crate) fn weight(&self, e: f64) -> f64 {
         match *self {
             Loss::Squares => 1.0,
             Loss::Huber { k } => {
@@ -67,6 +67,20 @@ impl Loss {
                 left * left
             }
         }
+    }
+
+    /// By how much the variance of the parameters by normal noise of one scale exceeds that with the weights as
+    /// they are: E ψ²/(E ψ′)² (Huber & Ronchetti, Robust Statistics, 2nd ed., eq. 4.27) over E w²/(E w)².
+    pub(crate) fn noise_factor(&self) -> f64 {
+        let mean = |value: &dyn Fn(f64) -> f64| {
+            let at = |index: u32| (f64::from(index) + 0.5) * NOISE_STEP - NOISE_REACH;
+            let count = (2.0 * NOISE_REACH / NOISE_STEP) as u32;
+            let density = |e: f64| (-0.5 * e * e).exp() / std::f64::consts::TAU.sqrt();
+            (0..count).map(|index| value(at(index)) * density(at(index))).sum::<f64>() * NOISE_STEP
+        };
+        let by_psi = mean(&|e| (self.weight(e) * e).powi(2)) / mean(&|e| self.slope(e)).powi(2);
+        let by_weight = mean(&|e| self.weight(e).powi(2)) / mean(&|e| self.weight(e)).powi(2);
+        by_psi / by_weight
     }
 
     /// ψ′(e) at e scales.
@@ -240,6 +254,9 @@ fn sigma_mm(e_mm: &[f64], loss: Loss, scale_mm: f64, parameters: usize) -> Optio
     Some(correction * scale_mm * (psi_square / dof).sqrt() / mean)
 }
 
+/// Steps and reach, in scales, of the integrals over the normal density: to eight digits.
+const NOISE_STEP: f64 = 1e-3;
+const NOISE_REACH: f64 = 8.0;
 /// The standard deviation of a normal distribution in its median absolute deviations.
 const NORMAL: f64 = 1.482_602_218_505_602;
 /// Rounds of one loss. Each shrinks the way left by about the share of the points that lie out.

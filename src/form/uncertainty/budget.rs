@@ -37,6 +37,8 @@ pub enum Noise {
 pub enum Kernel {
     /// exp(−h²/(2ℓ²)): smooth errors.
     Gaussian,
+    /// (1 + h/ℓ)·exp(−h/ℓ), Matérn's with ν = 3/2: errors with a slope but no curvature, as polished form has.
+    Matern,
     /// exp(−h/ℓ): errors that wander, as those of a drift scanned line by line.
     Exponential,
 }
@@ -46,6 +48,7 @@ impl Kernel {
     pub(crate) fn correlation(self, h: f64) -> f64 {
         match self {
             Kernel::Gaussian => (-0.5 * h * h).exp(),
+            Kernel::Matern => (1.0 + h) * (-h).exp(),
             Kernel::Exponential => (-h).exp(),
         }
     }
@@ -150,14 +153,6 @@ pub enum UncertaintyError {
         used: usize,
         /// How many are needed.
         needed: usize,
-    },
-    /// A robust loss, whose answer to an error is not linear.
-    #[error(
-        "uncertainties of a {method} are not known: leave the outliers out and fit by least squares"
-    )]
-    Robust {
-        /// The method of the fit.
-        method: &'static str,
     },
     /// The points are not those of the fit.
     #[error(

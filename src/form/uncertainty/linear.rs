@@ -3,6 +3,10 @@
 //! With J the derivatives of the distances, W the weights and G = (JᵀWJ)⁻¹·JᵀW, errors v of the distances move
 //! the parameters by −G·v and the residuals by v − J·G·v. A covariance U of the distances becomes G·U·Gᵀ for the
 //! parameters, whatever U is (Forbes, Metrologia 43 (2006) S282, and JCGM 102:2011, 6.2).
+//!
+//! The answer of a robust fit is that of its last round: W has the weights ψ(e)/e of the loss in it, so what the
+//! loss leaves out has no influence. Noise changes these weights, which smooth errors hardly do; by how much the
+//! variance is larger for that, [`Linear::noise_factor`] says.
 
 use super::budget::UncertaintyError;
 use crate::fit::model::Model;
@@ -25,6 +29,10 @@ pub(super) struct Linear {
     /// Normals at the feet, measured frame.
     pub(super) normals: Vec<[f64; 3]>,
     pub(super) distances_mm: Vec<f64>,
+    /// Weight of each distance in the sum of squares, that of a robust loss included.
+    pub(super) weights: Vec<f64>,
+    /// What the variance of the parameters by independent noise is multiplied by: 1 for least squares.
+    pub(super) noise_factor: f64,
     /// Rows of J, one after the other.
     rows: Vec<f64>,
     /// Columns of G, one after the other.
@@ -65,6 +73,8 @@ impl Linear {
             places_mm: Vec::with_capacity(used),
             normals: Vec::with_capacity(used),
             distances_mm: Vec::with_capacity(used),
+            weights: Vec::with_capacity(used),
+            noise_factor: fit.robust.map_or(1.0, |robust| robust.loss.noise_factor()),
             rows: Vec::with_capacity(used * p),
             gains: Vec::with_capacity(used * p),
             points: selection.points,
@@ -86,16 +96,21 @@ impl Linear {
             linear.distances_mm.push(row[p]);
             linear.rows.extend_from_slice(&row[..p]);
             let root = selection.roots.as_ref().map_or(1.0, |roots| roots[place]);
-            row.iter_mut().for_each(|entry| *entry *= root);
+            let of_loss = fit.robust.map_or(1.0, |robust| {
+                robust.loss.weight(root * foot.distance_mm() / robust.scale_mm)
+            });
+            let weight = root * root * of_loss;
+            row.iter_mut().for_each(|entry| *entry *= weight.sqrt());
             triangle.push(&row);
+            linear.weights.push(weight);
         }
         triangle.flush();
         let kept: Vec<usize> = (0..p).collect();
         let step = System::new(&triangle).solve(&kept, 0.0);
         for place in 0..used {
-            let root = selection.roots.as_ref().map_or(1.0, |roots| roots[place]);
+            let weight = linear.weights[place];
             let gain = step.undo_gram(&linear.rows[place * p..][..p]);
-            linear.gains.extend(gain.iter().map(|entry| entry * root * root));
+            linear.gains.extend(gain.iter().map(|entry| entry * weight));
         }
         Ok(linear)
     }

@@ -3,7 +3,7 @@
 //! A [`Budget`] says what errors the points have: independent noise, [`LongWave`] errors that are correlated over
 //! the surface, and [`Effect`]s of the machine. [`uncertainty`] carries them through a least-squares fit by
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
-//! residuals for noise. The measurand of a parameter or of the RMS is what the fit would give at the same
+//! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are. The measurand of a parameter or of the RMS is what the fit would give at the same
 //! places without these errors; what lies between the points is another matter: see [`unmeasured`].
 //!
 //! Deliberately absent: the calibration that a budget comes from; random numbers that are not counted.
@@ -17,6 +17,7 @@ mod philox;
 mod rms;
 mod scatter;
 mod simulate;
+mod type_a;
 mod unmeasured;
 
 use nalgebra::DMatrix;
@@ -30,6 +31,7 @@ pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
+pub use type_a::{Correlation, TypeA, TypeAParameter, type_a};
 pub use unmeasured::{Hidden, unmeasured};
 
 /// The uncertainties of a fit.
@@ -121,9 +123,6 @@ pub fn uncertainty(
     budget: &Budget,
 ) -> Result<Uncertainty, UncertaintyError> {
     budget.validate(points.len())?;
-    if fit.robust.is_some() {
-        return Err(UncertaintyError::Robust { method: fit.method });
-    }
     if fit.dof == 0 {
         let parameters = fit.estimates.len();
         return Err(UncertaintyError::NoFreedom { used: fit.used, parameters });
@@ -139,7 +138,7 @@ pub fn uncertainty(
         let gain = linear.gain(place);
         for i in 0..p {
             for j in 0..p {
-                by_noise[(i, j)] += variance * gain[i] * gain[j];
+                by_noise[(i, j)] += linear.noise_factor * variance * gain[i] * gain[j];
             }
         }
     }

@@ -81,6 +81,29 @@ proptest! {
     }
 }
 
+/// Next to the equator, where the slope goes to infinity, against the closed form.
+#[test]
+fn feet_near_the_border_of_a_steep_domain() {
+    let sphere = Nominal::Sphere { radius_mm: 10.0 };
+    let general = Nominal::Freeform(Arc::new(Revolved(sphere.clone())));
+    for beside in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+        let mut worst_mm = 0.0_f64;
+        for step in 0..400 {
+            let r: f64 = 10.0 * (1.0 - beside);
+            let (phi, d) = (0.1 * f64::from(step), 1e-2 * (f64::from(step) - 200.0));
+            let [n_r, n_z] = [-r / 10.0, (1.0 - (r / 10.0).powi(2)).sqrt()];
+            let rho = r + d * n_r;
+            let point = [rho * phi.cos(), rho * phi.sin(), sphere.sag_mm(r) + d * n_z];
+            let found = general.foot(point).map(|foot| foot.distance_mm);
+            let known = sphere.foot(point).map(|foot| foot.distance_mm);
+            let off_mm = found.zip(known).map_or(f64::INFINITY, |(a, b)| (a - b).abs());
+            worst_mm = worst_mm.max(off_mm);
+        }
+        eprintln!("{beside:e} of the radius within the border: off by {worst_mm:e} mm");
+        assert!(worst_mm < 1e-13, "{beside}: {worst_mm:e}");
+    }
+}
+
 #[test]
 fn points_without_a_foot() {
     let bowl = Nominal::Freeform(Arc::new(Revolved(Nominal::Sphere { radius_mm: 10.0 })));

@@ -1,11 +1,12 @@
 //! The running estimator against the full fit.
 
 use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
+use crate::shapes::biconic;
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
 use asphera_form::{
-    Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate, LiveSettings,
-    Nominal, Parameter, PointMm, deviations, fit,
+    Accumulator, Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate,
+    LiveSettings, Nominal, Parameter, PointMm, Pose, deviations, fit,
 };
 
 const GRID: Grid =
@@ -195,4 +196,102 @@ fn a_small_patch_makes_no_wild_pose() {
             assert!(figures.rms_nm < 400.0, "{index}: {figures:?}");
         }
     }
+}
+
+/// A lens and a freeform, all parameters of the latter free, in parts of any size: the figures are those of one
+/// accumulator.
+#[test]
+fn merged_parts_are_the_whole() {
+    let every = biconic().parameters().into_iter().map(|(parameter, _)| parameter).collect();
+    let turned = Pose { rz_rad: 0.1, ..misaligned() };
+    for (nominal, free, pose) in
+        [(al1815(), Parameter::RIGID.to_vec(), misaligned()), (biconic(), every, turned)]
+    {
+        let sample = spiral(6_000, 8.5);
+        let error_mm = |x: f64, y: f64| 2e-4 * (0.7 * x).sin() * (0.4 * y).cos();
+        let artefact = Artefact::new(nominal.clone(), pose, &[], &sample, error_mm).unwrap();
+        let points: Vec<PointMm> =
+            sample.iter().map(|&[x, y]| artefact.point_mm(x, y).unwrap()).collect();
+        let settings = settings(FitSettings { free, ..FitSettings::default() });
+        // A reference from the first points, so that the estimate has a way to go.
+        let reference = fit(&points[..1_500], &nominal, &settings.fit).unwrap();
+        let empty = Accumulator::new(reference, settings.clone()).unwrap();
+        let over = |points: &[PointMm]| {
+            let mut accumulator = empty.clone();
+            points.iter().for_each(|&point| accumulator.push(point));
+            accumulator
+        };
+        let whole = over(&points).estimate().unwrap();
+        for part in [7, 1_300, 3_000, 6_000] {
+            let mut merged = empty.clone();
+            points.chunks(part).for_each(|points| merged.merge(over(points)).unwrap());
+            let merged = merged.estimate().unwrap();
+            assert_eq!((merged.count, merged.excluded), (whole.count, whole.excluded));
+            let pose_off = pose_difference(&merged.pose, &whole.pose);
+            let rms_off_nm = (merged.figures.rms_nm - whole.figures.rms_nm).abs();
+            let pv_off_nm = (merged.figures.pv_nm - whole.figures.pv_nm).abs();
+            eprintln!(
+                "{} in parts of {part}: pose off by {pose_off:.1e}, rms by {rms_off_nm:.1e} nm, pv by {pv_off_nm:.1e} nm",
+                nominal.kind()
+            );
+            assert!(pose_off < 1e-12 && rms_off_nm < 1e-8 && pv_off_nm < 1e-8);
+            for (merged, whole) in merged.map.mean_nm.iter().zip(&whole.map.mean_nm) {
+                assert!((merged - whole).abs() < 1e-8 || (merged.is_nan() && whole.is_nan()));
+            }
+            for (merged, whole) in merged.estimates.iter().zip(&whole.estimates) {
+                let off = (merged.value - whole.value).abs();
+                assert!(off < 1e-4 * whole.u.unwrap(), "{merged:?} {whole:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn merged_estimators_settle_on_the_fit_of_all_points() {
+    let points = lens(&spiral(5_000, 9.0));
+    let over = |points: &[PointMm]| {
+        let mut live = Live::new(al1815(), settings(FitSettings::default())).unwrap();
+        points.iter().for_each(|&point| live.push(point));
+        live
+    };
+    let (mut some, mut all) = (over(&points[..3_000]), over(&points));
+    some.merge(over(&points[3_000..4_000])).unwrap();
+    // Neither of these makes a new reference: the first 3,000 points made one at 2,048.
+    let on_the_way = some.estimate().unwrap();
+    assert_eq!((on_the_way.count, on_the_way.reference_count), (4_000, 2_048));
+    let pushed = over(&points[..4_000]).estimate().unwrap();
+    assert!(pose_difference(&on_the_way.pose, &pushed.pose) < 1e-13);
+    // The number of points has doubled: a new reference.
+    some.merge(over(&points[4_000..])).unwrap();
+    assert_eq!((some.taken(), some.estimate().unwrap().reference_count), (5_000, 5_000));
+    some.settle();
+    all.settle();
+    let (some, all) = (some.estimate().unwrap(), all.estimate().unwrap());
+    assert_eq!(some.pose, all.pose);
+    assert!((some.figures.rms_nm - all.figures.rms_nm).abs() < 1e-9);
+
+    let mut empty = over(&[]);
+    empty.merge(over(&points[..40])).unwrap();
+    assert_eq!(empty.estimate().unwrap().count, 40);
+}
+
+#[test]
+fn what_differs_is_not_merged() {
+    let points = lens(&spiral(300, 9.0));
+    let of = |nominal: Nominal, fit| Live::new(nominal, settings(fit)).unwrap();
+    let mut live = of(al1815(), FitSettings::default());
+    let other = of(Nominal::Plane, FitSettings::default());
+    assert_eq!(live.merge(other), Err(LiveError::Different { what: "nominal" }));
+    let other = of(al1815(), FitSettings { search: false, ..FitSettings::default() });
+    assert_eq!(live.merge(other), Err(LiveError::Different { what: "settings" }));
+    let accumulator = |count: usize, fitting: FitSettings| {
+        let reference = fit(&points[..count], &al1815(), &fitting).unwrap();
+        Accumulator::new(reference, settings(fitting)).unwrap()
+    };
+    let mut one = accumulator(200, FitSettings::default());
+    let other = accumulator(300, FitSettings::default());
+    assert_eq!(one.merge(other), Err(LiveError::Different { what: "reference" }));
+    let other = accumulator(200, FitSettings { max_iterations: 9, ..FitSettings::default() });
+    assert_eq!(one.merge(other), Err(LiveError::Different { what: "settings" }));
+    assert_eq!(one.estimate(), None);
 }

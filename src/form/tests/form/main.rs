@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod common;
+mod dabam;
 mod degenerate;
 mod figures;
 mod freeform;
@@ -17,6 +18,7 @@ mod live;
 mod nominal;
 mod real;
 mod reference;
+mod reference_pairs;
 mod robust;
 mod search;
 mod shapes;

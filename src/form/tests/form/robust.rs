@@ -2,6 +2,10 @@
 
 use asphera_form::{FitError, FitSettings, Loss, Nominal, Parameter, PointMm, fit, fit_weighted};
 
+use asphera_form::Aperture;
+use asphera_form::uncertainty::{Budget, Noise as NoiseOf, type_a, uncertainty};
+use rayon::prelude::*;
+
 use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
 use crate::shapes::saddle;
 
@@ -181,3 +185,60 @@ fn the_same_bits_with_any_number_of_threads() {
     };
     assert_eq!(on(1), on(3));
 }
+
+/// The scatter of 240 fits, each with its own noise and a tenth of outliers, against what the uncertainties of a
+/// single one say.
+#[test]
+fn uncertainties_of_robust_fits_are_their_scatter() {
+    let budget = Budget {
+        noise: NoiseOf::Uniform { sigma_mm: 1e-5, dof: f64::INFINITY },
+        ..Budget::default()
+    };
+    for loss in [Loss::HUBER, Loss::TUKEY] {
+        let nominal = al1815();
+        let one = |seed: u64| {
+            let (points, _) = spoilt(&nominal, 0.1, seed);
+            let points: Vec<PointMm> = points.into_iter().step_by(5).collect();
+            let fitted = fit(&points, &nominal, &with(loss)).unwrap();
+            let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+            let values: Vec<f64> = fitted.estimates.iter().map(|estimate| estimate.value).collect();
+            let of_fit = fitted.estimates.iter().map(|estimate| estimate.u.unwrap());
+            let of_budget = found.parameters.iter().map(|parameter| parameter.u);
+            (values, of_fit.zip(of_budget).collect::<Vec<_>>())
+        };
+        let fits: Vec<_> = (0..FITS).into_par_iter().map(one).collect();
+        let n = FITS as f64;
+        for index in 0..5 {
+            let mean = |of: &dyn Fn(usize) -> f64| (0..fits.len()).map(of).sum::<f64>() / n;
+            let centre = mean(&|i| fits[i].0[index]);
+            let scatter = mean(&|i| (fits[i].0[index] - centre).powi(2)).sqrt();
+            let of_fit = mean(&|i| fits[i].1[index].0) / scatter;
+            let of_budget = mean(&|i| fits[i].1[index].1) / scatter;
+            eprintln!(
+                "{loss:?} {index}: u of the fit {of_fit:.3}, of the budget {of_budget:.3} of the scatter"
+            );
+            // A standard deviation from 240 fits is known to 4.6 %. Huber's outliers, which still pull, are no
+            // noise of the budget.
+            let low = if loss == Loss::TUKEY { 0.87 } else { 0.74 };
+            assert!((low..1.15).contains(&of_budget), "{loss:?} {index}: {of_budget}");
+            assert!((0.85..1.2).contains(&of_fit), "{loss:?} {index}: {of_fit}");
+        }
+    }
+}
+
+/// Outliers have no part in what the deviations tell of a fit that leaves them out: as if they were not there.
+#[test]
+fn type_a_of_a_robust_fit_does_not_see_what_it_leaves_out() {
+    let (points, outliers) = spoilt(&al1815(), 0.1, 17);
+    let fitted = fit(&points, &al1815(), &with(Loss::TUKEY)).unwrap();
+    assert_eq!(fitted.robust.unwrap().zero, outliers);
+    let found = type_a(&points, &fitted, &Aperture::None, None).unwrap();
+    for (known, estimate) in found.parameters.iter().zip(&fitted.estimates) {
+        let ratio = known.u / estimate.u.unwrap();
+        eprintln!("{}: {ratio:.2} times the uncertainty of the fit", known.parameter);
+        // A weak wave over the whole part cannot be ruled out, and would be height.
+        assert!(ratio > 0.7 && ratio < 10.0, "{known:?} {estimate:?}");
+    }
+}
+
+const FITS: u64 = 240;

@@ -125,7 +125,8 @@ fn what_is_not_free_is_not_searched() {
     let points = measured(&al1815(), &over, &mut Noise::new(6), 800);
     let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz];
     let fitted = fit(&points, &al1815(), &FitSettings { free, ..FitSettings::default() }).unwrap();
-    assert!(fitted.cautions.is_empty() && fitted.sigma_mm > 0.5, "{:?}", fitted.cautions);
+    assert!(matches!(fitted.cautions[..], [Caution::Mirrored { .. }]), "{:?}", fitted.cautions);
+    assert!(fitted.sigma_mm > 0.5);
     assert_eq!((fitted.pose.rx_rad, fitted.pose.ry_rad), (0.0, 0.0));
 }
 
@@ -140,4 +141,36 @@ fn upside_down_is_told_and_found_exactly() {
     assert_eq!(fitted.cautions, [Caution::UpsideDown]);
     assert!(fitted.sigma_mm < 1e-13 && pose_difference(&fitted.pose, &over) < 1e-11);
     assert!(fitted.cautions[0].to_string().contains("upside down"));
+}
+
+/// Heights with the wrong sign, where the pose may not turn over: a profile, a bowl held upright.
+#[test]
+fn wrong_signs_that_no_free_motion_mends_are_told() {
+    let mirrored = |points: &[PointMm], nominal: &Nominal, free: &[Parameter]| {
+        let settings = FitSettings { free: free.to_vec(), search: false, ..FitSettings::default() };
+        let cautions = fit(points, nominal, &settings).unwrap().cautions;
+        cautions.into_iter().find_map(|caution| match caution {
+            Caution::Mirrored { rms_mm, mirrored_rms_mm } => Some((rms_mm, mirrored_rms_mm)),
+            _ => None,
+        })
+    };
+    for nominal in [al1815(), Nominal::Sphere { radius_mm: -40.0 }, biconic(), saddle()] {
+        let mut noise = Noise::new(3);
+        let upright = Pose { tz_mm: 2.0, rx_rad: 1e-3, ry_rad: -2e-3, ..Pose::default() };
+        let points = measured(&nominal, &upright, &mut noise, 400);
+        let reflected: Vec<PointMm> = points.iter().map(|&[x, y, z]| [x, y, -z]).collect();
+        let free = [Parameter::Tz, Parameter::Rx, Parameter::Ry];
+        assert_eq!(mirrored(&points, &nominal, &free), None, "{nominal}");
+        let (rms_mm, mirrored_rms_mm) = mirrored(&reflected, &nominal, &free).unwrap();
+        let expected_mm = NOISE_MM / 3.0_f64.sqrt();
+        assert!(rms_mm > 0.1 && mirrored_rms_mm < 1.1 * expected_mm, "{nominal}: {rms_mm}");
+        // Turned over instead, where that is allowed: then it is not mirrored.
+        if nominal.is_rotational() {
+            let fitted = fit(&reflected, &nominal, &FitSettings::default()).unwrap();
+            assert_eq!(fitted.cautions, [Caution::UpsideDown], "{nominal}");
+        }
+    }
+    let neither: Vec<PointMm> =
+        spiral(300, 8.0).iter().map(|&[x, y]| [x, y, (9.0 * x).sin()]).collect();
+    assert_eq!(mirrored(&neither, &al1815(), &[Parameter::Tz]), None);
 }

@@ -6,11 +6,11 @@ use asphera_form::figures::{Reference, Sample, Term, Terms, remove, rms};
 use asphera_form::form_error::FormError;
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
-    uncertainty,
+    type_a, uncertainty,
 };
 use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
 use asphera_form::{
-    Aperture, Fit, FitSettings, Loss, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
+    Aperture, Fit, FitSettings, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
     deviations, fit, fit_weighted, minimum_zone,
 };
 use nalgebra::DMatrix;
@@ -160,6 +160,7 @@ fn long_waves_as_by_dense_matrices() {
             let h = (sample[a][0] - sample[b][0]).hypot(sample[a][1] - sample[b][1]) / length_mm;
             let correlation = match kernel {
                 Kernel::Gaussian => (-0.5 * h * h).exp(),
+                Kernel::Matern => (1.0 + h) * (-h).exp(),
                 Kernel::Exponential => (-h).exp(),
             };
             9e-10 * correlation + if a == b { 2.5e-11 } else { 0.0 }
@@ -355,9 +356,6 @@ fn what_cannot_be_told_is_refused() {
     let budget = Budget::default();
     let other = refused(&points[1..], &fitted, &budget);
     assert_eq!(other, UncertaintyError::OtherPoints { found: 299, used: 300 });
-    let loss = FitSettings { loss: Loss::HUBER, ..FitSettings::default() };
-    let robust = fit(&points, &al1815(), &loss).unwrap();
-    assert!(matches!(refused(&points, &robust, &budget), UncertaintyError::Robust { .. }));
     let few = FitSettings { free: vec![Parameter::Tz], ..FitSettings::default() };
     let few = fit(&points[..8], &al1815(), &few).unwrap();
     let error = refused(&points[..8], &few, &budget);
@@ -370,4 +368,51 @@ fn what_cannot_be_told_is_refused() {
     assert!(found.peak_to_valley_nm(&Draws { count: 19, seed: 0 }).is_err());
     let never = found.simulate(&Draws { count: 20, seed: 0 }, |_| None).unwrap();
     assert_eq!(never, None);
+}
+
+/// What the deviations alone tell: of independent noise about what the fit says of it; of too few points, and of
+/// points that are not those of the fit, nothing.
+#[test]
+fn type_a_of_noise_weights_and_few_points() {
+    let (points, _, fitted) = part(3_000);
+    let found = type_a(&points, &fitted, &Aperture::None, None).unwrap();
+    assert_eq!((found.patches, found.parameters.len()), (256, 6));
+    let chances: f64 = found.kernels.iter().map(|(_, chance)| chance).sum();
+    assert!((chances - 1.0).abs() < 1e-12);
+    for (index, parameter) in found.parameters.iter().enumerate() {
+        let variance = found.covariance.entry(index, index).unwrap();
+        assert!((parameter.u / variance.sqrt() - 1.0).abs() < 1e-12);
+        let [narrow, wide] = [0.6827, 0.99].map(|p| parameter.expanded(p).expanded);
+        assert!(narrow < 1.2 * parameter.u && narrow < wide && wide > 2.0 * parameter.u);
+        // Form of several waves is what this part has: far less is known than noise would leave.
+        assert!(parameter.u > 1.5 * fitted.estimates[index].u.unwrap(), "{parameter:?}");
+    }
+    let equal = vec![3e-6; points.len()];
+    let settings = FitSettings { free: rigid_and_radius(), ..FitSettings::default() };
+    let weighted = fit_weighted(&points, Some(&equal), &al1815(), &settings).unwrap();
+    let again = type_a(&points, &weighted, &Aperture::None, Some(&equal)).unwrap();
+    for (a, b) in found.parameters.iter().zip(&again.parameters) {
+        assert!((a.u / b.u - 1.0).abs() < 1e-6, "{a:?} {b:?}");
+    }
+    let held = FitSettings { free: vec![], search: false, ..FitSettings::default() };
+    let held = fit(&points, &al1815(), &FitSettings { start: fitted.pose, ..held }).unwrap();
+    assert!(type_a(&points, &held, &Aperture::None, None).unwrap().parameters.is_empty());
+
+    let other = type_a(&points[1..], &fitted, &Aperture::None, None).unwrap_err();
+    assert_eq!(other, UncertaintyError::OtherPoints { found: 2_999, used: 3_000 });
+    let few = fit(&points[..12], &al1815(), &FitSettings::default()).unwrap();
+    let error = type_a(&points[..12], &few, &Aperture::None, None).unwrap_err();
+    assert_eq!(error, UncertaintyError::TooFewPoints { used: 12, needed: 13 });
+    // One place measured a hundred times has no wave to see.
+    let plane = FitSettings { free: vec![Parameter::Tz], ..FitSettings::default() };
+    let same: Vec<PointMm> = (0..100).map(|i| [1.0, 2.0, 1e-5 * f64::from(i * i % 7)]).collect();
+    let fitted = fit(&same, &Nominal::Plane, &plane).unwrap();
+    let found = type_a(&same, &fitted, &Aperture::None, None).unwrap();
+    assert!(found.parameters[0].u.is_finite() && found.parameters[0].u > 0.0);
+    // Nothing deviates: nothing is uncertain.
+    let exact: Vec<PointMm> =
+        (0..100).map(|i| [f64::from(i % 10), f64::from(i / 10), 0.0]).collect();
+    let fitted = fit(&exact, &Nominal::Plane, &plane).unwrap();
+    let found = type_a(&exact, &fitted, &Aperture::None, None).unwrap();
+    assert!(found.parameters[0].expanded(0.95).expanded < 1e-100);
 }

@@ -60,6 +60,7 @@ fn bench(case: &Case) -> Bench {
         let kernel = DMatrix::from_fn(n, n, |i, j| {
             let correlation = match wave.kernel {
                 Kernel::Gaussian => (-0.5 * h(i, j) * h(i, j)).exp(),
+                Kernel::Matern => (1.0 + h(i, j)) * (-h(i, j)).exp(),
                 Kernel::Exponential => (-h(i, j)).exp(),
             };
             wave.sigma_mm * wave.sigma_mm * (correlation + if i == j { 1e-9 } else { 0.0 })
