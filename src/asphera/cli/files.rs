@@ -24,6 +24,32 @@ pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
         .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
 }
 
+/// The standard uncertainty of the height of every point of a file, mm, with its place.
+pub(super) fn uncertainties(
+    topography: &Topography,
+    path: &Path,
+) -> Result<Vec<([f64; 3], f64)>, Failure> {
+    let (name, uncertainties_mm) = (path.display(), topography.uncertainties_mm());
+    if uncertainties_mm.is_empty() {
+        return Err(format!(
+            "{name}: expected a column u_z[mm], the standard uncertainty of each z, for the weights the nominal asks \
+             for; found none"
+        )
+        .into());
+    }
+    let bad = uncertainties_mm.iter().position(|u_mm| !(u_mm.is_normal() && *u_mm > 0.0));
+    if let Some(index) = bad {
+        return Err(format!(
+            "{name}: the u_z of measured point {} is {} mm, expected a number above 0; leave out a point that is not \
+             to count",
+            index + 1,
+            uncertainties_mm[index]
+        )
+        .into());
+    }
+    Ok(topography.points().zip(uncertainties_mm.iter().copied()).collect())
+}
+
 /// Measures points against a part; `missing` places had none.
 pub(super) fn measured(
     part: Part,
