@@ -38,7 +38,7 @@ fn write(text: &mut String, part: &Part, at_mm: &[f64]) -> std::fmt::Result {
                 continue;
             }
             let free = if is_free { "   free" } else { "" };
-            writeln!(text, "  {name:<8} {value} {unit}{free}")?;
+            writeln!(text, "  {name:<8} {value:?} {unit}{free}")?;
         }
         if nominal.domain_mm().is_finite() {
             writeln!(text, "  ends {:.6} mm from the axis", nominal.domain_mm())?;
@@ -179,7 +179,7 @@ mod tests {
         let found = told(text, &[3.0, 6.0]);
         for said in [
             "nominal    sphere\n",
-            "  radius   5 mm   free\n",
+            "  radius   5.0 mm   free\n",
             "ends 5.000000 mm from the axis",
             "circle, radius 4 mm",
             "tz, radius free; by Huber's loss, threshold 25 nm",

@@ -30,7 +30,7 @@ fn sphere(radius_mm: f64, x: f64, y: f64) -> f64 {
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, square) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value * value));
-    (square / count as f64).sqrt()
+    (square / count).sqrt()
 }
 
 #[test]
@@ -38,7 +38,8 @@ fn the_base_and_the_noise_are_found() {
     let sigma_mm = 2e-5;
     let tilted = |x: f64, y: f64| 0.3 + 0.01 * x - 0.02 * y;
     let saddle = |x: f64, y: f64| 0.4 + 2e-3 * x * x - 1e-3 * y * y + 5e-4 * x * y;
-    let cases: [(&dyn Fn(f64, f64) -> f64, Base); 4] = [
+    type Sag<'a> = &'a dyn Fn(f64, f64) -> f64;
+    let cases: [(Sag, Base); 4] = [
         (&tilted, Base::Plane),
         (&|x, y| sphere(30.0, x, y), Base::Sphere),
         (&|x, y| -sphere(11.0, x, y), Base::Sphere),
