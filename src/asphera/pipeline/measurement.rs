@@ -5,16 +5,18 @@ use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
-use super::details::{areas_mm2, details};
+use super::details::{areas_mm2, details, sample};
 use super::figures;
 use super::fitting::{Fitted, fitted};
 use super::judgement::{compare, judge};
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
+use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
 use super::uncertainties::{self, assess, tell};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
+use crate::snapshot::Map;
 
 /// All that is known of a part when its last point has landed.
 #[derive(Clone, Debug)]
@@ -32,6 +34,8 @@ pub struct Measurement {
     pub deviations_nm: Vec<f64>,
     /// The deviation on a regular grid of the plane of projection; `None` without a fit or without area.
     pub map: Option<DeviationMap>,
+    /// The deviation over the cells of the running maps, which it replaces; `None` without a fit.
+    pub cells: Option<Map>,
     /// What to measure next; `None` where that is not known.
     pub next: Option<Next>,
 }
@@ -101,6 +105,10 @@ pub(super) fn measure(
         let details = details(&part, &fitted.fit, mesh.points(), &deviations_mm, &areas_mm2);
         figures::form(&part, fitted, found, details, &plane)
     });
+    let cells = result.ok().zip(grid.as_ref()).and_then(|(fit, grid)| {
+        let sample = sample(&part, &fit.pose, mesh.points(), &deviations_mm, &areas_mm2);
+        Some(cells_of(&sample.ok()?, grid))
+    });
     let assessed =
         fitted.as_ref().ok().and_then(|fitted| assess(&part, mesh.points(), fitted, &plane));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
@@ -147,6 +155,7 @@ pub(super) fn measure(
         triangles,
         deviations_nm,
         map,
+        cells,
         next,
     }
 }

@@ -89,8 +89,13 @@ fn while_points_arrive_a_quadric_stands_in_and_says_so() {
         let map = running.map.unwrap();
         let filled = map.values_nm.iter().flatten().count();
         assert!(filled > map.values_nm.len() / 8, "{filled}");
-        let report = pipeline.finish().report;
-        let form = report.form.unwrap();
+        let measurement = pipeline.finish();
+        // What the page goes on to show is the final deviation, not that from the quadric.
+        let cells = measurement.cells.unwrap();
+        assert_eq!(cells.values_nm.len(), map.values_nm.len());
+        assert!(cells.values_nm.iter().flatten().all(|nm| nm.abs() < 60.0));
+        assert!(cells.values_nm.iter().flatten().count() > map.values_nm.len() / 8);
+        let form = measurement.report.form.unwrap();
         let noise_nm = form.reference.unwrap().noise_nm.unwrap();
         assert!((noise_nm - 10.0).abs() < 0.4, "{noise_nm}");
         // The middle of the points, half a step from the centre of the raster.
