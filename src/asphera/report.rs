@@ -4,6 +4,7 @@
 //! live and what is kept have the same names, units and meaning.
 
 mod features;
+mod fit;
 mod form;
 mod standards;
 
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
+pub use fit::{LossFigures, ReferenceFigures, WeightFigures};
 pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
 };
@@ -330,6 +332,9 @@ pub struct PolygonFigures {
 pub struct FormFigures {
     /// The design surface in words: `asphere R 11.65 mm, conic -1.1, …`.
     pub nominal: String,
+    /// The surface that was made from the points where no design is known; final only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceFigures>,
     /// How the nominal was laid into the points.
     pub fit: FitFigures,
     /// What remains.
@@ -374,6 +379,18 @@ pub struct FitFigures {
     pub indeterminate: Vec<String>,
     /// Pose of the part in the measured frame.
     pub pose: PoseFigures,
+    /// How many points of equal weight count as much, (Σw)²/Σw²; absent where all count alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effective_points: Option<f64>,
+    /// How much a deviation counts, where that is not by its square; final only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss: Option<LossFigures>,
+    /// What points are weighted by, where they do not count alike; final only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<WeightFigures>,
+    /// What the figures must be read with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cautions: Vec<String>,
 }
 
 /// One fitted parameter.

@@ -30,6 +30,9 @@ pub struct HeightMap {
 pub struct Cloud {
     /// x, y, z in mm; all finite.
     pub points_mm: Vec<[f64; 3]>,
+    /// The standard uncertainty of each z in mm, as the file has it: 0 and negative numbers too, NaN where it is no
+    /// number. Empty where the file has none.
+    pub uncertainties_mm: Vec<f64>,
     /// How many points the file lists without a measured height. They are not in `points_mm`.
     pub missing: usize,
 }
@@ -96,6 +99,15 @@ impl Topography {
         }
     }
 
+    /// The standard uncertainties of the heights of [`Topography::points`], in the same order; empty where the file has
+    /// none, as every height map.
+    pub fn uncertainties_mm(&self) -> &[f64] {
+        match self {
+            Topography::Map(..) => &[],
+            Topography::Cloud(cloud, _) => &cloud.uncertainties_mm,
+        }
+    }
+
     /// Where it comes from.
     pub fn source(&self) -> &Source {
         match self {
@@ -137,7 +149,7 @@ mod tests {
         assert_eq!(map.points().collect::<Vec<_>>(), expected);
         assert_eq!(map.missing(), 1);
 
-        let cloud = Cloud { points_mm: expected.to_vec(), missing: 7 };
+        let cloud = Cloud { points_mm: expected.to_vec(), missing: 7, ..Cloud::default() };
         let cloud = Topography::Cloud(cloud, Source::new(Format::Xyz));
         assert_eq!(cloud.points().collect::<Vec<_>>(), expected);
         assert_eq!((cloud.missing(), cloud.source().format), (7, Format::Xyz));

@@ -2,7 +2,8 @@
 //!
 //! There is no standard for these files. What is read here:
 //!
-//! - A line holds at least three columns; further columns (intensity, quality) are passed over.
+//! - A line holds at least three columns; further columns (intensity, quality) are passed over, but for one
+//!   named `u_z`: the standard uncertainty of z, in mm.
 //!   Columns are separated by white space, or by one comma, or by one semicolon, each with or
 //!   without white space around it. One line uses one kind of separator.
 //! - `#`, `%` and `//` start a comment that ends with the line. Empty lines are passed over. A
@@ -43,6 +44,7 @@ pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
     let mut cloud = Cloud::default();
     let mut header_allowed = true;
     let mut columns = Vec::with_capacity(8);
+    let mut uncertainty = None;
     for (line, content) in lines(text) {
         let content = without_comment(content).trim_ascii();
         if content.is_empty() {
@@ -55,13 +57,20 @@ pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
         let separator = split(content, &mut columns);
         if header_may_stand_here && is_header(&columns) {
             check_units(line, &columns)?;
+            uncertainty = columns.iter().position(|name| is_uncertainty(name));
             continue;
         }
         if let Some(found) = separator.doubt(content, &columns) {
             return Err(malformed(line, 0, DECIMAL_HINT, found));
         }
         match point(line, &columns)? {
-            Some(point_mm) => cloud.points_mm.push(point_mm),
+            Some(point_mm) => {
+                cloud.points_mm.push(point_mm);
+                if let Some(column) = uncertainty {
+                    let u_mm = columns.get(column).copied().and_then(finite);
+                    cloud.uncertainties_mm.push(u_mm.unwrap_or(f64::NAN));
+                }
+            }
             None => cloud.missing += 1,
         }
         let count = (cloud.points_mm.len() + cloud.missing) as u64;
@@ -164,6 +173,12 @@ fn is_header(columns: &[&[u8]]) -> bool {
             });
             starts && !says_missing(name)
         })
+}
+
+/// Whether a column is named `u_z`, with or without its unit.
+fn is_uncertainty(name: &[u8]) -> bool {
+    let end = name.iter().position(|byte| matches!(byte, b'[' | b'(')).unwrap_or(name.len());
+    name[..end].eq_ignore_ascii_case(b"u_z")
 }
 
 /// Refuses column names with another unit than mm.

@@ -15,3 +15,4 @@ mod projection;
 mod reduce;
 mod report;
 mod sampling;
+mod unknown;

@@ -6,7 +6,7 @@ use std::path::Path;
 use asphera_formats::Topography;
 
 use super::output::Failure;
-use crate::config::Part;
+use crate::config::{Part, Weights};
 use crate::pipeline::{Along, Measurement, Pipeline};
 
 /// What a nominal file says.
@@ -24,17 +24,56 @@ pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
         .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
 }
 
-/// Measures points against a part; `missing` places had none.
+/// The standard uncertainty of the height of every point of a file, mm, with its place.
+fn uncertainties(topography: &Topography, path: &Path) -> Result<Vec<([f64; 3], f64)>, Failure> {
+    let (name, uncertainties_mm) = (path.display(), topography.uncertainties_mm());
+    if uncertainties_mm.is_empty() {
+        return Err(format!(
+            "{name}: expected a column u_z[mm], the standard uncertainty of each z, for the weights the nominal asks \
+             for; found none"
+        )
+        .into());
+    }
+    let bad = uncertainties_mm.iter().position(|u_mm| !(u_mm.is_normal() && *u_mm > 0.0));
+    if let Some(index) = bad {
+        return Err(format!(
+            "{name}: the u_z of measured point {} is {} mm, expected a number above 0; leave out a point that is not \
+             to count",
+            index + 1,
+            uncertainties_mm[index]
+        )
+        .into());
+    }
+    Ok(topography.points().zip(uncertainties_mm.iter().copied()).collect())
+}
+
+/// A pipeline for the points of a file, which knows how well they are known where the nominal asks for it.
+pub(super) fn pipeline(
+    part: Part,
+    along: Along,
+    topography: &Topography,
+    path: &Path,
+) -> Result<Pipeline, Failure> {
+    let uncertain = match part.criterion.weights {
+        Weights::None => Vec::new(),
+        Weights::Uncertainty => uncertainties(topography, path)?,
+    };
+    let mut pipeline = Pipeline::along(part, along);
+    pipeline.know_uncertainties(uncertain);
+    Ok(pipeline)
+}
+
+/// Measures the points of a file against a part.
 pub(super) fn measured(
     part: Part,
     along: Along,
-    points: impl IntoIterator<Item = [f64; 3]>,
-    missing: usize,
-) -> Measurement {
-    let mut pipeline = Pipeline::along(part, along);
-    pipeline.take_positions(points);
-    pipeline.take_gaps(missing as u64);
-    pipeline.finish()
+    topography: &Topography,
+    path: &Path,
+) -> Result<Measurement, Failure> {
+    let mut pipeline = pipeline(part, along, topography, path)?;
+    pipeline.take_positions(topography.points());
+    pipeline.take_gaps(topography.missing() as u64);
+    Ok(pipeline.finish())
 }
 
 /// The bytes of a file.

@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
-use super::files::{part, topography};
+use super::files::{part, pipeline, topography};
 use super::output::{Failure, deliver};
 use crate::clock::Clock;
-use crate::pipeline::{Along, Pipeline};
+use crate::pipeline::Along;
 use crate::report::Timing;
 
 #[derive(Args)]
@@ -41,12 +41,12 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     let tolerance_given = part.pv_nm.is_some() || part.rms_nm.is_some();
     let topography = topography(&args.file)?;
 
+    let mut pipeline = pipeline(part, args.along, &topography, &args.file)?;
     let clock = Clock::start();
     let mut points: Vec<[f64; 3]> = topography.points().collect();
     if let Some(seed) = args.shuffle {
         shuffle(&mut points, seed);
     }
-    let mut pipeline = Pipeline::along(part, args.along);
     pipeline.take_positions(points.iter().copied());
     pipeline.take_gaps(topography.missing() as u64);
     let landed = clock.now();

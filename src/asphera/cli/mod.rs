@@ -58,7 +58,7 @@ enum Command {
     Section(section::SectionArgs),
     /// Says how densely the points of a file sample their surface, and what to measure next.
     Sampling(sampling::SamplingArgs),
-    /// Makes a nominal file of a surface of a Zemax lens file, or lists its surfaces.
+    /// Checks a nominal file and tells what it says, or makes one of a surface of a Zemax lens file.
     Nominal(nominal::NominalArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),

@@ -1,4 +1,6 @@
-//! `asphera nominal`: a nominal file from a surface of a Zemax lens file.
+//! `asphera nominal`: a nominal file checked and told, or made from a surface of a Zemax lens file.
+
+mod told;
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,16 +8,20 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::Exit;
-use super::files::{read, refuse};
+use super::files::{part, read, refuse};
 use super::output::{Failure, print};
 use crate::config::Part;
 use crate::lens;
 
 #[derive(Args)]
 pub(super) struct NominalArgs {
-    /// The lens file, .zmx.
+    /// The nominal file, .toml, or the lens file, .zmx.
     file: PathBuf,
-    /// Number of the surface, as the file counts; without it the surfaces are listed.
+    /// Of a nominal file: distances from the axis, mm, at which its heights are told; without it from the axis to the
+    /// rim of the aperture.
+    #[arg(long, value_name = "R,R,...", value_delimiter = ',', conflicts_with = "surface")]
+    sag: Vec<f64>,
+    /// Of a lens file: number of the surface, as the file counts; without it the surfaces are listed.
     #[arg(long, value_name = "N")]
     surface: Option<u32>,
     /// Where the nominal goes; without it to stdout.
@@ -28,6 +34,18 @@ pub(super) struct NominalArgs {
 
 pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     let name = args.file.display().to_string();
+    if args.file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+        if args.surface.is_some() {
+            return Err(format!("{name} is a nominal file: --surface is for lens files").into());
+        }
+        print(&told::of(&part(&args.file)?, &args.sag)?);
+        return Ok(Exit::Done);
+    }
+    if !args.sag.is_empty() {
+        return Err(
+            format!("--sag is for nominal files, .toml; {name} is taken for a lens file").into()
+        );
+    }
     if let Some(out) = &args.out {
         refuse(out, &args.file, args.force)?;
     }

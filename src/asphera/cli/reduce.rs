@@ -276,6 +276,11 @@ fn feature_size(
         })?;
         return Ok((Box::new(move |_| Some(bound.radius_mm)), "curvature of the points"));
     };
+    if part.reference.is_some() {
+        return Err("the nominal says that the surface is unknown, and so tells no curvature; leave --nominal out, and it \
+                    is taken from the points"
+            .into());
+    }
     let pose = pose(points, part)
         .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
     let nominal: Nominal = part.nominal.clone();

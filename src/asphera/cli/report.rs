@@ -88,9 +88,7 @@ fn of_file(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement
     provenance.files = vec![SourceFile::of(&args.source)?, SourceFile::of(nominal)?];
     provenance.date = topography.source().date.clone();
     provenance.instrument = topography.source().instrument.clone();
-    let points = topography.points();
-    let along = args.along.unwrap_or(Along::Z);
-    Ok(measured(part(nominal)?, along, points, topography.missing()))
+    measured(part(nominal)?, args.along.unwrap_or(Along::Z), &topography, &args.source)
 }
 
 fn is_recording(source: &Path) -> bool {

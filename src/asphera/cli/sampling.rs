@@ -9,13 +9,11 @@ use clap::Args;
 use serde::Serialize;
 
 use super::exit::Exit;
-use super::files::{part, refuse, topography};
+use super::files::{measured, part, refuse, topography};
 use super::output::{Failure, print, print_json};
 use super::summary;
 use crate::config::Part;
-use crate::pipeline::{
-    Along, Next, Pipeline, PointsSampling, Wanted, Waypoints, sampling_of_points,
-};
+use crate::pipeline::{Along, Next, PointsSampling, Wanted, Waypoints, sampling_of_points};
 use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
@@ -79,9 +77,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
                 gap_limit_mm: gap_mm.or(part.gap_limit_mm),
                 ..part
             };
-            let mut pipeline = Pipeline::along(part, args.along);
-            pipeline.take_positions(topography.points());
-            let measurement = pipeline.finish();
+            let measurement = measured(part, args.along, &topography, &args.file)?;
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
             let waypoints = next.map(Next::waypoints);
             let Report { sampling: figures, features, .. } = measurement.report;

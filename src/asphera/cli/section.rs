@@ -10,9 +10,9 @@ use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::files::{part, refuse, topography};
+use super::files::{measured, part, refuse, topography};
 use super::output::{Failure, print, print_json, say};
-use crate::pipeline::Pipeline;
+use crate::pipeline::Along;
 use crate::section::{Deviations, SectionReport, report, report_of_plane};
 
 #[derive(Args)]
@@ -89,11 +89,8 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
     let plane = args.plane.map(|[a, b, c, d]| CuttingPlane::new([a, b, c], d)).transpose()?;
     let part = args.nominal.as_deref().map(part).transpose()?;
     let topography = topography(&args.file)?;
-    let measurement = part.map(|part| {
-        let mut pipeline = Pipeline::new(part);
-        pipeline.take_positions(topography.points());
-        pipeline.finish()
-    });
+    let measurement = part.map(|part| measured(part, Along::Z, &topography, &args.file));
+    let measurement = measurement.transpose()?;
     let unmeasured;
     let mesh = match &measurement {
         Some(measurement) => measurement.surface.mesh(),

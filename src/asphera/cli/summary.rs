@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::report::{
-    DefectFigures, FeatureFigures, RepeatFigures, Report, SamplingFigures, StandardFigures, Status,
+    DefectFigures, FeatureFigures, FormFigures, RepeatFigures, Report, SamplingFigures,
+    StandardFigures, Status,
 };
 
 /// The report in a few lines.
@@ -61,6 +62,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
                 None => writeln!(text)?,
             }
         }
+        criterion(text, form)?;
         if !form.fit.indeterminate.is_empty() {
             writeln!(
                 text,
@@ -156,6 +158,51 @@ fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
         writeln!(text, "texture    {}: {}", texture.surface, heights.join(", "))?;
     }
     Ok(())
+}
+
+/// How points were counted, and what a surface made from them is.
+fn criterion(text: &mut String, form: &FormFigures) -> std::fmt::Result {
+    if let Some(reference) = &form.reference {
+        write!(
+            text,
+            "  RMS {} nm from the {} alone, {:.0} effective parameters (smoothing by {})",
+            short(reference.base_rms_nm),
+            reference.base,
+            reference.effective_parameters,
+            reference.smoothing
+        )?;
+        match reference.noise_nm {
+            Some(noise_nm) => writeln!(text, ", noise left {} nm", short(noise_nm))?,
+            None => writeln!(text)?,
+        }
+    }
+    if let Some(loss) = &form.fit.loss {
+        writeln!(
+            text,
+            "  loss     {}, threshold {} nm ({}): {} points below half weight, {} of them left out",
+            loss.name,
+            short(loss.threshold_nm),
+            if loss.threshold_given { "given" } else { "found" },
+            loss.below_half,
+            loss.left_out
+        )?;
+    }
+    if let Some(weights) = &form.fit.weights {
+        write!(
+            text,
+            "  weights  1/u², u from {} to {} nm",
+            short(weights.u_min_nm),
+            short(weights.u_max_nm)
+        )?;
+        match weights.reduced_chi_square {
+            Some(chi) => writeln!(text, ", reduced χ² {}", short(chi))?,
+            None => writeln!(text)?,
+        }
+    }
+    match form.fit.effective_points {
+        Some(points) => writeln!(text, "  as many as {points:.0} points of equal weight"),
+        None => Ok(()),
+    }
 }
 
 /// The sampling in a few lines: what is known of it.

@@ -316,6 +316,26 @@ impl FromItem for f64 {
     }
 }
 
+/// A number, or that it is found by itself: the word `auto`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum OrAuto {
+    /// The word.
+    Auto,
+    /// The number.
+    Number(f64),
+}
+
+impl FromItem for OrAuto {
+    const EXPECTED: &'static str = "a finite number or \"auto\"";
+
+    fn from_item(item: &Item) -> Option<OrAuto> {
+        if item.as_str() == Some("auto") {
+            return Some(OrAuto::Auto);
+        }
+        f64::from_item(item).map(OrAuto::Number)
+    }
+}
+
 macro_rules! integers {
     ($($kind:ty: $expected:literal),*) => {$(
         impl FromItem for $kind {

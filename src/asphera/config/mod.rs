@@ -2,6 +2,7 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
+mod criterion;
 mod defects;
 mod devices;
 mod document;
@@ -23,6 +24,7 @@ use std::time::Duration;
 use thiserror::Error;
 use toml_edit::{DocumentMut, Item};
 
+pub use criterion::{Criterion, Weights};
 pub use defects::DefectLimits;
 pub(crate) use defects::FLAT_BELOW_PER_MM;
 pub use devices::{DeviceConfig, DriverConfig};
@@ -282,6 +284,10 @@ fn read_root(
         }
         None => nominal::read(&nominal, folder),
     };
+    if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
+        let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";
+        nominal.section("fit").problem("weights", expected, "\"uncertainty\"");
+    }
     nominal.finish();
 
     let scan = root.section("scan");

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use asphera_form::{Aperture, Nominal, Parameter};
+use asphera_form::{Aperture, Loss, Nominal, Parameter, ReferenceSettings, provisional};
 
+use super::criterion::{self, Criterion, Weights};
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
 use super::figures::{self, FigureSettings};
@@ -14,12 +15,16 @@ use super::surface::{self, Surface};
 /// What a part should be and how it is judged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// The design surface.
+    /// The design surface; of an unknown one what stands in for it until [`Part::reference`] is made.
     pub nominal: Nominal,
+    /// How the points make the surface, where no design is known.
+    pub reference: Option<ReferenceSettings>,
     /// The region that counts, in the part frame.
     pub aperture: Aperture,
     /// Parameters the fit may change.
     pub free: Vec<Parameter>,
+    /// How much each deviation counts in the fit.
+    pub criterion: Criterion,
     /// Largest PV allowed, nm.
     pub pv_nm: Option<f64>,
     /// Largest RMS allowed, nm.
@@ -74,6 +79,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
 
     let fit = table.section("fit");
     let free = free(&fit, surface.as_ref());
+    let criterion = criterion::criterion(&fit);
     fit.finish();
 
     let tolerance = table.section("tolerance");
@@ -90,6 +96,15 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let judging = judging::read(table, &tolerance, figures.texture.is_some());
     tolerance.finish();
 
+    if criterion.loss != Loss::Squares && judging.uncertainty.is_some() {
+        let expected = "\"squares\", for the uncertainties that guard bands, further limits and the table uncertainty ask for";
+        fit.problem("loss", expected, "another");
+    }
+    let reference = surface.as_ref().and_then(|surface| surface.reference);
+    if reference.is_some() {
+        goes_with_unknown(&fit, &criterion, table, &judging);
+    }
+
     let sampling = table.section("sampling");
     let gap_limit_mm =
         sampling.has("gap_limit_mm").then(|| sampling.within("gap_limit_mm", 1.0, 1e-6..=1e6));
@@ -97,10 +112,13 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let coverage_min = sampling.within("coverage_min", 0.9, 0.0..=1.0);
     sampling.finish();
     let (defects, flat_below_per_mm) = (defects::limits(table), defects::flat_below_per_mm(table));
+    let aperture = aperture?;
     Some(Part {
         nominal: surface?.nominal,
-        aperture: aperture?,
+        reference: reference.map(|settings| ReferenceSettings { aperture, ..settings }),
+        aperture,
         free,
+        criterion,
         pv_nm,
         rms_nm,
         judging,
@@ -147,7 +165,37 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
     }
 }
 
+/// What a surface made from the points does not go together with.
+fn goes_with_unknown(
+    fit: &Section<'_>,
+    criterion: &Criterion,
+    table: &Section<'_>,
+    judging: &Judging,
+) {
+    if fit.has("free") {
+        fit.problem("free", "no such key: an unknown surface has nothing to free", "one");
+    }
+    if criterion.loss != Loss::Squares {
+        fit.problem("loss", "\"squares\": splines are fitted by them", "another");
+    }
+    if criterion.weights != Weights::None {
+        fit.problem(
+            "weights",
+            "\"none\": splines are fitted to points that count alike",
+            "another",
+        );
+    }
+    let budget = judging.uncertainty.as_ref().map(|(budget, _)| budget);
+    if budget.is_some_and(|budget| !budget.long_waves.is_empty() || !budget.effects.is_empty()) {
+        let expected = "noise alone: long waves and effects of the machine vanish in a surface made from the points";
+        table.problem("uncertainty", expected, "more");
+    }
+}
+
 fn free(fit: &Section<'_>, surface: Option<&Surface>) -> Vec<Parameter> {
+    if surface.is_some_and(|surface| surface.reference.is_some()) {
+        return provisional().1;
+    }
     let Some(names) = fit.get::<Vec<String>>("free") else {
         // Where a surface is not of revolution, a turn about z counts too.
         let is_round = surface.is_none_or(|surface| surface.is_round);

@@ -12,6 +12,7 @@ pub(super) fn table(lens: &Lens, surface: &LensSurface) -> Result<Table, LensImp
     match surface.kind.as_str() {
         "STANDARD" => Ok(given.standard()),
         "EVENASPH" => given.even(),
+        "XASPHERE" => given.extended(),
         "ODDASPHE" => given.odd(),
         "BICONICX" => Ok(given.biconic()),
         "TOROIDAL" => given.toroid(),
@@ -21,6 +22,8 @@ pub(super) fn table(lens: &Lens, surface: &LensSurface) -> Result<Table, LensImp
         "SZERNSAG" => given.zernike(Counting::Noll),
         kind => Err(LensImportError::Kind {
             number: surface.number,
+            line: surface.line,
+            hint: hint(kind),
             kind: kind.to_owned(),
             known: KNOWN.join(", "),
             listed: list(lens),
@@ -28,11 +31,25 @@ pub(super) fn table(lens: &Lens, surface: &LensSurface) -> Result<Table, LensImp
     }
 }
 
-/// The kinds that are converted. Not CHEBYSHV: the help does not say in which order its coefficients stand.
-const KNOWN: [&str; 9] = [
-    "STANDARD", "EVENASPH", "ODDASPHE", "BICONICX", "TOROIDAL", "QED_TYPE", "XPOLYNOM", "FZERNSAG",
-    "SZERNSAG",
+/// The kinds that are converted.
+const KNOWN: [&str; 10] = [
+    "STANDARD", "EVENASPH", "XASPHERE", "ODDASPHE", "BICONICX", "TOROIDAL", "QED_TYPE", "XPOLYNOM",
+    "FZERNSAG", "SZERNSAG",
 ];
+
+/// Why a kind that nominal files have is not converted.
+fn hint(kind: &str) -> &'static str {
+    match kind {
+        "CHEBYSHV" => {
+            " (OpticStudio's help does not say in which order the file has its coefficients: write kind = \"chebyshev\" by \
+             hand)"
+        }
+        "GRID_SAG" => {
+            " (its heights are in a file of their own: give them as X3P or SDF to kind = \"grid\", the base included)"
+        }
+        _ => "",
+    }
+}
 
 /// A surface and the size of its unit.
 struct Given<'a> {
@@ -58,6 +75,22 @@ impl Given<'_> {
         if powers.is_empty() {
             return Ok(self.standard());
         }
+        Ok(self.over_base("asphere").powers(&powers))
+    }
+
+    /// Extra data: 1 the number of terms, 2 the radius ρ is normalised by, from 3 on the coefficients of ρ², ρ⁴ … in lens units.
+    fn extended(&self) -> Result<Table, LensImportError> {
+        let terms = self.terms(LARGEST_TERM)?;
+        if terms.is_empty() {
+            return Ok(self.standard());
+        }
+        let radius_mm = self.normalisation_mm(2)?;
+        let power = |(index, value_mm): (usize, f64)| {
+            // At most 127 of them.
+            let order = 2 * (index as u32 + 1);
+            (order, value_mm / radius_mm.powi(order as i32))
+        };
+        let powers: Vec<(u32, f64)> = terms.into_iter().map(power).collect();
         Ok(self.over_base("asphere").powers(&powers))
     }
 
@@ -263,6 +296,7 @@ impl Given<'_> {
     fn refused(&self, value: String, found: f64, expected: &'static str) -> LensImportError {
         LensImportError::Value {
             number: self.surface.number,
+            line: self.surface.line,
             kind: self.surface.kind.clone(),
             value,
             found: found.to_string(),
@@ -271,6 +305,8 @@ impl Given<'_> {
     }
 }
 
+/// Of the extended asphere, which has 240: nominal files have r²⁵⁴ at the highest.
+const LARGEST_TERM: usize = 127;
 /// Of the extended polynomial.
 const LARGEST_DEGREE: u32 = 20;
 /// Above what any of these surfaces has.

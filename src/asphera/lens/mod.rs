@@ -1,7 +1,7 @@
 //! From a surface of a Zemax lens file to a nominal file.
 //!
-//! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2), as far as it could be read: the pages Odd Asphere, Toroidal and
-//! Extended Polynomial. The standard Zernike surface, the biconic and the Q-type asphere are laid out as the open readers of such files have them, the
+//! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2), as far as it could be read: the pages Odd Asphere, Extended Asphere,
+//! Toroidal and Extended Polynomial. The standard Zernike surface, the biconic and the Q-type asphere are laid out as the open readers of such files have them, the
 //! Fringe surface by analogy. An extra datum `XDAT i` is the parameter i + 12 there. The frame of both is the same: z along the light, a radius
 //! positive where its centre lies at +z.
 
@@ -24,11 +24,15 @@ pub enum LensImportError {
     },
     /// The kind is not known here.
     #[error(
-        "surface {number} is of the kind {kind}, expected one of {known}; the file has\n{listed}"
+        "surface {number}, line {line}, is of the kind {kind}{hint}, expected one of {known}; the file has\n{listed}"
     )]
     Kind {
         /// Number of the surface.
         number: u32,
+        /// Line of the file on which it begins.
+        line: usize,
+        /// Why it is not, and what can be done; empty where nothing is known of it.
+        hint: &'static str,
         /// Its kind.
         kind: String,
         /// The kinds that are.
@@ -37,10 +41,12 @@ pub enum LensImportError {
         listed: String,
     },
     /// A value that is not taken over.
-    #[error("surface {number}, {kind}: {value} is {found}, expected {expected}")]
+    #[error("surface {number}, line {line}, {kind}: {value} is {found}, expected {expected}")]
     Value {
         /// Number of the surface.
         number: u32,
+        /// Line of the file on which it begins.
+        line: usize,
         /// Its kind.
         kind: String,
         /// Which value.

@@ -127,7 +127,7 @@ fn a_toroid_turns_about_its_first_parameter_and_zero_is_infinite() {
     let refused = nominal(&with_zernike, 1, "lens.zmx").unwrap_err().to_string();
     assert_eq!(
         refused,
-        "surface 1, TOROIDAL: XDAT 3, a Zernike term is 0.5, expected 0: a toroid here has none"
+        "surface 1, line 5, TOROIDAL: XDAT 3, a Zernike term is 0.5, expected 0: a toroid here has none"
     );
 }
 
@@ -153,6 +153,26 @@ fn standard_zernike_terms_are_nolls_and_of_unit_rms() {
     assert!(nominal(&decentred, 1, "lens.zmx").unwrap_err().to_string().contains("PARM 9 is 0.1"));
 }
 
+/// OpticStudio's help, Extended Asphere: parameter 13 the number of terms, 14 the radius of ρ, from 15 on the coefficients of ρ², ρ⁴ …
+/// in lens units. What stands beyond the number of terms does not count.
+#[test]
+fn an_extended_asphere_is_an_even_one_of_a_normalised_radius() {
+    const TEXT: &str = "  TYPE XASPHERE\n  CURV 0.05\n  CONI -1\n  XDAT 1 3\n  XDAT 2 5\n  XDAT 3 0.01\n  XDAT 4 -0.02\n\
+        XDAT 5 0.003\n  XDAT 6 99\n";
+    // A paraboloid r²/40, and ρ = 1/2 and 1: 0.01/4 - 0.02/16 + 0.003/64 and 0.01 - 0.02 + 0.003.
+    assert_near(height_mm("MM", TEXT, 1.5, 2.0), 0.15625 + 0.001296875);
+    assert_near(height_mm("MM", TEXT, 3.0, 4.0), 0.625 - 0.007);
+    assert_near(height_mm("CM", TEXT, 30.0, 40.0), 6.25 - 0.07);
+    let plain = part("MM", "  TYPE XASPHERE\n  CURV 0.05\n  XDAT 1 2\n").nominal;
+    assert_eq!(plain, Nominal::Sphere { radius_mm: 20.0 });
+    let many = lens("MM", &TEXT.replace("XDAT 1 3", "XDAT 1 128"));
+    let told = nominal(&many, 1, "lens.zmx").unwrap_err().to_string();
+    assert!(
+        told.contains("line 5") && told.contains("XDAT 1, the number of terms is 128"),
+        "{told}"
+    );
+}
+
 #[test]
 fn unknown_kinds_and_numbers_list_the_surfaces() {
     let lens = lens("MM", "  TYPE CHEBYSHV\n  COMM front\n  CURV -0.04\n  DIAM 12.5\n");
@@ -161,7 +181,7 @@ fn unknown_kinds_and_numbers_list_the_surfaces() {
                     1  CHEBYSHV         -25.000000      12.500000  front\n";
     assert_eq!(list(&lens), listed);
     for (number, begins) in [
-        (1, "surface 1 is of the kind CHEBYSHV, expected one of STANDARD, "),
+        (1, "surface 1, line 5, is of the kind CHEBYSHV (OpticStudio's help does not say "),
         (7, "there is no surface 7; "),
     ] {
         let told = nominal(&lens, number, "lens.zmx").unwrap_err().to_string();

@@ -71,6 +71,7 @@ impl View {
         self.snapshot.sampling = report.sampling.clone();
         self.snapshot.features = report.features.clone();
         self.snapshot.form = report.form.clone();
+        self.snapshot.map = finished.measurement.cells.clone();
         self.snapshot.maps = finished
             .measurement
             .surface

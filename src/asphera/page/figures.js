@@ -62,6 +62,27 @@ function planeRows(projection) {
   ];
 }
 
+/** How points were counted, what a surface made from them is, and what the figures must be read with. */
+function criterion({ reference, fit: { loss, weights, effective_points: effective, cautions } }) {
+  const rows = [];
+  const row = (key, title, value, className) => rows.push(pair(key, title, value, className));
+  if (reference) {
+    row("base", "Base under the splines", `${reference.base}, RMS from it ${fixed(reference.base_rms_nm, 1)} nm`);
+    row("splines", "Splines", `${reference.cells.join(" × ")} cells of ${fixed(Math.max(...reference.knots_mm), 4)} mm, ${fixed(reference.effective_parameters, 0)} effective parameters`);
+    row("follows", "Half followed: waves of", `${fixed(reference.follows_mm, 3)} mm`);
+    if (reference.noise_nm !== null) row("left", "Noise left", `${fixed(reference.noise_nm, 2)} nm`);
+  }
+  if (loss) {
+    const origin = loss.threshold_given ? "given" : "found";
+    row("loss", "Loss", `${loss.name}, threshold ${fixed(loss.threshold_nm, 1)} nm (${origin})`);
+    row("lighter", "Below half weight", `${count(loss.below_half)} points, ${count(loss.left_out)} of them left out`);
+  }
+  if (weights) row("weights", "Weights 1/u², u", `${fixed(weights.u_min_nm, 2)} to ${fixed(weights.u_max_nm, 2)} nm`);
+  if (effective) row("effective", "As many as points of equal weight", count(Math.round(effective)));
+  (cautions ?? []).forEach((caution, index) => row(`caution${index}`, "Mind", caution, "bad"));
+  return rows;
+}
+
 function showFit(form) {
   setText(byId("nominal"), form ? unitText(form.nominal) : DASH);
   const parameters = Object.entries(form?.fit.parameters ?? {});
@@ -91,6 +112,7 @@ function showFit(form) {
     ...(fit.indeterminate.length
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]
       : []),
+    ...criterion(form),
     pair("shift", "Pose: shift x, y, z", `${[pose.tx_mm, pose.ty_mm, pose.tz_mm].map((v) => fixed(v, 5)).join(", ")} mm`),
     pair("tilt", "Pose: rotation x, y, z", angles([pose.rx_rad, pose.ry_rad, pose.rz_rad])),
   ]);

@@ -63,7 +63,10 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
                 Ok(())
             })?;
         }
-        part(out, "Fit", |out| tables::fit(out, &form.fit))?;
+        part(out, "Fit", |out| {
+            tables::fit(out, &form.fit)?;
+            tables::reference(out, form)
+        })?;
     }
     part(out, "Sampling", |out| tables::sampling(out, &report.sampling))?;
     part(out, "Defects", |out| defects::features(out, &report.features))?;

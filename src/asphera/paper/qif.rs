@@ -192,6 +192,9 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
     if let Some(form) = &report.form {
         add("nominal", form.nominal.clone());
         add("fit", format!("{}, {}", form.fit.method, form.fit.termination));
+        for caution in &form.fit.cautions {
+            add("caution", caution.clone());
+        }
         add("PV / nm", form.deviation.pv_nm.to_string());
         add("RMS / nm", form.deviation.rms_nm.to_string());
         let of = &form.standards;

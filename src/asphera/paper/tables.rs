@@ -127,6 +127,7 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
         fit.iterations,
         list(&fit.free, "nothing")
     )?;
+    criterion(out, fit)?;
     if !fit.indeterminate.is_empty() {
         writeln!(
             out,
@@ -168,6 +169,61 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
         minus(format!("{:.3e}", pose.ry_rad)),
         minus(format!("{:.3e}", pose.rz_rad)),
     )
+}
+
+/// How points were counted, where that is not alike and by squares.
+fn criterion(out: &mut String, fit: &FitFigures) -> Result {
+    if let Some(loss) = &fit.loss {
+        writeln!(
+            out,
+            "<p>Loss: {}, threshold {} nm ({}), at a scale of {} nm; {} points count by less than half their weight, \
+             {} of them not at all.</p>",
+            text(&loss.name),
+            short(loss.threshold_nm),
+            if loss.threshold_given { "given" } else { "found from the deviations" },
+            short(loss.scale_nm),
+            count(loss.below_half),
+            count(loss.left_out)
+        )?;
+    }
+    if let Some(weights) = &fit.weights {
+        writeln!(
+            out,
+            "<p>Weights: 1/u², with u along the normal from {} to {} nm; reduced χ² {}.</p>",
+            short(weights.u_min_nm),
+            short(weights.u_max_nm),
+            short_or_dash(weights.reduced_chi_square, "")
+        )?;
+    }
+    if let Some(points) = fit.effective_points {
+        writeln!(out, "<p>They count as {points:.0} points of equal weight would.</p>")?;
+    }
+    Ok(())
+}
+
+/// The surface that was made from the points, where no design is known.
+pub(super) fn reference(out: &mut String, form: &FormFigures) -> Result {
+    if let Some(reference) = &form.reference {
+        let [nx, ny] = reference.cells;
+        let rows = [
+            ("base under the splines", text(&reference.base)),
+            ("RMS from the base alone", format!("{} nm", short(reference.base_rms_nm))),
+            ("cells of the splines", format!("{nx} × {ny}")),
+            (
+                "distance of the knots",
+                format!("{} mm", short(reference.knots_mm[0].max(reference.knots_mm[1]))),
+            ),
+            ("smoothing", format!("{}, λ {}", text(&reference.smoothing), short(reference.lambda))),
+            ("effective parameters", format!("{:.0}", reference.effective_parameters)),
+            ("half followed: waves of", format!("{} mm", short(reference.follows_mm))),
+            ("noise left", short_or_dash(reference.noise_nm, "nm")),
+        ];
+        pairs(out, &rows)?;
+    }
+    for caution in &form.fit.cautions {
+        writeln!(out, "<p><b>{}.</b></p>", text(caution))?;
+    }
+    Ok(())
 }
 
 /// Whether the points lie densely enough, and what to measure next.

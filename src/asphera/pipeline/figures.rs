@@ -3,36 +3,51 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{
-    Estimate, Figures, Fit, Grid, LiveEstimate, Nominal, Parameter, Pose, Termination,
+    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference,
+    Smoothing, Termination,
 };
 use asphera_surface::Plane;
 
 use super::cells;
 use super::details::FormDetails;
-use crate::config::Part;
+use super::fitting::Fitted;
+use crate::config::{Part, Weights};
 use crate::report::{
-    DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures, StandardFigures,
+    DeviationFigures, FitFigures, FormFigures, LossFigures, ParameterFigures, PoseFigures,
+    ReferenceFigures, StandardFigures, WeightFigures,
 };
 use crate::snapshot::Map;
 
 /// `plane` is that of projection, in whose frame the fit was made.
 pub(super) fn form(
     part: &Part,
-    fit: &Fit,
+    fitted: &Fitted,
     figures: &Figures,
     details: FormDetails,
     plane: &Plane,
 ) -> FormFigures {
+    let fit = &fitted.fit;
+    // Of a surface made from the points, what was fitted by its parameters is the base.
+    let reference = fitted.reference.as_ref();
+    let (laid, nominal) = match reference {
+        Some(reference) => (&reference.base_fit, unknown(reference)),
+        None => (fit, part.nominal.to_string()),
+    };
     FormFigures {
-        nominal: part.nominal.to_string(),
+        nominal,
+        reference: reference.map(|found| reference_figures(found, part)),
         fit: FitFigures {
             method: fit.method.to_owned(),
             termination: termination(&fit.termination),
-            iterations: u32::try_from(fit.iterations).unwrap_or(u32::MAX),
-            free: names(&part.free, &part.nominal),
-            parameters: parameters(&fit.estimates, &part.nominal),
-            indeterminate: names(&fit.indeterminate, &part.nominal),
+            iterations: u32::try_from(laid.iterations).unwrap_or(u32::MAX),
+            free: reference.map_or_else(|| names(&part.free, &part.nominal), |_| free(laid)),
+            parameters: parameters(&laid.estimates, &laid.nominal),
+            indeterminate: names(&laid.indeterminate, &laid.nominal),
             pose: pose(&fit.pose, plane),
+            effective_points: (!part.criterion.is_plain()).then_some(fit.effective_points),
+            loss: loss(fit),
+            weights: weights(fitted),
+            cautions: cautions(reference),
         },
         deviation: deviation(figures),
         provisional: false,
@@ -48,8 +63,13 @@ pub(super) fn form(
 /// As [`form`], of running figures.
 pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) -> FormFigures {
     let details = cells::details(&estimate.map, &part.aperture);
+    let nominal = match &part.reference {
+        Some(_) => "unknown; until the end the best quadric stands in for it".to_owned(),
+        None => part.nominal.to_string(),
+    };
     FormFigures {
-        nominal: part.nominal.to_string(),
+        nominal,
+        reference: None,
         fit: FitFigures {
             method: asphera_form::METHOD.to_owned(),
             termination: "running".to_owned(),
@@ -58,6 +78,10 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
             parameters: parameters(&estimate.estimates, &part.nominal),
             indeterminate: names(&estimate.indeterminate, &part.nominal),
             pose: pose(&estimate.pose, plane),
+            effective_points: None,
+            loss: None,
+            weights: None,
+            cautions: running_cautions(part),
         },
         deviation: deviation(&estimate.figures),
         provisional: true,
@@ -68,6 +92,121 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
         standards: StandardFigures::default(),
         unknown: details.unknown,
     }
+}
+
+/// That a reference was made from the points, and what that hides.
+pub(super) fn made_from_points(reference: &Reference) -> String {
+    let [x_mm, y_mm] = reference.spline.cutoff_mm;
+    format!(
+        "the reference was made from these points: form error of waves longer than about {:.3} mm is in it, and no \
+         deviation shows it",
+        x_mm.max(y_mm)
+    )
+}
+
+/// An unknown surface in words.
+fn unknown(reference: &Reference) -> String {
+    let cells = reference.spline.surface.cells();
+    let radius = match reference.base_fit.nominal.radius_mm() {
+        Some(radius_mm) => format!(" R {radius_mm:.6} mm"),
+        None => String::new(),
+    };
+    format!(
+        "unknown; made from the points: {}{radius} and splines over {} × {} cells of {:.4} mm",
+        reference.base.name(),
+        cells.nx,
+        cells.ny,
+        cells.step_x_mm.max(cells.step_y_mm)
+    )
+}
+
+fn reference_figures(reference: &Reference, part: &Part) -> ReferenceFigures {
+    let spline = &reference.spline;
+    let cells = spline.surface.cells();
+    let smoothing = match part.reference.map(|settings| settings.smoothing) {
+        Some(Smoothing::Noise { .. }) => "noise",
+        Some(Smoothing::Relative { .. }) => "given",
+        Some(Smoothing::CrossValidation) | None => "cross validation",
+    };
+    ReferenceFigures {
+        base: reference.base.name().to_owned(),
+        base_rms_nm: 1e6 * reference.base_fit.residuals.rms_mm,
+        // At most 128 each way.
+        cells: [cells.nx as u32, cells.ny as u32],
+        knots_mm: [cells.step_x_mm, cells.step_y_mm],
+        smoothing: smoothing.to_owned(),
+        lambda: spline.lambda,
+        effective_parameters: spline.effective_parameters,
+        follows_mm: spline.cutoff_mm[0].max(spline.cutoff_mm[1]),
+        noise_nm: spline.noise_mm.map(|noise_mm| 1e6 * noise_mm),
+    }
+}
+
+/// What was free of a base: what was estimated and what could not be.
+fn free(fit: &Fit) -> Vec<String> {
+    let estimated = fit.estimates.iter().map(|estimate| estimate.parameter);
+    let all: Vec<Parameter> = estimated.chain(fit.indeterminate.iter().copied()).collect();
+    names(&all, &fit.nominal)
+}
+
+fn loss(fit: &Fit) -> Option<LossFigures> {
+    let robust = fit.robust?;
+    let (name, k) = match robust.loss {
+        Loss::Squares => return None,
+        Loss::Huber { k } => ("huber", k),
+        Loss::Tukey { k } => ("tukey", k),
+    };
+    Some(LossFigures {
+        name: name.to_owned(),
+        threshold_nm: 1e6 * k * robust.scale_mm,
+        threshold_given: robust.scale_given,
+        scale_nm: 1e6 * robust.scale_mm,
+        below_half: robust.below_half as u64,
+        left_out: robust.zero as u64,
+    })
+}
+
+fn weights(fitted: &Fitted) -> Option<WeightFigures> {
+    let u_mm = fitted.uncertainties_mm.as_ref()?;
+    let extremes = u_mm
+        .iter()
+        .fold([f64::INFINITY, 0.0_f64], |[low, high], u_mm| [low.min(*u_mm), high.max(*u_mm)]);
+    Some(WeightFigures {
+        u_min_nm: 1e6 * extremes[0],
+        u_max_nm: 1e6 * extremes[1],
+        reduced_chi_square: fitted.fit.reduced_chi_square,
+    })
+}
+
+fn cautions(reference: Option<&Reference>) -> Vec<String> {
+    let Some(reference) = reference else { return Vec::new() };
+    let spline = &reference.spline;
+    // At the other end a surface needs no more than its base.
+    let too_coarse = (spline.at_limit && spline.lambda < 1.0).then(|| {
+        "the points have form that these knots cannot follow, and the noise told holds some of it: finer knots \
+         would"
+            .to_owned()
+    });
+    [made_from_points(reference)].into_iter().chain(too_coarse).collect()
+}
+
+fn running_cautions(part: &Part) -> Vec<String> {
+    let mut cautions = Vec::new();
+    if part.reference.is_some() {
+        cautions.push(
+            "until the end the deviation is that from the best quadric; then a finer reference is made from the \
+             points"
+                .to_owned(),
+        );
+    }
+    if part.criterion.loss != Loss::Squares || part.criterion.weights != Weights::None {
+        cautions.push(
+            "until the end the fit is by least squares of points that count alike; then loss and weights of the \
+             nominal file are used"
+                .to_owned(),
+        );
+    }
+    cautions
 }
 
 pub(super) fn map(estimate: &LiveEstimate) -> Map {

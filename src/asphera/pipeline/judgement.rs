@@ -1,9 +1,10 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
-use asphera_form::{Caution, Figures, Fit, FitError, Status as FormStatus, Tolerance, verdict};
+use asphera_form::{Caution, Figures, Status as FormStatus, Tolerance, verdict};
 use asphera_surface::Mesh;
 
 use super::figures;
+use super::fitting::{Fitted, NoFit};
 use crate::config::Part;
 use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
@@ -12,11 +13,11 @@ pub(super) fn judge(
     mut verdict: Verdict,
     part: &Part,
     mesh: &Mesh,
-    fit: Result<&Fit, &FitError>,
+    fitted: Result<&Fitted, &NoFit>,
     seen: &MeshFigures,
     sampling: &SamplingFigures,
 ) -> Verdict {
-    match fit {
+    match fitted.map(|fitted| &fitted.fit) {
         Err(error) => verdict.reasons.push(format!("no fit: {}", crate::error_chain(error))),
         Ok(fit) if !fit.termination.is_converged() => {
             let why = figures::termination(&fit.termination);
@@ -40,6 +41,10 @@ pub(super) fn judge(
                 }
             }
         }
+    }
+    if let Ok(Fitted { reference: Some(reference), .. }) = fitted {
+        // The limits hold of what is left, and whoever reads the verdict must know of what.
+        verdict.reasons.push(figures::made_from_points(reference));
     }
     match sampling.coverage {
         None => undecide(

@@ -1,21 +1,23 @@
 //! The final figures of one part.
 
-use asphera_form::{Figures, Fit, Grid as MapGrid, deviations, fit};
+use asphera_form::{Figures, Fit, Grid as MapGrid, deviations};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
-use super::details::{areas_mm2, details};
+use super::details::{areas_mm2, details, sample};
 use super::figures;
+use super::fitting::{Fitted, fitted};
 use super::judgement::{compare, judge};
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
-use super::running::fit_settings;
+use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
 use super::standards::{self, Measured};
 use super::uncertainties::{self, assess, tell};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
+use crate::snapshot::Map;
 
 /// All that is known of a part when its last point has landed.
 #[derive(Clone, Debug)]
@@ -33,6 +35,8 @@ pub struct Measurement {
     pub deviations_nm: Vec<f64>,
     /// The deviation on a regular grid of the plane of projection; `None` without a fit or without area.
     pub map: Option<DeviationMap>,
+    /// The deviation over the cells of the running maps, which it replaces; `None` without a fit.
+    pub cells: Option<Map>,
     /// What to measure next; `None` where that is not known.
     pub next: Option<Next>,
 }
@@ -47,29 +51,42 @@ pub struct DeviationMap {
     pub values_nm: Vec<f64>,
 }
 
-/// `grid` holds the cells of the maps, and `maps_version` tells them from earlier ones.
+/// The maps to come.
+pub(super) struct Grids {
+    /// Their cells.
+    pub(super) grid: Option<MapGrid>,
+    /// Tells them from earlier ones.
+    pub(super) version: u64,
+}
+
+/// `uncertain` are the standard uncertainties of the heights of points in the measured frame, mm, where they have some.
 pub(super) fn measure(
     mesh: Mesh,
-    part: Part,
+    mut part: Part,
     projector: &Projector,
     mut points: Points,
-    grid: Option<MapGrid>,
-    maps_version: u64,
+    uncertain: &[(PointMm, f64)],
+    Grids { grid, version: maps_version }: Grids,
     mut remembered: Remembered,
 ) -> Measurement {
     let plane = projector.plane();
-    let result = fit(mesh.points(), &part.nominal, &fit_settings(&part));
-    let pose = result.as_ref().map(|fit| fit.pose).unwrap_or_default();
+    let fitted = fitted(mesh.points(), &part, &plane, uncertain);
+    if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
+        // What stood in for it has done its part.
+        part.nominal = reference.base_nominal();
+    }
+    let result = fitted.as_ref().map(|fitted| &fitted.fit);
+    let pose = result.map(|fit| fit.pose).unwrap_or_default();
     let points_mm = measured(&mesh, &plane);
     let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
     let Look { triangles, covered, mesh: seen, sampling, next } = look;
-    let (deviations_mm, found) = match &result {
+    let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
     };
-    if let Ok(fit) = &result {
+    if let Ok(fit) = result {
         points.used = fit.used as u64;
         for (reason, count) in [
             ("outside_aperture", fit.excluded.outside_aperture),
@@ -85,14 +102,18 @@ pub(super) fn measure(
         .zip(&covered)
         .filter_map(|(&corners, &covered)| covered.then_some(corners));
     let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
-    let mut form = result.as_ref().ok().zip(found.as_ref()).map(|(fit, found)| {
-        let details = details(&part, fit, mesh.points(), &deviations_mm, &areas_mm2);
-        figures::form(&part, fit, found, details, &plane)
+    let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
+        let details = details(&part, &fitted.fit, mesh.points(), &deviations_mm, &areas_mm2);
+        figures::form(&part, fitted, found, details, &plane)
+    });
+    let cells = result.ok().zip(grid.as_ref()).and_then(|(fit, grid)| {
+        let sample = sample(&part, &fit.pose, mesh.points(), &deviations_mm, &areas_mm2);
+        Some(cells_of(&sample.ok()?, grid))
     });
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
         form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
-    if let (Some(form), Ok(fit)) = (&mut form, &result) {
+    if let (Some(form), Ok(fit)) = (&mut form, result) {
         let measured = Measured {
             part: &part,
             fit,
@@ -104,7 +125,8 @@ pub(super) fn measure(
         };
         standards::add(form, &measured);
     }
-    let assessed = result.as_ref().ok().and_then(|fit| assess(&part, mesh.points(), fit, &plane));
+    let assessed =
+        fitted.as_ref().ok().and_then(|fitted| assess(&part, mesh.points(), fitted, &plane));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
     }
@@ -117,12 +139,12 @@ pub(super) fn measure(
         Some(Err(error)) => uncertainties::unknown(error),
     };
     standards::hold(&mut compared, &part, form.as_ref());
-    let verdict = judge(compared, &part, &mesh, result.as_ref(), &seen, &sampling);
+    let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,
         plane,
-        lies: result.ok().map(|fit| (fit.nominal, fit.pose)),
+        lies: fitted.ok().map(|fitted| (fitted.fit.nominal, fitted.fit.pose)),
         gap_limit_mm: sampling.gap_limit_mm,
         areas_mm2: areas_mm2.into(),
         grid,
@@ -147,6 +169,7 @@ pub(super) fn measure(
         triangles,
         deviations_nm,
         map,
+        cells,
         next,
     }
 }

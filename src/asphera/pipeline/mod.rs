@@ -9,6 +9,7 @@ mod cutting;
 mod defects;
 mod details;
 mod figures;
+mod fitting;
 mod judgement;
 mod look;
 mod maps;
@@ -45,6 +46,7 @@ use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
 use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
+use measurement::Grids;
 use projection::Projector;
 use running::{History, Running};
 use sampling::Current;
@@ -74,6 +76,8 @@ pub struct Pipeline {
     remembered: Remembered,
     /// The sampling as of the last batch.
     current: Current,
+    /// Points and the standard uncertainties of their heights, mm, where these are weights.
+    uncertain: Vec<(PointMm, f64)>,
 }
 
 /// The running figures of a part.
@@ -137,6 +141,7 @@ impl Pipeline {
             next_sampling: FIRST_SAMPLING,
             remembered: Remembered::default(),
             current: Current::default(),
+            uncertain: Vec::new(),
         }
     }
 
@@ -177,6 +182,12 @@ impl Pipeline {
             }
         }
         mesh.extend(accepted);
+    }
+
+    /// Says how well the heights of points are known: their standard uncertainties, mm, by their places in the
+    /// measured frame. Used where the nominal asks for weights by uncertainty; then every point needs one.
+    pub fn know_uncertainties(&mut self, of: impl IntoIterator<Item = (PointMm, f64)>) {
+        self.uncertain.extend(of);
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -250,8 +261,9 @@ impl Pipeline {
         self.mesh.flush();
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
-        let (mesh, remembered) = (self.mesh, self.remembered);
-        measurement::measure(mesh, self.part, &self.projector, points, grid, version, remembered)
+        let grids = Grids { grid, version };
+        let Pipeline { mesh, part, projector, uncertain, remembered, .. } = self;
+        measurement::measure(mesh, part, &projector, points, &uncertain, grids, remembered)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their

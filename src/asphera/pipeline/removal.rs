@@ -12,7 +12,7 @@ use super::cells;
 use super::details::histogram_of;
 use super::figures::map_of;
 use crate::report::Source;
-use crate::snapshot::{FORM_VIEW_FORMAT, FormView, RemovedTerm};
+use crate::snapshot::{FORM_VIEW_FORMAT, FormView, Map, RemovedTerm};
 
 /// Why terms cannot be taken out.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -81,6 +81,11 @@ fn view(
         map: map_of(grid, left_nm),
         histogram: histogram_of(sample.values_nm(), counts, source).ok_or(Unknown::NoPoints)?,
     })
+}
+
+/// The final deviation of a sample of points over the cells of `grid`: their means. `O(n)`.
+pub(super) fn cells_of(sample: &Sample, grid: &Grid) -> Map {
+    map_of(grid, &means(grid, sample))
 }
 
 /// Mean over the points of each cell; NaN without one.

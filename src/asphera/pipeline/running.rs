@@ -1,6 +1,8 @@
 //! Running figures while points arrive.
 
-use asphera_form::{Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings};
+use asphera_form::{
+    Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings, Loss, Pose,
+};
 use asphera_surface::PointMm;
 
 use crate::config::Part;
@@ -57,7 +59,7 @@ impl Running {
     /// The cells of the map, once it is known how large the part is.
     pub(super) fn grid(&self) -> Option<Grid> {
         let Bounds { x_mm: [x_min, x_max], y_mm: [y_min, y_max], .. } = self.bounds;
-        (x_min < x_max && y_min < y_max).then(|| grid(&self.bounds))
+        (x_min < x_max && y_min < y_max).then(|| grid(&self.part, &self.bounds))
     }
 
     pub(super) fn estimate(&self) -> Option<LiveEstimate> {
@@ -65,18 +67,56 @@ impl Running {
     }
 }
 
+/// Running fits are by least squares of points that count alike.
 fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
-    Live::new(part.nominal.clone(), LiveSettings::new(fit_settings(part), grid(bounds))).ok()
+    let [tx_mm, ty_mm] = centre_mm(part, bounds);
+    let fit = FitSettings {
+        loss: Loss::Squares,
+        loss_scale_mm: None,
+        start: Pose { tx_mm, ty_mm, ..Pose::default() },
+        ..fit_settings(part)
+    };
+    Live::new(part.nominal.clone(), LiveSettings::new(fit, grid(part, bounds))).ok()
 }
 
-fn grid(bounds: &Bounds) -> Grid {
+/// Where the part is looked for. What stands in for an unknown surface is laid where its reference will be: in the
+/// middle of the points, if nothing else is said.
+fn centre_mm(part: &Part, bounds: &Bounds) -> [f64; 2] {
+    match &part.reference {
+        None => [0.0; 2],
+        Some(reference) => reference
+            .centre_mm
+            .unwrap_or_else(|| if bounds.fixed { [0.0; 2] } else { bounds.middle_mm() }),
+    }
+}
+
+/// The cells of the maps, in the part frame.
+fn grid(part: &Part, bounds: &Bounds) -> Grid {
     let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (bounds.x_mm, bounds.y_mm);
-    Grid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, nx: CELLS, ny: CELLS }
+    // Bounds that are fixed are those of the aperture, about the part.
+    let [x_mm, y_mm] = if bounds.fixed { [0.0; 2] } else { centre_mm(part, bounds) };
+    Grid {
+        x_min_mm: x_min_mm - x_mm,
+        x_max_mm: x_max_mm - x_mm,
+        y_min_mm: y_min_mm - y_mm,
+        y_max_mm: y_max_mm - y_mm,
+        nx: CELLS,
+        ny: CELLS,
+    }
 }
 
 /// What is fitted.
 pub(super) fn fit_settings(part: &Part) -> FitSettings {
-    FitSettings { free: part.free.clone(), aperture: part.aperture, ..FitSettings::default() }
+    let Part { free, aperture, criterion, reference, .. } = part;
+    FitSettings {
+        free: free.clone(),
+        aperture: *aperture,
+        loss: criterion.loss,
+        loss_scale_mm: criterion.loss_scale_mm,
+        // An unknown surface has no place of its own to be looked for.
+        search: reference.is_none(),
+        ..FitSettings::default()
+    }
 }
 
 impl Bounds {
@@ -107,6 +147,10 @@ impl Bounds {
             [middle - half, middle + half]
         };
         Bounds { x_mm: around(x), y_mm: around(y), fixed: false }
+    }
+
+    fn middle_mm(&self) -> [f64; 2] {
+        [self.x_mm, self.y_mm].map(|[low, high]| low.midpoint(high))
     }
 
     fn contains(&self, [x, y, _]: PointMm) -> bool {

@@ -2,12 +2,13 @@
 
 use asphera_form::figures::{Definition, Terms};
 use asphera_form::uncertainty::{
-    Budget, Draws, Effect, Simulated, Uncertainty, UncertaintyError, uncertainty,
+    Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
 use asphera_form::verdict::{Guard, Limit, LimitError, judge};
-use asphera_form::{Aperture, Fit, Status as FormStatus};
+use asphera_form::{Aperture, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
+use super::fitting::Fitted;
 use crate::config::Part;
 use crate::error_chain;
 use crate::report::{Check, FormFigures, Status, UncertaintyFigures, Verdict};
@@ -23,14 +24,20 @@ pub(super) struct Assessed {
 pub(super) fn assess(
     part: &Part,
     points: &[PointMm],
-    fit: &Fit,
+    fitted: &Fitted,
     plane: &Plane,
 ) -> Option<Result<Assessed, UncertaintyError>> {
     let (budget, draws) = part.judging.uncertainty.as_ref()?;
     let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
-    let budget = Budget { effects, ..budget.clone() };
+    let weights = fitted.uncertainties_mm.as_deref();
+    let noise = match (&budget.noise, weights) {
+        // What the points say of themselves, where nothing else is stated.
+        (Noise::Measured, Some(u_mm)) => Noise::EachPoint(u_mm.to_vec()),
+        (stated, _) => stated.clone(),
+    };
+    let budget = Budget { effects, noise, ..budget.clone() };
     let assessed = || {
-        let uncertainty = uncertainty(points, fit, &part.aperture, None, &budget)?;
+        let uncertainty = uncertainty(points, &fitted.fit, &part.aperture, weights, &budget)?;
         let pv = uncertainty.peak_to_valley_nm(draws)?;
         Ok(Assessed { uncertainty, pv, draws: *draws })
     };

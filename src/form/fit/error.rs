@@ -33,6 +33,14 @@ pub enum FitError {
         /// The number found.
         found: f64,
     },
+    /// A scale of the loss that is none.
+    #[error(
+        "the scale of the loss is {found_mm} mm, expected a positive finite length, or none to find it from the points"
+    )]
+    LossScale {
+        /// The scale found, in mm.
+        found_mm: f64,
+    },
     /// Not one uncertainty for each point.
     #[error(
         "{found} uncertainties for {points} points, expected one for each point or none at all"

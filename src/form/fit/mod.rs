@@ -12,7 +12,7 @@ mod scale;
 mod search;
 pub(crate) mod selection;
 pub(crate) mod solve;
-mod start;
+pub(crate) mod start;
 pub(crate) mod svd;
 mod symmetry;
 pub(crate) mod triangle;
@@ -45,6 +45,9 @@ pub struct FitSettings {
     pub free: Vec<Parameter>,
     /// How much a deviation counts.
     pub loss: Loss,
+    /// The scale of a robust loss in mm, above 0: the standard deviation of most distances, with uncertainties
+    /// that of a point of mean weight. `None`: found from the distances. Squares have none.
+    pub loss_scale_mm: Option<f64>,
     /// Points outside it, in the part frame under the fitted pose, do not count.
     pub aperture: Aperture,
     /// Where to begin, and the value of every pose parameter that is not free or not determined.
@@ -70,6 +73,7 @@ impl Default for FitSettings {
         FitSettings {
             free: Parameter::RIGID.to_vec(),
             loss: Loss::Squares,
+            loss_scale_mm: None,
             aperture: Aperture::None,
             start: Pose::default(),
             search: true,
@@ -284,7 +288,8 @@ fn refine_by(
         let refined = refine(points, roots, pose, shape, &settings.free, limits, known)?;
         return Some(Solved { refined, robust: None, sigma_mm: None, effective_points });
     }
-    let solved = refine_robustly(selection, pose, shape, &settings.free, limits, settings.loss)?;
+    let FitSettings { free, loss, loss_scale_mm, .. } = settings;
+    let solved = refine_robustly(selection, pose, shape, free, limits, *loss, *loss_scale_mm)?;
     Some(Solved {
         refined: solved.refined,
         robust: Some(solved.robust),
@@ -297,6 +302,9 @@ fn check(nominal: &Nominal, settings: &FitSettings) -> Result<(), FitError> {
     nominal.validate()?;
     settings.aperture.validate()?;
     settings.loss.validate()?;
+    if let Some(found_mm) = settings.loss_scale_mm.filter(|mm| !(mm.is_normal() && *mm > 0.0)) {
+        return Err(FitError::LossScale { found_mm });
+    }
     if !settings.start.is_finite() {
         return Err(FitError::Start);
     }

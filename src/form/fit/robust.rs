@@ -1,7 +1,7 @@
 //! Losses that let single points deviate: M-estimates by iteratively reweighted least squares.
 //!
 //! A point whose distance is e (over its uncertainty, if points have any) gets the weight ψ(e)/e of its loss
-//! at the scale s = 1.4826·MAD of all e, and the weighted problem is solved anew until it no longer moves
+//! at the scale s, 1.4826·MAD of all e unless it is given, and the weighted problem is solved anew until it no longer moves
 //! (Holland & Welsch, Commun. Statist. A 6 (1977) 813; Huber & Ronchetti, Robust Statistics, 2nd ed., 7.8).
 //! The scale is found with Huber's loss, whose solution is unique where the problem is linear. Tukey's loss
 //! has many; it starts from Huber's and keeps the scale found there.
@@ -104,6 +104,8 @@ pub struct Robust {
     /// The scale s in mm: the standard deviation of the distances if most of them are normal. With
     /// uncertainties that of a point of mean weight.
     pub scale_mm: f64,
+    /// Whether the scale was given; otherwise it was found from the distances.
+    pub scale_given: bool,
     /// Points the loss gives a weight below one half, the next included.
     pub below_half: usize,
     /// Points it leaves out altogether.
@@ -123,7 +125,8 @@ pub(crate) struct RobustlyRefined {
     pub(crate) effective_points: f64,
 }
 
-/// As [`refine`] with another loss than squares. `None` if the numbers overflow.
+/// As [`refine`] with another loss than squares, at the scale `given_mm` or one found from the distances.
+/// `None` if the numbers overflow.
 pub(crate) fn refine_robustly(
     selection: &Selection,
     pose: Pose,
@@ -131,6 +134,7 @@ pub(crate) fn refine_robustly(
     free: &[Parameter],
     limits: Limits,
     loss: Loss,
+    given_mm: Option<f64>,
 ) -> Option<RobustlyRefined> {
     let base = selection.roots.as_deref();
     let points = &selection.points;
@@ -139,7 +143,7 @@ pub(crate) fn refine_robustly(
         Loss::Tukey { .. } => vec![Loss::HUBER, loss],
         _ => vec![loss],
     };
-    let (mut rounds, mut scale_mm) = (0, 0.0);
+    let (mut rounds, mut scale_mm) = (0, given_mm.unwrap_or(0.0));
     let mut limit_reached = false;
     for (stage, &loss) in stages.iter().enumerate() {
         limit_reached = true;
@@ -147,7 +151,7 @@ pub(crate) fn refine_robustly(
             rounds += 1;
             let e_mm = residuals(selection, &refined, base);
             let last_scale_mm = scale_mm;
-            if stage == 0 {
+            if stage == 0 && given_mm.is_none() {
                 scale_mm = scale(&e_mm).max(limits.tolerance_mm).max(f64::MIN_POSITIVE);
             }
             let roots = weighted_roots(&e_mm, base, loss, scale_mm);
@@ -189,6 +193,7 @@ pub(crate) fn refine_robustly(
     let robust = Robust {
         loss,
         scale_mm,
+        scale_given: given_mm.is_some(),
         below_half: weights.iter().filter(|&&weight| weight < 0.5).count(),
         zero: weights.iter().filter(|&&weight| weight == 0.0).count(),
         rounds,

@@ -108,7 +108,10 @@ impl Refiner<'_> {
                 Loss::Squares => {
                     refine(&selection.points, None, pose, nominal, free, limits, None)?
                 }
-                _ => refine_robustly(&selection, pose, nominal, free, limits, Loss::HUBER)?.refined,
+                _ => {
+                    refine_robustly(&selection, pose, nominal, free, limits, Loss::HUBER, None)?
+                        .refined
+                }
             };
             (pose, nominal) = (refined.pose, refined.nominal);
             let next = self.select(&pose, &nominal);

@@ -10,6 +10,13 @@
 //! hold a point.
 
 mod band;
+mod reference;
+
+pub use reference::{
+    Base, Knots, Reference, ReferenceError, ReferenceSettings, provisional, reference,
+};
+
+use std::f64::consts::TAU;
 
 use thiserror::Error;
 
@@ -44,6 +51,11 @@ pub struct SplineFit {
     /// Whether λ is the smallest or largest looked at: what was asked for lies beyond, as where the cells are
     /// too coarse to follow the points to within the noise, or the points have no curvature above it.
     pub at_limit: bool,
+    /// Wavelength in mm along x and along y of which half the height is followed: longer waves are in the
+    /// surface, shorter ones in the residuals. By the response 1/(1 + λ′·(k·step)⁴) of penalised splines to a wave
+    /// of wave number k, with λ′ the weight of the penalty per point of a cell; not below two cells, the shortest
+    /// wave splines have.
+    pub cutoff_mm: [f64; 2],
     /// Effective number of parameters: the trace of the matrix that takes heights to fitted heights.
     pub effective_parameters: f64,
     /// Estimated standard deviation of the noise in mm: root of the square of the residuals over the points
@@ -120,10 +132,14 @@ pub fn fit_spline(
     let trial = trial.ok_or(undetermined)?;
     let freedom = problem.used as f64 - trial.effective;
     let defined: Vec<bool> = problem.counts.iter().map(|&count| count > 0).collect();
+    let holding = defined.iter().filter(|defined| **defined).count();
+    let per_cell = problem.used as f64 / holding as f64;
+    let waves = (TAU * (trial.lambda * system.unit / per_cell).sqrt().sqrt()).max(2.0);
     Ok(SplineFit {
         surface: SplineSurface::new(*cells, &trial.coefficients_mm, &defined)?,
         lambda: trial.lambda,
         at_limit,
+        cutoff_mm: [waves * cells.step_x_mm, waves * cells.step_y_mm],
         effective_parameters: trial.effective,
         noise_mm: (freedom > 1e-6).then(|| (trial.square / freedom).sqrt()),
         residual_rms_mm: (trial.square / problem.used as f64).sqrt(),

@@ -30,7 +30,7 @@ fn every_separator_gives_the_same_points() {
     ] {
         assert_eq!(
             cloud(text),
-            Cloud { points_mm: vec![[1.0, 2.5, -3e-3], [0.0, 0.0, 7.0]], missing: 0 },
+            Cloud { points_mm: vec![[1.0, 2.5, -3e-3], [0.0, 0.0, 7.0]], ..Cloud::default() },
             "{text:?}"
         );
     }
@@ -39,7 +39,10 @@ fn every_separator_gives_the_same_points() {
 #[test]
 fn missing_heights_are_counted_and_never_zero() {
     let text = "0 0 nan\n1 0 NaN\n2 0 ***\n3 0 BAD\n4 0 *\n5 0 1\n";
-    assert_eq!(cloud(text), Cloud { points_mm: vec![[5.0, 0.0, 1.0]], missing: 5 });
+    assert_eq!(
+        cloud(text),
+        Cloud { points_mm: vec![[5.0, 0.0, 1.0]], missing: 5, ..Cloud::default() }
+    );
     assert_eq!(cloud("1;2;\n3,4,,7\n").missing, 2);
 }
 
@@ -121,4 +124,19 @@ proptest! {
         }).collect();
         prop_assert_eq!(cloud(&text).points_mm, points);
     }
+}
+
+#[test]
+fn a_column_named_u_z_holds_uncertainties() {
+    for name in ["u_z[mm]", "u_z", "U_Z(mm)"] {
+        let text = format!(
+            "x[mm] y[mm] z[mm] quality {name}\n0 0 1 7 1e-5\n1 0 NaN 7 1\n0 1 2 7 0\n1 1 3 7\n"
+        );
+        let cloud = cloud(&text);
+        assert_eq!((cloud.points_mm.len(), cloud.missing), (3, 1));
+        assert_eq!(cloud.uncertainties_mm[..2], [1e-5, 0.0]);
+        assert!(cloud.uncertainties_mm[2].is_nan() && cloud.uncertainties_mm.len() == 3);
+    }
+    assert!(cloud("x y z q\n0 0 1 7\n").uncertainties_mm.is_empty());
+    assert!(cloud("0 0 1 1e-5\n").uncertainties_mm.is_empty());
 }

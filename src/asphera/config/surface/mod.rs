@@ -1,20 +1,21 @@
 //! The design surface of a nominal file: the table `[surface]`, one file a family of kinds.
 //!
 //! A plane, a sphere and an even asphere without r² have a kernel of their own, by the distance from the axis; every other surface is a
-//! freeform.
+//! freeform. Of an unknown surface the file says how the points make one.
 
 mod base;
 mod grid;
 mod lines;
 mod revolved;
 mod series;
+mod unknown;
 
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
-use asphera_form::Nominal;
 use asphera_form::shape::{Conic, ConicSection, EvenAsphere, OffAxis, Shape, ShapeError};
+use asphera_form::{Nominal, ReferenceSettings, provisional};
 
 use super::document::Section;
 
@@ -25,11 +26,21 @@ pub(super) struct Surface {
     pub(super) nominal: Nominal,
     /// Whether it is of revolution about z, so that a turn about z changes nothing.
     pub(super) is_round: bool,
+    /// How the points make the surface, where no design is known. The nominal then stands in for it.
+    pub(super) reference: Option<ReferenceSettings>,
 }
 
 /// Reads the table. `folder` is that of the nominal file, from which the files it names are found.
 pub(super) fn read(surface: &Section<'_>, folder: &Path) -> Option<Surface> {
     let kind = surface.required_word("kind", &KINDS)?;
+    if kind == Kind::Unknown {
+        if surface.has("off_axis") {
+            let expected = "no such table: an unknown surface has no piece of its own";
+            surface.problem("off_axis", expected, "one");
+        }
+        let reference = Some(unknown::unknown(surface));
+        return Some(Surface { nominal: provisional().0, is_round: false, reference });
+    }
     let nominal = match kind {
         Kind::Plane => Some(Nominal::Plane),
         Kind::Sphere => revolved::sphere(surface),
@@ -48,12 +59,14 @@ pub(super) fn read(surface: &Section<'_>, folder: &Path) -> Option<Surface> {
         Kind::Legendre => series::legendre(surface),
         Kind::Xy => series::xy(surface),
         Kind::Grid => grid::grid(surface, folder),
+        Kind::Unknown => None,
     };
     let section = surface.section("off_axis");
     let has_section = section.is_present();
     let nominal = if has_section { off_axis(&section, nominal) } else { nominal };
     section.finish();
-    Some(Surface { nominal: nominal?, is_round: kind.is_round() && !has_section })
+    let is_round = kind.is_round() && !has_section;
+    Some(Surface { nominal: nominal?, is_round, reference: None })
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -75,6 +88,7 @@ enum Kind {
     Legendre,
     Xy,
     Grid,
+    Unknown,
 }
 
 impl Kind {
@@ -92,7 +106,7 @@ impl Kind {
     }
 }
 
-const KINDS: [(&str, Kind); 17] = [
+const KINDS: [(&str, Kind); 18] = [
     ("asphere", Kind::Asphere),
     ("sphere", Kind::Sphere),
     ("plane", Kind::Plane),
@@ -110,6 +124,7 @@ const KINDS: [(&str, Kind); 17] = [
     ("legendre", Kind::Legendre),
     ("xy", Kind::Xy),
     ("grid", Kind::Grid),
+    ("unknown", Kind::Unknown),
 ];
 
 /// The piece of `parent` that `[surface.off_axis]` cuts out.

@@ -66,7 +66,7 @@ fn every_family_has_an_example_that_parses_and_has_a_surface_within_its_aperture
         }
         kinds.push(part.nominal.kind());
     }
-    assert_eq!(kinds.len(), 14, "{kinds:?}");
+    assert_eq!(kinds.len(), 15, "{kinds:?}");
 }
 
 #[test]

@@ -25,6 +25,7 @@ mod shapes;
 mod texture;
 mod uncertainty_known;
 mod uncertainty_study;
+mod unknown;
 mod zone_degenerate;
 mod zone_known;
 mod zone_laws;

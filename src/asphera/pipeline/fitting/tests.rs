@@ -1,0 +1,186 @@
+//! Surfaces made from the points, losses and weights, through the whole pipeline.
+
+use asphera_surface::PointMm;
+
+use crate::config::Part;
+use crate::pipeline::{Along, Measurement, Pipeline};
+use crate::report::{Report, Status};
+
+/// A sequence of numbers, uniform between -0.5 and 0.5 and all the same at every run.
+fn uniform(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+    }
+}
+
+/// A raster of `side`² points 0.1 mm apart about (x, y), on a sphere of 30 mm with a wave of 200 nm and 10 mm, and
+/// noise of 10 nm.
+fn bowl(side: u32, [x0, y0]: [f64; 2]) -> Vec<PointMm> {
+    let mut uniform = uniform(1);
+    let half = 0.05 * f64::from(side);
+    let point = |index: u32| {
+        let (x, y) = (0.1 * f64::from(index % side) - half, 0.1 * f64::from(index / side) - half);
+        let rr = x * x + y * y;
+        let sphere = rr / (30.0 + (900.0 - rr).sqrt());
+        let noise: f64 = 1e-5 * 3.0_f64.sqrt() * (0..4).map(|_| uniform()).sum::<f64>();
+        [x0 + x, y0 + y, sphere + 2e-4 * (0.628 * x).cos() + noise]
+    };
+    (0..side * side).map(point).collect()
+}
+
+fn pipeline(part: &str) -> Pipeline {
+    Pipeline::along(Part::parse("part.toml", part).unwrap(), Along::Z)
+}
+
+fn measured(part: &str, points: &[PointMm]) -> Measurement {
+    let mut pipeline = pipeline(part);
+    pipeline.take_positions(points.iter().copied());
+    pipeline.finish()
+}
+
+const UNKNOWN: &str = "[surface]\nkind = \"unknown\"\n[tolerance]\nrms_nm = 15\n";
+
+#[test]
+fn an_unknown_surface_is_made_from_its_points_and_the_verdict_says_so() {
+    let Report { form, verdict, sampling, points, .. } =
+        measured(UNKNOWN, &bowl(80, [0.0; 2])).report;
+    let form = form.unwrap();
+    let reference = form.reference.unwrap();
+    let noise_nm = reference.noise_nm.unwrap();
+    assert!((noise_nm - 10.0).abs() < 0.3, "{reference:?}");
+    assert!(reference.base_rms_nm > 50.0 && reference.follows_mm < 5.0, "{reference:?}");
+    assert!((form.deviation.rms_nm - 10.0).abs() < 0.3, "{:?}", form.deviation);
+    assert_eq!((points.used, sampling.lfs_source.as_deref()), (6400, Some("measured")));
+    assert_eq!(verdict.status, Status::Pass);
+    let said = |reason: &String| reason.contains("made from these points");
+    assert!(verdict.reasons.iter().any(said) && form.fit.cautions.iter().any(said));
+    assert!(form.nominal.starts_with("unknown; made from the points"), "{}", form.nominal);
+    assert!(form.fit.method.starts_with("penalised B-splines over a"), "{}", form.fit.method);
+    assert!(!form.fit.parameters.is_empty() && form.fit.free.contains(&"tz".to_owned()));
+    let failed = measured(&UNKNOWN.replace("15", "5"), &bowl(80, [0.0; 2])).report.verdict;
+    assert_eq!(failed.status, Status::Fail);
+}
+
+#[test]
+fn while_points_arrive_a_quadric_stands_in_and_says_so() {
+    let centre = [500.0, -300.0];
+    for aperture in ["", "[aperture]\nshape = \"circle\"\nradius_mm = 3.5\n"] {
+        let part = format!("{UNKNOWN}{aperture}").replace(
+            "\"unknown\"\n",
+            if aperture.is_empty() {
+                "\"unknown\"\n"
+            } else {
+                "\"unknown\"\ncentre_mm = [500, -300]\n"
+            },
+        );
+        let mut pipeline = pipeline(&part);
+        pipeline.take_positions(bowl(80, centre));
+        let running = pipeline.figures();
+        let form = running.form.unwrap();
+        assert!(form.provisional && form.reference.is_none());
+        assert!(form.nominal.contains("quadric"), "{}", form.nominal);
+        assert!(form.fit.cautions[0].contains("best quadric"));
+        // Of the wave of 200 nm a quadric leaves some, of the noise all.
+        let rms_nm = form.deviation.rms_nm;
+        assert!(rms_nm > 10.0 && rms_nm < 500.0, "{rms_nm}");
+        let map = running.map.unwrap();
+        let filled = map.values_nm.iter().flatten().count();
+        assert!(filled > map.values_nm.len() / 8, "{filled}");
+        let measurement = pipeline.finish();
+        // What the page goes on to show is the final deviation, not that from the quadric.
+        let cells = measurement.cells.unwrap();
+        assert_eq!(cells.values_nm.len(), map.values_nm.len());
+        assert!(cells.values_nm.iter().flatten().all(|nm| nm.abs() < 60.0));
+        assert!(cells.values_nm.iter().flatten().count() > map.values_nm.len() / 8);
+        let form = measurement.report.form.unwrap();
+        let noise_nm = form.reference.unwrap().noise_nm.unwrap();
+        assert!((noise_nm - 10.0).abs() < 0.4, "{noise_nm}");
+        // The middle of the points, half a step from the centre of the raster.
+        assert!((form.fit.pose.tx_mm - 500.0).abs() < 0.06, "{:?}", form.fit.pose);
+    }
+}
+
+#[test]
+fn points_that_make_no_surface_are_told() {
+    let line: Vec<PointMm> = (0..200).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect();
+    for (points, said) in
+        [(&line[..5], "at least 16 are needed"), (&line[..], "a line makes no surface")]
+    {
+        let report = measured(UNKNOWN, points).report;
+        assert!(report.form.is_none());
+        assert_eq!(report.verdict.status, Status::Undecided);
+        let reasons = report.verdict.reasons.join("\n");
+        assert!(reasons.contains(said), "{reasons}");
+    }
+    let finer = UNKNOWN.replace("\"unknown\"\n", "\"unknown\"\nknots_mm = 0.15\n");
+    let reasons = measured(&finer, &bowl(40, [0.0; 2])).report.verdict.reasons.join("\n");
+    assert!(reasons.contains("finer than the points"), "{reasons}");
+}
+
+const PLANE: &str = "[surface]\nkind = \"plane\"\n[fit]\n";
+
+#[test]
+fn a_loss_lets_outliers_stand_and_counts_them() {
+    let mut uniform = uniform(3);
+    let points: Vec<PointMm> = (0..2500)
+        .map(|i| {
+            let (x, y) = (f64::from(i % 50), f64::from(i / 50));
+            [x, y, if i % 10 == 0 { 5e-3 } else { 2e-5 * uniform() }]
+        })
+        .collect();
+    let fit = |rest: &str| measured(&format!("{PLANE}{rest}"), &points).report.form.unwrap().fit;
+    let plain = fit("");
+    assert!(plain.loss.is_none() && plain.effective_points.is_none());
+    assert!(plain.parameters["tz"].value > 2e-4);
+    let tukey = fit("loss = \"tukey\"\n");
+    let loss = tukey.loss.unwrap();
+    assert_eq!((loss.name.as_str(), loss.left_out), ("tukey", 250));
+    assert!(tukey.parameters["tz"].value.abs() < 1e-6 && !loss.threshold_given);
+    assert!((2000.0..2250.0).contains(&tukey.effective_points.unwrap()));
+    let huber = fit("loss = \"huber\"\nthreshold_nm = 30\n");
+    let loss = huber.loss.unwrap();
+    assert!((loss.threshold_nm - 30.0).abs() < 1e-9 && loss.threshold_given);
+    assert_eq!((loss.below_half, loss.left_out), (250, 0));
+    assert!(huber.method.contains("Huber"));
+}
+
+#[test]
+fn a_point_of_a_tenth_of_the_uncertainty_weighs_a_hundred_times() {
+    // Two levels, 1 µm apart, the upper one known ten times as well.
+    let level =
+        |i: u32| if (i % 30 + i / 30).is_multiple_of(2) { (1e-3, 1e-5) } else { (0.0, 1e-4) };
+    let points =
+        || (0..900_u32).map(|i| ([f64::from(i % 30), f64::from(i / 30), level(i).0], level(i).1));
+    let part = format!("{PLANE}free = [\"tz\"]\nweights = \"uncertainty\"\n");
+    let mut known = pipeline(&part);
+    known.know_uncertainties(points());
+    known.take_positions(points().map(|(point, _)| point));
+    let running = known.figures().form.unwrap();
+    assert!(running.fit.cautions[0].contains("count alike"), "{:?}", running.fit.cautions);
+    let fit = known.finish().report.form.unwrap().fit;
+    assert!((fit.parameters["tz"].value - 1e-3 / 1.01).abs() < 1e-12, "{:?}", fit.parameters);
+    let weights = fit.weights.unwrap();
+    assert!((weights.u_min_nm - 10.0).abs() < 1e-9 && (weights.u_max_nm - 100.0).abs() < 1e-9);
+    assert!(fit.method.starts_with("weighted"));
+
+    let unknown = measured(&part, &points().map(|(point, _)| point).collect::<Vec<_>>()).report;
+    let said = |reason: &String| reason.contains("the points carry none");
+    assert!(unknown.verdict.reasons.iter().any(said), "{:?}", unknown.verdict);
+}
+
+/// On a slope of 45° the uncertainty of the height is √2 times that of the distance.
+#[test]
+fn uncertainties_of_heights_become_those_of_distances() {
+    let part = "[surface]\nkind = \"plane\"\n[fit]\nweights = \"uncertainty\"\n";
+    let points =
+        || (0..900_u32).map(|i| ([f64::from(i % 30), f64::from(i / 30), f64::from(i % 30)], 2e-5));
+    let mut known = pipeline(part);
+    known.know_uncertainties(points());
+    known.take_positions(points().map(|(point, _)| point));
+    let weights = known.finish().report.form.unwrap().fit.weights.unwrap();
+    assert!((weights.u_min_nm - 20.0 / 2.0_f64.sqrt()).abs() < 1e-6, "{weights:?}");
+    assert!((weights.u_max_nm - weights.u_min_nm).abs() < 1e-6);
+}
