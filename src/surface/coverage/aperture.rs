@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use thiserror::Error;
 
+use super::border::Whereabouts;
 use super::simple;
 use crate::RANGE_MM;
 use crate::area::Sum;
@@ -246,6 +247,41 @@ impl Aperture {
         }
     }
 
+    /// Where all lies that is no farther from a place than `reach_mm`; near, too, where that would take
+    /// a look at many sides.
+    pub(super) fn whereabouts_about(&self, at_mm: Place, reach_mm: f64) -> Whereabouts {
+        // A disc is told by the distance from its rim, positive inside; rounding is left to those who look closer.
+        let inside_by = |by_mm: f64, size_mm: f64| {
+            let reach_mm = reach_mm + ROUNDING * (size_mm + at_mm[0].abs().max(at_mm[1].abs()));
+            if by_mm >= reach_mm {
+                Whereabouts::Inside
+            } else if by_mm <= -reach_mm {
+                Whereabouts::Outside
+            } else {
+                Whereabouts::Near
+            }
+        };
+        let distance_mm = |[x, y]: Place| {
+            let (x, y) = (at_mm[0] - x, at_mm[1] - y);
+            (x * x + y * y).sqrt()
+        };
+        match &self.shape {
+            Shape::Circle { centre_mm, radius_mm } => {
+                inside_by(radius_mm - distance_mm(*centre_mm), *radius_mm)
+            }
+            Shape::Annulus { centre_mm, inner_mm, outer_mm } => {
+                let distance_mm = distance_mm(*centre_mm);
+                inside_by((outer_mm - distance_mm).min(distance_mm - inner_mm), *outer_mm)
+            }
+            Shape::Rectangle { min_mm: [left, low], max_mm: [right, high] } => {
+                let [x, y] = at_mm;
+                let by_mm = (x - left).min(right - x).min(y - low).min(high - y);
+                inside_by(by_mm, left.abs().max(right.abs()).max(low.abs()).max(high.abs()))
+            }
+            Shape::Polygon { .. } => Whereabouts::Near,
+        }
+    }
+
     /// The smallest and the largest x and y in mm.
     pub fn bounds_mm(&self) -> [[f64; 2]; 2] {
         match &self.shape {
@@ -266,6 +302,9 @@ impl Aperture {
         }
     }
 }
+
+/// Distances are told to this share of the coordinates at least.
+const ROUNDING: f64 = 1e-12;
 
 fn admitted(at_mm: Place) -> Result<(), ApertureError> {
     if at_mm.iter().all(|mm| mm.abs() <= RANGE_MM) {
