@@ -371,6 +371,37 @@ mod tests {
     }
 
     #[test]
+    fn what_is_about_a_place_is_told_by_the_border() {
+        let apertures = [
+            Aperture::circle([3.0, -1.0], 2.0).unwrap(),
+            Aperture::annulus([3.0, -1.0], 1.0, 2.0).unwrap(),
+            Aperture::rectangle([3.0, -1.0], 4.0, 3.0).unwrap(),
+        ];
+        for aperture in apertures {
+            let mut seen = [0; 3];
+            for (i, j) in (0..100).flat_map(|i| (0..100).map(move |j| (i, j))) {
+                let at = [0.5 + 0.05 * f64::from(i), -3.5 + 0.05 * f64::from(j)];
+                let whereabouts = aperture.whereabouts_about(at, 0.1);
+                seen[whereabouts as usize] += 1;
+                let inside = (0..16).filter(|step| {
+                    let (sin, cos) = (f64::from(*step) * PI / 8.0).sin_cos();
+                    aperture.contains([at[0] + 0.1 * cos, at[1] + 0.1 * sin])
+                });
+                match (whereabouts, inside.count()) {
+                    (Whereabouts::Inside, 16)
+                    | (Whereabouts::Outside, 0)
+                    | (Whereabouts::Near, _) => {}
+                    other => panic!("{other:?} about {at:?} of {aperture:?}"),
+                }
+            }
+            let clear = seen[Whereabouts::Near as usize] < 2_800;
+            assert!(clear && seen.iter().all(|&count| count > 500), "{seen:?}");
+        }
+        let polygon = Aperture::polygon(&square(0.0, 4.0), &[]).unwrap();
+        assert_eq!(polygon.whereabouts_about([2.0; 2], 0.1), Whereabouts::Near);
+    }
+
+    #[test]
     fn areas_and_borders() {
         let circle = Aperture::circle([1.0, -2.0], 5.0).unwrap();
         assert!((circle.area_mm2() - 78.539_816_339_744_83).abs() < 1e-13);

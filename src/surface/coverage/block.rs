@@ -171,3 +171,72 @@ pub(super) fn smallest(row: &Row) -> f64 {
 
 /// Sums at a time.
 const LANES: usize = 4;
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::regressions::beside_source;
+    use crate::triangle::Triangle;
+
+    proptest! {
+        #![proptest_config(beside_source())]
+
+        #[test]
+        fn as_one_by_one(
+            points in prop::collection::vec(prop::array::uniform3(-10.0..10.0_f64), 3..30),
+            corners in prop::collection::vec(prop::array::uniform3(0_u32..1000), 1..=BLOCK),
+        ) {
+            let lfs_mm: Vec<f64> = (0..points.len()).map(|point| 1.0 + point as f64).collect();
+            let distinct = |[a, b, c]: [VertexId; 3]| a != b && b != c && c != a;
+            let corners: Vec<[VertexId; 3]> = corners
+                .into_iter()
+                .map(|corners| corners.map(|corner| corner % points.len() as VertexId))
+                .filter(|&corners| distinct(corners))
+                .collect();
+            let mut block = Block::new();
+            let count = block.measure(&points, &lfs_mm, corners.iter().copied());
+            prop_assert_eq!(count, corners.len());
+            let near = |left: f64, right: f64| (left - right).abs() <= 1e-9 * right.abs().max(1e-3);
+            let (mut area_mm2, mut gap_mm) = (0.0, -1.0_f64);
+            for (row, &corners) in corners.iter().enumerate() {
+                let triangle = Triangle::new(&points, corners);
+                let least_mm = corners.map(|corner| lfs_mm[corner as usize]).into_iter().fold(f64::INFINITY, f64::min);
+                prop_assert_eq!(block.lfs_mm[row], least_mm);
+                prop_assert_eq!(block.epsilon[row], block.gap_mm[row] / least_mm);
+                prop_assert!(near(block.area_mm2[row], triangle.area_mm2()));
+                prop_assert!(near(block.projected_mm2[row], triangle.projected_area_mm2()));
+                prop_assert!(near(block.squares_mm2[row], triangle.squares_mm2()));
+                if block.long_mm2[row] < f64::INFINITY {
+                    prop_assert!(near(block.gap_mm[row], triangle.gap().mm));
+                }
+                area_mm2 += triangle.area_mm2();
+                gap_mm = gap_mm.max(block.gap_mm[row]);
+            }
+            prop_assert!(near(total(|row| block.area_mm2[row]), area_mm2));
+            prop_assert_eq!(largest(&block.gap_mm), gap_mm);
+            for row in 0..count {
+                block.take_out(row);
+            }
+            prop_assert_eq!(total(|row| block.area_mm2[row]), 0.0);
+            prop_assert_eq!((largest(&block.epsilon), smallest(&block.lfs_mm)), (-1.0, f64::INFINITY));
+        }
+    }
+
+    #[test]
+    fn a_limit_is_inclusive_and_what_is_not_known_is_not_within() {
+        let points = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+        let within = |target: &Target, lfs_mm: f64| {
+            let mut block = Block::new();
+            block.measure(&points, &[9.0, lfs_mm, 50.0], [[0, 1, 2]].into_iter());
+            let mut within = [false; BLOCK];
+            block.within(&Limits::of(target, 1.0), &mut within);
+            within[0]
+        };
+        // The gap is 2.5 mm.
+        assert!(within(&Target::epsilon(0.5), 5.0) && !within(&Target::epsilon(0.5), 4.9));
+        assert!(within(&Target::reach(2.5, 1.0), 0.1) && !within(&Target::reach(2.4, 1.0), 0.1));
+        assert!(!within(&Target::reach(2.5, 1.0), f64::NAN));
+    }
+}
