@@ -71,19 +71,28 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
                 tally.add_facet(density, &Facet::of(&triangle));
             }
         }
-        let Quantiles { gaps_mm, epsilons, facets_mm2 } = gauger.quantiles(distribution, &open);
-        let islands = hull
-            .as_deref()
-            .map(|hull| island_counts(points, triangles, &is_covered, hull))
-            .unwrap_or_default();
-        let found = match (aperture, hull) {
-            (Some((aperture, border)), Some(hull)) if tally.meets() => {
-                measured.inside(aperture, border, hull, open, &lfs_mm)?
-            }
-            (Some((aperture, border)), _) => Patches::whole(aperture, border, target, &lfs_mm),
-            (None, Some(_)) => measured.inside_outline(open, &outer, &lfs_mm)?,
-            (None, None) => Patches::none(),
-        };
+        // None of these asks for another.
+        let ((quantiles, islands), found) = rayon::join(
+            || {
+                let islands = hull
+                    .as_deref()
+                    .map(|hull| island_counts(points, triangles, &is_covered, hull))
+                    .unwrap_or_default();
+                (gauger.quantiles(distribution, &open), islands)
+            },
+            || match (aperture, &hull) {
+                (Some((aperture, border)), Some(hull)) if tally.meets() => {
+                    measured.inside(aperture, border, hull.clone(), &open, &lfs_mm)
+                }
+                (Some((aperture, border)), _) => {
+                    Ok(Patches::whole(aperture, border, target, &lfs_mm))
+                }
+                (None, Some(_)) => measured.inside_outline(&open, &outer, &lfs_mm),
+                (None, None) => Ok(Patches::none()),
+            },
+        );
+        let Quantiles { gaps_mm, epsilons, facets_mm2 } = quantiles;
+        let found = found?;
         let (reference, reference_mm2) = match aperture {
             Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
             None => (Reference::DataOutline, (!triangles.is_empty()).then(|| tally.area_mm2())),

@@ -25,14 +25,14 @@ impl Measured<'_> {
         aperture: &Aperture,
         border: &Border,
         hull: Vec<VertexId>,
-        gauged: Vec<Gauged>,
+        gauged: &[Gauged],
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
     ) -> Result<Patches, CoverageError> {
         let frame = Frame::new(self.points, hull, aperture.bounds_mm())
             .ok_or(CoverageError::NotAMesh { triangles: self.triangles.len() })?;
-        let mut open = self.opened(&gauged);
+        let mut open = self.opened(gauged);
         self.add_outside(&frame, aperture, border, &mut open);
-        self.draw(aperture, border, &frame, (&open, &gauged), lfs_mm)
+        self.draw(aperture, border, &frame, (&open, gauged), lfs_mm)
     }
 
     /// The triangles that are not covered, as they are drawn.
@@ -103,14 +103,14 @@ impl Measured<'_> {
     /// The regions inside the outline of the data, which has these sides.
     pub(super) fn inside_outline(
         &self,
-        gauged: Vec<Gauged>,
+        gauged: &[Gauged],
         outer: &[[VertexId; 2]],
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
     ) -> Result<Patches, CoverageError> {
-        let open = self.opened(&gauged);
+        let open = self.opened(gauged);
         let scene = self.scene(None, None, outer);
         let drawing = scene.draw(&open, |_| 0.0).map_err(|_| CoverageError::Coincidence)?;
-        Ok(patches(&scene, (&open, &gauged), drawing, self.target, lfs_mm))
+        Ok(patches(&scene, (&open, gauged), drawing, self.target, lfs_mm))
     }
 
     fn scene<'a>(
