@@ -5,8 +5,14 @@
 ///
 /// Weights must not be negative. Values are ordered by [`f64::total_cmp`]. Halves the entries by
 /// selection and goes on with the half the share ends in: linear time on average.
-pub(crate) fn weighted_quantile(mut entries: &mut [(f64, f64)], share: f64) -> Option<f64> {
-    let mut wanted = share * weight_of(entries);
+pub(crate) fn weighted_quantile(entries: &mut [(f64, f64)], share: f64) -> Option<f64> {
+    let wanted = share * weight_of(entries);
+    value_holding(entries, wanted)
+}
+
+/// The smallest value such that the values up to it hold a weight of at least `wanted`, or the largest if all
+/// do not; `None` if there are no values. As [`weighted_quantile`] otherwise.
+pub(crate) fn value_holding(mut entries: &mut [(f64, f64)], mut wanted: f64) -> Option<f64> {
     while entries.len() > 1 {
         let middle = entries.len() / 2;
         entries.select_nth_unstable_by(middle, |left, right| left.0.total_cmp(&right.0));
@@ -22,7 +28,8 @@ pub(crate) fn weighted_quantile(mut entries: &mut [(f64, f64)], share: f64) -> O
     entries.first().map(|&(value, _)| value)
 }
 
-fn weight_of(entries: &[(f64, f64)]) -> f64 {
+/// The sum of all weights.
+pub(crate) fn weight_of(entries: &[(f64, f64)]) -> f64 {
     entries.iter().map(|&(_, weight)| weight).sum()
 }
 

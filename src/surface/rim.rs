@@ -15,8 +15,12 @@
 //! obtuse over that very side, the same holds for it in turn. Interior triangles need no such
 //! care: the circumcentre of an obtuse one lies in another triangle whose gap is as large.
 
+mod meshed;
+
 use rayon::prelude::*;
 
+pub(crate) use self::meshed::Rim;
+use crate::relief::sides;
 use crate::triangle::{Gap, Triangle};
 use crate::{PointMm, VertexId};
 
@@ -57,15 +61,16 @@ pub(crate) fn refined_gaps_along(
         let chosen: Vec<usize> =
             (0..triangles.len()).into_par_iter().with_min_len(CHUNK).filter(is_near).collect();
         let mesh = Adjacency::new(points.len(), triangles, chosen.iter().copied());
-        let refined = mesh.refine_all(points, &roots, |vertex| near[vertex as usize]);
+        let seen = Seen { mesh: &mesh, whole: |vertex: VertexId| near[vertex as usize] };
+        let refined = refine_all(points, seen, &roots);
         match refined {
             Ok(refined) => return refined,
             Err(Unseen) => ring = chosen,
         }
     }
-    Adjacency::new(points.len(), triangles, 0..triangles.len())
-        .refine_all(points, &roots, |_| true)
-        .expect("all triangles are seen")
+    let mesh = Adjacency::new(points.len(), triangles, 0..triangles.len());
+    let seen = Seen { mesh: &mesh, whole: |_| true };
+    refine_all(points, seen, &roots).expect("all triangles are seen")
 }
 
 /// What lies along the outline of a set of triangles.
@@ -102,6 +107,34 @@ pub(crate) fn on_outline(points: usize, triangles: &[[VertexId; 3]]) -> Vec<bool
         }
     }
     left_over.into_iter().map(|difference| difference != 0).collect()
+}
+
+/// The outline of a mesh, counter-clockwise from its smallest vertex; none if it is not one closed
+/// line that passes no vertex twice. Linear time but for sorting the sides about it.
+pub(crate) fn hull(triangles: &[[VertexId; 3]], outline: &Outline) -> Option<Vec<VertexId>> {
+    let mut candidates: Vec<[VertexId; 2]> = outline
+        .triangles
+        .iter()
+        .flat_map(|&index| sides(triangles[index]))
+        .filter(|side| side.iter().all(|&end| outline.passes[end as usize]))
+        .collect();
+    candidates.sort_unstable();
+    let open: Vec<[VertexId; 2]> = candidates
+        .iter()
+        .copied()
+        .filter(|&[p, q]| candidates.binary_search(&[q, p]).is_err())
+        .collect();
+    if open.len() < 3 || open.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
+        return None;
+    }
+    let mut hull = vec![open[0][0]];
+    let mut at = open[0][1];
+    while at != hull[0] && hull.len() < open.len() {
+        hull.push(at);
+        let next = open.binary_search_by_key(&at, |side| side[0]).ok()?;
+        at = open[next][1];
+    }
+    (at == hull[0] && hull.len() == open.len()).then_some(hull)
 }
 
 /// The triangles of a Delaunay mesh, by ascending index, whose circumcentre in the plane lies beyond
@@ -178,9 +211,20 @@ struct Adjacency<'a> {
 #[derive(Debug)]
 struct Unseen;
 
+/// Triangles, and what lies across their sides.
+trait Sides {
+    /// What a triangle goes by.
+    type Name: Copy;
+
+    fn corners(&self, triangle: Self::Name) -> [VertexId; 3];
+
+    /// The triangle on the right of the side, if there is one.
+    fn across(&mut self, side: [VertexId; 2]) -> Result<Option<Self::Name>, Unseen>;
+}
+
 /// A triangle reached from outside through one of its sides.
-struct Reached {
-    index: usize,
+struct Reached<N> {
+    name: N,
     /// From its corners alone.
     gap: Gap,
     /// Which reached triangle it lies beneath.
@@ -222,24 +266,6 @@ impl<'a> Adjacency<'a> {
         Adjacency { triangles, first, incident }
     }
 
-    /// Refines the gaps of the roots that lie at the outline. `whole` says of which vertices all triangles
-    /// are among the chosen.
-    fn refine_all(
-        &self,
-        points: &[PointMm],
-        roots: &[(usize, Triangle)],
-        whole: impl Fn(VertexId) -> bool,
-    ) -> Result<Vec<(usize, Gap)>, Unseen> {
-        let mut refined = Vec::new();
-        for (index, triangle) in roots {
-            if self.across(triangle.longest_side(), &whole)?.is_none() {
-                self.refine(points, (*index, *triangle), &whole, &mut refined)?;
-            }
-        }
-        refined.sort_unstable_by_key(|&(index, _)| index);
-        Ok(refined)
-    }
-
     /// The triangle on the right of the side, if there is one.
     fn across(
         &self,
@@ -256,52 +282,86 @@ impl<'a> Adjacency<'a> {
             [[a, b], [b, c], [c, a]].contains(&[to, from])
         }))
     }
+}
 
-    /// Refines the gaps of `root` and of the thin triangles beneath it, without recursion: a chain
-    /// of them may be as long as the outline.
-    fn refine(
-        &self,
-        points: &[PointMm],
-        (index, root): (usize, Triangle),
-        whole: &impl Fn(VertexId) -> bool,
-        refined: &mut Vec<(usize, Gap)>,
-    ) -> Result<(), Unseen> {
-        let outside = root.longest_side();
-        let mut reached: Vec<Reached> = Vec::new();
-        let mut open = vec![(index, root, outside, None)];
-        while let Some((index, triangle, through, above)) = open.pop() {
-            let here = reached.len();
-            let mut way = None;
-            if triangle.is_obtuse() && triangle.longest_side() == through {
-                let [left_side, right_side] = triangle.short_sides();
-                let beneath = [self.across(left_side, whole)?, self.across(right_side, whole)?];
-                if let [Some(left), Some(right)] = beneath {
-                    for (index, [from, to]) in [(left, left_side), (right, right_side)] {
-                        let next = Triangle::new(points, self.triangles[index]);
-                        open.push((index, next, [to, from], Some(here)));
-                    }
-                    let nothing = Gap { mm: 0.0, at_mm: [0.0; 3] };
-                    way = Some(Way { height_mm: triangle.height_mm(), beneath: nothing });
-                }
-            }
-            reached.push(Reached { index, gap: triangle.gap(), above, way });
-        }
-        // Whatever lies beneath a triangle was reached after it.
-        while let Some(Reached { index, mut gap, above, way }) = reached.pop() {
-            if let Some(Way { height_mm, beneath }) = way
-                && height_mm + beneath.mm < gap.mm
-            {
-                gap = Gap { mm: height_mm + beneath.mm, at_mm: beneath.at_mm };
-                refined.push((index, gap));
-            }
-            if let Some(way) = above.and_then(|above| reached[above].way.as_mut())
-                && gap.mm > way.beneath.mm
-            {
-                way.beneath = gap;
-            }
-        }
-        Ok(())
+/// The chosen triangles, as far as all those about a vertex are among them.
+struct Seen<'a, W> {
+    mesh: &'a Adjacency<'a>,
+    /// Of which vertices they are.
+    whole: W,
+}
+
+impl<W: Fn(VertexId) -> bool> Sides for Seen<'_, W> {
+    type Name = usize;
+
+    fn corners(&self, triangle: usize) -> [VertexId; 3] {
+        self.mesh.triangles[triangle]
     }
+
+    fn across(&mut self, side: [VertexId; 2]) -> Result<Option<usize>, Unseen> {
+        self.mesh.across(side, &self.whole)
+    }
+}
+
+/// Refines the gaps of the roots that lie at the outline; they are told by index.
+fn refine_all<W: Fn(VertexId) -> bool>(
+    points: &[PointMm],
+    mut seen: Seen<'_, W>,
+    roots: &[(usize, Triangle)],
+) -> Result<Vec<(usize, Gap)>, Unseen> {
+    let mut refined = Vec::new();
+    for &(index, triangle) in roots {
+        if seen.across(triangle.longest_side())?.is_none() {
+            refine(points, &mut seen, (index, triangle), &mut refined)?;
+        }
+    }
+    refined.sort_unstable_by_key(|&(index, _)| index);
+    Ok(refined)
+}
+
+/// Refines the gaps of `root` and of the thin triangles beneath it, without recursion: a chain
+/// of them may be as long as the outline.
+fn refine<S: Sides>(
+    points: &[PointMm],
+    mesh: &mut S,
+    (name, root): (S::Name, Triangle),
+    refined: &mut Vec<(S::Name, Gap)>,
+) -> Result<(), Unseen> {
+    let outside = root.longest_side();
+    let mut reached: Vec<Reached<S::Name>> = Vec::new();
+    let mut open = vec![(name, root, outside, None)];
+    while let Some((name, triangle, through, above)) = open.pop() {
+        let here = reached.len();
+        let mut way = None;
+        if triangle.is_obtuse() && triangle.longest_side() == through {
+            let [left_side, right_side] = triangle.short_sides();
+            let beneath = [mesh.across(left_side)?, mesh.across(right_side)?];
+            if let [Some(left), Some(right)] = beneath {
+                for (name, [from, to]) in [(left, left_side), (right, right_side)] {
+                    let next = Triangle::new(points, mesh.corners(name));
+                    open.push((name, next, [to, from], Some(here)));
+                }
+                let nothing = Gap { mm: 0.0, at_mm: [0.0; 3] };
+                way = Some(Way { height_mm: triangle.height_mm(), beneath: nothing });
+            }
+        }
+        reached.push(Reached { name, gap: triangle.gap(), above, way });
+    }
+    // Whatever lies beneath a triangle was reached after it.
+    while let Some(Reached { name, mut gap, above, way }) = reached.pop() {
+        if let Some(Way { height_mm, beneath }) = way
+            && height_mm + beneath.mm < gap.mm
+        {
+            gap = Gap { mm: height_mm + beneath.mm, at_mm: beneath.at_mm };
+            refined.push((name, gap));
+        }
+        if let Some(way) = above.and_then(|above| reached[above].way.as_mut())
+            && gap.mm > way.beneath.mm
+        {
+            way.beneath = gap;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -9,10 +9,9 @@
 //! **ε.** A set of samples is an ε-sample of a surface if every point x of the surface has a sample
 //! within ε·lfs(x), with lfs(x) the distance from x to the medial axis (N. Amenta, M. Bern, Discrete
 //! & Computational Geometry 22 (1999) 481-504, doi:10.1007/PL00009475). The ε of a triangle is its
-//! gap over the smallest lfs at its three corners and at the place of the gap. lfs changes by no
-//! more than the way gone, so if the true lfs is passed and the nearest corner is the nearest sample,
-//! no point of the triangle has a ratio above ε / (1 - ε), at the limits in use a difference in the
-//! second digit. Cocone's guarantees
+//! gap over the smallest lfs at its three corners. lfs changes by no more than the way gone, which is
+//! no longer than the gap to the nearest corner: so if the true lfs is passed, no point of the triangle
+//! has a ratio above ε / (1 - ε), at the limits in use a difference in the second digit. Cocone's guarantees
 //! need ε < 0.05 (W. El-Hayek et al., J. Phys.: Conf. Ser. 483 (2014) 012003,
 //! doi:10.1088/1742-6596/483/1/012003, table 1); the caller passes the limit that counts.
 //!
@@ -121,7 +120,7 @@ impl Survey {
 ///
 /// `lfs_mm(x, y)` is the local feature size of the surface in mm; infinite over a plane. An upper
 /// bound of it, such as the smaller radius of curvature, gives a lower bound of ε. It is asked for
-/// once for each point and once for each triangle. A local feature size that is not a positive
+/// once for each point. A local feature size that is not a positive
 /// number makes ε infinite.
 ///
 /// What lies outside the aperture is left out by not passing it. Linear time on average, and some
@@ -150,7 +149,6 @@ pub fn assess(
         let epsilon = corners
             .into_iter()
             .map(|corner| lfs_at_points_mm[corner as usize])
-            .chain([lfs_mm(gap.at_mm[0], gap.at_mm[1])])
             .map(|lfs_mm| epsilon(gap.mm, lfs_mm))
             .fold(0.0, f64::max);
         let state = criteria.state(gap.mm, epsilon);

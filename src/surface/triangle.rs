@@ -152,8 +152,6 @@ pub(crate) struct Sizes {
     /// Which corner has the largest angle. The place of the gap is as far from it as the gap is long, and
     /// the other corners are at most twice as far.
     pub(crate) blunt: usize,
-    /// Which corner lies opposite the shortest side: another one.
-    pub(crate) sharp: usize,
 }
 
 /// The sizes of a triangle, without a branch that half of the triangles take.
@@ -181,37 +179,10 @@ pub(crate) fn sizes(p: PointMm, q: PointMm, r: PointMm) -> Sizes {
         projected_area_mm2: 0.5 * normal[2],
         squares_mm2: [short, middle, long],
         blunt: if long == pq { 2 } else { usize::from(long == rp) },
-        sharp: if short == qr { 0 } else { 2 - usize::from(short == rp) },
     }
 }
 
 impl Sizes {
-    /// The weights of the place of the gap: that of the sharp corner, that of the blunt one, and that of the
-    /// third, which add up to 1. The place is that of [`Triangle::gap`] but for rounding; where two places have
-    /// the same gap, either.
-    ///
-    /// *No angle above 90°.* The circumcentre: a corner weighs the square of its opposite side times twice the
-    /// scalar product at itself, which by the law of cosines the three squares give. *Else* the place lies on the
-    /// longest side, a share m / (l + m - s) of it from its end at the middle one, which is the sharp corner.
-    #[inline(always)]
-    pub(crate) fn weights(&self) -> [f64; 3] {
-        let [short, middle, long] = self.squares_mm2;
-        let (sharp, blunt, third) = if short + middle <= long {
-            (greater(long - short, middle), 0.0, middle)
-        } else {
-            let (two_sides, rest) = (long + middle, long - middle);
-            (short * (two_sides - short), long * (short - rest), middle * (short + rest))
-        };
-        let scale = (sharp + blunt + third).recip();
-        [sharp * scale, blunt * scale, third * scale]
-    }
-
-    /// Which corner is neither the blunt nor the sharp one.
-    #[inline(always)]
-    pub(crate) fn third(&self) -> usize {
-        3 - self.blunt - self.sharp
-    }
-
     /// Whether rounding spoils the gap by no more than 1e-12 of it: the shortest side is more than 1/4096 of the
     /// longest. Not where a side is not a number.
     #[inline(always)]
@@ -386,15 +357,6 @@ mod tests {
             prop_assert!((sizes.projected_area_mm2 - triangle.projected_area_mm2()).abs() <= 1e-12);
             let blunt = corners[sizes.blunt];
             prop_assert!((norm(minus(gap.at_mm, blunt)) - gap.mm).abs() <= 1e-6 * gap.mm);
-            let weights = sizes.weights();
-            let named = [sizes.sharp, sizes.blunt, sizes.third()].map(|index| corners[index]);
-            let at_mm: PointMm = [0, 1, 2].map(|axis| {
-                weights.iter().zip(named).map(|(weight, corner)| weight * corner[axis]).sum()
-            });
-            // A thin triangle tells less well where its circumcentre is than how far.
-            if sizes.is_stout() {
-                prop_assert!(norm(minus(at_mm, gap.at_mm)) <= 1e-6 * gap.mm, "{at_mm:?} {gap:?}");
-            }
             for corner in corners {
                 prop_assert!(norm(minus(corner, blunt)) <= 2.0 * gap.mm * (1.0 + 1e-9));
             }

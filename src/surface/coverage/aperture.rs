@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use thiserror::Error;
 
+use super::border::Whereabouts;
 use super::simple;
 use crate::RANGE_MM;
 use crate::area::Sum;
@@ -246,6 +247,41 @@ impl Aperture {
         }
     }
 
+    /// Where all lies that is no farther from a place than `reach_mm`; near, too, where that would take
+    /// a look at many sides.
+    pub(super) fn whereabouts_about(&self, at_mm: Place, reach_mm: f64) -> Whereabouts {
+        // A disc is told by the distance from its rim, positive inside; rounding is left to those who look closer.
+        let inside_by = |by_mm: f64, size_mm: f64| {
+            let reach_mm = reach_mm + ROUNDING * (size_mm + at_mm[0].abs().max(at_mm[1].abs()));
+            if by_mm >= reach_mm {
+                Whereabouts::Inside
+            } else if by_mm <= -reach_mm {
+                Whereabouts::Outside
+            } else {
+                Whereabouts::Near
+            }
+        };
+        let distance_mm = |[x, y]: Place| {
+            let (x, y) = (at_mm[0] - x, at_mm[1] - y);
+            (x * x + y * y).sqrt()
+        };
+        match &self.shape {
+            Shape::Circle { centre_mm, radius_mm } => {
+                inside_by(radius_mm - distance_mm(*centre_mm), *radius_mm)
+            }
+            Shape::Annulus { centre_mm, inner_mm, outer_mm } => {
+                let distance_mm = distance_mm(*centre_mm);
+                inside_by((outer_mm - distance_mm).min(distance_mm - inner_mm), *outer_mm)
+            }
+            Shape::Rectangle { min_mm: [left, low], max_mm: [right, high] } => {
+                let [x, y] = at_mm;
+                let by_mm = (x - left).min(right - x).min(y - low).min(high - y);
+                inside_by(by_mm, left.abs().max(right.abs()).max(low.abs()).max(high.abs()))
+            }
+            Shape::Polygon { .. } => Whereabouts::Near,
+        }
+    }
+
     /// The smallest and the largest x and y in mm.
     pub fn bounds_mm(&self) -> [[f64; 2]; 2] {
         match &self.shape {
@@ -266,6 +302,9 @@ impl Aperture {
         }
     }
 }
+
+/// Distances are told to this share of the coordinates at least.
+const ROUNDING: f64 = 1e-12;
 
 fn admitted(at_mm: Place) -> Result<(), ApertureError> {
     if at_mm.iter().all(|mm| mm.abs() <= RANGE_MM) {
@@ -329,6 +368,37 @@ mod tests {
 
     fn square(low: f64, high: f64) -> Vec<Place> {
         vec![[low, low], [high, low], [high, high], [low, high]]
+    }
+
+    #[test]
+    fn what_is_about_a_place_is_told_by_the_border() {
+        let apertures = [
+            Aperture::circle([3.0, -1.0], 2.0).unwrap(),
+            Aperture::annulus([3.0, -1.0], 1.0, 2.0).unwrap(),
+            Aperture::rectangle([3.0, -1.0], 4.0, 3.0).unwrap(),
+        ];
+        for aperture in apertures {
+            let mut seen = [0; 3];
+            for (i, j) in (0..100).flat_map(|i| (0..100).map(move |j| (i, j))) {
+                let at = [0.5 + 0.05 * f64::from(i), -3.5 + 0.05 * f64::from(j)];
+                let whereabouts = aperture.whereabouts_about(at, 0.1);
+                seen[whereabouts as usize] += 1;
+                let inside = (0..16).filter(|step| {
+                    let (sin, cos) = (f64::from(*step) * PI / 8.0).sin_cos();
+                    aperture.contains([at[0] + 0.1 * cos, at[1] + 0.1 * sin])
+                });
+                match (whereabouts, inside.count()) {
+                    (Whereabouts::Inside, 16)
+                    | (Whereabouts::Outside, 0)
+                    | (Whereabouts::Near, _) => {}
+                    other => panic!("{other:?} about {at:?} of {aperture:?}"),
+                }
+            }
+            let clear = seen[Whereabouts::Near as usize] < 2_800;
+            assert!(clear && seen.iter().all(|&count| count > 500), "{seen:?}");
+        }
+        let polygon = Aperture::polygon(&square(0.0, 4.0), &[]).unwrap();
+        assert_eq!(polygon.whereabouts_about([2.0; 2], 0.1), Whereabouts::Near);
     }
 
     #[test]

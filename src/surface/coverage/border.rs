@@ -186,13 +186,20 @@ impl Border {
         if long_mm2 < self.clear_mm2 { self.about_squares[square] } else { Whereabouts::Near }
     }
 
-    /// Whether a side of the counter-clockwise triangle has all of the circle about the border on its right.
+    /// Whether the counter-clockwise triangle lies beside the circle about the border: a side of it has all of
+    /// the circle on its right, or the triangle lies beyond the tangent that faces one of its corners.
     fn is_beside(&self, [p, q, r]: [Place; 3]) -> bool {
         let (centre, radius) = self.about;
-        [(p, q), (q, r), (r, p)].into_iter().any(|(from, to)| {
+        let beyond_a_side = [(p, q), (q, r), (r, p)].into_iter().any(|(from, to)| {
             let way = minus(to, from);
             cross(way, minus(centre, from)) < -radius * way[0].hypot(way[1])
-        })
+        });
+        let ways = [p, q, r].map(|corner| minus(corner, centre));
+        beyond_a_side
+            || ways.into_iter().any(|way| {
+                let least = radius * way[0].hypot(way[1]);
+                ways.into_iter().all(|other| way[0] * other[0] + way[1] * other[1] > least)
+            })
     }
 
     /// Finds the sides that may meet the triangle, in order.

@@ -3,6 +3,7 @@
 //! The conditions and the advice are those of [`crate::noise::assess_spacing`], found in the same pass
 //! over the triangles as the coverage and for one noise all over.
 
+use super::block::{BLOCK, Block, Row, largest, total};
 use crate::area::Sum;
 use crate::noise::{Advice, Noise, SpacingCriteria};
 use crate::triangle::{Triangle, greater};
@@ -50,6 +51,23 @@ impl Crumpling {
             self.overdense.add(facet.area_mm2);
         }
         self.loudest_mm = greater(sigma_mm, self.loudest_mm);
+    }
+
+    /// Takes in all facets of a block that count.
+    pub(super) fn add_block(&mut self, block: &Block) {
+        let Block { area_mm2, projected_mm2, squares_mm2, .. } = block;
+        let mut sigmas_mm: Row = [0.0; BLOCK];
+        for (row, sigma_mm) in sigmas_mm.iter_mut().enumerate() {
+            // What does not count has no area: NaN.
+            *sigma_mm = self.noise.along_normal_mm(projected_mm2[row] / area_mm2[row]);
+        }
+        let overdense_mm2 = total(|row| {
+            let limit_mm4 = self.limit * area_mm2[row] * area_mm2[row];
+            let square_mm4 = sigmas_mm[row] * sigmas_mm[row] * squares_mm2[row];
+            if square_mm4 > limit_mm4 { area_mm2[row] } else { 0.0 }
+        });
+        self.overdense.add(overdense_mm2);
+        self.loudest_mm = greater(largest(&sigmas_mm), self.loudest_mm);
     }
 }
 

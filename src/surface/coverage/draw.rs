@@ -8,10 +8,10 @@
 
 use std::cmp::Ordering;
 
-use super::Standing;
 use super::border::{Border, Whereabouts};
 use super::clip::{cross, minus};
 use super::frame::Frame;
+use super::gauge::Standing;
 use crate::exact::{Place, orientation};
 use crate::outline::{Loop, Starts, loops};
 use crate::point::place;

@@ -19,8 +19,6 @@ use std::cmp::Ordering;
 
 use crate::exact::{Place, orientation};
 use crate::point::place;
-use crate::relief::sides;
-use crate::rim::Outline;
 use crate::{PointMm, VertexId};
 
 /// The triangles about a mesh.
@@ -93,38 +91,11 @@ impl Frame {
     }
 }
 
-/// The outline of a mesh, counter-clockwise from its smallest vertex; none if it is not one closed
-/// line that passes no vertex twice. Linear time but for sorting the sides about it.
-pub(super) fn hull(triangles: &[[VertexId; 3]], outline: &Outline) -> Option<Vec<VertexId>> {
-    let mut candidates: Vec<[VertexId; 2]> = outline
-        .triangles
-        .iter()
-        .flat_map(|&index| sides(triangles[index]))
-        .filter(|side| side.iter().all(|&end| outline.passes[end as usize]))
-        .collect();
-    candidates.sort_unstable();
-    let open: Vec<[VertexId; 2]> = candidates
-        .iter()
-        .copied()
-        .filter(|&[p, q]| candidates.binary_search(&[q, p]).is_err())
-        .collect();
-    if open.len() < 3 || open.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
-        return None;
-    }
-    let mut hull = vec![open[0][0]];
-    let mut at = open[0][1];
-    while at != hull[0] && hull.len() < open.len() {
-        hull.push(at);
-        let next = open.binary_search_by_key(&at, |side| side[0]).ok()?;
-        at = open[next][1];
-    }
-    (at == hull[0] && hull.len() == open.len()).then_some(hull)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Mesh;
+    use crate::rim::{Outline, hull};
 
     #[test]
     fn a_frame_turns_about_the_mesh_and_fills_what_is_outside() {

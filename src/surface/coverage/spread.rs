@@ -1,14 +1,16 @@
-//! The distribution of a figure over an area.
+//! The distribution of figures over an area.
 //!
-//! Quantiles of many values are found without sorting or moving them: values that are not negative are
-//! ordered as their bits are, so a histogram over ranges of bits tells in which range a share of the area
-//! ends; the few values there are sorted, and a range with too many is cut again. Several figures are looked at
-//! in one pass. Histograms are summed over fixed chunks in their order: the result does not depend on how many
-//! threads there are.
+//! Quantiles of many values are found without keeping or sorting them: a sample tells between which values each
+//! one surely lies, and a pass over all sums up the area of what is below and keeps the few values within. The
+//! result is exact: should one lie outside after all, another pass looks there. Sums are made over fixed chunks
+//! and joined in their order: the result does not depend on how many threads there are.
 
 use std::array;
 
 use rayon::prelude::*;
+
+use super::block::{BLOCK, Block, Row, total};
+use crate::quantile::{value_holding, weight_of};
 
 /// How a figure is distributed over an area.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,250 +23,264 @@ pub struct Spread {
     pub max: f64,
 }
 
-/// Values, not negative, with their areas. Those that are NaN, without area or not chosen do not count.
-#[derive(Clone, Copy)]
-pub(super) struct Weighted<'a> {
-    pub(super) values: &'a [f64],
-    pub(super) areas: &'a [f64],
-    /// Which of them count; none: all.
-    pub(super) chosen: Option<&'a [bool]>,
-    /// It holds all that count.
-    pub(super) range: Range,
+/// A figure of triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Figure {
+    Gap,
+    Epsilon,
+    /// The area in space of those inside as a whole that bridge nothing.
+    Facet,
 }
 
-/// From one value to another.
+/// How many figures there are.
+const FIGURES: usize = 3;
+
+/// What is looked for: of which figure the value up to which there is which share of the area.
+const SEARCHES: [(Figure, f64); 5] = [
+    (Figure::Gap, 0.5),
+    (Figure::Gap, 0.99),
+    (Figure::Epsilon, 0.5),
+    (Figure::Epsilon, 0.99),
+    (Figure::Facet, 0.5),
+];
+
+/// The quantiles; `None` where nothing counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Quantiles {
+    /// Of half of the area and of 99 %.
+    pub(super) gaps_mm: Option<[f64; 2]>,
+    pub(super) epsilons: Option<[f64; 2]>,
+    /// The median.
+    pub(super) facets_mm2: Option<f64>,
+}
+
+/// One triangle in a distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
+pub(super) struct Entry {
+    pub(super) gap_mm: f64,
+    /// NaN where it is not known.
+    pub(super) epsilon: f64,
+    /// In space, inside the aperture.
+    pub(super) area_mm2: f64,
+    /// Whether it lies inside as a whole and bridges nothing.
+    pub(super) is_facet: bool,
+}
+
+impl Entry {
+    /// The value of a figure, if the triangle has one.
+    fn value(&self, figure: Figure) -> Option<f64> {
+        match figure {
+            Figure::Gap => Some(self.gap_mm),
+            Figure::Epsilon => Some(self.epsilon).filter(|epsilon| !epsilon.is_nan()),
+            Figure::Facet => Some(self.area_mm2).filter(|_| self.is_facet),
+        }
+    }
+}
+
+/// From one value to another, both included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Window {
     low: f64,
     high: f64,
 }
 
-impl Default for Range {
-    /// Of no value.
-    fn default() -> Range {
-        Range { low: f64::INFINITY, high: f64::NEG_INFINITY }
-    }
-}
+impl Window {
+    const ALL: Window = Window { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
-impl Range {
-    /// Takes in a value, unless it is NaN.
     #[inline(always)]
-    pub(super) fn note(&mut self, value: f64) {
-        self.low = if value < self.low { value } else { self.low };
-        self.high = if value > self.high { value } else { self.high };
-    }
-
-    /// Whether a value lies above all there are.
-    #[inline(always)]
-    pub(super) fn is_below(&self, value: f64) -> bool {
-        value > self.high
-    }
-
-    pub(super) fn join(&mut self, other: Range) {
-        self.low = self.low.min(other.low);
-        self.high = self.high.max(other.high);
+    fn holds(&self, value: f64) -> bool {
+        // Not a range's `contains`, of which the compiler makes branches.
+        (self.low <= value) & (value <= self.high)
     }
 }
 
-/// The quantiles of each figure: of half of its area and of 99 %. `None` where nothing counts.
-pub(super) fn quantiles<const N: usize>(of: [Weighted<'_>; N]) -> [Option<[f64; 2]>; N] {
-    let histograms = histograms(of);
-    let mut searches = Vec::with_capacity(SHARES.len() * N);
-    let known: [bool; N] = array::from_fn(|which| {
-        let Some(histogram) = &histograms[which] else { return false };
-        let total: f64 = histogram.areas.iter().sum();
-        let narrowed = |share| Search::narrowed(of[which], histogram, share * total);
-        searches.extend(SHARES.map(narrowed));
-        total > 0.0
-    });
-    let mut ends = gathered(&searches).into_iter();
-    known.map(|known| {
-        let found = [ends.next()?, ends.next()?];
-        known.then_some(found)
-    })
-}
+/// Between which values quantiles are looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Windows([Window; SEARCHES.len()]);
 
-/// Where a share of the area ends.
-#[derive(Clone, Copy)]
-struct Search<'a> {
-    of: Weighted<'a>,
-    range: Bits,
-    /// The area in mm² up to the value wanted, from the beginning of the range.
-    wanted: f64,
-}
+impl Windows {
+    /// Everywhere.
+    pub(super) const ALL: Windows = Windows([Window::ALL; SEARCHES.len()]);
 
-impl<'a> Search<'a> {
-    /// The smallest value such that those up to it have at least an area of `wanted`, or the largest if
-    /// rounding leaves none, among the few values in the range that remains.
-    fn narrowed(of: Weighted<'a>, histogram: &Histogram, wanted: f64) -> Search<'a> {
-        let (range, wanted, count) = histogram.part_with(wanted);
-        let search = Search { of, range, wanted };
-        if count <= FEW || range.low == range.high {
-            return search;
-        }
-        let [histogram] = histograms_over([of], [Some(range)]);
-        histogram.map_or(search, |histogram| Search::narrowed(of, &histogram, wanted))
-    }
-
-    /// The value among all entries of the range.
-    fn end(&self, mut entries: Vec<(u64, f64)>) -> f64 {
-        entries.sort_by_key(|&(bits, _)| bits);
-        let mut held = 0.0;
-        let end = entries.iter().find(|(_, area)| {
-            held += area;
-            held >= self.wanted
-        });
-        let (bits, _) = end.or(entries.last()).copied().unwrap_or((self.range.high, 0.0));
-        f64::from_bits(bits)
-    }
-}
-
-/// Where each search ends.
-fn gathered(searches: &[Search<'_>]) -> Vec<f64> {
-    let is_open = |search: &&Search<'_>| search.range.low < search.range.high;
-    let open: Vec<&Search<'_>> = searches.iter().filter(is_open).collect();
-    let count = open.first().map_or(0, |search| search.of.values.len());
-    let parts: Vec<Vec<Vec<(u64, f64)>>> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let entries = |search: &&Search<'_>| {
-                let mut found = Vec::new();
-                search.of.for_each_of(chunk, search.range, |bits, area| found.push((bits, area)));
-                found
-            };
-            open.iter().map(entries).collect()
-        })
-        .collect();
-    let mut entries: Vec<Vec<(u64, f64)>> = vec![Vec::new(); open.len()];
-    for part in parts {
-        entries.iter_mut().zip(part).for_each(|(all, found)| all.extend(found));
-    }
-    let mut entries = entries.into_iter();
-    let end = |search: &Search<'_>| match is_open(&search) {
-        true => search.end(entries.next().unwrap_or_default()),
-        false => f64::from_bits(search.range.low),
-    };
-    searches.iter().map(end).collect()
-}
-
-/// Bits of values, both ends included.
-#[derive(Clone, Copy)]
-struct Bits {
-    low: u64,
-    high: u64,
-}
-
-/// The area and the number of the values in each part of a range.
-struct Histogram {
-    range: Bits,
-    /// A part has 2 to this many different values.
-    shift: u32,
-    areas: Vec<f64>,
-    counts: Vec<u32>,
-}
-
-impl Histogram {
-    fn over(range: Bits) -> Histogram {
-        let bits = u64::BITS - (range.high - range.low).leading_zeros();
-        let shift = bits.saturating_sub(PARTS_BITS);
-        Histogram { range, shift, areas: vec![0.0; PARTS], counts: vec![0; PARTS] }
-    }
-
-    /// The part where an area of `wanted` ends, what of it is left there, and how many values the part has.
-    fn part_with(&self, wanted: f64) -> (Bits, f64, u32) {
-        let (mut part, mut below) = (0, 0.0);
-        for (index, (&area, &count)) in self.areas.iter().zip(&self.counts).enumerate() {
-            if count > 0 {
-                part = index;
-                if below + area >= wanted {
-                    break;
-                }
-                below += area;
-            }
-        }
-        let low = self.range.low + ((part as u64) << self.shift);
-        let high = self.range.high.min(low + ((1 << self.shift) - 1));
-        // Rounding may find no end: then the last part was counted as below itself.
-        (Bits { low, high }, wanted - below.min(wanted), self.counts[part])
-    }
-}
-
-/// The histograms over all values; `None` where none counts.
-fn histograms<const N: usize>(of: [Weighted<'_>; N]) -> [Option<Histogram>; N] {
-    histograms_over(of, of.map(|of| of.bits()))
-}
-
-fn histograms_over<const N: usize>(
-    of: [Weighted<'_>; N],
-    ranges: [Option<Bits>; N],
-) -> [Option<Histogram>; N] {
-    let count = of.first().map_or(0, |of| of.values.len());
-    let parts: Vec<[Option<Histogram>; N]> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            array::from_fn(|which| {
-                let mut histogram = Histogram::over(ranges[which]?);
-                let Histogram { range, shift, areas, counts } = &mut histogram;
-                of[which].for_each_of(chunk, *range, |bits, area| {
-                    let part = ((bits - range.low) >> *shift) as usize;
-                    areas[part] += area;
-                    counts[part] += 1;
-                });
-                Some(histogram)
+    /// Where they surely lie, but for a chance of one in thousands, as a sample of triangles tells.
+    pub(super) fn about(sample: &[Entry]) -> Windows {
+        let sorted: Vec<Vec<(f64, f64)>> = [Figure::Gap, Figure::Epsilon, Figure::Facet]
+            .into_par_iter()
+            .map(|figure| {
+                let entry = |entry: &Entry| Some((entry.value(figure)?, entry.area_mm2));
+                let mut entries: Vec<(f64, f64)> = sample.iter().filter_map(entry).collect();
+                entries.sort_unstable_by(|left, right| left.0.total_cmp(&right.0));
+                entries
             })
-        })
-        .collect();
-    let mut whole = ranges.map(|range| Some(Histogram::over(range?)));
-    for part in parts {
-        for (whole, part) in whole.iter_mut().flatten().zip(part.into_iter().flatten()) {
-            whole.areas.iter_mut().zip(part.areas).for_each(|(sum, area)| *sum += area);
-            whole.counts.iter_mut().zip(part.counts).for_each(|(sum, count)| *sum += count);
-        }
+            .collect();
+        Windows(SEARCHES.map(|(figure, share)| window(&sorted[figure as usize], share)))
     }
-    whole
 }
 
-impl Weighted<'_> {
-    /// The bits of its range; `None` if nothing counts.
-    fn bits(&self) -> Option<Bits> {
-        let Range { low, high } = self.range;
-        // Adding zero makes negative zero positive.
-        (low <= high).then(|| Bits { low: (low + 0.0).to_bits(), high: (high + 0.0).to_bits() })
+/// Where the quantile of a share of the area lies, as a sorted sample of values with their areas tells.
+///
+/// Drawn at random, a sample puts at a value a share of the area that deviates from the true one by
+/// √Σaᵢ²(xᵢ - share)² / Σaᵢ, where xᵢ is 1 up to the value and 0 above; [`DEVIATIONS`] of that are surely enough.
+fn window(sorted: &[(f64, f64)], share: f64) -> Window {
+    let whole = weight_of(sorted);
+    let reached = |share: f64| {
+        let mut held = 0.0;
+        sorted.iter().position(|(_, area)| {
+            held += area;
+            held >= share * whole
+        })
+    };
+    let Some(at) = reached(share) else { return Window::ALL };
+    let squares = |entries: &[(f64, f64)]| entries.iter().map(|(_, area)| area * area).sum::<f64>();
+    let (up_to, above) = sorted.split_at(at + 1);
+    let variance = (1.0 - share).powi(2) * squares(up_to) + share.powi(2) * squares(above);
+    let margin = DEVIATIONS * variance.sqrt() / whole;
+    // One more on either side: between two values of the sample there are others.
+    let low = Some(share - margin).filter(|share| *share > 0.0).and_then(reached);
+    let low = low.and_then(|low| low.checked_sub(1)).map(|low| sorted[low].0);
+    let high = reached(share + margin).and_then(|high| sorted.get(high + 1)).map(|&(high, _)| high);
+    Window { low: low.unwrap_or(f64::NEG_INFINITY), high: high.unwrap_or(f64::INFINITY) }
+}
+
+/// What is known of all triangles about the windows.
+pub(super) struct Distribution {
+    windows: Windows,
+    /// All area, for each figure that of the triangles that have it.
+    areas: [f64; FIGURES],
+    /// The area below each window.
+    below: [f64; SEARCHES.len()],
+    within: [Within; SEARCHES.len()],
+}
+
+impl Distribution {
+    pub(super) fn new(windows: Windows) -> Distribution {
+        Distribution {
+            windows,
+            areas: [0.0; FIGURES],
+            below: [0.0; SEARCHES.len()],
+            within: array::from_fn(|_| Within::default()),
+        }
     }
 
-    /// Calls `take` for what counts of a chunk and lies in a range.
-    #[inline(always)]
-    fn for_each_of(&self, chunk: usize, range: Bits, mut take: impl FnMut(u64, f64)) {
-        let from = chunk * CHUNK;
-        let until = self.values.len().min(from + CHUNK);
-        let width = range.high - range.low;
-        let chosen = self.chosen.map(|chosen| &chosen[from..until]);
-        let rows = self.values[from..until].iter().zip(&self.areas[from..until]);
-        for (row, (&value, &area)) in rows.enumerate() {
-            // NaN has bits above all numbers.
-            let bits = (value + 0.0).to_bits();
-            if bits.wrapping_sub(range.low) <= width
-                && area > 0.0
-                && chosen.is_none_or(|chosen| chosen[row])
-            {
-                take(bits, area);
+    /// Takes in a triangle. One without area does not count.
+    pub(super) fn add(&mut self, entry: &Entry) {
+        if entry.area_mm2 <= 0.0 {
+            return;
+        }
+        for figure in [Figure::Gap, Figure::Epsilon, Figure::Facet] {
+            if entry.value(figure).is_some() {
+                self.areas[figure as usize] += entry.area_mm2;
+            }
+        }
+        for (search, (figure, _)) in SEARCHES.into_iter().enumerate() {
+            let window = self.windows.0[search];
+            match entry.value(figure) {
+                Some(value) if value < window.low => self.below[search] += entry.area_mm2,
+                Some(value) if window.holds(value) => {
+                    self.within[search].push(value, entry.area_mm2);
+                }
+                _ => {}
             }
         }
     }
+
+    /// Takes in all triangles of a block that count, which are facets and whose ε is known; `area_mm2` is the sum
+    /// of theirs.
+    pub(super) fn add_block(&mut self, block: &Block, area_mm2: f64) {
+        self.areas.iter_mut().for_each(|sum| *sum += area_mm2);
+        let areas: &Row = &block.area_mm2;
+        for (search, (figure, _)) in SEARCHES.into_iter().enumerate() {
+            let window = self.windows.0[search];
+            let values: &Row = match figure {
+                Figure::Gap => &block.gap_mm,
+                Figure::Epsilon => &block.epsilon,
+                Figure::Facet => areas,
+            };
+            self.below[search] +=
+                total(|row| if values[row] < window.low { areas[row] } else { 0.0 });
+            let within = total(|row| if window.holds(values[row]) { 1.0 } else { 0.0 });
+            if within > 0.0 {
+                for row in 0..BLOCK {
+                    if window.holds(values[row]) && areas[row] > 0.0 {
+                        self.within[search].push(values[row], areas[row]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes in the triangles of another one, which come after these.
+    pub(super) fn join(&mut self, after: Distribution) {
+        self.areas.iter_mut().zip(after.areas).for_each(|(sum, area)| *sum += area);
+        self.below.iter_mut().zip(after.below).for_each(|(sum, area)| *sum += area);
+        let pairs = self.within.iter_mut().zip(after.within);
+        pairs.for_each(|(all, more)| all.entries.extend(more.entries));
+    }
+
+    /// The quantiles.
+    ///
+    /// # Errors
+    ///
+    /// Where to look for them if one lies in no window.
+    pub(super) fn quantiles(&mut self) -> Result<Quantiles, Windows> {
+        let mut elsewhere = self.windows;
+        let mut ends = [f64::NAN; SEARCHES.len()];
+        for (search, (figure, share)) in SEARCHES.into_iter().enumerate() {
+            let wanted = share * self.areas[figure as usize];
+            if wanted <= 0.0 {
+                continue;
+            }
+            let Window { low, high } = self.windows.0[search];
+            let entries = &mut self.within[search].entries[..];
+            let (below, within) = (self.below[search], weight_of(entries));
+            if wanted <= below {
+                elsewhere.0[search] = Window { low: f64::NEG_INFINITY, high: low };
+            } else if wanted > below + within && high < f64::INFINITY {
+                elsewhere.0[search] = Window { low: high, high: f64::INFINITY };
+            } else if let Some(end) = value_holding(entries, wanted - below) {
+                ends[search] = end;
+            }
+        }
+        if elsewhere != self.windows {
+            return Err(elsewhere);
+        }
+        let known = |search: usize| Some(ends[search]).filter(|end| !end.is_nan());
+        let both = |first: usize| Some([known(first)?, known(first + 1)?]);
+        Ok(Quantiles { gaps_mm: both(0), epsilons: both(2), facets_mm2: known(4) })
+    }
 }
 
-/// The shares of the area of the quantiles.
-const SHARES: [f64; 2] = [0.5, 0.99];
+/// Values with their areas, in the order in which they came. Where many are equal, as on a raster, they are
+/// joined now and then.
+#[derive(Default)]
+struct Within {
+    entries: Vec<(f64, f64)>,
+    /// How many of them were left when equal ones were joined last.
+    joined: usize,
+}
 
-/// Values of a chunk. Sums over it are part of the result.
-const CHUNK: usize = 1 << 16;
+impl Within {
+    fn push(&mut self, value: f64, area: f64) {
+        self.entries.push((value, area));
+        if self.entries.len() >= 2 * self.joined + MANY {
+            self.entries.sort_by(|left, right| left.0.total_cmp(&right.0));
+            self.entries.dedup_by(|next, last| {
+                let equal = next.0 == last.0;
+                if equal {
+                    last.1 += next.1;
+                }
+                equal
+            });
+            self.joined = self.entries.len();
+        }
+    }
+}
 
-/// A range is cut into up to 2 to this many parts.
-const PARTS_BITS: u32 = 12;
-const PARTS: usize = 1 << PARTS_BITS;
+/// A quantile lies within so many standard deviations of where a sample puts it.
+const DEVIATIONS: f64 = 4.0;
 
-/// So many values of a part are sorted.
-const FEW: u32 = 1 << 14;
+/// So many values more are not looked through for equal ones.
+const MANY: usize = 1 << 12;
 
 #[cfg(test)]
 mod tests {
@@ -274,65 +290,98 @@ mod tests {
     use crate::quantile::weighted_quantile;
     use crate::regressions::beside_source;
 
-    /// The spread of all that has an area.
-    fn spread(values: &[f64], areas: &[f64]) -> Option<Spread> {
-        let mut range = Range::default();
-        let counting = values.iter().zip(areas).filter(|&(_, &area)| area > 0.0);
-        counting.for_each(|(&value, _)| range.note(value));
-        let [found] = quantiles([Weighted { values, areas, chosen: None, range }]);
-        found.map(|[median, p99]| Spread { median, p99, max: range.high })
+    fn entry(gap_mm: f64, area_mm2: f64) -> Entry {
+        Entry { gap_mm, epsilon: f64::NAN, area_mm2, is_facet: false }
+    }
+
+    /// The quantiles of gaps, looked for within windows first; and how many passes that took.
+    fn found(entries: &[Entry], mut windows: Windows) -> (Option<[f64; 2]>, usize) {
+        for pass in 1.. {
+            let mut distribution = Distribution::new(windows);
+            entries.iter().for_each(|entry| distribution.add(entry));
+            match distribution.quantiles() {
+                Ok(quantiles) => {
+                    assert_eq!((quantiles.epsilons, quantiles.facets_mm2), (None, None));
+                    return (quantiles.gaps_mm, pass);
+                }
+                Err(elsewhere) => windows = elsewhere,
+            }
+        }
+        unreachable!("a window without ends holds all")
     }
 
     #[test]
-    fn what_is_not_chosen_does_not_count_and_figures_do_not_meet() {
-        let (values, areas) = ([1.0, 2.0, 3.0, f64::NAN], [1.0; 4]);
-        let range = Range { low: 0.0, high: 9.0 };
-        let all = Weighted { values: &values, areas: &areas, chosen: None, range };
-        let some = Weighted { chosen: Some(&[true, true, false, true]), ..all };
-        let none = Weighted { chosen: Some(&[false; 4]), ..all };
-        let found = quantiles([some, none, all, Weighted { range: Range::default(), ..all }]);
-        assert_eq!(found, [Some([1.0, 2.0]), None, Some([2.0, 3.0]), None]);
+    fn what_has_no_figure_does_not_count_and_figures_do_not_meet() {
+        let mut distribution = Distribution::new(Windows::ALL);
+        for (gap_mm, epsilon, area_mm2, is_facet) in
+            [(1.0, 0.1, 1.0, true), (2.0, f64::NAN, 3.0, true), (3.0, 0.3, 5.0, false)]
+        {
+            distribution.add(&Entry { gap_mm, epsilon, area_mm2, is_facet });
+        }
+        distribution.add(&Entry { gap_mm: 9.0, epsilon: 9.0, area_mm2: 0.0, is_facet: true });
+        let expected = Quantiles {
+            gaps_mm: Some([3.0, 3.0]),
+            epsilons: Some([0.3, 0.3]),
+            facets_mm2: Some(3.0),
+        };
+        assert_eq!(distribution.quantiles(), Ok(expected));
+        assert_eq!(Distribution::new(Windows::ALL).quantiles(), Ok(Quantiles::default()));
     }
 
     #[test]
-    fn by_area() {
-        let found = spread(&[3.0, 1.0, 2.0], &[1.0, 60.0, 39.0]);
-        assert_eq!(found, Some(Spread { median: 1.0, p99: 2.0, max: 3.0 }));
-        assert_eq!(spread(&[], &[]), None);
-        assert_eq!(spread(&[1.0, f64::NAN], &[0.0, 1.0]), None);
-        let found = spread(&[0.0, f64::INFINITY], &[99.5, 0.5]);
-        assert_eq!(found, Some(Spread { median: 0.0, p99: 0.0, max: f64::INFINITY }));
+    fn a_sample_spares_what_is_far_from_the_quantiles() {
+        // Multiples of the golden ratio, modulo 1.
+        let value = |i: u32| (f64::from(i) * 0.618_033_988_749_894_9).fract();
+        let entries: Vec<Entry> = (0..200_000).map(|i| entry(value(i), 1.0)).collect();
+        let sample: Vec<Entry> = entries.iter().copied().step_by(31).collect();
+        let windows = Windows::about(&sample);
+        let mut distribution = Distribution::new(windows);
+        entries.iter().for_each(|entry| distribution.add(entry));
+        let kept: usize = distribution.within.iter().map(|within| within.entries.len()).sum();
+        assert!(kept < 14_000, "{kept} for {windows:?}");
+        let (gaps_mm, passes) = found(&entries, windows);
+        assert_eq!((gaps_mm, passes), (found(&entries, Windows::ALL).0, 1));
+        assert!(gaps_mm.is_some_and(|[median, p99]| (median - 0.5).abs() < 1e-5 && p99 > 0.989));
     }
 
     #[test]
-    fn many_values_in_a_narrow_range_are_cut_again() {
-        // All within a part in a thousand, but for one that is far off.
-        let values: Vec<f64> = (0..200_000)
-            .map(|i| 1.0 + f64::from(i * 7_919 % 200_000) * 1e-8)
-            .chain([1e9])
-            .collect();
-        let found = spread(&values, &vec![1.0; values.len()]).unwrap();
-        assert_eq!(found.max, 1e9);
-        assert_eq!(found.median, 1.0 + 100_000.0 * 1e-8);
-        assert_eq!(found.p99, 1.0 + 198_000.0 * 1e-8);
+    fn a_sample_of_something_else_costs_a_pass() {
+        let entries: Vec<Entry> = (0..1000).map(|i| entry(f64::from(i), 1.0)).collect();
+        for factor in [0.01, 100.0] {
+            let sample: Vec<Entry> =
+                entries.iter().map(|other| entry(factor * other.gap_mm, 1.0)).collect();
+            assert_eq!(found(&entries, Windows::about(&sample)), (Some([499.0, 989.0]), 2));
+        }
+    }
+
+    #[test]
+    fn equal_values_are_joined() {
+        let mut within = Within::default();
+        (0..100_000).for_each(|i| within.push(f64::from(i % 7), 1.0));
+        assert!(within.entries.len() < 2 * MANY);
+        assert_eq!(weight_of(&within.entries), 100_000.0);
     }
 
     proptest! {
         #![proptest_config(beside_source())]
 
         #[test]
-        fn agrees_with_selection(
+        fn agrees_with_selection_whatever_the_sample(
             entries in prop::collection::vec((0_u8..20, 0_u8..9), 1..200),
+            step in 1_usize..60,
         ) {
-            let (values, areas): (Vec<f64>, Vec<f64>) =
-                entries.iter().map(|&(value, area)| (f64::from(value), f64::from(area))).unzip();
-            let mut sound: Vec<(f64, f64)> =
-                values.iter().copied().zip(areas.iter().copied()).filter(|e| e.1 > 0.0).collect();
-            let found = spread(&values, &areas);
-            let median = weighted_quantile(&mut sound, 0.5);
-            let p99 = weighted_quantile(&mut sound, 0.99);
-            prop_assert_eq!(found.map(|found| found.median), median);
-            prop_assert_eq!(found.map(|found| found.p99), p99);
+            let all: Vec<Entry> =
+                entries.iter().map(|&(gap, area)| entry(gap.into(), area.into())).collect();
+            let mut sound: Vec<(f64, f64)> = entries
+                .iter()
+                .map(|&(value, area)| (f64::from(value), f64::from(area)))
+                .filter(|(_, area)| *area > 0.0)
+                .collect();
+            let sample: Vec<Entry> = all.iter().copied().step_by(step).collect();
+            let (gaps_mm, passes) = found(&all, Windows::about(&sample));
+            prop_assert!(passes <= 2);
+            prop_assert_eq!(gaps_mm.map(|gaps| gaps[0]), weighted_quantile(&mut sound, 0.5));
+            prop_assert_eq!(gaps_mm.map(|gaps| gaps[1]), weighted_quantile(&mut sound, 0.99));
         }
     }
 }

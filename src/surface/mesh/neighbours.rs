@@ -58,15 +58,19 @@ impl Mesh {
             if index == rings || next.is_empty() {
                 break;
             }
-            let about_next = |(vertex, of): (VertexId, &About)| {
-                (vertex, self.delaunay.about_next(&self.points[..], vertex, of))
-            };
+            let about_next =
+                |(vertex, of): (VertexId, &About)| (vertex, self.about_next(vertex, of));
             ring = next.into_iter().map(about_next).collect();
         }
         Some(found)
     }
 
-    pub(super) fn about(&self, vertex: VertexId) -> Option<About> {
+    /// What is about a vertex which is one of the neighbours of another.
+    pub(crate) fn about_next(&self, vertex: VertexId, of: &About) -> About {
+        self.delaunay.about_next(&self.points[..], vertex, of)
+    }
+
+    pub(crate) fn about(&self, vertex: VertexId) -> Option<About> {
         self.is_vertex(vertex).then(|| self.delaunay.about(&self.points[..], vertex))
     }
 }

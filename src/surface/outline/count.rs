@@ -133,9 +133,9 @@ mod tests {
 
     use super::*;
     use crate::Mesh;
-    use crate::coverage::hull_of;
     use crate::outline::islands;
     use crate::regressions::beside_source;
+    use crate::rim::{Outline, hull};
 
     fn by_looking_at_all(
         points: &[PointMm],
@@ -157,7 +157,7 @@ mod tests {
         mesh.flush();
         let (points, triangles) = (mesh.points(), mesh.triangles());
         let keep: Vec<bool> = (0..triangles.len()).map(|i| seed[i % seed.len()] > 0).collect();
-        let hull = hull_of(points, &triangles).unwrap();
+        let hull = hull(&triangles, &Outline::new(points.len(), &triangles)).unwrap();
         let found = island_counts(points, &triangles, &keep, &hull);
         let expected = by_looking_at_all(points, &triangles, &keep);
         assert_eq!(found, expected, "{keep:?}");

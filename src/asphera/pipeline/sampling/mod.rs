@@ -327,7 +327,7 @@ impl Look<'_> {
             .ok()
             .map(|criteria| Density { noise, criteria });
         let examined = examine(
-            mesh.points(),
+            mesh,
             triangles,
             self.left_out,
             self.aperture.as_ref(),
