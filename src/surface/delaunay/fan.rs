@@ -6,11 +6,11 @@
 //! a line are such a fan already. One corner of each is written, and nothing else changes but at the ends:
 //!
 //! ```text
-//!                  out ▶
-//!      c0 ─── c1 ─── c2 ─── c3         c0 ─── c1 ─── c2 ─── c3
-//!     /    ∞      ∞      ∞        ▶    /  \   |    __/   ___/       each base as seen by the apex:
-//!    p                       fold     p ───────────────── c3         near corner, far corner
-//!      edge: from p to c0               edge: from p to c3
+//!      c0 ──── c1 ──── c2 ──── c3            c0 ──── c1 ──── c2 ──── c3
+//!     /    ∞       ∞       ∞       fold ▶    │    /    ___/   ____/
+//!    /                             ◀ unfold  │  / __/  ____/
+//!    p                                       p ── c3
+//!      the edge: from p to c0                the edge: from p to c3
 //! ```
 //!
 //! **Why no flip is needed.** Let the line run along an axis, exactly, and let the apex p lie before it and not

@@ -78,6 +78,12 @@ pub(crate) fn encloses(a: Place, b: Place, c: Place, d: Place) -> bool {
     if det.abs() > bound { det > 0.0 } else { encloses_unrounded(a, b, c, d) }
 }
 
+/// [`encloses`] in doubles alone: wrong now and then where a place is nearly on the circle.
+#[inline]
+pub(crate) fn seems_enclosed(a: Place, b: Place, c: Place, d: Place) -> bool {
+    estimated_in_circle(a, b, c, d).0 > 0.0
+}
+
 #[inline(never)]
 fn encloses_unrounded(a: Place, b: Place, c: Place, d: Place) -> bool {
     match unrounded::in_circle([a, b, c], d) {
