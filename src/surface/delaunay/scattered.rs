@@ -11,7 +11,7 @@ use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
-use crate::exact::{Place, seems_enclosed};
+use crate::exact::{Place, estimated_in_circle};
 use crate::order::by_place;
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
@@ -133,7 +133,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             return false;
         }
         let [a, b, c] = corners.map(|corner| self.at(corner));
-        seems_enclosed(a, b, c, place)
+        estimated_in_circle(a, b, c, place).0 > 0.0
     }
 
     /// Reads triangles seen across a side, and the corners opposite to it.

@@ -78,12 +78,6 @@ pub(crate) fn encloses(a: Place, b: Place, c: Place, d: Place) -> bool {
     if det.abs() > bound { det > 0.0 } else { encloses_unrounded(a, b, c, d) }
 }
 
-/// [`encloses`] in doubles alone: wrong now and then where a place is nearly on the circle.
-#[inline]
-pub(crate) fn seems_enclosed(a: Place, b: Place, c: Place, d: Place) -> bool {
-    estimated_in_circle(a, b, c, d).0 > 0.0
-}
-
 #[inline(never)]
 fn encloses_unrounded(a: Place, b: Place, c: Place, d: Place) -> bool {
     match unrounded::in_circle([a, b, c], d) {
@@ -143,7 +137,7 @@ fn estimated_orientation(a: Place, b: Place, c: Place) -> (f64, f64) {
 
 /// The determinant of the circle in doubles, and a bound: above it the sign is right.
 #[inline(always)]
-fn estimated_in_circle(a: Place, b: Place, c: Place, d: Place) -> (f64, f64) {
+pub(crate) fn estimated_in_circle(a: Place, b: Place, c: Place, d: Place) -> (f64, f64) {
     let [adx, bdx, cdx] = [a, b, c].map(|p| p[0] - d[0]);
     let [ady, bdy, cdy] = [a, b, c].map(|p| p[1] - d[1]);
     let lift = [adx * adx + ady * ady, bdx * bdx + bdy * bdy, cdx * cdx + cdy * cdy];
