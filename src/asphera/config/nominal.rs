@@ -96,13 +96,16 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let judging = judging::read(table, &tolerance, figures.texture.is_some());
     tolerance.finish();
 
-    if criterion.loss != Loss::Squares && judging.uncertainty.is_some() {
-        let expected = "\"squares\", for the uncertainties that guard bands, further limits and the table uncertainty ask for";
-        fit.problem("loss", expected, "another");
-    }
     let reference = surface.as_ref().and_then(|surface| surface.reference);
     if reference.is_some() {
         goes_with_unknown(&fit, &criterion, table, &judging);
+        if figures.minimum_zone || judging.minimum_zone_nm.is_some() {
+            table.problem(
+                "figures",
+                "no minimum zone: an unknown surface follows the points",
+                "one",
+            );
+        }
     }
 
     let sampling = table.section("sampling");

@@ -2,6 +2,7 @@
 
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::fan::Out;
 use super::places::Places;
 use crate::exact::left_of;
 
@@ -31,6 +32,17 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             let next = self.cells.across(Side::new(ghost, 1)).slot();
             let end = self.cells.corner(next, 0);
             if !left_of(self.at(corner), self.at(start), self.at(end)) {
+                continue;
+            }
+            // A long line is closed as a whole.
+            let folded = [(ghost, Out::Ahead), (next, Out::Back)]
+                .into_iter()
+                .find(|&(edge, out)| self.fold(edge, out));
+            if let Some((edge, _)) = folded {
+                if !self.cells.is_ghost(heir) {
+                    heir = edge;
+                }
+                open.extend([edge, self.cells.across(Side::new(edge, 0)).slot()]);
                 continue;
             }
             let [inner, next_inner] =

@@ -13,6 +13,7 @@
 mod blocks;
 mod cells;
 mod editor;
+mod fan;
 mod halves;
 mod hints;
 mod hull;

@@ -18,6 +18,12 @@ impl Axis {
         self.sign * place[self.index]
     }
 
+    /// How far off the axis a place lies, to one side or the other; no rounding.
+    #[inline(always)]
+    pub(super) fn across(self, place: Place) -> f64 {
+        place[1 - self.index]
+    }
+
     /// Whether three places follow one another along the axis, strictly.
     #[inline(always)]
     pub(super) fn is_between(self, first: Place, middle: Place, last: Place) -> bool {
@@ -34,7 +40,7 @@ impl Axis {
     }
 
     /// The axis along which a step leads most.
-    fn of(step: Place) -> Axis {
+    pub(super) fn of(step: Place) -> Axis {
         let index = usize::from(step[1].abs() > step[0].abs());
         Axis { index, sign: if step[index] < 0.0 { -1.0 } else { 1.0 } }
     }

@@ -11,7 +11,7 @@ use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
-use crate::exact::Place;
+use crate::exact::{Place, estimated_in_circle};
 use crate::order::by_place;
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
@@ -76,25 +76,36 @@ impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
 impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Leads some walks on, each to a place of its own, and reads what will be met at their ends.
     pub(super) fn look_ahead(&self, from: &mut [Slot], place: impl Fn(usize) -> Place) {
+        let mut walking: [usize; WINDOW] = std::array::from_fn(|at| at);
+        let mut count = from.len();
         for _ in 0..STEPS {
-            self.fetch(from);
-            for (at, slot) in from.iter_mut().enumerate() {
-                *slot = self.step(place(at), *slot);
+            let mut left = 0;
+            self.fetch(from, &walking[..count]);
+            for index in 0..count {
+                let at = walking[index];
+                let next = self.step(place(at), from[at]);
+                if next != from[at] {
+                    from[at] = next;
+                    walking[left] = at;
+                    left += 1;
+                }
             }
+            count = left;
         }
-        self.fetch_around(from);
+        self.fetch_around(from, place);
     }
 
-    /// Reads triangles and their corners, and nothing that depends on what is read.
-    fn fetch(&self, slots: &[Slot]) {
+    /// Reads the triangles in which some walks are, and their corners, and nothing that depends on what is
+    /// read.
+    fn fetch(&self, slots: &[Slot], walking: &[usize]) {
         let mut read = 0;
-        for &slot in slots {
-            read ^= self.cells.corner(slot, 0);
+        for &at in walking {
+            read ^= self.cells.corner(slots[at], 0);
         }
         black_box(read);
         let mut read = 0.0;
-        for &slot in slots {
-            for corner in self.cells.corners(slot) {
+        for &at in walking {
+            for corner in self.cells.corners(slots[at]) {
                 // The corner at infinity has no place: any other will do.
                 read += self.at(if corner == GHOST { 0 } else { corner })[0];
             }
@@ -102,28 +113,49 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         black_box(read);
     }
 
-    /// Reads the triangles across the sides of some, and those across theirs, each with the one corner
-    /// that is not theirs. In passes, each of which reads nothing that depends on what it reads.
-    fn fetch_around(&self, slots: &[Slot]) {
-        let mut around = [Side::NONE; 3 * WINDOW];
-        let around = &mut around[..3 * slots.len()];
-        for (sides, &slot) in around.chunks_exact_mut(3).zip(slots) {
-            sides
-                .copy_from_slice(&[0, 1, 2].map(|index| self.cells.across(Side::new(slot, index))));
+    /// Reads the triangles about some that will have to make way for a place each, and those that lie
+    /// around them, each with the one corner by which it is told. In passes, each of which reads
+    /// nothing that depends on what it reads.
+    fn fetch_around(&self, slots: &[Slot], place: impl Fn(usize) -> Place) {
+        let mut ring: [(u8, Side); MOST * WINDOW] = [(0, Side::NONE); MOST * WINDOW];
+        let mut count = 0;
+        for (at, &slot) in slots.iter().enumerate() {
+            for index in 0..3 {
+                ring[count] = (at as u8, self.cells.across(Side::new(slot, index)));
+                count += 1;
+            }
         }
-        self.fetch_beyond(around);
-        let mut beyond = [Side::NONE; 6 * WINDOW];
-        let beyond = &mut beyond[..6 * slots.len()];
-        for (sides, &side) in beyond.chunks_exact_mut(2).zip(&*around) {
-            sides.copy_from_slice(&[side.next(), side.prev()].map(|side| self.cells.across(side)));
+        for _ in 0..RINGS {
+            self.fetch_beyond(&ring[..count]);
+            let mut next = [(0, Side::NONE); MOST * WINDOW];
+            let mut found = 0;
+            for &(at, side) in &ring[..count] {
+                if found + 2 <= next.len() && self.is_doomed(side.slot(), place(at as usize)) {
+                    for side in [side.next(), side.prev()] {
+                        next[found] = (at, self.cells.across(side));
+                        found += 1;
+                    }
+                }
+            }
+            (ring, count) = (next, found);
         }
-        self.fetch_beyond(beyond);
+        self.fetch_beyond(&ring[..count]);
+    }
+
+    /// Whether a triangle will, in all likelihood, have to make way for a place.
+    fn is_doomed(&self, slot: Slot, place: Place) -> bool {
+        let corners = self.cells.corners(slot);
+        if corners[2] == GHOST {
+            return false;
+        }
+        let [a, b, c] = corners.map(|corner| self.at(corner));
+        estimated_in_circle(a, b, c, place).0 > 0.0
     }
 
     /// Reads triangles seen across a side, and the corners opposite to it.
-    fn fetch_beyond(&self, sides: &[Side]) {
-        black_box(sides.iter().fold(0, |read, &side| read ^ self.cells.apex(side)));
-        black_box(sides.iter().fold(0.0, |read, &side| {
+    fn fetch_beyond(&self, sides: &[(u8, Side)]) {
+        black_box(sides.iter().fold(0, |read, &(_, side)| read ^ self.cells.apex(side)));
+        black_box(sides.iter().fold(0.0, |read, &(_, side)| {
             let apex = self.cells.apex(side);
             // The corner at infinity has no place: any other will do.
             read + self.at(if apex == GHOST { 0 } else { apex })[0]
@@ -147,8 +179,14 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
 /// How many points are looked ahead for.
 pub(super) const WINDOW: usize = 48;
 
-/// How many steps of their walks.
-const STEPS: usize = 4;
+/// How many steps of their walks at most; three are the rule.
+const STEPS: usize = 8;
+
+/// How many triangles away from the one in which a point lies others are looked at.
+const RINGS: usize = 3;
+
+/// How many sides a point has room for among those of a ring.
+const MOST: usize = 6;
 
 /// One point of so many is inserted before two threads start, if there are no more vertices than that.
 const FIRST: usize = 16;

@@ -28,6 +28,10 @@
 //!   (`Plan::ends`); a side that was never before the run meets the last one in a convex corner, and
 //!   behind that the run does not reach it. At the start the run begins before the hull's line only
 //!   where that is the outermost along the axis.
+//! - *Beside an unfinished line* the fan that closed the hull is opened first (`fan.rs`), which leaves one
+//!   corner of the hull that is not convex. The whole run lies before the line at that corner, so the strip
+//!   does not end there but where the rest of the line lies ahead of the run along the axis; that is
+//!   closed with the corners.
 //! - *With the hull.* The new line of the hull advances along the axis too, so that closing its corners
 //!   fills empty ears. The corners at its two ends are closed on the ring of ghosts, after all else is
 //!   in place, because that may lead all around (`hull.rs`).
@@ -37,6 +41,7 @@ use std::ops::Range;
 
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
+use super::fan::Out;
 use super::places::Places;
 use super::runs::Axis;
 use crate::VertexId;
@@ -103,14 +108,30 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let (axis, backwards) = if start < end { (axis, false) } else { (axis.reversed(), true) };
         let path = Path { first: run.start, count: run.end - run.start, backwards };
         let Some(ghost) = self.hull_side_at(self.at(path.at(0)), axis, ghost) else { return false };
+        let edge = ghost;
+        let unfolded = if backwards {
+            self.unfold(edge, axis.reversed(), Out::Back, run)
+        } else {
+            self.unfold(edge, axis, Out::Ahead, run)
+        };
+        let ghost = self.hull_side_at(self.at(path.at(0)), axis, edge);
         let mut plan = std::mem::take(&mut self.work.strip);
-        let planned = self.plan(&mut plan, path, axis, ghost);
-        if planned {
-            self.sew(&mut plan, path, ghost);
-            if backwards {
-                plan.slots.reverse();
+        let planned = match ghost {
+            Some(ghost) if self.plan(&mut plan, path, axis, ghost) => {
+                self.sew(&mut plan, path, ghost);
+                if backwards {
+                    plan.slots.reverse();
+                }
+                true
             }
-        }
+            _ => {
+                if unfolded {
+                    let before = self.cells.across(Side::new(edge, 0)).slot();
+                    self.close_corner(if backwards { before } else { edge });
+                }
+                false
+            }
+        };
         self.work.strip = plan;
         self.legalize();
         planned
@@ -120,18 +141,24 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// strip that the point's run continues, if it does.
     fn hull_near(&self, point: VertexId, from: Slot) -> Option<Slot> {
         let place = self.at(point);
-        let home = self.locate(place, from);
-        if self.cells.is_ghost(home) {
-            return Some(home);
-        }
-        let next = self.at(point + 1);
-        let step = (next[0] - place[0]).hypot(next[1] - place[1]);
         // Where vertices were removed since, cells may be unused that were ghosts then. Those of the
         // last triangles lead nowhere.
         let is_ghost = |slot: Slot| {
             let [end, _, last] = self.cells.corners(slot);
             last == GHOST && end != GHOST
         };
+        // A walk from the last strip's end would lead through the whole fan beside it.
+        let ends = self.work.strip.ends.into_iter();
+        let ahead = ends.filter(|&end| is_ghost(end)).find(|&end| self.in_conflict(end, place));
+        if ahead.is_some() {
+            return ahead;
+        }
+        let home = self.locate(place, from);
+        if self.cells.is_ghost(home) {
+            return Some(home);
+        }
+        let next = self.at(point + 1);
+        let step = (next[0] - place[0]).hypot(next[1] - place[1]);
         let is_near = |ghost: Slot| {
             let [end, start, _] = self.cells.corners(ghost);
             is_ghost(ghost) && distance_mm(self.at(start), self.at(end), place) < NEAR_STEPS * step
@@ -194,6 +221,14 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         // Whether the run went on although the hull's next side lay before it.
         let mut owed = false;
         loop {
+            // What is left of a straight line is closed with the corners of the hull.
+            if let Some(NextSide { of_ghost: true, .. }) = side
+                && passed == path.count
+                && matches!(plan.steps.last(), Some(Step::Hull(_)))
+                && self.begins_fan(plan.ghost, axis, on_run)
+            {
+                return plan.ends(side, true);
+            }
             // Places are read where they are needed: in an Option they would go through memory in halves.
             let hull_is_next = match &mut side {
                 Some(side) => self.clear(plan, axis, on_hull, on_run, side),

@@ -137,7 +137,7 @@ fn estimated_orientation(a: Place, b: Place, c: Place) -> (f64, f64) {
 
 /// The determinant of the circle in doubles, and a bound: above it the sign is right.
 #[inline(always)]
-fn estimated_in_circle(a: Place, b: Place, c: Place, d: Place) -> (f64, f64) {
+pub(crate) fn estimated_in_circle(a: Place, b: Place, c: Place, d: Place) -> (f64, f64) {
     let [adx, bdx, cdx] = [a, b, c].map(|p| p[0] - d[0]);
     let [ady, bdy, cdy] = [a, b, c].map(|p| p[1] - d[1]);
     let lift = [adx * adx + ady * ady, bdx * bdx + bdy * bdy, cdx * cdx + cdy * cdy];
