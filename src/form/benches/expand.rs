@@ -6,8 +6,8 @@
 //!
 //! Times of one thread: 124 ns a point by the products of the terms (`basis/terms.rs`, which bases that are not of
 //! the disc still take), 48 ns by moments (`basis/moments`): 26 ns are sums of products, 9 ns residuals, the rest
-//! Chebyshev polynomials and powers. Wider vector instructions, chosen at run time, were not taken: they need unsafe
-//! code, and are another code path on every machine.
+//! Chebyshev polynomials and powers. Tried and left: tiles of two by five rows, 63 ns, for they do not fit into
+//! sixteen registers. Not tried: wider vector instructions chosen at run time, which need unsafe code.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it finds")]
 

@@ -229,8 +229,8 @@ impl Kernel for Moments {
             }
         }
         let mut weighted = block.values;
-        for lane in 0..LANES {
-            weighted[lane] *= block.weights[lane];
+        for (value, weight) in weighted.iter_mut().zip(&block.weights) {
+            *value *= weight;
         }
         let last = sums.len() - 1;
         sums[last] += dot(&weighted, &block.values);
