@@ -119,7 +119,7 @@ fn a_grazing_mirror_keeps_between_its_radii_of_curvature() {
     let mirror = Mirror::cylindrical(-306.0, 115.0, 4.6e-3).unwrap();
     let radius_mm = |x: f64| mirror.jet(x, 0.0).unwrap().hessian_per_mm[0].recip().abs();
     let least_mm = radius_mm(-28.5).min(radius_mm(28.5));
-    let nominal = Nominal::Freeform(Arc::new(mirror.clone()));
+    let nominal = Nominal::Freeform(Arc::new(mirror));
     let freeform = Freeform::of(&nominal, rectangle(57.0, 6.6)).unwrap();
     for x in [-28.0, -11.3, 0.0, 17.9, 28.0] {
         let found_mm = freeform.at(x, 2.2).unwrap();
