@@ -70,7 +70,7 @@ fn hyperbolic_mirror() {
         assert!((found / oracle - 1.0_f64).abs() < 1e-5, "{name} {found}, SciPy {oracle}");
     }
     assert_eq!(report.pointer("/form/fit/parameters/theta/unit").unwrap(), "rad");
-    assert_eq!(report.pointer("/sampling/lfs_source").unwrap(), "measured");
+    assert_eq!(report.pointer("/sampling/lfs_source").unwrap(), "nominal");
     let nominal = report.pointer("/form/nominal").unwrap();
     assert_eq!(nominal, "hyperbolic cylinder, p -306 mm, q 115 mm, theta 0.0046 rad");
 }

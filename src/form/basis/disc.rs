@@ -7,9 +7,12 @@
 use super::recurrence::{Family, Taylor, scaled};
 use super::{LANES, NormalisedJet};
 
-/// All terms of a basis of the disc.
+/// All terms of a basis of the disc, as polynomials of the square of the radius with their azimuthal orders.
+///
+/// What a basis that has one shows by [`Basis::on_disc`](super::Basis::on_disc), for [`expand`](super::expand) to
+/// use the structure.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Disc {
+pub struct Disc {
     /// Invariant: ascending in `order`, each once.
     columns: Vec<Column>,
     /// Every term is divided by √(1 − bend²·s).
@@ -47,6 +50,16 @@ impl Disc {
 
     pub(super) fn terms(&self) -> usize {
         self.terms
+    }
+
+    /// The terms by azimuthal order, ascending.
+    pub(super) fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Every term is divided by √(1 − bend²·s).
+    pub(super) fn bend(&self) -> f64 {
+        self.bend
     }
 
     pub(super) fn each_value(&self, u: f64, v: f64, visit: &mut dyn FnMut(usize, f64)) {
@@ -140,6 +153,25 @@ impl Disc {
         let value = (1.0 - bend * square).sqrt().recip();
         let first = 0.5 * bend * value * value * value;
         Taylor { value, first, second: 1.5 * bend * value * value * first }
+    }
+}
+
+impl Column {
+    /// Degree in s of its polynomials.
+    pub(super) fn degree(&self) -> usize {
+        self.slots.len() - 1 + if self.vanishes_at_rim { 2 } else { 0 }
+    }
+
+    /// Shows each term with its polynomial at s, and whether it goes with the sine, to `visit`.
+    pub(super) fn each_radial(&self, square: f64, mut visit: impl FnMut(Slot, bool, f64)) {
+        let factor = if self.vanishes_at_rim { square * (1.0 - square) } else { 1.0 };
+        self.radial.each(&[square], |k, value| {
+            for (slot, sine) in self.slots[k].iter().zip([false, true]) {
+                if let Some(slot) = slot {
+                    visit(*slot, sine, factor * value[0] * slot.scale);
+                }
+            }
+        });
     }
 }
 

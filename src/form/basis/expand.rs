@@ -4,13 +4,18 @@
 //! solution, which gives the residual figures without cancellation and one step of refinement. Points are
 //! taken in blocks within fixed chunks, and chunks are joined as a fixed binary tree: the result depends on
 //! the order of the points in the last bits, but never on the number of threads.
+//!
+//! Functions of the disc are summed by their [`moments`](super::moments), where these are as good; all else by the
+//! products of the [`terms`](super::terms).
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::moments::Moments;
 use super::normal::Normal;
-use super::passes::{Block, CHUNK, Points, Rest, Sums, Tally};
+use super::passes::{CHUNK, Kernel, Points};
+use super::terms::Terms;
 use super::{Basis, Scale};
 
 /// Coefficients of values in a basis.
@@ -158,43 +163,61 @@ pub fn expand(
         return Err(ExpandError::Weight { index, weight });
     }
     let points = Points { basis, scale, places_mm, values, weights };
-    let terms = basis.terms();
-    let sums = points.tree(0..count, &|range| points.sums(range), &Sums::join);
-    sums.check(&points)?;
-    let normal = Normal::new(&sums.gram.leading(terms));
-    let kept = normal.kept().to_vec();
-    let all = sums.gram.leading(terms + 1);
-    let along: Vec<f64> = (0..terms).map(|j| all[(j, terms)]).collect();
-    if along.iter().any(|entry| !entry.is_finite()) || !all[(terms, terms)].is_finite() {
+    if let Some(moments) = basis.on_disc().and_then(Moments::new)
+        && let Some(found) = solved(&points, &moments)?
+    {
+        return Ok(found);
+    }
+    let found = solved(&points, &Terms { basis, weighted: weights.is_some() })?;
+    Ok(found.expect("the products of the terms are always sure"))
+}
+
+/// The expansion after a kernel; `None` if that is not sure of it.
+fn solved<K: Kernel>(points: &Points<'_>, kernel: &K) -> Result<Option<Expansion>, ExpandError> {
+    let terms = points.basis.terms();
+    let sums = points.sums(kernel);
+    let tally = sums.tally;
+    tally.check(points)?;
+    let equations = kernel.equations(&sums.sums);
+    let normal = Normal::new(&equations.gram);
+    if !kernel.is_sure(&sums.sums, &equations, &normal) {
+        return Ok(None);
+    }
+    if !equations.along.iter().chain([&equations.square]).all(|entry| entry.is_finite()) {
         return Err(ExpandError::Overflow);
     }
+    let kept = normal.kept().to_vec();
     let mut coefficients = vec![0.0; terms];
-    for (&term, value) in kept.iter().zip(normal.solve(&along)) {
+    for (&term, value) in kept.iter().zip(normal.solve(&equations.along)) {
         coefficients[term] = value;
     }
-    let rest = points.tree(0..count, &|range| points.rest(range, &coefficients), &Rest::join);
+    let rest = points.rest(kernel, &coefficients);
+    let along = kernel.along(&rest.sums);
     // The refined solution leaves less by what the correction explains.
     let mut square = rest.square;
-    for (&term, correction) in kept.iter().zip(normal.solve(&rest.along)) {
+    for (&term, correction) in kept.iter().zip(normal.solve(&along)) {
         coefficients[term] += correction;
-        square -= correction * rest.along[term];
+        square -= correction * along[term];
     }
     let square = square.max(0.0);
-    let freedom = sums.used - kept.len();
+    let freedom = tally.used - kept.len();
     let covariance = (freedom > 0).then(|| normal.inverse() * (square / freedom as f64));
     let is_kept = |term: &usize| kept.binary_search(term).is_ok();
-    Ok(Expansion {
+    Ok(Some(Expansion {
         coefficients: (0..terms).map(|term| is_kept(&term).then(|| coefficients[term])).collect(),
-        indeterminate: (0..terms).filter(|term| !is_kept(term)).map(|j| basis.name(j)).collect(),
+        indeterminate: (0..terms)
+            .filter(|term| !is_kept(term))
+            .map(|term| points.basis.name(term))
+            .collect(),
         condition: normal.condition(),
-        used: sums.used,
-        not_finite: sums.not_finite,
-        outside: sums.outside,
+        used: tally.used,
+        not_finite: tally.not_finite,
+        outside: tally.outside,
         residual_rms: if rest.weight > 0.0 { (square / rest.weight).sqrt() } else { 0.0 },
         largest_residual: rest.largest,
         covariance,
         kept,
-    })
+    }))
 }
 
 /// Value minus expansion at every place, in the unit of the values; NaN where the place or value is not
@@ -209,20 +232,16 @@ pub fn residuals(
     let count = places_mm.len().min(values.len());
     let points = Points { basis, scale, places_mm, values, weights: None };
     let mut all = vec![f64::NAN; count];
+    let kernel = Terms { basis, weighted: false };
     all.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, out)| {
         let start = chunk * CHUNK;
-        let mut block = Block::new(basis.terms());
-        points.blocks(
-            start..start + out.len(),
-            &mut block,
-            &mut Tally::default(),
-            |block, count| {
-                for (lane, residual) in block.residuals(coefficients).iter().enumerate().take(count)
-                {
-                    out[block.indices[lane] - start] = *residual;
-                }
-            },
-        );
+        let mut room = kernel.room();
+        points.blocks(start..start + out.len(), |block| {
+            let residuals = kernel.residuals(block, &mut room, coefficients);
+            for (index, residual) in block.indices.iter().zip(residuals).take(block.count) {
+                out[index - start] = residual;
+            }
+        });
     });
     all
 }

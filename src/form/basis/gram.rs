@@ -1,83 +1,71 @@
-//! Sums of products of the columns of a tall matrix, block by block.
-//!
-//! The normal equations cost half of what a QR factorisation does and run from registers; what they lose,
-//! the square of the condition, is given back by one step of refinement with exact residuals (Björck, Linear
-//! Algebra Appl. 88/89 (1987) 31, "corrected semi-normal equations").
+//! Sums of products of rows of a block, from registers.
 
 use nalgebra::DMatrix;
 
 use super::LANES;
 
-/// Upper triangle of AᵀA. The products of a block are summed first, then those of the blocks, so that
-/// rounding grows with the logarithm of the number of rows when parts are joined pairwise.
-#[derive(Clone, Debug)]
-pub(super) struct Gram {
-    columns: usize,
-    /// Entry (i, j), i ≤ j, at `i·columns + j`.
-    sums: Vec<f64>,
-}
-
-impl Gram {
-    pub(super) fn new(columns: usize) -> Gram {
-        Gram { columns, sums: vec![0.0; columns * columns] }
-    }
-
-    /// Adds the rows of a block, given column after column.
-    pub(super) fn add(&mut self, block: &[[f64; LANES]]) {
-        debug_assert_eq!(block.len(), self.columns);
-        for (first, pair) in block.chunks(TILE_ROWS).enumerate() {
-            let top = first * TILE_ROWS;
-            // Tiles that the diagonal cuts are computed whole: the few products too many lie below it.
-            for (offset, group) in block[top..].chunks(TILE_COLUMNS).enumerate() {
-                let left = top + offset * TILE_COLUMNS;
-                if let ([a, b], [c, d, e, f]) = (pair, group) {
-                    let products = tile([a, b], [c, d, e, f]);
-                    for (row, products) in (top..).zip(products) {
-                        let sums = &mut self.sums[row * self.columns + left..][..TILE_COLUMNS];
-                        for (sum, [even, odd]) in sums.iter_mut().zip(products) {
-                            *sum += even + odd;
-                        }
-                    }
-                } else {
-                    for (row, a) in (top..).zip(pair) {
-                        for (column, b) in (left..).zip(group) {
-                            self.sums[row * self.columns + column] += dot(a, b);
-                        }
-                    }
-                }
-            }
+/// Adds the products of every two rows of a block to `sums`: those of rows i ≤ j at `i·rows + j`. The products
+/// of a block are summed first, then those of the blocks, so that rounding grows with the logarithm of the
+/// number of points when parts are joined pairwise.
+pub(super) fn add_products(block: &[[f64; LANES]], sums: &mut [f64]) {
+    debug_assert_eq!(sums.len(), block.len() * block.len());
+    for (pair, (rows, sums)) in block.chunks(2).zip(sums.chunks_mut(2 * block.len())).enumerate() {
+        let top = 2 * pair;
+        let (first, second) = sums.split_at_mut(block.len());
+        match rows {
+            // The one product too many lies below the diagonal.
+            [a, b] => add_pair([a, b], &block[top..], [&mut first[top..], &mut second[top..]]),
+            [a] => first[top] += dot(a, a),
+            _ => unreachable!("chunks of two hold one or two rows"),
         }
-    }
-
-    pub(super) fn join(mut self, other: &Gram) -> Gram {
-        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
-            *sum += more;
-        }
-        self
-    }
-
-    /// AᵀA of the first `count` columns.
-    pub(super) fn leading(&self, count: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(count, count, |i, j| self.sums[i.min(j) * self.columns + i.max(j)])
     }
 }
 
-/// The eight dot products of two columns with four, each in two interleaved sums: what sixteen vector
-/// registers of two numbers hold.
-fn tile(a: [&[f64; LANES]; 2], b: [&[f64; LANES]; 4]) -> [[[f64; 2]; TILE_COLUMNS]; TILE_ROWS] {
-    let mut sums = [[[0.0; 2]; TILE_COLUMNS]; TILE_ROWS];
+/// The symmetric matrix of the sums of [`add_products`] over the first `count` of `rows` rows.
+pub(super) fn leading(sums: &[f64], rows: usize, count: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(count, count, |i, j| sums[i.min(j) * rows + i.max(j)])
+}
+
+/// Adds the products of each of a pair of rows with every row of `others` to its sums.
+pub(super) fn add_pair(pair: [&[f64; LANES]; 2], others: &[[f64; LANES]], sums: [&mut [f64]; 2]) {
+    let [first, second] = sums;
+    let sums = first.chunks_mut(TILE).zip(second.chunks_mut(TILE));
+    for (others, (first, second)) in others.chunks(TILE).zip(sums) {
+        let sums = [first, second];
+        match others {
+            [a] => add_tile(pair, [a], sums),
+            [a, b] => add_tile(pair, [a, b], sums),
+            [a, b, c] => add_tile(pair, [a, b, c], sums),
+            [a, b, c, d] => add_tile(pair, [a, b, c, d], sums),
+            _ => unreachable!("a tile has one to four rows"),
+        }
+    }
+}
+
+/// The products of two rows with up to four, each in two interleaved sums: what sixteen vector registers of
+/// two numbers hold.
+fn add_tile<const N: usize>(
+    pair: [&[f64; LANES]; 2],
+    others: [&[f64; LANES]; N],
+    sums: [&mut [f64]; 2],
+) {
+    let mut products = [[[0.0; 2]; N]; 2];
     for k in (0..LANES).step_by(2) {
-        for (sums, a) in sums.iter_mut().zip(a) {
-            for (sum, b) in sums.iter_mut().zip(b) {
-                sum[0] += a[k] * b[k];
-                sum[1] += a[k + 1] * b[k + 1];
+        for (products, a) in products.iter_mut().zip(pair) {
+            for (product, b) in products.iter_mut().zip(others) {
+                product[0] += a[k] * b[k];
+                product[1] += a[k + 1] * b[k + 1];
             }
         }
     }
-    sums
+    for (sums, products) in sums.into_iter().zip(products) {
+        for (sum, [even, odd]) in sums.iter_mut().zip(products) {
+            *sum += even + odd;
+        }
+    }
 }
 
-/// The product of two columns, in two interleaved sums.
+/// The product of two rows, in two interleaved sums.
 pub(super) fn dot(a: &[f64; LANES], b: &[f64; LANES]) -> f64 {
     let mut sum = [0.0; 2];
     for k in (0..LANES).step_by(2) {
@@ -87,8 +75,7 @@ pub(super) fn dot(a: &[f64; LANES], b: &[f64; LANES]) -> f64 {
     sum[0] + sum[1]
 }
 
-const TILE_ROWS: usize = 2;
-const TILE_COLUMNS: usize = 4;
+const TILE: usize = 4;
 
 #[cfg(test)]
 mod tests {
@@ -96,21 +83,21 @@ mod tests {
 
     #[test]
     fn sums_are_those_of_the_products() {
-        for columns in 1..14 {
-            let block: Vec<[f64; LANES]> = (0..columns)
+        for rows in 1..14 {
+            let block: Vec<[f64; LANES]> = (0..rows)
                 .map(|j| {
                     std::array::from_fn(|k| ((j * 37 + k * 11 + j * j * k) % 23) as f64 - 11.0)
                 })
                 .collect();
-            let mut gram = Gram::new(columns);
-            gram.add(&block);
-            gram.add(&block);
-            let gram = gram.clone().join(&gram).leading(columns);
-            for i in 0..columns {
-                for j in 0..columns {
+            let mut sums = vec![0.0; rows * rows];
+            add_products(&block, &mut sums);
+            add_products(&block, &mut sums);
+            let gram = leading(&sums, rows, rows);
+            for i in 0..rows {
+                for j in 0..rows {
                     let products = block[i].iter().zip(&block[j]).map(|(a, b)| a * b);
                     // Whole numbers: exact.
-                    assert_eq!(gram[(i, j)], 4.0 * products.sum::<f64>(), "{columns}: {i} {j}");
+                    assert_eq!(gram[(i, j)], 2.0 * products.sum::<f64>(), "{rows}: {i} {j}");
                 }
             }
         }

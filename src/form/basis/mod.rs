@@ -9,17 +9,20 @@ mod disc;
 mod expand;
 mod gram;
 mod indices;
+mod moments;
 mod normal;
 mod passes;
 mod product;
 mod q2d;
 mod recurrence;
+mod terms;
 mod zernike;
 
 use std::fmt;
 
 use thiserror::Error;
 
+pub use disc::Disc;
 pub use expand::{ExpandError, Expansion, LargestResidual, expand, residuals};
 pub use indices::{Counting, LARGEST_INDEX, aberration};
 pub use product::{Product, ProductError};
@@ -57,6 +60,11 @@ pub trait Basis: fmt::Debug + Send + Sync {
     /// Writes the values of every term, one row a term, at a block of places. `rows` has
     /// [`Basis::terms`] entries.
     fn block(&self, u: &[f64; LANES], v: &[f64; LANES], rows: &mut [[f64; LANES]]);
+
+    /// The basis as functions of the disc, if it is one: [`expand`] is then several times faster.
+    fn on_disc(&self) -> Option<&Disc> {
+        None
+    }
 }
 
 /// Value and derivatives of a term with respect to the normalised place.

@@ -2,8 +2,11 @@
 
 use std::ops::Range;
 
+use nalgebra::DMatrix;
+
 use super::expand::{ExpandError, LargestResidual};
-use super::gram::{Gram, dot};
+use super::gram::dot;
+use super::normal::Normal;
 use super::{Basis, LANES, Scale};
 
 /// What is expanded.
@@ -15,34 +18,71 @@ pub(super) struct Points<'a> {
     pub(super) weights: Option<&'a [f64]>,
 }
 
-/// Usable points of a block, and their rows.
+/// Usable points of a block. Lanes from `count` on hold finite places, values of 0 and weights of 0.
 pub(super) struct Block {
-    u: [f64; LANES],
-    v: [f64; LANES],
-    weights: [f64; LANES],
+    pub(super) u: [f64; LANES],
+    pub(super) v: [f64; LANES],
+    pub(super) values: [f64; LANES],
+    pub(super) weights: [f64; LANES],
     pub(super) indices: [usize; LANES],
-    /// One row a term and, last, the value; all 0 beyond the points there are.
-    rows: Vec<[f64; LANES]>,
+    pub(super) count: usize,
+}
+
+/// A way to the normal equations of a basis and to what their solution leaves.
+pub(super) trait Kernel: Sync {
+    /// Room for the rows of a block.
+    type Room;
+
+    fn room(&self) -> Self::Room;
+
+    /// How many sums the first pass has, and the second.
+    fn lengths(&self) -> [usize; 2];
+
+    /// Adds what a block gives to the sums of the first pass.
+    fn add_equations(&self, block: &Block, room: &mut Self::Room, sums: &mut [f64]);
+
+    /// The equations of these sums.
+    fn equations(&self, sums: &[f64]) -> Equations;
+
+    /// Whether rounding of these sums leaves the solution of their equations as good as it is said to be.
+    fn is_sure(&self, sums: &[f64], equations: &Equations, normal: &Normal) -> bool;
+
+    /// The coefficients of the terms as those of the functions that the second pass evaluates.
+    fn spelled(&self, coefficients: &[f64]) -> Vec<f64>;
+
+    /// Value minus the sum of the functions, for every lane. What they were made of stays in `room`.
+    fn residuals(&self, block: &Block, room: &mut Self::Room, spelled: &[f64]) -> [f64; LANES];
+
+    /// Adds the sums of the functions of the last block times its weighted residuals.
+    fn add_rest(&self, weighted: &[f64; LANES], room: &Self::Room, sums: &mut [f64]);
+
+    /// Aᵀ·W·r of the terms, of these sums.
+    fn along(&self, sums: &[f64]) -> Vec<f64>;
+}
+
+/// Normal equations.
+pub(super) struct Equations {
+    /// Aᵀ·W·A.
+    pub(super) gram: DMatrix<f64>,
+    /// Aᵀ·W·y.
+    pub(super) along: Vec<f64>,
+    /// yᵀ·W·y.
+    pub(super) square: f64,
 }
 
 /// Points that were not used, and how far those outside are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tally {
-    not_finite: usize,
-    outside: usize,
+    pub(super) used: usize,
+    pub(super) not_finite: usize,
+    pub(super) outside: usize,
     nearest_mm: f64,
     farthest_mm: f64,
 }
 
-impl Default for Tally {
-    fn default() -> Tally {
-        Tally { not_finite: 0, outside: 0, nearest_mm: f64::INFINITY, farthest_mm: 0.0 }
-    }
-}
-
 impl Points<'_> {
     /// The results of the chunks of a range, joined pairwise.
-    pub(super) fn tree<T: Send>(
+    fn tree<T: Send>(
         &self,
         range: Range<usize>,
         leaf: &(dyn Fn(Range<usize>) -> T + Sync),
@@ -59,15 +99,17 @@ impl Points<'_> {
         join(left, right)
     }
 
-    /// Shows the usable points of a range in blocks to `visit`, with their number.
-    pub(super) fn blocks(
-        &self,
-        range: Range<usize>,
-        block: &mut Block,
-        tally: &mut Tally,
-        mut visit: impl FnMut(&mut Block, usize),
-    ) {
-        let mut count = 0;
+    /// Shows the usable points of a range in blocks to `visit`.
+    pub(super) fn blocks(&self, range: Range<usize>, mut visit: impl FnMut(&Block)) -> Tally {
+        let mut block = Block {
+            u: [0.0; LANES],
+            v: [0.0; LANES],
+            values: [0.0; LANES],
+            weights: [0.0; LANES],
+            indices: [0; LANES],
+            count: 0,
+        };
+        let mut tally = Tally::default();
         for index in range {
             let [x_mm, y_mm] = self.places_mm[index];
             let (value, weight) = (self.values[index], self.weights.map_or(1.0, |w| w[index]));
@@ -83,120 +125,85 @@ impl Points<'_> {
                 tally.farthest_mm = tally.farthest_mm.max(distance_mm);
                 continue;
             }
-            block.put(count, index, [u, v], value, weight);
-            count += 1;
-            if count == LANES {
-                block.evaluate(self.basis, count);
-                visit(block, count);
-                count = 0;
+            tally.used += 1;
+            let lane = block.count;
+            (block.u[lane], block.v[lane]) = (u, v);
+            (block.values[lane], block.weights[lane]) = (value, weight);
+            block.indices[lane] = index;
+            block.count += 1;
+            if block.count == LANES {
+                visit(&block);
+                block.count = 0;
             }
         }
-        if count > 0 {
-            block.evaluate(self.basis, count);
-            visit(block, count);
+        if block.count > 0 {
+            block.values[block.count..].fill(0.0);
+            block.weights[block.count..].fill(0.0);
+            visit(&block);
         }
+        tally
     }
 
-    pub(super) fn sums(&self, range: Range<usize>) -> Sums {
-        let terms = self.basis.terms();
-        let mut block = Block::new(terms);
-        let mut gram = Gram::new(terms + 1);
-        let (mut used, mut tally) = (0, Tally::default());
-        self.blocks(range, &mut block, &mut tally, |block, count| {
-            used += count;
-            if self.weights.is_some() {
-                block.weigh();
-            }
-            gram.add(&block.rows);
-        });
-        let Tally { not_finite, outside, nearest_mm, farthest_mm } = tally;
-        Sums { gram, used, not_finite, outside, nearest_mm, farthest_mm }
+    /// The first pass.
+    pub(super) fn sums<K: Kernel>(&self, kernel: &K) -> Sums {
+        let leaf = |range| {
+            let mut room = kernel.room();
+            let mut sums = vec![0.0; kernel.lengths()[0]];
+            let tally =
+                self.blocks(range, |block| kernel.add_equations(block, &mut room, &mut sums));
+            Sums { sums, tally }
+        };
+        self.tree(0..self.places_mm.len(), &leaf, &Sums::join)
     }
 
-    pub(super) fn rest(&self, range: Range<usize>, coefficients: &[f64]) -> Rest {
-        let terms = self.basis.terms();
-        let mut block = Block::new(terms);
-        let largest = LargestResidual { residual: 0.0, index: range.start };
-        let mut rest = Rest { along: vec![0.0; terms], square: 0.0, weight: 0.0, largest };
-        self.blocks(range, &mut block, &mut Tally::default(), |block, count| {
-            rest.add(block, count, coefficients);
-        });
-        rest
-    }
-}
-
-impl Block {
-    pub(super) fn new(terms: usize) -> Block {
-        Block {
-            u: [0.0; LANES],
-            v: [0.0; LANES],
-            weights: [0.0; LANES],
-            indices: [0; LANES],
-            rows: vec![[0.0; LANES]; terms + 1],
-        }
-    }
-
-    fn put(&mut self, lane: usize, index: usize, [u, v]: [f64; 2], value: f64, weight: f64) {
-        (self.u[lane], self.v[lane]) = (u, v);
-        (self.indices[lane], self.weights[lane]) = (index, weight);
-        let last = self.rows.len() - 1;
-        self.rows[last][lane] = value;
-    }
-
-    /// Fills the rows of the terms and clears the lanes from `count` on.
-    fn evaluate(&mut self, basis: &dyn Basis, count: usize) {
-        let last = self.rows.len() - 1;
-        basis.block(&self.u, &self.v, &mut self.rows[..last]);
-        if count < LANES {
-            for row in &mut self.rows {
-                row[count..].fill(0.0);
-            }
-            self.weights[count..].fill(0.0);
-        }
-    }
-
-    fn weigh(&mut self) {
-        let roots = self.weights.map(f64::sqrt);
-        for row in &mut self.rows {
-            for (entry, root) in row.iter_mut().zip(&roots) {
-                *entry *= root;
-            }
-        }
-    }
-
-    pub(super) fn residuals(&self, coefficients: &[f64]) -> [f64; LANES] {
-        let mut residuals = self.rows[self.rows.len() - 1];
-        for (row, coefficient) in self.rows.iter().zip(coefficients) {
-            for (residual, value) in residuals.iter_mut().zip(row) {
-                *residual -= coefficient * value;
-            }
-        }
-        residuals
+    /// The second pass.
+    pub(super) fn rest<K: Kernel>(&self, kernel: &K, coefficients: &[f64]) -> Rest {
+        let spelled = kernel.spelled(coefficients);
+        let leaf = |range: Range<usize>| {
+            let mut room = kernel.room();
+            let largest = LargestResidual { residual: 0.0, index: range.start };
+            let sums = vec![0.0; kernel.lengths()[1]];
+            let mut rest = Rest { sums, square: 0.0, weight: 0.0, largest };
+            self.blocks(range, |block| {
+                let residuals = kernel.residuals(block, &mut room, &spelled);
+                let weighted = rest.add(block, &residuals);
+                kernel.add_rest(&weighted, &room, &mut rest.sums);
+            });
+            rest
+        };
+        self.tree(0..self.places_mm.len(), &leaf, &Rest::join)
     }
 }
 
 /// What the first pass sums.
 pub(super) struct Sums {
-    pub(super) gram: Gram,
-    pub(super) used: usize,
-    pub(super) not_finite: usize,
-    pub(super) outside: usize,
-    nearest_mm: f64,
-    farthest_mm: f64,
+    pub(super) sums: Vec<f64>,
+    pub(super) tally: Tally,
 }
 
 impl Sums {
-    pub(super) fn join(self, other: Sums) -> Sums {
-        Sums {
-            gram: self.gram.join(&other.gram),
-            used: self.used + other.used,
-            not_finite: self.not_finite + other.not_finite,
-            outside: self.outside + other.outside,
-            nearest_mm: self.nearest_mm.min(other.nearest_mm),
-            farthest_mm: self.farthest_mm.max(other.farthest_mm),
-        }
+    fn join(mut self, other: Sums) -> Sums {
+        add(&mut self.sums, &other.sums);
+        let (one, other) = (self.tally, other.tally);
+        self.tally = Tally {
+            used: one.used + other.used,
+            not_finite: one.not_finite + other.not_finite,
+            outside: one.outside + other.outside,
+            nearest_mm: one.nearest_mm.min(other.nearest_mm),
+            farthest_mm: one.farthest_mm.max(other.farthest_mm),
+        };
+        self
     }
+}
 
+impl Default for Tally {
+    fn default() -> Tally {
+        Tally { used: 0, not_finite: 0, outside: 0, nearest_mm: f64::INFINITY, farthest_mm: 0.0 }
+    }
+}
+
+impl Tally {
+    /// Whether there are points enough for the terms.
     pub(super) fn check(&self, points: &Points<'_>) -> Result<(), ExpandError> {
         let (kind, terms) = (points.basis.kind(), points.basis.terms());
         if self.used == 0 && self.outside > 0 {
@@ -210,7 +217,7 @@ impl Sums {
             });
         }
         if self.used < terms {
-            let Sums { used, outside, not_finite, .. } = *self;
+            let Tally { used, outside, not_finite, .. } = *self;
             return Err(ExpandError::TooFew { kind, used, terms, outside, not_finite });
         }
         Ok(())
@@ -219,8 +226,8 @@ impl Sums {
 
 /// What the second pass sums.
 pub(super) struct Rest {
-    /// Aᵀ·W·r.
-    pub(super) along: Vec<f64>,
+    /// The sums of the kernel.
+    pub(super) sums: Vec<f64>,
     /// rᵀ·W·r.
     pub(super) square: f64,
     /// Sum of the weights.
@@ -229,34 +236,36 @@ pub(super) struct Rest {
 }
 
 impl Rest {
-    fn add(&mut self, block: &Block, count: usize, coefficients: &[f64]) {
-        let residuals = block.residuals(coefficients);
-        let mut weighted = residuals;
+    /// Adds the residuals of a block; returns them times the weights.
+    fn add(&mut self, block: &Block, residuals: &[f64; LANES]) -> [f64; LANES] {
+        let mut weighted = *residuals;
         for (entry, weight) in weighted.iter_mut().zip(&block.weights) {
             *entry *= weight;
         }
-        for (sum, row) in self.along.iter_mut().zip(&block.rows) {
-            *sum += dot(&weighted, row);
-        }
-        self.square += dot(&weighted, &residuals);
+        self.square += dot(&weighted, residuals);
         self.weight += block.weights.iter().sum::<f64>();
-        for (&residual, &index) in residuals.iter().zip(&block.indices).take(count) {
+        for (&residual, &index) in residuals.iter().zip(&block.indices).take(block.count) {
             if residual.abs() > self.largest.residual.abs() {
                 self.largest = LargestResidual { residual, index };
             }
         }
+        weighted
     }
 
-    pub(super) fn join(mut self, other: Rest) -> Rest {
-        for (sum, more) in self.along.iter_mut().zip(&other.along) {
-            *sum += more;
-        }
+    fn join(mut self, other: Rest) -> Rest {
+        add(&mut self.sums, &other.sums);
         self.square += other.square;
         self.weight += other.weight;
         if other.largest.residual.abs() > self.largest.residual.abs() {
             self.largest = other.largest;
         }
         self
+    }
+}
+
+fn add(sums: &mut [f64], more: &[f64]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum += more;
     }
 }
 

@@ -133,6 +133,10 @@ impl Basis for Q2d {
     fn block(&self, u: &[f64; LANES], v: &[f64; LANES], rows: &mut [[f64; LANES]]) {
         self.disc.block(u, v, rows);
     }
+
+    fn on_disc(&self) -> Option<&Disc> {
+        Some(&self.disc)
+    }
 }
 
 /// Q_0^0 to Q_`degree`^0 (2010, eqs. A.14 to A.18): mixtures of P_0 = 2, P_1 = 6 − 8s,

@@ -186,6 +186,10 @@ impl Basis for Zernike {
     fn block(&self, u: &[f64; LANES], v: &[f64; LANES], rows: &mut [[f64; LANES]]) {
         self.disc.block(u, v, rows);
     }
+
+    fn on_disc(&self) -> Option<&Disc> {
+        Some(&self.disc)
+    }
 }
 
 /// Value of the one term (n, m) at a normalised place; it goes on smoothly beyond the rim. `None` where

@@ -2,7 +2,12 @@
 //!
 //! `ASPHERA_PYTHON` names an interpreter with prysm; without it ours runs alone. Both take the least of
 //! their repetitions. prysm works on the 785,000 pixels of a square grid that lie in the disc, ours on a
-//! million places in no order; ours evaluates the terms as it goes.
+//! million places in no order; ours evaluates what it sums as it goes.
+//!
+//! Times of one thread: 124 ns a point by the products of the terms (`basis/terms.rs`, which bases that are not of
+//! the disc still take), 48 ns by moments (`basis/moments`): 26 ns are sums of products, 9 ns residuals, the rest
+//! Chebyshev polynomials and powers. Tried and left: tiles of two by five rows, 63 ns, for they do not fit into
+//! sixteen registers. Not tried: wider vector instructions chosen at run time, which need unsafe code.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it finds")]
 

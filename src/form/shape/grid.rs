@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::argument::count;
+use super::raster::Raster;
 use super::{Jet, Shape, ShapeError, ShapeParameter};
 
 /// Heights at the nodes of a regular grid, interpolated smoothly. It has no parameters.
@@ -84,11 +86,7 @@ impl SagGrid {
     /// missing node: the surface is not defined in any cell that depends on it. `O(nodes)`.
     pub fn new(nodes: Nodes, sag_mm: &[f64]) -> Result<SagGrid, SagGridError> {
         let Nodes { nx, ny, .. } = nodes;
-        let steps = [("step_x", nodes.step_x_mm), ("step_y", nodes.step_y_mm)];
-        let starts = [("x_min", nodes.x_min_mm), ("y_min", nodes.y_min_mm)];
-        let bad_start = starts.into_iter().find(|(_, value)| !value.is_finite());
-        let bad_step = steps.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
-        if let Some((name, value_mm)) = bad_start.or(bad_step) {
+        if let Some((name, value_mm)) = nodes.raster().fault() {
             return Err(SagGridError::Place { name, value_mm });
         }
         if nx.min(ny) < STENCIL {
@@ -121,33 +119,18 @@ impl Shape for SagGrid {
     }
 
     fn jet(&self, x_mm: f64, y_mm: f64) -> Option<Jet> {
-        let nodes = &self.nodes;
-        let (i, along) = cell(x_mm, nodes.x_min_mm, nodes.step_x_mm, nodes.nx)?;
-        let (j, across) = cell(y_mm, nodes.y_min_mm, nodes.step_y_mm, nodes.ny)?;
-        if !self.whole[j * (nodes.nx - 1) + i] {
+        let Nodes { nx, ny, .. } = self.nodes;
+        let raster = self.nodes.raster();
+        let ([i, j], [u, v]) = raster.find(x_mm, y_mm)?;
+        if !self.whole[j * (nx - 1) + i] {
             return None;
         }
-        let (x, y) = (Weights::new(i, along, nodes.nx), Weights::new(j, across, nodes.ny));
-        // Value and two derivatives along x of every row, then along y.
-        let mut jet = Jet::default();
-        for (row, j) in y.window.clone().enumerate() {
-            let heights = &self.sag_mm[j * nodes.nx..][x.window.clone()];
-            let sum = |weights: &[f64; WINDOW]| -> f64 {
-                heights.iter().zip(weights).map(|(height, weight)| height * weight).sum()
-            };
-            let (value, first, second) = (sum(&x.value), sum(&x.first), sum(&x.second));
-            jet.z_mm += y.value[row] * value;
-            jet.gradient[0] += y.value[row] * first;
-            jet.gradient[1] += y.first[row] * value;
-            jet.hessian_per_mm[0] += y.value[row] * second;
-            jet.hessian_per_mm[1] += y.first[row] * first;
-            jet.hessian_per_mm[2] += y.second[row] * value;
-        }
-        let (dx, dy) = (nodes.step_x_mm, nodes.step_y_mm);
-        jet.gradient = [jet.gradient[0] / dx, jet.gradient[1] / dy];
-        let [xx, xy, yy] = jet.hessian_per_mm;
-        jet.hessian_per_mm = [xx / (dx * dx), xy / (dx * dy), yy / (dy * dy)];
-        Some(jet)
+        let (x, y) = (Weights::new(i, u, nx), Weights::new(j, v, ny));
+        let rows = y.window.clone().enumerate().map(|(row, j)| {
+            let heights = &self.sag_mm[j * nx..][x.window.clone()];
+            (heights, [y.value[row], y.first[row], y.second[row]])
+        });
+        Some(raster.jet([&x.value, &x.first, &x.second], rows))
     }
 
     fn parameters(&self) -> Vec<ShapeParameter> {
@@ -159,38 +142,25 @@ impl Shape for SagGrid {
     }
 
     fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
-        if values.is_empty() {
-            return Ok(Arc::new(self.clone()));
-        }
-        Err(ShapeError::Count { kind: self.kind(), found: values.len(), expected: 0 })
+        count(self.kind(), values, 0)?;
+        Ok(Arc::new(self.clone()))
     }
 
     /// 0 if a cell about the origin is not defined.
     fn domain_mm(&self) -> f64 {
-        let nodes = &self.nodes;
-        let x = |i: usize| nodes.x_min_mm + i as f64 * nodes.step_x_mm;
-        let y = |j: usize| nodes.y_min_mm + j as f64 * nodes.step_y_mm;
-        let (right, top) = (x(nodes.nx - 1), y(nodes.ny - 1));
-        let edge = (-nodes.x_min_mm).min(right).min(-nodes.y_min_mm).min(top);
-        // The nearest place of every cell that is not defined.
-        let cells = (0..nodes.ny - 1).flat_map(|j| (0..nodes.nx - 1).map(move |i| (i, j)));
-        let holes = cells
-            .zip(&*self.whole)
-            .filter(|(_, whole)| !**whole)
-            .map(|((i, j), _)| 0_f64.clamp(x(i), x(i + 1)).hypot(0_f64.clamp(y(j), y(j + 1))));
-        holes.fold(edge.max(0.0), f64::min)
+        self.nodes.raster().reach_mm(&self.whole)
     }
 }
 
-/// The cell of a coordinate and the place within it, from 0 to 1; the last border belongs to the last cell.
-pub(super) fn cell(at_mm: f64, min_mm: f64, step_mm: f64, nodes: usize) -> Option<(usize, f64)> {
-    let at = (at_mm - min_mm) / step_mm;
-    let last = (nodes - 1) as f64;
-    if !(-EDGE..=last + EDGE).contains(&at) {
-        return None;
+impl Nodes {
+    /// The cells between them.
+    fn raster(&self) -> Raster {
+        Raster {
+            min_mm: [self.x_min_mm, self.y_min_mm],
+            step_mm: [self.step_x_mm, self.step_y_mm],
+            cells: [self.nx.saturating_sub(1), self.ny.saturating_sub(1)],
+        }
     }
-    let index = (at.max(0.0) as usize).min(nodes - 2);
-    Some((index, (at - index as f64).clamp(0.0, 1.0)))
 }
 
 /// The nodes that a cell depends on: those of the difference formulas of its two ends.
@@ -265,8 +235,6 @@ fn hermite_of_end(t: f64) -> [[f64; 3]; 3] {
 const WINDOW: usize = 6;
 /// Nodes of a difference formula.
 const STENCIL: usize = 5;
-/// A place on the border that rounding has put outside belongs to the grid.
-const EDGE: f64 = 1e-9;
 /// Twelve times the first derivative at node 0 to 4 of five, at unit distance.
 const FIRST: [[f64; STENCIL]; STENCIL] = [
     [-25.0, 48.0, -36.0, 16.0, -3.0],

@@ -28,6 +28,7 @@ mod off_axis;
 mod power;
 mod q;
 mod q_basis;
+mod raster;
 mod section;
 mod series;
 mod spline;

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::grid::cell;
+use super::argument::count;
+use super::raster::Raster;
 use super::{Jet, Shape, ShapeError, ShapeParameter};
 
 /// The cells over which splines live: `nx` by `ny` of equal size from a corner.
@@ -36,9 +37,8 @@ impl Cells {
     /// Index of the cell at a place, row after row with x running faster, and the place within it (0 to 1);
     /// `None` outside.
     pub(crate) fn at(&self, x_mm: f64, y_mm: f64) -> Option<(usize, [f64; 2])> {
-        let (i, u) = cell(x_mm, self.x_min_mm, self.step_x_mm, self.nx + 1)?;
-        let (j, v) = cell(y_mm, self.y_min_mm, self.step_y_mm, self.ny + 1)?;
-        Some((j * self.nx + i, [u, v]))
+        let ([i, j], within) = self.raster().find(x_mm, y_mm)?;
+        Some((j * self.nx + i, within))
     }
 
     /// Index of the first of the 4 by 4 splines of a cell; a row of splines has `nx + 3`.
@@ -99,11 +99,7 @@ pub enum SplineError {
 impl Cells {
     /// Fails unless the numbers are in range.
     pub fn validate(&self) -> Result<(), SplineError> {
-        let starts = [("x_min", self.x_min_mm), ("y_min", self.y_min_mm)];
-        let steps = [("step_x", self.step_x_mm), ("step_y", self.step_y_mm)];
-        let bad_start = starts.into_iter().find(|(_, value)| !value.is_finite());
-        let bad_step = steps.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
-        if let Some((name, value_mm)) = bad_start.or(bad_step) {
+        if let Some((name, value_mm)) = self.raster().fault() {
             return Err(SplineError::Place { name, value_mm });
         }
         let (nx, ny) = (self.nx, self.ny);
@@ -111,6 +107,14 @@ impl Cells {
             return Err(SplineError::Cells { nx, ny });
         }
         Ok(())
+    }
+
+    fn raster(&self) -> Raster {
+        Raster {
+            min_mm: [self.x_min_mm, self.y_min_mm],
+            step_mm: [self.step_x_mm, self.step_y_mm],
+            cells: [self.nx, self.ny],
+        }
     }
 }
 
@@ -170,25 +174,10 @@ impl Shape for SplineSurface {
         }
         let (along, across) = (weights(u), weights(v));
         let first = self.cells.first_spline(cell);
-        let mut jet = Jet::default();
-        for (row, across) in transposed(&across).iter().enumerate() {
-            let coefficients = &self.coefficients_mm[first + row * (self.cells.nx + 3)..][..4];
-            let sum = |weights: &[f64; 4]| -> f64 {
-                coefficients.iter().zip(weights).map(|(value, weight)| value * weight).sum()
-            };
-            let [value, slope, bend] = along.each_ref().map(sum);
-            jet.z_mm += across[0] * value;
-            jet.gradient[0] += across[0] * slope;
-            jet.gradient[1] += across[1] * value;
-            jet.hessian_per_mm[0] += across[0] * bend;
-            jet.hessian_per_mm[1] += across[1] * slope;
-            jet.hessian_per_mm[2] += across[2] * value;
-        }
-        let (dx, dy) = (self.cells.step_x_mm, self.cells.step_y_mm);
-        jet.gradient = [jet.gradient[0] / dx, jet.gradient[1] / dy];
-        let [xx, xy, yy] = jet.hessian_per_mm;
-        jet.hessian_per_mm = [xx / (dx * dx), xy / (dx * dy), yy / (dy * dy)];
-        Some(jet)
+        let rows = transposed(&across).into_iter().enumerate().map(|(row, across)| {
+            (&self.coefficients_mm[first + row * (self.cells.nx + 3)..][..4], across)
+        });
+        Some(self.cells.raster().jet(along.each_ref(), rows))
     }
 
     fn parameters(&self) -> Vec<ShapeParameter> {
@@ -201,24 +190,13 @@ impl Shape for SplineSurface {
     }
 
     fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
-        if values.is_empty() {
-            return Ok(Arc::new(self.clone()));
-        }
-        Err(ShapeError::Count { kind: self.kind(), found: values.len(), expected: 0 })
+        count(self.kind(), values, 0)?;
+        Ok(Arc::new(self.clone()))
     }
 
     /// 0 if a cell about the origin is not defined.
     fn domain_mm(&self) -> f64 {
-        let cells = &self.cells;
-        let x = |i: usize| cells.x_min_mm + i as f64 * cells.step_x_mm;
-        let y = |j: usize| cells.y_min_mm + j as f64 * cells.step_y_mm;
-        let edge = (-x(0)).min(x(cells.nx)).min(-y(0)).min(y(cells.ny));
-        let holes = self.defined.iter().enumerate().filter(|(_, defined)| !**defined);
-        let near = holes.map(|(cell, _)| {
-            let (i, j) = (cell % cells.nx, cell / cells.nx);
-            0_f64.clamp(x(i), x(i + 1)).hypot(0_f64.clamp(y(j), y(j + 1)))
-        });
-        near.fold(edge.max(0.0), f64::min)
+        self.cells.raster().reach_mm(&self.defined)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Local feature size of a nominal, as a function of the distance from its axis.
 //!
-//! Of a nominal of revolution the local feature size is one of revolution as well; of a freeform it is not, and
-//! nothing is told here. The medial balls of
+//! Of a nominal of revolution the local feature size is one of revolution as well; for a freeform see
+//! [`super::freeform`]. The medial balls of
 //! the surface over a disc are found once, on a raster of [`RASTER`] steps across (see
 //! `asphera_surface::lfs`); the local feature size is then taken at [`NODES`] distances from the axis, each
 //! refined to [`TOLERANCE`], and interpolated linearly between them.

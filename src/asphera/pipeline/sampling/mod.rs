@@ -2,10 +2,11 @@
 //!
 //! The figures are those of `asphera_surface::coverage`, made in the plane of projection; the aperture is laid
 //! there with the part ([`border`]), and what has a place is turned back into the measured frame. The local
-//! feature size is the nominal's ([`meridian`]), or, without one, that of the points ([`measured`]).
+//! feature size is the nominal's ([`meridian`], [`freeform`]), or, without one, that of the points ([`measured`]).
 
 mod border;
 mod current;
+mod freeform;
 mod measured;
 mod meridian;
 mod next;
@@ -22,6 +23,7 @@ use asphera_surface::noise::{Advice, Noise, NoiseEstimate, SpacingCriteria};
 use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 use rayon::prelude::*;
 
+use self::freeform::{Footprint, Freeform};
 use self::measured::{Cells, Measured};
 use self::meridian::Meridian;
 use self::places::Lifted;
@@ -149,6 +151,8 @@ enum Known {
     Nothing,
     /// That of a nominal of revolution, over a disc of this radius in mm.
     Nominal { radius_mm: f64, meridian: Meridian },
+    /// That of a freeform nominal.
+    Freeform(Freeform),
     /// That of the points, at places of the plane.
     Points(Lfs),
 }
@@ -157,8 +161,9 @@ impl Remembered {
     /// That of a part at `pose`, at places of the plane; `None` where it is not known.
     pub(crate) fn lfs_mm(&self, pose: &Pose) -> impl Fn(f64, f64) -> Option<f64> + use<'_> {
         let (tx, ty) = (pose.tx_mm, pose.ty_mm);
-        // Tilts of a part are small, so the place is only shifted; a local feature size changes by no more
-        // than the way between.
+        let [[ax, bx, _], [ay, by, _], _] = pose.rotation();
+        // Tilts of a part are small, so the place is only shifted, and turned about z; a local feature size
+        // changes by no more than the way between.
         move |x, y| match &self.0 {
             Known::Nothing => None,
             Known::Nominal { meridian, .. } => {
@@ -166,13 +171,26 @@ impl Remembered {
                 // Not hypot, which is slower: a place of a mesh neither overflows nor vanishes.
                 meridian.at((x * x + y * y).sqrt())
             }
+            Known::Freeform(freeform) => {
+                let (x, y) = (x - tx, y - ty);
+                freeform.at(ax * x + ay * y, bx * x + by * y)
+            }
             Known::Points(lfs) => lfs.at(x, y),
         }
     }
 
     /// Looks for that of the nominal, unless it is known. Fails with the reason in words.
-    fn look_at_nominal(&mut self, part: &Part, reach_mm: impl Fn() -> f64) -> Result<(), String> {
-        let radius_mm = border::radius_mm(&part.aperture).unwrap_or_else(reach_mm);
+    fn look_at_nominal(
+        &mut self,
+        part: &Part,
+        points: &[PointMm],
+        pose: &Pose,
+    ) -> Result<(), String> {
+        if part.nominal.freeform().is_some() {
+            return self.look_at_freeform(part, points, pose);
+        }
+        let radius_mm =
+            border::radius_mm(&part.aperture).unwrap_or_else(|| reach_mm_of(points, pose));
         if matches!(&self.0, Known::Nominal { radius_mm: known, .. } if *known == radius_mm) {
             return Ok(());
         }
@@ -180,6 +198,24 @@ impl Remembered {
         let meridian = Meridian::of(&part.nominal, radius_mm)
             .map_err(|error| format!("the nominal has no local feature size: {error}"))?;
         self.0 = Known::Nominal { radius_mm, meridian };
+        Ok(())
+    }
+
+    /// The same of a freeform.
+    fn look_at_freeform(
+        &mut self,
+        part: &Part,
+        points: &[PointMm],
+        pose: &Pose,
+    ) -> Result<(), String> {
+        let footprint = Footprint::of(&part.aperture, points, pose);
+        if matches!(&self.0, Known::Freeform(known) if *known.footprint() == footprint) {
+            return Ok(());
+        }
+        self.0 = Known::Nothing;
+        let freeform = Freeform::of(&part.nominal, footprint)
+            .map_err(|error| format!("the nominal has no local feature size: {error}"))?;
+        self.0 = Known::Freeform(freeform);
         Ok(())
     }
 }
@@ -210,15 +246,16 @@ pub(crate) fn of_part(
     };
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
-    // The medial axis of a freeform would have to be found all over it; the points tell as much.
-    let found = if part.nominal.is_rotational() {
-        remembered.look_at_nominal(part, || reach_mm_of(points, pose)).map(|()| "nominal")
-    } else {
+    let found = remembered.look_at_nominal(part, points, pose).map(|()| "nominal").or_else(|why| {
+        if part.nominal.is_rotational() {
+            return Err(why);
+        }
+        // A freeform finer than a raster shows: the points tell more.
         Lfs::of_points(sampled, &noise, &reach_mm).map(|(lfs, source)| {
             remembered.0 = Known::Points(lfs);
             source
         })
-    };
+    });
     let source = found
         .map_err(|why| {
             remembered.0 = Known::Nothing;
