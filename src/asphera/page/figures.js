@@ -83,14 +83,19 @@ function showFit(form) {
     return;
   }
   const { fit } = form;
-  const { pose } = fit;
+  const { pose, robust } = fit;
   setRows(byId("fit"), [
     pair("method", "Method", fit.method),
     pair("termination", "Ended because", fit.termination),
     pair("iterations", "Iterations", count(fit.iterations)),
+    ...(fit.cautions ?? []).map(({ kind, text }) => pair(`caution-${kind}`, "Caution", text, "bad")),
     ...(fit.indeterminate.length
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]
       : []),
+    ...(fit.undetermined ?? []).filter((one) => !one.by_shape).map(({ parameter, combination }) =>
+      pair(`lacks-${parameter}`, "The points do not feel", combination.text, "sub")),
+    ...(robust ? [pair("robust", "Robust scale, down-weighted", `${nm(robust.scale_nm)} nm, ${count(robust.below_half)} points`)] : []),
+    ...(fit.condition ? [pair("condition", "Condition", significant(fit.condition))] : []),
     pair("shift", "Pose: shift x, y, z", `${[pose.tx_mm, pose.ty_mm, pose.tz_mm].map((v) => fixed(v, 5)).join(", ")} mm`),
     pair("tilt", "Pose: rotation x, y, z", angles([pose.rx_rad, pose.ry_rad, pose.rz_rad])),
   ]);

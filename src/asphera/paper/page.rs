@@ -150,19 +150,20 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
         "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {word}</p>\n<ul>"
     )?;
     for check in &verdict.checks {
-        let (name, unit) = match check.name.rsplit_once('_') {
-            Some((name, unit)) => (name.to_uppercase(), unit),
-            None => (check.name.clone(), ""),
+        let (name, unit, ring) = check.words();
+        let ring = ring.map_or(String::new(), |ring| format!(" from {}", text(ring)));
+        let u = check.u.map_or(String::new(), |u| format!(" (u {} {unit})", short(u)));
+        let doubt = match &check.doubt {
+            Some(doubt) => format!(", not proven: {}", text(doubt)),
+            None => String::new(),
         };
         writeln!(
             out,
-            "<li>{} {} {unit} {} {} {unit} allowed{}</li>",
+            "<li>{}{ring} {} {unit} {} {} {unit} allowed{u}{doubt}</li>",
             text(&name),
             short(check.value),
             if check.value <= check.limit { "\u{2264}" } else { "&gt;" },
             short(check.limit),
-            if check.ok || check.is_broken() { "" } else { ", not proven: within the guard band" },
-            unit = text(unit)
         )?;
     }
     for reason in &verdict.reasons {
@@ -179,9 +180,17 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
     let mut cards: Vec<(&str, String, String)> = Vec::new();
     if let Some(form) = &report.form {
         let deviation = &form.deviation;
+        let known = deviation.uncertainty.as_ref();
+        let about = |u_nm: Option<f64>| {
+            u_nm.map_or(String::new(), |u_nm| format!(" \u{b1} {}", short(2.0 * u_nm)))
+        };
+        let model = known.map_or(String::new(), |known| {
+            let bound = if known.pv_at_most { ", of PV an upper bound" } else { "" };
+            format!("; \u{b1} k = 2, {}{bound}", known.model)
+        });
         cards.push((
             "PV",
-            format!("{} nm", short(deviation.pv_nm)),
+            format!("{}{} nm", short(deviation.pv_nm), about(known.map(|known| known.u_pv_nm))),
             format!(
                 "{} nm at {} to {} nm at {}, part frame",
                 short(deviation.min_nm),
@@ -192,8 +201,8 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
         ));
         cards.push((
             "RMS",
-            format!("{} nm", short(deviation.rms_nm)),
-            "about the nominal, over the points used".to_owned(),
+            format!("{}{} nm", short(deviation.rms_nm), about(known.map(|known| known.u_rms_nm))),
+            format!("about the nominal, over the points used{model}"),
         ));
     }
     let coverage = report.sampling.coverage.map_or_else(|| "not known".to_owned(), percent);

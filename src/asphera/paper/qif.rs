@@ -219,16 +219,14 @@ struct Length<'a> {
 
 fn lengths(report: &Report) -> Vec<Length<'_>> {
     let in_nm = report.verdict.checks.iter().filter_map(|check| {
-        let name = check.name.strip_suffix("_nm")?;
-        (check.value.is_finite() && check.limit.is_finite()).then_some((check, name))
+        let (name, unit, ring) = check.words();
+        let name = ring.map_or(name.clone(), |ring| format!("{name} from {ring}"));
+        let is_length = unit == "nm" && check.value.is_finite() && check.limit.is_finite();
+        is_length.then_some((check, name))
     });
     in_nm
         .zip(0..)
-        .map(|((check, name), index)| Length {
-            check,
-            name: name.to_uppercase(),
-            id: RESULTS_ID + 1 + 4 * index,
-        })
+        .map(|((check, name), index)| Length { check, name, id: RESULTS_ID + 1 + 4 * index })
         .collect()
 }
 

@@ -30,7 +30,7 @@ pub(super) fn css_string(words: &str) -> String {
 
 /// Four significant digits, and all before the point.
 pub(super) fn short(value: f64) -> String {
-    if value == 0.0 {
+    if value.abs() < 1e-12 {
         return "0".to_owned();
     }
     if !value.is_finite() {

@@ -9,6 +9,8 @@ use asphera_surface::Plane;
 
 use super::cells;
 use super::details::FormDetails;
+use super::errors::Errors;
+use super::fit_details;
 use crate::config::Part;
 use crate::report::{DeviationFigures, FitFigures, FormFigures, ParameterFigures, PoseFigures};
 use crate::snapshot::Map;
@@ -31,6 +33,7 @@ pub(super) fn form(
             parameters: parameters(&fit.estimates, &part.nominal),
             indeterminate: names(&fit.indeterminate, &part.nominal),
             pose: pose(&fit.pose, plane),
+            details: fit_details::of_fit(fit),
         },
         deviation: deviation(figures),
         provisional: false,
@@ -43,7 +46,15 @@ pub(super) fn form(
 }
 
 /// As [`form`], of running figures.
-pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) -> FormFigures {
+pub(super) fn running_form(
+    part: &Part,
+    estimate: &LiveEstimate,
+    plane: &Plane,
+    errors: &Errors,
+) -> FormFigures {
+    let known = errors.of(&estimate.figures);
+    let uncertainty =
+        known.map(|known| known.figures(estimate.figures.pv_nm, errors.is_measured(part)));
     let details = cells::details(&estimate.map, &part.aperture);
     FormFigures {
         nominal: part.nominal.to_string(),
@@ -55,8 +66,9 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
             parameters: parameters(&estimate.estimates, &part.nominal),
             indeterminate: names(&estimate.indeterminate, &part.nominal),
             pose: pose(&estimate.pose, plane),
+            details: fit_details::of_running(estimate),
         },
-        deviation: deviation(&estimate.figures),
+        deviation: DeviationFigures { uncertainty, ..deviation(&estimate.figures) },
         provisional: true,
         figures: Vec::new(),
         zernike: details.zernike,
@@ -97,6 +109,7 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         at_max_mm: figures.at_max_mm,
         at_min_mm: figures.at_min_mm,
         uncertainty: None,
+        unmeasured: None,
     }
 }
 

@@ -13,6 +13,7 @@ mod distribution;
 mod field;
 mod linear;
 mod modes;
+mod noise_only;
 mod philox;
 mod rms;
 mod scatter;
@@ -28,9 +29,10 @@ use simulate::Source;
 
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
+pub use noise_only::NoiseOnly;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
-pub use unmeasured::{Hidden, unmeasured};
+pub use unmeasured::{Hidden, largest_bend, unmeasured};
 
 /// The uncertainties of a fit.
 #[derive(Clone, Debug)]

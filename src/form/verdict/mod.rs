@@ -11,5 +11,5 @@ mod tolerance;
 
 pub use decision::{Decision, Doubt, Finding, Guard, GuardError, decide};
 pub use limit::{Judged, Limit, LimitError, judge};
-pub use prospect::{Prospect, RunningPv, RunningRms, pv_prospect, rms_prospect};
+pub use prospect::{Prospect, RunningPv, RunningRms, pv_prospect, rms_of_whole_nm, rms_prospect};
 pub use tolerance::{Check, Reason, Status, Tolerance, Verdict, verdict};
