@@ -99,6 +99,7 @@ impl View {
         self.snapshot.state = State::Failed;
         // They went with the pipeline.
         self.snapshot.maps = None;
+        self.snapshot.verdict.outlook = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
 

@@ -3,7 +3,7 @@
 use std::fmt::{Result, Write as _};
 
 use super::provenance::Provenance;
-use super::words::{css_string, instant, percent, place, short, text};
+use super::words::{css_string, instant, percent, place, short, text, with_u};
 use super::{charts, defects, map, sections, tables};
 use crate::pipeline::Measurement;
 use crate::report::{FormFigures, Report, Status, Verdict};
@@ -181,8 +181,9 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
     if let Some(form) = &report.form {
         let deviation = &form.deviation;
         let known = deviation.uncertainty.as_ref();
-        let about = |u_nm: Option<f64>| {
-            u_nm.map_or(String::new(), |u_nm| format!(" \u{b1} {}", short(2.0 * u_nm)))
+        let about = |nm: f64, u_nm: Option<f64>| match u_nm.filter(|u_nm| *u_nm > 1e-9) {
+            Some(u_nm) => format!("{} nm", with_u(nm, Some(2.0 * u_nm))),
+            None => format!("{} nm", short(nm)),
         };
         let model = known.map_or(String::new(), |known| {
             let bound = if known.pv_at_most { ", of PV an upper bound" } else { "" };
@@ -190,7 +191,7 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
         });
         cards.push((
             "PV",
-            format!("{}{} nm", short(deviation.pv_nm), about(known.map(|known| known.u_pv_nm))),
+            about(deviation.pv_nm, known.map(|known| known.u_pv_nm)),
             format!(
                 "{} nm at {} to {} nm at {}, part frame",
                 short(deviation.min_nm),
@@ -201,7 +202,7 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
         ));
         cards.push((
             "RMS",
-            format!("{}{} nm", short(deviation.rms_nm), about(known.map(|known| known.u_rms_nm))),
+            about(deviation.rms_nm, known.map(|known| known.u_rms_nm)),
             format!("about the nominal, over the points used{model}"),
         ));
     }

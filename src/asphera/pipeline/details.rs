@@ -53,6 +53,13 @@ pub(super) fn sample(
     deviations_mm: &[f64],
     areas_mm2: &[f64],
 ) -> Result<Sample, SampleError> {
+    let places_mm = places_mm(pose, points);
+    let weighted = areas_mm2.iter().any(|area| *area > 0.0);
+    Sample::new(&places_mm, deviations_mm, weighted.then_some(areas_mm2), &part.aperture)
+}
+
+/// Places of points in the part frame.
+pub(super) fn places_mm(pose: &Pose, points: &[PointMm]) -> Vec<[f64; 2]> {
     let (turn, shift_mm) = (pose.rotation(), pose.to_measured([0.0; 3]));
     // As `Pose::to_part`, which would make the rotation anew for every point.
     let place = |point: &PointMm| {
@@ -60,9 +67,7 @@ pub(super) fn sample(
             (0..3).map(|row| turn[row][column] * (point[row] - shift_mm[row])).sum::<f64>()
         })
     };
-    let places_mm: Vec<[f64; 2]> = points.iter().map(place).collect();
-    let weighted = areas_mm2.iter().any(|area| *area > 0.0);
-    Sample::new(&places_mm, deviations_mm, weighted.then_some(areas_mm2), &part.aperture)
+    points.iter().map(place).collect()
 }
 
 /// The area each point stands for, projected, in mm²: a third of that of every triangle it is a corner of.

@@ -6,6 +6,7 @@ use asphera_form::verdict::{Guard, rms_of_whole_nm};
 use asphera_form::{Figures, Fit};
 use asphera_surface::PointMm;
 
+use super::details::places_mm;
 use super::prospects::{P, patches_nm2};
 use crate::config::Part;
 use crate::report::{SamplingFigures, UnmeasuredFigures};
@@ -34,14 +35,7 @@ impl Unmeasured {
         if share.is_none() {
             unknown.push("the coverage of the aperture is not known".to_owned());
         }
-        let motion = fit.pose;
-        let places_mm: Vec<[f64; 2]> = points
-            .iter()
-            .map(|point| {
-                let [x, y, _] = motion.to_part(*point);
-                [x, y]
-            })
-            .collect();
+        let places_mm = places_mm(&fit.pose, points);
         let bend_per_mm = largest_bend(&places_mm, deviations_mm);
         if bend_per_mm.is_none() {
             unknown.push("too few points tell how the deviation bends between them".to_owned());

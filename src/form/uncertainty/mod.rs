@@ -4,7 +4,8 @@
 //! the surface, and [`Effect`]s of the machine. [`uncertainty`] carries them through a least-squares fit by
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
 //! residuals for noise. The measurand of a parameter or of the RMS is what the fit would give at the same
-//! places without these errors; what lies between the points is another matter: see [`unmeasured`].
+//! places without these errors; what lies between the points is another matter: see [`unmeasured`]. Where nothing but the noise is known,
+//! [`NoiseOnly`] has closed forms for PV and RMS.
 //!
 //! Deliberately absent: the calibration that a budget comes from; random numbers that are not counted.
 

@@ -2,7 +2,8 @@
 //!
 //! [`verdict`](crate::verdict()) compares PV and RMS with a [`Tolerance`], uncertainty aside. [`judge`] takes any
 //! [`Limit`], over the aperture or a zone of it, with its uncertainty. [`rms_prospect`] and [`pv_prospect`] say
-//! what is certain while points still arrive.
+//! what is certain while points still arrive, and
+//! [`rms_of_whole_nm`] what the part of the aperture that was not measured may add to the RMS.
 
 mod decision;
 mod limit;

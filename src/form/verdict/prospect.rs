@@ -234,15 +234,15 @@ mod tests {
             let found = rms_prospect(&running(&patches), limit_nm, Guard::None, 0.95).unwrap();
             found.pass_from_coverage
         };
-        // By hand: mean 100, deviation 92.58, t of 7 degrees of freedom 1.8946; at half the aperture 16 patches
-        // are seen and 16 left, so the rest is 100 + 1.8946·92.58·√(1/8) = 162.0 and the RMS √131.0 = 11.446.
+        // By hand: mean 100, deviation 92.43, t of 7 degrees of freedom 1.8946; at half the aperture 16 patches
+        // are seen and 16 left, so the rest is 100 + 1.8946·92.43·√(1/8) = 161.9 and the RMS √131.0 = 11.444.
         let t = student_quantile(0.95, 7.0);
         assert!((t - 1.894_6).abs() < 1e-4);
-        let from = pass(11.446).unwrap();
+        let from = pass(11.444).unwrap();
         assert!((from - 0.5).abs() < 2e-3, "{from}");
         assert!(pass(10.2).unwrap() > from);
         // Half of the aperture measured by 8 patches, which leaves 8.
-        let rest = 100.0 + t * 92.582_0 * 0.5;
+        let rest = 100.0 + t * (59_800.0_f64 / 7.0).sqrt() * 0.5;
         let whole_nm = rms_of_whole_nm(10.0, &patches, 0.5, 0.95).unwrap();
         assert!((whole_nm - (50.0 + 0.5 * rest).sqrt()).abs() < 1e-5, "{whole_nm}");
         assert_eq!(rms_of_whole_nm(10.0, &[], 1.0, 0.95), Some(10.0));
