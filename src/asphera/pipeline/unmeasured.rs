@@ -13,7 +13,11 @@ use crate::report::{SamplingFigures, UnmeasuredFigures};
 
 /// What may hide.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Unmeasured(UnmeasuredFigures);
+pub(super) struct Unmeasured {
+    figures: UnmeasuredFigures,
+    /// Whether a pass needs a probability. Otherwise the coverage that is wanted says how much may be missing.
+    by_probability: bool,
+}
 
 impl Unmeasured {
     /// Of a part with these deviations, NaN where a point does not count. Takes time in proportion to the points.
@@ -60,7 +64,7 @@ impl Unmeasured {
                 .push("too few places tell how the deviation varies over the aperture".to_owned());
         }
         let beyond_nm = whole_nm.map(|whole_nm| (whole_nm - figures.rms_nm).max(0.0));
-        Unmeasured(UnmeasuredFigures {
+        let figures = UnmeasuredFigures {
             share,
             area_mm2: sampling
                 .undersampled_area_mm2
@@ -74,18 +78,20 @@ impl Unmeasured {
             rms_hidden_nm: between_nm.zip(beyond_nm).map(|(between, beyond)| between + beyond),
             p,
             unknown,
-        })
+        };
+        let by_probability = matches!(part.judging.guard, Some(Guard::Probability(_)));
+        Unmeasured { figures, by_probability }
     }
 
     /// As reports write it.
     pub(super) fn figures(&self) -> UnmeasuredFigures {
-        self.0.clone()
+        self.figures.clone()
     }
 
     /// What may be added to a figure, in its unit; `None` where that is not known, or larger than the probability asked
     /// for allows. Of slopes it is not told.
     pub(super) fn hidden(&self, definition: Definition) -> Option<f64> {
-        let found = &self.0;
+        let found = &self.figures;
         if definition.unit() != Unit::Nanometres {
             return Some(0.0);
         }
@@ -98,14 +104,15 @@ impl Unmeasured {
             // A range, of which either end may lie where nothing was measured.
             _ => {
                 let missed = found.extreme_missed_p?;
-                found.pv_hidden_nm.filter(|_| missed <= 1.0 - found.p + ROUNDING)
+                let enough = !self.by_probability || missed <= 1.0 - found.p + ROUNDING;
+                found.pv_hidden_nm.filter(|_| enough)
             }
         }
     }
 
     /// In words, of the limit of this name.
     pub(super) fn why(&self, name: &str) -> String {
-        let found = &self.0;
+        let found = &self.figures;
         if let Some(unknown) = found.unknown.first() {
             return unknown.clone();
         }
@@ -119,7 +126,7 @@ impl Unmeasured {
             parts.extend(found.rms_hidden_nm.map(|nm| {
                 format!("with the {share:.1} % not sampled densely enough up to {nm:.2} nm more")
             }));
-        } else if share > 0.0 {
+        } else if share > 0.0 && self.by_probability {
             let missed = 100.0 * found.extreme_missed_p.unwrap_or(1.0);
             parts.push(format!(
                 "{share:.1} % of the aperture are not sampled densely enough and hold an extreme with up to \
