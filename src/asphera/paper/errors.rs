@@ -87,8 +87,7 @@ pub(super) fn of_fit(out: &mut String, details: &FitDetails) -> Result {
     for caution in &details.cautions {
         writeln!(
             out,
-            "<p class=\"caution\"><b>{}</b> {}.{}</p>",
-            "Caution:",
+            "<p class=\"caution\"><b>Caution:</b> {}.{}</p>",
             text(&caution.text),
             if caution.forbids_verdict { " No verdict can be given." } else { "" }
         )?;
