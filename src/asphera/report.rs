@@ -5,8 +5,11 @@
 
 mod features;
 mod fit;
+mod fit_details;
 mod form;
+mod prospect;
 mod standards;
+mod unmeasured;
 
 use std::collections::BTreeMap;
 
@@ -14,13 +17,19 @@ use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use fit::{LossFigures, ReferenceFigures, WeightFigures};
+pub use fit_details::{
+    CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
+    UndeterminedFigures,
+};
 pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
 };
+pub use prospect::{Outlook, ProspectFigures, ProspectState};
 pub use standards::{
     ContactFigures, IndicationFigures, MinimumZoneFigures, PsdFigures, QFigures, StandardFigures,
     TextureFigures,
 };
+pub use unmeasured::UnmeasuredFigures;
 
 /// Version of the report's layout. A reader refuses what it does not know.
 pub const FORMAT: &str = "asphera.report/1";
@@ -388,9 +397,9 @@ pub struct FitFigures {
     /// What points are weighted by, where they do not count alike; final only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<WeightFigures>,
-    /// What the figures must be read with.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub cautions: Vec<String>,
+    /// How it ended, what it lacks, how its figures must be read.
+    #[serde(flatten)]
+    pub details: FitDetails,
 }
 
 /// One fitted parameter.
@@ -440,16 +449,25 @@ pub struct DeviationFigures {
     pub at_max_mm: [f64; 3],
     /// Where the smallest is, part frame, mm.
     pub at_min_mm: [f64; 3],
-    /// What is known of the errors of these figures; absent where no budget was given.
+    /// What is known of the errors of these figures; absent where the noise is not known, `unknown` says why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyFigures>,
+    /// What the part of the aperture that was not measured may hide; final only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmeasured: Option<UnmeasuredFigures>,
 }
 
-/// Uncertainties of PV and RMS, as the budget of the nominal file has them.
+/// Uncertainties of PV and RMS, by the budget of the nominal file or, without one, by the noise of the points alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyFigures {
+    /// What they are made of: [`UncertaintyFigures::BUDGET`] or [`UncertaintyFigures::NOISE_ONLY`].
+    #[serde(default = "UncertaintyFigures::budget")]
+    pub model: String,
     /// Standard uncertainty (k = 1) of the PV, by simulated measurements.
     pub u_pv_nm: f64,
+    /// Whether that and `pv_bias_nm` are upper bounds: where nothing was simulated.
+    #[serde(default)]
+    pub pv_at_most: bool,
     /// What noise adds to the PV on the average, as far as the draws tell.
     pub pv_bias_nm: f64,
     /// Interval of the PV, 95 %.
@@ -464,10 +482,23 @@ pub struct UncertaintyFigures {
     pub noise_nm: f64,
     /// Whether the noise was measured from the points.
     pub noise_measured: bool,
-    /// Measurements simulated.
-    pub draws: u32,
+    /// Measurements simulated; absent where none were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draws: Option<u32>,
     /// Seed of the simulation.
-    pub seed: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+}
+
+impl UncertaintyFigures {
+    /// By the table `[uncertainty]` of the nominal file.
+    pub const BUDGET: &str = "error budget of the nominal file";
+    /// By the noise of the points, and nothing that is correlated from point to point.
+    pub const NOISE_ONLY: &str = "noise only";
+
+    fn budget() -> String {
+        UncertaintyFigures::BUDGET.to_owned()
+    }
 }
 
 /// Whether the part is good.
@@ -479,6 +510,9 @@ pub struct Verdict {
     pub checks: Vec<Check>,
     /// Why it is undecided, or what a reader must know beside the answer.
     pub reasons: Vec<String>,
+    /// In a snapshot while points arrive: what can already be said. Never in a report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outlook: Option<Outlook>,
 }
 
 /// The answer.
@@ -514,9 +548,37 @@ pub struct Check {
     /// The decision rule in words; absent without a guard band.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rule: Option<String>,
+    /// What the part of the aperture that was not measured may add to the value, at the probability of
+    /// [`UnmeasuredFigures::p`]; absent where that is not known, and for slopes, of which it is not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<f64>,
+    /// Why neither is proven, in words; absent where it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<String>,
 }
 
 impl Check {
+    /// Its name, its unit and of what it is, if not of the whole: `RMS`, `nm`, `from 0-4.5 mm` of a ring or `less piston`.
+    pub fn words(&self) -> (String, &'static str, Option<String>) {
+        let (name, of) = match self.name.split_once(' ') {
+            Some((name, less)) if less.starts_with("less ") => (name, Some(less.to_owned())),
+            Some((name, ring)) => (name, Some(format!("from {ring}"))),
+            None => (self.name.as_str(), None),
+        };
+        let (name, unit) = match name.rsplit_once('_') {
+            Some((name, "nm")) => (name, "nm"),
+            Some((name, "urad")) => (name, "µrad"),
+            _ => (name, ""),
+        };
+        let name = match name {
+            "minimum_zone" => "minimum zone".to_owned(),
+            "sa" | "sq" | "sz" => format!("S{}", &name[1..]),
+            "rmst" | "rmsi" | "rmsa" => format!("RMS{}", &name[3..]),
+            name => name.replace('_', " ").to_uppercase(),
+        };
+        (name, unit, of)
+    }
+
     /// Whether the limit is certainly broken: by more than the guard band, where there is one. What neither
     /// holds nor is broken is not proven.
     pub fn is_broken(&self) -> bool {
@@ -619,11 +681,21 @@ mod tests {
             u: None,
             guard_band,
             rule: None,
+            hidden: None,
+            doubt: None,
         };
         assert!(!check(90.0, true, Some(5.0)).is_broken());
         assert!(!check(97.0, false, Some(5.0)).is_broken());
         assert!(!check(103.0, false, Some(5.0)).is_broken());
         assert!(check(106.0, false, Some(5.0)).is_broken());
+        let ring = Check { name: "rms_nm 0-4.5 mm".to_owned(), ..check(1.0, true, None) };
+        assert_eq!(ring.words(), ("RMS".to_owned(), "nm", Some("from 0-4.5 mm".to_owned())));
+        let slope = Check { name: "slope_max_urad".to_owned(), ..ring };
+        assert_eq!(slope.words(), ("SLOPE MAX".to_owned(), "µrad", None));
+        let words = |name: &str| Check { name: name.to_owned(), ..slope.clone() }.words();
+        assert_eq!(words("rms_nm less piston").2, Some("less piston".to_owned()));
+        let names = ["minimum_zone_nm", "sq_nm", "rmsi_nm", "pvr_nm"].map(|name| words(name).0);
+        assert_eq!(names, ["minimum zone", "Sq", "RMSi", "PVR"]);
         assert!(check(100.1, false, None).is_broken() && !check(100.0, true, None).is_broken());
     }
 }

@@ -41,7 +41,7 @@ pub struct Snapshot {
     pub features: FeatureFigures,
     /// The form, as soon as a fit can be made.
     pub form: Option<FormFigures>,
-    /// Pass, fail or undecided. Undecided until the session ended.
+    /// Pass, fail or undecided. Undecided until the session ended; until then `outlook` says what is certain already.
     pub verdict: Verdict,
     /// Mean deviation over the aperture.
     pub map: Option<Map>,
@@ -204,7 +204,7 @@ pub struct RemovedTerm {
 }
 
 /// PV and RMS against points: columns of equal length.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Convergence {
     /// Points in the fit.
     pub points: Vec<u64>,
@@ -217,33 +217,26 @@ pub struct Convergence {
     /// Standard uncertainty (k = 1) of RMS in nm; `None` where it is not known.
     pub rms_u_nm: Vec<Option<f64>>,
     /// What the uncertainty of PV is made of, or why it is not known.
-    pub pv_u_basis: &'static str,
-    /// What the uncertainty of RMS is made of.
-    pub rms_u_basis: &'static str,
-}
-
-impl Default for Convergence {
-    fn default() -> Convergence {
-        Convergence {
-            points: Vec::new(),
-            pv_nm: Vec::new(),
-            pv_u_nm: Vec::new(),
-            rms_nm: Vec::new(),
-            rms_u_nm: Vec::new(),
-            pv_u_basis: PV_U_BASIS,
-            rms_u_basis: RMS_U_BASIS,
-        }
-    }
+    pub pv_u_basis: String,
+    /// What the uncertainty of RMS is made of, or why it is not known.
+    pub rms_u_basis: String,
 }
 
 impl Convergence {
-    /// Adds the figures of a fit of `parameters` parameters to `points` points.
-    pub(crate) fn push(&mut self, points: u64, pv_nm: f64, rms_nm: f64, parameters: usize) {
+    /// Adds PV and RMS of a fit to `points` points with their uncertainties, and what those are made of.
+    pub(crate) fn push(
+        &mut self,
+        points: u64,
+        [pv_nm, rms_nm]: [f64; 2],
+        [pv_u_nm, rms_u_nm]: [Option<f64>; 2],
+        [pv_u_basis, rms_u_basis]: [String; 2],
+    ) {
         self.points.push(points);
         self.pv_nm.push(pv_nm);
-        self.pv_u_nm.push(None);
+        self.pv_u_nm.push(pv_u_nm);
         self.rms_nm.push(rms_nm);
-        self.rms_u_nm.push(rms_u_nm(points, rms_nm, parameters));
+        self.rms_u_nm.push(rms_u_nm);
+        (self.pv_u_basis, self.rms_u_basis) = (pv_u_basis, rms_u_basis);
     }
 
     /// Drops every other row: the shape of the curve stays.
@@ -256,21 +249,10 @@ impl Convergence {
     }
 }
 
-/// That of a standard deviation of ν degrees of freedom, its value over √(2ν): GUM:1995, E.4.3. As the
-/// uncertainties of the fitted parameters it takes the residuals for independent.
-fn rms_u_nm(points: u64, rms_nm: f64, parameters: usize) -> Option<f64> {
-    let freedom = points.checked_sub(parameters as u64).filter(|freedom| *freedom > 0)?;
-    Some(rms_nm / (2.0 * freedom as f64).sqrt())
-}
-
 /// Keeps the first, the third, and so on.
 fn thin<T: Copy>(column: &mut Vec<T>) {
     *column = column.iter().copied().step_by(2).collect();
 }
-
-const PV_U_BASIS: &str = "not known: the fit tells nothing about the noise of single points";
-const RMS_U_BASIS: &str =
-    "from the residuals of the fit, taken for independent; what is not measured yet is not in it";
 
 /// One link as an operator wants to see it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

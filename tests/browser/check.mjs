@@ -11,7 +11,8 @@
 // --sampling: while it measures, looks at the maps of the sampling and at sections; with --regions also at regions
 // to measure next, and at the end at defects, which are added to what the station says.
 //
-// --form: while it measures and at the end, takes Zernike terms out of what is shown, and opens the light.
+// --form: while it measures and at the end, takes Zernike terms out of what is shown, opens the light, makes the window
+// wider and narrower, and looks at what is said of the limits.
 //
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
@@ -22,8 +23,10 @@ import { chromium } from "playwright-core";
 
 import { lookAtDefects } from "./defects.mjs";
 import { lookAtForm, openLight, readLight } from "./form.mjs";
+import { lookAtOutlook } from "./outlook.mjs";
 import { drawn, lost, texts } from "./probe.mjs";
 import { addFindings, lookAtSampling } from "./sampling.mjs";
+import { lookAtWidths } from "./widths.mjs";
 
 const CHROMIUM_ARGUMENTS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -128,7 +131,9 @@ async function follow(page) {
       }
       if (call.form && !lookedAtForm && seen.painted >= PAINTED_MIN) {
         lookedAtForm = true;
+        for (const text of await lookAtOutlook(page)) fail(text);
         for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
+        for (const text of await lookAtWidths(page)) fail(`while measuring: ${text}`);
       }
       if (first && call["measuring-screenshot"]) {
         await page.screenshot({ path: call["measuring-screenshot"], fullPage: true });
@@ -152,6 +157,7 @@ async function follow(page) {
   judge(result.final);
   if (call.form && last.state === "complete") {
     for (const text of await lookAtForm(page)) fail(`at the end: ${text}`);
+    for (const text of await lookAtWidths(page)) fail(`at the end: ${text}`);
   }
 }
 

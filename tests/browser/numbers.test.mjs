@@ -74,6 +74,8 @@ test("names give their unit away", () => {
   assert.deepEqual(format.nameAndUnit("gap_max_mm"), ["Gap max", "mm"]);
   assert.deepEqual(format.nameAndUnit("undersampled_area_mm2"), ["Undersampled area", "mm²"]);
   assert.deepEqual(format.nameAndUnit("coverage"), ["Coverage", ""]);
+  assert.deepEqual(format.nameAndUnit("rms_nm 0-4.5 mm"), ["RMS, ring 0-4.5 mm", "nm"]);
+  assert.equal(format.sentence("pass is certain"), "Pass is certain");
 });
 
 /** CIE L*a*b* (D65) of sRGB, by IEC 61966-2-1 and CIE 15. */

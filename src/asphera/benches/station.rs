@@ -115,6 +115,21 @@ fn figures_of_a_snapshot(bencher: Bencher<'_, '_>, count: u64) {
     bencher.bench_local(|| pipeline.figures());
 }
 
+/// The same of a part whose PV is beyond its limit, but not for certain: then the most is looked at.
+#[divan::bench(args = [100_000, 1_000_000], sample_count = 20)]
+fn figures_of_a_snapshot_of_a_doubtful_part(bencher: Bencher<'_, '_>, count: u64) {
+    let nominal = format!("{NOMINAL}[nominal.tolerance]\npv_nm = 199\nrms_nm = 50\n");
+    let part = Part::parse("part", &nominal.replace("nominal.", ""));
+    let mut pipeline = Pipeline::new(part.expect("a nominal made for the benchmark"));
+    for mut point in spiral(count) {
+        let [x, y, z] = point.position_mm;
+        point.position_mm[2] = z + 1e-4 * (2.0 * x).sin() * (2.0 * y).cos();
+        pipeline.take(&point);
+    }
+    pipeline.figures();
+    bencher.bench_local(|| pipeline.figures());
+}
+
 /// The final figures: fit, deviations, sampling, map.
 #[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 3)]
 fn final_figures(bencher: Bencher<'_, '_>, count: u64) {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::report::{
     DefectFigures, FeatureFigures, FormFigures, RepeatFigures, Report, SamplingFigures,
-    StandardFigures, Status,
+    StandardFigures, Status, UnmeasuredFigures,
 };
 
 /// The report in a few lines.
@@ -70,6 +70,12 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
                 form.fit.indeterminate.join(", ")
             )?;
         }
+        for caution in &form.fit.details.cautions {
+            writeln!(text, "  caution: {}", caution.text)?;
+        }
+        for lacks in form.fit.details.undetermined.iter().filter(|lacks| !lacks.by_shape) {
+            writeln!(text, "  the points do not feel {}", lacks.combination.text)?;
+        }
         let deviation = &form.deviation;
         writeln!(
             text,
@@ -81,6 +87,25 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             deviation.min_nm,
             place(&deviation.at_min_mm),
         )?;
+        if let Some(known) = &deviation.uncertainty {
+            let most = if known.pv_at_most { "at most " } else { "" };
+            writeln!(
+                text,
+                "           u(PV) {most}{} nm, u(RMS) {} nm (k = 1, {})",
+                short(known.u_pv_nm),
+                short(known.u_rms_nm),
+                known.model
+            )?;
+        }
+        if let Some(UnmeasuredFigures { between_nm: Some(nm), share: Some(share), .. }) =
+            &deviation.unmeasured
+        {
+            let (nm, share) = (short(*nm), percent(*share));
+            writeln!(
+                text,
+                "           up to {nm} nm may stand out between the points at either end; {share} of the aperture not measured"
+            )?;
+        }
         standards(text, &form.standards)?;
     }
     for link in &report.links {
@@ -339,7 +364,10 @@ const SHOWN: usize = 3;
 
 /// Four significant digits.
 fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
+    if value.abs() < 1e-12 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
         return format!("{value}");
     }
     let places = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;

@@ -311,8 +311,8 @@ impl Core {
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock).map_err(folder)?;
-        let worker =
-            Worker::start(self.config.part.clone(), self.config.along, clock).map_err(folder)?;
+        let Config { part, along, end, .. } = &self.config;
+        let worker = Worker::start(part.clone(), *along, end.points, clock).map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
         self.view.begin(session_figures(&header, ""));

@@ -82,11 +82,14 @@ impl View {
         self.snapshot.progress.eta_s = None;
         self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
+            let deviation = &form.deviation;
+            let known = deviation.uncertainty.as_ref();
+            let basis = known.map_or("not known", |known| known.model.as_str()).to_owned();
             self.snapshot.convergence.push(
                 report.points.used,
-                form.deviation.pv_nm,
-                form.deviation.rms_nm,
-                form.fit.parameters.len(),
+                [deviation.pv_nm, deviation.rms_nm],
+                [known.map(|known| known.u_pv_nm), known.map(|known| known.u_rms_nm)],
+                [basis.clone(), basis],
             );
         }
         self.finished = Some(finished);
@@ -97,6 +100,7 @@ impl View {
         self.snapshot.state = State::Failed;
         // They went with the pipeline.
         self.snapshot.maps = None;
+        self.snapshot.verdict.outlook = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
 
@@ -134,6 +138,7 @@ impl View {
                     as_of_points: maps.as_of_points,
                 });
                 snapshot.convergence = figures.convergence.clone();
+                snapshot.verdict.outlook = figures.outlook.clone();
                 snapshot.progress.pending_points = figures.pending;
             }
             snapshot.points.lost = bench.lost();

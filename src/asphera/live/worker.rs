@@ -33,14 +33,20 @@ enum Work {
 }
 
 impl Worker {
-    /// Starts the thread for one part. It ends when it has finished, or the worker is dropped.
-    pub(super) fn start(part: Part, along: Along, clock: Clock) -> std::io::Result<Worker> {
+    /// Starts the thread for one part, of which no more than so many points will come. It ends when it has finished, or the worker is dropped.
+    pub(super) fn start(
+        part: Part,
+        along: Along,
+        expected_points: Option<u64>,
+        clock: Clock,
+    ) -> std::io::Result<Worker> {
         let (work, receiver) = mpsc::channel(QUEUE);
         let (sender, figures) = watch::channel(None);
         let runtime = Handle::current();
+        let pipeline = Pipeline::along(part, along).expecting(expected_points);
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(Pipeline::along(part, along), clock, &runtime, receiver, &sender))?;
+            .spawn(move || run(pipeline, clock, &runtime, receiver, &sender))?;
         Ok(Worker { work, figures })
     }
 

@@ -63,7 +63,7 @@ function planeRows(projection) {
 }
 
 /** How points were counted, what a surface made from them is, and what the figures must be read with. */
-function criterion({ reference, fit: { loss, weights, effective_points: effective, cautions } }) {
+function criterion({ reference, fit: { loss, weights, effective_points: effective } }) {
   const rows = [];
   const row = (key, title, value, className) => rows.push(pair(key, title, value, className));
   if (reference) {
@@ -79,7 +79,6 @@ function criterion({ reference, fit: { loss, weights, effective_points: effectiv
   }
   if (weights) row("weights", "Weights 1/u², u", `${fixed(weights.u_min_nm, 2)} to ${fixed(weights.u_max_nm, 2)} nm`);
   if (effective) row("effective", "As many as points of equal weight", count(Math.round(effective)));
-  (cautions ?? []).forEach((caution, index) => row(`caution${index}`, "Mind", caution, "bad"));
   return rows;
 }
 
@@ -109,10 +108,14 @@ function showFit(form) {
     pair("method", "Method", fit.method),
     pair("termination", "Ended because", fit.termination),
     pair("iterations", "Iterations", count(fit.iterations)),
+    ...(fit.cautions ?? []).map(({ kind, text }) => pair(`caution-${kind}`, "Caution", text, "bad")),
     ...(fit.indeterminate.length
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]
       : []),
     ...criterion(form),
+    ...(fit.undetermined ?? []).filter((one) => !one.by_shape).map(({ parameter, combination }) =>
+      pair(`lacks-${parameter}`, "The points do not feel", combination.text, "sub")),
+    ...(fit.condition ? [pair("condition", "Condition", significant(fit.condition))] : []),
     pair("shift", "Pose: shift x, y, z", `${[pose.tx_mm, pose.ty_mm, pose.tz_mm].map((v) => fixed(v, 5)).join(", ")} mm`),
     pair("tilt", "Pose: rotation x, y, z", angles([pose.rx_rad, pose.ry_rad, pose.rz_rad])),
   ]);

@@ -105,14 +105,17 @@ export function angles(list) {
 export const unitText = (unit) =>
   !unit || unit === "1" ? "" : unit.replace(/\^(-?\d+)/g, (_, power) => raised(Number(power)));
 
-/** A name that carries its unit, `gap_max_mm`, as `["gap max", "mm"]`. */
+/** A name that carries its unit, `gap_max_mm`, as `["gap max", "mm"]`; the ring of a zone's limit goes with the name. */
 export function nameAndUnit(name) {
-  const found = /^(\S*)_(nm|um|mm|mm2|rad|urad|deg|s|hz)( .*)?$/.exec(name);
-  const [stem, unit] = found ? [found[1] + (found[3] ?? ""), found[2]] : [name, ""];
+  const found = /^(\S*)_(nm|um|mm|mm2|rad|urad|deg|s|hz)(?: ([\d.e-]+-[\d.e-]+ mm))?( .*)?$/.exec(name);
+  const [stem, unit] = found ? [found[1] + (found[3] ? `, ring ${found[3]}` : "") + (found[4] ?? ""), found[2]] : [name, ""];
   const words = stem.replaceAll("_", " ").replace(/\b(pv|rms)\b/gi, (w) => w.toUpperCase());
   const units = { um: "µm", mm2: "mm²", urad: "µrad", deg: "°", hz: "Hz" };
   return [words.charAt(0).toUpperCase() + words.slice(1), units[unit] ?? unit];
 }
+
+/** With a capital in front. */
+export const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 const raised = (n) =>
   [...String(n)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");

@@ -1,7 +1,7 @@
 // The verdict as a light that fills the screen: to be read from three metres, by colour, word and shape.
 
 import { byId, setAttribute, setText } from "./dom.js";
-import { DASH, duration, known, nameAndUnit, nm, percent, significant, timeOfDay } from "./format.js";
+import { DASH, duration, known, nameAndUnit, nm, percent, sentence, significant, timeOfDay } from "./format.js";
 import { silent } from "./series.js";
 import { kindOf, wordOf } from "./verdict.js";
 
@@ -44,6 +44,7 @@ export class Light {
     setAttribute(byId("light-shape"), "href", `#l-${kind === "stale" ? "stale" : SHAPES[kind] ?? "idle"}`);
     setText(byId("light-word"), word);
     setText(byId("light-note"), note);
+    setAttribute(this.#dialog, "data-outlook", kind === "measuring" ? this.#snapshot?.verdict.outlook?.state ?? null : null);
     const deviation = this.#snapshot?.form?.deviation;
     setText(byId("light-pv"), nm(deviation?.pv_nm));
     setText(byId("light-rms"), nm(deviation?.rms_nm));
@@ -94,7 +95,8 @@ function noteOf({ progress, verdict, state }, kind) {
   if (state === "measuring") {
     const left = known(progress.eta_s) ? `, ${duration(progress.eta_s)} left` : "";
     const done = known(progress.fraction) ? `, ${percent(progress.fraction)} of the points${left}` : "";
-    return `provisional figures${done}`;
+    // What is certain of the part comes first: it is read from afar.
+    return verdict.outlook ? sentence(verdict.outlook.text) : `provisional figures${done}`;
   }
   if (kind === "fail") return verdict.checks.filter((check) => !check.ok).map(broken).join("; ");
   if (kind === "undecided") return verdict.reasons[0] ?? "";

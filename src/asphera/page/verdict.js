@@ -1,7 +1,8 @@
 // The answer in letters that are read from across the room, and what it rests on.
 
 import { byId, make, setAttribute, setRows, setText } from "./dom.js";
-import { DASH, count, nameAndUnit, nm, significant } from "./format.js";
+import { DASH, count, nameAndUnit, nm, sentence, significant } from "./format.js";
+import { COVERAGE } from "./series.js";
 
 const WORDS = {
   none: ["idle", DASH, "Waiting for the station."],
@@ -30,9 +31,12 @@ export function showVerdict(snapshot) {
   setText(byId("verdict-note"), noteOf(snapshot, note));
   setText(byId("pv"), nm(form?.deviation.pv_nm));
   setText(byId("rms"), nm(form?.deviation.rms_nm));
+  showUncertainty(form?.deviation);
+  showOutlook(verdict.outlook, kind);
   byId("provisional").hidden = !form?.provisional;
   document.title = `${word === DASH ? "" : `${word} – `}${snapshot.station} – asphera`;
-  showChecks(verdict.checks);
+  if (verdict.outlook) showLimits(verdict.outlook.limits);
+  else showChecks(verdict.checks);
   byId("reasons").replaceChildren(
     ...verdict.reasons.map((reason) => make("li", "", reason)),
   );
@@ -44,6 +48,53 @@ function noteOf({ state, points, session }, note) {
   const ended = session?.ended;
   if (state === "complete" && ended && ended !== "complete") return `${note} The session was ended early: ${ended}.`;
   return note;
+}
+
+/** ± of PV and RMS, k = 2, and what they are made of. */
+function showUncertainty(deviation) {
+  const known = deviation?.uncertainty;
+  setText(byId("pv-u"), known ? `± ${significant(COVERAGE * known.u_pv_nm, 2)}` : "");
+  setText(byId("rms-u"), known ? `± ${significant(COVERAGE * known.u_rms_nm, 2)}` : "");
+  const most = known?.pv_at_most ? ", of PV an upper bound" : "";
+  setText(byId("u-model"), known ? `± k = ${COVERAGE}, ${known.model}${most}` : "");
+}
+
+const OUTLOOKS = { fail_certain: "fail", pass_certain: "pass", pass_from: "pass_from", open: "open" };
+
+/** What can be said of the part while it is measured: the second line beside the word. */
+function showOutlook(outlook, kind) {
+  const shown = outlook && (kind === "measuring" || kind === "finishing");
+  const line = byId("outlook");
+  line.hidden = !shown;
+  if (!shown) return;
+  setAttribute(line, "data-outlook", OUTLOOKS[outlook.state] ?? "open");
+  setText(line, sentence(outlook.text));
+}
+
+const LIMITS = {
+  fail_certain: { text: "fails, certain", icon: "fail", className: "bad" },
+  pass_certain: { text: "passes", icon: "pass", className: "good" },
+  pass_from: { text: "open", icon: "undecided", className: "" },
+  open: { text: "open", icon: "undecided", className: "" },
+};
+
+/** What can be said of each limit while it is measured. */
+function showLimits(limits) {
+  const table = byId("checks");
+  table.hidden = limits.length === 0;
+  setRows(table, limits.map(({ name, value, limit, state, text }) => {
+    const [words, unit] = nameAndUnit(name);
+    const shown = (one) => (unit === "nm" ? nm(one) : significant(one, 4));
+    return {
+      key: name,
+      cells: [
+        unit ? `${words} (${unit})` : words,
+        { text: shown(value), className: "num" },
+        { text: `≤ ${shown(limit)}`, className: "num" },
+        { ...LIMITS[state] ?? LIMITS.open, small: text },
+      ],
+    };
+  }));
 }
 
 /** Whether a limit holds; within a guard band neither that nor the contrary is proven. */
@@ -63,9 +114,9 @@ function showChecks(checks) {
       key: check.name,
       cells: [
         unit ? `${name} (${unit})` : name,
-        { text: shown(check.value), className: "num" },
+        { text: shown(check.value), className: "num", small: Number.isFinite(check.u) ? `u ${significant(check.u, 2)}` : "" },
         { text: `≤ ${shown(check.limit)}`, className: "num" },
-        held(check),
+        { ...held(check), small: check.doubt ?? "" },
       ],
     };
   }));

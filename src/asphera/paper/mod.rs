@@ -6,6 +6,7 @@
 
 mod charts;
 mod defects;
+mod errors;
 mod map;
 mod page;
 mod provenance;

@@ -3,7 +3,7 @@
 use std::fmt::{Result, Write as _};
 
 use super::provenance::Provenance;
-use super::words::{css_string, instant, limit_name, percent, place, short, text};
+use super::words::{css_string, instant, percent, place, short, text, with_u};
 use super::{charts, defects, map, sections, spectra, standards, tables};
 use crate::pipeline::Measurement;
 use crate::report::{FormFigures, Report, Status, Verdict};
@@ -172,16 +172,20 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
         "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {word}</p>\n<ul>"
     )?;
     for check in &verdict.checks {
-        let (name, unit) = limit_name(&check.name);
+        let (name, unit, of) = check.words();
+        let of = of.map_or(String::new(), |of| format!(" {}", text(&of)));
+        let u = check.u.map_or(String::new(), |u| format!(" (u {} {unit})", short(u)));
+        let doubt = match &check.doubt {
+            Some(doubt) => format!(", not proven: {}", text(doubt)),
+            None => String::new(),
+        };
         writeln!(
             out,
-            "<li>{} {} {unit} {} {} {unit} allowed{}</li>",
+            "<li>{}{of} {} {unit} {} {} {unit} allowed{u}{doubt}</li>",
             text(&name),
             short(check.value),
             if check.value <= check.limit { "\u{2264}" } else { "&gt;" },
             short(check.limit),
-            if check.ok || check.is_broken() { "" } else { ", not proven: within the guard band" },
-            unit = text(unit)
         )?;
     }
     for reason in &verdict.reasons {
@@ -198,9 +202,18 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
     let mut cards: Vec<(&str, String, String)> = Vec::new();
     if let Some(form) = &report.form {
         let deviation = &form.deviation;
+        let known = deviation.uncertainty.as_ref();
+        let about = |nm: f64, u_nm: Option<f64>| match u_nm.filter(|u_nm| *u_nm > 1e-9) {
+            Some(u_nm) => format!("{} nm", with_u(nm, Some(2.0 * u_nm))),
+            None => format!("{} nm", short(nm)),
+        };
+        let model = known.map_or(String::new(), |known| {
+            let bound = if known.pv_at_most { ", of PV an upper bound" } else { "" };
+            format!("; \u{b1} k = 2, {}{bound}", known.model)
+        });
         cards.push((
             "PV",
-            format!("{} nm", short(deviation.pv_nm)),
+            about(deviation.pv_nm, known.map(|known| known.u_pv_nm)),
             format!(
                 "{} nm at {} to {} nm at {}, part frame",
                 short(deviation.min_nm),
@@ -211,8 +224,8 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
         ));
         cards.push((
             "RMS",
-            format!("{} nm", short(deviation.rms_nm)),
-            "about the nominal, over the points used".to_owned(),
+            about(deviation.rms_nm, known.map(|known| known.u_rms_nm)),
+            format!("about the nominal, over the points used{model}"),
         ));
     }
     let coverage = report.sampling.coverage.map_or_else(|| "not known".to_owned(), percent);

@@ -5,7 +5,7 @@ use std::fmt::{Result, Write as _};
 use sha2::{Digest, Sha256};
 
 use super::provenance::Provenance;
-use super::words::{limit_name, text};
+use super::words::text;
 use crate::report::{Check, Report, Status};
 
 /// The namespace of QIF 3.
@@ -192,8 +192,8 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
     if let Some(form) = &report.form {
         add("nominal", form.nominal.clone());
         add("fit", format!("{}, {}", form.fit.method, form.fit.termination));
-        for caution in &form.fit.cautions {
-            add("caution", caution.clone());
+        for caution in &form.fit.details.cautions {
+            add("caution", caution.text.clone());
         }
         add("PV / nm", form.deviation.pv_nm.to_string());
         add("RMS / nm", form.deviation.rms_nm.to_string());
@@ -242,7 +242,8 @@ struct Length<'a> {
 
 fn lengths(report: &Report) -> Vec<Length<'_>> {
     let in_nm = report.verdict.checks.iter().filter_map(|check| {
-        let (name, unit) = limit_name(&check.name);
+        let (name, unit, of) = check.words();
+        let name = of.map_or(name.clone(), |of| format!("{name} {of}"));
         let is_length = unit == "nm" && check.value.is_finite() && check.limit.is_finite();
         is_length.then_some((check, name))
     });

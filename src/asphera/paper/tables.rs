@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{Result, Write as _};
 
+use super::errors;
 use super::provenance::Provenance;
 use super::words::{count, minus, percent, place, short, short_or_dash, text, with_u};
 use crate::report::{FitFigures, FormFigure, FormFigures, LinkFigures, Report, SamplingFigures};
@@ -40,21 +41,7 @@ pub(super) fn figures(out: &mut String, form: &FormFigures) -> Result {
     if !evaluated {
         out.push_str("<p class=\"note\">No uncertainty was evaluated for these figures.</p>\n");
     }
-    if let Some(known) = &form.deviation.uncertainty {
-        let [pv, rms] = [known.pv_95_nm, known.rms_95_nm]
-            .map(|[low, high]| format!("{} to {} nm", short(low), short(high)));
-        writeln!(
-            out,
-            "<p class=\"note\">95 %: PV {pv}, of which noise makes about {} nm; RMS without the noise {} nm, {rms}. \
-             Noise of a point {} nm ({}); {} simulated measurements, seed {}.</p>",
-            short(known.pv_bias_nm),
-            short(known.rms_without_noise_nm),
-            short(known.noise_nm),
-            if known.noise_measured { "measured" } else { "given" },
-            known.draws,
-            known.seed
-        )?;
-    }
+    errors::of_figures(out, form)?;
     if !removed.is_empty() {
         remainders(out, &removed)?;
     }
@@ -135,6 +122,7 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
             list(&fit.indeterminate, "")
         )?;
     }
+    errors::of_fit(out, &fit.details)?;
     if !fit.parameters.is_empty() {
         out.push_str(
             "<table><thead><tr><th>parameter</th><th class=\"n\">value ± u (k = 1)</th><th>unit</th>\
@@ -219,9 +207,6 @@ pub(super) fn reference(out: &mut String, form: &FormFigures) -> Result {
             ("noise left", short_or_dash(reference.noise_nm, "nm")),
         ];
         pairs(out, &rows)?;
-    }
-    for caution in &form.fit.cautions {
-        writeln!(out, "<p><b>{}.</b></p>", text(caution))?;
     }
     Ok(())
 }

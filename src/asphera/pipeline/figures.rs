@@ -10,8 +10,10 @@ use asphera_surface::Plane;
 
 use super::cells;
 use super::details::FormDetails;
+use super::errors::Errors;
+use super::fit_details;
 use super::fitting::Fitted;
-use crate::config::{Part, Weights};
+use crate::config::Part;
 use crate::report::{
     DeviationFigures, FitFigures, FormFigures, LossFigures, ParameterFigures, PoseFigures,
     ReferenceFigures, StandardFigures, WeightFigures,
@@ -47,7 +49,7 @@ pub(super) fn form(
             effective_points: (!part.criterion.is_plain()).then_some(fit.effective_points),
             loss: loss(fit),
             weights: weights(fitted),
-            cautions: cautions(reference),
+            details: fit_details::of_fit(fit, reference),
         },
         deviation: deviation(figures),
         provisional: false,
@@ -61,7 +63,15 @@ pub(super) fn form(
 }
 
 /// As [`form`], of running figures.
-pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) -> FormFigures {
+pub(super) fn running_form(
+    part: &Part,
+    estimate: &LiveEstimate,
+    plane: &Plane,
+    errors: &Errors,
+) -> FormFigures {
+    let known = errors.of(&estimate.figures);
+    let uncertainty =
+        known.map(|known| known.figures(estimate.figures.pv_nm, errors.is_measured(part)));
     let details = cells::details(&estimate.map, &part.aperture);
     let nominal = match &part.reference {
         Some(_) => "unknown; until the end the best quadric stands in for it".to_owned(),
@@ -81,9 +91,9 @@ pub(super) fn running_form(part: &Part, estimate: &LiveEstimate, plane: &Plane) 
             effective_points: None,
             loss: None,
             weights: None,
-            cautions: running_cautions(part),
+            details: fit_details::of_running(estimate, part),
         },
-        deviation: deviation(&estimate.figures),
+        deviation: DeviationFigures { uncertainty, ..deviation(&estimate.figures) },
         provisional: true,
         figures: Vec::new(),
         zernike: details.zernike,
@@ -163,6 +173,7 @@ fn loss(fit: &Fit) -> Option<LossFigures> {
         scale_nm: 1e6 * robust.scale_mm,
         below_half: robust.below_half as u64,
         left_out: robust.zero as u64,
+        rounds: robust.rounds as u64,
     })
 }
 
@@ -176,37 +187,6 @@ fn weights(fitted: &Fitted) -> Option<WeightFigures> {
         u_max_nm: 1e6 * extremes[1],
         reduced_chi_square: fitted.fit.reduced_chi_square,
     })
-}
-
-fn cautions(reference: Option<&Reference>) -> Vec<String> {
-    let Some(reference) = reference else { return Vec::new() };
-    let spline = &reference.spline;
-    // At the other end a surface needs no more than its base.
-    let too_coarse = (spline.at_limit && spline.lambda < 1.0).then(|| {
-        "the points have form that these knots cannot follow, and the noise told holds some of it: finer knots \
-         would"
-            .to_owned()
-    });
-    [made_from_points(reference)].into_iter().chain(too_coarse).collect()
-}
-
-fn running_cautions(part: &Part) -> Vec<String> {
-    let mut cautions = Vec::new();
-    if part.reference.is_some() {
-        cautions.push(
-            "until the end the deviation is that from the best quadric; then a finer reference is made from the \
-             points"
-                .to_owned(),
-        );
-    }
-    if part.criterion.loss != Loss::Squares || part.criterion.weights != Weights::None {
-        cautions.push(
-            "until the end the fit is by least squares of points that count alike; then loss and weights of the \
-             nominal file are used"
-                .to_owned(),
-        );
-    }
-    cautions
 }
 
 pub(super) fn map(estimate: &LiveEstimate) -> Map {
@@ -240,6 +220,7 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         at_max_mm: figures.at_max_mm,
         at_min_mm: figures.at_min_mm,
         uncertainty: None,
+        unmeasured: None,
     }
 }
 

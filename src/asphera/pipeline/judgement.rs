@@ -1,10 +1,14 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
-use asphera_form::{Caution, Figures, Status as FormStatus, Tolerance, verdict};
+use asphera_form::verdict::{Doubt, Finding, Guard, Limit, decide};
+use asphera_form::{Figures, Status as FormStatus, Tolerance, verdict};
 use asphera_surface::Mesh;
 
+use super::errors::ErrorsOfFigures;
 use super::figures;
+use super::fit_details::forbids_verdict;
 use super::fitting::{Fitted, NoFit};
+use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
@@ -32,12 +36,8 @@ pub(super) fn judge(
         }
         Ok(fit) => {
             for caution in &fit.cautions {
-                match caution {
-                    Caution::UpsideDown | Caution::Mirrored { .. } | Caution::Units(_) => {
-                        doubt(&mut verdict, caution.to_string());
-                    }
-                    // What is left out shows in the coverage, and a weak combination in its uncertainty.
-                    Caution::BeyondDomain { .. } | Caution::IllConditioned { .. } => {}
+                if forbids_verdict(caution) {
+                    doubt(&mut verdict, caution.to_string());
                 }
             }
         }
@@ -103,33 +103,59 @@ pub(crate) fn undecide(verdict: &mut Verdict, reason: String) {
     verdict.reasons.push(reason);
 }
 
-/// PV and RMS held against their limits as they are. Passes without either where there are limits of other figures,
-/// which are held later.
-pub(super) fn compare(part: &Part, found: Option<&Figures>) -> Verdict {
+/// PV and RMS held against their limits as they are, what is not measured regarded. `errors` are told, and do not count.
+/// Passes without either where there are limits of other figures, which are held later.
+pub(super) fn compare(
+    part: &Part,
+    found: Option<&Figures>,
+    errors: Option<&ErrorsOfFigures>,
+    unmeasured: &Unmeasured,
+) -> Verdict {
     let tolerance = Tolerance { pv_nm: part.pv_nm, rms_nm: part.rms_nm };
     if tolerance == Tolerance::default() && part.judging.has_bare_limits() {
         return Verdict { status: Status::Pass, ..Verdict::default() };
     }
-    let verdict = verdict(found, &tolerance);
-    Verdict {
-        status: match verdict.status {
+    let plain = verdict(found, &tolerance);
+    let mut verdict = Verdict {
+        status: match plain.status {
             FormStatus::Pass => Status::Pass,
             FormStatus::Fail => Status::Fail,
             FormStatus::Undecided => Status::Undecided,
         },
-        checks: verdict
-            .checks
-            .iter()
-            .map(|check| Check {
-                name: check.name.to_owned(),
-                limit: check.limit,
-                value: check.value,
-                ok: check.ok,
-                u: None,
-                guard_band: None,
-                rule: None,
-            })
-            .collect(),
-        reasons: verdict.reason.map(|reason| reason.to_string()).into_iter().collect(),
+        reasons: plain.reason.map(|reason| reason.to_string()).into_iter().collect(),
+        ..Verdict::default()
+    };
+    for check in &plain.checks {
+        let definition = Limit::named(check.name.trim_end_matches("_nm")).ok();
+        let hidden = definition.and_then(|definition| unmeasured.hidden(definition));
+        let finding =
+            Finding { value: check.value, u: None, dof: f64::INFINITY, bias: 0.0, hidden };
+        let doubt = decide(&finding, check.limit, Guard::None).ok().and_then(|found| found.doubt);
+        if let Some(doubt) = doubt {
+            undecide(&mut verdict, said(check.name, doubt, unmeasured));
+        }
+        verdict.checks.push(Check {
+            name: check.name.to_owned(),
+            limit: check.limit,
+            value: check.value,
+            ok: check.ok && doubt.is_none(),
+            u: errors.map(|errors| match check.name {
+                "pv_nm" => errors.u_pv_nm,
+                _ => errors.u_rms_nm,
+            }),
+            guard_band: None,
+            rule: None,
+            hidden,
+            doubt: doubt.map(|doubt| doubt.to_string()),
+        });
+    }
+    verdict
+}
+
+/// Why a limit is not proven.
+pub(super) fn said(name: &str, doubt: Doubt, unmeasured: &Unmeasured) -> String {
+    match doubt {
+        Doubt::Unmeasured => format!("{name}: {doubt}: {}", unmeasured.why(name)),
+        _ => format!("{name}: {doubt}"),
     }
 }

@@ -6,6 +6,7 @@ use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
 use super::details::{areas_mm2, details, sample};
+use super::errors::Errors;
 use super::figures;
 use super::fitting::{Fitted, fitted};
 use super::judgement::{compare, judge};
@@ -15,6 +16,7 @@ use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
 use super::standards::{self, Measured};
 use super::uncertainties::{self, assess, tell};
+use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
 use crate::snapshot::Map;
@@ -130,16 +132,42 @@ pub(super) fn measure(
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
     }
+    let mut errors = Errors::new(&part);
+    let known = match &part.judging.uncertainty {
+        Some(_) => None,
+        None => {
+            errors.look(&part, mesh.points(), &plane, sampling.noise_sigma_nm);
+            found.as_ref().and_then(|found| errors.of(found))
+        }
+    };
+    let unmeasured = match (result.as_ref().ok(), found.as_ref()) {
+        (Some(fit), Some(found)) => {
+            Unmeasured::of(&part, mesh.points(), &deviations_mm, fit, found, &sampling)
+        }
+        _ => Unmeasured::default(),
+    };
+    if let Some(form) = &mut form {
+        if let Some(known) = &known {
+            uncertainties::tell_noise(form, known);
+        } else if form.deviation.uncertainty.is_none() {
+            form.unknown.push("uncertainties: the noise of the points is not known".to_owned());
+        }
+        form.deviation.unmeasured = Some(unmeasured.figures());
+    }
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
-    let known = form.as_ref().map(|_| &deviations_mm[..]);
-    let features = defects::of_part(meshed, &part, known.ok_or("there is no fit".to_owned()));
+    let deviating = form.as_ref().map(|_| &deviations_mm[..]);
+    let features = defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned()));
+    let mut of_zones = Vec::new();
     let mut compared = match &assessed {
-        None => compare(&part, found.as_ref()),
-        Some(Ok(assessed)) => uncertainties::compare(&part, assessed),
+        None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
+        Some(Ok(assessed)) => uncertainties::compare(&part, assessed, &unmeasured, &mut of_zones),
         Some(Err(error)) => uncertainties::unknown(error),
     };
     standards::hold(&mut compared, &part, form.as_ref());
     let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
+    if let Some(form) = &mut form {
+        form.figures.extend(of_zones);
+    }
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,

@@ -8,7 +8,9 @@ mod cells;
 mod cutting;
 mod defects;
 mod details;
+mod errors;
 mod figures;
+mod fit_details;
 mod fitting;
 mod judgement;
 mod look;
@@ -16,18 +18,20 @@ mod maps;
 mod measurement;
 mod partition;
 mod projection;
+mod prospects;
 mod removal;
 mod running;
 pub(crate) mod sampling;
 mod standards;
 mod uncertainties;
+mod unmeasured;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asphera_form::Aperture;
 use asphera_form::figures::Term;
+use asphera_form::{Aperture, LiveEstimate};
 use asphera_surface::{BATCH_POINTS, Mesh, PointMm};
 
 pub use cutting::FinishedMesh;
@@ -42,12 +46,14 @@ pub use sampling::{
 };
 
 use crate::config::Part;
-use crate::report::{FormFigures, MeshFigures, Points, SamplingFigures};
+use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};
 use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
+use errors::Errors;
 use measurement::Grids;
 use projection::Projector;
+use prospects::{Now, Prospects};
 use running::{History, Running};
 use sampling::Current;
 
@@ -59,6 +65,11 @@ pub struct Pipeline {
     mesh: Mesh,
     running: Running,
     history: History,
+    /// What is known of the errors of the points, as of the last look.
+    errors: Errors,
+    prospects: Prospects,
+    /// Points there will be, at most.
+    expected_points: Option<u64>,
     received: u64,
     flagged: BTreeMap<&'static str, u64>,
     /// The sampling, as of the last time it was looked at.
@@ -98,6 +109,8 @@ pub struct RunningFigures {
     pub maps: Option<Arc<SamplingMaps>>,
     /// PV and RMS so far.
     pub convergence: Convergence,
+    /// What can already be said of the limits; absent without one, and before the first fit.
+    pub outlook: Option<Outlook>,
     /// Points received but not yet in the mesh.
     pub pending: u64,
 }
@@ -129,6 +142,9 @@ impl Pipeline {
             projector: Projector::new(along),
             running: Running::new(&part),
             history: History::default(),
+            errors: Errors::new(&part),
+            prospects: Prospects::default(),
+            expected_points: None,
             mesh: Mesh::new(),
             part,
             received: 0,
@@ -143,6 +159,12 @@ impl Pipeline {
             current: Current::default(),
             uncertain: Vec::new(),
         }
+    }
+
+    /// The same, told that no more than so many points will come.
+    #[must_use]
+    pub fn expecting(self, expected_points: Option<u64>) -> Pipeline {
+        Pipeline { expected_points, ..self }
     }
 
     /// Takes a point of a station. A flagged one is counted, by reason.
@@ -220,14 +242,17 @@ impl Pipeline {
                     .map(Arc::new)
             });
             self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
+            let noise_nm = look.sampling.noise_sigma_nm;
+            self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
         } else {
             self.current.keep_up(&self.mesh, &self.part, &self.remembered);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
-            self.history.note(estimate);
+            self.history.note(estimate, &self.errors);
         }
+        let outlook = estimate.as_ref().and_then(|estimate| self.outlook(estimate));
         let mut points = self.points();
         points.used = estimate.as_ref().map_or(0, |estimate| estimate.count as u64);
         RunningFigures {
@@ -241,7 +266,7 @@ impl Pipeline {
             sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
             form: estimate
                 .as_ref()
-                .map(|estimate| figures::running_form(&self.part, estimate, &plane)),
+                .map(|estimate| figures::running_form(&self.part, estimate, &plane, &self.errors)),
             map: estimate.as_ref().map(figures::map),
             cells: estimate.map(|estimate| Cells {
                 aperture: self.part.aperture,
@@ -250,8 +275,29 @@ impl Pipeline {
             }),
             maps: self.maps.clone(),
             convergence: self.history.convergence(),
+            outlook,
             pending: counts.pending + self.projector.waiting(),
         }
+    }
+
+    fn outlook(&mut self, estimate: &LiveEstimate) -> Option<Outlook> {
+        let doubt = if !self.mesh.projectable() {
+            Some("points stand above or below others")
+        } else if self.mesh.counts().duplicates > 0 {
+            // They count once in the end, and as often as they were measured until then.
+            Some("places were measured more than once")
+        } else {
+            (!self.seen.relief.folds.is_empty()).then_some("the surface is folded")
+        };
+        self.prospects.look(&Now {
+            part: &self.part,
+            estimate,
+            extremes: &|| self.running.extremes(),
+            errors: self.errors.of(&estimate.figures),
+            coverage: self.sampling.coverage,
+            expected_points: self.expected_points.map(|expected| expected.max(self.received)),
+            doubt,
+        })
     }
 
     /// The final figures, from all points.

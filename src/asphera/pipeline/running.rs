@@ -5,6 +5,7 @@ use asphera_form::{
 };
 use asphera_surface::PointMm;
 
+use super::errors::Errors;
 use crate::config::Part;
 use crate::snapshot::Convergence;
 
@@ -64,6 +65,11 @@ impl Running {
 
     pub(super) fn estimate(&self) -> Option<LiveEstimate> {
         self.live.as_ref()?.estimate()
+    }
+
+    /// Some hundred points that hold the deviation at its worst: the highest and the lowest of each block of cells.
+    pub(super) fn extremes(&self) -> Vec<PointMm> {
+        self.live.as_ref().map_or_else(Vec::new, |live| live.extremes(BLOCK))
     }
 }
 
@@ -165,13 +171,16 @@ pub(super) struct History {
 }
 
 impl History {
-    pub(super) fn note(&mut self, estimate: &LiveEstimate) {
+    /// Notes an estimate with what is known of its errors.
+    pub(super) fn note(&mut self, estimate: &LiveEstimate, errors: &Errors) {
         let count = estimate.count as u64;
         if self.rows.points.last().is_some_and(|last| *last >= count) {
             return;
         }
         let Figures { pv_nm, rms_nm, .. } = estimate.figures;
-        self.rows.push(count, pv_nm, rms_nm, estimate.estimates.len());
+        let known = errors.of(&estimate.figures);
+        let u_nm = [known.map(|known| known.u_pv_nm), known.map(|known| known.u_rms_nm)];
+        self.rows.push(count, [pv_nm, rms_nm], u_nm, errors.bases());
         if self.rows.points.len() > MAX_ROWS {
             self.rows.thin();
         }
@@ -183,5 +192,7 @@ impl History {
 }
 
 const CELLS: usize = 96;
+/// Cells of a block along either side: 144 blocks.
+const BLOCK: usize = 8;
 const FIRST_POINTS: usize = 64;
 const MAX_ROWS: usize = 600;

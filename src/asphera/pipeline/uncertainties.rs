@@ -4,14 +4,17 @@ use asphera_form::figures::{Definition, Terms};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
-use asphera_form::verdict::{Guard, Limit, LimitError, judge};
+use asphera_form::verdict::{Guard, Judged, Limit, LimitError, judge};
 use asphera_form::{Aperture, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
+use super::errors::ErrorsOfFigures;
 use super::fitting::Fitted;
+use super::judgement::said;
+use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::error_chain;
-use crate::report::{Check, FormFigures, Status, UncertaintyFigures, Verdict};
+use crate::report::{Check, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict};
 
 /// The uncertainties of a part.
 pub(super) struct Assessed {
@@ -45,7 +48,7 @@ pub(super) fn assess(
 }
 
 /// An effect of the machine, in the frame of the plane.
-fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
+pub(super) fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
     let (axes, whole) = (plane.axes(), effect.displacement);
     let along = |to: [f64; 3], from: [f64; 3]| -> f64 {
         (0..3).map(|i| (0..3).map(|j| to[i] * whole[i][j] * from[j]).sum::<f64>()).sum()
@@ -75,6 +78,8 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         };
     }
     form.deviation.uncertainty = Some(UncertaintyFigures {
+        model: UncertaintyFigures::BUDGET.to_owned(),
+        pv_at_most: false,
         u_pv_nm: pv.u,
         pv_bias_nm: pv.bias,
         pv_95_nm: pv.interval(COVERAGE),
@@ -83,13 +88,31 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         rms_95_nm: rms.interval_nm(COVERAGE),
         noise_nm: uncertainty.noise.sigma_mm * 1e6,
         noise_measured: uncertainty.noise.measured,
-        draws: draws.count,
-        seed: draws.seed,
+        draws: Some(draws.count),
+        seed: Some(draws.seed),
     });
 }
 
-/// The verdict by limits and guard band. What the unmeasured part may hide is judged by the coverage, elsewhere.
-pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
+/// As [`tell`], where only the noise is known: the uncertainties of PV and RMS.
+pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
+    for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
+        figure.u = match &figure.name[..] {
+            "PV" => Some(known.u_pv_nm),
+            "RMS about zero" => Some(known.u_rms_nm),
+            _ => None,
+        };
+    }
+    form.deviation.uncertainty = Some(known.figures(form.deviation.pv_nm, true));
+}
+
+/// The verdict by limits and guard band, what is not measured regarded.
+/// The figures of zones and any other that has a limit are added to `figures`, where they are not told otherwise.
+pub(super) fn compare(
+    part: &Part,
+    assessed: &Assessed,
+    unmeasured: &Unmeasured,
+    figures: &mut Vec<FormFigure>,
+) -> Verdict {
     let whole = |key: &str, definition, value: Option<f64>| {
         let (zone, less) = (Aperture::None, Terms::NONE);
         let limit = |value| Limit { definition, value, zone, slope: None, less };
@@ -104,8 +127,10 @@ pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
     let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
     let guard = part.judging.guard.unwrap_or(Guard::None);
     let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
-    match judge(&limits, uncertainty, &part.nominal, draws, guard, Some(0.0)) {
+    let hidden = |limit: &Limit| unmeasured.hidden(limit.definition);
+    match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
         Ok(judged) => {
+            figures.extend(judged.iter().filter_map(of_zone));
             let names = named.into_iter().map(|(name, _)| name);
             let found = names.zip(judged.into_iter().map(|judged| judged.decision));
             let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
@@ -113,7 +138,7 @@ pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
                 match decision {
                     Ok(decision) => {
                         if let Some(doubt) = decision.doubt {
-                            super::undecide(&mut verdict, format!("{name}: {doubt}"));
+                            super::undecide(&mut verdict, said(&name, doubt, unmeasured));
                         }
                         if decision.status == FormStatus::Fail {
                             verdict.status = Status::Fail;
@@ -127,6 +152,8 @@ pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
                             u: decision.finding.u,
                             guard_band: decision.band.filter(|_| guarded),
                             rule: guarded.then(|| guard.to_string()),
+                            hidden: decision.finding.hidden,
+                            doubt: decision.doubt.map(|doubt| doubt.to_string()),
                         });
                     }
                     Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
@@ -141,6 +168,23 @@ pub(super) fn compare(part: &Part, assessed: &Assessed) -> Verdict {
     }
 }
 
+/// The figure of a limit over a part of the aperture.
+fn of_zone(judged: &Judged) -> Option<FormFigure> {
+    let Aperture::Annulus { inner_mm, outer_mm } = judged.limit.zone else { return None };
+    let finding = judged.decision.as_ref().ok()?.finding;
+    let definition = judged.limit.definition;
+    Some(FormFigure {
+        name: definition.to_string(),
+        variant: format!("from {inner_mm} to {outer_mm} mm, every point counted alike"),
+        value: finding.value,
+        unit: definition.unit().to_string(),
+        u: finding.u,
+        expanded: None,
+        definition: definition.text().to_owned(),
+        source: definition.source().to_owned(),
+    })
+}
+
 /// The verdict where the uncertainty that limits need cannot be worked out.
 pub(super) fn unknown(error: &UncertaintyError) -> Verdict {
     without(&LimitError::Uncertainty(error.clone()))
@@ -150,12 +194,13 @@ fn without(error: &LimitError) -> Verdict {
     Verdict {
         status: Status::Undecided,
         checks: Vec::new(),
+        outlook: None,
         reasons: vec![format!("the limits cannot be judged: {}", error_chain(error))],
     }
 }
 
 /// Probability of coverage of the intervals told.
-const COVERAGE: f64 = 0.95;
+pub(super) const COVERAGE: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {

@@ -18,6 +18,8 @@ pub struct LossFigures {
     pub below_half: u64,
     /// Points that do not count.
     pub left_out: u64,
+    /// Times the weights were worked out.
+    pub rounds: u64,
 }
 
 /// Weights of the points: 1/u² of their standard uncertainties u along the normal.

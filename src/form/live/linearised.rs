@@ -31,6 +31,8 @@ struct Cell {
     count: usize,
     /// Sums of the derivatives and of the distances.
     sums: Box<[f64]>,
+    /// Sum of the squares of the distances.
+    square_mm2: f64,
     /// Sum of the points, measured frame.
     point_sum_mm: PointMm,
     low_mm: f64,
@@ -43,6 +45,7 @@ impl Cell {
     fn merge(&mut self, other: &Cell) {
         self.count += other.count;
         self.sums.iter_mut().zip(&other.sums).for_each(|(sum, part)| *sum += part);
+        self.square_mm2 += other.square_mm2;
         self.point_sum_mm.iter_mut().zip(other.point_sum_mm).for_each(|(sum, part)| *sum += part);
         if other.low_mm < self.low_mm {
             (self.low_mm, self.low) = (other.low_mm, other.low);
@@ -99,6 +102,7 @@ impl Linearised {
             self.cells[settings.grid.cell(part_mm[0], part_mm[1])].get_or_insert_with(|| Cell {
                 count: 0,
                 sums: vec![0.0; self.row.len()].into(),
+                square_mm2: 0.0,
                 point_sum_mm: [0.0; 3],
                 low_mm: distance_mm,
                 low: point,
@@ -106,6 +110,7 @@ impl Linearised {
                 high: point,
             });
         cell.count += 1;
+        cell.square_mm2 += distance_mm * distance_mm;
         cell.point_sum_mm.iter_mut().zip(point).for_each(|(sum, coordinate)| *sum += coordinate);
         cell.sums.iter_mut().zip(&self.row).for_each(|(sum, entry)| *sum += entry);
         if distance_mm < cell.low_mm {
@@ -171,7 +176,9 @@ impl Linearised {
         Some(LiveEstimate {
             estimates: estimates.collect(),
             indeterminate: self.fit.indeterminate.clone(),
+            undetermined: self.fit.undetermined.clone(),
             figures: self.figures(&nominal, &pose, (square / count as f64).sqrt(), count)?,
+            mean_squares_nm2: self.mean_squares_nm2(grid, &change, &bends),
             map: self.map(grid, &pose, &change, &bends),
             count,
             excluded: self.excluded,
@@ -324,6 +331,41 @@ impl Linearised {
     fn occupied<'a>(&'a self, bends: &'a [f64]) -> impl Iterator<Item = (&'a Cell, &'a [f64])> {
         let pairs = self.cells.iter().zip(bends.chunks_exact(self.free.len() + 1));
         pairs.filter_map(|(cell, bend)| cell.as_ref().map(|cell| (cell, bend)))
+    }
+
+    /// The mean square of each cell of the map: that of its mean now, and how its points scattered about their
+    /// mean at the reference, for which the pose has moved too little since to matter.
+    fn mean_squares_nm2(&self, grid: &Grid, change: &[f64], bends: &[f64]) -> Vec<f64> {
+        let p = change.len();
+        let cells = self.cells[..grid.cells()].iter().zip(bends.chunks_exact(p + 1));
+        let mean_square = |(cell, bend): (&Option<Cell>, &[f64])| {
+            let Some(cell) = cell else { return f64::NAN };
+            let count = cell.count as f64;
+            let (before_mm, moved_mm) = (cell.sums[p] / count, dot(&cell.sums, change) / count);
+            let scatter_mm2 = (cell.square_mm2 / count - before_mm * before_mm).max(0.0);
+            ((before_mm + moved_mm + bend[p]).powi(2) + scatter_mm2) * NM_PER_MM * NM_PER_MM
+        };
+        cells.map(mean_square).collect()
+    }
+
+    /// The highest and the lowest point of each block of `side` by `side` cells, by the distances at the
+    /// reference; measured frame.
+    pub(crate) fn extremes(&self, grid: &Grid, side: usize) -> Vec<PointMm> {
+        let columns = grid.nx.div_ceil(side);
+        let mut blocks: Vec<Option<&Cell>> = vec![None; columns * grid.ny.div_ceil(side)];
+        let mut highest = blocks.clone();
+        for (index, cell) in self.cells[..grid.cells()].iter().enumerate() {
+            let Some(cell) = cell else { continue };
+            let block = index / grid.nx / side * columns + index % grid.nx / side;
+            if blocks[block].is_none_or(|lowest| cell.low_mm < lowest.low_mm) {
+                blocks[block] = Some(cell);
+            }
+            if highest[block].is_none_or(|highest| cell.high_mm > highest.high_mm) {
+                highest[block] = Some(cell);
+            }
+        }
+        let lowest = blocks.into_iter().flatten().map(|cell| cell.low);
+        lowest.chain(highest.into_iter().flatten().map(|cell| cell.high)).collect()
     }
 
     fn map(&self, grid: &Grid, pose: &Pose, change: &[f64], bends: &[f64]) -> Map {

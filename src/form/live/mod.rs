@@ -24,7 +24,7 @@ use thiserror::Error;
 
 use crate::fit::{Estimate, FitSettings, fit};
 use crate::live::linearised::Linearised;
-use crate::{Excluded, Figures, FitError, Nominal, Parameter, PointMm, Pose};
+use crate::{Excluded, Figures, FitError, Nominal, Parameter, PointMm, Pose, Undetermined};
 
 /// A regular grid of cells in the x-y plane of the part frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,16 +106,28 @@ pub struct LiveEstimate {
     pub estimates: Vec<Estimate>,
     /// Free parameters the points do not determine yet; they stand at their start.
     pub indeterminate: Vec<Parameter>,
+    /// The same with the reason, as of the reference.
+    pub undetermined: Vec<Undetermined>,
     /// The deviation.
     pub figures: Figures,
     /// Its map.
     pub map: Map,
+    /// Mean square of the deviation in each cell of the map, in nm²; NaN where no point has landed. The scatter
+    /// within a cell is that at the reference.
+    pub mean_squares_nm2: Vec<f64>,
     /// Points used.
     pub count: usize,
     /// Points left out.
     pub excluded: Excluded,
     /// Points there were when the reference was made.
     pub reference_count: usize,
+}
+
+impl LiveEstimate {
+    /// Whether every free parameter that points on this nominal can determine at all is determined.
+    pub fn is_complete(&self) -> bool {
+        self.undetermined.iter().all(|undetermined| undetermined.by_shape)
+    }
 }
 
 /// The running estimator.
@@ -191,6 +203,14 @@ impl Live {
     /// taken since do not lie in the aperture. The cost does not depend on the number of points.
     pub fn estimate(&self) -> Option<LiveEstimate> {
         self.reference.as_ref()?.estimate(&self.settings.grid)
+    }
+
+    /// Points that stand for how far apart the surface lies at its worst: the highest and the lowest of each block
+    /// of `side` by `side` cells of the map, at least 1, measured frame. Their minimum zone is never wider than that of
+    /// all points. Empty before the first fit. `O(cells)`.
+    pub fn extremes(&self, side: usize) -> Vec<PointMm> {
+        let reference = self.reference.as_ref();
+        reference.map_or_else(Vec::new, |found| found.extremes(&self.settings.grid, side.max(1)))
     }
 
     /// Points taken, of whatever kind.

@@ -3,8 +3,9 @@
 //! A [`Budget`] says what errors the points have: independent noise, [`LongWave`] errors that are correlated over
 //! the surface, and [`Effect`]s of the machine. [`uncertainty`] carries them through a least-squares fit by
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
-//! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are. The measurand of a parameter or of the RMS is what the fit would give at the same
-//! places without these errors; what lies between the points is another matter: see [`unmeasured`].
+//! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are. The measurand of a parameter or of the RMS
+//! is what the fit would give at the same places without these errors; what lies between the points is another matter: see [`unmeasured`]. Where nothing
+//! but the noise is known, [`NoiseOnly`] has closed forms for PV and RMS.
 //!
 //! Deliberately absent: the calibration that a budget comes from; random numbers that are not counted.
 
@@ -13,6 +14,7 @@ mod distribution;
 mod field;
 mod linear;
 mod modes;
+mod noise_only;
 mod philox;
 mod rms;
 mod scatter;
@@ -29,10 +31,11 @@ use simulate::Source;
 
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
+pub use noise_only::NoiseOnly;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, TypeA, TypeAParameter, type_a};
-pub use unmeasured::{Hidden, unmeasured};
+pub use unmeasured::{Hidden, largest_bend, unmeasured};
 
 /// The uncertainties of a fit.
 #[derive(Clone, Debug)]

@@ -30,7 +30,7 @@ pub(crate) fn scatter(
 ) -> Result<Scatter, UncertaintyError> {
     let mut order: Vec<usize> = (0..places_mm.len()).collect();
     let mut groups = Vec::new();
-    split(&mut order, places_mm, &mut groups);
+    split(&mut order, places_mm, LEAST_GROUP, &mut groups);
     let stride = groups.len().div_ceil(MOST_GROUPS).max(1);
     let chosen: Vec<&Vec<usize>> = groups.iter().step_by(stride).collect();
     let of_group = |group: &&Vec<usize>| left_over(group, places_mm, deviations_mm);
@@ -54,10 +54,15 @@ pub(crate) fn scatter(
     Ok(Scatter { sigma_mm: median.sqrt(), dof })
 }
 
-/// Halves at the median of the longer extent, down to groups of `LEAST_GROUP` to just below twice that.
-fn split(order: &mut [usize], places_mm: &[[f64; 2]], groups: &mut Vec<Vec<usize>>) {
-    if order.len() < 2 * LEAST_GROUP {
-        if order.len() >= LEAST_GROUP {
+/// Halves at the median of the longer extent, down to groups of `least` to just below twice that.
+pub(super) fn split(
+    order: &mut [usize],
+    places_mm: &[[f64; 2]],
+    least: usize,
+    groups: &mut Vec<Vec<usize>>,
+) {
+    if order.len() < 2 * least {
+        if order.len() >= least {
             groups.push(order.to_vec());
         }
         return;
@@ -77,17 +82,39 @@ fn split(order: &mut [usize], places_mm: &[[f64; 2]], groups: &mut Vec<Vec<usize
         p[axis].total_cmp(&q[axis]).then(p[1 - axis].total_cmp(&q[1 - axis])).then(a.cmp(&b))
     });
     let (low, high) = order.split_at_mut(middle);
-    split(low, places_mm, groups);
-    split(high, places_mm, groups);
+    split(low, places_mm, least, groups);
+    split(high, places_mm, least, groups);
 }
 
-/// Sum of the squares of what a quadratic leaves of a group, and its degrees of freedom. The order in which a
-/// selection leaves a group must not show in the bits, so the group is sorted first.
+/// Sum of the squares of what a quadratic leaves of a group, and its degrees of freedom.
 fn left_over(
     group: &[usize],
     places_mm: &[[f64; 2]],
     deviations_mm: &[f64],
 ) -> Option<(f64, usize)> {
+    let quadratic = quadratic(group, places_mm, deviations_mm)?;
+    let dof = group.len().checked_sub(quadratic.determined).filter(|&dof| dof > 0)?;
+    Some((quadratic.left_mm2, dof))
+}
+
+/// A quadratic laid into the deviations of a group.
+pub(super) struct Quadratic {
+    /// Coefficients of 1, x, y, x², xy, y² about the middle of the group, in mm and powers of 1/mm; 0 where the places do not
+    /// determine one.
+    pub(super) coefficients: [f64; 6],
+    /// How many they determine.
+    pub(super) determined: usize,
+    /// Sum of the squares of what it leaves.
+    left_mm2: f64,
+}
+
+/// `None` where a number is not finite. The order in which a selection leaves a group must not show in the bits, so
+/// the group is sorted first.
+pub(super) fn quadratic(
+    group: &[usize],
+    places_mm: &[[f64; 2]],
+    deviations_mm: &[f64],
+) -> Option<Quadratic> {
     let mut group = group.to_vec();
     group.sort_unstable();
     let count = group.len() as f64;
@@ -113,10 +140,14 @@ fn left_over(
         let step = system.solve(&kept, 0.0);
         (kept, step)
     };
-    let mut change = vec![0.0; 6];
+    let mut change = [0.0; 6];
     kept.iter().zip(&step.change).for_each(|(&column, &value)| change[column] = value);
-    let dof = group.len().checked_sub(kept.len()).filter(|&dof| dof > 0)?;
-    Some((system.square_after(&change), dof))
+    // The step takes the deviations to zero: the quadratic is its negative.
+    Some(Quadratic {
+        coefficients: change.map(|value| -value),
+        determined: kept.len(),
+        left_mm2: system.square_after(&change),
+    })
 }
 
 /// Twice the coefficients of a quadratic.

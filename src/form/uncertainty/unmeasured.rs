@@ -1,6 +1,9 @@
 //! What may hide where nothing was measured.
 
+use rayon::prelude::*;
+
 use super::budget::{UncertaintyError, check};
+use super::scatter::{quadratic, split};
 
 /// What the unmeasured part of the aperture may add to a peak to valley deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +42,78 @@ pub fn unmeasured(
     })
 }
 
+/// The largest second derivative of a deviation in any direction, in mm/mm², that points tell: of quadratics laid into
+/// groups of 48 to 95 neighbours, the places in the part frame. `None` where no group determines one, as with fewer points
+/// than 48 or points on a line.
+///
+/// Noise of σ adds to it: by about 0.3·σ over the square of the distance of the points, which is a hundredth to a tenth
+/// of σ in what may hide between them. What is narrower than a group, a speck of dust, counts by what a quadratic
+/// takes of it. `O(n log n)`.
+pub fn largest_bend(places_mm: &[[f64; 2]], deviations_mm: &[f64]) -> Option<f64> {
+    let finite = |index: &usize| {
+        let [x, y] = places_mm[*index];
+        x.is_finite() && y.is_finite() && deviations_mm[*index].is_finite()
+    };
+    let count = places_mm.len().min(deviations_mm.len());
+    let mut order: Vec<usize> = (0..count).filter(finite).collect();
+    let mut groups = Vec::new();
+    split(&mut order, places_mm, BEND_GROUP, &mut groups);
+    let of_group = |group: &Vec<usize>| {
+        let found = quadratic(group, places_mm, deviations_mm)?;
+        let [.., xx, xy, yy] = found.coefficients;
+        // The larger eigenvalue, by size, of the matrix of second derivatives.
+        (found.determined == 6).then(|| (xx + yy).abs() + (xx - yy).hypot(xy))
+    };
+    groups.par_iter().filter_map(of_group).reduce_with(f64::max)
+}
+
+/// Enough neighbours that noise does not make the bend.
+const BEND_GROUP: usize = 48;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::uncertainty::philox::Numbers;
+
+    fn lattice(side: u32) -> Vec<[f64; 2]> {
+        (0..side * side).map(|i| [f64::from(i % side) * 0.1, f64::from(i / side) * 0.1]).collect()
+    }
+
+    #[test]
+    fn the_bend_of_a_saddle_and_of_a_wave() {
+        let places = lattice(60);
+        // Second derivatives of 2·3e-5 along one diagonal and of -2·1e-5 across it.
+        let saddle: Vec<f64> = places
+            .iter()
+            .map(|[x, y]| 3e-5 * (x + y).powi(2) / 2.0 - 1e-5 * (x - y).powi(2) / 2.0 + 0.01 * x)
+            .collect();
+        assert!((largest_bend(&places, &saddle).unwrap() / 6e-5 - 1.0).abs() < 1e-9);
+        // A wave 4 mm long of 100 nm: amplitude times (2π/λ)², a group being 0.7 to 1 mm wide.
+        let wave: Vec<f64> =
+            places.iter().map(|[x, _]| 1e-4 * (std::f64::consts::TAU * x / 4.0).sin()).collect();
+        let bend = largest_bend(&places, &wave).unwrap();
+        let truth = 1e-4 * (std::f64::consts::TAU / 4.0).powi(2);
+        assert!((0.9..1.001).contains(&(bend / truth)), "{}", bend / truth);
+    }
+
+    #[test]
+    fn noise_hides_little_and_few_points_tell_nothing() {
+        let places = lattice(300);
+        let numbers = Numbers::new(5, 0, 0);
+        let noise: Vec<f64> = (0..places.len()).map(|i| 1e-5 * numbers.normal(i)).collect();
+        let bend = largest_bend(&places, &noise).unwrap();
+        // The gap of a lattice of 0.1 mm is 0.1/√2 mm.
+        let Ok(Hidden::AtMost { each_end_nm }) = unmeasured(Some(0.1 / 2.0_f64.sqrt()), Some(bend))
+        else {
+            panic!("a bound");
+        };
+        assert!(each_end_nm < 0.1 * 10.0, "{each_end_nm} nm of noise of 10 nm");
+        assert_eq!(largest_bend(&places[..47], &noise), None);
+        let line: Vec<[f64; 2]> = places.iter().map(|[x, _]| [*x, 0.0]).collect();
+        assert_eq!(largest_bend(&line, &noise), None);
+        let gaps = [vec![f64::NAN; 300], noise[300..].to_vec()].concat();
+        assert!(largest_bend(&places, &gaps).is_some());
+    }
 
     /// The paraboloid −½·κ·r² about the circumcentre reaches the bound exactly, for an equilateral triangle.
     #[test]

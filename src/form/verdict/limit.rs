@@ -198,7 +198,7 @@ impl Limit {
 ///
 /// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
 /// uncertainties of their own; any other figure is simulated, each draw working it out anew, so the number of
-/// draws decides how long that takes. `hidden` is what the unmeasured part may add to any of them:
+/// draws decides how long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
 /// [`Finding::hidden`]. Points weigh the same.
 pub fn judge(
     limits: &[Limit],
@@ -206,7 +206,7 @@ pub fn judge(
     nominal: &Nominal,
     draws: &Draws,
     guard: Guard,
-    hidden: Option<f64>,
+    hidden: impl Fn(&Limit) -> Option<f64>,
 ) -> Result<Vec<Judged>, LimitError> {
     guard.validate()?;
     limits.iter().try_for_each(Limit::validate)?;
@@ -219,7 +219,9 @@ pub fn judge(
     let of_limit = |limit: &Limit| {
         let found = finding(limit, uncertainty, approximation, draws)?;
         let decision = match found {
-            Ok(found) => Ok(decide(&Finding { hidden, ..found }, limit.value, guard)?),
+            Ok(found) => {
+                Ok(decide(&Finding { hidden: hidden(limit), ..found }, limit.value, guard)?)
+            }
             Err(unknown) => Err(unknown),
         };
         Ok(Judged { limit: *limit, decision })

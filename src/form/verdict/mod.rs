@@ -2,7 +2,8 @@
 //!
 //! [`verdict`](crate::verdict()) compares PV and RMS with a [`Tolerance`], uncertainty aside. [`judge`] takes any
 //! [`Limit`], over the aperture or a zone of it, with its uncertainty. [`rms_prospect`] and [`pv_prospect`] say
-//! what is certain while points still arrive.
+//! what is certain while points still arrive, and
+//! [`rms_of_whole_nm`] what the part of the aperture that was not measured may add to the RMS.
 
 mod decision;
 mod limit;
@@ -11,5 +12,5 @@ mod tolerance;
 
 pub use decision::{Decision, Doubt, Finding, Guard, GuardError, decide};
 pub use limit::{Judged, Limit, LimitError, judge};
-pub use prospect::{Prospect, RunningPv, RunningRms, pv_prospect, rms_prospect};
+pub use prospect::{Prospect, RunningPv, RunningRms, pv_prospect, rms_of_whole_nm, rms_prospect};
 pub use tolerance::{Check, Reason, Status, Tolerance, Verdict, verdict};

@@ -38,6 +38,9 @@ pub struct RunningRms<'a> {
     pub u_nm: Option<f64>,
     /// Degrees of freedom of that.
     pub dof: f64,
+    /// The noise of a point in nm, if the decision takes its share off before it calls a limit broken:
+    /// [`Finding::bias`]; 0 if it does not.
+    pub noise_nm: f64,
     /// Whether every parameter of the final fit was free and determinate.
     pub complete: bool,
     /// Points so far over points in the end; `None` if nobody knows how many will come.
@@ -76,8 +79,11 @@ pub fn rms_prospect(
     p: f64,
 ) -> Result<Prospect, GuardError> {
     Guard::Probability(p).validate()?;
-    let finding =
-        |value| Finding { value, u: running.u_nm, dof: running.dof, bias: 0.0, hidden: Some(0.0) };
+    let finding = |value: f64| {
+        let form_nm = (value * value - running.noise_nm * running.noise_nm).max(0.0).sqrt();
+        let bias = value - form_nm;
+        Finding { value, u: running.u_nm, dof: running.dof, bias, hidden: Some(0.0) }
+    };
     let share = running.share.filter(|share| running.complete && (0.0..=1.0).contains(share));
     let at_least_nm = share.map(|share| share.sqrt() * running.rms_nm);
     let fail_is_certain = fails(at_least_nm.map(finding), limit_nm, guard)?;
@@ -85,30 +91,66 @@ pub fn rms_prospect(
     let passes = |rms_nm: f64| {
         decide(&finding(rms_nm), limit_nm, guard).map(|found| found.status == Status::Pass)
     };
-    let (patches, now) = (running.patches_nm2.len() as f64, running.coverage);
+    let now = running.coverage;
     let mut pass_from_coverage = None;
-    if patches >= LEAST_PATCHES && now > 0.0 && now <= 1.0 && passes(running.rms_nm)? {
-        let mean = running.patches_nm2.iter().sum::<f64>() / patches;
-        let square: f64 = running.patches_nm2.iter().map(|patch| (patch - mean).powi(2)).sum();
-        let deviation = (square / (patches - 1.0)).sqrt();
-        let t = student_quantile(p, patches - 1.0);
+    if let Some(patches) = Patches::new(running.patches_nm2, now, p)
+        && passes(running.rms_nm)?
+    {
         for step in 0..=STEPS {
             let coverage = now + (1.0 - now) * f64::from(step) / f64::from(STEPS);
-            // Patches measured by then, and those left.
-            let (seen, left) = (patches * coverage / now, patches * (1.0 - coverage) / now);
-            let rest = if left > 0.0 {
-                mean + t * deviation * (1.0 / seen + 1.0 / left).sqrt()
-            } else {
-                0.0
-            };
-            let rms_nm = (coverage * running.rms_nm.powi(2) + (1.0 - coverage) * rest).sqrt();
-            if passes(rms_nm)? {
+            if passes(patches.rms_nm(running.rms_nm, coverage))? {
                 pass_from_coverage = Some(coverage);
                 break;
             }
         }
     }
     Ok(Prospect { at_least_nm, fail_is_certain, pass_from_coverage, p })
+}
+
+/// The RMS in nm of the whole aperture that is not exceeded with probability `p`, above 0.5 and below 1, where `coverage`
+/// of it, 0 to 1, was measured and has an RMS of `rms_nm`, and the rest is like it: see [`rms_prospect`].
+/// `None` with less than 8 patches, unless nothing is missing.
+pub fn rms_of_whole_nm(rms_nm: f64, patches_nm2: &[f64], coverage: f64, p: f64) -> Option<f64> {
+    if coverage == 1.0 {
+        return Some(rms_nm);
+    }
+    Patches::new(patches_nm2, coverage, p).map(|patches| patches.rms_nm(rms_nm, coverage))
+}
+
+/// The spread of the mean square over patches.
+struct Patches {
+    count: f64,
+    mean: f64,
+    deviation: f64,
+    t: f64,
+    /// Share of the aperture they are of.
+    coverage: f64,
+}
+
+impl Patches {
+    fn new(patches_nm2: &[f64], coverage: f64, p: f64) -> Option<Patches> {
+        let count = patches_nm2.len() as f64;
+        if !(count >= LEAST_PATCHES && coverage > 0.0 && coverage <= 1.0) {
+            return None;
+        }
+        let mean = patches_nm2.iter().sum::<f64>() / count;
+        let square: f64 = patches_nm2.iter().map(|patch| (patch - mean).powi(2)).sum();
+        let deviation = (square / (count - 1.0)).sqrt();
+        Some(Patches { count, mean, deviation, t: student_quantile(p, count - 1.0), coverage })
+    }
+
+    /// Of the whole, once `coverage` of it has an RMS of `rms_nm`.
+    fn rms_nm(&self, rms_nm: f64, coverage: f64) -> f64 {
+        // Patches measured by then, and those left.
+        let seen = self.count * coverage / self.coverage;
+        let left = self.count * (1.0 - coverage) / self.coverage;
+        let rest = if left > 0.0 {
+            self.mean + self.t * self.deviation * (1.0 / seen + 1.0 / left).sqrt()
+        } else {
+            0.0
+        };
+        (coverage * rms_nm.powi(2) + (1.0 - coverage) * rest).sqrt()
+    }
 }
 
 /// What is certain of the final PV: `p`, above 0.5 and below 1, is the probability of a pass.
@@ -155,6 +197,7 @@ mod tests {
             rms_nm: (patches_nm2.iter().sum::<f64>() / patches_nm2.len() as f64).sqrt(),
             u_nm: Some(0.0),
             dof: f64::INFINITY,
+            noise_nm: 0.0,
             complete: true,
             share: Some(0.25),
             coverage: 0.25,
@@ -170,6 +213,13 @@ mod tests {
         };
         assert_eq!(prospect(10.1).at_least_nm, Some(10.0));
         assert!(!prospect(10.1).fail_is_certain && prospect(9.9).fail_is_certain);
+        // 6 of the 10 nm are noise, and 8 are left.
+        let noisy = RunningRms { noise_nm: 6.0, ..running(&[400.0; 9]) };
+        let fails = |limit_nm| {
+            let found = rms_prospect(&noisy, limit_nm, Guard::Factor(2.0), 0.95).unwrap();
+            found.fail_is_certain
+        };
+        assert!(fails(7.9) && !fails(8.1));
         let partly = RunningRms { complete: false, ..running(&[400.0; 9]) };
         let found = rms_prospect(&partly, 1.0, Guard::Factor(2.0), 0.95).unwrap();
         assert_eq!((found.at_least_nm, found.fail_is_certain), (None, false));
@@ -184,13 +234,19 @@ mod tests {
             let found = rms_prospect(&running(&patches), limit_nm, Guard::None, 0.95).unwrap();
             found.pass_from_coverage
         };
-        // By hand: mean 100, deviation 92.58, t of 7 degrees of freedom 1.8946; at half the aperture 16 patches
-        // are seen and 16 left, so the rest is 100 + 1.8946·92.58·√(1/8) = 162.0 and the RMS √131.0 = 11.446.
+        // By hand: mean 100, deviation 92.43, t of 7 degrees of freedom 1.8946; at half the aperture 16 patches
+        // are seen and 16 left, so the rest is 100 + 1.8946·92.43·√(1/8) = 161.9 and the RMS √131.0 = 11.444.
         let t = student_quantile(0.95, 7.0);
         assert!((t - 1.894_6).abs() < 1e-4);
-        let from = pass(11.446).unwrap();
+        let from = pass(11.444).unwrap();
         assert!((from - 0.5).abs() < 2e-3, "{from}");
         assert!(pass(10.2).unwrap() > from);
+        // Half of the aperture measured by 8 patches, which leaves 8.
+        let rest = 100.0 + t * (59_800.0_f64 / 7.0).sqrt() * 0.5;
+        let whole_nm = rms_of_whole_nm(10.0, &patches, 0.5, 0.95).unwrap();
+        assert!((whole_nm - (50.0 + 0.5 * rest).sqrt()).abs() < 1e-5, "{whole_nm}");
+        assert_eq!(rms_of_whole_nm(10.0, &[], 1.0, 0.95), Some(10.0));
+        assert_eq!(rms_of_whole_nm(10.0, &patches[1..], 0.99, 0.95), None);
         assert_eq!(pass(9.9), None);
         assert_eq!(
             rms_prospect(&running(&patches[..7]), 1e3, Guard::None, 0.95)

@@ -56,7 +56,10 @@ fn an_unknown_surface_is_made_from_its_points_and_the_verdict_says_so() {
     assert_eq!((points.used, sampling.lfs_source.as_deref()), (6400, Some("measured")));
     assert_eq!(verdict.status, Status::Pass);
     let said = |reason: &String| reason.contains("made from these points");
-    assert!(verdict.reasons.iter().any(said) && form.fit.cautions.iter().any(said));
+    assert!(
+        verdict.reasons.iter().any(said)
+            && form.fit.details.cautions.iter().any(|caution| said(&caution.text))
+    );
     assert!(form.nominal.starts_with("unknown; made from the points"), "{}", form.nominal);
     assert!(form.fit.method.starts_with("penalised B-splines over a"), "{}", form.fit.method);
     assert!(!form.fit.parameters.is_empty() && form.fit.free.contains(&"tz".to_owned()));
@@ -82,7 +85,7 @@ fn while_points_arrive_a_quadric_stands_in_and_says_so() {
         let form = running.form.unwrap();
         assert!(form.provisional && form.reference.is_none());
         assert!(form.nominal.contains("quadric"), "{}", form.nominal);
-        assert!(form.fit.cautions[0].contains("best quadric"));
+        assert!(form.fit.details.cautions[0].text.contains("best quadric"));
         // Of the wave of 200 nm a quadric leaves some, of the noise all.
         let rms_nm = form.deviation.rms_nm;
         assert!(rms_nm > 10.0 && rms_nm < 500.0, "{rms_nm}");
@@ -159,7 +162,11 @@ fn a_point_of_a_tenth_of_the_uncertainty_weighs_a_hundred_times() {
     known.know_uncertainties(points());
     known.take_positions(points().map(|(point, _)| point));
     let running = known.figures().form.unwrap();
-    assert!(running.fit.cautions[0].contains("count alike"), "{:?}", running.fit.cautions);
+    assert!(
+        running.fit.details.cautions[0].text.contains("count alike"),
+        "{:?}",
+        running.fit.details.cautions
+    );
     let fit = known.finish().report.form.unwrap().fit;
     assert!((fit.parameters["tz"].value - 1e-3 / 1.01).abs() < 1e-12, "{:?}", fit.parameters);
     let weights = fit.weights.unwrap();

@@ -52,6 +52,8 @@ pub(in crate::pipeline) fn hold(verdict: &mut Verdict, part: &Part, form: Option
             u: None,
             guard_band: None,
             rule: judging.guard.map(|guard| guard.to_string()),
+            hidden: None,
+            doubt: decision.doubt.map(|doubt| doubt.to_string()),
         });
     }
 }

@@ -6,7 +6,7 @@ use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
 use asphera_form::{
     Accumulator, Aperture, Figures, FitError, FitSettings, Grid, Live, LiveError, LiveEstimate,
-    LiveSettings, Nominal, Parameter, PointMm, Pose, deviations, fit,
+    LiveSettings, Nominal, Parameter, PointMm, Pose, ZoneSettings, deviations, fit, minimum_zone,
 };
 
 const GRID: Grid =
@@ -294,4 +294,30 @@ fn what_differs_is_not_merged() {
     let other = accumulator(200, FitSettings { max_iterations: 9, ..FitSettings::default() });
     assert_eq!(one.merge(other), Err(LiveError::Different { what: "settings" }));
     assert_eq!(one.estimate(), None);
+}
+
+/// What the cells tell of the size of the deviation is what the whole has, and the extremes of their blocks hold a zone
+/// no wider than all.
+#[test]
+fn mean_squares_and_extremes_of_cells_are_those_of_the_points() {
+    let points = lens(&raster(20_000, 8.9));
+    let mut live = Live::new(al1815(), settings(FitSettings::default())).unwrap();
+    points[..15_000].iter().for_each(|&point| live.push(point));
+    let found = live.estimate().unwrap();
+    assert!(found.is_complete(), "{:?}", found.undetermined);
+    let cells =
+        found.mean_squares_nm2.iter().zip(&found.map.counts).filter(|(_, count)| **count > 0);
+    let square: f64 = cells.map(|(square, count)| square * *count as f64).sum();
+    let rms_nm = (square / found.count as f64).sqrt();
+    assert!((rms_nm / found.figures.rms_nm - 1.0).abs() < 1e-3, "{rms_nm} {:?}", found.figures);
+    let extremes = live.extremes(8);
+    assert!((100..=288).contains(&extremes.len()), "{}", extremes.len());
+    let zone = ZoneSettings {
+        fit: FitSettings { start: found.pose, search: false, ..FitSettings::default() },
+        tolerance: 1e-4,
+        ..ZoneSettings::default()
+    };
+    let zone_nm = 1e6 * minimum_zone(&extremes, &al1815(), &zone).unwrap().certificate.lower_mm;
+    assert!(zone_nm <= found.figures.pv_nm, "{zone_nm} {:?}", found.figures);
+    assert!(zone_nm > 0.7 * found.figures.pv_nm, "{zone_nm} {:?}", found.figures);
 }

@@ -285,7 +285,7 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     limits.push(Limit { value: 1e4, less: Terms::of(&terms), ..limits[1] });
     let draws = Draws { count: 40, seed: 1 };
     let judged =
-        judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), Some(0.0)).unwrap();
+        judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), |_| Some(0.0)).unwrap();
     for (index, judged) in judged.iter().enumerate() {
         let decision = judged.decision.as_ref().unwrap();
         let expected = if index == 1 { Status::Fail } else { Status::Pass };
@@ -303,7 +303,8 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     let left = rms(&remove(&whole, &terms).unwrap().sample, Reference::Zero).unwrap().value;
     assert!((value(9) - left).abs() < 1e-6 && left < 0.9 * value(1), "{} {left}", value(9));
     // Nothing can be accepted as long as anything may hide.
-    let blind = judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, None).unwrap();
+    let blind =
+        judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, |_| None).unwrap();
     assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
 }
 
@@ -326,6 +327,7 @@ fn the_final_figures_never_fall_below_what_was_promised() {
             rms_nm: so_far.residuals.rms_mm * 1e6,
             u_nm: None,
             dof: f64::INFINITY,
+            noise_nm: 0.0,
             complete: so_far.indeterminate.is_empty(),
             share: Some(count as f64 / 1200.0),
             coverage: count as f64 / 1200.0,

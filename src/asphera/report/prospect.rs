@@ -1,0 +1,52 @@
+//! What can already be said of limits while points arrive: never in a report.
+
+use serde::{Deserialize, Serialize};
+
+/// What can be said of one limit, or of all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProspectState {
+    /// The limit will be broken, whatever is measured yet. Not taken back while the figures themselves are not in doubt.
+    FailCertain,
+    /// The limit will hold with the probability given, if the rest is like what is measured.
+    PassCertain,
+    /// It will, once the coverage is as large as said.
+    PassFrom,
+    /// Neither can be said.
+    #[default]
+    Open,
+}
+
+/// What can be said of one limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProspectFigures {
+    /// Name of the limit, as in the checks of the verdict: `pv_nm`.
+    pub name: String,
+    /// The largest value allowed.
+    pub limit: f64,
+    /// The value so far; absent for figures that are only worked out at the end.
+    pub value: Option<f64>,
+    /// What can be said.
+    pub state: ProspectState,
+    /// The final value will be at least this; absent where that cannot be said.
+    pub at_least: Option<f64>,
+    /// The coverage, 0 to 1, from which on a pass is certain; absent where that cannot be said.
+    pub pass_from_coverage: Option<f64>,
+    /// The coverage it is held against.
+    pub coverage: Option<f64>,
+    /// The probability of a pass, where one is told.
+    pub p: f64,
+    /// The same in a sentence, and why it is open where it is.
+    pub text: String,
+}
+
+/// What can be said of the part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outlook {
+    /// A fail where one limit fails, a pass where each of them passes.
+    pub state: ProspectState,
+    /// In a sentence.
+    pub text: String,
+    /// Every limit.
+    pub limits: Vec<ProspectFigures>,
+}
