@@ -246,11 +246,15 @@ pub(crate) fn of_part(
     };
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
-    let found = remembered.look_at_nominal(part, points, pose).map(|()| "nominal").or_else(|why| {
-        if part.nominal.is_rotational() {
+    let looked = match part.reference {
+        Some(_) => Err("no design is known".to_owned()),
+        None => remembered.look_at_nominal(part, points, pose).map(|()| "nominal"),
+    };
+    let found = looked.or_else(|why| {
+        if part.reference.is_none() && part.nominal.is_rotational() {
             return Err(why);
         }
-        // A freeform finer than a raster shows: the points tell more.
+        // No design, or a freeform finer than a raster shows: the points tell more.
         Lfs::of_points(sampled, &noise, &reach_mm).map(|(lfs, source)| {
             remembered.0 = Known::Points(lfs);
             source
