@@ -52,7 +52,7 @@ pub struct Check {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rule: Option<String>,
     /// What the part of the aperture that was not measured may add to the value, at the probability of
-    /// [`UnmeasuredFigures::p`]; absent where that is not known, and for slopes, of which it is not told.
+    /// [`UnmeasuredFigures::p`](super::UnmeasuredFigures::p); absent where that is not known, and for slopes, of which it is not told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hidden: Option<f64>,
     /// Why neither is proven, in words; absent where it is.
