@@ -5,6 +5,7 @@ mod edit;
 mod interpolate;
 mod locate;
 mod neighbours;
+mod order;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,12 +16,12 @@ pub use self::changes::{BoundsMm, ChangedPart, Changes, HEIGHTS_REMEMBERED, Revi
 pub use self::edit::EditError;
 use self::edit::Edits;
 pub use self::neighbours::Neighbours;
+use self::order::in_order;
 use crate::area::{Area, area};
 use crate::delaunay::{Delaunay, Duplicate, FlatCells};
 use crate::outcome::edges_and_hull;
 use crate::point::admit;
 use crate::room::make_room;
-use crate::triangle::from_smallest;
 use crate::{Counts, Outcome, PointMm, Repeats, VertexId};
 
 /// How many points [`Mesh::push`] gathers before it inserts them.
@@ -327,52 +328,3 @@ impl Extend<PointMm> for Mesh {
         self.pending.extend(waiting);
     }
 }
-
-/// Turns every triangle to start with its smallest corner, and sorts all by their corners. The triangles are
-/// gone through twice.
-fn in_order<I: Iterator<Item = [VertexId; 3]>>(
-    vertices: usize,
-    triangles: impl Fn() -> I,
-) -> Vec<[VertexId; 3]> {
-    // Counting those of each first corner leaves only a few to be compared. While they are written, the next
-    // one of vertex i goes to `next[i + 1]`; afterwards that is where those of vertex i end.
-    let mut next = vec![0_u32; vertices + 2];
-    for [a, b, c] in triangles() {
-        next[a.min(b).min(c) as usize + 2] += 1;
-    }
-    for vertex in 0..=vertices {
-        next[vertex + 1] += next[vertex];
-    }
-    let count = next[vertices + 1] as usize;
-    let mut ordered = vec![[0; 3]; count];
-    for corners in triangles() {
-        let corners = from_smallest(corners);
-        let end = &mut next[corners[0] as usize + 1];
-        ordered[*end as usize] = corners;
-        *end += 1;
-    }
-    for pair in next.windows(2) {
-        sort_few(&mut ordered[pair[0] as usize..pair[1] as usize]);
-    }
-    ordered
-}
-
-/// Sorts triangles with the same first corner by insertion: there are hardly ever more than six.
-fn sort_few(triangles: &mut [[VertexId; 3]]) {
-    if triangles.len() > MANY {
-        triangles.sort_unstable();
-        return;
-    }
-    for end in 1..triangles.len() {
-        let corners = triangles[end];
-        let mut at = end;
-        while at > 0 && triangles[at - 1] > corners {
-            triangles[at] = triangles[at - 1];
-            at -= 1;
-        }
-        triangles[at] = corners;
-    }
-}
-
-/// More triangles are not sorted by insertion.
-const MANY: usize = 16;
