@@ -21,7 +21,7 @@ use super::cells::{NONE, QUARTIC, quartic};
 use super::fit::{Row, TERMS, Work};
 use super::reference::CELL_SPACINGS;
 use super::tail;
-use crate::{PointMm, VertexId};
+use crate::{BoundsMm, PointMm, VertexId};
 
 /// What is looked at, and how.
 #[derive(Clone, Copy)]
@@ -46,6 +46,29 @@ pub(super) struct Parts {
     pub(super) sigma_mm: f64,
     /// Standard deviations from which on something is a defect.
     pub(super) threshold: f64,
+    /// What the parts were cut out about.
+    pub(super) suspects: Suspects,
+}
+
+/// Where a defect was suspected. Where a part was cut out of the surface, half a window away from there, nothing holds
+/// its reference, which may run away from form that it cannot follow.
+pub(super) struct Suspects {
+    raster: Raster,
+    cells: Vec<bool>,
+}
+
+impl Suspects {
+    /// Whether something was suspected in a rectangle.
+    pub(super) fn meet(&self, BoundsMm { low, high }: &BoundsMm) -> bool {
+        let [first, last] = [low, high].map(|corner| {
+            let slot = self.raster.slot([corner[0], corner[1], 0.0]);
+            [slot % self.raster.size[0], slot / self.raster.size[0]]
+        });
+        (first[1]..=last[1]).any(|row| {
+            let row = row * self.raster.size[0];
+            self.cells[row + first[0]..=row + last[0]].contains(&true)
+        })
+    }
 }
 
 /// What the samples of a cell add up to.
@@ -100,11 +123,15 @@ impl Screen<'_> {
             suspect[coarse.over(&raster, slot)] = true;
         }
         let parts = coarse.parts(&suspect, used);
+        if parts.is_whole {
+            suspect.fill(true);
+        }
         Ok(Parts {
             vertices: self.vertices(&coarse.raster, &parts),
             used,
             sigma_mm: scales.single_mm,
             threshold,
+            suspects: Suspects { raster: coarse.raster, cells: suspect },
         })
     }
 
@@ -332,9 +359,9 @@ impl Coarse {
         let within: f64 =
             near.iter().zip(&self.sums).filter(|&(&near, _)| near).map(|(_, sum)| sum.0).sum();
         if within > MOST_LOOKED_AT * used as f64 {
-            return PartOf { slots: vec![0; near.len()], count: 1 };
+            return PartOf { slots: vec![0; near.len()], count: 1, is_whole: true };
         }
-        let mut part_of = PartOf { slots: vec![NONE; near.len()], count: 0 };
+        let mut part_of = PartOf { slots: vec![NONE; near.len()], count: 0, is_whole: false };
         let mut open = Vec::new();
         for start in 0..near.len() {
             if !near[start] || part_of.slots[start] != NONE {
@@ -365,6 +392,8 @@ impl Coarse {
 struct PartOf {
     slots: Vec<u32>,
     count: usize,
+    /// Whether the one part is the whole surface.
+    is_whole: bool,
 }
 
 /// A place in cells, in half widths of a window from its middle.

@@ -53,7 +53,7 @@ pub struct DefectSearch {
 /// The number of false defects expected is that of the whole surface. On a surface with few defects this takes
 /// some 40 ns a vertex, and where half of it is suspect as long as [`find_defects`]. A defect that can be told by
 /// means only, and hardly, may be missed: from 1.3 times the threshold on it is not. What reaches beyond the part
-/// looked at is told by [`Defect::on_border`].
+/// looked at is told by [`Defect::on_border`]; what lies in the rim of a part, where nothing was suspected, is none.
 ///
 /// # Errors
 ///
@@ -80,7 +80,7 @@ pub fn search_defects(
         sigma_mm: settings.noise.map_or(0.0, |noise| noise.sigma_mm()),
         false_expected: settings.false_expected,
     };
-    let Parts { vertices: parts, used, sigma_mm, threshold } = screen.parts()?;
+    let Parts { vertices: parts, used, sigma_mm, threshold, suspects } = screen.parts()?;
     let triangles = triangles_of(surface, &parts)?;
     let searched: Vec<Result<(Vec<Defect>, u64), DefectsUnknown>> = parts
         .par_iter()
@@ -99,7 +99,7 @@ pub fn search_defects(
     let (mut defects, mut unreferenced) = (Vec::new(), 0);
     for found in searched {
         let (found, unknown) = found?;
-        defects.extend(found);
+        defects.extend(found.into_iter().filter(|defect| suspects.meet(&defect.bounds_mm)));
         unreferenced += unknown;
     }
     defects.sort_by(by_significance);

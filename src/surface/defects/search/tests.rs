@@ -1,5 +1,7 @@
 //! The quick search against a close look at the whole surface.
 
+use std::f64::consts::TAU;
+
 use super::*;
 use crate::Mesh;
 use crate::curvature::truth::{raster, roughen};
@@ -184,4 +186,23 @@ fn what_is_no_surface_is_told() {
     // Where nothing is suspect no triangle is asked for.
     let clean = DeviatingSurface { triangles: &[], ..surface };
     assert!(search_defects(&clean, &settings()).is_ok());
+}
+
+/// Form too narrow for the reference makes places suspect here and there; the rims of the parts cut out about those
+/// are no defects.
+#[test]
+fn where_a_part_was_cut_out_there_is_no_defect() {
+    let waves = |x: f64, y: f64| {
+        let rings = 10.0 * (TAU * (x - 0.2).hypot(y + 0.1) / 0.39).sin();
+        SIGMA_MM * (rings + 1.5 * (TAU * x / 0.078).sin())
+    };
+    for seed in 0..3 {
+        let surface = Deviating::new(seed, 0.2, waves);
+        let found = search_defects(&surface.surface(), &settings()).unwrap();
+        eprintln!("{} of {} looked at, {:?}", found.looked_at, found.vertices, found.defects.len());
+        assert!(found.looked_at > 0 && found.looked_at < found.vertices);
+        // At a corner of the surface itself nothing holds the reference either.
+        let inside = |defect: &&Defect| defect.centre_mm[..2].iter().all(|at| at.abs() < 1.9);
+        assert_eq!(found.defects.iter().find(inside), None);
+    }
 }
