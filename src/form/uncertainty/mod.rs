@@ -12,6 +12,7 @@
 mod budget;
 mod distribution;
 mod field;
+mod halve;
 mod linear;
 mod modes;
 mod noise_only;

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::budget::UncertaintyError;
 use super::distribution::{chi_square_density, chi_square_median};
+use super::halve::halve;
 use crate::fit::solve::System;
 use crate::fit::triangle::Triangle;
 
@@ -67,21 +68,7 @@ pub(super) fn split(
         }
         return;
     }
-    let extent = |axis: usize| {
-        let range = order.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &index| {
-            let value = places_mm[index][axis];
-            [low.min(value), high.max(value)]
-        });
-        range[1] - range[0]
-    };
-    let axis = usize::from(extent(1) > extent(0));
-    let middle = order.len() / 2;
-    // Equal coordinates go by their other one and then by index, so the groups depend on nothing else.
-    order.select_nth_unstable_by(middle, |&a, &b| {
-        let (p, q) = (places_mm[a], places_mm[b]);
-        p[axis].total_cmp(&q[axis]).then(p[1 - axis].total_cmp(&q[1 - axis])).then(a.cmp(&b))
-    });
-    let (low, high) = order.split_at_mut(middle);
+    let (low, high) = halve(order, places_mm);
     split(low, places_mm, least, groups);
     split(high, places_mm, least, groups);
 }

@@ -1,5 +1,6 @@
 //! Patches of a part: as many neighbouring points each, with their means.
 
+use crate::uncertainty::halve::halve;
 use crate::uncertainty::linear::Linear;
 
 /// Neighbouring points, or a single one.
@@ -34,20 +35,7 @@ fn split(order: &mut [usize], places_mm: &[[f64; 2]], most: usize, groups: &mut 
         }
         return;
     }
-    let extent = |axis: usize| {
-        let range = order.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &index| {
-            let value = places_mm[index][axis];
-            [low.min(value), high.max(value)]
-        });
-        range[1] - range[0]
-    };
-    let axis = usize::from(extent(1) > extent(0));
-    let middle = order.len() / 2;
-    order.select_nth_unstable_by(middle, |&a, &b| {
-        let (p, q) = (places_mm[a], places_mm[b]);
-        p[axis].total_cmp(&q[axis]).then(p[1 - axis].total_cmp(&q[1 - axis])).then(a.cmp(&b))
-    });
-    let (low, high) = order.split_at_mut(middle);
+    let (low, high) = halve(order, places_mm);
     split(low, places_mm, most / 2, groups);
     split(high, places_mm, most / 2, groups);
 }
