@@ -33,16 +33,14 @@ pub(super) struct FormDetails {
 pub(super) fn details(
     part: &Part,
     fit: &Fit,
-    points: &[PointMm],
-    deviations_mm: &[f64],
+    sample: &Result<Sample, SampleError>,
     areas_mm2: &[f64],
 ) -> FormDetails {
     let mut details = FormDetails::default();
-    let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
     // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
     let weighted = areas_mm2.iter().any(|area| *area > 0.0);
     match sample {
-        Ok(sample) => details.fill(part, fit, &sample, weighted),
+        Ok(sample) => details.fill(part, fit, sample, weighted),
         Err(error) => details.unknown.push(format!("figures of the form: {error}")),
     }
     details
@@ -330,7 +328,8 @@ mod tests {
         let fit = fit(points, &part.nominal, &settings).unwrap();
         // The fit must not move the part, whose deviations are given.
         let fit = Fit { pose: Pose::default(), ..fit };
-        details(part, &fit, points, deviations_mm, areas_mm2)
+        let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
+        details(part, &fit, &sample, areas_mm2)
     }
 
     fn value(details: &FormDetails, name: &str, variant: &str) -> f64 {

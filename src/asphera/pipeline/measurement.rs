@@ -104,14 +104,19 @@ pub(super) fn measure(
         .zip(&covered)
         .filter_map(|(&corners, &covered)| covered.then_some(corners));
     let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
+    let sample = sample(&part, &pose, mesh.points(), &deviations_mm, &areas_mm2);
     let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        let details = details(&part, &fitted.fit, mesh.points(), &deviations_mm, &areas_mm2);
-        figures::form(&part, fitted, found, details, &plane)
+        figures::form(
+            &part,
+            fitted,
+            found,
+            details(&part, &fitted.fit, &sample, &areas_mm2),
+            &plane,
+        )
     });
-    let cells = result.ok().zip(grid.as_ref()).and_then(|(fit, grid)| {
-        let sample = sample(&part, &fit.pose, mesh.points(), &deviations_mm, &areas_mm2);
-        Some(cells_of(&sample.ok()?, grid))
-    });
+    // Without a fit no deviation is known.
+    let counted = result.ok().and(sample.as_ref().ok());
+    let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
         form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
