@@ -143,7 +143,7 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
         } else {
             out.push_str(
                 "<p class=\"note\">u from the residuals, taken as uncorrelated: too small by a factor of \
-                 two to four where form error rules.</p>\n",
+                 two to four and more where form error rules.</p>\n",
             );
         }
     }
