@@ -493,7 +493,7 @@ pub struct UncertaintyFigures {
 }
 
 impl UncertaintyFigures {
-    /// By the table `[uncertainty]` of the nominal file.
+    /// By the table `[uncertainty]` of the nominal file, correlated errors included.
     pub const BUDGET: &str = "error budget of the nominal file";
     /// By the noise of the points, and nothing that is correlated from point to point.
     pub const NOISE_ONLY: &str = "noise only";

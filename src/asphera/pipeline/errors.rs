@@ -49,7 +49,7 @@ impl Errors {
         Errors {
             noise_nm: stated,
             correlated: correlated.then(Correlated::default),
-            budget: budget.is_some(),
+            budget: budget.is_some_and(is_correlated),
         }
     }
 
@@ -146,6 +146,15 @@ impl ErrorsOfFigures {
             draws: None,
             seed: None,
         }
+    }
+}
+
+/// What the uncertainties of a part are made of. Further limits and guard bands alone ask for them too, and name no
+/// more than noise.
+pub(super) fn model(part: &Part) -> &'static str {
+    match &part.judging.uncertainty {
+        Some((budget, _)) if is_correlated(budget) => UncertaintyFigures::BUDGET,
+        _ => UncertaintyFigures::NOISE_ONLY,
     }
 }
 

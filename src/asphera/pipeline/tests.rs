@@ -375,7 +375,8 @@ fn zones_are_judged_and_their_figures_told() {
     assert_eq!(of_ring.len(), 3, "{of_ring:?}");
     assert_eq!(of_ring[2].value, report.verdict.checks[3].value);
     assert!(of_ring[2].variant.starts_with("from 10 to 20 mm"));
-    assert_eq!(form.deviation.uncertainty.unwrap().model, "error budget of the nominal file");
+    // Limits of zones ask for uncertainties, but name no source of error beside the noise.
+    assert_eq!(form.deviation.uncertainty.unwrap().model, "noise only");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use asphera_form::verdict::{Guard, Judged, Limit, LimitError, judge};
 use asphera_form::{Aperture, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
-use super::errors::ErrorsOfFigures;
+use super::errors::{self, ErrorsOfFigures};
 use super::fitting::Fitted;
 use super::judgement::said;
 use super::unmeasured::Unmeasured;
@@ -78,7 +78,7 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         };
     }
     form.deviation.uncertainty = Some(UncertaintyFigures {
-        model: UncertaintyFigures::BUDGET.to_owned(),
+        model: errors::model(part).to_owned(),
         pv_at_most: false,
         u_pv_nm: pv.u,
         pv_bias_nm: pv.bias,
