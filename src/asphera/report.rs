@@ -220,16 +220,27 @@ pub struct SamplingFigures {
     pub gap_p99_mm: Option<f64>,
     /// Largest gap allowed, in mm: the nominal's, or else four times the average distance of the points.
     pub gap_limit_mm: Option<f64>,
-    /// Largest ε allowed: gap over local feature size.
-    pub epsilon_target: f64,
+    /// Largest ε allowed: gap over local feature size. Absent where only ρ was asked for.
+    pub epsilon_target: Option<f64>,
     /// Largest ε.
     pub epsilon_max: Option<f64>,
     /// Area-weighted 99th percentile of ε.
     pub epsilon_p99: Option<f64>,
+    /// Largest ρ allowed: gap over reach. Absent where it was not asked for.
+    #[serde(default)]
+    pub rho_target: Option<f64>,
+    /// Largest ρ; a lower bound where the local feature size is not that of the nominal.
+    #[serde(default)]
+    pub rho_max: Option<f64>,
+    /// The reach in mm: the smallest local feature size of the whole surface, from `lfs_source`. With `nominal` that
+    /// over all of the aperture, measured or not; else, and where every point counts, the smallest at the points where
+    /// it is known. Absent if it is not known, or if there is none, as on a plane: ρ is 0 there.
+    #[serde(default)]
+    pub reach_mm: Option<f64>,
     /// Where ε is largest, or where it is nowhere above 0 the gap; measured frame, mm.
     pub at_max_mm: Option<[f64; 3]>,
     /// Share of the aperture that is sampled densely enough, 0 to 1; where every point counts, of the outline
-    /// of the points.
+    /// of the points. Absent, like the two areas, where the local feature size is known nowhere.
     pub coverage: Option<f64>,
     /// Projected area that was scanned, but not densely enough, in mm².
     pub undersampled_area_mm2: Option<f64>,
@@ -240,9 +251,9 @@ pub struct SamplingFigures {
     /// Half of the surface has facets of this spacing in mm or less.
     pub spacing_median_mm: Option<f64>,
     /// Share of the surface whose points are so near to each other that their noise turns facets by more than
-    /// ε rad.
+    /// ε rad, or ρ rad if that is less.
     pub overdense_fraction: Option<f64>,
-    /// The spacing in mm that satisfies ε and noise everywhere. Absent if there is none or any will do.
+    /// The spacing in mm that satisfies ε, ρ and noise everywhere. Absent if there is none or any will do.
     pub spacing_recommended_mm: Option<f64>,
     /// What to measure next: regions that are not covered, those first that add most to the coverage.
     pub next: Vec<NextFigures>,
@@ -268,6 +279,25 @@ pub struct SamplingFigures {
     pub current: Option<CurrentFigures>,
 }
 
+impl SamplingFigures {
+    /// The largest gap allowed wherever it is, in mm: by its own limit and by ρ, as far as the reach is known.
+    pub(crate) fn gap_allowed_mm(&self) -> Option<f64> {
+        let by_rho_mm = self.rho_target.zip(self.reach_mm).map(|(rho, reach_mm)| rho * reach_mm);
+        match (self.gap_limit_mm, by_rho_mm) {
+            (Some(limit_mm), Some(by_rho_mm)) => Some(limit_mm.min(by_rho_mm)),
+            (limit_mm, by_rho_mm) => limit_mm.or(by_rho_mm),
+        }
+    }
+
+    /// The smaller of the largest ε and ρ allowed.
+    pub(crate) fn share_allowed(&self) -> Option<f64> {
+        match (self.epsilon_target, self.rho_target) {
+            (Some(epsilon), Some(rho)) => Some(epsilon.min(rho)),
+            (epsilon, rho) => epsilon.or(rho),
+        }
+    }
+}
+
 /// The figures of the sampling that are kept current while points arrive: never in a report.
 ///
 /// They are simpler than the others, to the safe side. A triangle counts as a whole if its centre lies in the
@@ -285,7 +315,7 @@ pub struct CurrentFigures {
     /// Their area in space in mm².
     pub area_mm2: f64,
     /// Share of their projected area that is sampled densely enough, 0 to 1. Not the coverage: what no triangle
-    /// reaches does not count.
+    /// reaches does not count. Absent where the local feature size is known nowhere.
     pub dense_fraction: Option<f64>,
     /// Largest gap in mm.
     pub gap_max_mm: Option<f64>,
@@ -297,6 +327,9 @@ pub struct CurrentFigures {
     pub epsilon_max: Option<f64>,
     /// Area-weighted 99th percentile of ε.
     pub epsilon_p99: Option<f64>,
+    /// Largest ρ; absent where the reach was not known at the last look.
+    #[serde(default)]
+    pub rho_max: Option<f64>,
     /// Half of the area has facets of this spacing in mm or less; off by less than 1/16.
     pub spacing_median_mm: Option<f64>,
 }

@@ -145,6 +145,55 @@ fn points_too_dense_for_their_noise_are_thinned_as_asked() {
     assert!(refused.contains("tilt is 2 rad"), "{refused}");
 }
 
+/// A share of the reach is one spacing everywhere; of two limits the smaller counts.
+#[test]
+fn a_share_of_the_reach_thins_all_alike() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, out) = (cap(dir.path()), dir.path().join("reduced.xyz"));
+    let nominal = dir.path().join("paraboloid.toml");
+    // Its smaller radius of curvature is 2.5 mm at the vertex, 3.3 mm at the corners of the cap.
+    let paraboloid = "[surface]\nkind = \"asphere\"\nradius_mm = 2.5\nconic = -1\n";
+    std::fs::write(&nominal, paraboloid).unwrap();
+    let text: String = lines(&file)
+        .iter()
+        .map(|line| {
+            let at: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+            let flat = at[2] - 20.0 + (400.0 - at[0] * at[0] - at[1] * at[1]).sqrt();
+            let z = (at[0] * at[0] + at[1] * at[1]) / 5.0 + flat;
+            format!("{} {} {z}\n", at[0], at[1])
+        })
+        .collect();
+    std::fs::write(&file, text).unwrap();
+    let reduced = |limits: &[&str]| {
+        let common = ["--nominal", nominal.to_str().unwrap(), "--noise", "0", "--force", "--json"];
+        json(&reduce(&file, &out, &[limits, &common].concat()))
+    };
+    let by_rho = reduced(&["--rho", "0.05"]);
+    assert!(by_rho["epsilon"].is_null() && number(&by_rho, "/rho") == 0.05);
+    assert!((number(&by_rho, "/lfs/range_mm/min_mm") / 2.5 - 1.0).abs() < 0.01, "{by_rho:#}");
+    assert!(number(&by_rho, "/after/rho_max") <= 0.05, "{by_rho:#}");
+    assert_eq!(number(&by_rho, "/after/over_epsilon_area_mm2"), 0.0);
+    assert!(std::fs::read_to_string(&out).unwrap().contains("rho 0.05 of the reach"));
+    let by_epsilon = reduced(&["--epsilon", "0.05"]);
+    assert!(number(&by_epsilon, "/after/epsilon_max") <= 0.05, "{by_epsilon:#}");
+    assert!(number(&by_epsilon, "/after/rho_max") > 0.05, "{by_epsilon:#}");
+    let kept = |report: &serde_json::Value| count(report, "/kept");
+    assert!(kept(&by_epsilon) < kept(&by_rho), "{} {}", kept(&by_epsilon), kept(&by_rho));
+    // The other limit changes nothing where it is looser everywhere.
+    assert_eq!(kept(&reduced(&["--rho", "0.05", "--epsilon", "0.05"])), kept(&by_rho));
+    assert_eq!(kept(&reduced(&["--rho", "0.9", "--epsilon", "0.05"])), kept(&by_epsilon));
+    // Where it is the smaller in places, more are kept than for either alone.
+    let both = reduced(&["--rho", "0.055", "--epsilon", "0.05"]);
+    assert!(number(&both, "/after/rho_max") <= 0.055, "{both:#}");
+    assert!(kept(&both) > kept(&by_epsilon) && kept(&both) < kept(&by_rho), "{both:#}");
+
+    for rho in ["0", "-0.1", "2", "NaN"] {
+        let text = complaint(&reduce(&file, &out, &[&format!("--rho={rho}"), "--force"]));
+        assert!(text.contains("rho is") && text.contains("up to 1"), "{text}");
+    }
+    assert_eq!(reduce(&file, &out, &["--force"]).status.code(), Some(2));
+}
+
 #[test]
 fn what_cannot_be_done_is_said() {
     let dir = tempfile::tempdir().unwrap();

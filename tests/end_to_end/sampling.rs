@@ -71,6 +71,9 @@ fn the_names_are_those_that_were_promised() {
         "epsilon_target",
         "epsilon_max",
         "epsilon_p99",
+        "rho_target",
+        "rho_max",
+        "reach_mm",
         "at_max_mm",
         "coverage",
         "undersampled_area_mm2",
@@ -249,9 +252,49 @@ fn what_cannot_be_known_is_said() {
     assert_eq!(sampling(&few, &[]).status.code(), Some(1));
     for (option, value) in
         [("--epsilon", "0"), ("--epsilon", "-0.1"), ("--epsilon", "NaN"), ("--spacing", "0")]
+            .into_iter()
+            .chain(["0", "-0.1", "1.5", "NaN", "inf"].map(|rho| ("--rho", rho)))
     {
         let output = sampling(&few, &[&format!("{option}={value}")]);
         assert_eq!(output.status.code(), Some(2));
         assert!(String::from_utf8_lossy(&output.stderr).contains("expected"));
     }
+}
+
+/// A target in ρ, asked for on the command line, by a nominal file, and beside one of ε.
+#[test]
+fn a_target_in_rho_is_a_share_of_the_reach() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, nominal) = (cap(dir.path(), |_, _| true), nominal(dir.path()));
+    // The gaps of the raster are 0.035 mm, and a little more on the slope: 0.0014 of the radius.
+    for (more, coverage) in [
+        (&["--rho", "0.0016", "--nominal", &nominal][..], 1.0),
+        (&["--rho", "0.0013", "--nominal", &nominal], 0.0),
+        (&["--rho", "0.0016", "--epsilon", "0.0013", "--nominal", &nominal], 0.0),
+        (&["--rho", "0.0013", "--epsilon", "0.9", "--nominal", &nominal], 0.0),
+        (&["--rho", "0.01"], 1.0),
+    ] {
+        let found = figures(&file, more);
+        assert!((number(&found, "/coverage") - coverage).abs() < 1e-3, "{more:?}: {found:#}");
+        let told = more.iter().position(|word| *word == "--rho").map(|at| more[at + 1]);
+        assert_eq!(found["rho_target"].to_string(), told.unwrap());
+        assert_eq!(found["epsilon_target"].is_null(), !more.contains(&"--epsilon"));
+        let ratio = number(&found, "/gap_max_mm") / number(&found, "/reach_mm");
+        assert!((number(&found, "/rho_max") / ratio - 1.0).abs() < 1e-12, "{found:#}");
+        if more.contains(&"--nominal") {
+            assert!((number(&found, "/reach_mm") / RADIUS_MM - 1.0).abs() < 5e-3, "{found:#}");
+        }
+    }
+    let needed = figures(&file, &["--rho", "0.0013", "--nominal", &nominal]);
+    let spacing_mm = 2.0_f64.sqrt() * 0.0013 * number(&needed, "/reach_mm");
+    assert!((number(&needed, "/next/0/spacing_needed_mm") / spacing_mm - 1.0).abs() < 1e-9);
+
+    let file_of_nominal = dir.path().join("rho.toml");
+    std::fs::write(&file_of_nominal, format!("{NOMINAL}rho_limit = 0.0013\n")).unwrap();
+    let asked = figures(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
+    assert_eq!(asked["next"], needed["next"]);
+    let output = sampling(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let told = "largest ρ 0.001424, allowed 0.001300, reach 25.00 mm";
+    assert!(text.contains(told), "{text}");
 }

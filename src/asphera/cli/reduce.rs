@@ -12,8 +12,8 @@ use asphera_surface::noise::{
     Along, Noise as Deviation, NoiseEstimate, NoiseSettings, assess_spacing, estimate_noise,
 };
 use asphera_surface::reduce::{Averaged, Keep, Target, average, curvature_bound, reduce, spread};
-use asphera_surface::{Criteria, Mesh, PointMm, VertexId, assess};
-use clap::{Args, ValueEnum};
+use asphera_surface::{Criteria, Mesh, PointMm, StateCounts, VertexId, assess};
+use clap::{ArgGroup, Args, ValueEnum};
 
 use super::exit::Exit;
 use super::files::{part, refuse, topography};
@@ -22,18 +22,23 @@ use crate::config::Part;
 use figures::{Condition, Figures, Input, Lfs, Noise, Range, Spacings, Sparse};
 
 #[derive(Args)]
+#[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
 pub(super) struct ReduceArgs {
     /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
     file: PathBuf,
     /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
-    epsilon: f64,
+    epsilon: Option<f64>,
+    /// The same as a share of the reach, the smallest local feature size of all: one spacing everywhere. With E as well
+    /// the smaller of both counts at each place.
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    rho: Option<f64>,
     /// Standard deviation of the heights in nm, or auto to take it from the points. Kept points are so far apart that
     /// noise tilts no facet by more than the limit; 0 leaves that out.
     #[arg(long, value_name = "S", default_value = "auto")]
     noise: NoiseWanted,
-    /// The largest tilt of a facet by noise in rad, root mean square; above 0, below π/2. As large as E if not given:
-    /// so far the surface itself turns between samples that E allows.
+    /// The largest tilt of a facet by noise in rad, root mean square; above 0, below π/2. As large as E if not given,
+    /// or R if that is smaller: so far the surface itself turns between samples that these allow.
     #[arg(long, value_name = "RAD")]
     tilt: Option<f64>,
     /// How many points to keep, as far as both conditions leave a choice.
@@ -103,8 +108,9 @@ impl FromStr for NoiseWanted {
 
 pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     // What can be wrong without the points is told before they are read.
+    let limits = Limits::new(args.epsilon, args.rho)?;
     let target = |lfs_max_mm: f64| -> Result<Target, Failure> {
-        let target = Target::new(args.epsilon, lfs_max_mm)?.keeping(args.keep.into());
+        let target = Target::new(limits.share, lfs_max_mm)?.keeping(args.keep.into());
         Ok(match args.tilt {
             Some(tilt_rad) => target.with_tilt_limit(tilt_rad)?,
             None => target,
@@ -134,13 +140,15 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let sigma_mm = deviation.sigma_mm();
     let (lfs, lfs_source) = feature_size(points, part.as_ref(), sigma_mm, &name)?;
     // Where nothing bends, points a fifth of the width apart still stay.
-    let lfs_max_mm = 0.2 * width_mm(points) / args.epsilon;
+    let lfs_max_mm = 0.2 * width_mm(points) / limits.share;
     let target = target(lfs_max_mm)?.with_noise(deviation)?;
-    let reduction = reduce(points, triangles.iter().copied(), &target, &lfs);
+    let known_mm = |at: PointMm| target.lfs_mm(lfs(at));
+    let range_mm = Range::of(points.iter().filter_map(|&point| known_mm(point)));
+    let reach_mm = range_mm.map(|range| range.min_mm);
+    let limiting_mm = |at: PointMm| limits.limiting_mm(known_mm(at), reach_mm);
+    let reduction = reduce(points, triangles.iter().copied(), &target, limiting_mm);
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
-    let averaged =
-        args.average.then(|| average(points, &kept, sigma_mm, |at| target.lfs_mm(lfs(at))));
-    let sizes_mm = points.iter().filter_map(|&point| target.lfs_mm(lfs(point)));
+    let averaged = args.average.then(|| average(points, &kept, sigma_mm, known_mm));
     let mut reduced = Mesh::new();
     reduced.insert(&kept);
     let figures = Figures {
@@ -155,12 +163,13 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
             not_meshable: counts.rejected,
         },
         epsilon: args.epsilon,
+        rho: args.rho,
         tilt_limit_rad: target.criteria().tilt_limit_rad(),
         keep: args
             .keep
             .to_possible_value()
             .map_or_else(String::new, |value| value.get_name().to_owned()),
-        lfs: Lfs { source: lfs_source, range_mm: Range::of(sizes_mm) },
+        lfs: Lfs { source: lfs_source, range_mm },
         noise,
         kept: reduction.tally.kept(),
         dropped: reduction.tally.dropped(),
@@ -172,8 +181,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         },
         spacing: spread(&kept).map(Spacings::from),
         averaged: averaged.as_ref().map(|found| found.averaged),
-        before: condition(&mesh, &target, &lfs),
-        after: condition(&reduced, &target, &lfs),
+        before: condition(&mesh, &target, &limits, reach_mm, known_mm),
+        after: condition(&reduced, &target, &limits, reach_mm, known_mm),
         output: args.out.display().to_string(),
     };
     let columns = columns(&kept, averaged.as_ref());
@@ -184,6 +193,44 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         print(&figures.to_string());
     }
     Ok(Exit::Done)
+}
+
+/// How near to a kept point every place of the surface is to be.
+struct Limits {
+    /// As a share of the local feature size there.
+    epsilon: Option<f64>,
+    /// As a share of the reach.
+    rho: Option<f64>,
+    /// The smaller of both.
+    share: f64,
+}
+
+impl Limits {
+    /// One of both has to be given. Fails where one is no share.
+    fn new(epsilon: Option<f64>, rho: Option<f64>) -> Result<Limits, Failure> {
+        for (name, value) in [("epsilon", epsilon), ("rho", rho)] {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && *value <= 1.0)) {
+                let found = format!("{name} is {value}, expected a number above 0 and up to 1");
+                return Err(found.into());
+            }
+        }
+        let share = epsilon.unwrap_or(f64::INFINITY).min(rho.unwrap_or(f64::INFINITY));
+        Ok(Limits { epsilon, rho, share })
+    }
+
+    /// The local feature size in mm a share of which is the smaller of both limits, at a place where it is `lfs_mm`. It
+    /// changes by no more than the way gone, as that does: what ρ asks for is the same everywhere, and where that
+    /// is the smaller share, it is the smaller limit everywhere.
+    fn limiting_mm(&self, lfs_mm: Option<f64>, reach_mm: Option<f64>) -> Option<f64> {
+        let by_rho_mm = match self.rho {
+            Some(rho) => rho / self.share * reach_mm?,
+            None => f64::INFINITY,
+        };
+        match self.epsilon {
+            Some(epsilon) => Some(by_rho_mm.min(epsilon / self.share * lfs_mm?)),
+            None => Some(by_rho_mm),
+        }
+    }
 }
 
 /// The numbers of each line: a point, with its uncertainty if it was averaged.
@@ -313,30 +360,39 @@ fn width_mm(points: &[PointMm]) -> f64 {
     side(0).min(side(1))
 }
 
-/// Whether a mesh is dense enough for ε and not too dense for the noise.
+/// Whether a mesh is dense enough for ε and ρ, and not too dense for the noise. `lfs_mm` is the local feature size at a
+/// place, `reach_mm` its smallest.
 fn condition(
     mesh: &Mesh,
     target: &Target,
-    lfs_mm: impl Fn(PointMm) -> Option<f64> + Copy,
+    limits: &Limits,
+    reach_mm: Option<f64>,
+    lfs_mm: impl Fn(PointMm) -> Option<f64>,
 ) -> Condition {
     let points = mesh.points();
     let triangles = mesh.triangles();
-    let criteria = Criteria { epsilon_limit: Some(target.epsilon()), ..Criteria::default() };
+    let criteria = Criteria {
+        epsilon_limit: limits.epsilon,
+        gap_limit_mm: limits.rho.zip(reach_mm).map(|(rho, reach_mm)| rho * reach_mm),
+        aperture_area_mm2: None,
+    };
     // The height of a place matters to none of the sources.
-    let at_place = |x: f64, y: f64| target.lfs_mm(lfs_mm([x, y, 0.0])).unwrap_or(f64::NAN);
+    let at_place = |x: f64, y: f64| lfs_mm([x, y, 0.0]).unwrap_or(f64::NAN);
     let of_triangles = || triangles.iter().copied();
     let spacing =
         assess_spacing(points, of_triangles(), target.criteria(), |_, _| target.noise(), at_place);
     let survey = assess(points, of_triangles(), &criteria, at_place);
     let sampling = survey.sampling();
+    let StateCounts { good, over_gap, over_epsilon } = sampling.triangles;
     Condition {
-        triangles: sampling.triangles.good + sampling.triangles.over_epsilon,
+        triangles: good + over_gap + over_epsilon,
         area_mm2: sampling.projected_area_mm2,
         overdense_fraction: spacing.overdense_fraction,
         outline_area_mm2: spacing.outline_area_mm2,
         tilt_median_rad: spacing.tilt_median_rad,
         epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
         epsilon_p99: sampling.epsilon_p99.filter(|epsilon| epsilon.is_finite()),
+        rho_max: sampling.gap_max_mm.zip(reach_mm).map(|(gap_mm, reach_mm)| gap_mm / reach_mm),
         over_epsilon_area_mm2: sampling.undersampled_area_mm2,
     }
 }
@@ -352,6 +408,39 @@ const MAX_SIGMA_NM: f64 = 1e9;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_smaller_limit_is_a_share_of_what_limits() {
+        let limiting = |epsilon, rho, lfs_mm| {
+            let limits = Limits::new(epsilon, rho).unwrap();
+            limits.limiting_mm(lfs_mm, Some(8.0)).map(|mm| limits.share * mm)
+        };
+        for (lfs_mm, gap_mm) in [(8.0, 1.0), (9.0, 1.125), (16.0, 2.0), (20.0, 2.0)] {
+            // 0.125 of the local feature size, 2 mm.
+            assert_eq!(limiting(Some(0.125), Some(0.25), Some(lfs_mm)), Some(gap_mm), "{lfs_mm}");
+            assert_eq!(limiting(Some(0.5), Some(0.125), Some(lfs_mm)), Some(1.0), "{lfs_mm}");
+            assert_eq!(limiting(None, Some(0.125), Some(lfs_mm)), Some(1.0), "{lfs_mm}");
+            assert_eq!(limiting(Some(0.125), None, Some(lfs_mm)), Some(0.125 * lfs_mm));
+        }
+        assert_eq!(limiting(None, Some(0.125), None), Some(1.0));
+        assert_eq!(limiting(Some(0.1), Some(0.1), None), None);
+        assert_eq!(Limits::new(None, Some(0.1)).unwrap().limiting_mm(Some(9.0), None), None);
+    }
+
+    #[test]
+    fn shares_are_above_0_and_up_to_1() {
+        for value in [0.0, -0.1, 2.0, f64::NAN, f64::INFINITY] {
+            for (epsilon, rho, name) in [
+                (Some(value), None, "epsilon"),
+                (Some(0.1), Some(value), "rho"),
+                (None, Some(value), "rho"),
+            ] {
+                let Err(found) = Limits::new(epsilon, rho) else { panic!("{value}") };
+                let found = found.to_string();
+                assert!(found.starts_with(name) && found.contains("up to 1"), "{found}");
+            }
+        }
+    }
 
     #[test]
     fn noise_is_a_length_or_auto() {

@@ -25,9 +25,12 @@ pub(super) struct SamplingArgs {
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// Largest distance from the surface to its nearest point, as a share of the local feature size; above 0,
-    /// up to 1. Without it the nominal's, or 0.05.
+    /// up to 1. Without E and R those of the nominal, or 0.05. Of several limits the tightest counts.
     #[arg(long, value_name = "E", value_parser = share, allow_negative_numbers = true)]
     epsilon: Option<f64>,
+    /// The same as a share of the reach, the smallest local feature size of the whole surface; above 0, up to 1.
+    #[arg(long, value_name = "R", value_parser = share, allow_negative_numbers = true)]
+    rho: Option<f64>,
     /// Largest spacing of points in mm. Without it the nominal's limit of gaps, or four times the average
     /// distance of the points.
     #[arg(long, value_name = "MM", value_parser = length, allow_negative_numbers = true)]
@@ -72,11 +75,13 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
     let PointsSampling { figures, features, waypoints } = match part {
         Some(part) => {
-            let part = Part {
-                epsilon_limit: args.epsilon.unwrap_or(part.epsilon_limit),
-                gap_limit_mm: gap_mm.or(part.gap_limit_mm),
-                ..part
+            // A share on the command line replaces both of the nominal.
+            let (epsilon_limit, rho_limit) = match (args.epsilon, args.rho) {
+                (None, None) => (part.epsilon_limit, part.rho_limit),
+                given => given,
             };
+            let gap_limit_mm = gap_mm.or(part.gap_limit_mm);
+            let part = Part { epsilon_limit, rho_limit, gap_limit_mm, ..part };
             let measurement = measured(part, args.along, &topography, &args.file)?;
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
             let waypoints = next.map(Next::waypoints);
@@ -84,7 +89,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
             PointsSampling { figures, features, waypoints }
         }
         None => {
-            let wanted = Wanted { epsilon: args.epsilon.unwrap_or(Wanted::EPSILON), gap_mm };
+            let wanted = Wanted::new(args.epsilon, args.rho, gap_mm);
             sampling_of_points(topography.points(), args.along, wanted)
         }
     };

@@ -259,11 +259,17 @@ pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fm
     if let Some(epsilon) = sampling.epsilon_max {
         let mut parts = vec![format!("largest ε {}", short(epsilon))];
         parts.extend(sampling.epsilon_p99.map(|epsilon| format!("99 % up to {}", short(epsilon))));
-        parts.push(format!("allowed {}", short(sampling.epsilon_target)));
+        parts.extend(sampling.epsilon_target.map(|allowed| format!("allowed {}", short(allowed))));
         let source = sampling.lfs_source.as_deref().unwrap_or("unknown");
         parts.extend(
             sampling.lfs_min_mm.map(|mm| format!("feature size from {} mm ({source})", short(mm))),
         );
+        line(text, parts)?;
+    }
+    if let (Some(allowed), Some(rho)) = (sampling.rho_target, sampling.rho_max) {
+        let mut parts =
+            vec![format!("largest ρ {}", short(rho)), format!("allowed {}", short(allowed))];
+        parts.extend(sampling.reach_mm.map(|mm| format!("reach {} mm", short(mm))));
         line(text, parts)?;
     }
     let density = [
@@ -387,5 +393,7 @@ fn percent(share: f64) -> String {
 }
 
 fn place([x, y, _]: &[f64; 3]) -> String {
+    // Adding zero makes negative zero positive.
+    let [x, y] = [x, y].map(|mm| (1e3 * mm).round() / 1e3 + 0.0);
     format!("x {x:.3} y {y:.3} mm")
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use asphera_form::{Aperture, Loss, Nominal, Parameter, ReferenceSettings, provisional};
+use asphera_surface::coverage::Target;
 
 use super::criterion::{self, Criterion, Weights};
 use super::defects::{self, DefectLimits};
@@ -35,8 +36,10 @@ pub struct Part {
     pub figures: FigureSettings,
     /// Largest gap of the sampling allowed, mm; none: only ε counts.
     pub gap_limit_mm: Option<f64>,
-    /// Largest gap over local feature size allowed.
-    pub epsilon_limit: f64,
+    /// Largest gap over local feature size allowed; none: only that over the reach counts.
+    pub epsilon_limit: Option<f64>,
+    /// Largest gap over reach allowed, the smallest local feature size of the whole surface.
+    pub rho_limit: Option<f64>,
     /// Share of the aperture that must be sampled densely enough for a pass, 0 to 1.
     pub coverage_min: f64,
     /// Which defects are looked for; `None`: none.
@@ -111,7 +114,10 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let sampling = table.section("sampling");
     let gap_limit_mm =
         sampling.has("gap_limit_mm").then(|| sampling.within("gap_limit_mm", 1.0, 1e-6..=1e6));
-    let epsilon_limit = sampling.within("epsilon_limit", EPSILON_LIMIT, 1e-6..=1.0);
+    let share = |key| sampling.has(key).then(|| sampling.within(key, 1.0, 1e-6..=1.0));
+    let rho_limit = share("rho_limit");
+    let otherwise = rho_limit.is_none().then_some(Target::COCONE_EPSILON);
+    let epsilon_limit = share("epsilon_limit").or(otherwise);
     let coverage_min = sampling.within("coverage_min", 0.9, 0.0..=1.0);
     sampling.finish();
     let (defects, flat_below_per_mm) = (defects::limits(table), defects::flat_below_per_mm(table));
@@ -128,6 +134,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         figures,
         gap_limit_mm,
         epsilon_limit,
+        rho_limit,
         coverage_min,
         defects,
         flat_below_per_mm,
@@ -226,9 +233,6 @@ fn free(fit: &Section<'_>, surface: Option<&Surface>) -> Vec<Parameter> {
     free
 }
 
-/// Bound under which Cocone's reconstruction is guaranteed: seed 002, Table 1.
-const EPSILON_LIMIT: f64 = 0.05;
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,6 +256,25 @@ mod tests {
         assert_eq!(part.nominal.radius_mm(), Some(11.65));
         assert_eq!(part.free, [Parameter::Tz, Parameter::Radius, Parameter::A(4)]);
         assert_eq!((part.pv_nm, part.rms_nm), (Some(300.0), None));
+    }
+
+    #[test]
+    fn limits_of_the_sampling_are_shares_and_lengths() {
+        let limits = |text: &str| {
+            let text = format!("[surface]\nkind = \"plane\"\n[sampling]\n{text}");
+            let part = Part::parse("n.toml", &text).map_err(|problems| problems.to_string())?;
+            Ok::<_, String>((part.epsilon_limit, part.rho_limit, part.gap_limit_mm))
+        };
+        assert_eq!(limits(""), Ok((Some(0.05), None, None)));
+        assert_eq!(limits("rho_limit = 0.1\n"), Ok((None, Some(0.1), None)));
+        let all = "rho_limit = 0.1\nepsilon_limit = 0.2\ngap_limit_mm = 3\n";
+        assert_eq!(limits(all), Ok((Some(0.2), Some(0.1), Some(3.0))));
+        for key in ["rho_limit", "epsilon_limit"] {
+            for value in ["0", "-0.1", "1.5", "nan", "inf"] {
+                let problems = limits(&format!("{key} = {value}\n")).unwrap_err();
+                assert!(problems.contains(&format!("sampling.{key}: expected")), "{problems}");
+            }
+        }
     }
 
     #[test]

@@ -76,7 +76,8 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 50] = [
+const ALTERNATIVES: [&str; 51] = [
+    "rho_limit = 0.05",
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",

@@ -1,7 +1,7 @@
 // The tables of mesh, sampling and fit.
 
 import { byId, setRows, setText } from "./dom.js";
-import { DASH, angles, count, fixed, measured, mm, nm, percent, significant, unitText } from "./format.js";
+import { DASH, angles, count, fixed, known, measured, mm, nm, percent, significant, unitText } from "./format.js";
 
 const pair = (key, name, text, className = "") => ({ key, className, cells: [name, { text, className: "num" }] });
 const withUnit = (text, unit) => (text === DASH ? DASH : `${text} ${unit}`);
@@ -36,6 +36,7 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("gap", "Largest gap", withUnit(mm(newest.gap_max_mm), "mm")),
     pair("epsilon_max", "ε max, gap / lfs", significant(newest.epsilon_max)),
     pair("epsilon_p99", "ε p99 by area", significant(newest.epsilon_p99)),
+    ...targetRows(sampling, newest),
     pair("newest", "Gap and ε as of", newest.as_of_points ? `${count(newest.as_of_points)} points` : DASH, "sub"),
     pair("noise", "Noise of the heights", withUnit(nm(sampling.noise_sigma_nm), "nm")),
     pair("overdense", "Too dense for the noise", percent(sampling.overdense_fraction)),
@@ -44,6 +45,18 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("behind", "Points since then", sampling.as_of_points ? count(pointsSince(points, sampling.as_of_points)) : DASH),
   ]);
   showFit(form);
+}
+
+// What is allowed; ρ only where it was asked for.
+function targetRows({ epsilon_target: epsilon, rho_target: rho, reach_mm: reach }, newest) {
+  const rows = known(epsilon) ? [pair("epsilon_target", "ε allowed", significant(epsilon))] : [];
+  if (!known(rho)) return rows;
+  return [
+    ...rows,
+    pair("rho_max", "ρ max, gap / reach", significant(newest.rho_max)),
+    pair("rho_target", "ρ allowed", significant(rho)),
+    pair("reach", "Reach, smallest lfs", withUnit(mm(reach), "mm")),
+  ];
 }
 
 // Only where something else than z was asked for: most stations need no such row.

@@ -216,7 +216,7 @@ pub(super) fn reference(out: &mut String, form: &FormFigures) -> Result {
 /// Whether the points lie densely enough, and what to measure next.
 pub(super) fn sampling(out: &mut String, sampling: &SamplingFigures) -> Result {
     let source = sampling.lfs_source.as_deref().unwrap_or("not known");
-    let rows = [
+    let mut rows = vec![
         ("coverage of the aperture", sampling.coverage.map_or("–".to_owned(), percent)),
         ("scanned too coarsely", short_or_dash(sampling.undersampled_area_mm2, "mm²")),
         ("not scanned", short_or_dash(sampling.uncovered_area_mm2, "mm²")),
@@ -225,7 +225,16 @@ pub(super) fn sampling(out: &mut String, sampling: &SamplingFigures) -> Result {
         ("gap allowed", short_or_dash(sampling.gap_limit_mm, "mm")),
         ("largest ε", short_or_dash(sampling.epsilon_max, "")),
         ("ε, 99 % of the area up to", short_or_dash(sampling.epsilon_p99, "")),
-        ("ε allowed", short(sampling.epsilon_target)),
+        ("ε allowed", short_or_dash(sampling.epsilon_target, "")),
+    ];
+    if let Some(allowed) = sampling.rho_target {
+        rows.extend([
+            ("largest ρ", short_or_dash(sampling.rho_max, "")),
+            ("ρ allowed", short(allowed)),
+            ("reach", short_or_dash(sampling.reach_mm, "mm")),
+        ]);
+    }
+    rows.extend([
         ("smallest local feature size", short_or_dash(sampling.lfs_min_mm, "mm")),
         ("its source", text(source)),
         ("noise from point to point", short_or_dash(sampling.noise_sigma_nm, "nm")),
@@ -236,7 +245,7 @@ pub(super) fn sampling(out: &mut String, sampling: &SamplingFigures) -> Result {
             sampling.overdense_fraction.map_or("–".to_owned(), percent),
         ),
         ("islands, holes", format!("{}, {}", whole(sampling.islands), whole(sampling.holes))),
-    ];
+    ]);
     pairs(out, &rows)?;
     for why in &sampling.unknown {
         writeln!(out, "<p class=\"note\">Not known: {}.</p>", text(why))?;

@@ -78,6 +78,8 @@ pub(super) fn count(count: u64) -> String {
 
 /// A place in mm.
 pub(super) fn place([x, y, z]: &[f64; 3]) -> String {
+    // Adding zero makes negative zero positive.
+    let [x, y, z] = [x, y, z].map(|mm| (1e3 * mm).round() / 1e3 + 0.0);
     minus(format!("({x:.3}, {y:.3}, {z:.3}) mm"))
 }
 

@@ -30,8 +30,8 @@ pub(super) fn maps(
     let noise = sigma_nm.and_then(|sigma_nm| Noise::new(1e-6 * sigma_nm, Along::Z).ok());
     let nodes = nodes(grid);
     let criteria = Criteria {
-        gap_limit_mm: sampling.gap_limit_mm,
-        epsilon_limit: Some(part.epsilon_limit),
+        gap_limit_mm: sampling.gap_allowed_mm(),
+        epsilon_limit: sampling.epsilon_target,
         aperture_area_mm2: None,
     };
     let (turn, shift_mm) = (pose.rotation(), [pose.tx_mm, pose.ty_mm, pose.tz_mm]);
@@ -65,10 +65,10 @@ pub(super) fn maps(
         y0_mm: nodes.y0_mm,
         dx_mm: nodes.dx_mm,
         dy_mm: nodes.dy_mm,
-        gap_mm: layer(&found.gap_mm, sampling.gap_limit_mm),
-        epsilon: layer(&found.epsilon, Some(part.epsilon_limit)),
+        gap_mm: layer(&found.gap_mm, sampling.gap_allowed_mm()),
+        epsilon: layer(&found.epsilon, sampling.epsilon_target),
         // Noise may turn a facet by as much as the surface may turn over a gap.
-        tilt_mrad: layer(&in_mrad, Some(1e3 * part.epsilon_limit)),
+        tilt_mrad: layer(&in_mrad, sampling.share_allowed().map(|share| 1e3 * share)),
         undersampled: layer(&whole(&found.undersampled, &nodes, &part.aperture), None),
         noise_sigma_nm: sigma_nm,
         noise_unknown: sampling

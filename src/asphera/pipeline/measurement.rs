@@ -1,6 +1,6 @@
 //! The final figures of one part.
 
-use asphera_form::{Figures, Fit, Grid as MapGrid, deviations};
+use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, deviations};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::cutting::{FinishedMesh, Setting};
@@ -83,6 +83,10 @@ pub(super) fn measure(
     let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
+    if result.is_err() && part.aperture != Aperture::None {
+        let why = "where the part lies is not known, as there is no fit: its aperture is laid about the origin";
+        look.sampling.unknown.push(why.to_owned());
+    }
     let Look { triangles, covered, mesh: seen, sampling, next } = look;
     let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),

@@ -13,7 +13,8 @@ use crate::triangle::{Triangle, greater};
 pub struct Density {
     /// The noise everywhere; none if it is not known.
     pub noise: Option<Noise>,
-    /// The limits of ε and of the tilt of facets by noise.
+    /// The limits of ε and of the tilt of facets by noise. Where the target is one of ρ, ε is to be the smaller of
+    /// both.
     pub criteria: SpacingCriteria,
 }
 
@@ -102,7 +103,7 @@ pub struct Dense {
     /// it allows. None where the noise is not known.
     pub overdense_fraction: Option<f64>,
     /// The one spacing for all of the surface: for the largest noise along a normal and the smallest local
-    /// feature size. None where one of them is not known.
+    /// feature size, or, where the target asks for more, the reach. None where one of them is not known.
     pub advice: Option<Advice>,
 }
 

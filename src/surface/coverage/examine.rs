@@ -97,8 +97,11 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
             Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
             None => (Reference::DataOutline, (!triangles.is_empty()).then(|| tally.area_mm2())),
         };
-        let dense =
-            density.map(|density| tally.crumpled().dense(density, facets_mm2, tally.lfs_min_mm()));
+        let dense = density.map(|density| {
+            let epsilon = density.criteria.epsilon_limit();
+            let lfs_mm = target.tightest_lfs_mm(epsilon, tally.lfs_min_mm());
+            tally.crumpled().dense(density, facets_mm2, lfs_mm)
+        });
         let coverage = tally.coverage(reference, reference_mm2, [gaps_mm, epsilons], found);
         Ok(Examination { coverage, covered: is_covered, islands, dense, area_mm2 })
     }

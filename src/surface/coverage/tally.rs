@@ -158,11 +158,13 @@ impl Tally {
             // Where nothing is left all is covered; the sum over triangles may differ by rounding.
             let nothing_left = found.listed.is_empty() && found.remainder == 0;
             let covered_mm2 = if nothing_left { aperture_mm2 } else { self.covered.total() };
+            let left_mm2 = aperture_mm2 - covered_mm2 - undersampled_mm2;
+            let uncovered_mm2 = if left_mm2 > ROUNDING * aperture_mm2 { left_mm2 } else { 0.0 };
             CoveredAreas {
                 aperture_mm2,
                 covered_mm2,
                 undersampled_mm2,
-                uncovered_mm2: (aperture_mm2 - covered_mm2 - undersampled_mm2).max(0.0),
+                uncovered_mm2,
                 lfs_unknown_mm2: self.unknown.total(),
             }
         });
@@ -195,3 +197,6 @@ fn larger(left: Option<f64>, right: Option<f64>) -> Option<f64> {
         (left, right) => left.or(right),
     }
 }
+
+/// What sums over triangles leave of an aperture by rounding, as a share.
+const ROUNDING: f64 = 1e-12;

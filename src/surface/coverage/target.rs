@@ -13,19 +13,21 @@ use thiserror::Error;
 pub struct Target {
     /// Largest ε: gap over local feature size.
     pub epsilon: Option<f64>,
-    /// Largest gap over the smallest local feature size of the whole surface.
+    /// Largest gap over the smallest local feature size of the whole surface, wherever it is.
     pub reach: Option<Reach>,
     /// Largest spacing of samples in mm.
     pub spacing_mm: Option<f64>,
 }
 
-/// A limit that holds everywhere alike: ρ = gap / reach.
+/// A limit that holds everywhere alike: ρ = gap / reach. As no local feature size is below the reach, ε is
+/// nowhere above ρ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Largest ρ.
     pub ratio: f64,
-    /// The reach: the smallest local feature size of the whole surface, in mm.
-    pub lfs_min_mm: f64,
+    /// The reach: the smallest local feature size of the whole surface, in mm; infinite over a plane. None: it
+    /// is not known, and so nothing is known to be within the target.
+    pub lfs_min_mm: Option<f64>,
 }
 
 /// Why a target is none.
@@ -51,7 +53,7 @@ pub enum Spacing {
     Mm(f64),
     /// Any: the surface is flat there, and nothing but ε is asked for.
     Any,
-    /// The local feature size there is not known.
+    /// The local feature size there is not known, or the reach.
     Unknown,
 }
 
@@ -72,15 +74,18 @@ impl Target {
 
     /// A target of a gap that is a share of the reach everywhere.
     pub fn reach(ratio: f64, lfs_min_mm: f64) -> Target {
-        Target { epsilon: None, reach: Some(Reach { ratio, lfs_min_mm }), spacing_mm: None }
+        let reach = Reach { ratio, lfs_min_mm: Some(lfs_min_mm) };
+        Target { epsilon: None, reach: Some(reach), spacing_mm: None }
     }
 
     pub(super) fn validate(&self) -> Result<(), TargetError> {
         let reach = self.reach;
+        let reach_mm = reach.and_then(|reach| reach.lfs_min_mm);
         let limits = [
             ("ε", self.epsilon),
             ("share of the reach", reach.map(|reach| reach.ratio)),
-            ("reach in mm", reach.map(|reach| reach.lfs_min_mm)),
+            // That of a plane is no limit, and no mistake.
+            ("reach in mm", reach_mm.filter(|reach_mm| *reach_mm != f64::INFINITY)),
             ("spacing in mm", self.spacing_mm),
         ];
         for (name, value) in limits {
@@ -88,29 +93,52 @@ impl Target {
                 return Err(TargetError::Limit { name, value });
             }
         }
-        if limits.iter().all(|(_, value)| value.is_none()) {
+        if (self.epsilon, self.reach, self.spacing_mm) == (None, None, None) {
             return Err(TargetError::Nothing);
         }
         Ok(())
     }
 
     /// The largest gap in mm where the local feature size is `lfs_mm`; infinite if any will do, none
-    /// if that would have to be known.
+    /// if that, or the reach, would have to be known.
     pub(super) fn gap_mm(&self, lfs_mm: Option<f64>) -> Option<f64> {
-        let gap_mm = self.gap_anywhere_mm();
+        let of_reach_mm = match self.reach {
+            Some(reach) => reach.gap_mm()?,
+            None => f64::INFINITY,
+        };
+        let of_epsilon_mm = match self.epsilon {
+            Some(epsilon) => epsilon * lfs_mm?,
+            None => f64::INFINITY,
+        };
+        Some(self.gap_of_spacing_mm().min(of_reach_mm).min(of_epsilon_mm))
+    }
+
+    /// The largest gap in mm whatever the local feature size; infinite if any will do, 0 if none is known to.
+    pub(super) fn gap_anywhere_mm(&self) -> f64 {
+        let of_reach_mm = self.reach.map_or(f64::INFINITY, |reach| reach.gap_mm().unwrap_or(0.0));
+        self.gap_of_spacing_mm().min(of_reach_mm)
+    }
+
+    /// The local feature size at which a share of `epsilon` of it is the largest gap that ε and ρ allow
+    /// everywhere, where `lfs_min_mm` is the smallest; none if that is not known.
+    pub(super) fn tightest_lfs_mm(&self, epsilon: f64, lfs_min_mm: Option<f64>) -> Option<f64> {
+        let Some(reach) = self.reach else { return lfs_min_mm };
+        let of_reach_mm = reach.gap_mm()? / epsilon;
         match self.epsilon {
-            Some(epsilon) => lfs_mm.map(|lfs_mm| gap_mm.min(epsilon * lfs_mm)),
-            None => Some(gap_mm),
+            Some(largest) => Some(of_reach_mm.min(largest / epsilon * lfs_min_mm?)),
+            None => Some(of_reach_mm),
         }
+    }
+
+    fn gap_of_spacing_mm(&self) -> f64 {
+        self.spacing_mm.map_or(f64::INFINITY, |mm| mm * FRAC_1_SQRT_2)
     }
 }
 
-impl Target {
-    /// The largest gap in mm whatever the local feature size; infinite if any will do.
-    pub(super) fn gap_anywhere_mm(&self) -> f64 {
-        let spacing_mm = self.spacing_mm.map_or(f64::INFINITY, |mm| mm * FRAC_1_SQRT_2);
-        let reach_mm = self.reach.map_or(f64::INFINITY, |reach| reach.ratio * reach.lfs_min_mm);
-        spacing_mm.min(reach_mm)
+impl Reach {
+    /// The largest gap in mm, infinite over a plane; none if the reach is not known.
+    fn gap_mm(&self) -> Option<f64> {
+        self.lfs_min_mm.map(|lfs_min_mm| self.ratio * lfs_min_mm)
     }
 }
 
@@ -148,7 +176,7 @@ mod tests {
     fn the_tightest_limit_counts() {
         let target = Target {
             epsilon: Some(0.05),
-            reach: Some(Reach { ratio: 0.1, lfs_min_mm: 8.0 }),
+            reach: Some(Reach { ratio: 0.1, lfs_min_mm: Some(8.0) }),
             spacing_mm: Some(SQRT_2),
         };
         assert_eq!(target.gap_mm(Some(10.0)), Some(0.5));
@@ -159,6 +187,33 @@ mod tests {
         assert_eq!(Target::default().gap_mm(Some(f64::INFINITY)), Some(f64::INFINITY));
         assert_eq!(Target::spacing_mm(2.0).gap_mm(None), Some(2.0 * FRAC_1_SQRT_2));
         assert_eq!(Target::reach(0.5, 3.0).gap_mm(None), Some(1.5));
+        assert_eq!(Target::reach(0.5, f64::INFINITY).gap_mm(None), Some(f64::INFINITY));
+    }
+
+    #[test]
+    fn with_a_reach_that_is_not_known_nothing_is_within() {
+        let reach = Some(Reach { ratio: 0.1, lfs_min_mm: None });
+        for spacing_mm in [None, Some(2.0)] {
+            let target = Target { epsilon: None, reach, spacing_mm };
+            assert_eq!(target.validate(), Ok(()));
+            assert_eq!((target.gap_mm(Some(5.0)), target.gap_anywhere_mm()), (None, 0.0));
+            assert_eq!(target.tightest_lfs_mm(0.1, Some(5.0)), None);
+        }
+    }
+
+    #[test]
+    fn the_tightest_local_feature_size_is_that_of_the_tighter_limit() {
+        let target = |epsilon, ratio| {
+            let reach = Some(Reach { ratio, lfs_min_mm: Some(8.0) });
+            Target { epsilon, reach, spacing_mm: None }
+        };
+        let lfs_min_mm = Some(10.0);
+        let tightest = |target: Target, epsilon| target.tightest_lfs_mm(epsilon, lfs_min_mm);
+        assert_eq!(tightest(target(None, 0.125), 0.125), Some(8.0));
+        // 0.5 mm by ε, 1 mm by ρ; then 2.5 mm by ε, 1 mm by ρ.
+        assert_eq!(tightest(target(Some(0.0625), 0.125), 0.0625), Some(10.0));
+        assert_eq!(tightest(target(Some(0.25), 0.125), 0.125), Some(8.0));
+        assert_eq!(tightest(Target::epsilon(0.25), 0.25), lfs_min_mm);
     }
 
     fn f32_of(value: f64) -> f32 {
@@ -172,7 +227,7 @@ mod tests {
                 Target::epsilon(value),
                 Target::spacing_mm(value),
                 Target::reach(value, 1.0),
-                Target::reach(1.0, value),
+                Target::reach(1.0, if value == f64::INFINITY { -value } else { value }),
             ] {
                 assert!(matches!(target.validate(), Err(TargetError::Limit { .. })), "{target:?}");
             }

@@ -15,8 +15,10 @@ pub(super) struct Figures {
     /// The file that was read.
     pub(super) source: String,
     pub(super) input: Input,
-    /// As asked for.
-    pub(super) epsilon: f64,
+    /// Largest share of the local feature size asked for.
+    pub(super) epsilon: Option<f64>,
+    /// Largest share of the reach asked for: of the smallest local feature size, `lfs.range_mm.min_mm`.
+    pub(super) rho: Option<f64>,
     /// The largest tilt of a facet by noise.
     pub(super) tilt_limit_rad: f64,
     /// `fewest`, `truest` or `most`.
@@ -128,6 +130,8 @@ pub(super) struct Condition {
     pub(super) tilt_median_rad: Option<f64>,
     pub(super) epsilon_max: Option<f64>,
     pub(super) epsilon_p99: Option<f64>,
+    pub(super) rho_max: Option<f64>,
+    /// Projected area of triangles beyond ε or ρ.
     pub(super) over_epsilon_area_mm2: f64,
 }
 
@@ -164,7 +168,7 @@ impl Figures {
         let mut remarks = vec![
             format!("reduced from {} by asphera {}", self.source, env!("CARGO_PKG_VERSION")),
             format!("{} of {} points kept", self.kept, self.input.points),
-            format!("epsilon {} of the local feature size ({})", self.epsilon, self.lfs.source),
+            format!("{} ({})", self.limits().join(", "), self.lfs.source),
             format!("noise {} nm ({})", self.noise.sigma_nm, self.noise.source),
             format!("tilt by noise up to {} rad, {} points", self.tilt_limit_rad, self.keep),
         ];
@@ -173,6 +177,16 @@ impl Figures {
             Some(count) => format!("heights of {count} points averaged over those about them"),
         });
         remarks
+    }
+}
+
+impl Figures {
+    /// What was asked for, in words.
+    fn limits(&self) -> Vec<String> {
+        let epsilon =
+            self.epsilon.map(|share| format!("epsilon {share} of the local feature size"));
+        let rho = self.rho.map(|share| format!("rho {share} of the reach"));
+        epsilon.into_iter().chain(rho).collect()
     }
 }
 
@@ -209,6 +223,10 @@ impl fmt::Display for Figures {
         for (name, condition) in [("before", &self.before), ("after", &self.after)] {
             write!(f, "{name:<10} ")?;
             condition.fmt(f)?;
+            if let Some(rho) = condition.rho_max.filter(|_| self.rho.is_some()) {
+                write!(f, ", largest ρ {rho:.5}")?;
+            }
+            writeln!(f)?;
         }
         if let Some(count) = self.averaged {
             writeln!(f, "averaged   {count} of {}", self.kept)?;
@@ -243,6 +261,6 @@ impl fmt::Display for Condition {
         if let Some(share) = self.overdense_fraction {
             write!(f, ", {:.2} % too dense for the noise", 100.0 * share)?;
         }
-        writeln!(f)
+        Ok(())
     }
 }

@@ -83,7 +83,7 @@ fn a_report_names_what_stands_off_the_nominal() {
 
 #[test]
 fn points_without_a_nominal_have_defects_too() {
-    let wanted = Wanted { epsilon: 0.05, gap_mm: None };
+    let wanted = Wanted::default();
     let found = sampling_of_points(points(damage), crate::pipeline::Along::Z, wanted);
     assert_damage(&found.features);
     assert_eq!(found.features.defects_search.unwrap().reference, "points");
@@ -139,7 +139,7 @@ fn a_report_with_features_can_be_read_again() {
 fn surfaces_are_parted_by_how_they_bend() {
     let shares = |height: fn(f64, f64) -> f64| {
         let level = points(|x, y| -(20.0 - (400.0 - x * x - y * y).sqrt()) + height(x, y));
-        let wanted = Wanted { epsilon: 0.05, gap_mm: None };
+        let wanted = Wanted::default();
         let found = sampling_of_points(level, crate::pipeline::Along::Z, wanted);
         found.features.partition.unwrap().shares
     };

@@ -26,6 +26,10 @@ struct Basis {
     criteria: Criteria,
     /// Whether the local feature size is known.
     with_lfs: bool,
+    /// Whether all is known that the limits hold of.
+    is_decided: bool,
+    /// Infinite over a plane.
+    reach_mm: Option<f64>,
 }
 
 impl Current {
@@ -40,11 +44,13 @@ impl Current {
     ) {
         let with_lfs = seen.lfs_source.is_some();
         let criteria = Criteria {
-            gap_limit_mm: seen.gap_limit_mm,
-            epsilon_limit: with_lfs.then_some(seen.epsilon_target),
+            gap_limit_mm: seen.gap_allowed_mm(),
+            epsilon_limit: seen.epsilon_target.filter(|_| with_lfs),
             aperture_area_mm2: None,
         };
-        self.basis = Some(Basis { pose: *pose, criteria, with_lfs });
+        let reach_mm = remembered.reach_mm(&part.aperture, mesh.points(), pose);
+        let is_decided = with_lfs && (seen.rho_target.is_none() || reach_mm.is_some());
+        self.basis = Some(Basis { pose: *pose, criteria, with_lfs, is_decided, reach_mm });
         self.running.restart();
         self.update(mesh, part, remembered);
     }
@@ -71,7 +77,9 @@ impl Current {
     }
 
     fn update(&mut self, mesh: &Mesh, part: &Part, remembered: &Remembered) {
-        let Some(Basis { pose, criteria, with_lfs }) = &self.basis else { return };
+        let Some(Basis { pose, criteria, with_lfs, is_decided, reach_mm }) = &self.basis else {
+            return;
+        };
         let (turn, [tx_mm, ty_mm]) = (pose.rotation(), [pose.tx_mm, pose.ty_mm]);
         // Seen along the direction of projection: tilts of a part are small.
         let inside = |x_mm: f64, y_mm: f64| {
@@ -91,12 +99,13 @@ impl Current {
                 + sampling.triangles.over_gap
                 + sampling.triangles.over_epsilon,
             area_mm2: sampling.area_mm2,
-            dense_fraction: sampling.coverage,
+            dense_fraction: sampling.coverage.filter(|_| *is_decided),
             gap_max_mm: sampling.gap_max_mm,
             gap_median_mm: spread.gap_median_mm,
             gap_p99_mm: spread.gap_p99_mm,
             epsilon_max: sampling.epsilon_max.and_then(finite),
             epsilon_p99: sampling.epsilon_p99.and_then(finite),
+            rho_max: sampling.gap_max_mm.zip(*reach_mm).map(|(gap_mm, reach_mm)| gap_mm / reach_mm),
             spacing_median_mm: spread.spacing_median_mm,
         });
     }

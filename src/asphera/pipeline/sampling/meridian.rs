@@ -85,6 +85,17 @@ impl Meridian {
         let mm = low + (at - node as f64) * (high - low);
         (!mm.is_nan()).then_some(mm)
     }
+
+    /// The smallest from this distance from the axis in mm to the rim of the disc; infinite over a plane, none if
+    /// it is not known all the way.
+    pub(super) fn least_mm(&self, from_mm: f64) -> Option<f64> {
+        // Between nodes it runs straight.
+        let beyond = |node: &usize| *node as f64 > from_mm * self.scale_per_mm;
+        let nodes = (0..self.nodes_mm.len()).filter(beyond).map(|node| self.nodes_mm[node]);
+        nodes
+            .map(|mm| (!mm.is_nan()).then_some(mm))
+            .fold(self.at(from_mm), |least, mm| Some(least?.min(mm?)))
+    }
 }
 
 /// A nominal over a disc.
@@ -172,5 +183,40 @@ mod tests {
             let found = meridian.at(r_mm).unwrap();
             assert!((found / expected - 1.0).abs() < 6e-3, "{found}, not {expected}, at {r_mm}");
         }
+    }
+
+    /// A paraboloid has its smallest at the vertex, so that a ring of it has it at its inner border. An oblate ellipsoid
+    /// bends more and more strongly from its vertex on: a cap of it has its smallest at the rim, where it is the radius of
+    /// curvature along the meridian, (R² - k·r²)^(3/2)/R².
+    #[test]
+    fn the_least_is_where_the_surface_has_it() {
+        let conic =
+            |radius_mm, conic| Nominal::Asphere(Asphere::new(radius_mm, conic, &[]).unwrap());
+        let near = |found: Option<f64>, expected: f64| {
+            assert!((found.unwrap() / expected - 1.0).abs() < 6e-3, "{found:?}, not {expected}");
+        };
+        let paraboloid = Meridian::of(&conic(4.0, -1.0), 6.0).unwrap();
+        near(paraboloid.least_mm(0.0), 4.0);
+        let height_mm = 3.3 * 3.3 / 8.0;
+        near(paraboloid.least_mm(3.3), 3.3_f64.hypot(4.0 - height_mm));
+        near(paraboloid.least_mm(6.0), 6.0);
+        let ellipsoid = Meridian::of(&conic(10.0, 1.0), 6.0).unwrap();
+        for inner_mm in [0.0, 3.3, 6.0] {
+            near(ellipsoid.least_mm(inner_mm), 5.12);
+        }
+        // The centres of curvature of the rim are the nearest of the medial axis to the vertex, too.
+        near(ellipsoid.at(0.0), 2.16_f64.hypot(5.741));
+        let plane = Meridian::of(&Nominal::Plane, 1.0).unwrap();
+        assert_eq!(plane.least_mm(0.3), Some(f64::INFINITY));
+    }
+
+    #[test]
+    fn where_a_node_is_not_known_the_least_is_not() {
+        let meridian = Meridian { scale_per_mm: 1.0, nodes_mm: vec![f64::NAN, 3.0, 2.0, 4.0] };
+        assert_eq!([0.0, 0.5].map(|from_mm| meridian.least_mm(from_mm)), [None; 2]);
+        assert_eq!(
+            [1.0, 2.0, 2.5, 9.0].map(|from| meridian.least_mm(from)),
+            [2.0, 2.0, 3.0, 4.0].map(Some)
+        );
     }
 }

@@ -12,14 +12,14 @@ mod meridian;
 mod next;
 mod noise;
 mod places;
+mod reach;
+mod wanted;
 
 use std::f64::consts::SQRT_2;
 
 use asphera_form::{Nominal, Pose};
-use asphera_surface::coverage::{
-    Aperture, Coverage, CoverageError, Density, Examination, Target, examine,
-};
-use asphera_surface::noise::{Advice, Noise, NoiseEstimate, SpacingCriteria};
+use asphera_surface::coverage::{Aperture, Coverage, CoverageError, Density, Examination, examine};
+use asphera_surface::noise::{Advice, Noise, NoiseEstimate};
 use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 use rayon::prelude::*;
 
@@ -35,6 +35,7 @@ use crate::report::{FeatureFigures, SamplingFigures};
 
 pub(crate) use self::current::Current;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
+pub use self::wanted::Wanted;
 
 /// A mesh in the frame of its plane of projection.
 #[derive(Clone, Copy)]
@@ -43,25 +44,6 @@ pub(crate) struct Sampled<'a> {
     /// Its triangles.
     pub(crate) triangles: &'a [[VertexId; 3]],
     pub(crate) plane: &'a Plane,
-}
-
-/// How dense samples are to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
-    /// Largest ε.
-    pub epsilon: f64,
-    /// Largest gap in mm; none: four times the distance the points have on average.
-    pub gap_mm: Option<f64>,
-}
-
-impl Wanted {
-    /// The largest ε where nothing is said: what Cocone's guarantees ask.
-    pub const EPSILON: f64 = Target::COCONE_EPSILON;
-
-    /// What a part asks for.
-    pub(crate) fn of(part: &Part) -> Wanted {
-        Wanted { epsilon: part.epsilon_limit, gap_mm: part.gap_limit_mm }
-    }
 }
 
 /// What was found.
@@ -266,9 +248,10 @@ pub(crate) fn of_part(
             unknown.push(why);
         })
         .ok();
+    let reach_mm = remembered.reach_mm(&part.aperture, points, pose);
     let lfs_mm = remembered.lfs_mm(pose);
     let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
-    Look { sampled, left_out, wanted, scale, aperture, noise, source, unknown }
+    Look { sampled, left_out, wanted, scale, aperture, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 
@@ -287,8 +270,9 @@ pub(crate) fn of_points(sampled: Sampled<'_>, left_out: &[usize], wanted: Wanted
         }
     };
     let lfs_mm = |x: f64, y: f64| lfs.at(x, y);
+    let reach_mm = reach::least_at(sampled.mesh.points(), |_| true, lfs_mm);
     let lifted = Lifted::onto_mesh(*sampled.plane, sampled.mesh);
-    Look { sampled, left_out, wanted, scale, aperture: None, noise, source, unknown }
+    Look { sampled, left_out, wanted, scale, aperture: None, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 
@@ -341,6 +325,8 @@ struct Look<'a> {
     noise: Result<NoiseEstimate, String>,
     /// Where the local feature size comes from.
     source: Option<&'static str>,
+    /// The smallest one, infinite over a plane.
+    reach_mm: Option<f64>,
     unknown: Vec<String>,
 }
 
@@ -351,11 +337,11 @@ impl Look<'_> {
         lifted: &Lifted<'_>,
     ) -> Findings {
         let Sampled { mesh, triangles, plane } = self.sampled;
-        let target = Target {
-            epsilon: Some(self.wanted.epsilon),
-            reach: None,
-            spacing_mm: self.scale.gap_mm.map(|gap_mm| SQRT_2 * gap_mm),
-        };
+        let target = self.wanted.target(self.scale.gap_mm, self.reach_mm);
+        let is_reach_wanting = self.wanted.rho.is_some() && self.reach_mm.is_none();
+        if is_reach_wanting {
+            self.unknown.push("the reach is not known, and so ρ is not".to_owned());
+        }
         let noise: Option<Noise> = match &self.noise {
             Ok(found) => Some(found.noise),
             Err(why) => {
@@ -364,9 +350,7 @@ impl Look<'_> {
             }
         };
         // A target that is none is told by the examination.
-        let density = SpacingCriteria::new(self.wanted.epsilon, None)
-            .ok()
-            .map(|criteria| Density { noise, criteria });
+        let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
         let examined = examine(
             mesh,
             triangles,
@@ -391,8 +375,9 @@ impl Look<'_> {
             None
         };
         // Of an aperture that was not met at all it is not said that nothing of it is covered: more likely it
-        // lies elsewhere.
-        let areas = coverage.areas.filter(|_| nothing.is_none());
+        // lies elsewhere. Nor is it where the limits hold of what is known nowhere.
+        let is_decided = nothing.is_none() && self.source.is_some() && !is_reach_wanting;
+        let areas = coverage.areas.filter(|_| is_decided);
         self.unknown.splice(..0, nothing);
         let at_max = match coverage.epsilon {
             Some(epsilon) if epsilon.max > 0.0 => coverage.epsilon_max_at_mm,
@@ -411,6 +396,9 @@ impl Look<'_> {
             gap_p99_mm: coverage.gap_mm.map(|gap| gap.p99),
             gap_limit_mm: self.scale.gap_mm,
             epsilon_target: self.wanted.epsilon,
+            rho_target: self.wanted.rho,
+            rho_max: coverage.gap_mm.zip(self.reach_mm).map(|(gap, reach_mm)| gap.max / reach_mm),
+            reach_mm: self.reach_mm.and_then(finite),
             epsilon_max: coverage.epsilon.and_then(|epsilon| finite(epsilon.max)),
             epsilon_p99: coverage.epsilon.and_then(|epsilon| finite(epsilon.p99)),
             at_max_mm: at_max.map(|at_mm| plane.from_plane(at_mm)),
@@ -448,6 +436,7 @@ impl Findings {
         Findings {
             figures: SamplingFigures {
                 epsilon_target: wanted.epsilon,
+                rho_target: wanted.rho,
                 gap_limit_mm: scale.gap_mm,
                 as_of_points: sampled.mesh.counts().pushed,
                 unknown,

@@ -121,7 +121,7 @@ fn points_alone_tell_the_feature_size_of_a_sphere() {
     mesh.flush();
     let triangles = mesh.triangles();
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
-    let found = of_points(sampled, &[], Wanted { epsilon: 0.05, gap_mm: None }).figures;
+    let found = of_points(sampled, &[], Wanted::default()).figures;
     assert_eq!(found.lfs_source.as_deref(), Some("measured"), "{found:?}");
     assert!((found.lfs_min_mm.unwrap() / 20.0 - 1.0).abs() < 0.1, "{found:?}");
     assert_eq!(found.coverage, Some(1.0), "{found:?}");
@@ -152,7 +152,7 @@ fn noise_that_hides_medial_balls_leaves_the_curvature() {
                 [x, y, -surface(x, y) + 5e-3 * noise + wrong]
             })
             .collect();
-        let wanted = Wanted { epsilon: 0.05, gap_mm: None };
+        let wanted = Wanted::default();
         let found = sampling_of_points(points, Along::Z, wanted).figures;
         assert_eq!(found.lfs_source.as_deref(), Some("curvature"), "{found:?}");
         // Two uncertainties of the curvature are taken against it.

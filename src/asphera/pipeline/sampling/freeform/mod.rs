@@ -187,6 +187,23 @@ impl Freeform {
         };
         Some(corners.into_iter().map(of).sum())
     }
+
+    /// The smallest in mm over the footprint without a hole of this radius about the vertex; infinite over a plane.
+    /// Never above the true minimum of [`Freeform::at`]; below it by no more than a cell changes, at the border
+    /// of the hole.
+    pub(super) fn least_mm(&self, hole_mm: f64) -> f64 {
+        let cell_mm = self.scale_per_mm.map(f64::recip);
+        // A node in the hole counts as long as it is a corner of a cell that reaches out of it.
+        let hole_mm = hole_mm - cell_mm[0].hypot(cell_mm[1]);
+        let counts = |&(node, _): &(usize, &f64)| {
+            let place = [node % self.size[0], node / self.size[0]];
+            let [x_mm, y_mm] =
+                [0, 1].map(|axis| self.footprint.low_mm[axis] + place[axis] as f64 * cell_mm[axis]);
+            x_mm.hypot(y_mm) >= hole_mm
+        };
+        let nodes_mm = self.nodes_mm.iter().enumerate().filter(counts).map(|(_, mm)| *mm);
+        nodes_mm.fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// A shape over a footprint.

@@ -157,3 +157,23 @@ fn the_box_about_points_seldom_changes() {
     let turned = Footprint::of(&Aperture::None, &points(9.9), &pose);
     assert!(turned.low_mm[1] < -7.7 && turned.high_mm[0] > 6.9 && turned.high_mm[1] < 3.0);
 }
+
+/// The least over a disc, and over a ring: of a tube everywhere the same, of a paraboloid at the vertex or at the hole.
+#[test]
+fn the_least_is_where_the_surface_has_it() {
+    let least_mm = |shape: Arc<dyn Shape>, hole_mm| {
+        Freeform::of(&Nominal::Freeform(shape), disc(9.0)).unwrap().least_mm(hole_mm)
+    };
+    let near = |found: f64, expected: f64, share: f64| {
+        assert!((found / expected - 1.0).abs() < share, "{found}, not {expected}");
+    };
+    let tube = Arc::new(Toroid::new(50.0, section(20.0, 0.0), &[]).unwrap());
+    near(least_mm(tube.clone(), 0.0), 20.0, 3e-3);
+    near(least_mm(tube, 4.0), 20.0, 3e-3);
+    let paraboloid = Arc::new(Biconic::new(section(5.0, -1.0), section(5.0, -1.0)));
+    near(least_mm(paraboloid.clone(), 0.0), 5.0, 3e-3);
+    // Beyond 5 mm from its axis it is as far from its medial axis as from that; corners of cells count with up to one
+    // diagonal of 0.8 mm less.
+    let found = least_mm(paraboloid, 7.0);
+    assert!((6.1..7.03).contains(&found), "{found}");
+}
