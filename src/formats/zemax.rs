@@ -17,13 +17,12 @@
 //! What parameters and extra data mean is in OpticStudio's help, under Sequential Surfaces. Everything else (glasses, thicknesses, fields,
 //! solves, tolerances) is passed over. Values stay in lens units.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use thiserror::Error;
 
 use crate::error::quoted;
-use crate::scan::{finite, lines, without_bom};
+use crate::scan::{decoded, finite, lines};
 
 /// The surfaces of a lens file.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,25 +163,6 @@ impl LensSurface {
             _ => {}
         }
         Ok(())
-    }
-}
-
-/// The text in UTF-8. OpticStudio begins UTF-16 with a byte order mark; where that was lost, every other byte of a keyword is 0.
-fn decoded(bytes: &[u8]) -> Cow<'_, str> {
-    let wide = |bytes: &[u8], join: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| join([pair[0], pair[1]])).collect();
-        Cow::Owned(String::from_utf16_lossy(&units))
-    };
-    match bytes {
-        [0xFF, 0xFE, rest @ ..] => wide(rest, u16::from_le_bytes),
-        [0xFE, 0xFF, rest @ ..] => wide(rest, u16::from_be_bytes),
-        [first, 0, ..] if *first != 0 => wide(bytes, u16::from_le_bytes),
-        [0, second, ..] if *second != 0 => wide(bytes, u16::from_be_bytes),
-        _ => match std::str::from_utf8(without_bom(bytes)) {
-            Ok(text) => Cow::Borrowed(text),
-            // Every byte is a letter of Latin-1, of the same number as in Unicode.
-            Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
-        },
     }
 }
 
