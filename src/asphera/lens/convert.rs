@@ -352,7 +352,7 @@ impl Given<'_> {
 }
 
 /// Of every grid.
-const BETWEEN_HEIGHTS: &str = "Between heights the program interpolates as parameter 0 says (0 bicubic, 1 linear), a nominal by quintics.";
+const BETWEEN_HEIGHTS: &str = "Between heights OpticStudio interpolates as parameter 0 says (0 bicubic, 1 linear), a nominal by quintics.";
 /// Of the extended asphere, which has 240: nominal files have r²⁵⁴ at the highest.
 const LARGEST_TERM: usize = 127;
 /// Of the extended polynomial.

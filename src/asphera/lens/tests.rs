@@ -261,7 +261,7 @@ fn a_grid_sag_stands_on_its_base() {
     // A lens in inches; the heights keep their own unit.
     const TEXT: &str = "  TYPE GRID_SAG\n  CURV 0.254\n  CONI -1\n  PARM 0 1\n  PARM 2 1e-3\n  PARM 9 0.5\n  XDAT 1 0\n  XDAT 2 1\n";
     let text = nominal(&lens("IN", TEXT), 1, "lens.zmx", Some(path)).unwrap();
-    assert!(text.contains("\n# Between heights the program interpolates"), "{text}");
+    assert!(text.contains("\n# Between heights OpticStudio interpolates"), "{text}");
     let part = Part::parse("lens.toml", &text).unwrap_or_else(|told| panic!("{told}\n{text}"));
     for [x, y] in [[-3.0, 2.0], [3.0, -2.0], [0.5, -1.25], [0.0, 0.0]] {
         let r2: f64 = x * x + y * y;
@@ -314,7 +314,7 @@ fn what_has_no_kind_names_the_cure() {
     }
     let file = "UNIT MM\nSURF 0\nSURF 1\n  TYPE COORDBRK\n  PARM 2 5\nSURF 2\n  CURV 0.1\n";
     let text = nominal(&zemax::read(file.as_bytes()).unwrap(), 2, "a.zmx", None).unwrap();
-    assert!(text.contains("# Its coordinate breaks were left out"), "{text}");
+    assert!(text.contains("# The coordinate breaks of the file were left out"), "{text}");
 }
 
 #[test]

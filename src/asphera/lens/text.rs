@@ -94,7 +94,7 @@ pub(super) fn write(lens: &Lens, surface: &LensSurface, file: &str, table: &Tabl
         );
     }
     if lens.surfaces.iter().any(|surface| surface.kind == "COORDBRK") {
-        text += "# Its coordinate breaks were left out: decentres and tilts are no part of a nominal, a fit finds them.\n";
+        text += "# The coordinate breaks of the file were left out: decentres and tilts are no part of a nominal, a fit finds them.\n";
     }
     let _ = write!(text, "{}\n[surface]\n{}{}", table.notes, table.lines, table.terms);
     text += &aperture(lens, surface);
