@@ -2,12 +2,13 @@
 
 use crate::error::quoted;
 use crate::scan::without_bom;
-use crate::{Format, Place, ReadError, Topography, metropro, sdf, x3p, xyz};
+use crate::{Format, Place, ReadError, Topography, grid_sag, metropro, sdf, x3p, xyz};
 
 /// Reads a file whose format is not known beforehand.
 ///
 /// The first bytes decide: `PK` is [`x3p`], a MetroPro magic number is [`metropro`], `aISO-1.0`,
-/// `bISO-1.0`, `aBCR-1.0` and `bBCR-1.0` are [`sdf`]. Only a file that starts otherwise is judged
+/// `bISO-1.0`, `aBCR-1.0` and `bBCR-1.0` are [`sdf`]; a line of seven numbers that can be the first of a [`grid_sag`] file, before
+/// one of at most five, is that. Only a file that starts otherwise is judged
 /// by the extension of `name`: text with the extension `xyz`, `txt`, `asc`, `csv`, `tsv`, `pts`,
 /// `dat` or none is [`xyz`]. `name` is used for nothing else and may hold any path.
 ///
@@ -20,6 +21,7 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
         Format::X3p => x3p::read(bytes),
         Format::MetroPro => metropro::read(bytes),
         Format::Sdf => sdf::read(bytes),
+        Format::GridSag => grid_sag::read(bytes),
         Format::Xyz => xyz::read(bytes),
     }
 }
@@ -33,6 +35,9 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
     }
     if sdf::is_sdf(without_bom(bytes)) {
         return Ok(Format::Sdf);
+    }
+    if grid_sag::is_grid_sag(bytes) {
+        return Ok(Format::GridSag);
     }
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension);
@@ -76,6 +81,10 @@ mod tests {
         assert_eq!(format("a.xyz", b"PK\x03\x04rest"), Ok(Format::X3p));
         assert_eq!(format("a.txt", b"aISO-1.0\n"), Ok(Format::Sdf));
         assert_eq!(format("a.xyz", b"\x88\x1B\x03\x6F"), Ok(Format::MetroPro));
+        assert_eq!(
+            format("a.DAT", b"! sag\r\n5 5 1 1 0 0 0\r\n0 0 0 0 0\r\n"),
+            Ok(Format::GridSag)
+        );
     }
 
     #[test]
@@ -94,7 +103,7 @@ mod tests {
         );
         assert_eq!(
             message("part.stl", b"solid"),
-            "part.stl: expected an XYZ, X3P, MetroPro or SDF file, found one starting with \"solid\""
+            "part.stl: expected an XYZ, X3P, MetroPro, SDF or Zemax grid sag file, found one starting with \"solid\""
         );
         assert!(message("a.dat", b"\0\0").starts_with("MetroPro file, byte 0: expected a magic"));
         assert!(message("a.xyz", b"1 2 3\0").starts_with("a.xyz: expected an XYZ"));

@@ -20,6 +20,8 @@ pub enum Format {
     MetroPro,
     /// ISO 25178-71.
     Sdf,
+    /// Grid sag of Zemax, `.DAT` and `.GRD`.
+    GridSag,
 }
 
 impl Format {
@@ -30,6 +32,7 @@ impl Format {
             Format::X3p => "X3P",
             Format::MetroPro => "MetroPro",
             Format::Sdf => "SDF",
+            Format::GridSag => "Zemax grid sag",
         }
     }
 }
@@ -74,7 +77,9 @@ impl fmt::Display for Place {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum ReadError {
     /// The content belongs to no format known here.
-    #[error("{name}: expected an XYZ, X3P, MetroPro or SDF file, found one starting with {start}")]
+    #[error(
+        "{name}: expected an XYZ, X3P, MetroPro, SDF or Zemax grid sag file, found one starting with {start}"
+    )]
     Unknown {
         /// Name of the file as given.
         name: String,

@@ -6,6 +6,7 @@
 //! | [`x3p`] | ISO 25178-72:2017 and Amd 1:2020 (ISO 5436-2) | surface, point cloud | surface, point cloud |
 //! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
+//! | [`grid_sag`] | grid sag of Zemax OpticStudio, `.DAT` and `.GRD` | yes | no |
 //! | [`ply`] | Stanford PLY, binary little-endian | no | mesh |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
 //!
@@ -21,6 +22,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod grid_sag;
 pub mod metropro;
 pub mod ply;
 pub mod sdf;

@@ -1,5 +1,7 @@
 //! Numbers, lines and points counted safely: what several readers share.
 
+use std::borrow::Cow;
+
 use crate::{Format, MAX_POINTS, Place, ReadError};
 
 /// A number as these formats write it: decimal, a point, an optional exponent. Not finite numbers,
@@ -36,6 +38,26 @@ pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
 /// The text without a UTF-8 byte order mark.
 pub(crate) fn without_bom(text: &[u8]) -> &[u8] {
     text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
+}
+
+/// The text in UTF-8. Programs begin UTF-16 with a byte order mark; where that was lost, every other byte of the ASCII at its start is
+/// 0. What is neither UTF-16 nor UTF-8 is Latin-1.
+pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    let wide = |bytes: &[u8], join: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| join([pair[0], pair[1]])).collect();
+        Cow::Owned(String::from_utf16_lossy(&units))
+    };
+    match bytes {
+        [0xFF, 0xFE, rest @ ..] => wide(rest, u16::from_le_bytes),
+        [0xFE, 0xFF, rest @ ..] => wide(rest, u16::from_be_bytes),
+        [first, 0, ..] if *first != 0 => wide(bytes, u16::from_le_bytes),
+        [0, second, ..] if *second != 0 => wide(bytes, u16::from_be_bytes),
+        _ => match std::str::from_utf8(without_bom(bytes)) {
+            Ok(text) => Cow::Borrowed(text),
+            // Every byte is a letter of Latin-1, of the same number as in Unicode.
+            Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+        },
+    }
 }
 
 /// How many samples a grid has: at least one, at most [`MAX_POINTS`].

@@ -10,6 +10,9 @@
 //! | `CURV c …` | curvature at the vertex, 1/unit |
 //! | `CONI k` | conic constant |
 //! | `DIAM s …` | semi-diameter |
+//! | `CLAP r1 r2 …` | aperture between two radii |
+//! | `SQAP x y …` | rectangular aperture of these half widths |
+//! | `OBDC x y` | decentre of the aperture |
 //! | `PARM i v` | parameter i of the kind |
 //! | `XDAT i v …` | extra datum i of the kind: the help's parameter i + 12 |
 //! | `COMM text` | comment |
@@ -17,13 +20,12 @@
 //! What parameters and extra data mean is in OpticStudio's help, under Sequential Surfaces. Everything else (glasses, thicknesses, fields,
 //! solves, tolerances) is passed over. Values stay in lens units.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use thiserror::Error;
 
 use crate::error::quoted;
-use crate::scan::{finite, lines, without_bom};
+use crate::scan::{decoded, finite, lines};
 
 /// The surfaces of a lens file.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,10 +57,31 @@ pub struct LensSurface {
     pub conic: f64,
     /// Semi-diameter in lens units; 0 where none is said.
     pub semi_diameter: f64,
+    /// Its aperture, if it has one of its own.
+    pub aperture: Option<LensAperture>,
+    /// Where the middle of the aperture lies, x and y in lens units.
+    pub aperture_centre: [f64; 2],
     /// Parameters by number, those that are given.
     pub parameters: BTreeMap<u32, f64>,
     /// Extra data by number, those that are given.
     pub extra: BTreeMap<u32, f64>,
+}
+
+/// The aperture of a surface, in lens units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LensAperture {
+    /// A disc, or a ring, of this outer radius.
+    Round {
+        /// Outer radius.
+        radius: f64,
+    },
+    /// A rectangle along x and y.
+    Rectangle {
+        /// Half of the width along x.
+        half_x: f64,
+        /// Half of the width along y.
+        half_y: f64,
+    },
 }
 
 /// Why a lens file cannot be read.
@@ -156,6 +179,19 @@ impl LensSurface {
             b"CURV" => self.curvature = number(line, field(rest, 0))?,
             b"CONI" => self.conic = number(line, field(rest, 0))?,
             b"DIAM" => self.semi_diameter = number(line, field(rest, 0))?,
+            b"CLAP" => {
+                self.aperture = Some(LensAperture::Round { radius: number(line, field(rest, 1))? });
+            }
+            b"SQAP" => {
+                self.aperture = Some(LensAperture::Rectangle {
+                    half_x: number(line, field(rest, 0))?,
+                    half_y: number(line, field(rest, 1))?,
+                });
+            }
+            b"OBDC" => {
+                self.aperture_centre =
+                    [number(line, field(rest, 0))?, number(line, field(rest, 1))?];
+            }
             b"PARM" | b"XDAT" => {
                 let (index, value) = (whole(line, field(rest, 0))?, number(line, field(rest, 1))?);
                 let data = if keyword == b"PARM" { &mut self.parameters } else { &mut self.extra };
@@ -164,25 +200,6 @@ impl LensSurface {
             _ => {}
         }
         Ok(())
-    }
-}
-
-/// The text in UTF-8. OpticStudio begins UTF-16 with a byte order mark; where that was lost, every other byte of a keyword is 0.
-fn decoded(bytes: &[u8]) -> Cow<'_, str> {
-    let wide = |bytes: &[u8], join: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| join([pair[0], pair[1]])).collect();
-        Cow::Owned(String::from_utf16_lossy(&units))
-    };
-    match bytes {
-        [0xFF, 0xFE, rest @ ..] => wide(rest, u16::from_le_bytes),
-        [0xFE, 0xFF, rest @ ..] => wide(rest, u16::from_be_bytes),
-        [first, 0, ..] if *first != 0 => wide(bytes, u16::from_le_bytes),
-        [0, second, ..] if *second != 0 => wide(bytes, u16::from_be_bytes),
-        _ => match std::str::from_utf8(without_bom(bytes)) {
-            Ok(text) => Cow::Borrowed(text),
-            // Every byte is a letter of Latin-1, of the same number as in Unicode.
-            Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
-        },
     }
 }
 
@@ -231,7 +248,7 @@ mod tests {
     const FILE: &str = "VERS 210913 1 1 L1\nMODE SEQ\nNAME \"Gr\u{fc}n\"\nUNIT IN X W X CM MR CPMM\n\
         SURF 0\n  TYPE STANDARD\n  CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY\n  DIAM 0 0 0 0 1 \"\"\n\
         SURF 1\n  COMM front\n  TYPE QED_TYPE\n  CURV 5.0E-002 0 0 0 0 \"\"\n  CONI -1.5\n\
-          DIAM 0.5 1 0 0 1 \"\"\n  PARM 1 2.5\n  XDAT 1 1.000000000000E+000 0 0 1.0 0.0 0\n  XDAT 12 -3e-4 0 0 1 0 0\n\
+          DIAM 0.5 1 0 0 1 \"\"\n  CLAP 0 0.25 0\n  OBDC 0 -1.5\n  PARM 1 2.5\n  XDAT 1 1.000000000000E+000 0 0 1.0 0.0 0\n  XDAT 12 -3e-4 0 0 1 0 0\n\
         TOL TOFF   0   0\nMNUM 2 1\nCURV 99\n";
 
     #[test]
@@ -249,6 +266,8 @@ mod tests {
             curvature: 0.05,
             conic: -1.5,
             semi_diameter: 0.5,
+            aperture: Some(LensAperture::Round { radius: 0.25 }),
+            aperture_centre: [0.0, -1.5],
             parameters: [(1, 2.5)].into(),
             extra: [(1, 1.0), (12, -3e-4)].into(),
         };

@@ -181,3 +181,39 @@ fn a_lens_file_becomes_a_nominal_that_is_measured() {
         );
     }
 }
+
+/// A grid sag on a paraboloid: the nominal names its heights alone where they lie beside it, by their whole path elsewhere.
+#[test]
+fn a_grid_sag_becomes_a_nominal_with_its_file_of_heights() {
+    let dir = tempfile::tempdir().unwrap();
+    let [lens, heights] = ["lens.zmx", "heights.DAT"].map(|name| dir.path().join(name));
+    std::fs::write(
+        &lens,
+        "UNIT MM X W X CM MR CPMM\nSURF 0\nSURF 1\n  TYPE GRID_SAG\n  CURV 0.01\n  CONI -1\n",
+    )
+    .unwrap();
+    let mut grid = "9 9 0.5 0.5 0 0 0\r\n".to_owned();
+    for index in 0..81 {
+        let place = |step: i32| 0.5 * f64::from(step) - 2.0;
+        writeln!(grid, "{:?} 0 0 0 0\r", 1e-3 * place(index % 9)).unwrap();
+    }
+    std::fs::write(&heights, grid).unwrap();
+    let (lens, heights) = (lens.to_str().unwrap(), heights.to_str().unwrap());
+    let wanting = run(["nominal", lens, "--surface", "1"]);
+    assert_eq!(wanting.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&wanting.stderr).contains("--grid FILE.DAT"));
+    let elsewhere = tempfile::tempdir().unwrap();
+    let whole = dir.path().canonicalize().unwrap().join("heights.DAT").display().to_string();
+    for (folder, named) in [(dir.path(), "heights.DAT"), (elsewhere.path(), whole.as_str())] {
+        let out = folder.join("grid.toml");
+        let out = out.to_str().unwrap();
+        let made = run(["nominal", lens, "--surface", "1", "--grid", heights, "-o", out]);
+        assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+        let text = std::fs::read_to_string(out).unwrap();
+        assert!(text.contains(&format!("\nfile = \"{named}\"\n")), "{text}");
+        let told = run(["nominal", out, "--sag", "1"]);
+        let told = String::from_utf8_lossy(&told.stdout).into_owned();
+        // 1²/200 on the paraboloid, 1e-3 of the grid.
+        assert!(told.contains("0.006"), "{told}");
+    }
+}

@@ -12,6 +12,7 @@ mod freeforms;
 mod measure;
 mod peers;
 mod projection;
+mod qif;
 mod reduce;
 mod report;
 mod sampling;

@@ -14,7 +14,7 @@ use crate::report::Timing;
 
 #[derive(Args)]
 pub(super) struct MeasureArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
     /// The nominal: surface, aperture, what is fitted, tolerances.
     #[arg(long, value_name = "FILE")]

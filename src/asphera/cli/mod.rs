@@ -50,7 +50,7 @@ enum Command {
     Run(ConfigArgs),
     /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
     Check(ConfigArgs),
-    /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF.
+    /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF, Zemax grid sag.
     Measure(measure::MeasureArgs),
     /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
     Reduce(reduce::ReduceArgs),

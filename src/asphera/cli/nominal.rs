@@ -3,7 +3,7 @@
 mod told;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -24,6 +24,9 @@ pub(super) struct NominalArgs {
     /// Of a lens file: number of the surface, as the file counts; without it the surfaces are listed.
     #[arg(long, value_name = "N")]
     surface: Option<u32>,
+    /// Of a grid sag in a lens file: the file of heights that was imported into it, .DAT.
+    #[arg(long, value_name = "FILE.DAT", requires = "surface")]
+    grid: Option<PathBuf>,
     /// Where the nominal goes; without it to stdout.
     #[arg(short, long, value_name = "OUT.toml", requires = "surface")]
     out: Option<PathBuf>,
@@ -55,9 +58,13 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
         print(&lens::list(&lens));
         return Ok(Exit::Done);
     };
-    let text = lens::nominal(&lens, number, &name).map_err(|error| format!("{name}: {error}"))?;
+    let heights =
+        args.grid.as_deref().map(|grid| heights(grid, args.out.as_deref())).transpose()?;
+    let text = lens::nominal(&lens, number, &name, heights.as_deref())
+        .map_err(|error| format!("{name}: {error}"))?;
     // What is written can be read again: a surface that cannot be is told now, not when it is measured.
-    Part::parse(&name, &text)
+    let place = args.out.as_ref().map_or_else(|| name.clone(), |out| out.display().to_string());
+    Part::parse(&place, &text)
         .map_err(|problems| format!("surface {number} of {name} is no surface:\n{problems}"))?;
     match &args.out {
         Some(out) => fs::write(out, text)
@@ -65,4 +72,15 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
         None => print(&text),
     }
     Ok(Exit::Done)
+}
+
+/// The file of heights as a nominal at `out` is to name it: alone where both are in one folder, else by its whole path.
+fn heights(grid: &Path, out: Option<&Path>) -> Result<String, Failure> {
+    let whole = grid.canonicalize().map_err(|error| format!("{}: {error}", grid.display()))?;
+    let folder = out.map(|out| out.parent().filter(|folder| *folder != Path::new("")));
+    let folder = folder.map(|folder| folder.unwrap_or(Path::new(".")).canonicalize());
+    let is_beside = matches!(&folder, Some(Ok(folder)) if whole.parent() == Some(folder));
+    let named = if is_beside { whole.file_name().map(Path::new) } else { None };
+    let text = named.unwrap_or(&whole).to_str().map(str::to_owned);
+    text.ok_or_else(|| format!("{}: expected a path in UTF-8", grid.display()).into())
 }

@@ -24,7 +24,7 @@ use figures::{Condition, Figures, Input, Lfs, Noise, Range, Spacings, Sparse};
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
 pub(super) struct ReduceArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
     /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]

@@ -16,7 +16,7 @@ use crate::replay::replay;
 #[derive(Args)]
 pub(super) struct ReportArgs {
     /// A recording (a folder session-…, or one of its segments .mcap), or the points of a file: .xyz (mm),
-    /// X3P, Zygo MetroPro .dat or SDF.
+    /// X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     source: PathBuf,
     /// The report: one HTML file that needs nothing beside itself, and prints on A4.
     #[arg(short, long, value_name = "OUT.html")]

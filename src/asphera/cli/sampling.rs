@@ -18,7 +18,7 @@ use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
     /// The nominal: surface, aperture, limits. Without it the local feature size follows from the points, and
     /// their outline stands for the aperture.

@@ -18,7 +18,7 @@ use crate::section::{Deviations, SectionReport, report, report_of_plane};
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
 pub(super) struct SectionArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat or SDF.
+    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
     /// From one place to another, in mm of the measured frame.
     #[arg(long, value_name = "X1,Y1,X2,Y2", value_parser = numbers::<4>, allow_hyphen_values = true)]

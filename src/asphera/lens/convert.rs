@@ -1,29 +1,44 @@
-//! The table `[surface]` of each kind of surface. Coefficients of powers change with the lens unit by their dimension.
+//! The table `[surface]` of each kind of surface that is converted. Coefficients of powers change with the lens unit by their dimension.
 
 use asphera_form::basis::{Counting, Product};
 use asphera_formats::zemax::{Lens, LensSurface};
 
 use super::text::Table;
-use super::{LensImportError, list};
+use super::{LensImportError, list, refused};
 
-/// The table of a surface.
-pub(super) fn table(lens: &Lens, surface: &LensSurface) -> Result<Table, LensImportError> {
+/// The table of a surface; `heights` is the name of its file of heights, if it has one.
+pub(super) fn table(
+    lens: &Lens,
+    surface: &LensSurface,
+    heights: Option<&str>,
+) -> Result<Table, LensImportError> {
     let given = Given { surface, unit_mm: lens.unit_mm };
-    match surface.kind.as_str() {
-        "STANDARD" => Ok(given.standard()),
-        "EVENASPH" => given.even(),
-        "XASPHERE" => given.extended(),
-        "ODDASPHE" => given.odd(),
-        "BICONICX" => Ok(given.biconic()),
-        "TOROIDAL" => given.toroid(),
-        "QED_TYPE" => given.q(),
-        "XPOLYNOM" => given.polynomial(),
-        "FZERNSAG" => given.zernike(Counting::Fringe),
-        "SZERNSAG" => given.zernike(Counting::Noll),
-        kind => Err(LensImportError::Kind {
+    match (surface.kind.as_str(), heights) {
+        ("GRID_SAG", Some(heights)) => given.grid(heights),
+        ("GRID_SAG", None) => {
+            Err(LensImportError::NoHeights { number: surface.number, line: surface.line })
+        }
+        (kind, Some(_)) if KNOWN.contains(&kind) => Err(LensImportError::OtherHeights {
             number: surface.number,
             line: surface.line,
-            hint: hint(kind),
+            kind: kind.to_owned(),
+        }),
+        ("STANDARD", _) => Ok(given.standard()),
+        ("EVENASPH", _) => given.even(),
+        ("XASPHERE", _) => given.extended(),
+        ("ODDASPHE", _) => given.odd(),
+        ("XOSPHERE", _) => given.extended_odd(),
+        ("BICONICX", _) => Ok(given.biconic()),
+        ("TOROIDAL", _) => given.toroid(),
+        ("QED_TYPE", _) => given.q(),
+        ("XPOLYNOM", _) => given.polynomial(),
+        ("FZERNSAG", _) => given.zernike(Counting::Fringe),
+        ("SZERNSAG", _) => given.zernike(Counting::Noll),
+        ("IRREGULA", _) => given.irregular(),
+        (kind, _) => Err(LensImportError::Kind {
+            number: surface.number,
+            line: surface.line,
+            hint: refused::why(kind),
             kind: kind.to_owned(),
             known: KNOWN.join(", "),
             listed: list(lens),
@@ -32,24 +47,10 @@ pub(super) fn table(lens: &Lens, surface: &LensSurface) -> Result<Table, LensImp
 }
 
 /// The kinds that are converted.
-const KNOWN: [&str; 10] = [
-    "STANDARD", "EVENASPH", "XASPHERE", "ODDASPHE", "BICONICX", "TOROIDAL", "QED_TYPE", "XPOLYNOM",
-    "FZERNSAG", "SZERNSAG",
+const KNOWN: [&str; 13] = [
+    "STANDARD", "EVENASPH", "XASPHERE", "ODDASPHE", "XOSPHERE", "BICONICX", "TOROIDAL", "QED_TYPE",
+    "XPOLYNOM", "FZERNSAG", "SZERNSAG", "GRID_SAG", "IRREGULA",
 ];
-
-/// Why a kind that nominal files have is not converted.
-fn hint(kind: &str) -> &'static str {
-    match kind {
-        "CHEBYSHV" => {
-            " (OpticStudio's help does not say in which order the file has its coefficients: write kind = \"chebyshev\" by \
-             hand)"
-        }
-        "GRID_SAG" => {
-            " (its heights are in a file of their own: give them as X3P or SDF to kind = \"grid\", the base included)"
-        }
-        _ => "",
-    }
-}
 
 /// A surface and the size of its unit.
 struct Given<'a> {
@@ -80,18 +81,35 @@ impl Given<'_> {
 
     /// Extra data: 1 the number of terms, 2 the radius ρ is normalised by, from 3 on the coefficients of ρ², ρ⁴ … in lens units.
     fn extended(&self) -> Result<Table, LensImportError> {
-        let terms = self.terms(LARGEST_TERM)?;
+        self.normalised("asphere", LARGEST_TERM, |term| 2 * term)
+    }
+
+    /// As the extended asphere, from 3 on the coefficients of ρ, ρ², ρ³ ….
+    fn extended_odd(&self) -> Result<Table, LensImportError> {
+        self.normalised("odd-asphere", 2 * LARGEST_TERM, |term| term)
+    }
+
+    /// Powers of the distance from the axis over a normalisation radius; `order` is that of a term, from 1 on.
+    fn normalised(
+        &self,
+        kind: &str,
+        most: usize,
+        order: impl Fn(u32) -> u32,
+    ) -> Result<Table, LensImportError> {
+        // Programs other than OpticStudio put an even asphere's parameters here, which would be lost in silence.
+        self.no_parameters_from(1)?;
+        let terms = self.terms(most)?;
         if terms.is_empty() {
             return Ok(self.standard());
         }
         let radius_mm = self.normalisation_mm(2)?;
         let power = |(index, value_mm): (usize, f64)| {
-            // At most 127 of them.
-            let order = 2 * (index as u32 + 1);
+            // At most 254 of them.
+            let order = order(index as u32 + 1);
             (order, value_mm / radius_mm.powi(order as i32))
         };
         let powers: Vec<(u32, f64)> = terms.into_iter().map(power).collect();
-        Ok(self.over_base("asphere").powers(&powers))
+        Ok(self.over_base(kind).powers(&powers))
     }
 
     /// Parameters 1 to 8 belong to r to r⁸.
@@ -214,6 +232,34 @@ impl Given<'_> {
         }))
     }
 
+    /// Parameters 1 to 8 as of an even asphere, then decentrings of the Zernike terms; extra data may add such terms.
+    fn grid(&self, heights: &str) -> Result<Table, LensImportError> {
+        self.no_parameters_from(11)?;
+        if !self.terms(MOST_TERMS as usize)?.is_empty() {
+            return Err(self.refused(
+                "XDAT 1, the number of Zernike terms".to_owned(),
+                self.surface.extra(1),
+                "0: a grid here has none; add them to its heights",
+            ));
+        }
+        let powers = self.powers(1..=8, |number| 2 * number);
+        let is_plain = self.surface.curvature == 0.0 && powers.is_empty();
+        let table = if is_plain { Table::new("grid") } else { self.over_base("grid") };
+        Ok(table.note(BETWEEN_HEIGHTS).file(heights).powers(&powers))
+    }
+
+    /// A conic with decentre, tilt, spherical aberration, astigmatism and coma as parameters 1 to 7, at the angle of parameter 8.
+    fn irregular(&self) -> Result<Table, LensImportError> {
+        match self.surface.parameters.range(1..8).find(|(_, value)| **value != 0.0) {
+            Some((number, value)) => Err(self.refused(
+                format!("PARM {number}"),
+                *value,
+                "0: this kind models what a part may deviate by; its design is the surface without",
+            )),
+            None => Ok(self.standard()),
+        }
+    }
+
     /// The terms that are not 0, by their place from 0 on: extra data from 3 on, as many as extra datum 1 says.
     fn terms(&self, most: usize) -> Result<Vec<(usize, f64)>, LensImportError> {
         let count = self.count(1)?;
@@ -305,6 +351,8 @@ impl Given<'_> {
     }
 }
 
+/// Of every grid.
+const BETWEEN_HEIGHTS: &str = "Between heights OpticStudio interpolates as parameter 0 says (0 bicubic, 1 linear), a nominal by quintics.";
 /// Of the extended asphere, which has 240: nominal files have r²⁵⁴ at the highest.
 const LARGEST_TERM: usize = 127;
 /// Of the extended polynomial.

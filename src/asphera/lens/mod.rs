@@ -1,11 +1,13 @@
 //! From a surface of a Zemax lens file to a nominal file.
 //!
 //! What the numbers of a kind mean is OpticStudio's help, Sequential Surfaces (2024 R2), as far as it could be read: the pages Odd Asphere, Extended Asphere,
-//! Toroidal and Extended Polynomial. The standard Zernike surface, the biconic and the Q-type asphere are laid out as the open readers of such files have them, the
+//! Toroidal, Extended Polynomial, Grid Sag and Irregular. The extended odd asphere, the standard Zernike surface, the biconic and the Q-type asphere are laid out as
+//! the open readers of such files have them (ray-optics reads XOSPHERE as powers of every order from 1 on), the
 //! Fringe surface by analogy. An extra datum `XDAT i` is the parameter i + 12 there. The frame of both is the same: z along the light, a radius
 //! positive where its centre lies at +z.
 
 mod convert;
+mod refused;
 mod text;
 
 use asphera_formats::zemax::Lens;
@@ -31,7 +33,7 @@ pub enum LensImportError {
         number: u32,
         /// Line of the file on which it begins.
         line: usize,
-        /// Why it is not, and what can be done; empty where nothing is known of it.
+        /// Why it is not, and what can be done.
         hint: &'static str,
         /// Its kind.
         kind: String,
@@ -39,6 +41,29 @@ pub enum LensImportError {
         known: String,
         /// The surfaces of the file.
         listed: String,
+    },
+    /// A grid sag without its file of heights.
+    #[error(
+        "surface {number}, line {line}, is of the kind GRID_SAG, whose heights are in a file of their own, expected the file that was \
+         imported: --grid FILE.DAT"
+    )]
+    NoHeights {
+        /// Number of the surface.
+        number: u32,
+        /// Line of the file on which it begins.
+        line: usize,
+    },
+    /// A file of heights for a surface that has none.
+    #[error(
+        "surface {number}, line {line}, is of the kind {kind}, expected GRID_SAG for a file of heights (--grid)"
+    )]
+    OtherHeights {
+        /// Number of the surface.
+        number: u32,
+        /// Line of the file on which it begins.
+        line: usize,
+        /// Its kind.
+        kind: String,
     },
     /// A value that is not taken over.
     #[error("surface {number}, line {line}, {kind}: {value} is {found}, expected {expected}")]
@@ -79,16 +104,23 @@ pub fn list(lens: &Lens) -> String {
     text
 }
 
-/// The nominal file of a surface: TOML, with where it comes from in comments.
+/// The nominal file of a surface: TOML, with where it comes from in comments. `heights` names the file of heights of a grid sag, as
+/// the nominal is to name it.
 ///
 /// # Errors
 ///
-/// When there is no such surface, its kind is not known, or it has a value that no nominal has.
-pub fn nominal(lens: &Lens, number: u32, file: &str) -> Result<String, LensImportError> {
+/// When there is no such surface, its kind is not known, it has a value that no nominal has, or a grid sag and its heights do not
+/// go together.
+pub fn nominal(
+    lens: &Lens,
+    number: u32,
+    file: &str,
+    heights: Option<&str>,
+) -> Result<String, LensImportError> {
     let surface = lens
         .surface(number)
         .ok_or_else(|| LensImportError::NoSuchSurface { number, listed: list(lens) })?;
-    let table = convert::table(lens, surface)?;
+    let table = convert::table(lens, surface, heights)?;
     Ok(text::write(lens, surface, file, &table))
 }
 

@@ -14,7 +14,7 @@ fn lens(unit: &str, surface: &str) -> Lens {
 }
 
 fn part(unit: &str, surface: &str) -> Part {
-    let text = nominal(&lens(unit, surface), 1, "lens.zmx").unwrap();
+    let text = nominal(&lens(unit, surface), 1, "lens.zmx", None).unwrap();
     Part::parse("lens.toml", &text).unwrap_or_else(|problems| panic!("{problems}\n{text}"))
 }
 
@@ -124,7 +124,7 @@ fn a_toroid_turns_about_its_first_parameter_and_zero_is_infinite() {
     assert_near(height_mm("MM", cylinder, 50.0, 3.0), 1.0 + 0.81);
     let with_zernike =
         lens("MM", "  TYPE TOROIDAL\n  CURV 0.2\n  XDAT 1 1\n  XDAT 2 1\n  XDAT 3 0.5\n");
-    let refused = nominal(&with_zernike, 1, "lens.zmx").unwrap_err().to_string();
+    let refused = nominal(&with_zernike, 1, "lens.zmx", None).unwrap_err().to_string();
     assert_eq!(
         refused,
         "surface 1, line 5, TOROIDAL: XDAT 3, a Zernike term is 0.5, expected 0: a toroid here has none"
@@ -150,7 +150,9 @@ fn standard_zernike_terms_are_nolls_and_of_unit_rms() {
     assert_near(height_mm("MM", &text(3), 3.0, 4.0), 0.8);
     assert_near(height_mm("MM", &text(11), 3.0, 4.0), -0.125 * 5.0_f64.sqrt());
     let decentred = lens("MM", &format!("{}  PARM 9 0.1\n", text(2)));
-    assert!(nominal(&decentred, 1, "lens.zmx").unwrap_err().to_string().contains("PARM 9 is 0.1"));
+    assert!(
+        nominal(&decentred, 1, "lens.zmx", None).unwrap_err().to_string().contains("PARM 9 is 0.1")
+    );
 }
 
 /// OpticStudio's help, Extended Asphere: parameter 13 the number of terms, 14 the radius of ρ, from 15 on the coefficients of ρ², ρ⁴ …
@@ -166,11 +168,153 @@ fn an_extended_asphere_is_an_even_one_of_a_normalised_radius() {
     let plain = part("MM", "  TYPE XASPHERE\n  CURV 0.05\n  XDAT 1 2\n").nominal;
     assert_eq!(plain, Nominal::Sphere { radius_mm: 20.0 });
     let many = lens("MM", &TEXT.replace("XDAT 1 3", "XDAT 1 128"));
-    let told = nominal(&many, 1, "lens.zmx").unwrap_err().to_string();
+    let told = nominal(&many, 1, "lens.zmx", None).unwrap_err().to_string();
     assert!(
         told.contains("line 5") && told.contains("XDAT 1, the number of terms is 128"),
         "{told}"
     );
+}
+
+/// Surface 4 of US 8,427,765 example 1 as ray-optics' test file US08427765-1.ZMX has it; heights in 40 digits from the formula.
+#[test]
+fn a_lens_of_a_patent_has_the_heights_of_its_prescription() {
+    const TEXT: &str = "  TYPE EVENASPH\n  CURV 1.117818019226470000E-001 0 0 0 0 \"\"\n  HIDE 0 0 0 0 0 0 0 0 0 0\n  MIRR 2 0\n\
+        SLAB 1\n  PARM 1 0\n  PARM 2 1.10721E-5\n  PARM 3 1.837E-7\n  PARM 4 0\n  PARM 5 0\n  DISZ 4.25\n  CONI 2.0E-2\n\
+        DIAM 5.58 1 0 0 1 \"\"\n  FLAP 0 5.58 0";
+    let part = part("MM", TEXT);
+    assert_eq!(part.nominal.radius_mm(), Some(8.946));
+    for (r_mm, z_mm) in [
+        (1.5, 0.126_727_382_480_701_66),
+        (3.0, 0.519_365_447_067_027_6),
+        (5.58, 1.975_308_554_533_854),
+    ] {
+        assert_near(part.nominal.sag_mm(r_mm), z_mm);
+    }
+}
+
+/// Thorlabs LJ1598L1 from the vendor's file, as Optiland has it among its tests: a cylinder lens of 6 mm by 4 mm.
+#[test]
+fn a_cylinder_lens_of_thorlabs_is_straight_along_x_and_rectangular() {
+    const TEXT: &str = "  COMM LJ1598L1\n  STOP\n  TYPE TOROIDAL\n  CURV 4.950495049504951000E-001 0 0 0 0 \"\"\n  PARM 0 0\n\
+        PARM 1 0\n  PARM 2 0\n  PARM 8 0\n  XDAT 1 0.000000000000E+000 0 0 1.000000000000E+000 0.000000000000E+000 0 \"\"\n\
+        XDAT 2 1.000000000000E+002 0 0 1.000000000000E+000 0.000000000000E+000 0 \"\"\n  DISZ 3.8\n  GLAS N-BK7 0 0\n\
+        DIAM 2 1 0 0 1 \"\"\n  SQAP 3.0 2 0";
+    let part = part("MM", TEXT);
+    assert_near(part.nominal.height_mm(2.9, 1.2).unwrap(), 2.02 - (2.02_f64 * 2.02 - 1.44).sqrt());
+    let expected = asphera_form::Aperture::Rectangle { width_mm: 6.0, height_mm: 4.0 };
+    assert_eq!(part.aperture, expected);
+}
+
+/// OpticStudio's help: as the extended asphere, with powers of every order; ray-optics reads XOSPHERE as such.
+#[test]
+fn an_extended_odd_asphere_has_every_power_from_the_first_on() {
+    const TEXT: &str = "  TYPE XOSPHERE\n  CURV 0.05\n  CONI -1\n  XDAT 1 4\n  XDAT 2 5\n  XDAT 3 0.02\n  XDAT 5 -0.01\n\
+        XDAT 6 0.003\n  XDAT 7 99\n";
+    assert_near(height_mm("MM", TEXT, 0.75, 1.0), 0.043_917_968_75);
+    assert_near(height_mm("MM", TEXT, 3.0, 4.0), 0.638);
+    assert_near(height_mm("IN", TEXT, 25.4 * 3.0, 25.4 * 4.0), 25.4 * 0.638);
+    for kind in ["XOSPHERE", "XASPHERE"] {
+        let text = format!("{}  PARM 2 1e-5\n", TEXT.replace("XOSPHERE", kind));
+        let told = nominal(&lens("MM", &text), 1, "lens.zmx", None).unwrap_err().to_string();
+        assert!(told.contains("PARM 2 is 0.00001, expected 0"), "{told}");
+    }
+}
+
+#[test]
+fn an_irregular_surface_is_its_design_where_it_does_not_deviate() {
+    const TEXT: &str = "  TYPE IRREGULA\n  CURV 0.05\n  PARM 0 0\n  PARM 5 0\n  PARM 8 30\n";
+    assert_eq!(part("MM", TEXT).nominal, Nominal::Sphere { radius_mm: 20.0 });
+    let astigmatic = lens("MM", &format!("{TEXT}  PARM 6 1e-4\n"));
+    let told = nominal(&astigmatic, 1, "lens.zmx", None).unwrap_err().to_string();
+    assert!(told.contains("PARM 6 is 0.0001, expected 0: this kind models what"), "{told}");
+}
+
+/// The decentre is that of an off-axis parabola whose lines ray-optics quotes (zmxread.py).
+#[test]
+fn a_decentred_aperture_makes_the_piece_within_it() {
+    const TEXT: &str = "  TYPE STANDARD\n  CURV -1.25E-3\n  CONI -1\n  DIAM 2.16E+02 1 0 0 1\n  CLAP 0 25.399999999999999 0\n\
+        OBDC 0.000000000000E+00 1.906000000000E+02\n";
+    let piece = part("MM", TEXT);
+    let heights = [(0.0, 0.0), (10.0, -15.0)].map(|(x, y)| piece.nominal.height_mm(x, y).unwrap());
+    assert_near(heights[1] - heights[0], 3.370_625);
+    assert_eq!(piece.aperture, asphera_form::Aperture::Circle { radius_mm: 25.4 });
+    // Without a form of the aperture its edge is not known: the semi-diameter is about the vertex.
+    let bare = TEXT.replace("  CLAP 0 25.399999999999999 0\n", "");
+    assert_ne!(bare, TEXT);
+    assert_eq!(part("MM", &bare).aperture, asphera_form::Aperture::None);
+}
+
+/// Heights over a paraboloid: a tilt along x and one along y tell every corner.
+#[test]
+fn a_grid_sag_stands_on_its_base() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a \"b\".DAT");
+    let mut heights = "! x from -3 to 3, y from 2 to -2\n7 5 1 1 0 0 0\n".to_owned();
+    for row in 0..5 {
+        for column in 0..7 {
+            let (x, y) = (f64::from(column) - 3.0, 2.0 - f64::from(row));
+            heights += &format!("{:?} 0 0 0 0\n", 1e-3 * x + 1e-4 * y + 1e-5 * x * x * y);
+        }
+    }
+    std::fs::write(&path, heights).unwrap();
+    let path = path.to_str().unwrap();
+    // A lens in inches; the heights keep their own unit.
+    const TEXT: &str = "  TYPE GRID_SAG\n  CURV 0.254\n  CONI -1\n  PARM 0 1\n  PARM 2 1e-3\n  PARM 9 0.5\n  XDAT 1 0\n  XDAT 2 1\n";
+    let text = nominal(&lens("IN", TEXT), 1, "lens.zmx", Some(path)).unwrap();
+    assert!(text.contains("\n# Between heights OpticStudio interpolates"), "{text}");
+    let part = Part::parse("lens.toml", &text).unwrap_or_else(|told| panic!("{told}\n{text}"));
+    for [x, y] in [[-3.0, 2.0], [3.0, -2.0], [0.5, -1.25], [0.0, 0.0]] {
+        let r2: f64 = x * x + y * y;
+        let base = r2 / 200.0 + 1e-3 * r2 * r2 / 25.4_f64.powi(3);
+        let departure = 1e-3 * x + 1e-4 * y + 1e-5 * x * x * y;
+        assert_near(part.nominal.height_mm(x, y).unwrap(), base + departure);
+    }
+    assert_eq!(part.nominal.height_mm(3.1, 0.0), None);
+    let flat = nominal(&lens("MM", "  TYPE GRID_SAG\n"), 1, "lens.zmx", Some(path)).unwrap();
+    let flat = Part::parse("lens.toml", &flat).unwrap().nominal;
+    assert_near(flat.height_mm(-3.0, 2.0).unwrap(), -3e-3 + 2e-4 + 18e-5);
+
+    for (surface, heights, said) in [
+        (
+            TEXT,
+            None,
+            "is of the kind GRID_SAG, whose heights are in a file of their own, expected the file",
+        ),
+        (
+            "  TYPE EVENASPH\n",
+            Some(path),
+            "is of the kind EVENASPH, expected GRID_SAG for a file of heights",
+        ),
+        (
+            "  TYPE GRID_SAG\n  XDAT 1 1\n  XDAT 2 1\n  XDAT 3 0.1\n",
+            Some(path),
+            "the number of Zernike terms is 1, expected 0",
+        ),
+    ] {
+        let told = nominal(&lens("MM", surface), 1, "lens.zmx", heights).unwrap_err().to_string();
+        assert!(told.contains(said), "{told}");
+    }
+}
+
+#[test]
+fn what_has_no_kind_names_the_cure() {
+    for (kind, cure) in [
+        ("CHEBYSHV", "write kind = \"chebyshev\" by hand"),
+        ("COORDBRK", "choose the one after it"),
+        ("BINARY_2", "change, in a copy of the file, its TYPE to STANDARD or EVENASPH"),
+        ("PARAXIAL", "an ideal lens has no shape"),
+        ("PERIODIC", "use kind = \"grid\""),
+    ] {
+        let lens = lens("MM", &format!("  TYPE {kind}\n"));
+        let told = nominal(&lens, 1, "lens.zmx", None).unwrap_err().to_string();
+        assert!(
+            told.contains(cure) && told.contains("expected one of STANDARD, EVENASPH"),
+            "{told}"
+        );
+    }
+    let file = "UNIT MM\nSURF 0\nSURF 1\n  TYPE COORDBRK\n  PARM 2 5\nSURF 2\n  CURV 0.1\n";
+    let text = nominal(&zemax::read(file.as_bytes()).unwrap(), 2, "a.zmx", None).unwrap();
+    assert!(text.contains("# The coordinate breaks of the file were left out"), "{text}");
 }
 
 #[test]
@@ -181,10 +325,10 @@ fn unknown_kinds_and_numbers_list_the_surfaces() {
                     1  CHEBYSHV         -25.000000      12.500000  front\n";
     assert_eq!(list(&lens), listed);
     for (number, begins) in [
-        (1, "surface 1, line 5, is of the kind CHEBYSHV (OpticStudio's help does not say "),
+        (1, "surface 1, line 5, is of the kind CHEBYSHV (neither OpticStudio's help nor "),
         (7, "there is no surface 7; "),
     ] {
-        let told = nominal(&lens, number, "lens.zmx").unwrap_err().to_string();
+        let told = nominal(&lens, number, "lens.zmx", None).unwrap_err().to_string();
         assert!(told.starts_with(begins) && told.ends_with(listed), "{told}");
     }
 }
@@ -192,7 +336,7 @@ fn unknown_kinds_and_numbers_list_the_surfaces() {
 #[test]
 fn the_file_says_where_it_comes_from_and_what_may_differ() {
     let text = "UNIT CM\nNAME Doublet\nSURF 0\nSURF 3\n  COMM back\n  CURV 0.1\nMNUM 2 1\n";
-    let text = nominal(&zemax::read(text.as_bytes()).unwrap(), 3, "a\nb.zmx").unwrap();
+    let text = nominal(&zemax::read(text.as_bytes()).unwrap(), 3, "a\nb.zmx", None).unwrap();
     for said in [
         "# Surface 3 of a b.zmx (Doublet), Zemax type STANDARD.",
         "# Comment there: back",

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use asphera_formats::zemax::{Lens, LensSurface};
+use asphera_formats::zemax::{Lens, LensAperture, LensSurface};
 
 /// `[surface]`, line by line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Table {
+    notes: String,
     lines: String,
     terms: String,
 }
@@ -14,7 +15,19 @@ pub(super) struct Table {
 impl Table {
     /// A table that begins with its kind.
     pub(super) fn new(kind: &str) -> Table {
-        Table { lines: format!("kind = \"{kind}\"\n"), terms: String::new() }
+        Table { lines: format!("kind = \"{kind}\"\n"), ..Table::default() }
+    }
+
+    /// What must be known about it, before the table.
+    pub(super) fn note(mut self, note: &str) -> Table {
+        self.notes += &format!("# {note}\n");
+        self
+    }
+
+    /// `file = path`, which may hold any letter.
+    pub(super) fn file(mut self, path: &str) -> Table {
+        self.lines += &format!("file = {}\n", toml_edit::Value::from(path));
+        self
     }
 
     /// `key = word`.
@@ -80,11 +93,46 @@ pub(super) fn write(lens: &Lens, surface: &LensSurface, file: &str, table: &Tabl
             lens.configurations
         );
     }
-    let _ = write!(text, "\n[surface]\n{}{}", table.lines, table.terms);
-    if surface.semi_diameter > 0.0 {
-        let radius_mm = surface.semi_diameter * lens.unit_mm;
-        text += "\n[aperture]\n# The semi-diameter of the file: the edge of a part is seldom to be judged.\n";
-        let _ = writeln!(text, "shape = \"circle\"\nradius_mm = {radius_mm:?}");
+    if lens.surfaces.iter().any(|surface| surface.kind == "COORDBRK") {
+        text += "# The coordinate breaks of the file were left out: decentres and tilts are no part of a nominal, a fit finds them.\n";
+    }
+    let _ = write!(text, "{}\n[surface]\n{}{}", table.notes, table.lines, table.terms);
+    text += &aperture(lens, surface);
+    text
+}
+
+/// The aperture of the file, else the circle of its semi-diameter; where it is decentred, the piece of the surface within it.
+fn aperture(lens: &Lens, surface: &LensSurface) -> String {
+    let mm = |length: f64| length * lens.unit_mm;
+    let is_decentred = surface.aperture_centre != [0.0; 2];
+    let (what, shape) = match surface.aperture {
+        Some(LensAperture::Round { radius }) if radius > 0.0 => {
+            ("aperture", format!("shape = \"circle\"\nradius_mm = {:?}\n", mm(radius)))
+        }
+        Some(LensAperture::Rectangle { half_x, half_y }) if half_x > 0.0 && half_y > 0.0 => {
+            let (width_mm, height_mm) = (mm(2.0 * half_x), mm(2.0 * half_y));
+            let shape = "shape = \"rectangle\"";
+            ("aperture", format!("{shape}\nwidth_mm = {width_mm:?}\nheight_mm = {height_mm:?}\n"))
+        }
+        // The semi-diameter is about the vertex, also where the aperture is not.
+        _ if surface.semi_diameter > 0.0 && !is_decentred => {
+            let radius_mm = mm(surface.semi_diameter);
+            ("semi-diameter", format!("shape = \"circle\"\nradius_mm = {radius_mm:?}\n"))
+        }
+        _ => ("", String::new()),
+    };
+    let mut text = String::new();
+    if is_decentred {
+        let [x_mm, y_mm] = surface.aperture_centre.map(mm);
+        text += "\n# The aperture of the file is decentred. The nominal is the piece within it, x and y from its middle.\n";
+        text += &format!(
+            "[surface.off_axis]\ndx_mm = {x_mm:?}\ndy_mm = {y_mm:?}\naxes = \"parallel\"\n"
+        );
+    }
+    if !shape.is_empty() {
+        text += &format!(
+            "\n[aperture]\n# The {what} of the file: the edge of a part is seldom to be judged.\n{shape}"
+        );
     }
     text
 }

@@ -1,5 +1,6 @@
 //! The results as a QIF 3.0 document (ANSI QIF 3.0, ISO 23952:2020).
 
+use std::collections::BTreeMap;
 use std::fmt::{Result, Write as _};
 
 use sha2::{Digest, Sha256};
@@ -175,10 +176,17 @@ fn measurement(out: &mut String, report: &Report, length: &Length<'_>) -> Result
     )
 }
 
-/// What QIF has no place for that needs no tolerance: figures, coverage, fit, session, files.
+/// What QIF has no place for that needs no tolerance: figures, coverage, fit, session, files. A name is unique within an entity
+/// (Primitives.xsd, AttributeBaseType): from the second on, those that are equal are numbered.
 fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)> {
     let mut attributes = vec![("software".to_owned(), Provenance::software())];
-    let mut add = |name: &str, value: String| attributes.push((name.to_owned(), value));
+    let mut named: BTreeMap<String, usize> = BTreeMap::new();
+    let mut add = |name: &str, value: String| {
+        let count = named.entry(name.to_owned()).or_default();
+        *count += 1;
+        let name = if *count == 1 { name.to_owned() } else { format!("{name} ({count})") };
+        attributes.push((name, value));
+    };
     if let Some(part) = &provenance.part {
         add("part", part.clone());
     }

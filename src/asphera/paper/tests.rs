@@ -254,12 +254,16 @@ fn the_qif_document_keeps_the_rules_of_its_schemas() {
             "OtherFormCharacteristicMeasurement",
             &["Status", "CharacteristicItemId", "TimeStamp", "Value"],
         ),
+        ("Standard", &["Organization", "Designator", "Year"]),
         ("MeasurementResults", &["Attributes", "MeasuredCharacteristics", "InspectionStatus"]),
     ] {
         let found = root.called(name);
         assert!(!found.is_empty(), "{name}");
         found.iter().for_each(|element| assert_eq!(element.names(), order, "{name}"));
     }
+    let attributes = root.called("AttributeStr");
+    let names: BTreeSet<_> = attributes.iter().map(|one| one.attribute("name")).collect();
+    assert_eq!(names.len(), attributes.len(), "an attribute is not unique");
     let value = |index: usize| -> f64 { root.called("Value")[index].text.parse().unwrap() };
     let deviation = &measurement.report.form.as_ref().unwrap().deviation;
     assert!((value(0) - deviation.pv_nm * 1e-6).abs() < 1e-12);

@@ -1,6 +1,9 @@
 //! What several kinds share: the conic under a departure, and powers of the distance from the axis.
 
-use asphera_form::shape::ConicSection;
+use std::sync::Arc;
+
+use asphera_form::Nominal;
+use asphera_form::shape::{Conic, ConicSection, EvenAsphere, Shape, Sum};
 
 use super::super::document::Section;
 use super::told;
@@ -35,4 +38,29 @@ pub(super) fn even_powers(surface: &Section<'_>) -> Vec<(u8, f64)> {
         surface.problem(&format!("A{order}"), expected, format!("`A{order}`"));
     }
     even
+}
+
+/// What departs from a base, on it; alone where the base is flat and has no powers.
+pub(super) fn on_base(
+    surface: &Section<'_>,
+    base: ConicSection,
+    powers: &[(u8, f64)],
+    departure: Arc<dyn Shape>,
+) -> Option<Nominal> {
+    let base: Arc<dyn Shape> = match (base.is_flat(), powers.is_empty()) {
+        (true, true) => return Some(Nominal::Freeform(departure)),
+        (false, true) => Arc::new(Conic::new(base)),
+        (_, false) => Arc::new(told(surface, "kind", EvenAsphere::new(base, powers))?),
+    };
+    sum(surface, base, departure)
+}
+
+/// Two shapes, one on the other.
+pub(super) fn sum(
+    surface: &Section<'_>,
+    base: Arc<dyn Shape>,
+    departure: Arc<dyn Shape>,
+) -> Option<Nominal> {
+    let sum = told(surface, "kind", Sum::new(vec![base, departure]))?;
+    Some(Nominal::Freeform(Arc::new(sum)))
 }

@@ -2,18 +2,28 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use asphera_form::Nominal;
-use asphera_form::shape::{Nodes, SagGrid};
+use asphera_form::shape::{ConicSection, Nodes, SagGrid};
 use asphera_formats::Topography;
 
 use super::super::document::Section;
+use super::base::{base, even_powers, on_base};
 
-/// `kind = "grid"`: the heights of a topography file.
+/// `kind = "grid"`: the heights of a topography file, over a conic and powers where these are given.
 pub(super) fn grid(surface: &Section<'_>, folder: &Path) -> Option<Nominal> {
+    let has_base = ["radius_mm", "conic", "base"].iter().any(|key| surface.has(key));
+    let conic = if has_base { base(surface) } else { Some(ConicSection::FLAT) };
+    let powers = even_powers(surface);
+    let heights = heights(surface, folder);
+    on_base(surface, conic?, &powers, Arc::new(heights?))
+}
+
+fn heights(surface: &Section<'_>, folder: &Path) -> Option<SagGrid> {
     let path = folder.join(surface.required::<String>("file")?);
     let name = path.display();
-    let expected = "a file of heights on a grid: X3P, SDF or MetroPro";
+    let expected = "a file of heights on a grid: X3P, SDF, MetroPro or Zemax grid sag";
     let bytes = fs::read(&path)
         .map_err(|error| surface.problem("file", expected, format!("{name}: {error}")))
         .ok()?;
@@ -36,11 +46,7 @@ pub(super) fn grid(surface: &Section<'_>, folder: &Path) -> Option<Nominal> {
         nx: map.nx,
         ny: map.ny,
     };
-    match SagGrid::new(nodes, &map.z_mm) {
-        Ok(grid) => Some(Nominal::Freeform(std::sync::Arc::new(grid))),
-        Err(error) => {
-            surface.problem("file", expected, format!("{name}: {error}"));
-            None
-        }
-    }
+    SagGrid::new(nodes, &map.z_mm)
+        .map_err(|error| surface.problem("file", expected, format!("{name}: {error}")))
+        .ok()
 }

@@ -9,10 +9,10 @@ use std::sync::Arc;
 
 use asphera_form::Nominal;
 use asphera_form::basis::{Basis, Counting, Normalisation, Product, Q2d, Scale, Zernike};
-use asphera_form::shape::{Conic, ConicSection, EvenAsphere, Series, Shape, Sum};
+use asphera_form::shape::{Conic, ConicSection, Series};
 
 use super::super::document::Section;
-use super::base::{base, even_powers, is_flat};
+use super::base::{base, even_powers, is_flat, on_base, sum};
 use super::told;
 
 /// `kind = "zernike"`.
@@ -200,19 +200,8 @@ fn over<B: Basis + Debug + 'static>(
     scale: Scale,
     coefficients_mm: &[f64],
 ) -> Option<Nominal> {
-    let series: Arc<dyn Shape> =
-        Arc::new(told(surface, "terms", Series::new(basis, scale, coefficients_mm))?);
-    let base: Arc<dyn Shape> = match (base.is_flat(), powers.is_empty()) {
-        (true, true) => return Some(Nominal::Freeform(series)),
-        (false, true) => Arc::new(Conic::new(base)),
-        (_, false) => Arc::new(told(surface, "kind", EvenAsphere::new(base, powers))?),
-    };
-    sum(surface, base, series)
-}
-
-fn sum(surface: &Section<'_>, base: Arc<dyn Shape>, departure: Arc<dyn Shape>) -> Option<Nominal> {
-    let sum = told(surface, "kind", Sum::new(vec![base, departure]))?;
-    Some(Nominal::Freeform(Arc::new(sum)))
+    let series = told(surface, "terms", Series::new(basis, scale, coefficients_mm))?;
+    on_base(surface, base, powers, Arc::new(series))
 }
 
 /// The set of the University of Arizona ends here; how its counting goes on is not agreed on. Higher terms are given by their orders.

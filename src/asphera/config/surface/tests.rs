@@ -276,6 +276,20 @@ fn heights_of_a_file_are_found_beside_the_nominal() {
     let text = "[surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n";
     let part = Part::parse(&name, text).unwrap();
     assert_near(part.nominal.height_mm(0.5, 0.0).unwrap(), 0.01 * 4.5 * 4.5);
+    assert_eq!(part.nominal.freeform().unwrap().parameters(), []);
+
+    // Over a paraboloid and r⁴, which may be fitted.
+    let based = format!(
+        "{text}radius_mm = 20\nconic = -1\nA4 = 1e-3\n[fit]\nfree = [\"tz\", \"radius\"]\n"
+    );
+    let based = Part::parse(&name, &based).unwrap();
+    assert_near(
+        based.nominal.height_mm(0.5, 0.0).unwrap(),
+        0.01 * 4.5 * 4.5 + 0.25 / 40.0 + 1e-3 * 0.0625,
+    );
+    assert_eq!(based.free, [Parameter::Tz, Parameter::Shape(0)]);
+    let unbased = Part::parse(&name, &format!("{text}conic = -1\n")).unwrap_err().to_string();
+    assert!(unbased.contains("surface.radius_mm"), "{unbased}");
 
     let missing = Part::parse("elsewhere/nominal.toml", text).unwrap_err().to_string();
     assert!(missing.starts_with("elsewhere/nominal.toml:3: surface.file: "), "{missing}");
