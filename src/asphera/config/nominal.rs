@@ -78,6 +78,9 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     section.finish();
     let section = table.section("aperture");
     let aperture = aperture(&section);
+    if let (Some(surface), Some(aperture)) = (&surface, aperture) {
+        must_end_before(&section, aperture, &surface.nominal);
+    }
     section.finish();
 
     let fit = table.section("fit");
@@ -172,6 +175,22 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
             section.problem("shape", "an aperture with positive sizes", error);
             None
         }
+    }
+}
+
+/// Where a surface about its axis ends, an aperture must have ended.
+fn must_end_before(section: &Section<'_>, aperture: Aperture, nominal: &Nominal) {
+    let (key, radius_mm) = match aperture {
+        Aperture::Circle { radius_mm } => ("radius_mm", radius_mm),
+        Aperture::Annulus { outer_mm, .. } => ("outer_radius_mm", outer_mm),
+        Aperture::Rectangle { .. } | Aperture::None => return,
+    };
+    let domain_mm = nominal.domain_mm();
+    if nominal.is_rotational() && radius_mm > domain_mm {
+        let expected = format!(
+            "at most {domain_mm:.6} mm, where the surface ends: narrow the aperture, or correct radius and conic"
+        );
+        section.problem(key, &expected, radius_mm);
     }
 }
 
@@ -275,6 +294,22 @@ mod tests {
                 assert!(problems.contains(&format!("sampling.{key}: expected")), "{problems}");
             }
         }
+    }
+
+    #[test]
+    fn an_aperture_beyond_the_end_of_the_surface_is_refused() {
+        let surface = "[surface]\nkind = \"asphere\"\nradius_mm = 11.65\nconic = 5\n[aperture]\n";
+        let circle = "shape = \"circle\"\nradius_mm = 9\n";
+        let ring = "shape = \"annulus\"\ninner_radius_mm = 1\nouter_radius_mm = 4.8\n";
+        for (aperture, key) in [(circle, "aperture.radius_mm"), (ring, "aperture.outer_radius_mm")]
+        {
+            let problems = Part::parse("n.toml", &format!("{surface}{aperture}")).unwrap_err();
+            assert_eq!(problems.0.len(), 1, "{problems}");
+            assert_eq!(problems.0[0].key, key);
+            assert!(problems.to_string().contains("at most 4.756093 mm"), "{problems}");
+        }
+        // 11.65/√6 = 4.756…
+        assert!(Part::parse("n.toml", &format!("{surface}{}", ring.replace("4.8", "4.7"))).is_ok());
     }
 
     #[test]

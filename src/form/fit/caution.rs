@@ -82,12 +82,13 @@ impl fmt::Display for Caution {
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } => write!(
                 f,
                 "{beyond} points in the aperture lie beyond the nominal, which ends {domain_mm:.6} mm from its \
-                 axis; the farthest stands at {farthest_mm:.6} mm"
+                 axis; the farthest stands at {farthest_mm:.6} mm: correct radius and conic, or narrow the aperture"
             ),
             Caution::Units(units) => units.fmt(f),
             Caution::IllConditioned { condition, combination } => write!(
                 f,
-                "the points barely determine {combination}: condition {condition:.1e}"
+                "the points barely determine {combination}: condition {condition:.1e}; hold one of these, or measure \
+                 more of the part"
             ),
         }
     }

@@ -9,7 +9,9 @@ use crate::{Nominal, Parameter, PointMm, Pose};
 /// Why the iteration of a fit ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Termination {
-    /// The last step moved the surface at the points by less than the tolerance.
+    /// The last step moved the surface at the points by less than the tolerance: that of the settings or,
+    /// where that is not reached within the steps allowed, what changes no parameter by more than a
+    /// thousandth of its uncertainty.
     Converged {
         /// Root mean square motion of the last step in mm.
         motion_mm: f64,
@@ -113,7 +115,14 @@ pub(crate) fn refine(
         }
         if iterations >= limits.iterations {
             let limit = limits.iterations;
-            break (Termination::MaxIterations { limit, motion_mm }, newton);
+            // What is left is nothing beside what the deviations leave open, of any parameter.
+            let tolerance_mm = NEGLIGIBLE * system.square().sqrt() / system.rows() as f64;
+            let termination = if motion_mm <= tolerance_mm {
+                Termination::Converged { motion_mm, tolerance_mm }
+            } else {
+                Termination::MaxIterations { limit, motion_mm }
+            };
+            break (termination, newton);
         }
         iterations += 1;
         // What begins to shorten the step along the weakest combination of parameters.
@@ -131,8 +140,9 @@ pub(crate) fn refine(
                 return Some(trial);
             }
             // A long step along a curved valley ends on its slope: a tilt about the vertex lifts the rim by
-            // the square of the angle. The next step from there goes down again.
-            let back = trial.2.solve(&kept, damping);
+            // the square of the angle. The next step from there goes down again, and must not go along the
+            // valley once more: on the slope the way along it is not what it is in the valley.
+            let back = trial.2.solve(&kept, damping.max(ACROSS / newton.condition));
             step_to(&back, &trial.0, &trial.1).filter(|next| next.2.square() <= enough)
         });
         match trial {
@@ -234,9 +244,14 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 const SLOW: f64 = 1e-4;
 /// A motion that does not shrink to this share of the last one is rounding.
 const HALVED: f64 = 0.5;
+/// A step that is so small a share of the uncertainty of every parameter is as good as none.
+const NEGLIGIBLE: f64 = 1e-3;
 /// Damping of the first damped step, relative to the square of the smallest singular value of the scaled
 /// Jacobian.
 const FIRST_DAMPING: f64 = 0.1;
 const DAMPING_UP: f64 = 10.0;
 const DAMPING_DOWN: f64 = 0.1;
 const MOST_DAMPING: f64 = 1e10;
+/// Damping of a step across a valley but not along it, times the condition: between the squares of the
+/// singular values, which go from 1 down to 1 over the square of the condition.
+const ACROSS: f64 = 1e-2;

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use asphera_form::{
-    Aperture, Caution, FitError, FitSettings, Nominal, Parameter, PointMm, Pose, Units, fit,
+    Aperture, Asphere, Caution, FitError, FitSettings, Nominal, Parameter, PointMm, Pose, Units,
+    fit,
 };
 
 use crate::common::{Noise, al1815, misaligned, spiral};
@@ -108,6 +109,27 @@ fn every_coefficient_over_half_a_lens_is_ill_conditioned_and_says_where() {
     }
     let (_, _, worst) = covariance.worst_pair().unwrap();
     assert!(worst.abs() > 0.999 && worst.abs() <= 1.0);
+}
+
+#[test]
+fn a_valley_that_bends_is_followed_to_its_end() {
+    // Over half of a lens radius, conic and coefficients can hardly be told apart, and the sum of squares
+    // has a long valley that bends.
+    let half: Vec<[f64; 2]> = spiral(20_000, 9.0).into_iter().filter(|[x, _]| *x > 0.0).collect();
+    let coefficients = [(4, 3.69e-5), (6, -1.285e-8), (8, -1.4e-10)];
+    let lens = Nominal::Asphere(Asphere::new(11.65, -1.1, &coefficients).unwrap());
+    let mut noise = Noise::new(4);
+    let point = |&[x, y]: &[f64; 2]| {
+        let wave = 3e-5 * x.cos() * (y / 2.0).sin();
+        [x, y, lens.height_mm(x, y).unwrap() + wave + 5e-6 * noise.next()]
+    };
+    let points: Vec<PointMm> = half.iter().map(point).collect();
+    let shape = [Parameter::Radius, Parameter::Conic].into_iter();
+    let powers = [4, 6, 8].map(Parameter::A);
+    let free = Parameter::RIGID.into_iter().chain(shape).chain(powers).collect();
+    let fitted = fit(&points, &lens, &FitSettings { free, ..FitSettings::default() }).unwrap();
+    assert!(fitted.termination.is_converged(), "{:?}", fitted.termination);
+    assert!(fitted.condition > 1e5, "{:e}", fitted.condition);
 }
 
 #[test]
