@@ -76,7 +76,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 50] = [
+const ALTERNATIVES: [&str; 51] = [
     "kind = \"socketcan\"",
     "interface = \"can0\"",
     "scale_um = 10000",
@@ -125,6 +125,7 @@ const ALTERNATIVES: [&str; 50] = [
     "square_yz_arcsec = 0.5",
     "expansion_ppm_per_k = 7.1",
     "temperature_k = 0.1",
+    "correlation = \"budget\"",
     "draws = 200",
     "seed = 0",
 ];
