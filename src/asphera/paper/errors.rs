@@ -104,7 +104,7 @@ pub(super) fn of_parameters(out: &mut String, details: &FitDetails) -> Result {
 fn correlation(out: &mut String, found: &CorrelationFigures) -> Result {
     write!(
         out,
-        " They are correlated over about {} mm ({}, {}), {} nm of them, with {} nm that are independent from patch to \
+        " Correlation over about {} mm ({}, {}) of a wave of {} nm RMS, beside {} nm that are independent from patch to \
          patch, of {} patches.",
         short(found.length_mm),
         text(&found.kernel),
@@ -116,7 +116,7 @@ fn correlation(out: &mut String, found: &CorrelationFigures) -> Result {
     if let (Some(ratio), Some(name)) = (found.largest_ratio, &found.largest_ratio_of) {
         write!(
             out,
-            " Taken as independent, u would be smaller by up to {} times ({}).",
+            " u of independent deviations would be up to {} times smaller ({}).",
             short(ratio),
             text(name)
         )?;

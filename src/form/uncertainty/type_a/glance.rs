@@ -20,8 +20,8 @@ use crate::{Aperture, Fit, PointMm};
 
 /// As [`super::type_a`] by 64 to 128 patches in place of 256; `None` where the points make too few.
 ///
-/// Fewer patches know less: the uncertainties are 1 to 2.5 times those of [`super::type_a`] as a rule, of height and tilts
-/// some times more at most, for waves as long as the part cannot be ruled out.
+/// Fewer patches know less: the uncertainties are half to 2.5 times those of [`super::type_a`] as a rule, of height and
+/// tilts up to five times, for waves as long as the part cannot be ruled out.
 ///
 /// `deviations_mm` are those of the fit, as [`crate::deviations`] has them; points whose deviation is not finite, or that
 /// lie outside the aperture, do not count. `uncertainties_mm` are those of [`crate::fit_weighted`], if it had any. `O(n)`:
