@@ -101,15 +101,17 @@ fn warn(form: &mut FormFigures, part: &Part, seen: &TypeA) {
         return;
     }
     let name = parameter.name(&part.nominal);
+    let least = ratios(seen, told).map(|(_, ratio)| ratio).fold(ratio, f64::min);
+    let (least, most) = (two_digits(least), two_digits(ratio));
+    let times = if least == most { most } else { format!("{least} to {most} (the most: {name})") };
     let details = &mut form.fit.details;
     details.cautions.push(CautionFigures {
         kind: "correlated".to_owned(),
         text: format!(
             "the deviations are correlated over about {} mm, and u of the parameters counts them as independent: as they \
-             are, it is roughly up to {} times as large (of {name}); correlation = \"deviations\" in the table uncertainty \
+             are, it is larger by a factor of roughly {times}; correlation = \"deviations\" in the table uncertainty \
              counts it",
             two_digits(seen.correlation.length_mm),
-            two_digits(ratio),
         ),
         forbids_verdict: false,
     });
@@ -121,11 +123,18 @@ fn largest_ratio(
     found: &TypeA,
     told: impl Fn(Parameter) -> Option<f64>,
 ) -> Option<(Parameter, f64)> {
-    let ratios = found.parameters.iter().filter_map(|of| {
+    ratios(found, told).reduce(|most, one| if one.1 > most.1 { one } else { most })
+}
+
+/// How many times that told the uncertainty of each parameter is by the deviations.
+fn ratios(
+    found: &TypeA,
+    told: impl Fn(Parameter) -> Option<f64>,
+) -> impl Iterator<Item = (Parameter, f64)> {
+    found.parameters.iter().filter_map(move |of| {
         let ratio = of.u / told(of.parameter)?;
         ratio.is_finite().then_some((of.parameter, ratio))
-    });
-    ratios.reduce(|most, one| if one.1 > most.1 { one } else { most })
+    })
 }
 
 fn figures(
