@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use fit::{LossFigures, ReferenceFigures, WeightFigures};
 pub use fit_details::{
-    CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
-    UndeterminedFigures,
+    CautionFigures, CombinationFigures, CorrelationFigures, CovarianceFigures, FitDetails,
+    ShareFigures, UndeterminedFigures,
 };
 pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
@@ -444,10 +444,9 @@ pub struct ParameterFigures {
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// Its standard uncertainty (k = 1) in the same unit, from the residuals or, where a budget was given, from that;
-    /// absent where there is none.
+    /// Its standard uncertainty (k = 1) in the same unit, by what `u_model` of the fit names; absent where there is none.
     pub u: Option<f64>,
-    /// Half width of the interval that holds the truth with 95 %, from the budget; absent without.
+    /// Half width of the interval that holds the truth with 95 %, from the budget or the deviations; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded_95: Option<f64>,
 }
@@ -495,7 +494,8 @@ pub struct DeviationFigures {
 /// Uncertainties of PV and RMS, by the budget of the nominal file or, without one, by the noise of the points alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyFigures {
-    /// What they are made of: [`UncertaintyFigures::BUDGET`] or [`UncertaintyFigures::NOISE_ONLY`].
+    /// What they are made of: [`UncertaintyFigures::BUDGET`], [`UncertaintyFigures::NOISE_ONLY`] or
+    /// [`UncertaintyFigures::NOISE_BESIDE_FORM`].
     #[serde(default = "UncertaintyFigures::budget")]
     pub model: String,
     /// Standard uncertainty (k = 1) of the PV, by simulated measurements.
@@ -530,6 +530,9 @@ impl UncertaintyFigures {
     pub const BUDGET: &str = "error budget of the nominal file";
     /// By the noise of the points, and nothing that is correlated from point to point.
     pub const NOISE_ONLY: &str = "noise only";
+    /// The same where the nominal file says so: what is correlated in the deviations is form of the part, which PV and RMS
+    /// tell of, and no error of theirs.
+    pub const NOISE_BESIDE_FORM: &str = "noise only, what is correlated being form";
 
     fn budget() -> String {
         UncertaintyFigures::BUDGET.to_owned()

@@ -36,7 +36,7 @@ fn mirror([p_mm, q_mm, theta_rad]: [f64; 3], free: &str) -> String {
 /// A hyperbolic cylinder measured by stitching: p 306 mm (virtual), q 115 mm, θ 4.6 mrad, its centre at (28.512, 3.312) mm of the map.
 ///
 /// With one of p, q and θ free the map finds it within 1.1 % of the design. All three are determined by higher orders alone, which form error
-/// of a nanometre shifts by tens of mm (`type_a` of the crate `form` says by how much: its test has each of them within its uncertainty of the design); there the oracle is SciPy 1.17.1: `least_squares` of z − sag over tz, rx, ry, rz, p, q, θ.
+/// of a nanometre shifts by tens of mm (by how much, the deviations tell: each of them lies within that uncertainty of the design); there the oracle is SciPy 1.17.1: `least_squares` of z − sag over tz, rx, ry, rz, p, q, θ.
 #[test]
 fn hyperbolic_mirror() {
     let Some(file) = data("mirrors/xmf_02_hyperbolic_cylinder.xyz") else { return };
@@ -69,10 +69,42 @@ fn hyperbolic_mirror() {
         let found = fitted(&report, name);
         assert!((found / oracle - 1.0_f64).abs() < 1e-5, "{name} {found}, SciPy {oracle}");
     }
+    uncertainties_by_the_deviations(
+        &points,
+        &report,
+        &mirror(design, &format!("{pose}, \"p\", \"q\", \"theta\"")),
+    );
     assert_eq!(report.pointer("/form/fit/parameters/theta/unit").unwrap(), "rad");
     assert_eq!(report.pointer("/sampling/lfs_source").unwrap(), "nominal");
     let nominal = report.pointer("/form/nominal").unwrap();
     assert_eq!(nominal, "hyperbolic cylinder, p -306 mm, q 115 mm, theta 0.0046 rad");
+}
+
+/// Without being asked for them the report says that u is far too small; asked for, they are those of `type_a` of the crate
+/// `form` (`tests/form/real.rs`), and the design lies within them.
+fn uncertainties_by_the_deviations(points: &str, plain: &Value, nominal: &str) {
+    let caution = plain.pointer("/form/fit/cautions/0/kind");
+    assert_eq!(caution.and_then(Value::as_str), Some("correlated"));
+    assert_eq!(plain.pointer("/form/fit/correlation/counted"), Some(&Value::Bool(false)));
+    let most = number(plain, "/form/fit/correlation/largest_ratio");
+    assert!((25.0..1000.0).contains(&most), "{most}");
+    let report =
+        measure(points, &format!("{nominal}[uncertainty]\ncorrelation = \"deviations\"\n"));
+    let model = report.pointer("/form/fit/u_model").and_then(Value::as_str);
+    assert_eq!(model, Some("deviations, correlated as they are"));
+    assert_eq!(report.pointer("/form/fit/cautions"), None);
+    assert_eq!(report.pointer("/form/fit/correlation/kernel").unwrap(), "gaussian");
+    for (name, u, design) in
+        [("p", 28.930_428, -306.0), ("q", 6.021_986, 115.0), ("theta", 1.053_2e-3, 4.6e-3)]
+    {
+        let of = |key: &str| number(&report, &format!("/form/fit/parameters/{name}/{key}"));
+        assert!((of("u") / u - 1.0).abs() < 1e-3, "{name}: u {}, type_a {u}", of("u"));
+        assert!((of("value") - design).abs() < of("expanded_95"), "{name}");
+        let by_noise = number(plain, &format!("/form/fit/parameters/{name}/u"));
+        assert!(of("u") > 40.0 * by_noise, "{name}: {} {by_noise}", of("u"));
+    }
+    let of_figures = report.pointer("/form/deviation/uncertainty/model").unwrap();
+    assert_eq!(of_figures, "noise only, what is correlated being form");
 }
 
 /// Slope profiles of elliptical mirrors from the DABAM library, those whose header has the design: integrated to heights, laid on the

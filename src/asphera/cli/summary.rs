@@ -62,6 +62,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
                 None => writeln!(text)?,
             }
         }
+        if let Some(model) = &form.fit.details.u_model {
+            writeln!(text, "  u (k = 1) by {model}")?;
+        }
         criterion(text, form)?;
         if !form.fit.indeterminate.is_empty() {
             writeln!(

@@ -10,6 +10,18 @@ use asphera_form::verdict::{Guard, Limit};
 
 use super::document::Section;
 
+/// What correlation of errors the uncertainties of pose and parameters count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CorrelationFrom {
+    /// None: what is correlated in the deviations is form of this part, and no error.
+    Nothing,
+    /// That of the budget, its long wave.
+    #[default]
+    Budget,
+    /// That of the deviations, as they are.
+    Deviations,
+}
+
 /// How a part is judged beyond PV and RMS of the whole aperture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judging {
@@ -26,6 +38,8 @@ pub struct Judging {
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
     /// alone, as the points tell it, if a guard band or another figure needs them.
     pub uncertainty: Option<(Budget, Draws)>,
+    /// What the uncertainties of pose and parameters count of correlated errors.
+    pub correlated: CorrelationFrom,
 }
 
 impl Judging {
@@ -55,11 +69,15 @@ pub(super) fn read(table: &Section<'_>, tolerance: &Section<'_>, has_texture: bo
         Some((key.to_owned(), definition, limit))
     });
     let needed = guard.is_some() || !limits.is_empty();
+    let section = table.section("uncertainty");
+    let (correlated, uncertainty) = (correlated(&section), uncertainty(&section, needed));
+    section.finish();
     Judging {
         indication,
         minimum_zone_nm: above_0("minimum_zone_nm"),
         texture: texture.collect(),
-        uncertainty: uncertainty(table, needed),
+        correlated,
+        uncertainty,
         limits,
         guard,
     }
@@ -188,8 +206,7 @@ fn slope(tolerance: &Section<'_>) -> Option<SlopeSettings> {
 }
 
 /// Reads the table `uncertainty`; `needed` if something asks for uncertainties without it.
-fn uncertainty(table: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
-    let section = table.section("uncertainty");
+fn uncertainty(section: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
     let noise = match section.get::<f64>("noise_nm") {
         None => Noise::Measured,
         Some(noise_nm) => {
@@ -199,16 +216,36 @@ fn uncertainty(table: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
             Noise::Uniform { sigma_mm: noise_nm.max(0.0) * 1e-6, dof: f64::INFINITY }
         }
     };
-    let long_waves = long_wave(&section).into_iter().collect();
-    let budget = Budget { noise, long_waves, effects: effects(&section) };
+    let long_waves = long_wave(section).into_iter().collect();
+    let budget = Budget { noise, long_waves, effects: effects(section) };
     let count = section.within("draws", DRAWS, 20..=1_000_000);
     let draws = Draws { count, seed: section.or("seed", 0) };
-    section.finish();
     (section.is_present() || needed).then_some((budget, draws))
 }
 
+/// Reads where the correlation of errors comes from.
+fn correlated(section: &Section<'_>) -> CorrelationFrom {
+    let words = [
+        ("none", CorrelationFrom::Nothing),
+        ("budget", CorrelationFrom::Budget),
+        ("deviations", CorrelationFrom::Deviations),
+    ];
+    let found = section.word("correlation", CorrelationFrom::Budget, &words);
+    for key in ["long_wave_nm", "long_wave_mm", "long_wave_kernel"] {
+        if found != CorrelationFrom::Budget && section.has(key) {
+            section.problem(
+                key,
+                "no such key beside that correlation, or correlation = \"budget\"",
+                "one",
+            );
+        }
+    }
+    found
+}
+
 fn long_wave(section: &Section<'_>) -> Option<LongWave> {
-    let kernels = [("gaussian", Kernel::Gaussian), ("exponential", Kernel::Exponential)];
+    let kernels = [Kernel::Gaussian, Kernel::Matern, Kernel::Exponential];
+    let kernels = kernels.map(|kernel| (kernel.name(), kernel));
     let kernel = section.word("long_wave_kernel", Kernel::Gaussian, &kernels);
     let length_mm = section.get::<f64>("long_wave_mm");
     let sigma_nm = section.get::<f64>("long_wave_nm")?;
@@ -375,6 +412,28 @@ mod tests {
     }
 
     #[test]
+    fn correlation_comes_from_the_budget_the_deviations_or_nowhere() {
+        let correlated = |rest: &str| {
+            let judging = parse(&format!("[uncertainty]\n{rest}")).unwrap().judging;
+            (judging.correlated, judging.uncertainty.unwrap().0.long_waves)
+        };
+        assert_eq!(correlated(""), (CorrelationFrom::Budget, Vec::new()));
+        assert_eq!(correlated("correlation = \"none\"\n"), (CorrelationFrom::Nothing, Vec::new()));
+        let deviations = correlated("correlation = \"deviations\"\nscale_z_ppm = 1\n");
+        assert_eq!(deviations, (CorrelationFrom::Deviations, Vec::new()));
+        for (name, kernel) in [
+            ("gaussian", Kernel::Gaussian),
+            ("matern", Kernel::Matern),
+            ("exponential", Kernel::Exponential),
+        ] {
+            let text =
+                format!("long_wave_nm = 1\nlong_wave_mm = 2\nlong_wave_kernel = \"{name}\"\n");
+            let (from, waves) = correlated(&text);
+            assert_eq!((from, waves[0].kernel), (CorrelationFrom::Budget, kernel));
+        }
+    }
+
+    #[test]
     fn what_does_not_go_together_is_named() {
         for (rest, key) in [
             ("[tolerance]\nguard_factor = 2\nguard_probability = 0.9\n", "tolerance.guard_factor"),
@@ -393,6 +452,11 @@ mod tests {
             ("[uncertainty]\nlong_wave_nm = 3\n", "uncertainty.long_wave_mm"),
             ("[uncertainty]\ntemperature_k = 3\n", "uncertainty.temperature_k"),
             ("[uncertainty]\nnoise_um = 3\n", "uncertainty.noise_um"),
+            ("[uncertainty]\ncorrelation = \"data\"\n", "\"none\" or \"budget\" or \"deviations\""),
+            (
+                "[uncertainty]\ncorrelation = \"none\"\nlong_wave_nm = 1\nlong_wave_mm = 1\n",
+                "uncertainty.long_wave_mm",
+            ),
         ] {
             let problems = parse(rest).unwrap_err();
             assert!(problems.contains(key), "{problems}");

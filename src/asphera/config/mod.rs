@@ -29,7 +29,7 @@ pub use defects::DefectLimits;
 pub(crate) use defects::FLAT_BELOW_PER_MM;
 pub use devices::{DeviceConfig, DriverConfig};
 pub use figures::{FigureSettings, TextureSettings};
-pub use judging::Judging;
+pub use judging::{CorrelationFrom, Judging};
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use nominal::Part;

@@ -9,7 +9,7 @@ use super::criterion::{self, Criterion, Weights};
 use super::defects::{self, DefectLimits};
 use super::document::{File, Section};
 use super::figures::{self, FigureSettings};
-use super::judging::{self, Judging};
+use super::judging::{self, CorrelationFrom, Judging};
 use super::problem::Problems;
 use super::surface::{self, Surface};
 
@@ -213,6 +213,11 @@ fn goes_with_unknown(
             "\"none\": splines are fitted to points that count alike",
             "another",
         );
+    }
+    if judging.correlated == CorrelationFrom::Deviations {
+        let expected =
+            "\"budget\" or \"none\": a surface made from the points has no parameters to know";
+        table.section("uncertainty").problem("correlation", expected, "\"deviations\"");
     }
     let budget = judging.uncertainty.as_ref().map(|(budget, _)| budget);
     if budget.is_some_and(|budget| !budget.long_waves.is_empty() || !budget.effects.is_empty()) {

@@ -126,6 +126,7 @@ const ALTERNATIVES: [&str; 51] = [
     "square_yz_arcsec = 0.5",
     "expansion_ppm_per_k = 7.1",
     "temperature_k = 0.1",
+    "correlation = \"budget\"",
     "draws = 200",
     "seed = 0",
 ];

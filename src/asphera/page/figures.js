@@ -95,6 +95,13 @@ function criterion({ reference, fit: { loss, weights, effective_points: effectiv
   return rows;
 }
 
+/** How the deviations are correlated, as u of the parameters counts it. */
+function correlation(found) {
+  if (!found?.counted) return [];
+  const most = found.largest_ratio ? `, up to ${significant(found.largest_ratio, 2)} times that of independent ones (${found.largest_ratio_of})` : "";
+  return [pair("correlation", "Correlated over", `${significant(found.length_mm, 2)} mm (${found.kernel})${most}`, "sub")];
+}
+
 function showFit(form) {
   setText(byId("nominal"), form ? unitText(form.nominal) : DASH);
   const parameters = Object.entries(form?.fit.parameters ?? {});
@@ -121,6 +128,8 @@ function showFit(form) {
     pair("method", "Method", fit.method),
     pair("termination", "Ended because", fit.termination),
     pair("iterations", "Iterations", count(fit.iterations)),
+    ...(fit.u_model ? [pair("u-model", "u of the parameters by", fit.u_model)] : []),
+    ...correlation(fit.correlation),
     ...(fit.cautions ?? []).map(({ kind, text }) => pair(`caution-${kind}`, "Caution", text, "bad")),
     ...(fit.indeterminate.length
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]

@@ -4,7 +4,8 @@ use std::fmt::{Result, Write as _};
 
 use super::words::{count, minus, percent, short, text};
 use crate::report::{
-    CovarianceFigures, FitDetails, FormFigures, UncertaintyFigures, UnmeasuredFigures,
+    CorrelationFigures, CovarianceFigures, FitDetails, FormFigures, UncertaintyFigures,
+    UnmeasuredFigures,
 };
 
 /// The uncertainty of PV and RMS, by which model, and what the unmeasured part may hide.
@@ -79,6 +80,50 @@ fn unmeasured(out: &mut String, found: &UnmeasuredFigures) -> Result {
         write!(out, "; {}", text(why))?;
     }
     out.push_str(".</p>\n");
+    Ok(())
+}
+
+/// What u of the parameters is made of.
+pub(super) fn of_parameters(out: &mut String, details: &FitDetails) -> Result {
+    let model = details.u_model.as_deref().unwrap_or(FitDetails::BY_RESIDUALS);
+    write!(out, "<p class=\"note\">u by {}.", text(model))?;
+    match &details.correlation {
+        Some(found) if found.counted => correlation(out, found)?,
+        // The caution above says by how much.
+        Some(_) => {}
+        None if model == FitDetails::BY_RESIDUALS => out.push_str(
+            " Where form error rules, deviations are correlated, and this is too small by a factor of two to four and \
+             more.",
+        ),
+        None => {}
+    }
+    out.push_str("</p>\n");
+    Ok(())
+}
+
+fn correlation(out: &mut String, found: &CorrelationFigures) -> Result {
+    write!(
+        out,
+        " Correlation over about {} mm ({}, {}) of a wave of {} nm RMS, beside {} nm that are independent from patch to \
+         patch, of {} patches.",
+        short(found.length_mm),
+        text(&found.kernel),
+        percent(found.kernels.get(&found.kernel).copied().unwrap_or(0.0)),
+        short(found.sigma_nm),
+        short(found.rest_nm),
+        found.patches
+    )?;
+    if let (Some(ratio), Some(name)) = (found.largest_ratio, &found.largest_ratio_of) {
+        write!(
+            out,
+            " u of independent deviations would be up to {} times smaller ({}).",
+            short(ratio),
+            text(name)
+        )?;
+    }
+    out.push_str(
+        " Waves longer than the part look as a change of its parameters, and no deviation tells of them.",
+    );
     Ok(())
 }
 

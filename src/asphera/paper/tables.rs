@@ -138,16 +138,7 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
             )?;
         }
         out.push_str("</tbody></table>\n");
-        if fit.parameters.values().any(|parameter| parameter.expanded_95.is_some()) {
-            out.push_str(
-                "<p class=\"note\">u by the errors of the points named under Figures.</p>\n",
-            );
-        } else {
-            out.push_str(
-                "<p class=\"note\">u from the residuals, taken as uncorrelated: too small by a factor of \
-                 two to four and more where form error rules.</p>\n",
-            );
-        }
+        errors::of_parameters(out, &fit.details)?;
     }
     let pose = &fit.pose;
     writeln!(

@@ -7,7 +7,7 @@ use asphera_surface::{Plane, PointMm};
 
 use super::running::fit_settings;
 use super::uncertainties::{COVERAGE, in_plane};
-use crate::config::Part;
+use crate::config::{CorrelationFrom, Part};
 use crate::report::UncertaintyFigures;
 
 /// What is known of the errors of the points, as of the last look at the mesh.
@@ -149,13 +149,19 @@ impl ErrorsOfFigures {
     }
 }
 
-/// What the uncertainties of a part are made of. Further limits and guard bands alone ask for them too, and name no
+/// What the uncertainties of the figures of a part are made of. Further limits and guard bands alone ask for them too, and name no
 /// more than noise.
 pub(super) fn model(part: &Part) -> &'static str {
     match &part.judging.uncertainty {
         Some((budget, _)) if is_correlated(budget) => UncertaintyFigures::BUDGET,
-        _ => UncertaintyFigures::NOISE_ONLY,
+        _ if part.judging.correlated == CorrelationFrom::Budget => UncertaintyFigures::NOISE_ONLY,
+        _ => UncertaintyFigures::NOISE_BESIDE_FORM,
     }
+}
+
+/// Whether the nominal file states errors that are correlated.
+pub(super) fn has_correlated(part: &Part) -> bool {
+    part.judging.uncertainty.as_ref().is_some_and(|(budget, _)| is_correlated(budget))
 }
 
 fn is_correlated(budget: &Budget) -> bool {

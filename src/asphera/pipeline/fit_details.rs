@@ -23,6 +23,7 @@ pub(super) fn of_fit(fit: &Fit, reference: Option<&Reference>) -> FitDetails {
         weakest: fit.weakest.as_ref().map(combination),
         undetermined: undetermined(&fit.undetermined, &fit.nominal),
         covariance: fit.covariance.as_ref().map(|found| covariance(found, fit)),
+        ..FitDetails::default()
     }
 }
 
@@ -79,7 +80,8 @@ fn undetermined(all: &[Undetermined], nominal: &Nominal) -> Vec<UndeterminedFigu
     all.iter().map(figures).collect()
 }
 
-fn covariance(found: &Covariance, fit: &Fit) -> CovarianceFigures {
+/// Covariances of the estimates of a fit, in its order.
+pub(super) fn covariance(found: &Covariance, fit: &Fit) -> CovarianceFigures {
     let size = found.size();
     let names = fit.estimates.iter().map(|estimate| estimate.parameter.name(&fit.nominal));
     let units = fit.estimates.iter().map(|estimate| estimate.parameter.unit(&fit.nominal));
@@ -91,6 +93,22 @@ fn covariance(found: &Covariance, fit: &Fit) -> CovarianceFigures {
         correlation: (0..size)
             .map(|i| (0..size).map(|j| found.correlation(i, j)).collect())
             .collect(),
+    }
+}
+
+/// Adds further covariances of the same estimates.
+pub(super) fn add(figures: &mut CovarianceFigures, further: &Covariance) {
+    for (i, row) in figures.covariance.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry += further.entry(i, j).unwrap_or(0.0);
+        }
+    }
+    let all = &figures.covariance;
+    for (i, row) in figures.correlation.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let correlation = all[i][j] / (all[i][i] * all[j][j]).sqrt();
+            *entry = correlation.is_finite().then(|| correlation.clamp(-1.0, 1.0));
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, deviations};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
+use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
 use super::details::{areas_mm2, details, sample};
@@ -140,6 +141,10 @@ pub(super) fn measure(
         fitted.as_ref().ok().and_then(|fitted| assess(&part, mesh.points(), fitted, &plane));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
+    }
+    if let (Some(form), Ok(fitted)) = (&mut form, &fitted) {
+        let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+        correlated::tell(form, &part, fitted, (mesh.points(), &deviations_mm), assessed);
     }
     let mut errors = Errors::new(&part);
     let known = match &part.judging.uncertainty {

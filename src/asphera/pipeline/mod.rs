@@ -5,6 +5,7 @@
 //! and their order. No clock is read here.
 
 mod cells;
+mod correlated;
 mod cutting;
 mod defects;
 mod details;

@@ -5,7 +5,7 @@ use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
 use asphera_form::verdict::{Guard, Judged, Limit, LimitError, judge};
-use asphera_form::{Aperture, Status as FormStatus};
+use asphera_form::{Aperture, Covariance, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
 use super::errors::{self, ErrorsOfFigures};
@@ -21,6 +21,18 @@ pub(super) struct Assessed {
     uncertainty: Uncertainty,
     pv: Simulated,
     draws: Draws,
+}
+
+impl Assessed {
+    /// Covariance of the parameters by the whole budget.
+    pub(super) fn covariance(&self) -> &Covariance {
+        &self.uncertainty.covariance
+    }
+
+    /// The part of it that long waves and the machine make.
+    pub(super) fn correlated(&self) -> &Covariance {
+        &self.uncertainty.correlated
+    }
 }
 
 /// Works them out, if the nominal file asks for them. `plane` is that of projection, in whose frame points and fit are.

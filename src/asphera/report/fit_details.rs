@@ -1,5 +1,7 @@
 //! What a fit says of itself beside its parameters: how it ended, what it lacks, how its figures must be read.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// Details of a fit. Running figures have what is known of them: which parameters are not determined.
@@ -29,15 +31,65 @@ pub struct FitDetails {
     /// Every free parameter the points do not determine, and which combination they do not feel.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub undetermined: Vec<UndeterminedFigures>,
-    /// How the parameters found vary together, under the assumption that the residuals are independent.
+    /// How the parameters found vary together, by what `u_model` names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<CovarianceFigures>,
+    /// What u of the parameters is made of: [`FitDetails::BY_RESIDUALS`], [`FitDetails::BY_DEVIATIONS`],
+    /// [`FitDetails::BY_DEVIATIONS_AND_MACHINE`] or a model of [`crate::report::UncertaintyFigures`]; absent of running
+    /// figures, whose u is by the residuals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_model: Option<String>,
+    /// How the deviations are correlated, where u counts it, or should.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<CorrelationFigures>,
+}
+
+impl FitDetails {
+    /// The residuals, each taken for an error of its own.
+    pub const BY_RESIDUALS: &str = "residuals, taken as independent";
+    /// The deviations with the correlation they have.
+    pub const BY_DEVIATIONS: &str = "deviations, correlated as they are";
+    /// The same with the effects of the machine of the nominal file beside them.
+    pub const BY_DEVIATIONS_AND_MACHINE: &str =
+        "deviations, correlated as they are, and effects of the machine";
+}
+
+/// The correlation of the deviations, and what it does to u of the parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CorrelationFigures {
+    /// Whether u of the parameters counts it. Where not, these figures are from a glance at few patches, and a caution says so.
+    pub counted: bool,
+    /// The most likely correlation, by its name in the nominal file: `gaussian`, `matern` or `exponential`.
+    pub kernel: String,
+    /// Its length in mm.
+    pub length_mm: f64,
+    /// Standard deviation of the correlated part in nm.
+    pub sigma_nm: f64,
+    /// Standard deviation of the mean of a patch by what is independent from patch to patch, nm.
+    pub rest_nm: f64,
+    /// How likely each kernel is.
+    pub kernels: BTreeMap<String, f64>,
+    /// Patches of neighbouring points it was judged by.
+    pub patches: u64,
+    /// Variance of their means over that of independent deviations; absent where a patch is one point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch_ratio: Option<f64>,
+    /// The probability of so large a ratio if the deviations were independent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub independent_p: Option<f64>,
+    /// How many times u by the deviations is that of independent ones (or that told, where it is not counted), of the
+    /// parameter where it is the most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_ratio: Option<f64>,
+    /// Which parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_ratio_of: Option<String>,
 }
 
 /// Something that makes the figures doubtful or surprising.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CautionFigures {
-    /// `upside_down`, `mirrored`, `beyond_domain`, `units` or `ill_conditioned`; of a surface without a design `made_from_points`
+    /// `upside_down`, `mirrored`, `beyond_domain`, `units`, `ill_conditioned` or `correlated`; of a surface without a design `made_from_points`
     /// and `coarse_knots`; of running figures `provisional`.
     pub kind: String,
     /// In a sentence, with its numbers.

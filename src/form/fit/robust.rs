@@ -72,15 +72,23 @@ impl Loss {
     /// By how much the variance of the parameters by normal noise of one scale exceeds that with the weights as
     /// they are: E ψ²/(E ψ′)² (Huber & Ronchetti, Robust Statistics, 2nd ed., eq. 4.27) over E w²/(E w)².
     pub(crate) fn noise_factor(&self) -> f64 {
-        let mean = |value: &dyn Fn(f64) -> f64| {
-            let at = |index: u32| (f64::from(index) + 0.5) * NOISE_STEP - NOISE_REACH;
-            let count = (2.0 * NOISE_REACH / NOISE_STEP) as u32;
-            let density = |e: f64| (-0.5 * e * e).exp() / std::f64::consts::TAU.sqrt();
-            (0..count).map(|index| value(at(index)) * density(at(index))).sum::<f64>() * NOISE_STEP
-        };
-        let by_psi = mean(&|e| (self.weight(e) * e).powi(2)) / mean(&|e| self.slope(e)).powi(2);
-        let by_weight = mean(&|e| self.weight(e).powi(2)) / mean(&|e| self.weight(e)).powi(2);
-        by_psi / by_weight
+        let psi = self.under_noise(|e| (self.weight(e) * e).powi(2));
+        psi / self.under_noise(|e| self.weight(e).powi(2)) * self.pull_factor()
+    }
+
+    /// By how much the square of what an outlier moves the parameters by, under normal noise of one scale of the
+    /// others, exceeds that with the weights as they are: (E w/E ψ′)². An outlier of e scales pulls with ψ(e), and
+    /// what resists is ψ′ of the others, not their weight (the sandwich of Huber & Ronchetti, 7.6).
+    pub(crate) fn pull_factor(&self) -> f64 {
+        (self.under_noise(|e| self.weight(e)) / self.under_noise(|e| self.slope(e))).powi(2)
+    }
+
+    /// The mean of a function of deviations in scales under normal noise of one scale.
+    fn under_noise(&self, value: impl Fn(f64) -> f64) -> f64 {
+        let at = |index: u32| (f64::from(index) + 0.5) * NOISE_STEP - NOISE_REACH;
+        let count = (2.0 * NOISE_REACH / NOISE_STEP) as u32;
+        let density = |e: f64| (-0.5 * e * e).exp() / std::f64::consts::TAU.sqrt();
+        (0..count).map(|index| value(at(index)) * density(at(index))).sum::<f64>() * NOISE_STEP
     }
 
     /// ψ′(e) at e scales.

@@ -44,6 +44,15 @@ pub enum Kernel {
 }
 
 impl Kernel {
+    /// Its name: `gaussian`, `matern` or `exponential`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Kernel::Gaussian => "gaussian",
+            Kernel::Matern => "matern",
+            Kernel::Exponential => "exponential",
+        }
+    }
+
     /// The correlation at a distance of `h` correlation lengths.
     pub(crate) fn correlation(self, h: f64) -> f64 {
         match self {

@@ -36,6 +36,17 @@ pub(crate) fn chi_square_density(x: f64, dof: f64) -> f64 {
     0.5 * ((a - 1.0) * (0.5 * x).ln() - 0.5 * x - ln_gamma(a)).exp()
 }
 
+/// P(X ≤ f) of Fisher's distribution with that many degrees of freedom over and under the line (DLMF 8.17).
+pub(crate) fn fisher_cdf(f: f64, over: f64, under: f64) -> f64 {
+    if f <= 0.0 {
+        0.0
+    } else if under > NEARLY_NORMAL {
+        chi_square_cdf(over * f, over)
+    } else {
+        beta_i(0.5 * over, 0.5 * under, over * f / (over * f + under))
+    }
+}
+
 /// The median of the χ² distribution.
 pub(crate) fn chi_square_median(dof: f64) -> f64 {
     bisect(0.0, dof + 1.0, |x| chi_square_cdf(x, dof) < 0.5)
@@ -157,7 +168,8 @@ const MOST_TERMS: f64 = 1e5;
 mod tests {
     use super::*;
 
-    /// scipy 1.17.1: `stats.t.ppf`, `stats.chi2.cdf`, `stats.chi2.pdf`, `stats.chi2.median`, `stats.norm.ppf`.
+    /// scipy 1.17.1: `stats.t.ppf`, `stats.chi2.cdf`, `stats.chi2.pdf`, `stats.chi2.median`, `stats.norm.ppf`,
+    /// `stats.f.cdf`.
     #[test]
     fn values_of_scipy() {
         let close = |found: f64, truth: f64, relative: f64| {
@@ -183,5 +195,9 @@ mod tests {
         close(chi_square_median(1.0), 0.454936423119572, 1e-12);
         close(chi_square_median(6.0), 5.348120627447118, 1e-12);
         close(chi_square_median(17.0), 16.338182377392467, 1e-12);
+        close(fisher_cdf(1.5, 58.0, 236.0), 0.9808804689460059, 1e-11);
+        close(fisher_cdf(0.7, 5.0, 12.5), 0.3664446955527185, 1e-11);
+        close(fisher_cdf(1.3, 249.0, 999744.0), 0.9989991663581763, 1e-7);
+        close(fisher_cdf(1.3, 58.0, 2e6), 0.937970812112013, 1e-5);
     }
 }

@@ -6,7 +6,8 @@
 //!
 //! The answer of a robust fit is that of its last round: W has the weights ψ(e)/e of the loss in it, so what the
 //! loss leaves out has no influence. Noise changes these weights, which smooth errors hardly do; by how much the
-//! variance is larger for that, [`Linear::noise_factor`] says.
+//! variance is larger for that, [`Linear::noise_factor`] says. Gross outliers are no noise: each pulls as hard as the loss
+//! lets it, one way or the other (Huber & Ronchetti, Robust Statistics, 2nd ed., 7.6).
 
 use super::budget::UncertaintyError;
 use crate::fit::model::Model;
@@ -33,6 +34,10 @@ pub(super) struct Linear {
     pub(super) weights: Vec<f64>,
     /// What the variance of the parameters by independent noise is multiplied by: 1 for least squares.
     pub(super) noise_factor: f64,
+    /// Places of the points a robust loss holds against the others as outliers.
+    pub(super) outliers: Vec<usize>,
+    /// What the square of their pull is multiplied by: see [`crate::Loss`].
+    pull_factor: f64,
     /// Rows of J, one after the other.
     rows: Vec<f64>,
     /// Columns of G, one after the other.
@@ -47,26 +52,39 @@ impl Linear {
         aperture: &Aperture,
         uncertainties_mm: Option<&[f64]>,
     ) -> Result<Linear, UncertaintyError> {
-        let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points.len())).transpose();
-        let weights = weights.map_err(|error| match error {
-            FitError::Uncertainty { found_mm: found, .. } => {
-                let name = "standard uncertainty of a weight in mm";
-                UncertaintyError::Number { name, found, expected: "a number above 0" }
-            }
-            _ => {
-                let found = uncertainties_mm.map_or(0, <[f64]>::len);
-                UncertaintyError::Lengths { points: points.len(), found }
-            }
-        })?;
+        let weights = Linear::roots(uncertainties_mm, points.len())?;
         let roots = weights.as_ref().map(|weights| weights.roots.as_slice());
         let selection = Selection::new(points, roots, &fit.nominal, &fit.pose, aperture);
         let used = selection.points.len();
         if used != fit.used {
             return Err(UncertaintyError::OtherPoints { found: used, used: fit.used });
         }
+        Linear::of(selection, fit)
+    }
+
+    /// The weights of a fit with uncertainties of the points.
+    pub(super) fn roots(
+        uncertainties_mm: Option<&[f64]>,
+        points: usize,
+    ) -> Result<Option<Weights>, UncertaintyError> {
+        let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points)).transpose();
+        weights.map_err(|error| match error {
+            FitError::Uncertainty { found_mm: found, .. } => {
+                let name = "standard uncertainty of a weight in mm";
+                UncertaintyError::Number { name, found, expected: "a number above 0" }
+            }
+            _ => {
+                let found = uncertainties_mm.map_or(0, <[f64]>::len);
+                UncertaintyError::Lengths { points, found }
+            }
+        })
+    }
+
+    /// Of points that count, some of those of the fit or all. `O(n·p²)`.
+    pub(super) fn of(selection: Selection, fit: &Fit) -> Result<Linear, UncertaintyError> {
         let parameters: Vec<Parameter> =
             fit.estimates.iter().map(|estimate| estimate.parameter).collect();
-        let p = parameters.len();
+        let (p, used) = (parameters.len(), selection.points.len());
         let indices = selection.indices();
         let mut linear = Linear {
             indices,
@@ -75,6 +93,8 @@ impl Linear {
             distances_mm: Vec::with_capacity(used),
             weights: Vec::with_capacity(used),
             noise_factor: fit.robust.map_or(1.0, |robust| robust.loss.noise_factor()),
+            outliers: Vec::new(),
+            pull_factor: fit.robust.map_or(1.0, |robust| robust.loss.pull_factor()),
             rows: Vec::with_capacity(used * p),
             gains: Vec::with_capacity(used * p),
             points: selection.points,
@@ -97,7 +117,11 @@ impl Linear {
             linear.rows.extend_from_slice(&row[..p]);
             let root = selection.roots.as_ref().map_or(1.0, |roots| roots[place]);
             let of_loss = fit.robust.map_or(1.0, |robust| {
-                robust.loss.weight(root * foot.distance_mm() / robust.scale_mm)
+                let e = root * foot.distance_mm() / robust.scale_mm;
+                if e.abs() > OUTLIER {
+                    linear.outliers.push(place);
+                }
+                robust.loss.weight(e)
             });
             let weight = root * root * of_loss;
             row.iter_mut().for_each(|entry| *entry *= weight.sqrt());
@@ -126,12 +150,29 @@ impl Linear {
         &self.rows[place * p..][..p]
     }
 
+    /// Covariance of the parameters by the outliers, row after row: each pulls by itself, and as well the other way.
+    pub(super) fn by_outliers(&self) -> Vec<f64> {
+        let p = self.parameters.len();
+        let mut covariance = vec![0.0; p * p];
+        for &place in &self.outliers {
+            let gain = self.gain(place);
+            let square_mm2 = self.pull_factor * self.distances_mm[place].powi(2);
+            for (i, row) in covariance.chunks_exact_mut(p.max(1)).enumerate() {
+                row.iter_mut().zip(gain).for_each(|(sum, g)| *sum += square_mm2 * gain[i] * g);
+            }
+        }
+        covariance
+    }
+
     /// What an error of one distance by 1 mm takes off the parameters.
     pub(super) fn gain(&self, place: usize) -> &[f64] {
         let p = self.parameters.len();
         &self.gains[place * p..][..p]
     }
 }
+
+/// Deviations of more scales than this are no noise: of normal ones one in two million.
+const OUTLIER: f64 = 5.0;
 
 /// Σ a·b.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -3,9 +3,14 @@
 //! A [`Budget`] says what errors the points have: independent noise, [`LongWave`] errors that are correlated over
 //! the surface, and [`Effect`]s of the machine. [`uncertainty`] carries them through a least-squares fit by
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
-//! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are. The measurand of a parameter or of the RMS
-//! is what the fit would give at the same places without these errors; what lies between the points is another matter: see [`unmeasured`]. Where nothing
-//! but the noise is known, [`NoiseOnly`] has closed forms for PV and RMS.
+//! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are, and
+//! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
+//! the same places without these errors; what lies between the points is another matter: see [`unmeasured`]. Where
+//! nothing but the noise is known, [`NoiseOnly`] has closed forms for PV and RMS.
+//!
+//! Outliers that a robust loss holds back still pull: each counts as an error of its own, as likely in either sense.
+//! Where all lie on one side, as dust does, Huber's loss is moved by some of a scale besides, which no uncertainty tells;
+//! Tukey's is not.
 //!
 //! Deliberately absent: the calibration that a budget comes from; random numbers that are not counted.
 
@@ -35,7 +40,7 @@ pub(crate) use distribution::student_quantile;
 pub use noise_only::NoiseOnly;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
-pub use type_a::{Correlation, TypeA, TypeAParameter, type_a};
+pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
 pub use unmeasured::{Hidden, largest_bend, unmeasured};
 
 /// The uncertainties of a fit.
@@ -47,6 +52,8 @@ pub struct Uncertainty {
     pub parameters: Vec<ParameterUncertainty>,
     /// Covariances of the estimates, in their order.
     pub covariance: Covariance,
+    /// The part of it that long-wave errors and effects of the machine make.
+    pub correlated: Covariance,
     /// The root mean square about the nominal.
     pub rms: RmsUncertainty,
     /// Share of the variance of each long-wave error, on the average over the points, whose correlation over
@@ -82,7 +89,8 @@ pub struct ParameterUncertainty {
     /// Effective degrees of freedom (Welch and Satterthwaite: JCGM 100:2008, G.4).
     pub dof: f64,
     /// Standard uncertainty by each source, in the same unit: the noise first, then the long-wave errors, then
-    /// the effects, in the order of the budget. Their squares add up to u².
+    /// the effects, in the order of the budget, and where a robust loss holds points for outliers, these. Their
+    /// squares add up to u².
     pub sources: Vec<(String, f64)>,
 }
 
@@ -146,19 +154,22 @@ pub fn uncertainty(
             }
         }
     }
-    let mut total = by_noise.clone();
+    let by_outliers = linear.by_outliers();
+    let mut by_modes = DMatrix::zeros(p, p);
     for moved in &modes.moved {
         for i in 0..p {
             for j in 0..p {
-                total[(i, j)] += moved[i] * moved[j];
+                by_modes[(i, j)] += moved[i] * moved[j];
             }
         }
     }
+    let total = &by_noise + &by_modes + DMatrix::from_row_slice(p, p, &by_outliers);
     let dof = noise.measured.then_some(noise.dof);
     let rms = RmsUncertainty::new(&linear, &modes, &noise_mm2, &by_noise, dof);
     Ok(Uncertainty {
-        parameters: parameters(fit, &modes, budget, &by_noise, noise.dof),
+        parameters: parameters(fit, &linear, &modes, budget, (&by_noise, noise.dof)),
         covariance: Covariance::new(p, total.as_slice(), 1.0),
+        correlated: Covariance::new(p, by_modes.as_slice(), 1.0),
         neglected: modes.neglected(),
         noise,
         rms,
@@ -234,15 +245,16 @@ fn noise(linear: &Linear, budget: &Budget) -> Result<(Vec<f64>, NoiseFound), Unc
 
 fn parameters(
     fit: &Fit,
+    linear: &Linear,
     modes: &Modes,
     budget: &Budget,
-    by_noise: &DMatrix<f64>,
-    noise_dof: f64,
+    (by_noise, noise_dof): (&DMatrix<f64>, f64),
 ) -> Vec<ParameterUncertainty> {
     let waves = (1..).zip(&budget.long_waves);
     let waves = waves.map(|(number, wave)| (format!("long-wave error {number}"), wave.dof));
     let effects = budget.effects.iter().map(|effect| (effect.name.clone(), effect.dof));
     let named: Vec<(String, f64)> = waves.chain(effects).collect();
+    let (by_outliers, outliers) = (linear.by_outliers(), linear.outliers.len());
     let of_estimate = |(index, estimate): (usize, &crate::Estimate)| {
         let mut sources = vec![("noise".to_owned(), by_noise[(index, index)])];
         let mut freedom = by_noise[(index, index)].powi(2) / noise_dof;
@@ -250,6 +262,12 @@ fn parameters(
             let variance: f64 = modes.moved[range.clone()].iter().map(|m| m[index].powi(2)).sum();
             freedom += variance * variance / dof;
             sources.push((name.clone(), variance));
+        }
+        if outliers > 0 {
+            let variance = by_outliers[index * (linear.parameters.len() + 1)];
+            // As many pulls of much the same size.
+            freedom += variance * variance / outliers as f64;
+            sources.push(("outliers".to_owned(), variance));
         }
         let variance: f64 = sources.iter().map(|(_, variance)| variance).sum();
         sources.iter_mut().for_each(|(_, value)| *value = value.sqrt());

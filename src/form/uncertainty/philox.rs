@@ -19,6 +19,14 @@ impl Numbers {
         Numbers { key: [seed as u32, (seed >> 32) as u32], draw, stream }
     }
 
+    /// A number in [0, 1).
+    pub(crate) fn uniform(&self, index: usize) -> f64 {
+        let index = index as u64;
+        let [high, low, _, _] =
+            philox([index as u32, (index >> 32) as u32, self.draw, self.stream], self.key);
+        uniform(high, low)
+    }
+
     /// A standard normal number, by Box and Muller from 53 bits each.
     pub(crate) fn normal(&self, index: usize) -> f64 {
         let pair = (index / 2) as u64;

@@ -125,6 +125,7 @@ mod tests {
             ("[fit]\nfree = [\"tz\"]\n", "fit.free: expected no such key"),
             ("[fit]\nloss = \"huber\"\n", "fit.loss: expected \"squares\""),
             ("[fit]\nweights = \"uncertainty\"\n", "fit.weights: expected \"none\""),
+            ("[uncertainty]\ncorrelation = \"deviations\"\n", "uncertainty.correlation: expected"),
             ("[uncertainty]\nscale_x_ppm = 1\n", "uncertainty: expected noise alone"),
         ] {
             let problems = parse(rest).unwrap_err();

@@ -100,7 +100,9 @@ fn p_q_and_theta_of_the_hyperbolic_mirror_agree_with_its_design() {
         found.patches
     );
     assert!((fitted.residuals.rms_mm * 1e6 - 0.690_411).abs() < 1e-5);
-    for (parameter, design) in SHAPE.iter().zip(DESIGN) {
+    // As found here first; `asphera measure` gives the same.
+    let found_first = [28.930_428, 6.021_986, 1.053_2e-3];
+    for ((parameter, design), u) in SHAPE.iter().zip(DESIGN).zip(found_first) {
         let own = |p: &&asphera_form::uncertainty::TypeAParameter| p.parameter == *parameter;
         let known = found.parameters.iter().find(own).unwrap();
         let white = fitted.estimates.iter().find(|e| e.parameter == *parameter).unwrap().u.unwrap();
@@ -110,6 +112,7 @@ fn p_q_and_theta_of_the_hyperbolic_mirror_agree_with_its_design() {
             "{parameter}: {:.6} is {off:.6} off, U95 {:.6} (k {:.2}), u {:.6}, as if of noise {white:.6}",
             known.value, expanded.expanded, expanded.k, known.u
         );
+        assert!((known.u / u - 1.0).abs() < 1e-3, "{parameter}: {} {u}", known.u);
         assert!(off.abs() < expanded.expanded, "{parameter}: {off} {expanded:?}");
         assert!(off.abs() < 2.0 * known.u && off.abs() > 20.0 * white, "{parameter}");
     }

@@ -3,7 +3,9 @@
 use asphera_form::{FitError, FitSettings, Loss, Nominal, Parameter, PointMm, fit, fit_weighted};
 
 use asphera_form::Aperture;
-use asphera_form::uncertainty::{Budget, Noise as NoiseOf, type_a, uncertainty};
+use asphera_form::uncertainty::{Budget, Noise as NoiseOf, coverage_factor, type_a, uncertainty};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
@@ -23,13 +25,18 @@ fn spoilt(nominal: &Nominal, share: f64, seed: u64) -> (Vec<PointMm>, usize) {
                 d += noise.next().abs();
                 outliers += 1;
             }
-            let foot = nominal.jet(x, y).unwrap();
-            let n_z = (1.0 + foot.gradient[0].powi(2) + foot.gradient[1].powi(2)).sqrt().recip();
-            let [p, q] = foot.gradient.map(|slope| slope * n_z * d);
-            misaligned().to_measured([x - p, y - q, foot.z_mm + n_z * d])
+            measured(nominal, [x, y], d)
         })
         .collect();
     (points, outliers)
+}
+
+/// A point `d` mm off the nominal over a place, in the measured frame.
+fn measured(nominal: &Nominal, [x, y]: [f64; 2], d: f64) -> PointMm {
+    let foot = nominal.jet(x, y).unwrap();
+    let n_z = (1.0 + foot.gradient[0].powi(2) + foot.gradient[1].powi(2)).sqrt().recip();
+    let [p, q] = foot.gradient.map(|slope| slope * n_z * d);
+    misaligned().to_measured([x - p, y - q, foot.z_mm + n_z * d])
 }
 
 fn with(loss: Loss) -> FitSettings {
@@ -217,12 +224,61 @@ fn uncertainties_of_robust_fits_are_their_scatter() {
             eprintln!(
                 "{loss:?} {index}: u of the fit {of_fit:.3}, of the budget {of_budget:.3} of the scatter"
             );
-            // A standard deviation from 240 fits is known to 4.6 %. Huber's outliers, which still pull, are no
-            // noise of the budget.
-            let low = if loss == Loss::TUKEY { 0.87 } else { 0.74 };
-            assert!((low..1.15).contains(&of_budget), "{loss:?} {index}: {of_budget}");
+            // A standard deviation from 240 fits is known to 4.6 %.
+            assert!((0.87..1.15).contains(&of_budget), "{loss:?} {index}: {of_budget}");
             assert!((0.85..1.2).contains(&of_fit), "{loss:?} {index}: {of_fit}");
         }
+    }
+}
+
+/// One and five in a hundred points are up to a millimetre off on either side: the intervals of both losses hold the
+/// sphere in 95 %. Found: 93.9 to 95.9 %; without the pull of the outliers 92.2 to 93.4 % for Huber's and 5 %.
+#[test]
+fn intervals_of_robust_fits_hold_the_truth_beside_outliers() {
+    let (nominal, places) = (Nominal::Sphere { radius_mm: 20.0 }, spiral(300, 8.0));
+    let budget = Budget {
+        noise: NoiseOf::Uniform { sigma_mm: 1e-5, dof: f64::INFINITY },
+        ..Budget::default()
+    };
+    let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Radius];
+    for (share, loss) in
+        [0.01, 0.05].into_iter().flat_map(|share| [(share, Loss::HUBER), (share, Loss::TUKEY)])
+    {
+        let settings =
+            FitSettings { start: misaligned(), search: false, free: free.clone(), ..with(loss) };
+        let one = |seed: u64| {
+            let mut generator = Pcg64Mcg::seed_from_u64(seed);
+            let mut uniform = || ((generator.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+            let mut off_mm = || {
+                let (radius, angle) = (uniform(), uniform());
+                let d = 1e-5 * (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos();
+                if uniform() < share { d + 2.0 * uniform() - 1.0 } else { d }
+            };
+            let points: Vec<PointMm> =
+                places.iter().map(|&place| measured(&nominal, place, off_mm())).collect();
+            let fitted = fit(&points, &nominal, &settings).unwrap();
+            let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+            let inside = found.parameters.iter().map(|of| {
+                let truth = of.parameter.value(&misaligned(), &nominal).unwrap();
+                let by_noise = coverage_factor(0.95, f64::INFINITY) * of.sources[0].1;
+                let off = (of.value - truth).abs();
+                [off <= of.expanded(0.95).expanded, off <= by_noise]
+            });
+            inside.collect::<Vec<[bool; 2]>>()
+        };
+        let fits: Vec<Vec<[bool; 2]>> = (0..INTERVALS).into_par_iter().map(one).collect();
+        let share_of = |index: usize, which: usize| {
+            let inside = fits.iter().filter(|inside| inside[index][which]).count();
+            inside as f64 / INTERVALS as f64
+        };
+        let shares: Vec<f64> = (0..4).map(|index| share_of(index, 0)).collect();
+        let by_noise: Vec<f64> = (0..4).map(|index| share_of(index, 1)).collect();
+        eprintln!(
+            "{loss:?}, {:.0} % outliers: inside {shares:.4?}, without their pull {by_noise:.4?}",
+            100.0 * share
+        );
+        // Of 2,000 a share of 95 % is known to 0.5 %.
+        assert!(shares.iter().all(|share| (share - 0.95).abs() < 0.015), "{loss:?}: {shares:?}");
     }
 }
 
@@ -242,3 +298,4 @@ fn type_a_of_a_robust_fit_does_not_see_what_it_leaves_out() {
 }
 
 const FITS: u64 = 240;
+const INTERVALS: u64 = 2_000;

@@ -6,7 +6,7 @@ use asphera_form::figures::{Reference, Sample, Term, Terms, remove, rms};
 use asphera_form::form_error::FormError;
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
-    type_a, uncertainty,
+    glance, type_a, uncertainty,
 };
 use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
 use asphera_form::{
@@ -14,6 +14,7 @@ use asphera_form::{
     deviations, fit, fit_weighted, minimum_zone,
 };
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 fn rigid_and_radius() -> Vec<Parameter> {
     Parameter::RIGID.iter().copied().chain([Parameter::Radius]).collect()
@@ -379,6 +380,7 @@ fn type_a_of_noise_weights_and_few_points() {
     let (points, _, fitted) = part(3_000);
     let found = type_a(&points, &fitted, &Aperture::None, None).unwrap();
     assert_eq!((found.patches, found.parameters.len()), (256, 6));
+    assert!(found.independence.unwrap().p < 1e-9);
     let chances: f64 = found.kernels.iter().map(|(_, chance)| chance).sum();
     assert!((chances - 1.0).abs() < 1e-12);
     for (index, parameter) in found.parameters.iter().enumerate() {
@@ -417,4 +419,57 @@ fn type_a_of_noise_weights_and_few_points() {
     let fitted = fit(&exact, &Nominal::Plane, &plane).unwrap();
     let found = type_a(&exact, &fitted, &Aperture::None, None).unwrap();
     assert!(found.parameters[0].expanded(0.95).expanded < 1e-100);
+}
+
+/// At a glance roughly the same (found: 0.9 to 2.2 times, the most of the height), of few points and many, whatever the order they come in; and none where there is nothing to
+/// see by.
+#[test]
+fn a_glance_tells_roughly_what_type_a_does() {
+    for count in [1_500, 20_000] {
+        let (points, _, fitted) = part(count);
+        let deviations_mm = deviations(&points, &fitted.nominal, &fitted.pose);
+        let found = type_a(&points, &fitted, &Aperture::None, None).unwrap();
+        let seen =
+            glance(&points, &deviations_mm, &fitted, &Aperture::None, None).unwrap().unwrap();
+        assert!((56..=64).contains(&seen.patches), "{}", seen.patches);
+        assert!(seen.independence.unwrap().p < 1e-9 && seen.independence.unwrap().ratio > 10.0);
+        for (rough, fine) in seen.parameters.iter().zip(&found.parameters) {
+            let ratio = rough.u / fine.u;
+            eprintln!("{count} points, {}: {ratio:.2}", rough.parameter);
+            assert!(rough.parameter == fine.parameter && (0.5..3.0).contains(&ratio), "{ratio}");
+        }
+        // What does not deviate does not count.
+        let mut gaps = deviations_mm.clone();
+        gaps.iter_mut().step_by(3).for_each(|deviation| *deviation = f64::NAN);
+        let fewer = glance(&points, &gaps, &fitted, &Aperture::None, None).unwrap().unwrap();
+        assert!((fewer.parameters[0].u / seen.parameters[0].u - 1.0).abs() < 0.3);
+    }
+    let (points, _, fitted) = part(3_000);
+    let error = glance(&points, &[0.0; 5], &fitted, &Aperture::None, None).unwrap_err();
+    assert_eq!(error, UncertaintyError::Lengths { points: 3_000, found: 5 });
+    let few = glance(&points[..40], &[1e-6; 40], &fitted, &Aperture::None, None);
+    assert_eq!(few, Ok(None));
+}
+
+/// Of noise alone the means of patches are taken for correlated as often as the probability says.
+#[test]
+fn noise_is_independent_as_often_as_it_says() {
+    let lattice: Vec<PointMm> =
+        (0..2_500).map(|i| [f64::from(i % 50), f64::from(i / 50), 0.0]).collect();
+    let small = |seed: u64| {
+        let mut noise = Uniform::new(seed);
+        let points: Vec<PointMm> = lattice
+            .iter()
+            .map(|[x, y, _]| [*x, *y, 1e-5 * (noise.next() + noise.next() + noise.next())])
+            .collect();
+        let fitted = fit(&points, &Nominal::Plane, &FitSettings::default()).unwrap();
+        let deviations_mm = deviations(&points, &fitted.nominal, &fitted.pose);
+        let seen = glance(&points, &deviations_mm, &fitted, &Aperture::None, None);
+        seen.unwrap().unwrap().independence.unwrap().p
+    };
+    let all: Vec<f64> = (0..600).into_par_iter().map(small).collect();
+    for (p, off) in [(0.05, 0.03), (0.5, 0.07)] {
+        let share = all.iter().filter(|found| **found < p).count() as f64 / all.len() as f64;
+        assert!((share - p).abs() < off, "{share} for {p}");
+    }
 }

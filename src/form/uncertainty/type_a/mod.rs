@@ -22,6 +22,7 @@
 //! to the parameters, and no number made from the deviations can tell of them. For the same reason height and tilts
 //! are overrated where deviations are mere noise: a weak wave of the size of the part cannot be ruled out.
 
+mod glance;
 mod patches;
 #[cfg(test)]
 mod tests;
@@ -34,7 +35,10 @@ use super::budget::{Kernel, UncertaintyError};
 use super::distribution::{bisect, student_cdf};
 use super::linear::Linear;
 use crate::{Aperture, Covariance, Fit, Parameter, PointMm};
-use patches::{Patch, patches};
+use patches::{MOST, Patch, Sums, groups, patch};
+
+pub use glance::glance;
+pub use patches::Independence;
 
 /// What the deviations of a fit tell of its parameters (a type A evaluation: JCGM 100:2008, 4.2).
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +53,8 @@ pub struct TypeA {
     pub kernels: [(Kernel, f64); 3],
     /// Patches the correlation was judged by: at most 256.
     pub patches: usize,
+    /// Whether the deviations could be independent; `None` where patches are single points, or nothing deviates.
+    pub independence: Option<Independence>,
 }
 
 /// The correlation of deviations.
@@ -108,7 +114,8 @@ pub fn type_a(
     uncertainties_mm: Option<&[f64]>,
 ) -> Result<TypeA, UncertaintyError> {
     let linear = Linear::new(points, fit, aperture, uncertainties_mm)?;
-    let patches = patches(&linear);
+    let (patches, sums): (Vec<Patch>, Vec<Sums>) =
+        groups(&linear, MOST).iter().map(|group| patch(group, &linear)).unzip();
     let p = linear.parameters.len();
     if patches.len() < p + LEAST_FREEDOM {
         return Err(UncertaintyError::TooFewPoints {
@@ -116,8 +123,14 @@ pub fn type_a(
             needed: p + LEAST_FREEDOM,
         });
     }
+    Ok(found(fit, &patches, Independence::new(&sums, p)))
+}
+
+/// What some patches tell of the parameters of a fit; they are more than these.
+fn found(fit: &Fit, patches: &[Patch], independence: Option<Independence>) -> TypeA {
+    let p = fit.estimates.len();
     let deviations = DMatrix::from_fn(patches.len(), 1, |i, _| patches[i].deviation_mm);
-    let judged = Judge::new(&patches).judge(&deviations);
+    let judged = Judge::new(patches).judge(&deviations);
     let chances = chances(&judged, 0);
     let freedom = (patches.len() - p) as f64;
     // The variance of Student's distribution over the square of its scale.
@@ -144,7 +157,7 @@ pub fn type_a(
         .enumerate()
         .fold(first, |best, (index, &chance)| if chance > best.1 { (index, chance) } else { best });
     let sigma_mm = (judged[best].squares[0] / freedom).sqrt();
-    Ok(TypeA {
+    TypeA {
         parameters: parameters.collect(),
         covariance: Covariance::new(p, covariance.as_slice(), 1.0),
         correlation: Correlation {
@@ -155,7 +168,8 @@ pub fn type_a(
         },
         kernels,
         patches: patches.len(),
-    })
+        independence,
+    }
 }
 
 /// Probability of a value farther than `half` from 0 under a mixture of Student's distributions.

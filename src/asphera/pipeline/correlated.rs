@@ -1,0 +1,294 @@
+//! What u of pose and parameters is made of, and whether it counts that deviations are correlated.
+
+use asphera_form::uncertainty::{TypeA, UncertaintyError, glance, type_a};
+use asphera_form::{Covariance, Parameter};
+use asphera_surface::PointMm;
+
+use super::errors;
+use super::fit_details;
+use super::fitting::Fitted;
+use super::uncertainties::{Assessed, COVERAGE};
+use crate::config::{CorrelationFrom, Part};
+use crate::report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
+
+/// Writes into the fit what its uncertainties are made of: those of the deviations as the nominal file asks, else what
+/// they would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
+/// fit; `assessed` what a budget made of it.
+pub(super) fn tell(
+    form: &mut FormFigures,
+    part: &Part,
+    fitted: &Fitted,
+    (points, deviations_mm): (&[PointMm], &[f64]),
+    assessed: Option<&Assessed>,
+) {
+    let by_residuals = FitDetails::BY_RESIDUALS.to_owned();
+    form.fit.details.u_model = Some(by_residuals);
+    if fitted.reference.is_some() {
+        // Its parameters are those of the base alone, about which most of the form remains.
+        return;
+    }
+    let fit = &fitted.fit;
+    if let Some(assessed) = assessed {
+        form.fit.details.u_model = Some(errors::model(part).to_owned());
+        form.fit.details.covariance = Some(fit_details::covariance(assessed.covariance(), fit));
+    }
+    let weights = fitted.uncertainties_mm.as_deref();
+    match part.judging.correlated {
+        CorrelationFrom::Nothing => {}
+        CorrelationFrom::Deviations => match type_a(points, fit, &part.aperture, weights) {
+            Ok(found) => count(form, part, fitted, &found, assessed),
+            Err(error) => form.unknown.push(unknown(&error)),
+        },
+        CorrelationFrom::Budget if errors::has_correlated(part) => {}
+        CorrelationFrom::Budget => {
+            match glance(points, deviations_mm, fit, &part.aperture, weights) {
+                Ok(Some(seen)) => warn(form, part, &seen),
+                // Too few points to see by.
+                Ok(None) => {}
+                Err(error) => form.unknown.push(unknown(&error)),
+            }
+        }
+    }
+}
+
+fn unknown(error: &UncertaintyError) -> String {
+    format!("uncertainties by the deviations: {error}")
+}
+
+/// Takes the uncertainties of the parameters from the deviations, and beside them the effects of the machine.
+fn count(
+    form: &mut FormFigures,
+    part: &Part,
+    fitted: &Fitted,
+    found: &TypeA,
+    assessed: Option<&Assessed>,
+) {
+    let fit = &fitted.fit;
+    let effects = assessed.map(Assessed::correlated);
+    let ratio = largest_ratio(found, |parameter| {
+        fit.estimates.iter().find(|estimate| estimate.parameter == parameter)?.u
+    });
+    for (index, of) in found.parameters.iter().enumerate() {
+        let u = effects.and_then(|effects| effects.entry(index, index)).unwrap_or(0.0).sqrt();
+        if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
+            figures.u = Some(of.u.hypot(u)).filter(|u| u.is_finite());
+            // The squares of half widths add up as those of standard deviations, nearly.
+            let half = of.expanded(COVERAGE).expanded.hypot(NORMAL * u);
+            figures.expanded_95 = Some(half).filter(|half| half.is_finite());
+        }
+    }
+    let mut covariance = fit_details::covariance(&found.covariance, fit);
+    if let Some(effects) = effects {
+        fit_details::add(&mut covariance, effects);
+    }
+    let details = &mut form.fit.details;
+    details.covariance = Some(covariance);
+    let beside = effects.is_some_and(varies);
+    let model =
+        if beside { FitDetails::BY_DEVIATIONS_AND_MACHINE } else { FitDetails::BY_DEVIATIONS };
+    details.u_model = Some(model.to_owned());
+    details.correlation = Some(figures(found, part, ratio, true));
+}
+
+/// Says that the uncertainties told are too small, where that is plain.
+fn warn(form: &mut FormFigures, part: &Part, seen: &TypeA) {
+    if seen.independence.is_none_or(|found| found.p > PLAIN) {
+        return;
+    }
+    let told = |parameter: Parameter| form.fit.parameters.get(&parameter.name(&part.nominal))?.u;
+    let Some((parameter, ratio)) = largest_ratio(seen, told) else { return };
+    if ratio < LEAST_RATIO {
+        return;
+    }
+    let name = parameter.name(&part.nominal);
+    let least = ratios(seen, told).map(|(_, ratio)| ratio).fold(ratio, f64::min);
+    let (least, most) = (two_digits(least), two_digits(ratio));
+    let times = if least == most { most } else { format!("{least} to {most} (the most: {name})") };
+    let details = &mut form.fit.details;
+    details.cautions.push(CautionFigures {
+        kind: "correlated".to_owned(),
+        text: format!(
+            "the deviations are correlated over about {} mm, and u of the parameters counts them as independent: as they \
+             are, it is larger by a factor of roughly {times}; correlation = \"deviations\" in the table uncertainty \
+             counts it",
+            two_digits(seen.correlation.length_mm),
+        ),
+        forbids_verdict: false,
+    });
+    details.correlation = Some(figures(seen, part, Some((parameter, ratio)), false));
+}
+
+/// The parameter whose uncertainty by the deviations is the most times that told, and how many.
+fn largest_ratio(
+    found: &TypeA,
+    told: impl Fn(Parameter) -> Option<f64>,
+) -> Option<(Parameter, f64)> {
+    ratios(found, told).reduce(|most, one| if one.1 > most.1 { one } else { most })
+}
+
+/// How many times that told the uncertainty of each parameter is by the deviations.
+fn ratios(
+    found: &TypeA,
+    told: impl Fn(Parameter) -> Option<f64>,
+) -> impl Iterator<Item = (Parameter, f64)> {
+    found.parameters.iter().filter_map(move |of| {
+        let ratio = of.u / told(of.parameter)?;
+        ratio.is_finite().then_some((of.parameter, ratio))
+    })
+}
+
+fn figures(
+    found: &TypeA,
+    part: &Part,
+    ratio: Option<(Parameter, f64)>,
+    counted: bool,
+) -> CorrelationFigures {
+    let correlation = &found.correlation;
+    CorrelationFigures {
+        counted,
+        kernel: correlation.kernel.name().to_owned(),
+        length_mm: correlation.length_mm,
+        sigma_nm: 1e6 * correlation.sigma_mm,
+        rest_nm: 1e6 * correlation.rest_mm,
+        kernels: found.kernels.iter().map(|(kernel, p)| (kernel.name().to_owned(), *p)).collect(),
+        patches: found.patches as u64,
+        patch_ratio: found.independence.map(|found| found.ratio),
+        independent_p: found.independence.map(|found| found.p),
+        largest_ratio: ratio.map(|(_, ratio)| ratio),
+        largest_ratio_of: ratio.map(|(parameter, _)| parameter.name(&part.nominal)),
+    }
+}
+
+fn varies(covariance: &Covariance) -> bool {
+    (0..covariance.size()).any(|i| covariance.entry(i, i).is_some_and(|variance| variance > 0.0))
+}
+
+/// A number above 0 to two digits, and no less than its integral part.
+fn two_digits(value: f64) -> String {
+    let places = (1.0 - value.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.places$}")
+}
+
+/// Deviations are plainly correlated where independent ones would look so by a chance smaller than this.
+const PLAIN: f64 = 1e-3;
+/// By so many times an uncertainty must be too small to be worth a caution.
+const LEAST_RATIO: f64 = 2.0;
+/// Half the width of an interval of 95 % in standard deviations.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+#[cfg(test)]
+mod tests {
+    use super::super::Pipeline;
+    use super::*;
+    use crate::report::{Report, UncertaintyFigures};
+
+    const PLANE: &str = "[surface]\nkind = \"plane\"\n";
+
+    /// A plane with a wave of 20 nm over 12 mm, or without, and noise of some 10 nm.
+    fn measured(wave_nm: f64, rest: &str) -> Report {
+        let mut pipeline = Pipeline::new(Part::parse("p.toml", &format!("{PLANE}{rest}")).unwrap());
+        let mut state = 7_u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        for index in 0..3600_u32 {
+            let (x, y) = (f64::from(index % 60), f64::from(index / 60));
+            let wave = wave_nm * (0.5 * x + 0.2 * y).sin() * (0.3 * y - 0.1 * x).cos();
+            let noise = 10.0 * 3.0_f64.sqrt() * (0..4).map(|_| uniform()).sum::<f64>();
+            pipeline.take_position([x, y, 1e-6 * (wave + noise)]);
+        }
+        pipeline.finish().report
+    }
+
+    fn kinds(form: &FormFigures) -> Vec<&str> {
+        form.fit.details.cautions.iter().map(|caution| &caution.kind[..]).collect()
+    }
+
+    #[test]
+    fn correlated_deviations_are_cautioned_of_and_counted_where_asked() {
+        let plain = measured(20.0, "").form.unwrap();
+        assert_eq!(kinds(&plain), ["correlated"]);
+        let details = &plain.fit.details;
+        assert_eq!(details.u_model.as_deref(), Some(FitDetails::BY_RESIDUALS));
+        let seen = details.correlation.as_ref().unwrap();
+        assert!(!seen.counted && seen.largest_ratio.unwrap() > 2.0, "{seen:?}");
+        assert!(seen.independent_p.unwrap() < 1e-9 && seen.patches >= 56, "{seen:?}");
+        let text = &details.cautions[0].text;
+        assert!(text.contains(&seen.largest_ratio_of.clone().unwrap()), "{text}");
+
+        let counted = measured(20.0, "[uncertainty]\ncorrelation = \"deviations\"\n").form.unwrap();
+        assert_eq!(kinds(&counted), Vec::<&str>::new());
+        let details = &counted.fit.details;
+        assert_eq!(details.u_model.as_deref(), Some(FitDetails::BY_DEVIATIONS));
+        assert!(details.correlation.as_ref().unwrap().counted);
+        let by = |form: &FormFigures, name: &str| form.fit.parameters[name].clone();
+        let most = seen.largest_ratio_of.as_deref().unwrap();
+        let ratio = by(&counted, most).u.unwrap() / by(&plain, most).u.unwrap();
+        assert!((0.6..1.7).contains(&(ratio / seen.largest_ratio.unwrap())), "{ratio} {seen:?}");
+        let of = by(&counted, most);
+        assert!(of.expanded_95.unwrap() > 1.2 * of.u.unwrap(), "{of:?}");
+        let covariance = details.covariance.as_ref().unwrap();
+        let at = covariance.parameters.iter().position(|name| name == most).unwrap();
+        assert!((covariance.covariance[at][at].sqrt() / of.u.unwrap() - 1.0).abs() < 1e-12);
+        let of_figures = counted.deviation.uncertainty.unwrap();
+        assert_eq!(of_figures.model, UncertaintyFigures::NOISE_BESIDE_FORM);
+    }
+
+    #[test]
+    fn noise_and_what_is_stated_need_no_caution() {
+        assert_eq!(kinds(&measured(0.0, "").form.unwrap()), Vec::<&str>::new());
+        for rest in [
+            "[uncertainty]\ncorrelation = \"none\"\n",
+            "[uncertainty]\nlong_wave_nm = 10\nlong_wave_mm = 8\nlong_wave_kernel = \"matern\"\n",
+        ] {
+            let form = measured(20.0, rest).form.unwrap();
+            assert_eq!(kinds(&form), Vec::<&str>::new());
+            assert_eq!(form.fit.details.correlation, None);
+        }
+        let form = measured(20.0, "[uncertainty]\nnoise_nm = 10\n").form.unwrap();
+        assert_eq!(kinds(&form), ["correlated"]);
+        assert_eq!(form.fit.details.u_model.as_deref(), Some(UncertaintyFigures::NOISE_ONLY));
+    }
+
+    #[test]
+    fn the_machine_counts_beside_the_deviations() {
+        let rest = "[uncertainty]\ncorrelation = \"deviations\"\n";
+        let alone = measured(20.0, rest).form.unwrap();
+        let both = measured(20.0, &format!("{rest}square_xz_arcsec = 2\n")).form.unwrap();
+        let machine = measured(20.0, "[uncertainty]\nsquare_xz_arcsec = 2\nnoise_nm = 0\n");
+        let machine = machine.form.unwrap();
+        for (name, of) in &both.fit.parameters {
+            let [a, b] = [&alone, &machine].map(|form| form.fit.parameters[name].u.unwrap());
+            assert!((of.u.unwrap() / a.hypot(b) - 1.0).abs() < 1e-9, "{name}");
+        }
+        let model = both.fit.details.u_model.as_deref();
+        assert_eq!(model, Some(FitDetails::BY_DEVIATIONS_AND_MACHINE));
+        assert_eq!(both.deviation.uncertainty.unwrap().model, UncertaintyFigures::BUDGET);
+    }
+
+    #[test]
+    fn too_few_points_are_said() {
+        let text = format!("{PLANE}[uncertainty]\ncorrelation = \"deviations\"\nnoise_nm = 1\n");
+        let mut pipeline = Pipeline::new(Part::parse("p.toml", &text).unwrap());
+        for index in 0..9_u32 {
+            let (x, y) = (f64::from(index % 3), f64::from(index / 3));
+            pipeline.take_position([x, y, 1e-6 * f64::from(index * index % 5)]);
+        }
+        let form = pipeline.finish().report.form.unwrap();
+        let why = form.unknown.iter().find(|why| why.starts_with("uncertainties by the"));
+        assert!(why.is_some_and(|why| why.contains("9 points are too few")), "{:?}", form.unknown);
+        assert_eq!(
+            form.fit.details.u_model.as_deref(),
+            Some(UncertaintyFigures::NOISE_BESIDE_FORM)
+        );
+    }
+
+    #[test]
+    fn two_digits_are_enough() {
+        let found = [0.0123, 3.1618, 14.9, 1234.0].map(two_digits);
+        assert_eq!(found, ["0.012", "3.2", "15", "1234"]);
+    }
+}
