@@ -66,6 +66,34 @@ impl Scale {
         NoiseLeft { variance, square }
     }
 
+    /// The variance that is left at the places `at` of noise of variance 1, the border regarded: a quadric rests on few
+    /// neighbours there and passes far more. `None` without an S-filter, which alone makes a difference. Of many neighbours
+    /// some stand for all.
+    pub(crate) fn of_noise_at(
+        &self,
+        places_mm: &[[f64; 2]],
+        areas_mm2: &[f64],
+        at: &[usize],
+    ) -> Option<Vec<f64>> {
+        let filter = self.s?;
+        let mean_mm2 = areas_mm2.iter().sum::<f64>() / areas_mm2.len() as f64;
+        let within = PI * filter.window_mm() * filter.window_mm() / mean_mm2;
+        let step = (within / MOST_NEIGHBOURS).ceil().max(1.0) as usize;
+        let some = |step: usize| (0..places_mm.len()).step_by(step);
+        let thinned_mm: Vec<[f64; 2]> = some(step).map(|i| places_mm[i]).collect();
+        let areas: Vec<f64> = some(step).map(|i| areas_mm2[i]).collect();
+        let cells = Cells::new(&thinned_mm, filter.window_mm());
+        let of_place = |&index: &usize| {
+            let near = filter.neighbours(&cells, &areas, places_mm[index]);
+            let gains = filter.gains(&near)?;
+            Some(gains.iter().map(|gain| gain * gain).sum::<f64>() / step as f64)
+        };
+        let short = Scale { s: self.s, l: None };
+        let by_l = self.of_noise(mean_mm2).variance / short.of_noise(mean_mm2).variance;
+        let found = at.par_iter().map(of_place).collect::<Vec<Option<f64>>>().into_iter();
+        Some(found.map(|variance| by_l * variance.unwrap_or(1.0).min(1.0)).collect())
+    }
+
     /// The share of a wave that passes, by the square of its frequency in mm⁻².
     fn passed(&self, frequency_per_mm2: f64) -> f64 {
         let s = self.s.map_or(1.0, |filter| filter.passed(frequency_per_mm2));
@@ -82,40 +110,53 @@ impl Gaussian {
         areas: &[f64],
         functions: &Functions,
     ) -> Functions {
-        let (unit_mm, window_mm) = (self.unit_mm(), self.window_mm());
-        let cells = Cells::new(places_mm, window_mm);
-        let terms = terms_of(self.order(), true, true);
+        let cells = Cells::new(places_mm, self.window_mm());
         let of_place = |index: usize| {
-            let [x, y] = places_mm[index];
-            let near = cells.near([x, y]).filter_map(|other| {
-                let [u, v] = [places_mm[other][0] - x, places_mm[other][1] - y];
-                let square_mm2 = u * u + v * v;
-                if areas[other] <= 0.0 || square_mm2 > window_mm * window_mm {
-                    return None;
-                }
-                let [u, v] = [u / unit_mm, v / unit_mm];
-                Some((other, areas[other] * (-PI * (u * u + v * v)).exp(), [u, v]))
-            });
-            let near: Vec<(usize, f64, [f64; 2])> = near.collect();
-            let mut sums = Sums::default();
-            for (_, weight, [u, v]) in &near {
-                for (sum, &(i, j)) in sums.moments.iter_mut().zip(&MOMENTS) {
-                    *sum += weight * u.powi(i as i32) * v.powi(j as i32);
-                }
-            }
-            let Some(answer) = sums.answer(&terms) else { return functions[index].clone() };
+            let near = self.neighbours(&cells, areas, places_mm[index]);
+            let Some(gains) = self.gains(&near) else { return functions[index].clone() };
             let mut found = vec![0.0; functions[index].len()];
-            for (other, weight, [u, v]) in near {
-                let at = |&(i, j): &(usize, usize)| u.powi(i as i32) * v.powi(j as i32);
-                let gain: f64 = answer.iter().zip(&TERMS).map(|(of, term)| of * at(term)).sum();
-                let gain = weight * gain;
-                for (sum, value) in found.iter_mut().zip(&functions[other]) {
+            for (Neighbour { index: other, .. }, gain) in near.iter().zip(gains) {
+                for (sum, value) in found.iter_mut().zip(&functions[*other]) {
                     *sum += gain * value;
                 }
             }
             found
         };
         (0..places_mm.len()).into_par_iter().map(of_place).collect()
+    }
+
+    /// What lies within the window about a place.
+    fn neighbours(&self, cells: &Cells<'_>, areas: &[f64], [x, y]: [f64; 2]) -> Vec<Neighbour> {
+        let (unit_mm, window_mm) = (self.unit_mm(), self.window_mm());
+        let near = cells.near([x, y]).filter_map(|index| {
+            let place_mm = cells.place(index);
+            let [u, v] = [place_mm[0] - x, place_mm[1] - y];
+            if areas[index] <= 0.0 || u * u + v * v > window_mm * window_mm {
+                return None;
+            }
+            let at = [u / unit_mm, v / unit_mm];
+            let weight = areas[index] * (-PI * (at[0] * at[0] + at[1] * at[1])).exp();
+            Some(Neighbour { index, weight, at })
+        });
+        near.collect()
+    }
+
+    /// What each of the neighbours counts in the value at the place; `None` if none has a weight.
+    fn gains(&self, near: &[Neighbour]) -> Option<Vec<f64>> {
+        let power =
+            |[u, v]: [f64; 2], &(i, j): &(usize, usize)| u.powi(i as i32) * v.powi(j as i32);
+        let mut sums = Sums::default();
+        for Neighbour { weight, at, .. } in near {
+            for (sum, exponents) in sums.moments.iter_mut().zip(&MOMENTS) {
+                *sum += weight * power(*at, exponents);
+            }
+        }
+        let answer = sums.answer(&terms_of(self.order(), true, true))?;
+        let gain = |Neighbour { weight, at, .. }: &Neighbour| {
+            let polynomial = answer.iter().zip(&TERMS).map(|(of, term)| of * power(*at, term));
+            weight * polynomial.sum::<f64>()
+        };
+        Some(near.iter().map(gain).collect())
     }
 
     fn passed(&self, frequency_per_mm2: f64) -> f64 {
@@ -125,6 +166,14 @@ impl Gaussian {
             Order::Two => (1.0 + y) * (-y).exp(),
         }
     }
+}
+
+/// A place within the window of another.
+struct Neighbour {
+    index: usize,
+    weight: f64,
+    /// How far off, in units of the filter.
+    at: [f64; 2],
 }
 
 /// Every function about a datum of its own.
@@ -158,6 +207,8 @@ fn levelled(
 
 /// Steps of the frequency: the last wave of 4 points is told by 256.
 const STEPS: usize = 512;
+/// Neighbours that tell what a filter makes of noise.
+const MOST_NEIGHBOURS: f64 = 400.0;
 
 #[cfg(test)]
 mod tests {
@@ -236,6 +287,30 @@ mod tests {
                 assert!(told.square <= told.variance && told.variance <= 1.0 + 1e-12);
             }
         }
+    }
+
+    /// At a corner, a border and inside, over 200 lattices of noise: a variance is then known to 10 %.
+    #[test]
+    fn at_the_border_more_noise_is_left() {
+        let scale = scale(Some(0.6), None, Order::Two);
+        let quiet = lattice(|_, _| 0.0);
+        let at = [0, SIDE / 2, SIDE * SIDE / 2 + SIDE / 2];
+        let told = scale.of_noise_at(quiet.places_mm(), quiet.areas_mm2(), &at).unwrap();
+        let mut sums = [0.0; 3];
+        for seed in 0..200 {
+            let numbers = Numbers::new(seed, 0, 0);
+            let noise = (0..SIDE * SIDE).map(|i| vec![numbers.normal(i)]).collect();
+            let datums = [Datum::AsGiven; 2];
+            let left = scale.of_functions(quiet.places_mm(), quiet.areas_mm2(), noise, datums);
+            for (sum, index) in sums.iter_mut().zip(at) {
+                *sum += left[index][0].powi(2) / 200.0;
+            }
+        }
+        for (told, found) in told.iter().zip(sums) {
+            assert!((found / told - 1.0).abs() < 0.35, "{told} {found}");
+        }
+        assert!(told[0] > 2.0 * told[1] && told[1] > 1.5 * told[2], "{told:?}");
+        assert!((told[2] / scale.of_noise(0.01).variance - 1.0).abs() < 0.02, "{told:?}");
     }
 
     const SIDE: usize = 60;

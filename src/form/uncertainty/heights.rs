@@ -10,7 +10,8 @@
 //! the places near the extremes as measured, each with noise of its own, or where short waves were filtered out, one for all
 //! places as near together as the filter leaves them correlated.
 //!
-//! Noise adds to averages in squares, so that for these the share of the noise is taken off in squares.
+//! The first order takes waves of the surface for whole of which an S-filter passes a part; u of Sa and Sq is then too large,
+//! by up to a half or so. Noise adds to averages in squares, so that for these the share of the noise is taken off in squares.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -82,7 +83,7 @@ impl Source<'_> {
             place.left_nm2 *= nodes.left[place.node].variance;
         }
         let mut found = self.averages(&places, &nodes, draws);
-        found.extend(self.ends(&places, &nodes, draws));
+        found.extend(self.ends(&places, &nodes, scale, draws));
         Ok(found)
     }
 
@@ -197,22 +198,34 @@ impl Source<'_> {
     }
 
     /// Sp, Sv and Sz.
-    fn ends(&self, places: &[Place], nodes: &Nodes, draws: &Draws) -> Vec<(Definition, Simulated)> {
+    fn ends(
+        &self,
+        places: &[Place],
+        nodes: &Nodes,
+        scale: &Scale,
+        draws: &Draws,
+    ) -> Vec<(Definition, Simulated)> {
         let noise_nm2 = places.iter().map(|place| place.left_nm2).fold(0.0, f64::max);
         let waves_nm2 = nodes.functions.iter().map(|values| dot(values, values));
         let u_nm = (noise_nm2 + waves_nm2.fold(0.0, f64::max)).sqrt();
         let share = MISSED / places.len() as f64;
-        let reach_nm = SQRT_2 * u_nm * student_quantile(1.0 - share, f64::INFINITY);
+        let mut reach_nm = SQRT_2 * u_nm * student_quantile(1.0 - share, f64::INFINITY);
+        if scale.s_mm().is_some() {
+            reach_nm *= AT_BORDER;
+        }
         let heights_nm: Vec<f64> = places.iter().map(|place| place.height_nm).collect();
         let (near, capped) = near_ends(&heights_nm, reach_nm, MOST_NEAR);
-        let near: Vec<(&Place, (u32, usize))> =
-            near.iter().map(|&i| (&places[i], self.number_of(&places[i], nodes))).collect();
+        let sigmas_nm = self.left_at(places, &near, nodes, scale);
+        let near: Vec<(&Place, f64, (u32, usize))> = near
+            .iter()
+            .zip(sigmas_nm)
+            .map(|(&i, sigma_nm)| (&places[i], sigma_nm, self.number_of(&places[i], nodes)))
+            .collect();
         let of_draw = |draw: u32| {
             let factors = factors(draws.seed, draw, self.modes.functions());
-            let value_nm = |&(place, (stream, index)): &(&Place, (u32, usize))| {
+            let value_nm = |&(place, sigma_nm, (stream, index)): &(&Place, f64, (u32, usize))| {
                 let noise = Numbers::new(draws.seed, draw, stream).normal(index);
-                let waves_nm = dot(&nodes.functions[place.node], &factors);
-                place.height_nm + waves_nm + place.left_nm2.sqrt() * noise
+                place.height_nm + dot(&nodes.functions[place.node], &factors) + sigma_nm * noise
             };
             let [low, high] = extremes(&near.iter().map(value_nm).collect::<Vec<f64>>());
             [high, -low, high - low]
@@ -225,6 +238,22 @@ impl Source<'_> {
         };
         let ends = [(Definition::Sp, high), (Definition::Sv, -low), (Definition::Sz, high - low)];
         ends.into_iter().enumerate().filter_map(figure).collect()
+    }
+
+    /// Standard deviation in nm of the noise that is left at some places, the border regarded.
+    fn left_at(&self, places: &[Place], some: &[usize], nodes: &Nodes, scale: &Scale) -> Vec<f64> {
+        let places_mm: Vec<[f64; 2]> =
+            places.iter().map(|place| self.linear.places_mm[place.index]).collect();
+        let areas_mm2: Vec<f64> = places.iter().map(|place| nodes.areas_mm2[place.node]).collect();
+        let of_place = |&i: &usize| places[i].left_nm2.sqrt();
+        match scale.of_noise_at(&places_mm, &areas_mm2, some) {
+            None => some.iter().map(of_place).collect(),
+            Some(left) => some
+                .iter()
+                .zip(left)
+                .map(|(&i, left)| (self.noise_mm2[places[i].index] * left).sqrt() * NM_PER_MM)
+                .collect(),
+        }
     }
 
     /// Which random number is the noise of a place: its own, or that of the places so near that the filter leaves
@@ -272,6 +301,8 @@ impl FoldedNormal {
 const MOST_AVERAGED: usize = 8192;
 /// Places a draw looks at, at either end.
 const MOST_NEAR: usize = 2048;
+/// By how much more the noise may be left at the border.
+const AT_BORDER: f64 = 2.0;
 /// Where more of the noise is left than this, neighbours are as good as independent.
 const HALF: f64 = 0.5;
 /// Streams of random numbers, beside those of the measurements.

@@ -205,13 +205,14 @@ fn smooth() -> Option<LongWave> {
     Some(LongWave { sigma_mm: 5e-6, length_mm: 1.5, kernel: Kernel::Gaussian, dof })
 }
 
-/// Averages hold the truth as often as they say; what is made of extremes less often, because draws tell only a part of what
-/// noise adds to it.
+/// Averages hold the truth as often as they say, or more where their u is too large: it takes ripples for whole of which
+/// the S-filter passes a part. What is made of extremes holds it less often, because draws tell only a part of what noise
+/// adds.
 fn assert_covered(told: &[(String, f64, f64)], least_of_extremes: f64) {
     for (name, share, ratio) in told {
         let is_average = ["Sa", "Sq"].contains(&&name[..]);
-        let least = if is_average { 0.92 } else { least_of_extremes };
-        assert!(*share >= least && (ratio - 1.0).abs() < 0.25, "{name}: {share} {ratio}");
+        let (least, largest) = if is_average { (0.92, 1.8) } else { (least_of_extremes, 1.3) };
+        assert!(*share >= least && (0.75..largest).contains(ratio), "{name}: {share} {ratio}");
     }
 }
 
