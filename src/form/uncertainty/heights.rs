@@ -38,6 +38,9 @@ struct Place {
     left_nm2: f64,
 }
 
+/// The mean of a quantity over the places.
+type Mean<'a> = dyn Fn(&dyn Fn(&Place) -> f64) -> f64 + 'a;
+
 /// What all of them have.
 struct Nodes {
     /// What is left of each function at each node in nm.
@@ -170,7 +173,7 @@ impl Source<'_> {
     fn spread(
         &self,
         places: &[Place],
-        mean: &dyn Fn(&dyn Fn(&Place) -> f64) -> f64,
+        mean: &Mean<'_>,
         nodes: &Nodes,
         table: &FoldedNormal,
     ) -> [f64; 2] {
