@@ -23,7 +23,8 @@ pub use fit_details::{
     ShareFigures, UndeterminedFigures,
 };
 pub use form::{
-    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, Source, ZernikeFigures, ZernikeTerm,
+    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, SimulatedFigures, Source,
+    ZernikeFigures, ZernikeTerm,
 };
 pub use prospect::{Outlook, ProspectFigures, ProspectState};
 pub use standards::{

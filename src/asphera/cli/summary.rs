@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::report::{
-    DefectFigures, FeatureFigures, FormFigures, RepeatFigures, Report, SamplingFigures,
+    DefectFigures, FeatureFigures, FormFigure, FormFigures, RepeatFigures, Report, SamplingFigures,
     StandardFigures, Status, UnmeasuredFigures,
 };
 
@@ -172,6 +172,15 @@ fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
             "zone       {:.1} nm, {}; none near by is narrower than {:.1} nm",
             zone.width.value, zone.termination, zone.lower_nm
         )?;
+        if let (Some(u), Some(of)) = (zone.width.u, &zone.width.simulated) {
+            let (low, high) = (short(of.low), short(of.high));
+            writeln!(
+                text,
+                "           u {} nm (k = 1, {}), 95 %: {low} to {high} nm",
+                short(u),
+                of.model
+            )?;
+        }
     }
     if let Some((found, asked)) =
         of.indication.as_ref().and_then(|of| Some((&of.found, of.asked.as_ref()?)))
@@ -181,8 +190,12 @@ fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
     if let Some(texture) = &of.texture {
         let heights =
             texture.figures.iter().filter(|figure| ["Sa", "Sq", "Sz"].contains(&&figure.name[..]));
-        let heights: Vec<String> =
-            heights.map(|figure| format!("{} {} nm", figure.name, short(figure.value))).collect();
+        let of = |figure: &FormFigure| {
+            figure.u.map_or(String::new(), |u| format!(" (u {} nm)", short(u)))
+        };
+        let heights = heights
+            .map(|figure| format!("{} {} nm{}", figure.name, short(figure.value), of(figure)));
+        let heights: Vec<String> = heights.collect();
         writeln!(text, "texture    {}: {}", texture.surface, heights.join(", "))?;
     }
     Ok(())

@@ -43,8 +43,8 @@ pub struct Judging {
 }
 
 impl Judging {
-    /// Whether there are limits of figures whose uncertainty is not worked out.
-    pub fn has_bare_limits(&self) -> bool {
+    /// Whether there are limits of figures that are made of more than deviations: minimum zone, texture.
+    pub fn has_limits_of_standards(&self) -> bool {
         self.minimum_zone_nm.is_some() || !self.texture.is_empty()
     }
 }

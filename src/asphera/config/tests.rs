@@ -76,7 +76,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 51] = [
+const ALTERNATIVES: [&str; 52] = [
     "rho_limit = 0.05",
     "kind = \"socketcan\"",
     "interface = \"can0\"",

@@ -18,7 +18,11 @@ export function showStandards(form) {
     cells: [
       { text: figure.name, small: figure.source },
       figure.variant,
-      { text: `${significant(figure.value, 4)} ${unitText(figure.unit)}`.trim(), className: "num" },
+      {
+        text: `${significant(figure.value, 4)} ${unitText(figure.unit)}`.trim(),
+        small: uncertainty(figure),
+        className: "num",
+      },
     ],
   })));
   setText(byId("standards-note"), [
@@ -26,4 +30,13 @@ export function showStandards(form) {
     texture ? `Texture: ${texture.surface}, less ${texture.f_operation}. ${texture.filters.join(". ")}` : "",
   ].filter(Boolean).join(" "));
   byId("standards-note").hidden = !zone && !texture;
+}
+
+/** The uncertainty, the interval, and what both are made of. */
+function uncertainty({ u, unit, simulated }) {
+  if (u === undefined) return undefined;
+  const known = `u ${significant(u, 2)} ${unitText(unit)}`.trim();
+  if (!simulated) return known;
+  const { low, high, p, model, draws } = simulated;
+  return `${known}; ${significant(100 * p, 2)} %: ${significant(low, 4)} to ${significant(high, 4)} (${model}, ${draws} draws)`;
 }

@@ -215,6 +215,11 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
             if let Some(u) = figure.u {
                 add(&format!("u of {name}"), u.to_string());
             }
+            if let Some(of) = &figure.simulated {
+                let percent = 100.0 * of.p;
+                let interval = format!("{} to {}, {}", of.low, of.high, of.model);
+                add(&format!("{percent} % of {name}"), interval);
+            }
         }
     }
     if let Some(of) = report.form.as_ref().map(|form| &form.standards) {

@@ -3,7 +3,9 @@
 use std::fmt::{Result, Write as _};
 
 use super::words::{count, minus, percent, place, short, text};
-use crate::report::{IndicationFigures, MinimumZoneFigures, TextureFigures};
+use crate::report::{
+    FormFigure, IndicationFigures, MinimumZoneFigures, SimulatedFigures, TextureFigures,
+};
 
 /// What a drawing asks and what was found, in its own notation.
 pub(super) fn indication(out: &mut String, indication: &IndicationFigures) -> Result {
@@ -24,6 +26,17 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
         short(zone.least_squares_pv_nm),
         short(zone.offset_nm)
     )?;
+    if let (Some(u), Some(simulated)) = (zone.width.u, &zone.width.simulated) {
+        writeln!(
+            out,
+            "<p>u = {} nm (k = 1); 95 %: {} to {} nm, the {} nm taken off that noise makes.{}</p>",
+            short(u),
+            short(simulated.low),
+            short(simulated.high),
+            short(simulated.bias),
+            draws(simulated)
+        )?;
+    }
     writeln!(
         out,
         "<p class=\"note\">{}, {}. Certificate: no zone near by is narrower than {} nm, which is {} nm less; all {} \
@@ -75,23 +88,53 @@ pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
     for filter in &texture.filters {
         writeln!(out, "<p class=\"note\">{}.</p>", text(filter))?;
     }
-    out.push_str(
-        "<table class=\"wide\"><thead><tr><th>parameter</th><th class=\"n\">value</th><th>definition</th></tr></thead>\
-         <tbody>\n",
-    );
+    let simulated = texture.figures.iter().find_map(|figure| figure.simulated.as_ref());
+    writeln!(
+        out,
+        "<table class=\"wide\"><thead><tr><th>parameter</th><th class=\"n\">value</th>{}<th>definition</th></tr></thead>\
+         <tbody>",
+        if simulated.is_some() { "<th class=\"n\">u (k = 1); 95 %</th>" } else { "" }
+    )?;
     for figure in &texture.figures {
         writeln!(
             out,
-            "<tr><th>{}</th><td class=\"n\">{} {}</td><td class=\"small\">{} <i>({})</i></td></tr>",
+            "<tr><th>{}</th><td class=\"n\">{} {}</td>{}<td class=\"small\">{} <i>({})</i></td></tr>",
             text(&figure.name),
             short(figure.value),
             text(&figure.unit),
+            if simulated.is_some() { uncertainty(figure) } else { String::new() },
             text(&figure.definition),
             text(&figure.source)
         )?;
     }
-    out.push_str(
-        "</tbody></table>\n<p class=\"note\">No uncertainty was evaluated for these.</p>\n",
-    );
-    Ok(())
+    out.push_str("</tbody></table>\n");
+    match simulated {
+        Some(simulated) => writeln!(
+            out,
+            "<p class=\"note\">Intervals are of the surface without noise, whose share is taken off; of extremes (Sp, Sv, Sz, as of \
+             the minimum zone) draws tell only a part of it, and the interval holds the truth the less often the more noise \
+             there is.{}</p>",
+            draws(simulated)
+        ),
+        None => writeln!(out, "<p class=\"note\">No uncertainty was evaluated for these.</p>"),
+    }
+}
+
+fn uncertainty(figure: &FormFigure) -> String {
+    match (figure.u, &figure.simulated) {
+        (Some(u), Some(simulated)) => format!(
+            "<td class=\"n\">{}; {} to {}</td>",
+            short(u),
+            short(simulated.low),
+            short(simulated.high)
+        ),
+        _ => "<td class=\"n\">–</td>".to_owned(),
+    }
+}
+
+/// What was simulated, as a sentence after another.
+fn draws(simulated: &SimulatedFigures) -> String {
+    let SimulatedFigures { model, draws, seed, capped, .. } = simulated;
+    let capped = if *capped { ", of the outermost points only" } else { "" };
+    format!(" {draws} simulated measurements{capped}, seed {seed} ({}).", text(model))
 }

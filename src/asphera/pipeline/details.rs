@@ -183,6 +183,7 @@ pub(super) fn told(Figure { definition, value }: Figure, variant: String) -> For
         unit: definition.unit().to_string(),
         u: None,
         expanded: None,
+        simulated: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     }

@@ -125,6 +125,7 @@ pub(super) fn measure(
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
         form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
+    let mut of_standards = standards::Found::default();
     if let (Some(form), Ok(fit)) = (&mut form, result) {
         let measured = Measured {
             part: &part,
@@ -135,12 +136,13 @@ pub(super) fn measure(
             covered: &covered,
             map: map.as_ref(),
         };
-        standards::add(form, &measured);
+        of_standards = standards::add(form, &measured);
     }
     let assessed =
         fitted.as_ref().ok().and_then(|fitted| assess(&part, mesh.points(), fitted, &plane));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
+        standards::tell(form, &of_standards, assessed, &part);
     }
     if let (Some(form), Ok(fitted)) = (&mut form, &fitted) {
         let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
@@ -171,17 +173,17 @@ pub(super) fn measure(
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let deviating = form.as_ref().map(|_| &deviations_mm[..]);
     let features = defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned()));
-    let mut of_zones = Vec::new();
+    let mut without_form = Vec::new();
+    let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
     let mut compared = match &assessed {
         None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
-        Some(Ok(assessed)) => uncertainties::compare(&part, assessed, &unmeasured, &mut of_zones),
+        Some(Ok(assessed)) => uncertainties::compare(&part, assessed, &unmeasured, figures),
         Some(Err(error)) => uncertainties::unknown(error),
     };
-    standards::hold(&mut compared, &part, form.as_ref());
+    let noise_dof = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+    let noise_dof = noise_dof.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
+    standards::hold(&mut compared, &part, form.as_ref(), noise_dof, &unmeasured);
     let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
-    if let Some(form) = &mut form {
-        form.figures.extend(of_zones);
-    }
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,

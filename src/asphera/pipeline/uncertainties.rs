@@ -1,6 +1,6 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::{Definition, Terms};
+use asphera_form::figures::{Definition, Terms, Unit};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
@@ -18,9 +18,9 @@ use crate::report::{Check, FormFigure, FormFigures, Status, UncertaintyFigures, 
 
 /// The uncertainties of a part.
 pub(super) struct Assessed {
-    uncertainty: Uncertainty,
+    pub(super) uncertainty: Uncertainty,
     pv: Simulated,
-    draws: Draws,
+    pub(super) draws: Draws,
 }
 
 impl Assessed {
@@ -118,7 +118,7 @@ pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
 }
 
 /// The verdict by limits and guard band, what is not measured regarded.
-/// The figures of zones and any other that has a limit are added to `figures`, where they are not told otherwise.
+/// Figures of zones are added to `figures`; others that have a limit get their uncertainty there.
 pub(super) fn compare(
     part: &Part,
     assessed: &Assessed,
@@ -142,6 +142,7 @@ pub(super) fn compare(
     let hidden = |limit: &Limit| unmeasured.hidden(limit.definition);
     match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
         Ok(judged) => {
+            judged.iter().for_each(|judged| beside(judged, figures));
             figures.extend(judged.iter().filter_map(of_zone));
             let names = named.into_iter().map(|(name, _)| name);
             let found = names.zip(judged.into_iter().map(|judged| judged.decision));
@@ -171,12 +172,35 @@ pub(super) fn compare(
                     Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
                 }
             }
-            if limits.is_empty() && !part.judging.has_bare_limits() {
+            if limits.is_empty() && !part.judging.has_limits_of_standards() {
                 super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
             }
             verdict
         }
         Err(error) => without(&error),
+    }
+}
+
+/// Writes the uncertainty of a limited figure of the whole aperture where it stands already: there by area, where in the
+/// limit every point counts alike, which hardly matters to its uncertainty.
+fn beside(judged: &Judged, figures: &mut [FormFigure]) {
+    let Limit { definition, zone, less, .. } = judged.limit;
+    let Ok(decision) = judged.decision else { return };
+    // Slopes in the figures may be over another length.
+    if zone != Aperture::None || definition.unit() != Unit::Nanometres {
+        return;
+    }
+    let variant = less.list().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    let is_it = |figure: &&mut FormFigure| {
+        figure.name == definition.to_string()
+            && match (variant.is_empty(), figure.variant.strip_prefix("less ")) {
+                (true, None) => true,
+                (false, Some(terms)) => terms == variant,
+                _ => false,
+            }
+    };
+    for figure in figures.iter_mut().filter(is_it) {
+        figure.u = figure.u.or(decision.finding.u);
     }
 }
 
@@ -192,6 +216,7 @@ fn of_zone(judged: &Judged) -> Option<FormFigure> {
         unit: definition.unit().to_string(),
         u: finding.u,
         expanded: None,
+        simulated: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     })

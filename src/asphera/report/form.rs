@@ -19,6 +19,9 @@ pub struct FormFigure {
     /// Its expanded uncertainty; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded: Option<ExpandedFigures>,
+    /// What simulated measurements tell of it; absent where none were made for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<SimulatedFigures>,
     /// What it is, in one sentence.
     pub definition: String,
     /// The standard or paper that defines it.
@@ -34,6 +37,29 @@ pub struct ExpandedFigures {
     pub k: f64,
     /// The probability that the interval holds the truth, 0 to 1.
     pub p: f64,
+}
+
+/// What simulated measurements tell of a figure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulatedFigures {
+    /// What errors they have: [`UncertaintyFigures::BUDGET`](super::UncertaintyFigures::BUDGET) or
+    /// [`UncertaintyFigures::NOISE_ONLY`](super::UncertaintyFigures::NOISE_ONLY).
+    pub model: String,
+    /// Lower end of the interval that holds the figure of the part without errors, in the unit of the figure.
+    pub low: f64,
+    /// Its upper end. The share of the noise is taken off, so that the interval may lie below the value.
+    pub high: f64,
+    /// Its probability, 0 to 1. Where noise makes a range, it holds the truth less often.
+    pub p: f64,
+    /// What noise adds to the value on the average, as far as the draws tell.
+    pub bias: f64,
+    /// Measurements simulated.
+    pub draws: u32,
+    /// Seed of the simulation.
+    pub seed: u64,
+    /// Whether more points were near the extremes than a draw looks at; u is then slightly too small.
+    #[serde(default)]
+    pub capped: bool,
 }
 
 /// A deviation as a sum of Zernike terms, fitted together by area-weighted least squares.

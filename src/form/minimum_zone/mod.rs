@@ -4,6 +4,7 @@ mod bend;
 mod descend;
 mod directions;
 mod exchange;
+mod linearised;
 mod residuals;
 mod scan;
 mod search;
@@ -16,6 +17,7 @@ use crate::fit::refine::{priority, rounding_mm};
 use crate::fit::selection::{Membership, Selection};
 use crate::{Excluded, Fit, FitError, FitSettings, Nominal, Parameter, PointMm, Pose};
 use directions::Directions;
+pub(crate) use linearised::LinearZone;
 use residuals::{Laid, Part};
 use search::{End, Found, Limits, search};
 
@@ -77,6 +79,8 @@ impl Default for ZoneSettings {
 pub struct ZoneFit {
     /// [`Criterion::method`].
     pub method: &'static str,
+    /// Which zone was made narrow.
+    pub criterion: Criterion,
     /// Width of the zone in mm: the range of the distances of all points used or, centred, twice the largest.
     pub zone_mm: f64,
     /// Middle of the zone in mm from the nominal, along its normal; 0 if centred. Shifts of the pose come
@@ -257,6 +261,7 @@ fn report(
     let contacts = found.contacts.iter().filter(touches).map(contact).collect();
     ZoneFit {
         method: settings.criterion.method(),
+        criterion: settings.criterion,
         zone_mm,
         offset_mm,
         pose: found.place.pose,

@@ -162,7 +162,7 @@ impl Gaussian {
     }
 
     /// α times the cut-off: the unit of distance of the weights.
-    fn unit_mm(&self) -> f64 {
+    pub(super) fn unit_mm(&self) -> f64 {
         let halves = match self.order {
             Order::Zero => LN_2,
             Order::Two => HALVES_TWO,

@@ -106,6 +106,11 @@ impl Mesh {
         (0..self.len()).map(|i| self.at(i))
     }
 
+    /// Height in nm of a vertex; `None` for a gap or where there is none.
+    pub fn height_nm(&self, index: usize) -> Option<f64> {
+        if index < self.len() { self.at(index) } else { None }
+    }
+
     /// Area in mm² each vertex stands for, in the order of the points.
     pub fn areas_mm2(&self) -> &[f64] {
         &self.areas_mm2

@@ -29,7 +29,8 @@
 //! ```
 //!
 //! Deliberately absent: the removal of form (see [`crate::fit`]; give its deviations as heights), feature
-//! and volume parameters, splines and morphological filters, uncertainties.
+//! and volume parameters, splines and morphological filters; uncertainties (see
+//! [`crate::uncertainty::Uncertainty::texture`]).
 
 mod autocorrelation;
 mod binned_filter;
@@ -47,6 +48,7 @@ mod mesh_filter;
 mod raster;
 mod rays;
 mod regression;
+mod response;
 mod robust;
 mod scale;
 mod surface;
@@ -62,6 +64,7 @@ pub use heights::{HeightParameters, height_parameters};
 pub use hybrid::{HybridParameters, hybrid_parameters};
 pub use mesh::Mesh;
 pub use rays::{Decay, SpatialParameters, Threshold, spatial_parameters};
+pub(crate) use response::{Functions, NoiseLeft};
 pub use robust::{Robust, RobustReport};
 pub use scale::{Scale, ScaleKind, ScaleLimited};
 pub use surface::{Support, Surface};

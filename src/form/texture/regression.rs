@@ -97,6 +97,18 @@ impl Sums {
         }
         FittedNode { value_nm: coefficients[0], terms: determined }
     }
+
+    /// What the value at the node is to each of [`Sums::heights`]: it is linear in them. `None` if there is no weight.
+    pub(super) fn answer(&self, terms: &[usize]) -> Option<[f64; TERMS.len()]> {
+        if self.moments[0] <= 0.0 {
+            return None;
+        }
+        Some(std::array::from_fn(|term| {
+            let mut unit = Sums { moments: self.moments, ..Sums::default() };
+            unit.heights[term] = 1.0;
+            unit.fit(terms).value_nm
+        }))
+    }
 }
 
 /// Where in [`MOMENTS`] the exponents (i, j) are: rows of 5, 4, 3, 2 and 1.

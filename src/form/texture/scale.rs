@@ -5,8 +5,8 @@ use super::{Datum, Filtered, Gaussian, Grid, Mesh, TextureError};
 /// The nesting indices of a scale-limited surface, as the filters that set them (ISO 25178-2:2021, 3.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    s: Option<Gaussian>,
-    l: Option<Gaussian>,
+    pub(super) s: Option<Gaussian>,
+    pub(super) l: Option<Gaussian>,
 }
 
 /// What a scale-limited surface is.

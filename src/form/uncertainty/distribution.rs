@@ -14,6 +14,11 @@ pub(crate) fn student_cdf(t: f64, dof: f64) -> f64 {
     if t < 0.0 { tail } else { 1.0 - tail }
 }
 
+/// P(X ≤ x) of the standard normal distribution.
+pub(crate) fn normal_cdf(x: f64) -> f64 {
+    student_cdf(x, f64::INFINITY)
+}
+
 /// The t with P(X ≤ t) = p of Student's distribution, p between 0 and 1 exclusive.
 pub(crate) fn student_quantile(p: f64, dof: f64) -> f64 {
     let upper = p.max(1.0 - p);

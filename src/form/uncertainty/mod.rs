@@ -5,8 +5,9 @@
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
 //! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are, and
 //! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
-//! the same places without these errors; what lies between the points is another matter: see [`unmeasured`]. Where
-//! nothing but the noise is known, [`NoiseOnly`] has closed forms for PV and RMS.
+//! the same places without these errors, and so it is of a minimum zone and of the texture; what lies between the
+//! points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed forms
+//! for PV and RMS.
 //!
 //! Outliers that a robust loss holds back still pull: each counts as an error of its own, as likely in either sense.
 //! Where all lie on one side, as dust does, Huber's loss is moved by some of a scale besides, which no uncertainty tells;
@@ -18,7 +19,9 @@ mod budget;
 mod distribution;
 mod field;
 mod halve;
+mod heights;
 mod linear;
+mod means;
 mod modes;
 mod noise_only;
 mod philox;
@@ -27,17 +30,22 @@ mod scatter;
 mod simulate;
 mod type_a;
 mod unmeasured;
+mod zone;
 
 use nalgebra::DMatrix;
 
-use crate::{Aperture, Covariance, Fit, Parameter, PointMm};
+use crate::texture::{self, Datum, Mesh, Scale};
+use crate::{Aperture, Covariance, Fit, Parameter, PointMm, ZoneFit};
 use linear::Linear;
 use modes::Modes;
 use simulate::Source;
 
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
+pub use means::Average;
 pub use noise_only::NoiseOnly;
+#[cfg(test)]
+pub(crate) use philox::Numbers;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
@@ -187,6 +195,35 @@ impl Uncertainty {
         self.source().peak_to_valley_nm(draws)
     }
 
+    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements: the same as
+    /// those of the PV. `None` for a zone without a width.
+    ///
+    /// To first order: the errors must be small beside what bends the surface, which they are unless the fit
+    /// itself is in doubt.
+    pub fn minimum_zone_nm(
+        &self,
+        zone: &ZoneFit,
+        draws: &Draws,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().minimum_zone_nm(zone, draws)
+    }
+
+    /// Sa, Sq, Sp, Sv and Sz of a scale-limited surface of the deviations, in nm, by simulated measurements; empty where no
+    /// point counts. Vertices of `surface` are the points given, in their order.
+    ///
+    /// `scale` and `f_operation` are what made the surface; robust filters count as linear ones. `O(n)` once, and a draw
+    /// costs the same however many points there are. Where cut-offs are below a sixteenth of the part, long-wave errors
+    /// count for what pieces of a forty-eighth of it tell.
+    pub fn texture(
+        &self,
+        surface: &Mesh,
+        scale: &Scale,
+        f_operation: Datum,
+        draws: &Draws,
+    ) -> Result<Vec<(texture::Definition, Simulated)>, UncertaintyError> {
+        self.source().heights_nm(surface, scale, f_operation, draws)
+    }
+
     /// Any figure of the deviations by simulated measurements; `None` if the measurement or nearly all draws do
     /// not have it.
     ///
@@ -197,6 +234,20 @@ impl Uncertainty {
         figure: impl Fn(&[f64]) -> Option<f64> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         self.source().figure(draws, figure)
+    }
+
+    /// A figure that averages over the area by simulated measurements, of few points where there are many; `None` if
+    /// the measurement or nearly all draws do not have it.
+    ///
+    /// `figure` is given places in mm, part frame, and deviations there in mm. A draw costs the same however many points
+    /// there are.
+    pub fn simulate_average(
+        &self,
+        draws: &Draws,
+        kind: Average,
+        figure: impl Fn(&[[f64; 2]], &[f64]) -> Option<f64> + Sync,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().average(draws, kind, figure)
     }
 
     /// Indices of the points used, among those given.

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::budget::Budget;
+use super::budget::{Budget, Effect};
 use super::field::Field;
 use super::linear::{Linear, dot};
 
@@ -98,6 +98,19 @@ impl Modes {
         self.moved.len()
     }
 
+    /// The errors by these factors of the functions.
+    pub(super) fn waves<'a>(&'a self, budget: &'a Budget, factors: &[f64]) -> Waves<'a> {
+        let (of_fields, of_effects) = self.sources.split_at(self.fields.len());
+        let fields = self.fields.iter().zip(of_fields);
+        let effects = budget.effects.iter().zip(of_effects);
+        Waves {
+            fields: fields
+                .map(|(field, range)| (field, field.weights(&factors[range.clone()])))
+                .collect(),
+            effects: effects.map(|(effect, range)| (effect, factors[range.start])).collect(),
+        }
+    }
+
     /// Share of the variance of each long-wave error that is taken for independent noise.
     pub(super) fn neglected(&self) -> Vec<f64> {
         self.neglected.clone()
@@ -108,8 +121,18 @@ impl Modes {
         self.remainder_mm2[self.node_of[place]]
     }
 
+    /// The node that stands for a point.
+    pub(super) fn node_of(&self, place: usize) -> usize {
+        self.node_of[place]
+    }
+
     /// What the functions do to the residual of one point, in mm.
     pub(super) fn at(&self, place: usize, linear: &Linear, budget: &Budget) -> Vec<f64> {
+        residual(linear.row(place), &self.raw_at(place, linear, budget), &self.moved)
+    }
+
+    /// What the functions do to the distance of one point from the nominal where it lies, in mm.
+    pub(super) fn raw_at(&self, place: usize, linear: &Linear, budget: &Budget) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.functions());
         for field in &self.fields {
             values.extend(field.at(linear.places_mm[place]));
@@ -117,7 +140,26 @@ impl Modes {
         for effect in &budget.effects {
             values.push(dot(&linear.normals[place], &effect.at(linear.points[place])));
         }
-        residual(linear.row(place), &values, &self.moved)
+        values
+    }
+}
+
+/// The correlated errors of one draw.
+pub(super) struct Waves<'a> {
+    fields: Vec<(&'a Field, Vec<f64>)>,
+    effects: Vec<(&'a Effect, f64)>,
+}
+
+impl Waves<'_> {
+    /// The error of the distance of a point in mm.
+    pub(super) fn at(&self, place: usize, linear: &Linear) -> f64 {
+        let of_fields = self
+            .fields
+            .iter()
+            .map(|(field, weights)| field.sum_at(linear.places_mm[place], weights));
+        let along = |effect: &Effect| dot(&linear.normals[place], &effect.at(linear.points[place]));
+        let of_effects = self.effects.iter().map(|(effect, factor)| along(effect) * factor);
+        of_fields.chain(of_effects).fold(0.0, |sum, error_mm| sum + error_mm)
     }
 }
 

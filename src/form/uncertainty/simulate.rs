@@ -32,7 +32,8 @@ pub struct Simulated {
     pub measured: f64,
     /// Its standard uncertainty: the standard deviation of the draws.
     pub u: f64,
-    /// What noise adds to the figure on the average, as far as the draws tell: their mean less the figure.
+    /// What noise adds to the figure on the average, as far as the draws tell: their mean less the figure. Of a mean height or
+    /// RMS, in which squares add up, the figure less the root of what the draws' mean square leaves of its square.
     pub bias: f64,
     /// Draws in all.
     pub draws: u32,
@@ -44,15 +45,24 @@ pub struct Simulated {
     /// Whether there were more candidates than a draw looks at. The uncertainty is then slightly too small.
     pub capped: bool,
     sorted: Vec<f64>,
+    /// Whether errors add to the square of the figure.
+    squares: bool,
 }
 
 impl Simulated {
     /// An interval that holds the figure of the part with probability `confidence`, never below 0: the
     /// quantiles of the draws mirrored at the figure (the basic interval: Davison & Hinkley, Bootstrap Methods
-    /// and their Application, 5.2).
+    /// and their Application, 5.2), or of the squares mirrored at its square where squares add up.
     pub fn interval(&self, confidence: f64) -> [f64; 2] {
         let tail = 0.5 * (1.0 - confidence);
-        [1.0 - tail, tail].map(|share| (2.0 * self.measured - self.quantile(share)).max(0.0))
+        [1.0 - tail, tail].map(|share| {
+            let drawn = self.quantile(share);
+            if self.squares {
+                mirrored_square(self.measured, drawn * drawn)
+            } else {
+                (2.0 * self.measured - drawn).max(0.0)
+            }
+        })
     }
 
     /// What that share of the draws does not exceed.
@@ -62,7 +72,11 @@ impl Simulated {
     }
 
     /// `None` unless two draws at least have the figure.
-    fn new(measured: f64, found: &[Option<f64>], candidates: (usize, bool)) -> Option<Simulated> {
+    pub(super) fn new(
+        measured: f64,
+        found: &[Option<f64>],
+        candidates: (usize, bool),
+    ) -> Option<Simulated> {
         let mut sorted: Vec<f64> = found.iter().flatten().copied().collect();
         sorted.sort_by(f64::total_cmp);
         if sorted.len() < 2 {
@@ -80,12 +94,30 @@ impl Simulated {
             candidates: candidates.0,
             capped: candidates.1,
             sorted,
+            squares: false,
         })
+    }
+
+    /// As [`Simulated::new`], for a figure to the square of which errors add.
+    pub(super) fn of_squares(
+        measured: f64,
+        found: &[Option<f64>],
+        candidates: (usize, bool),
+    ) -> Option<Simulated> {
+        let plain = Simulated::new(measured, found, candidates)?;
+        let square = plain.sorted.iter().map(|value| value * value).sum::<f64>();
+        let bias = measured - mirrored_square(measured, square / plain.sorted.len() as f64);
+        Some(Simulated { bias, squares: true, ..plain })
     }
 }
 
+/// The root of twice the square of `measured` less `square`, 0 if that is negative.
+fn mirrored_square(measured: f64, square: f64) -> f64 {
+    (2.0 * measured * measured - square).max(0.0).sqrt()
+}
+
 impl Draws {
-    fn validate(&self) -> Result<(), UncertaintyError> {
+    pub(super) fn validate(&self) -> Result<(), UncertaintyError> {
         let count = f64::from(self.count);
         check("number of draws", count, self.count >= LEAST_DRAWS, "20 or more")
     }
@@ -124,25 +156,12 @@ impl Source<'_> {
         let noise = Numbers::new(seed, draw, POINTS);
         let factors: Vec<f64> = factors(seed, draw, modes.functions());
         let mut moved = self.moved_by(&factors);
+        let waves = modes.waves(budget, &factors);
         let mut errors_mm: Vec<f64> = Vec::with_capacity(linear.len());
-        let of_field = |(field, range): (&super::field::Field, &std::ops::Range<usize>)| {
-            field.weights(&factors[range.clone()])
-        };
-        let weights: Vec<Vec<f64>> =
-            modes.fields.iter().zip(&modes.sources).map(of_field).collect();
-        let of_effects = &modes.sources[modes.fields.len()..];
         for place in 0..linear.len() {
             let own_mm = noise_mm2[place].sqrt() * noise.normal(place);
             moved.iter_mut().zip(linear.gain(place)).for_each(|(sum, gain)| *sum += gain * own_mm);
-            let mut error_mm = own_mm;
-            for (field, weights) in modes.fields.iter().zip(&weights) {
-                error_mm += field.sum_at(linear.places_mm[place], weights);
-            }
-            for (effect, range) in budget.effects.iter().zip(of_effects) {
-                let along = dot(&linear.normals[place], &effect.at(linear.points[place]));
-                error_mm += along * factors[range.start];
-            }
-            errors_mm.push(error_mm);
+            errors_mm.push(own_mm + waves.at(place, linear));
         }
         for (place, error_mm) in errors_mm.iter_mut().enumerate() {
             *error_mm += linear.distances_mm[place] - dot(linear.row(place), &moved);
@@ -204,7 +223,8 @@ impl Source<'_> {
         Ok(known.expect("every draw has an extreme, for a fit has points"))
     }
 
-    fn moved_by(&self, factors: &[f64]) -> Vec<f64> {
+    /// What the correlated errors take off the parameters.
+    pub(super) fn moved_by(&self, factors: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; self.linear.parameters.len()];
         for (of_function, factor) in self.modes.moved.iter().zip(factors) {
             moved.iter_mut().zip(of_function).for_each(|(sum, part)| *sum += part * factor);
@@ -212,45 +232,50 @@ impl Source<'_> {
         moved
     }
 
-    /// Points whose residual is so near an extreme that the errors can lift them over it, the nearest first
-    /// where there are many.
+    /// Points whose residual is so near an extreme that the errors can lift them over it.
     fn candidates(&self) -> (Vec<usize>, bool) {
+        near_ends(&self.linear.distances_mm, self.reach_mm(), MOST_CANDIDATES)
+    }
+
+    /// The errors of two points differ by more than this with a probability of 1e-4 over all points.
+    pub(super) fn reach_mm(&self) -> f64 {
         let Source { linear, modes, noise_mm2, .. } = self;
         let noise_mm2 = noise_mm2.iter().copied().fold(0.0, f64::max);
         let waves_mm2 = modes.residual_mm.iter().map(|values| dot(values, values));
         let u_mm = (noise_mm2 + waves_mm2.fold(0.0, f64::max)).sqrt();
-        // Two errors differ by more than this with a probability of 1e-4 over all points.
         let share = MISSED / linear.len() as f64;
-        let reach_mm =
-            std::f64::consts::SQRT_2 * u_mm * student_quantile(1.0 - share, f64::INFINITY);
-        let values = &linear.distances_mm;
-        let [low, high] = extremes(values);
-        let nearest = |mut near: Vec<usize>, sign: f64| {
-            near.sort_by(|&a, &b| {
-                (sign * values[b]).total_cmp(&(sign * values[a])).then(a.cmp(&b))
-            });
-            let capped = near.len() > MOST_CANDIDATES;
-            near.truncate(MOST_CANDIDATES);
-            (near, capped)
-        };
-        let all = 0..linear.len();
-        let (above, many) =
-            nearest(all.clone().filter(|&place| values[place] >= high - reach_mm).collect(), 1.0);
-        let (below, more) =
-            nearest(all.filter(|&place| values[place] <= low + reach_mm).collect(), -1.0);
-        let mut candidates: Vec<usize> = above.into_iter().chain(below).collect();
-        candidates.sort_unstable();
-        candidates.dedup();
-        (candidates, many || more)
+        std::f64::consts::SQRT_2 * u_mm * student_quantile(1.0 - share, f64::INFINITY)
     }
 }
 
-fn factors(seed: u64, draw: u32, count: usize) -> Vec<f64> {
+/// Indices of the values within `reach` of the largest or of the smallest, ascending; of more than `most` at one end the
+/// outermost, and whether that was so. NaN is none.
+pub(super) fn near_ends(values: &[f64], reach: f64, most: usize) -> (Vec<usize>, bool) {
+    let [low, high] = extremes(values);
+    let nearest = |mut near: Vec<usize>, sign: f64| {
+        near.sort_by(|&a, &b| (sign * values[b]).total_cmp(&(sign * values[a])).then(a.cmp(&b)));
+        let capped = near.len() > most;
+        near.truncate(most);
+        (near, capped)
+    };
+    let all = 0..values.len();
+    let (above, many) =
+        nearest(all.clone().filter(|&place| values[place] >= high - reach).collect(), 1.0);
+    let (below, more) = nearest(all.filter(|&place| values[place] <= low + reach).collect(), -1.0);
+    let mut found: Vec<usize> = above.into_iter().chain(below).collect();
+    found.sort_unstable();
+    found.dedup();
+    (found, many || more)
+}
+
+/// Factors of the functions of the correlated errors in one draw.
+pub(super) fn factors(seed: u64, draw: u32, count: usize) -> Vec<f64> {
     let numbers = Numbers::new(seed, draw, FACTORS);
     (0..count).map(|index| numbers.normal(index)).collect()
 }
 
-fn extremes(values: &[f64]) -> [f64; 2] {
+/// Smallest and largest.
+pub(super) fn extremes(values: &[f64]) -> [f64; 2] {
     values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| {
         [low.min(value), high.max(value)]
     })
@@ -275,7 +300,7 @@ fn lower_root(matrix: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Streams of random numbers: one for the points, one for the functions, one for the points left out.
-const POINTS: u32 = 0;
+pub(super) const POINTS: u32 = 0;
 const FACTORS: u32 = 1;
 const REST: u32 = 2;
 /// Fewer draws have no tails.
@@ -283,6 +308,6 @@ const LEAST_DRAWS: u32 = 20;
 /// Points a draw looks at, at either end.
 const MOST_CANDIDATES: usize = 2048;
 /// Probability that a point which is no candidate would have been an extreme.
-const MISSED: f64 = 1e-4;
+pub(super) const MISSED: f64 = 1e-4;
 /// Share of a variance that rounding leaves of it.
 const ROUNDING: f64 = 1e-12;

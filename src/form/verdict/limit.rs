@@ -10,7 +10,7 @@ use crate::figures::{
     SlopeSettings, Terms, Unknown, decompose, peak_to_valley, pvr, remove, rms,
     robust_peak_to_valley, slopes,
 };
-use crate::uncertainty::{Draws, Uncertainty, UncertaintyError};
+use crate::uncertainty::{Average, Draws, Uncertainty, UncertaintyError};
 use crate::{Aperture, Nominal};
 
 /// The largest value allowed of one figure.
@@ -197,8 +197,9 @@ impl Limit {
 /// Judges limits by the deviations of a fit with their uncertainty.
 ///
 /// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
-/// uncertainties of their own; any other figure is simulated, each draw working it out anew, so the number of
-/// draws decides how long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
+/// uncertainties of their own; any other figure is simulated, each draw working it out anew: those that average over the
+/// area (A and any RMS) of 16,384 points at most, others of all, so that the number of draws decides how long
+/// that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
 /// [`Finding::hidden`]. Points weigh the same.
 pub fn judge(
     limits: &[Limit],
@@ -250,20 +251,40 @@ fn finding(
             return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
         }
     }
-    let over = |deviations_mm: &[f64]| {
-        Sample::new(uncertainty.places_mm(), deviations_mm, None, &limit.zone)
+    let over = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
+        Sample::new(places_mm, deviations_mm, None, &limit.zone)
     };
-    let sample = over(uncertainty.deviations_mm())?;
+    let sample = over(uncertainty.places_mm(), uncertainty.deviations_mm())?;
     let figure = match limit.figure(&sample, approximation) {
         Ok(figure) => figure,
         Err(unknown) => return Ok(Err(unknown)),
     };
-    let simulated = uncertainty.simulate(draws, |deviations_mm| {
-        let sample = over(deviations_mm).ok()?;
+    let of = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
+        let sample = over(places_mm, deviations_mm).ok()?;
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
-    })?;
-    let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
+    };
+    let simulated = match average(limit.definition) {
+        Some(kind) => uncertainty.simulate_average(draws, kind, of),
+        None => {
+            uncertainty.simulate(draws, |deviations_mm| of(uncertainty.places_mm(), deviations_mm))
+        }
+    };
+    let (u, bias) = simulated?.map_or((None, 0.0), |found| (Some(found.u), found.bias));
     Ok(Ok(Finding { value: figure.value, u, dof, bias, hidden: None }))
+}
+
+/// How noise adds to a figure that averages over the area; `None` for one made of extremes, or of as many rings as the
+/// points fill.
+fn average(definition: Definition) -> Option<Average> {
+    match definition {
+        Definition::RmsAboutZero
+        | Definition::RmsAboutMean
+        | Definition::RmsTotal
+        | Definition::RmsIrregularity
+        | Definition::RmsVariant => Some(Average::OfSquares),
+        Definition::Sagitta => Some(Average::OfHeights),
+        _ => None,
+    }
 }
 
 fn fringes(terms: u8) -> Option<FringeCount> {

@@ -1,36 +1,54 @@
-//! Limits of figures that have no uncertainty: minimum zone, texture.
+//! Limits of the minimum zone and of texture.
 
 use asphera_form::Status as FormStatus;
+use asphera_form::figures::Definition;
 use asphera_form::verdict::{Finding, Guard, decide};
 
 use crate::config::Part;
+use crate::pipeline::judgement::said;
 use crate::pipeline::undecide;
+use crate::pipeline::unmeasured::Unmeasured;
 use crate::report::{Check, FormFigure, FormFigures, Status, Verdict};
 
-/// Holds them against what was found, and adds that to the verdict. With a guard band neither is proven: it needs an
-/// uncertainty.
-pub(in crate::pipeline) fn hold(verdict: &mut Verdict, part: &Part, form: Option<&FormFigures>) {
+/// Holds them against what was found, and adds that to the verdict. `dof` are the degrees of freedom of the uncertainties.
+/// With a guard band a figure without an uncertainty proves neither. What was not measured counts in the zone as in the PV;
+/// what it does to texture is not told.
+pub(in crate::pipeline) fn hold(
+    verdict: &mut Verdict,
+    part: &Part,
+    form: Option<&FormFigures>,
+    dof: f64,
+    unmeasured: &Unmeasured,
+) {
     let judging = &part.judging;
     let guard = judging.guard.unwrap_or(Guard::None);
     let zone = judging.minimum_zone_nm.map(|limit| {
         let found = form.and_then(|form| form.standards.minimum_zone.as_ref());
         // A zone that may still be too wide proves no limit broken.
         let least = found.filter(|zone| !zone.settled).map(|zone| zone.lower_nm);
-        ("minimum_zone_nm", limit, found.map(|zone| &zone.width), least)
+        let hidden = unmeasured.hidden(Definition::MinimumZone);
+        ("minimum_zone_nm", limit, found.map(|zone| &zone.width), least, hidden)
     });
     let texture = judging.texture.iter().map(|(key, definition, limit)| {
         let found = form.and_then(|form| form.standards.texture.as_ref());
         let named = |figure: &&FormFigure| figure.name == definition.to_string();
-        (&key[..], *limit, found.and_then(|found| found.figures.iter().find(named)), None)
+        (
+            &key[..],
+            *limit,
+            found.and_then(|found| found.figures.iter().find(named)),
+            None,
+            Some(0.0),
+        )
     });
-    for (name, limit, found, least) in zone.into_iter().chain(texture) {
+    for (name, limit, found, least, hidden) in zone.into_iter().chain(texture) {
         let Some(figure) = found else {
             undecide(verdict, format!("{name}: the figure is not known"));
             continue;
         };
-        let value = figure.value;
-        let bias = least.map_or(0.0, |least| value - least);
-        let finding = Finding { value, u: None, dof: f64::INFINITY, bias, hidden: Some(0.0) };
+        let (value, u) = (figure.value, figure.u);
+        let by_noise = figure.simulated.as_ref().map_or(0.0, |simulated| simulated.bias.max(0.0));
+        let bias = least.map_or(0.0, |least| value - least) + by_noise;
+        let finding = Finding { value, u, dof, bias, hidden };
         let decision = match decide(&finding, limit, guard) {
             Ok(decision) => decision,
             Err(error) => {
@@ -39,7 +57,7 @@ pub(in crate::pipeline) fn hold(verdict: &mut Verdict, part: &Part, form: Option
             }
         };
         if let Some(doubt) = decision.doubt {
-            undecide(verdict, format!("{name}: {doubt}"));
+            undecide(verdict, said(name, doubt, unmeasured));
         }
         if decision.status == FormStatus::Fail {
             verdict.status = Status::Fail;
@@ -49,10 +67,10 @@ pub(in crate::pipeline) fn hold(verdict: &mut Verdict, part: &Part, form: Option
             limit,
             value,
             ok: decision.status == FormStatus::Pass,
-            u: None,
-            guard_band: None,
+            u,
+            guard_band: decision.band.filter(|_| judging.guard.is_some()),
             rule: judging.guard.map(|guard| guard.to_string()),
-            hidden: None,
+            hidden: hidden.filter(|hidden| *hidden > 0.0),
             doubt: decision.doubt.map(|doubt| doubt.to_string()),
         });
     }

@@ -4,9 +4,11 @@ mod indication;
 mod limits;
 mod spectrum;
 mod texture;
+mod uncertain;
 mod zone;
 
-use asphera_form::Fit;
+use asphera_form::texture::Mesh;
+use asphera_form::{Fit, ZoneFit};
 use asphera_surface::{PointMm, VertexId};
 
 use super::measurement::DeviationMap;
@@ -16,6 +18,7 @@ use crate::report::FormFigures;
 pub(super) use indication::found;
 pub(super) use limits::hold;
 pub(super) use spectrum::q_spectrum;
+pub(super) use uncertain::tell;
 
 /// What they are made from, in the frame the fit was made in.
 #[derive(Clone, Copy)]
@@ -31,32 +34,46 @@ pub(super) struct Measured<'a> {
     pub(super) map: Option<&'a DeviationMap>,
 }
 
+/// What the uncertainties of the figures need.
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) zone: Option<ZoneFit>,
+    /// The scale-limited surface.
+    pub(super) texture: Option<Mesh>,
+}
+
 /// Adds those that the nominal file asks for to the figures of the form, or why they are not known.
-pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) {
+pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) -> Found {
     let Measured { part, map, .. } = *measured;
     let (standards, unknown) = (&mut form.standards, &mut form.unknown);
+    let mut found = Found::default();
     if part.figures.minimum_zone || part.judging.minimum_zone_nm.is_some() {
         match zone::of(measured) {
-            Ok(found) => standards.minimum_zone = Some(found),
+            Ok((figures, zone)) => {
+                standards.minimum_zone = Some(figures);
+                found.zone = Some(zone);
+            }
             Err(why) => unknown.push(format!("minimum zone: {}", crate::error_chain(&why))),
         }
     }
     if part.figures.psd {
-        let found = map.ok_or("there is no map of the deviation".to_owned());
-        match found.and_then(|map| spectrum::psd(map).map_err(|why| why.to_string())) {
+        let map = map.ok_or("there is no map of the deviation".to_owned());
+        match map.and_then(|map| spectrum::psd(map).map_err(|why| why.to_string())) {
             Ok(found) => standards.psd = Some(found),
             Err(why) => unknown.push(format!("PSD: {why}")),
         }
     }
     if let Some(settings) = &part.figures.texture {
         match texture::of(measured, settings) {
-            Ok((found, lacking)) => {
-                standards.texture = Some(found);
+            Ok((figures, lacking, surface)) => {
+                standards.texture = Some(figures);
+                found.texture = Some(surface);
                 unknown.extend(lacking);
             }
             Err(why) => unknown.push(format!("texture: {why}")),
         }
     }
+    found
 }
 
 #[cfg(test)]

@@ -112,10 +112,41 @@ fn limits_of_zone_and_texture_decide() {
     let fail = verdict("pv_nm = 60\nminimum_zone_nm = 30");
     assert_eq!(fail.status, Status::Fail);
     assert!(fail.checks[0].ok && !fail.checks[1].ok, "{fail:?}");
-    let guarded = verdict("sq_nm = 4\nguard_factor = 2");
-    assert_eq!(guarded.status, Status::Undecided);
-    let why = "sq_nm: the guard band needs an uncertainty, and none is known";
-    assert!(guarded.reasons.iter().any(|reason| reason == why), "{guarded:?}");
+}
+
+/// Sq is 3.54 nm and the noise of a point tells it to hundredths of a nm, the zone 45 nm or so and known to some nm.
+#[test]
+fn limits_of_zone_and_texture_regard_their_uncertainty() {
+    let found = |limits: &str| {
+        let rest = format!(
+            "[tolerance]\n{limits}\nguard_factor = 2\n[figures]\nminimum_zone = true\n\
+             [figures.texture]\nl_mm = 1.5\n[uncertainty]\nnoise_nm = 0.5\n"
+        );
+        measured(&rest)
+    };
+    let good = found("minimum_zone_nm = 60\nsq_nm = 4\nsz_nm = 20");
+    let verdict = &good.report.verdict;
+    assert_eq!(verdict.status, Status::Pass, "{verdict:?}");
+    for check in &verdict.checks {
+        let (u, band) = (check.u.unwrap(), check.guard_band.unwrap());
+        assert!(u > 0.0 && (band - 2.0 * u).abs() < 1e-12 && check.rule.is_some(), "{check:?}");
+    }
+    let near = form(&good);
+    let zone = &near.standards.minimum_zone.as_ref().unwrap().width;
+    let simulated = zone.simulated.as_ref().unwrap();
+    assert_eq!((simulated.model.as_str(), simulated.draws), ("noise only", 200));
+    assert!(simulated.low < zone.value && simulated.bias > 0.0, "{simulated:?}");
+    let texture = near.standards.texture.as_ref().unwrap();
+    let with_u = texture.figures.iter().filter(|figure| figure.u.is_some());
+    let names: Vec<&str> = with_u.map(|figure| figure.name.as_str()).collect();
+    assert_eq!(names, ["Sa", "Sq", "Sp", "Sv", "Sz"]);
+    reads_itself(near);
+    assert_eq!(found("minimum_zone_nm = 30").report.verdict.status, Status::Fail);
+    let within = format!("minimum_zone_nm = {}", zone.value + zone.u.unwrap());
+    let verdict = found(&within).report.verdict;
+    assert_eq!(verdict.status, Status::Undecided);
+    let why = "minimum_zone_nm: the figure is nearer to its limit than its guard band";
+    assert!(verdict.reasons.iter().any(|reason| reason == why), "{verdict:?}");
 }
 
 #[test]
@@ -130,6 +161,9 @@ fn limits_of_a_drawing_and_of_what_terms_leave_decide() {
         drawing.checks.iter().map(|check| (check.name.as_str(), check.ok)).collect();
     // A is next to nothing, B about 45 nm and RMSi about 10 nm, where 27.3, 27.3 and 13.7 nm are allowed.
     assert_eq!(held, [("a_nm", true), ("b_nm", false), ("rmsi_nm", true)]);
+    let measurement = measured("[tolerance]\nrmsi_nm = 20\n[uncertainty]\nnoise_nm = 0.1\n");
+    let rms_i = form(&measurement).figures.iter().find(|figure| figure.name == "RMSi");
+    assert!(rms_i.unwrap().u.is_some_and(|u| u > 0.0), "{rms_i:?}");
     let less = verdict("[[tolerance.less]]\nterms = [\"astigmatism\"]\nrms_nm = 6\n");
     assert_eq!(less.status, Status::Pass, "{less:?}");
     assert_eq!(less.checks[0].name, "rms_nm less astigmatism");

@@ -10,11 +10,11 @@ use crate::config::TextureSettings;
 use crate::pipeline::details::places_mm;
 use crate::report::{FormFigure, TextureFigures};
 
-/// The parameters, and of those that are not known why.
+/// The parameters, of those that are not known why, and the surface they are of.
 pub(super) fn of(
     measured: &Measured<'_>,
     settings: &TextureSettings,
-) -> Result<(TextureFigures, Vec<String>), Unknown> {
+) -> Result<(TextureFigures, Vec<String>, Mesh), Unknown> {
     let TextureSettings { f_operation, scale } = settings;
     let Measured { fit, points, deviations_mm, triangles, covered, .. } = *measured;
     let heights = places_mm(&fit.pose, points).into_iter().zip(deviations_mm);
@@ -72,7 +72,7 @@ pub(super) fn of(
         measured: heights.support.measured,
         figures: figures.into_iter().map(|figure| told(figure, kind)).collect(),
     };
-    Ok((found, unknown))
+    Ok((found, unknown, surface))
 }
 
 fn told(Figure { definition, value }: Figure, variant: &str) -> FormFigure {
@@ -86,6 +86,7 @@ fn told(Figure { definition, value }: Figure, variant: &str) -> FormFigure {
         },
         u: None,
         expanded: None,
+        simulated: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     }

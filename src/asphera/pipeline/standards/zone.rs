@@ -8,8 +8,8 @@ use crate::pipeline::details::told;
 use crate::pipeline::running::fit_settings;
 use crate::report::{ContactFigures, MinimumZoneFigures};
 
-/// Some three times the time of the fit.
-pub(super) fn of(measured: &Measured<'_>) -> Result<MinimumZoneFigures, FitError> {
+/// With what its uncertainty needs. Some three times the time of the fit.
+pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit), FitError> {
     let Measured { part, fit, points, deviations_mm, .. } = *measured;
     let settings = ZoneSettings { fit: fit_settings(part), ..ZoneSettings::default() };
     let found = minimum_zone(points, &part.nominal, &settings)?;
@@ -26,7 +26,7 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<MinimumZoneFigures, FitError
         share: contact.multiplier,
     });
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
-    Ok(MinimumZoneFigures {
+    let figures = MinimumZoneFigures {
         width: told(width, "of all points used".to_owned()),
         method: found.method.to_owned(),
         termination: termination(&found),
@@ -38,7 +38,8 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<MinimumZoneFigures, FitError
         passes: found.certificate.scans as u64,
         least_squares_pv_nm: (high_mm - low_mm) * NM_PER_MM,
         contacts: contacts.collect(),
-    })
+    };
+    Ok((figures, found))
 }
 
 fn termination(found: &ZoneFit) -> String {

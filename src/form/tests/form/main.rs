@@ -24,6 +24,7 @@ mod search;
 mod shapes;
 mod texture;
 mod uncertainty_known;
+mod uncertainty_limits;
 mod uncertainty_study;
 mod unknown;
 mod zone_degenerate;

@@ -5,8 +5,8 @@ use asphera_form::artefact::Artefact;
 use asphera_form::figures::{Reference, Sample, Term, Terms, remove, rms};
 use asphera_form::form_error::FormError;
 use asphera_form::uncertainty::{
-    Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError, coverage_factor,
-    glance, type_a, uncertainty,
+    Average, Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError,
+    coverage_factor, glance, type_a, uncertainty,
 };
 use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
 use asphera_form::{
@@ -348,6 +348,49 @@ fn the_final_figures_never_fall_below_what_was_promised() {
     }
     eprintln!("PV {pv_nm:.1} nm, promised {promised:.1} nm");
     assert!(promised > 0.5 * pv_nm);
+}
+
+/// Few points stand for many: spread and bias of an RMS and of a coefficient are those of draws of all 50,000.
+#[test]
+fn averages_of_some_points_are_those_of_all() {
+    let (points, _, fitted) = part(50_000);
+    let draws = Draws { count: 300, seed: 11 };
+    for (sigma_mm, length_mm, long_waves) in [(20e-6, 0.0, false), (20e-6, 6.0, true)] {
+        let waves = if long_waves { vec![wave(Kernel::Gaussian, length_mm)] } else { vec![] };
+        let budget = Budget { noise: uniform(sigma_mm), long_waves: waves, ..Budget::default() };
+        let found = uncertainty(&points, &fitted, &Aperture::None, None, &budget).unwrap();
+        let rms_nm = |_: &[[f64; 2]], deviations_mm: &[f64]| {
+            let square = deviations_mm.iter().map(|d| d * d).sum::<f64>();
+            Some((square / deviations_mm.len() as f64).sqrt() * 1e6)
+        };
+        // The coefficient of a saddle, nearly.
+        let saddle_nm = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
+            let pairs = places_mm.iter().zip(deviations_mm);
+            let sum: f64 = pairs.map(|([x, y], d)| d * (x * x - y * y)).sum();
+            Some(sum / deviations_mm.len() as f64)
+        };
+        for (kind, figure) in [
+            (Average::OfSquares, &rms_nm as &(dyn Fn(&[[f64; 2]], &[f64]) -> Option<f64> + Sync)),
+            (Average::OfHeights, &saddle_nm),
+        ] {
+            let places_mm = found.places_mm();
+            let all = found.simulate(&draws, |d| figure(places_mm, d)).unwrap().unwrap();
+            let some = found.simulate_average(&draws, kind, figure).unwrap().unwrap();
+            assert!((some.measured - all.measured).abs() <= 1e-12 * all.measured.abs());
+            assert!(some.candidates < 17_000 && all.candidates == 50_000);
+            // Either is known to 4 %.
+            assert!((some.u / all.u - 1.0).abs() < 0.2, "{kind:?}: {} {}", some.u, all.u);
+            let mean_of_all = all.measured + all.bias;
+            let square = match kind {
+                Average::OfHeights => some.measured + some.bias,
+                Average::OfSquares => {
+                    let less = (some.measured - some.bias).powi(2);
+                    (2.0 * some.measured * some.measured - less).sqrt()
+                }
+            };
+            assert!((square - mean_of_all).abs() < 0.3 * all.u, "{kind:?}: {square} {mean_of_all}");
+        }
+    }
 }
 
 #[test]
