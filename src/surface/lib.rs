@@ -28,6 +28,7 @@ mod exact;
 #[cfg(test)]
 #[path = "exact/tests/mod.rs"]
 mod exact_tests;
+mod fetch;
 pub mod lfs;
 mod location;
 mod mesh;

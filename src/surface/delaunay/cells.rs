@@ -22,6 +22,7 @@ use super::hints::Layout;
 use super::places::Places;
 use crate::VertexId;
 use crate::exact::Place;
+use crate::fetch::fetch;
 use crate::room::make_room;
 
 /// Which triangle: its index among the cells.
@@ -92,6 +93,10 @@ pub(crate) trait Cells {
     ///
     /// When there would be more than [`MOST_CELLS`].
     fn grow(&mut self, count: usize) -> Range<Slot>;
+
+    /// Asks for the cell, which is read soon, if it may have to be waited for.
+    #[inline(always)]
+    fn fetch(&self, _slot: Slot) {}
 
     fn corners(&self, slot: Slot) -> [VertexId; 3];
 
@@ -218,7 +223,7 @@ impl FlatCells {
 }
 
 impl Cells for FlatCells {
-    // Up to twice as many points a cell when the table is replaced.
+    // A quarter of that when it is refined.
     const HINTS: Layout = Layout { points_a_cell: 4, least_cells: 1024, slack: None };
 
     fn len(&self) -> usize {
@@ -238,6 +243,15 @@ impl Cells for FlatCells {
         }
         self.written.resize_with((first + count).div_ceil(CHUNK), || AtomicU32::new(self.now));
         slots
+    }
+
+    /// At both ends, as it may lie in two lines of the cache.
+    #[inline(always)]
+    fn fetch(&self, slot: Slot) {
+        if let Some(Cell { corners, across }) = self.cells.get(slot as usize) {
+            fetch(&corners[0], |word| word.load(RELAXED));
+            fetch(&across[2], |word| word.load(RELAXED));
+        }
     }
 
     #[inline(always)]
@@ -289,7 +303,7 @@ impl Cells for FlatCells {
         places: &(impl Places + ?Sized),
         note: impl Fn(Place, Slot) + Sync,
     ) {
-        // Two triangles to a point: every fourth makes for two in a cell of the table.
+        // Two triangles to a point: every fourth makes for one in a cell of the table, or two.
         let fourths = 0..self.len() as Slot / 4;
         let triangle = |fourth: Slot| {
             let [corner, _, last] = self.corners(4 * fourth);

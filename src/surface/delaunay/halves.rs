@@ -16,11 +16,11 @@
 //! triangulation does not depend on any of this, as there is only one.
 
 use super::Duplicate;
+use super::ahead::{Insert, insert_all};
 use super::cells::{Cells, FlatCells, GHOST, Slot};
 use super::editor::{Editor, Work};
 use super::hints::Hints;
 use super::insert::Placed;
-use super::scattered::WINDOW;
 use crate::exact::Place;
 use crate::order::in_two;
 use crate::point::place;
@@ -80,44 +80,67 @@ impl Halves<'_> {
     }
 
     fn insert_half(&self, half: Half, order: &[usize], work: &mut Work) -> Inserted {
-        let mut editor = Editor { points: self.points, cells: self.cells, work };
-        let mut inserted =
+        let editor = Editor { points: self.points, cells: self.cells, work };
+        let inserted =
             Inserted { slots: Vec::with_capacity(order.len()), duplicates: vec![], left: vec![] };
-        let mut recent: Option<Slot> = None;
-        let mut from = [0; WINDOW];
-        for window in order.chunks(WINDOW) {
-            let from = &mut from[..window.len()];
-            for (slot, &index) in from.iter_mut().zip(window) {
-                *slot = self.hints.near(self.place(index)).or(recent).unwrap_or(0);
-            }
-            editor.look_ahead(from, |at| self.place(window[at]));
-            for (&slot, &index) in from.iter().zip(window) {
-                let point = self.first + index as VertexId;
-                // What was a triangle when it was noted may be a ghost by now.
-                let mut known = [Some(slot), recent].into_iter().flatten();
-                let start = known.find(|&slot| editor.is_triangle_of(half, slot));
-                let placed = start.and_then(|start| editor.insert_in(half, point, start));
-                let slot = match placed {
-                    None => {
-                        inserted.left.push(index);
-                        continue;
-                    }
-                    Some(Placed::New(slot)) => slot,
-                    Some(Placed::Occupied(of, slot)) => {
-                        inserted.duplicates.push(Duplicate { point, of });
-                        slot
-                    }
-                };
-                recent = Some(slot);
-                self.hints.note(self.place(index), slot);
-                inserted.slots.push((index, slot));
-            }
-        }
-        inserted
+        let mut inserter = HalfInserter { halves: self, half, editor, recent: None, inserted };
+        insert_all(&mut inserter, order);
+        inserter.inserted
     }
 
     fn place(&self, index: usize) -> Place {
         place(self.points[self.first as usize + index])
+    }
+}
+
+/// Inserts one half.
+struct HalfInserter<'a> {
+    halves: &'a Halves<'a>,
+    half: Half,
+    editor: Editor<'a, [PointMm], FlatCells>,
+    /// A triangle at the place inserted last.
+    recent: Option<Slot>,
+    inserted: Inserted,
+}
+
+impl Insert for HalfInserter<'_> {
+    type Places = [PointMm];
+    type Cells = FlatCells;
+
+    fn place(&self, index: usize) -> Place {
+        self.halves.place(index)
+    }
+
+    fn fetch_near(&self, place: Place) {
+        self.halves.hints.fetch(place);
+    }
+
+    fn near(&self, place: Place) -> Slot {
+        self.halves.hints.near(place).or(self.recent).unwrap_or(0)
+    }
+
+    fn editor(&self) -> &Editor<'_, [PointMm], FlatCells> {
+        &self.editor
+    }
+
+    fn insert(&mut self, index: usize, near: Slot) {
+        let HalfInserter { halves, half, ref mut editor, recent, ref mut inserted } = *self;
+        let point = halves.first + index as VertexId;
+        // What was a triangle when it was noted may be a ghost by now.
+        let mut known = [Some(near), recent].into_iter().flatten();
+        let start = known.find(|&slot| editor.is_triangle_of(half, slot));
+        let placed = start.and_then(|start| editor.insert_in(half, point, start));
+        let slot = match placed {
+            None => return inserted.left.push(index),
+            Some(Placed::New(slot)) => slot,
+            Some(Placed::Occupied(of, slot)) => {
+                inserted.duplicates.push(Duplicate { point, of });
+                slot
+            }
+        };
+        self.recent = Some(slot);
+        halves.hints.note(halves.place(index), slot);
+        inserted.slots.push((index, slot));
     }
 }
 

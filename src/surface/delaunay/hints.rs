@@ -12,16 +12,18 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::cells::{Cells, Slot};
 use super::places::Places;
 use crate::exact::Place;
+use crate::fetch::fetch;
 
 /// How a table is laid out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layout {
-    /// How many points a cell has when a table is made.
+    /// How many points a cell has at most when a table is made.
     pub(crate) points_a_cell: usize,
     /// How many cells there are however few points.
     pub(crate) least_cells: usize,
     /// How much wider than the points the table is made, so that the next ones share no cell with
-    /// those there are; it is replaced when they do. `None`: they may share cells.
+    /// those there are; it is replaced when they do. `None`: they may share cells, and the table is
+    /// refined as they become more.
     pub(crate) slack: Option<f64>,
 }
 
@@ -102,15 +104,48 @@ impl Hints {
         let cell = (size[0] / wanted * size[1]).sqrt().max(longest / wanted);
         let cell = if cell > 0.0 { cell } else { 1.0 };
         let sides = size.map(|size| ((size / cell).ceil() as usize).max(1).next_power_of_two());
+        let mut scale = cell.recip();
+        let mut enough = 2 * points.max(LEAST_POINTS);
+        if layout.slack.is_none() {
+            // As fine as there are cells, and not quite as wide: two sides of the box share none.
+            let fill = |axis: usize| (sides[axis] - 2) as f64 / size[axis];
+            let fills = [0, 1].into_iter().filter(|&axis| sides[axis] > 2).map(fill);
+            scale = fills.reduce(f64::min).unwrap_or(scale);
+            enough = layout.points_a_cell * sides[0] * sides[1];
+        }
         Hints {
-            scale: cell.recip(),
+            scale,
             masks: sides.map(|side| side as i64 - 1),
             cells: (0..sides[0] * sides[1]).map(|_| AtomicU32::new(NONE)).collect(),
             extent,
             noted: points,
             layout,
-            enough: 2 * points.max(LEAST_POINTS),
+            enough,
         }
+    }
+
+    /// Makes four cells of each, in which there is then what was in that one; false if that is not enough, as
+    /// the points lie farther apart than the table is wide.
+    ///
+    /// Looks at no point and no triangle: a new table would have to, all over the memory.
+    pub(super) fn refine(&mut self) -> bool {
+        if self.layout.slack.is_some() || self.is_narrow() {
+            return false;
+        }
+        let [columns, rows] = self.masks.map(|mask| mask as usize + 1);
+        let mut finer = Vec::with_capacity(4 * self.cells.len());
+        for row in 0..2 * rows {
+            let coarse = &self.cells[row / 2 * columns..][..columns];
+            finer.extend(coarse.iter().flat_map(|cell| {
+                let slot = cell.load(Ordering::Relaxed);
+                [AtomicU32::new(slot), AtomicU32::new(slot)]
+            }));
+        }
+        self.cells = finer;
+        self.masks = self.masks.map(|mask| 2 * mask + 1);
+        self.scale *= 2.0;
+        self.enough *= 4;
+        true
     }
 
     /// Notes a triangle at a point that has been inserted.
@@ -125,6 +160,13 @@ impl Hints {
         self.noted += points;
     }
 
+    /// Asks for what [`Hints::near`] reads, as a rule.
+    #[inline]
+    pub(super) fn fetch(&self, place: Place) {
+        let place = self.extent.nearest(place);
+        fetch(&self.cells[self.cell(place, [0, 0])], |cell| cell.load(Ordering::Relaxed));
+    }
+
     /// A triangle near `place`: that of its cell, or of one of the cells around.
     ///
     /// What lies outside the box shares its cell with far places inside; the border is nearer.
@@ -135,12 +177,17 @@ impl Hints {
         AROUND.into_iter().map(read).find(|&slot| slot != NONE)
     }
 
-    /// Whether there are more than twice as many points as the table is made for, or they lie farther
-    /// apart than the slack was for: it is time for another.
+    /// Whether there are too many points for the table, or they lie farther apart than the slack was for: it
+    /// is time for another.
     pub(super) fn are_outgrown(&self) -> bool {
+        self.noted > self.enough || self.layout.slack.is_some() && self.is_narrow()
+    }
+
+    /// Whether the box around the points is wider than the table.
+    fn is_narrow(&self) -> bool {
         let size = self.extent.size_mm();
         let is_wider = |axis: usize| size[axis] * self.scale > (self.masks[axis] + 1) as f64;
-        self.noted > self.enough || self.layout.slack.is_some() && (is_wider(0) || is_wider(1))
+        is_wider(0) || is_wider(1)
     }
 
     /// Bytes of the table.
@@ -165,3 +212,57 @@ const AROUND: [[i64; 2]; 9] =
 /// No table is replaced before so many points were noted twice over.
 const LEAST_POINTS: usize = 1024;
 const NONE: Slot = Slot::MAX;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAYOUT: Layout = Layout { points_a_cell: 4, least_cells: 16, slack: None };
+
+    fn square(side: f64) -> Extent {
+        Extent { low: [-side; 2], high: [side; 2] }
+    }
+
+    #[test]
+    fn refined_hints_tell_what_they_told() {
+        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        let places: Vec<Place> = (0..8)
+            .flat_map(|i| (0..8).map(move |j| [i, j].map(|k| k as f64 / 4.0 - 0.9)))
+            .collect();
+        for (slot, &place) in places.iter().enumerate() {
+            hints.note(place, slot as Slot);
+        }
+        // Places right of the origin and above it are in the same cells of either table.
+        let told: Vec<_> = places.iter().map(|&place| hints.near(place)).collect();
+        assert!(told.iter().all(Option::is_some));
+        let bytes = hints.bytes();
+        assert!(hints.refine());
+        assert_eq!(hints.bytes(), 4 * bytes);
+        for (place, told) in places.into_iter().zip(told) {
+            if place.iter().all(|&coordinate| coordinate >= 0.0) {
+                assert_eq!(hints.near(place), told, "{place:?}");
+            } else {
+                assert!(hints.near(place).is_some(), "{place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_is_refined_when_each_cell_has_its_points_and_not_before() {
+        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        let enough = LAYOUT.points_a_cell * hints.bytes() / size_of::<Slot>();
+        hints.expect(enough - 64, square(1.0));
+        assert!(!hints.are_outgrown());
+        hints.expect(1, square(1.0));
+        assert!(hints.are_outgrown() && hints.refine() && !hints.are_outgrown());
+    }
+
+    #[test]
+    fn a_table_that_is_too_narrow_is_not_refined() {
+        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        hints.expect(64, square(1.1));
+        assert!(hints.refine(), "there is some room beside the box");
+        hints.expect(64, square(3.0));
+        assert!(!hints.refine());
+    }
+}

@@ -10,6 +10,7 @@
 //! order by the place they belong to. A large batch of lines is meshed as two [`blocks`] at the same
 //! time. Vertices go one by one ([`remove`]).
 
+mod ahead;
 mod blocks;
 mod cells;
 mod editor;

@@ -1,6 +1,7 @@
 //! Where vertices lie, wherever that is kept.
 
 use crate::exact::Place;
+use crate::fetch::fetch;
 use crate::point::place;
 use crate::{PointMm, VertexId};
 
@@ -8,6 +9,11 @@ use crate::{PointMm, VertexId};
 pub(crate) trait Places {
     /// Where the vertex lies.
     fn place(&self, vertex: VertexId) -> Place;
+
+    /// Asks for the place, which is read soon, if it may have to be waited for. There may be no such
+    /// vertex.
+    #[inline(always)]
+    fn fetch(&self, _vertex: VertexId) {}
 
     /// All points, if they lie in memory for any thread to read.
     fn in_memory(&self) -> Option<&[PointMm]> {
@@ -36,6 +42,15 @@ impl Places for [PointMm] {
     #[inline(always)]
     fn place(&self, vertex: VertexId) -> Place {
         place(self[vertex as usize])
+    }
+
+    /// At both ends, as it may lie in two lines of the cache.
+    #[inline(always)]
+    fn fetch(&self, vertex: VertexId) {
+        if let Some([x, y, _]) = self.get(vertex as usize) {
+            fetch(x, |x| *x);
+            fetch(y, |y| *y);
+        }
     }
 
     fn in_memory(&self) -> Option<&[PointMm]> {

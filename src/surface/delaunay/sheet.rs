@@ -137,7 +137,7 @@ impl Sheet {
         if let Some(hints) = plane.hints.get_mut() {
             hints.expect(batch.len(), extent);
             // Runs are as well off with an old one, which goes afterwards.
-            if are_scattered && hints.are_outgrown() {
+            if are_scattered && hints.are_outgrown() && !hints.refine() {
                 plane.hints.take();
             }
         }

@@ -129,7 +129,7 @@ pub(crate) fn by_x_then_y(p: Place, q: Place) -> Ordering {
 /// A bound of zero means that both products are zero, which only factors of zero make them. Then
 /// the determinant is zero without rounding, too: so for places along an axis.
 #[inline(always)]
-fn estimated_orientation(a: Place, b: Place, c: Place) -> (f64, f64) {
+pub(crate) fn estimated_orientation(a: Place, b: Place, c: Place) -> (f64, f64) {
     let left = (a[0] - c[0]) * (b[1] - c[1]);
     let right = (a[1] - c[1]) * (b[0] - c[0]);
     (left - right, ORIENTATION_BOUND * (left.abs() + right.abs()))
