@@ -105,6 +105,8 @@ pub struct Bench {
     kinematics: Kinematics,
     end: EndSettings,
     now: Nanos,
+    /// The primary waits to be started until its companions are ready, and no longer than this.
+    primary_held: Option<Nanos>,
     last_primary: Option<Nanos>,
     records: u64,
     joined: Vec<Record>,
@@ -123,6 +125,7 @@ impl Bench {
             kinematics: settings.kinematics,
             end: settings.end,
             now: Nanos::ZERO,
+            primary_held: None,
             last_primary: None,
             records: 0,
             joined: Vec::new(),
@@ -155,10 +158,18 @@ impl Bench {
     }
 
     /// Tells every device to start or stop measuring.
+    ///
+    /// The primary is started last, when its companions are ready: its first reading then finds them so,
+    /// whichever link is read first, and what they send from then on is known to be of the first cycle of
+    /// their counts. A companion that is not there holds it back for 5 s at most.
     pub fn command(&mut self, now: Nanos, command: Command) {
         self.advance(now);
+        let held = command == Command::Start && !self.companions_ready();
+        self.primary_held = held.then(|| now + COMPANIONS_WAIT);
+        let primary = self.streams.first().copied().filter(|_| held);
         for line in 0..self.lines.len() {
-            self.lines[line].command(now, command, &mut self.effects);
+            let except = primary.and_then(|(of, device)| (of == line).then_some(device));
+            self.lines[line].command(now, command, except, &mut self.effects);
             self.settle(line);
         }
     }
@@ -172,6 +183,9 @@ impl Bench {
             if self.synchronizer.poll_timeout().is_some_and(|wanted| wanted <= due) {
                 self.synchronizer.timeout(due, &mut self.joined);
                 self.emit();
+            }
+            if self.primary_held.is_some_and(|until| until <= due) {
+                self.start_primary();
             }
             for line in 0..self.lines.len() {
                 if self.lines[line].poll_timeout().is_some_and(|wanted| wanted <= due) {
@@ -191,7 +205,7 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        lines.chain(self.synchronizer.poll_timeout()).min()
+        lines.chain(self.synchronizer.poll_timeout()).chain(self.primary_held).min()
     }
 
     /// The next thing to be done with a link.
@@ -344,6 +358,21 @@ impl Bench {
         }
         self.effects = effects;
         self.emit();
+        if self.primary_held.is_some() && self.companions_ready() {
+            self.start_primary();
+        }
+    }
+
+    fn companions_ready(&self) -> bool {
+        self.streams.iter().skip(1).all(|(line, device)| self.lines[*line].is_ready(*device))
+    }
+
+    /// Starts the device that was left out when all were told to.
+    fn start_primary(&mut self) {
+        self.primary_held = None;
+        let Some((line, device)) = self.streams.first().copied() else { return };
+        self.lines[line].command_device(self.now, device, Command::Start, &mut self.effects);
+        self.settle(line);
     }
 
     fn stream(&self, line: usize, device: usize) -> Option<usize> {
@@ -356,6 +385,8 @@ impl Bench {
     }
 }
 
+/// How long the primary waits for a companion: opening and setting up a node takes well below a second.
+const COMPANIONS_WAIT: Duration = Duration::from_secs(5);
 /// One read of so much means that bytes had piled up: at the rates at which host times tell anything, what
 /// arrives between two reads is far less.
 const BACKLOG_BYTES: usize = 2048;
