@@ -26,7 +26,7 @@ use setup::{Learned, Progress, Setup};
 ///            ┌──────────── silent, refused ──────────┐
 ///            ▼                                       │
 /// connected ─▶ Setup ──▶ Configured ──▶ Starting ──▶ Running
-///   Waiting ──▲  │  ▲     Start │ ▲       heartbeat or position: Ready
+///   Waiting ──▲  │  ▲     Start │ ▲       answer, heartbeat or position: Ready
 ///      ▲         │  │           └─┼── Stop ───────────┘
 ///      └─ fails ─┘  └─ boot-up, heartbeat lost, no longer operational
 /// ```

@@ -135,6 +135,32 @@ fn a_stopped_daemon_ends_its_recording_in_good_order() {
     assert_eq!(timeless(replayed(out.path())), timeless(report));
 }
 
+/// A host that does not run for longer than a heartbeat may be missing reads what waited before it judges.
+#[test]
+fn a_daemon_that_was_held_up_for_two_seconds_misses_nothing() {
+    let out = tempfile::tempdir().unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["demo", "--exit", "--json", "--points", "16000", "--speed", "1", "--out"])
+            .arg(out.path())
+            .stdout(Stdio::piped()),
+    );
+    daemon.line("results:", Duration::from_secs(60));
+    std::thread::park_timeout(Duration::from_secs(2));
+    daemon.signal("STOP");
+    std::thread::park_timeout(Duration::from_secs(2));
+    daemon.signal("CONT");
+    let report = json(&daemon.wait(Duration::from_secs(300)));
+    assert_eq!(count(&report, "/points/used"), 16_000, "{:#}", report["points"]);
+    for name in ["probe", "stage"] {
+        let figures = link(&report, name);
+        assert_eq!(count(figures, "/opened"), 1, "{figures:#}");
+        assert_eq!(count(figures, "/discarded_bytes"), 0, "{figures:#}");
+        assert_eq!(device(&report, name)["faults"], serde_json::json!({}), "{figures:#}");
+    }
+    assert_eq!(timeless(replayed(out.path())), timeless(report));
+}
+
 pub(crate) fn link<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
     let links = report["links"].as_array().unwrap();
     links

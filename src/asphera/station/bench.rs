@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
 
+use super::hold_up::Patience;
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::synchronizer::{Record, SyncSettings, Synchronizer};
@@ -107,6 +108,7 @@ pub struct Bench {
     now: Nanos,
     /// The primary waits to be started until its companions are ready, and no longer than this.
     primary_held: Option<Nanos>,
+    patience: Patience,
     last_primary: Option<Nanos>,
     records: u64,
     joined: Vec<Record>,
@@ -126,6 +128,7 @@ impl Bench {
             end: settings.end,
             now: Nanos::ZERO,
             primary_held: None,
+            patience: Patience::default(),
             last_primary: None,
             records: 0,
             joined: Vec::new(),
@@ -180,6 +183,7 @@ impl Bench {
             // A driver may ask for a time that has passed; time still never goes back.
             let due = due.max(self.now);
             self.now = due;
+            self.patience.passed(due);
             if self.synchronizer.poll_timeout().is_some_and(|wanted| wanted <= due) {
                 self.synchronizer.timeout(due, &mut self.joined);
                 self.emit();
@@ -195,6 +199,14 @@ impl Bench {
             }
         }
         self.now = self.now.max(now);
+        self.patience.passed(self.now);
+    }
+
+    /// The host was held up until `until`, and whatever came meanwhile may still lie unread. So what was due is
+    /// put off until there was time to read it: a heartbeat that waits in a buffer was not missed. Comes before
+    /// anything that happened after it.
+    pub fn held_up(&mut self, until: Nanos) {
+        self.patience.held_up(until);
     }
 
     /// The time of the latest happening, or of what was done since.
@@ -205,7 +217,8 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        lines.chain(self.synchronizer.poll_timeout()).chain(self.primary_held).min()
+        let due = lines.chain(self.synchronizer.poll_timeout()).chain(self.primary_held).min();
+        due.map(|due| self.patience.put_off(due))
     }
 
     /// The next thing to be done with a link.
@@ -230,7 +243,7 @@ impl Bench {
 
     /// When the scan will be over if no more readings come.
     pub fn idle_at(&self) -> Option<Nanos> {
-        Some(self.last_primary? + self.end.idle?)
+        Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
     /// No more readings will come: gives up what still waits.
@@ -390,3 +403,6 @@ const COMPANIONS_WAIT: Duration = Duration::from_secs(5);
 /// One read of so much means that bytes had piled up: at the rates at which host times tell anything, what
 /// arrives between two reads is far less.
 const BACKLOG_BYTES: usize = 2048;
+
+#[cfg(test)]
+mod tests;
