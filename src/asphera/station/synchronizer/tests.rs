@@ -161,9 +161,15 @@ fn without_a_pace_no_link_is_suspected_for_being_late() {
         }
         sync.flush(&mut out);
         assert_eq!(out.len(), 20_000);
-        let joined = out.iter().filter(|record| record.flags.is_empty());
-        assert_eq!(joined.inspect(|record| assert_joined(record)).count() == 20_000, !paced);
-        assert_eq!(sync.counts().nth(1).unwrap().slips == 0, !paced);
+        let slips = sync.counts().nth(1).unwrap().slips;
+        if paced {
+            // Taken for a lost cycle, and said so.
+            assert!(slips > 0);
+            continue;
+        }
+        assert!(out.iter().all(|record| record.flags.is_empty()));
+        out.iter().for_each(assert_joined);
+        assert_eq!(slips, 0);
     }
 }
 
