@@ -207,6 +207,7 @@ impl Bench {
     /// anything that happened after it.
     pub fn held_up(&mut self, until: Nanos) {
         self.patience.held_up(until);
+        self.synchronizer.put_off(self.patience.put_off(until));
     }
 
     /// The time of the latest happening, or of what was done since.

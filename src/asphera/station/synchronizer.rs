@@ -68,6 +68,8 @@ pub struct Synchronizer {
     first_primary: Option<(u64, Nanos)>,
     /// When held readings are looked at again if nothing more arrives.
     recheck: Option<Nanos>,
+    /// Before this no wait is over: the host was held up, and companions may lie unread.
+    patient_until: Nanos,
 }
 
 #[derive(Debug, Default)]
@@ -102,6 +104,7 @@ impl Synchronizer {
             rate: Rate::default(),
             first_primary: None,
             recheck: None,
+            patient_until: Nanos::ZERO,
         }
     }
 
@@ -119,6 +122,11 @@ impl Synchronizer {
     /// says nothing.
     pub fn backlogged(&mut self, stream: usize, backlogged: bool) {
         self.streams[stream].backlogged = backlogged;
+    }
+
+    /// The host was held up: no reading has waited too long before `until`.
+    pub fn put_off(&mut self, until: Nanos) {
+        self.patient_until = until;
     }
 
     /// The device of `stream` is set up and would answer a trigger.
@@ -345,7 +353,7 @@ impl Synchronizer {
         while let Some(entry) = self.pending.first_entry() {
             let slot = entry.get();
             let complete = slot.readings.iter().all(Option::is_some);
-            let waited = now.since(slot.since) >= self.settings.wait;
+            let waited = now >= self.patient_until && now.since(slot.since) >= self.settings.wait;
             if !complete && *entry.key() >= passed && !waited && !self.is_full() {
                 break;
             }

@@ -310,6 +310,24 @@ fn wait_is_bounded_in_number_too() {
     assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
 }
 
+/// A trigger whose companion lay unread while the host did not run.
+#[test]
+fn a_wait_over_which_the_host_was_held_up_is_not_over() {
+    let ms = Nanos::from_millis;
+    for (put_off, joined) in [(true, 2), (false, 1)] {
+        let mut sync = armed(settings());
+        let mut out = Vec::new();
+        sync.take(0, reading(0, 0, ms(10)), &mut out);
+        if put_off {
+            sync.put_off(ms(2_250));
+        }
+        sync.take(0, reading(0, 1, ms(2_000)), &mut out);
+        sync.take(1, reading(1, 0, ms(2_001)), &mut out);
+        sync.take(1, reading(1, 1, ms(2_001)), &mut out);
+        assert_eq!(out.iter().filter(|record| record.flags.is_empty()).count(), joined);
+    }
+}
+
 #[test]
 fn suspect_readings_do_not_move_the_count() {
     let mut sync = armed(settings());
