@@ -14,7 +14,7 @@ use asphera_link::{
 
 use crate::wire::{
     AbortCode, AreaState, Cob, Emergency, NmtCommand, NmtRequest, NmtState, NodeId, Position,
-    SdoRequest, SdoResponse, TpdoLayout,
+    SdoRequest, SdoResponse, TpdoLayout, object,
 };
 use crate::{Kind, Settings, Transmission};
 use cycle::Cycle;
@@ -26,7 +26,7 @@ use setup::{Learned, Progress, Setup};
 ///            ┌──────────── silent, refused ──────────┐
 ///            ▼                                       │
 /// connected ─▶ Setup ──▶ Configured ──▶ Starting ──▶ Running
-///   Waiting ──▲  │  ▲     Start │ ▲       heartbeat or position: Ready
+///   Waiting ──▲  │  ▲     Start │ ▲       answer, heartbeat or position: Ready
 ///      ▲         │  │           └─┼── Stop ───────────┘
 ///      └─ fails ─┘  └─ boot-up, heartbeat lost, no longer operational
 /// ```
@@ -34,7 +34,10 @@ use setup::{Learned, Progress, Setup};
 /// - A node is taken into pre-operational, never reset: a reset would drop what another tool has set
 ///   and what is not yet stored, and everything the driver depends on it writes anyway.
 /// - [`Event::Online`] comes when the node has told its profile (and vendor), [`Event::Ready`] when
-///   it is operational on [`Command::Start`], and again after each restart of the node.
+///   it is operational on [`Command::Start`], and again after each restart of the node. Nothing in
+///   CANopen confirms a start, and the next heartbeat may be a second away; so the node is asked for its
+///   error register right after. Frames to a node keep their order: one that answers has had its start.
+///   Should it have refused it, its heartbeat says so, which is a fault.
 /// - [`Event::Reopen`] never comes. A bus is shared: closing it would take the other nodes down for
 ///   the trouble of one. The node alone is set up anew instead, with a pause of 1 s, doubled up to
 ///   8 s, between attempts that fail.
@@ -60,6 +63,8 @@ pub struct Cia406 {
     error: bool,
     /// Whether a frame of another length than mapped was told since the last setup.
     length_told: bool,
+    /// Answers to the question after a start that may still come.
+    start_answers: u8,
     /// When the node counts as lost; only once its heartbeat is set.
     alive_until: Option<Nanos>,
     /// Pause before the next attempt to set the node up.
@@ -105,6 +110,7 @@ impl Cia406 {
             online: false,
             error: false,
             length_told: false,
+            start_answers: 0,
             alive_until: None,
             pause: FIRST_PAUSE,
             transmit: VecDeque::new(),
@@ -113,6 +119,7 @@ impl Cia406 {
     }
 
     fn begin_setup(&mut self, now: Nanos) {
+        self.start_answers = 0;
         self.tell_nmt(NmtCommand::EnterPreOperational);
         self.alive_until = None;
         self.length_told = false;
@@ -156,6 +163,8 @@ impl Cia406 {
 
     fn start(&mut self, now: Nanos, learned: Learned, tries: u8) {
         self.tell_nmt(NmtCommand::Start);
+        self.transmit.push_back(SdoRequest::Upload(object::ERROR_REGISTER).encode(self.node));
+        self.start_answers = self.start_answers.saturating_add(1);
         let every = match self.settings.transmission {
             Transmission::Sync { every } => every,
             Transmission::EventTimer { .. } => 1,
@@ -166,7 +175,8 @@ impl Cia406 {
         self.state = State::Starting { learned, cycle, until, tries };
     }
 
-    /// The node is operational: its heartbeat says so, or a position, which no other state sends.
+    /// The node is operational: its heartbeat says so, an answer after its start, or a position, which no
+    /// other state sends.
     fn running(&mut self) {
         let state = std::mem::replace(&mut self.state, State::Closed);
         self.state = match state {
@@ -181,7 +191,7 @@ impl Cia406 {
 
     fn on_sdo(&mut self, now: Nanos, data: &[u8]) {
         let State::Setup { setup, .. } = &self.state else {
-            return self.discard(data);
+            return self.on_start_answer(data);
         };
         let asked = setup.request(&self.settings);
         let answer = match SdoResponse::decode(self.node, data) {
@@ -215,6 +225,18 @@ impl Cia406 {
             Progress::Done(learned) => self.configured(now, learned),
             Progress::Failed(fault) => self.give_up(now, fault),
         }
+    }
+
+    /// An answer outside of the set-up: to the question after a start, or to somebody else.
+    fn on_start_answer(&mut self, data: &[u8]) {
+        let asked = self.start_answers > 0
+            && SdoResponse::decode(self.node, data)
+                .is_ok_and(|response| response.address() == object::ERROR_REGISTER);
+        if !asked {
+            return self.discard(data);
+        }
+        self.start_answers -= 1;
+        self.running();
     }
 
     fn on_heartbeat(&mut self, now: Nanos, data: &[u8]) {

@@ -133,7 +133,15 @@ fn kinematics(scene: &Scene) -> String {
             axis(stages[1])
         ),
     };
-    format!("[sync]\ndevices = [{}]\nwait_ms = 1000\n\n[kinematics]\n{axes}", devices.join(", "))
+    let pace = match scene.speed {
+        Speed::Times(_) => "wait_ms = 1000\n".to_owned(),
+        Speed::Max => format!(
+            "# The bench goes as fast as this host lets it: when a reading arrives tells nothing of its trigger.\n\
+             paced = false\nwait_ms = {FREE_WAIT_MS}\n"
+        ),
+    };
+    let devices = devices.join(", ");
+    format!("[sync]\ndevices = [{devices}]\n{pace}\n[kinematics]\n{axes}")
 }
 
 fn nominal(scene: &Scene) -> String {
@@ -213,6 +221,9 @@ fn quoted(text: &str) -> String {
     Value::String(text.to_owned()).to_string()
 }
 
+/// A bench without a clock is not late; only what never comes is given up. The end of the scan does so, too.
+const FREE_WAIT_MS: u32 = 60_000;
+
 /// Highest rate of a CHRocodile 2, Hz.
 const FASTEST_HZ: f64 = 66_000.0;
 
@@ -221,6 +232,10 @@ mod tests {
     use super::*;
 
     fn station(name: &str, thermal: bool) -> toml::Table {
+        station_of(&Scene::built_in(name).unwrap(), thermal)
+    }
+
+    fn station_of(scene: &Scene, thermal: bool) -> toml::Table {
         let ports = Ports {
             probe: Path::new("/run/a \"b\"/probe"),
             stage: Path::new("/run/stage"),
@@ -230,7 +245,7 @@ mod tests {
             recordings: "/tmp/recordings".into(),
             listen: "127.0.0.1:0".parse().unwrap(),
         };
-        toml(&Scene::built_in(name).unwrap(), &ports, &options).parse().unwrap()
+        toml(scene, &ports, &options).parse().unwrap()
     }
 
     fn at<'a>(table: &'a toml::Table, path: &str) -> &'a Value {
@@ -277,6 +292,15 @@ mod tests {
         assert_eq!(*at(&table, "device.stage_x.link"), Value::from("stage"));
         assert!(!table["link"].as_table().unwrap().contains_key("thermal"));
         assert!(!table["device"].as_table().unwrap().contains_key("thermal"));
+    }
+
+    #[test]
+    fn a_bench_at_full_speed_has_no_pace_of_its_own() {
+        let scene = Scene::built_in("asphere").unwrap();
+        let free = station_of(&scene.clone().with_speed(Speed::Max), true);
+        assert_eq!(*at(&free, "sync.paced"), Value::from(false));
+        let paced = station_of(&scene.with_speed(Speed::Times(2.0)), true);
+        assert!(!paced["sync"].as_table().unwrap().contains_key("paced"));
     }
 
     #[test]

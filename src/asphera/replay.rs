@@ -59,6 +59,11 @@ pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, R
             }
             What::Closed { link, reason } => bench.happened(now, *link, Happening::Closed(reason)),
             What::Command(command) => bench.command(now, *command),
+            What::HeldUp { until } => {
+                // What had been due by then had been done.
+                bench.advance(now);
+                bench.held_up(*until);
+            }
             What::Finish { reason } => {
                 // Why it ended was decided then; the rest of the time only has to pass.
                 bench.advance(now);

@@ -210,9 +210,11 @@ fn a_node_is_set_up_word_by_word() {
         assert_eq!(sent(&mut driver), frame(0x605, &padded));
         driver.receive(now, Input::Frame(&frame(0x585, said)));
     }
+    // Started, and asked for its error register: the answer shows that it has been.
     assert_eq!(sent(&mut driver), frame(0x000, &[0x01, 0x05]));
+    assert_eq!(sent(&mut driver), frame(0x605, &[0x40, 0x01, 0x10, 0x00, 0, 0, 0, 0]));
     assert_eq!(driver.poll_transmit(), None);
-    driver.receive(now, Input::Frame(&frame(0x705, &[0x05])));
+    driver.receive(now, Input::Frame(&frame(0x585, &[0x4F, 0x01, 0x10, 0x00, 0, 0, 0, 0])));
     driver.receive(now, Input::Frame(&frame(0x080, &[0x11])));
     driver.receive(now, Input::Frame(&frame(0x185, &[0x40, 0xE2, 0x01, 0x00])));
     assert_eq!(driver.poll_event(), Some(Event::Online));

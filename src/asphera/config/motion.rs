@@ -39,6 +39,7 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
     }
     let wait = Duration::from_millis(table.within("wait_ms", 2000, 1..=600_000u64));
     let capacity = table.within("capacity", 65_536, 16..=10_000_000usize);
+    let paced = table.or("paced", true);
     let devices: Vec<&DeviceConfig> = found.iter().map(|index| &devices[*index]).collect();
     if let Some(longest) = devices.iter().map(|device| device.driver.holds_back()).max()
         && wait <= longest
@@ -54,7 +55,7 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
     }
     table.finish();
     (!found.is_empty() && found.len() == names.len())
-        .then_some(SyncConfig { devices: found, settings: SyncSettings { wait, capacity } })
+        .then_some(SyncConfig { devices: found, settings: SyncSettings { wait, capacity, paced } })
 }
 
 /// Devices that are joined must count every trigger, and the primary's count must not be the shorter: its

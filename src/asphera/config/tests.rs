@@ -216,6 +216,7 @@ fn benches_that_cannot_measure_are_refused() {
         ("# every_sync = 1", "every_sync = 2", "does not answer every SYNC"),
         ("# sync_counter_overflow = 240", "sync_counter_overflow = 0", "no counter"),
         ("# wait_ms = 2000", "wait_ms = 50", "hold a reading back"),
+        ("# paced = true", "paced = \"no\"", "true or false"),
         (
             "channel = \"position\", offset_mm",
             "channel = \"velocity\", offset_mm",

@@ -7,7 +7,7 @@ use asphera_link::{Command, Nanos};
 use asphera_transport::{Link, LinkCommand, LinkEvent, LinkSettings, What as LinkWhat};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{Instant, sleep_until};
-use tracing::{error, info, warn};
+use tracing::{debug, error, info, warn};
 
 use super::recording::Recording;
 use super::view::View;
@@ -43,6 +43,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         session: None,
         finished: finished_sender,
         report: report_sender,
+        awake_by: Instant::now(),
     };
     let handle = Handle { control, snapshots, report };
     Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
@@ -60,6 +61,8 @@ struct Core {
     session: Option<Session>,
     finished: mpsc::Sender<Result<Arc<Finished>, StationError>>,
     report: watch::Sender<Option<Arc<Report>>>,
+    /// When the task is to run again at the latest.
+    awake_by: Instant,
 }
 
 /// What a running session needs.
@@ -83,27 +86,50 @@ impl Core {
     async fn run(mut self) {
         let mut next_view = Instant::now();
         loop {
+            // What was just done may itself have waited, for the pipeline or the recorder.
+            self.awake().await;
             let due = self.next_due();
+            self.awake_by = self.awake_by.max(due.min(next_view));
             tokio::select! {
                 // In this order, so that a flood of bytes starves neither an operator nor the page.
                 biased;
                 control = self.controls.recv() => match control {
-                    Some(control) => self.control(control).await,
+                    Some(control) => {
+                        self.awake().await;
+                        self.control(control).await;
+                    }
                     None => return,
                 },
                 measurement = ended(&mut self.session) => self.conclude(measurement).await,
                 () = sleep_until(next_view) => {
+                    self.awake().await;
                     self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
                         (session.worker.figures(), session.recording.failure())
                     }));
                     next_view = Instant::now() + VIEW_PERIOD;
                 }
                 event = self.events.recv() => if let Some(event) = event {
+                    self.awake().await;
                     self.event(event).await;
                 },
-                () = sleep_until(due) => self.advance().await,
+                () = sleep_until(due) => {
+                    self.awake().await;
+                    self.advance().await;
+                }
             }
         }
+    }
+
+    /// The task runs: if it should have long before, the core is told that the host was held up.
+    async fn awake(&mut self) {
+        let now = Instant::now();
+        if now.saturating_duration_since(self.awake_by) > HELD_UP {
+            let until = self.clock.at(now.into());
+            debug!(by = ?now.saturating_duration_since(self.awake_by), "the host was held up");
+            self.bench.held_up(until);
+            self.record(self.bench.now(), What::HeldUp { until }).await;
+        }
+        self.awake_by = now;
     }
 
     /// When the core or the end of the scan wants the time.
@@ -412,6 +438,8 @@ async fn ended(session: &mut Option<Session>) -> Option<Measurement> {
 }
 
 const VIEW_PERIOD: Duration = Duration::from_millis(150);
+/// A host later than this was held up: what the links delivered may not have been read.
+const HELD_UP: Duration = Duration::from_millis(100);
 /// Questions that may wait for the final figures.
 const ASKED: usize = 256;
 /// Reads of ports that may wait for the core.

@@ -48,6 +48,12 @@ pub enum What {
     },
     /// The station started or stopped the measurement.
     Command(Command),
+    /// The host was held up: what the links delivered meanwhile was read late, and no deadline that passed
+    /// meanwhile was kept or missed by a device.
+    HeldUp {
+        /// Until when.
+        until: Nanos,
+    },
     /// The measurement ended; only [`super::Recorder::finish`] writes it.
     Finish {
         /// Why, in words.
@@ -65,7 +71,7 @@ impl What {
             | What::Received { link, .. }
             | What::Sent { link, .. }
             | What::Closed { link, .. } => Some(link),
-            What::Command(_) | What::Finish { .. } | What::Results(_) => None,
+            What::Command(_) | What::HeldUp { .. } | What::Finish { .. } | What::Results(_) => None,
         }
     }
 }

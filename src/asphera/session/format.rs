@@ -21,6 +21,7 @@ pub struct MinorVersion(pub u16);
 /// # Changelog
 ///
 /// - 1.0: first version.
+/// - 1.1: the event "held up".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FormatVersion {
@@ -33,7 +34,7 @@ pub struct FormatVersion {
 impl FormatVersion {
     /// The version written.
     pub const CURRENT: FormatVersion =
-        FormatVersion { major: MajorVersion(1), minor: MinorVersion(0) };
+        FormatVersion { major: MajorVersion(1), minor: MinorVersion(1) };
 
     /// The oldest major version read.
     pub const OLDEST_READ: MajorVersion = MajorVersion(1);

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use asphera_link::Command;
+use asphera_link::{Command, Nanos};
 use serde::{Deserialize, Serialize};
 
 use super::format::ChannelId;
@@ -12,10 +12,23 @@ use super::{LinkInfo, ResultsJson, What};
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
 enum Event<'a> {
-    Opened { link: Cow<'a, str> },
-    Closed { link: Cow<'a, str>, reason: Cow<'a, str> },
-    Command { command: CommandName },
-    Finish { reason: Cow<'a, str> },
+    Opened {
+        link: Cow<'a, str>,
+    },
+    Closed {
+        link: Cow<'a, str>,
+        reason: Cow<'a, str>,
+    },
+    Command {
+        command: CommandName,
+    },
+    #[serde(rename = "held up")]
+    HeldUp {
+        until_ns: u64,
+    },
+    Finish {
+        reason: Cow<'a, str>,
+    },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -36,6 +49,7 @@ pub(super) fn encode<'a>(what: &'a What, links: &[LinkInfo]) -> (ChannelId, Cow<
         What::Closed { link, reason } => Event::Closed { link: name(*link), reason: reason.into() },
         What::Command(Command::Start) => Event::Command { command: CommandName::Start },
         What::Command(Command::Stop) => Event::Command { command: CommandName::Stop },
+        What::HeldUp { until } => Event::HeldUp { until_ns: until.as_nanos() },
         What::Finish { reason } => Event::Finish { reason: reason.into() },
     };
     let json = serde_json::to_vec(&event).expect("an event is a map of strings");
@@ -58,6 +72,7 @@ pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<Wh
             }
             Event::Command { command: CommandName::Start } => What::Command(Command::Start),
             Event::Command { command: CommandName::Stop } => What::Command(Command::Stop),
+            Event::HeldUp { until_ns } => What::HeldUp { until: Nanos::from_nanos(until_ns) },
             Event::Finish { reason } => What::Finish { reason: reason.into_owned() },
         },
     })
@@ -88,6 +103,10 @@ mod tests {
             ),
             (What::Command(Command::Start), r#"{"event":"command","command":"start"}"#),
             (What::Command(Command::Stop), r#"{"event":"command","command":"stop"}"#),
+            (
+                What::HeldUp { until: Nanos::from_millis(3) },
+                r#"{"event":"held up","until_ns":3000000}"#,
+            ),
             (What::Finish { reason: "ü".to_owned() }, r#"{"event":"finish","reason":"ü"}"#),
         ];
         for (what, json) in cases {

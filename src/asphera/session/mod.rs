@@ -20,7 +20,7 @@
 //! |----------------|-------------------------------------------------------------|
 //! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes |
 //! | `/sent/<link>` | sent bytes                                                  |
-//! | `/events`      | JSON: opened, closed, command, finish                       |
+//! | `/events`      | JSON: opened, closed, command, held up, finish              |
 //! | `/results`     | JSON of the verdict                                         |
 //!
 //! `log_time` is nanoseconds since the station started, `sequence` counts all messages of the session

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
 
+use super::hold_up::Patience;
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::synchronizer::{Record, SyncSettings, Synchronizer};
@@ -105,6 +106,9 @@ pub struct Bench {
     kinematics: Kinematics,
     end: EndSettings,
     now: Nanos,
+    /// The primary waits to be started until its companions are ready, and no longer than this.
+    primary_held: Option<Nanos>,
+    patience: Patience,
     last_primary: Option<Nanos>,
     records: u64,
     joined: Vec<Record>,
@@ -123,6 +127,8 @@ impl Bench {
             kinematics: settings.kinematics,
             end: settings.end,
             now: Nanos::ZERO,
+            primary_held: None,
+            patience: Patience::default(),
             last_primary: None,
             records: 0,
             joined: Vec::new(),
@@ -155,10 +161,18 @@ impl Bench {
     }
 
     /// Tells every device to start or stop measuring.
+    ///
+    /// The primary is started last, when its companions are ready: its first reading then finds them so,
+    /// whichever link is read first, and what they send from then on is known to be of the first cycle of
+    /// their counts. A companion that is not there holds it back for 5 s at most.
     pub fn command(&mut self, now: Nanos, command: Command) {
         self.advance(now);
+        let held = command == Command::Start && !self.companions_ready();
+        self.primary_held = held.then(|| now + COMPANIONS_WAIT);
+        let primary = self.streams.first().copied().filter(|_| held);
         for line in 0..self.lines.len() {
-            self.lines[line].command(now, command, &mut self.effects);
+            let except = primary.and_then(|(of, device)| (of == line).then_some(device));
+            self.lines[line].command(now, command, except, &mut self.effects);
             self.settle(line);
         }
     }
@@ -169,9 +183,13 @@ impl Bench {
             // A driver may ask for a time that has passed; time still never goes back.
             let due = due.max(self.now);
             self.now = due;
+            self.patience.passed(due);
             if self.synchronizer.poll_timeout().is_some_and(|wanted| wanted <= due) {
                 self.synchronizer.timeout(due, &mut self.joined);
                 self.emit();
+            }
+            if self.primary_held.is_some_and(|until| until <= due) {
+                self.start_primary();
             }
             for line in 0..self.lines.len() {
                 if self.lines[line].poll_timeout().is_some_and(|wanted| wanted <= due) {
@@ -181,6 +199,15 @@ impl Bench {
             }
         }
         self.now = self.now.max(now);
+        self.patience.passed(self.now);
+    }
+
+    /// The host was held up until `until`, and whatever came meanwhile may still lie unread. So what was due is
+    /// put off until there was time to read it: a heartbeat that waits in a buffer was not missed. Comes before
+    /// anything that happened after it.
+    pub fn held_up(&mut self, until: Nanos) {
+        self.patience.held_up(until);
+        self.synchronizer.put_off(self.patience.put_off(until));
     }
 
     /// The time of the latest happening, or of what was done since.
@@ -191,7 +218,8 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        lines.chain(self.synchronizer.poll_timeout()).min()
+        let due = lines.chain(self.synchronizer.poll_timeout()).chain(self.primary_held).min();
+        due.map(|due| self.patience.put_off(due))
     }
 
     /// The next thing to be done with a link.
@@ -216,7 +244,7 @@ impl Bench {
 
     /// When the scan will be over if no more readings come.
     pub fn idle_at(&self) -> Option<Nanos> {
-        Some(self.last_primary? + self.end.idle?)
+        Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
     /// No more readings will come: gives up what still waits.
@@ -344,6 +372,21 @@ impl Bench {
         }
         self.effects = effects;
         self.emit();
+        if self.primary_held.is_some() && self.companions_ready() {
+            self.start_primary();
+        }
+    }
+
+    fn companions_ready(&self) -> bool {
+        self.streams.iter().skip(1).all(|(line, device)| self.lines[*line].is_ready(*device))
+    }
+
+    /// Starts the device that was left out when all were told to.
+    fn start_primary(&mut self) {
+        self.primary_held = None;
+        let Some((line, device)) = self.streams.first().copied() else { return };
+        self.lines[line].command_device(self.now, device, Command::Start, &mut self.effects);
+        self.settle(line);
     }
 
     fn stream(&self, line: usize, device: usize) -> Option<usize> {
@@ -356,6 +399,11 @@ impl Bench {
     }
 }
 
+/// How long the primary waits for a companion: opening and setting up a node takes well below a second.
+const COMPANIONS_WAIT: Duration = Duration::from_secs(5);
 /// One read of so much means that bytes had piled up: at the rates at which host times tell anything, what
 /// arrives between two reads is far less.
 const BACKLOG_BYTES: usize = 2048;
+
+#[cfg(test)]
+mod tests;

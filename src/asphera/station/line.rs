@@ -275,8 +275,30 @@ impl Line {
         }
     }
 
-    pub(crate) fn command(&mut self, now: Nanos, command: Command, out: &mut Vec<Effect>) {
-        self.devices.iter_mut().for_each(|device| device.driver.command(now, command));
+    /// Commands every device of the line but one.
+    pub(crate) fn command(
+        &mut self,
+        now: Nanos,
+        command: Command,
+        except: Option<usize>,
+        out: &mut Vec<Effect>,
+    ) {
+        let devices = self.devices.iter_mut().enumerate();
+        for (_, device) in devices.filter(|(index, _)| Some(*index) != except) {
+            device.driver.command(now, command);
+        }
+        self.pump(out);
+    }
+
+    /// Commands one device of the line.
+    pub(crate) fn command_device(
+        &mut self,
+        now: Nanos,
+        device: usize,
+        command: Command,
+        out: &mut Vec<Effect>,
+    ) {
+        self.devices[device].driver.command(now, command);
         self.pump(out);
     }
 

@@ -16,6 +16,11 @@ pub struct SyncSettings {
     pub wait: Duration,
     /// How many triggers may wait at once; beyond that the oldest are given up.
     pub capacity: usize,
+    /// Whether triggers come by a clock of their own, so that the time at which bytes arrive tells of the
+    /// trigger. Where they do not, as of a machine that waits for its host, no cycle of a count is told from
+    /// host times, and no link is suspected for being late: the order of its bytes is what is known, and
+    /// after a loss not even that until the end.
+    pub paced: bool,
 }
 
 /// What was read at one trigger.
@@ -63,6 +68,8 @@ pub struct Synchronizer {
     first_primary: Option<(u64, Nanos)>,
     /// When held readings are looked at again if nothing more arrives.
     recheck: Option<Nanos>,
+    /// Before this no wait is over: the host was held up, and companions may lie unread.
+    patient_until: Nanos,
 }
 
 #[derive(Debug, Default)]
@@ -97,6 +104,7 @@ impl Synchronizer {
             rate: Rate::default(),
             first_primary: None,
             recheck: None,
+            patient_until: Nanos::ZERO,
         }
     }
 
@@ -114,6 +122,11 @@ impl Synchronizer {
     /// says nothing.
     pub fn backlogged(&mut self, stream: usize, backlogged: bool) {
         self.streams[stream].backlogged = backlogged;
+    }
+
+    /// The host was held up: no reading has waited too long before `until`.
+    pub fn put_off(&mut self, until: Nanos) {
+        self.patient_until = until;
     }
 
     /// The device of `stream` is set up and would answer a trigger.
@@ -167,7 +180,7 @@ impl Synchronizer {
                 } else {
                     // Whether a whole cycle may have passed since the reading before.
                     let silent = before.map(|(_, at)| reading.host.since(at));
-                    let most = silent.and_then(|silent| most_triggers(silent, self.rate.peak_hz));
+                    let most = silent.and_then(|silent| most_triggers(silent, context.peak_hz));
                     let may_hide = skipped > 0
                         && most.is_none_or(|most| most >= u64::from(self.cycle(stream)));
                     self.admit(stream, count, may_hide, reading);
@@ -235,7 +248,7 @@ impl Synchronizer {
     fn admit(&mut self, stream: usize, count: u64, may_hide: bool, reading: Reading) {
         let companion = &mut self.streams[stream];
         companion.held.push((count, reading));
-        if may_hide && self.rate.hz > 0.0 && !tells_cycle(self.rate.hz, self.cycle(stream)) {
+        if may_hide && self.rate.hz > 0.0 && !self.tells_cycle(stream) {
             self.streams[stream].unsettled = true;
         }
         if self.streams[stream].held.len() > self.settings.capacity {
@@ -256,12 +269,13 @@ impl Synchronizer {
     fn judge(&mut self, stream: usize, now: Nanos, at_once: bool) {
         let modulus = self.cycle(stream);
         let rate_hz = self.rate.hz;
+        let tells_cycle = self.tells_cycle(stream);
         let primary = self.streams[0].unwrapper.latest();
         let backlogged = self.streams[0].backlogged || self.streams[stream].backlogged;
         let companion = &mut self.streams[stream];
         let pass = if at_once {
             Pass::Release
-        } else if tells_cycle(rate_hz, modulus) {
+        } else if tells_cycle {
             let far = primary.zip(companion.unwrapper.latest()).and_then(|(primary, own)| {
                 // Both must be as of now, or stand still together.
                 let apart = primary.1.since(own.1).max(own.1.since(primary.1)).as_secs_f64();
@@ -290,13 +304,19 @@ impl Synchronizer {
     fn settle(&mut self, stream: usize) {
         let primary = self.streams[0].unwrapper.latest();
         let modulus = self.cycle(stream);
-        let slow = tells_cycle(self.rate.hz, modulus);
+        let slow = self.tells_cycle(stream);
+        let paced = self.settings.paced;
         let companion = &mut self.streams[stream];
         let doubted = companion.unsettled || (slow && companion.gate != Gate::Open);
         let Some((primary, own)) = primary.zip(companion.unwrapper.latest()) else { return };
-        // The last counts can be compared where both were seen to the same end.
-        let together = primary.1.since(own.1).max(own.1.since(primary.1)) <= LATENCY;
         let apart = primary.0.abs_diff(own.0) >= u64::from(modulus / 2);
+        // The last counts can be compared where both were seen to the same end. Host times tell whether they
+        // were; where those say nothing, only counts that are the same show it, and no others are believed.
+        let together = if paced {
+            primary.1.since(own.1).max(own.1.since(primary.1)) <= LATENCY
+        } else {
+            apart || primary.0 == own.0
+        };
         if together && apart {
             companion.slip();
         } else if doubted && (slow || !together) {
@@ -333,7 +353,7 @@ impl Synchronizer {
         while let Some(entry) = self.pending.first_entry() {
             let slot = entry.get();
             let complete = slot.readings.iter().all(Option::is_some);
-            let waited = now.since(slot.since) >= self.settings.wait;
+            let waited = now >= self.patient_until && now.since(slot.since) >= self.settings.wait;
             if !complete && *entry.key() >= passed && !waited && !self.is_full() {
                 break;
             }
@@ -364,6 +384,11 @@ impl Synchronizer {
         }
     }
 
+    /// Whether host times tell which cycle a companion's count is in.
+    fn tells_cycle(&self, stream: usize) -> bool {
+        self.settings.paced && tells_cycle(self.rate.hz, self.cycle(stream))
+    }
+
     /// A companion's cycle: a loss of that many is not seen in its counts. The configuration sees to it that
     /// the primary's is not shorter.
     fn cycle(&self, stream: usize) -> u32 {
@@ -380,6 +405,7 @@ impl Synchronizer {
     fn context(&self, stream: usize) -> Context {
         let ready = self.streams[stream].ready;
         let others = if stream == 0 { 1..self.streams.len() } else { 0..1 };
+        let paced = self.settings.paced;
         Context {
             // The primary defines the start; a companion must have been ready before it.
             from_start: stream == 0
@@ -388,8 +414,9 @@ impl Synchronizer {
             other: others
                 .filter_map(|other| self.streams[other].unwrapper.latest())
                 .max()
+                .filter(|_| paced)
                 .map(|(count, host)| Progress { count, host, rate_hz: self.rate.hz }),
-            peak_hz: self.rate.peak_hz,
+            peak_hz: if paced { self.rate.peak_hz } else { 0.0 },
         }
     }
 }

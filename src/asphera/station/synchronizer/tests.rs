@@ -16,7 +16,7 @@ fn reading(stream: usize, trigger: u64, host: Nanos) -> Reading {
 }
 
 fn settings() -> SyncSettings {
-    SyncSettings { wait: Duration::from_millis(500), capacity: 10_000 }
+    SyncSettings { wait: Duration::from_millis(500), capacity: 10_000, paced: true }
 }
 
 /// Two devices that are ready before the scan.
@@ -141,6 +141,67 @@ fn a_cycle_lost_beyond_all_rates_shows_at_the_end() {
     assert_eq!(sync.counts().nth(1).unwrap().slips, 1);
 }
 
+/// A bench that waits for its host, on a host that is busy: one link is hundreds of triggers ahead of the other
+/// for seconds, at rates at which a paced trigger's host times would tell that a cycle is missing.
+#[test]
+fn without_a_pace_no_link_is_suspected_for_being_late() {
+    for (paced, late) in [(true, true), (false, true), (false, false)] {
+        let mut sync = armed(SyncSettings { wait: Duration::from_secs(60), paced, ..settings() });
+        let mut out = Vec::new();
+        // 1000 a second for 20 s, the companion (or the primary) 700 triggers behind.
+        let at = |trigger: u64| Nanos::from_millis(trigger);
+        for trigger in 0..20_700 {
+            let (first, second) = if late { (0, 1) } else { (1, 0) };
+            if trigger < 20_000 {
+                sync.take(first, reading(first, trigger, at(trigger)), &mut out);
+            }
+            if trigger >= 700 {
+                sync.take(second, reading(second, trigger - 700, at(trigger)), &mut out);
+            }
+        }
+        sync.flush(&mut out);
+        assert_eq!(out.len(), 20_000);
+        let slips = sync.counts().nth(1).unwrap().slips;
+        if paced {
+            // Taken for a lost cycle, and said so.
+            assert!(slips > 0);
+            continue;
+        }
+        assert!(out.iter().all(|record| record.flags.is_empty()));
+        out.iter().for_each(assert_joined);
+        assert_eq!(slips, 0);
+    }
+}
+
+/// Without a pace a loss leaves the cycle open until both are seen to have had the same last trigger, however
+/// far apart they were read.
+#[test]
+fn a_loss_without_a_pace_is_never_joined_on_a_guess() {
+    for (lost, end_joins) in [(3, true), (700, false), (240, false)] {
+        let wait = Duration::from_secs(100);
+        let mut sync = armed(SyncSettings { wait, paced: false, ..settings() });
+        let mut out = Vec::new();
+        for trigger in 0..6_000 {
+            sync.take(0, reading(0, trigger, Nanos::from_millis(trigger)), &mut out);
+            if !(3_000..3_000 + lost).contains(&trigger) {
+                let late = Nanos::from_millis(trigger + 300);
+                sync.take(1, reading(1, trigger, late), &mut out);
+            }
+        }
+        sync.flush(&mut out);
+        let joined = out.iter().filter(|record| record.flags.is_empty());
+        if lost % 240 == 0 {
+            // What left no trace in the counts shows at the end.
+            assert_eq!(sync.counts().nth(1).unwrap().slips, 1);
+            continue;
+        }
+        assert_eq!(
+            joined.clone().inspect(|record| assert_joined(record)).count() > 5_000,
+            end_joins
+        );
+    }
+}
+
 /// Beyond all rates nothing tells the cycle of a device that came late: nothing of it is joined.
 #[test]
 fn a_device_that_comes_late_to_a_fast_scan_is_not_joined_on_a_guess() {
@@ -247,6 +308,24 @@ fn wait_is_bounded_in_number_too() {
     sync.flush(&mut out);
     assert_eq!(out.len(), 100);
     assert!(out.iter().all(|record| record.flags == Flags::UNJOINED));
+}
+
+/// A trigger whose companion lay unread while the host did not run.
+#[test]
+fn a_wait_over_which_the_host_was_held_up_is_not_over() {
+    let ms = Nanos::from_millis;
+    for (put_off, joined) in [(true, 2), (false, 1)] {
+        let mut sync = armed(settings());
+        let mut out = Vec::new();
+        sync.take(0, reading(0, 0, ms(10)), &mut out);
+        if put_off {
+            sync.put_off(ms(2_250));
+        }
+        sync.take(0, reading(0, 1, ms(2_000)), &mut out);
+        sync.take(1, reading(1, 0, ms(2_001)), &mut out);
+        sync.take(1, reading(1, 1, ms(2_001)), &mut out);
+        assert_eq!(out.iter().filter(|record| record.flags.is_empty()).count(), joined);
+    }
 }
 
 #[test]
