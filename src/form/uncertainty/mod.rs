@@ -33,6 +33,7 @@ use simulate::Source;
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
 pub use noise_only::NoiseOnly;
+pub(crate) use philox::Numbers;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, TypeA, TypeAParameter, type_a};

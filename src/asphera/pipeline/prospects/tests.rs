@@ -85,7 +85,7 @@ fn a_part_that_fails_early_is_told_before_the_end_and_it_is_never_taken_back() {
 /// Limit and spread leave the pass open at first; then it is certain, and so it comes out.
 #[test]
 fn a_good_part_passes_from_a_coverage_that_comes_nearer_and_then_does() {
-    let tolerance = "[tolerance]\nrms_nm = 53.5\npv_nm = 300\n";
+    let tolerance = "[tolerance]\nrms_nm = 57\npv_nm = 300\n";
     let (said, report) = followed(part(tolerance), &scan(100.0));
     let all: Vec<&ProspectFigures> = outlooks(&said).map(|one| of(one, "rms_nm")).collect();
     let ahead: Vec<f64> =
@@ -117,8 +117,21 @@ fn what_cannot_be_said_is_open_and_says_why() {
     let near = text(&format!("[tolerance]\npv_nm = {}\n", 0.9999 * pv_nm)).unwrap();
     assert_eq!(near.state, ProspectState::Open, "{near:?}");
     assert!(near.text.contains("may still leave less"), "{}", near.text);
+    let unknown = Part::parse("p.toml", "[surface]\nkind = \"unknown\"\n[tolerance]\nrms_nm = 1\n");
+    let (said, _) = followed(unknown.unwrap(), &points);
+    let last = outlooks(&said).last().unwrap();
+    assert!(last.text.contains("made from all points at the end"), "{}", last.text);
     let other = text("[tolerance]\npvr_nm = 500\n").unwrap();
-    assert!(other.text.contains("worked out at the end"), "{}", other.text);
+    assert_eq!(other.state, ProspectState::AtEnd);
+    assert_eq!(other.text, "known at the end: PVR is worked out from all points");
+    // What is not foreseen is not passed over.
+    let zone = text("[tolerance]\npv_nm = 1e4\nminimum_zone_nm = 1e4\n").unwrap();
+    assert_eq!((zone.state, zone.limits.len()), (ProspectState::AtEnd, 2), "{zone:?}");
+    assert!(
+        zone.text.starts_with("known at the end: minimum zone; for the rest pass is certain"),
+        "{}",
+        zone.text
+    );
     let mut twice = points[..3000].to_vec();
     twice.push(points[5]);
     let (said, _) =
