@@ -221,3 +221,76 @@ const SIDE: usize = 12;
 const ROUNDS: usize = 40;
 /// Columns nearer to each other than this are one.
 const RANK_TOLERANCE: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::{Reference, Sample, peak_to_valley, remove, rms};
+    use crate::{Aperture, FitSettings, deviations, fit};
+
+    /// A disc of 8 mm radius, line by line, with a saddle, waves and a little that has no order.
+    fn scan() -> Vec<PointMm> {
+        let mut points = Vec::new();
+        for line in 0..65_u32 {
+            for column in 0..65_u32 {
+                let [x, y] = [column, line].map(|at| 0.25 * f64::from(at) - 8.0);
+                if x.hypot(y) <= 8.0 {
+                    let rough = f64::from((column * 7919 + line * 104_729) % 101) / 50.0 - 1.0;
+                    let nm = x * x - y * y + 20.0 * (1.1 * x).sin() * (0.8 * y).cos() + 3.0 * rough;
+                    points.push([x, y, 1e-6 * nm + 1e-5 * y]);
+                }
+            }
+        }
+        points
+    }
+
+    /// PV and RMS of the fit of all points, after removal.
+    fn figures(points: &[PointMm], less: &Terms) -> [f64; 2] {
+        let found = fit(points, &Nominal::Plane, &FitSettings::default()).unwrap();
+        let deviations_mm = deviations(points, &found.nominal, &found.pose);
+        let places: Vec<[f64; 2]> = points.iter().map(|[x, y, _]| [*x, *y]).collect();
+        let sample = Sample::new(&places, &deviations_mm, None, &Aperture::None).unwrap();
+        let left = remove(&sample, &less.list()).unwrap().sample;
+        [peak_to_valley(&left).unwrap().value, rms(&left, Reference::Zero).unwrap().value]
+    }
+
+    #[test]
+    fn no_more_points_can_leave_less() {
+        let points = scan();
+        let free = [Parameter::Tz, Parameter::Rx, Parameter::Ry];
+        let terms = [Term::Power, Term::Astigmatism, Term::Coma, Term::Spherical];
+        for less in [Terms::NONE, Terms::of(&terms[1..2]), Terms::of(&terms)] {
+            let [pv_nm, rms_nm] = figures(&points, &less);
+            let mut before = [0.0; 2];
+            for share in [3, 6, 10] {
+                let some = &points[..share * points.len() / 10];
+                let found = least(some, &Nominal::Plane, &Pose::default(), &free, &less).unwrap();
+                let least_rms_nm = (found.square_nm2 / points.len() as f64).sqrt();
+                assert!(
+                    found.range_nm <= pv_nm && least_rms_nm <= rms_nm * (1.0 + 1e-9),
+                    "{found:?}"
+                );
+                assert!(found.square_nm2 >= before[0] && found.range_nm >= 0.9 * before[1]);
+                before = [found.square_nm2, found.range_nm];
+            }
+            // Of all points the removal leaves little more than the least.
+            let [square_nm2, range_nm] = before;
+            assert!((square_nm2 / points.len() as f64).sqrt() > 0.98 * rms_nm, "{less}");
+            assert!(range_nm > 0.7 * pv_nm, "{less}: {range_nm} {pv_nm}");
+        }
+    }
+
+    #[test]
+    fn what_columns_make_up_and_too_few_points_leave_nothing() {
+        let bowl: Vec<PointMm> =
+            scan().iter().map(|&[x, y, _]| [x, y, 1e-6 * (x * x + y * y) + 1e-5 * x]).collect();
+        let of = |points: &[PointMm], less: &[Term]| {
+            least(points, &Nominal::Plane, &Pose::default(), &[Parameter::Tz], &Terms::of(less))
+        };
+        let found = of(&bowl, &[Term::Tilt, Term::Power]).unwrap();
+        assert!(found.square_nm2 < 1e-12 && found.range_nm < 1e-6, "{found:?}");
+        assert!(of(&bowl, &[Term::Tilt]).unwrap().range_nm > 30.0);
+        assert_eq!(of(&bowl[..2], &[]), None);
+        assert_eq!(of(&[], &[Term::Piston]), None);
+    }
+}

@@ -160,7 +160,9 @@ fn followed(seed: u64) -> [Tally; 6] {
     let order = (seed % 4) as usize;
     let guard = if seed % 8 < 4 { "" } else { "guard_probability = 0.95\n" };
     let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 1);
-    (0..8).for_each(|_| drop(random.next()));
+    for _ in 0..8 {
+        random.next();
+    }
     let points = scan(&mut random, order);
     let limits = figures(&points).map(|nm| nm * (0.75 + 0.75 * random.next()));
     let mut pipeline = Pipeline::new(part(&limits, guard)).expecting(Some(points.len() as u64));
