@@ -43,12 +43,12 @@ fn foreseen(points: &[PointMm], less: &Terms) -> ([Predicted; 2], [f64; 2]) {
 }
 
 #[test]
-fn what_is_measured_is_no_longer_forecast() {
+fn what_is_measured_never_becomes_less_and_its_rms_hardly_more() {
     let points = disc(|x, y| 20.0 * (0.9 * x).sin() * (0.7 * y).cos() + 0.3 * x * y);
     for less in [Terms::NONE, Terms::of(&[Term::Astigmatism])] {
         let (predicted, now) = foreseen(&points, &less);
-        // A block at the rim may seem not quite whole, and have an extreme to come.
-        for ((predicted, now), most) in predicted.iter().zip(now).zip([1.25, 1.02]) {
+        // Blocks at the rim may seem not quite whole and have an extreme to come, the more where terms reach highest there.
+        for ((predicted, now), most) in predicted.iter().zip(now).zip([1.6, 1.05]) {
             let [low, high] = [0.01, 0.99].map(|p| predicted.quantile_nm(p) / now);
             assert!(low > 0.99 && high < most, "{low} {high}");
         }
