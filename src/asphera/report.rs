@@ -32,6 +32,7 @@ pub use standards::{
     TextureFigures,
 };
 pub use unmeasured::UnmeasuredFigures;
+pub(crate) use verdict::words_of;
 pub use verdict::{Check, Status, Verdict};
 
 /// Version of the report's layout. A reader refuses what it does not know.

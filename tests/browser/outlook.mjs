@@ -1,6 +1,6 @@
 // Looks at what the page says of the limits while points arrive, beside the word and in the light.
 
-const SAID = /^(Fail is certain: |Pass is certain at 95 % |Open: )/;
+const SAID = /^(Fail is certain: |Pass is certain at 95 % |Known at the end: |Open: )/;
 
 /** Gives what was wrong; nothing where the station was done meanwhile. */
 export async function lookAtOutlook(page) {
@@ -17,7 +17,7 @@ export async function lookAtOutlook(page) {
   if (seen.state !== "measuring") return failures;
   check(!seen.hidden && SAID.test(seen.text), `what can be said of the part: "${seen.text}"`);
   check(seen.limits.length > 0, "no limit is listed while it measures");
-  for (const limit of seen.limits) check(/(fails, certain|passes|open)/.test(limit), `a limit without what can be said: "${limit}"`);
+  for (const limit of seen.limits) check(/(fails, certain|passes|open|known at the end)/.test(limit), `a limit without what can be said: "${limit}"`);
   check(/^± k = 2, (noise only|error budget)/.test(seen.about), `the uncertainty is by "${seen.about}"`);
   await page.keyboard.press("f");
   const note = await page.waitForFunction(

@@ -59,7 +59,7 @@ function showUncertainty(deviation) {
   setText(byId("u-model"), known ? `± k = ${COVERAGE}, ${known.model}${most}` : "");
 }
 
-const OUTLOOKS = { fail_certain: "fail", pass_certain: "pass", pass_from: "pass_from", open: "open" };
+const OUTLOOKS = { fail_certain: "fail", pass_certain: "pass", pass_from: "pass_from", at_end: "at_end", open: "open" };
 
 /** What can be said of the part while it is measured: the second line beside the word. */
 function showOutlook(outlook, kind) {
@@ -75,6 +75,7 @@ const LIMITS = {
   fail_certain: { text: "fails, certain", icon: "fail", className: "bad" },
   pass_certain: { text: "passes", icon: "pass", className: "good" },
   pass_from: { text: "open", icon: "undecided", className: "" },
+  at_end: { text: "known at the end", icon: "undecided", className: "" },
   open: { text: "open", icon: "undecided", className: "" },
 };
 

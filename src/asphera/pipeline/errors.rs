@@ -1,10 +1,15 @@
 //! What is known of the errors of PV and RMS without a simulation of all points: while points arrive, and in the end
 //! where the nominal file states no budget.
 
+use std::collections::BTreeMap;
+
+use asphera_form::figures::Definition;
 use asphera_form::uncertainty::{Budget, Draws, Noise, NoiseOnly, UncertaintyError, uncertainty};
+use asphera_form::verdict::{Guard, Judged, Limit, judge};
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_surface::{Plane, PointMm};
 
+use super::prospects::is_foreseen;
 use super::running::fit_settings;
 use super::uncertainties::{COVERAGE, in_plane};
 use crate::config::{CorrelationFrom, Part};
@@ -19,10 +24,23 @@ pub(super) struct Errors {
 }
 
 /// What long waves and the machine do to the figures.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Correlated {
     u_rms_nm: f64,
     u_pv_nm: f64,
+    /// The standard uncertainties of further limits' PV and RMS in nm, by name; those of other figures are not here.
+    limits: BTreeMap<String, f64>,
+}
+
+/// The errors of the figure of a limit at one moment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ErrorsOfLimit {
+    /// Standard uncertainty in nm, of a PV at most that.
+    pub(super) u_nm: f64,
+    /// What noise adds to a PV at most, nm.
+    pub(super) pv_bias_at_most_nm: f64,
+    /// The noise of a point, nm.
+    pub(super) noise_nm: f64,
 }
 
 /// The errors of figures of one moment.
@@ -77,13 +95,38 @@ impl Errors {
 
     /// Those of figures; `None` where the noise, or what a budget has besides, is not known.
     pub(super) fn of(&self, figures: &Figures) -> Option<ErrorsOfFigures> {
-        let correlated = self.correlated?;
+        let correlated = self.correlated.as_ref()?;
         let noise = NoiseOnly::new(figures.rms_nm, self.noise_nm?, figures.count)?;
         Some(ErrorsOfFigures {
             noise,
             u_rms_nm: noise.u_rms_nm.hypot(correlated.u_rms_nm),
             u_pv_nm: noise.u_pv_at_most_nm.hypot(correlated.u_pv_nm),
             budget: self.budget,
+        })
+    }
+
+    /// Those of the PV, or else of the RMS, of a limit of that name over a zone or with terms removed, of `count` points;
+    /// `None` as with [`Errors::of`].
+    pub(super) fn of_limit(
+        &self,
+        name: &str,
+        definition: Definition,
+        value_nm: f64,
+        count: usize,
+    ) -> Option<ErrorsOfLimit> {
+        let noise = NoiseOnly::new(value_nm, self.noise_nm?, count)?;
+        let correlated_nm = match self.correlated.as_ref()? {
+            _ if !self.budget => 0.0,
+            correlated => *correlated.limits.get(name)?,
+        };
+        let of_noise_nm = match definition {
+            Definition::PeakToValley => noise.u_pv_at_most_nm,
+            _ => noise.u_rms_nm,
+        };
+        Some(ErrorsOfLimit {
+            u_nm: of_noise_nm.hypot(correlated_nm),
+            pv_bias_at_most_nm: noise.pv_bias_at_most_nm,
+            noise_nm: noise.noise_nm,
         })
     }
 
@@ -95,7 +138,7 @@ impl Errors {
 
     /// What the bands of a convergence are made of: PV and RMS.
     pub(super) fn bases(&self) -> [String; 2] {
-        let why = match (self.noise_nm, self.correlated) {
+        let why = match (self.noise_nm, &self.correlated) {
             (None, _) => "not known: the noise of the points has not been measured yet",
             (_, None) => "not known: what the correlated errors do has not been worked out yet",
             _ if self.budget => return ["an upper bound by the", "by the"].map(by_the_budget),
@@ -190,7 +233,15 @@ fn correlated(
         let found = uncertainty(&some, &fit, &part.aperture, None, &budget)?;
         let draws = Draws { count: draws.count.min(MOST_DRAWS), ..*draws };
         let pv = found.peak_to_valley_nm(&draws)?;
-        Ok(Correlated { u_rms_nm: found.rms.u_nm, u_pv_nm: pv.u })
+        let named: Vec<&(String, Limit)> =
+            part.judging.limits.iter().filter(|(_, limit)| is_foreseen(limit)).collect();
+        let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
+        // A limit that cannot be judged was refused with the nominal file.
+        let judged = judge(&limits, &found, &part.nominal, &draws, Guard::None, |_| None);
+        let u_nm = |judged: Judged| judged.decision.ok()?.finding.u;
+        let known = named.iter().zip(judged.unwrap_or_default());
+        let limits = known.filter_map(|((name, _), judged)| Some((name.clone(), u_nm(judged)?)));
+        Ok(Correlated { u_rms_nm: found.rms.u_nm, u_pv_nm: pv.u, limits: limits.collect() })
     };
     worked_out().ok()
 }

@@ -1,7 +1,8 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
+use asphera_form::figures::{Definition, Terms};
 use asphera_form::verdict::{Doubt, Finding, Guard, Limit, decide};
-use asphera_form::{Figures, Status as FormStatus, Tolerance, verdict};
+use asphera_form::{Aperture, Figures, Status as FormStatus, Tolerance, verdict};
 use asphera_surface::Mesh;
 
 use super::errors::ErrorsOfFigures;
@@ -126,13 +127,16 @@ pub(super) fn compare(
         ..Verdict::default()
     };
     for check in &plain.checks {
-        let definition = Limit::named(check.name.trim_end_matches("_nm")).ok();
-        let hidden = definition.and_then(|definition| unmeasured.hidden(definition));
+        let limit = match check.name {
+            "pv_nm" => of_whole(Definition::PeakToValley, check.limit),
+            _ => of_whole(Definition::RmsAboutZero, check.limit),
+        };
+        let hidden = unmeasured.hidden(&limit);
         let finding =
             Finding { value: check.value, u: None, dof: f64::INFINITY, bias: 0.0, hidden };
         let doubt = decide(&finding, check.limit, Guard::None).ok().and_then(|found| found.doubt);
         if let Some(doubt) = doubt {
-            undecide(&mut verdict, said(check.name, doubt, unmeasured));
+            undecide(&mut verdict, said(check.name, &limit, doubt, unmeasured));
         }
         verdict.checks.push(Check {
             name: check.name.to_owned(),
@@ -152,10 +156,15 @@ pub(super) fn compare(
     verdict
 }
 
+/// The limit of a figure of the whole aperture.
+pub(super) fn of_whole(definition: Definition, value: f64) -> Limit {
+    Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE }
+}
+
 /// Why a limit is not proven.
-pub(super) fn said(name: &str, doubt: Doubt, unmeasured: &Unmeasured) -> String {
+pub(super) fn said(name: &str, limit: &Limit, doubt: Doubt, unmeasured: &Unmeasured) -> String {
     match doubt {
-        Doubt::Unmeasured => format!("{name}: {doubt}: {}", unmeasured.why(name)),
+        Doubt::Unmeasured => format!("{name}: {doubt}: {}", unmeasured.why(limit)),
         _ => format!("{name}: {doubt}"),
     }
 }

@@ -5,7 +5,7 @@ use asphera_surface::{
     Kind, Mesh, Plane, PointMm, Region, Relief, Topography, VertexId, projectable_along, topography,
 };
 
-use super::sampling::{self, Findings, Next, Remembered, Sampled};
+use super::sampling::{self, Findings, Next, Remembered, Sampled, ZoneSampling};
 use crate::config::Part;
 use crate::report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 
@@ -17,6 +17,8 @@ pub(super) struct Look {
     pub(super) covered: Vec<bool>,
     pub(super) mesh: MeshFigures,
     pub(super) sampling: SamplingFigures,
+    /// That of zones that have a limit.
+    pub(super) zones: Vec<ZoneSampling>,
     /// What to measure next.
     pub(super) next: Option<Next>,
 }
@@ -35,10 +37,10 @@ pub(super) fn look(
     let sampled = Sampled { mesh, triangles: &triangles, plane };
     let mut findings = sampling::of_part(sampled, &folds, part, pose, remembered);
     let next = findings.next(plane, part, pose);
-    let Findings { figures, covered, area_mm2, .. } = findings;
+    let Findings { figures, covered, area_mm2, zones, .. } = findings;
     let seen =
         MeshFigures { area_mm2, relief: relief_figures(&relief, plane), ..MeshFigures::default() };
-    Look { mesh: with_counts(mesh, seen), triangles, covered, sampling: figures, next }
+    Look { mesh: with_counts(mesh, seen), triangles, covered, sampling: figures, zones, next }
 }
 
 /// The regions of steep triangles whose centres lie in the aperture, and the indices of those of folds.

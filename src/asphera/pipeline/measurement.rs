@@ -6,7 +6,7 @@ use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
-use super::details::{areas_mm2, details, sample};
+use super::details::{areas_mm2, details, places_mm, sample};
 use super::errors::Errors;
 use super::figures;
 use super::fitting::{Fitted, fitted};
@@ -17,7 +17,7 @@ use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
 use super::standards::{self, Measured};
 use super::uncertainties::{self, assess, tell};
-use super::unmeasured::Unmeasured;
+use super::unmeasured::{Laid, Unmeasured};
 use crate::config::Part;
 use crate::report::{FORMAT, Points, Report, Timing};
 use crate::snapshot::Map;
@@ -88,7 +88,7 @@ pub(super) fn measure(
         let why = "where the part lies is not known, as there is no fit: its aperture is laid about the origin";
         look.sampling.unknown.push(why.to_owned());
     }
-    let Look { triangles, covered, mesh: seen, sampling, next } = look;
+    let Look { triangles, covered, mesh: seen, sampling, zones, next } = look;
     let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
@@ -158,7 +158,14 @@ pub(super) fn measure(
     };
     let unmeasured = match (result.as_ref().ok(), found.as_ref()) {
         (Some(fit), Some(found)) => {
-            Unmeasured::of(&part, mesh.points(), &deviations_mm, fit, found, &sampling)
+            let places_mm = places_mm(&fit.pose, mesh.points());
+            let laid = Laid {
+                places_mm: &places_mm,
+                deviations_mm: &deviations_mm,
+                sampling: &sampling,
+                zones: &zones,
+            };
+            Unmeasured::of(&part, &laid, found.rms_nm)
         }
         _ => Unmeasured::default(),
     };

@@ -227,13 +227,15 @@ impl Pipeline {
     }
 
     /// The figures now. The cost depends on the cells of the map and on what changed in the mesh, not on the
-    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter.
+    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter, and once when
+    /// nearly all that are expected have arrived.
     pub fn figures(&mut self) -> RunningFigures {
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
         if counts.vertices >= self.next_sampling {
-            self.next_sampling = counts.vertices + counts.vertices / 4;
-            let pose = self.running.estimate().map(|estimate| estimate.pose).unwrap_or_default();
+            self.next_sampling = next_look(counts.vertices, self.expected_points);
+            let estimate = self.running.estimate();
+            let pose = estimate.as_ref().map(|estimate| estimate.pose).unwrap_or_default();
             let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
             self.looks += 1;
             self.maps = self.running.grid().and_then(|grid| {
@@ -245,6 +247,18 @@ impl Pipeline {
             self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
             let noise_nm = look.sampling.noise_sigma_nm;
             self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
+            if let Some(estimate) = &estimate {
+                let arrived = counts.pushed - counts.pending;
+                self.prospects.see(&prospects::Look {
+                    part: &self.part,
+                    points: self.mesh.points(),
+                    estimate,
+                    sampling: &look.sampling,
+                    zones: &look.zones,
+                    errors: &self.errors,
+                    to_come: self.expected().map(|expected| expected.saturating_sub(arrived)),
+                });
+            }
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
         } else {
             self.current.keep_up(&self.mesh, &self.part, &self.remembered);
@@ -281,8 +295,15 @@ impl Pipeline {
         }
     }
 
+    /// Points there will be, at most.
+    fn expected(&self) -> Option<u64> {
+        self.expected_points.map(|expected| expected.max(self.received))
+    }
+
     fn outlook(&mut self, estimate: &LiveEstimate) -> Option<Outlook> {
-        let doubt = if !self.mesh.projectable() {
+        let doubt = if self.part.reference.is_some() {
+            Some("what stands for the unknown surface is made from all points at the end")
+        } else if !self.mesh.projectable() {
             Some("points stand above or below others")
         } else if self.mesh.counts().duplicates > 0 {
             // They count once in the end, and as often as they were measured until then.
@@ -296,7 +317,7 @@ impl Pipeline {
             extremes: &|| self.running.extremes(),
             errors: self.errors.of(&estimate.figures),
             coverage: self.sampling.coverage,
-            expected_points: self.expected_points.map(|expected| expected.max(self.received)),
+            expected_points: self.expected(),
             doubt,
         })
     }
@@ -362,6 +383,14 @@ impl Pipeline {
 fn accept(mesh: &mut Mesh, running: &mut Running, uvw_mm: PointMm) {
     mesh.push(uvw_mm);
     running.push(uvw_mm);
+}
+
+/// How many points there are at the next look at the whole mesh: a quarter more, but once when all but a few of those
+/// that are expected have arrived.
+fn next_look(points: u64, expected: Option<u64>) -> u64 {
+    let next = points + points / 4;
+    let nearly_all = expected.map(|expected| expected - expected / 64);
+    nearly_all.filter(|nearly_all| *nearly_all > points).map_or(next, |all| next.min(all))
 }
 
 /// Points of a file are handed to the mesh by so many, a multiple of what it gathers by itself.

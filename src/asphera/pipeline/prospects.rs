@@ -1,18 +1,24 @@
-//! What can be said of the limits while points still arrive: fail certain, pass certain from a coverage on, or open.
+//! What can be said of the limits while points still arrive: fail certain, pass certain from a coverage on, or open; or
+//! that a figure is only known at the end.
 //!
 //! The reasoning is that of `asphera_form::verdict`. What was certain once stays so: a bound of the final figure that
 //! held for fewer points holds for more. It rests on these points staying in the fit, which they do unless the mesh
 //! finds them above each other; then nothing is said.
 
+mod seen;
+mod words;
+
 use std::collections::BTreeMap;
 
-use asphera_form::verdict::{
-    Guard, GuardError, Prospect, RunningPv, RunningRms, pv_prospect, rms_prospect,
-};
+use asphera_form::figures::{Definition, Terms};
+use asphera_form::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
 use asphera_form::{Aperture, FitSettings, LiveEstimate, ZoneSettings, minimum_zone};
 use asphera_surface::PointMm;
 
+pub(super) use self::seen::Look;
+use self::seen::{OfLimit, Seen};
 use super::errors::ErrorsOfFigures;
+use super::judgement::of_whole;
 use super::running::fit_settings;
 use crate::config::Part;
 use crate::report::{Outlook, ProspectFigures, ProspectState};
@@ -20,7 +26,8 @@ use crate::report::{Outlook, ProspectFigures, ProspectState};
 /// What was said so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prospects {
-    said: BTreeMap<&'static str, Said>,
+    said: BTreeMap<String, Said>,
+    seen: Seen,
 }
 
 /// Of one limit.
@@ -47,134 +54,195 @@ pub(super) struct Now<'a> {
 }
 
 impl Prospects {
+    /// Takes what a look at all points tells of the limits.
+    pub(super) fn see(&mut self, look: &Look<'_>) {
+        let certain = |name: &str| self.said.get(name).is_some_and(|said| said.fail_is_certain);
+        self.seen = Seen::of(look, certain);
+    }
+
     /// What can be said now; `None` where there is no limit.
     pub(super) fn look(&mut self, now: &Now<'_>) -> Option<Outlook> {
         let part = now.part;
-        let mut limits = Vec::new();
-        let whole = [(PV, part.pv_nm), (RMS, part.rms_nm)];
-        for (name, limit_nm) in whole.into_iter().filter_map(|(name, nm)| Some((name, nm?))) {
-            limits.push(self.of_whole(name, limit_nm, now));
-        }
-        for (name, limit) in &part.judging.limits {
-            limits.push(ProspectFigures {
-                name: name.clone(),
-                limit: limit.value,
-                value: None,
-                state: ProspectState::Open,
-                at_least: None,
-                pass_from_coverage: None,
-                coverage: now.coverage,
-                p: P,
-                text: "open: this figure is worked out at the end".to_owned(),
-            });
-        }
-        outlook(limits)
+        let mut limits: Vec<ProspectFigures> = limits(part)
+            .iter()
+            .map(|(name, limit)| match is_foreseen(limit) {
+                true => self.of_limit(name, limit, now),
+                false => at_end(name, limit.value, now),
+            })
+            .collect();
+        let zone = part.judging.minimum_zone_nm.map(|limit| at_end("minimum_zone_nm", limit, now));
+        limits.extend(zone);
+        let texture = part.judging.texture.iter();
+        limits.extend(texture.map(|(name, _, limit)| at_end(name, *limit, now)));
+        words::outlook(limits)
     }
 
-    fn of_whole(&mut self, name: &'static str, limit_nm: f64, now: &Now<'_>) -> ProspectFigures {
-        let figures = &now.estimate.figures;
-        let value = if name == PV { figures.pv_nm } else { figures.rms_nm };
-        let mut found = ProspectFigures {
-            name: name.to_owned(),
-            limit: limit_nm,
-            value: Some(value),
-            state: ProspectState::Open,
-            at_least: None,
-            pass_from_coverage: None,
-            coverage: now.coverage,
-            p: P,
-            text: String::new(),
+    fn of_limit(&mut self, name: &str, limit: &Limit, now: &Now<'_>) -> ProspectFigures {
+        let seen = self.seen.of_limit(name);
+        let value = if is_whole(limit) {
+            Some(figure_nm(limit.definition, now.estimate))
+        } else {
+            seen.map(|seen| seen.value_nm)
         };
-        if let Some(doubt) = now.doubt {
-            found.text = format!("open: {doubt}");
+        let mut found = blank(name, limit.value, now.coverage);
+        found.value = value;
+        let Some(value_nm) = value.filter(|_| now.doubt.is_none()) else {
+            let why = now.doubt.unwrap_or("too few points to look at");
+            found.text = format!("open: {why}");
             return found;
-        }
-        // A guard band that is none was refused with the nominal file.
-        let said = self.said.entry(name).or_default();
-        let prospect = match name {
-            PV => pv(limit_nm, said.fail_is_certain, now),
-            _ => rms(limit_nm, now),
         };
-        let Ok(prospect) = prospect else { return found };
-        said.at_least_nm = match (said.at_least_nm, prospect.at_least_nm) {
+        let said = self.said.entry(name.to_owned()).or_default();
+        let running = running(limit, value_nm, seen, said.fail_is_certain, now);
+        // A guard band that is none was refused with the nominal file.
+        let Ok(prospect) = prospect(&running, limit.value, guard(now.part), P) else {
+            return found;
+        };
+        said.at_least_nm = match (said.at_least_nm, running.at_least_nm) {
             (Some(before), Some(now)) => Some(before.max(now)),
             (before, now) => before.or(now),
         };
         said.fail_is_certain |= prospect.fail_is_certain;
         found.at_least = said.at_least_nm;
-        if said.fail_is_certain {
-            found.state = ProspectState::FailCertain;
-            let least = found.at_least.unwrap_or(value);
-            found.text = format!(
-                "fail is certain: {} is at least {least:.1} nm in the end, {limit_nm} nm are allowed",
-                words(name)
-            );
-            return found;
-        }
-        let from = prospect.pass_from_coverage.map(|from| from.max(now.part.coverage_min));
-        found.pass_from_coverage = from.filter(|_| now.coverage.is_some());
-        match (found.pass_from_coverage, now.coverage) {
-            (Some(from), Some(coverage)) if coverage >= from => {
-                found.state = ProspectState::PassCertain;
-                found.text = format!(
-                    "pass is certain at {} if the rest is like what is measured",
-                    percent(P)
-                );
-            }
-            (Some(from), Some(coverage)) => {
-                found.state = ProspectState::PassFrom;
-                found.text = format!(
-                    "pass is certain at {} from {} coverage on, now {}",
-                    percent(P),
-                    percent(from),
-                    percent(coverage)
-                );
-            }
-            _ => found.text = format!("open: {}", why_open(name, value, limit_nm, now)),
-        }
+        tell(&mut found, said.fail_is_certain, prospect, &words::Why { limit, running, now });
         found
+    }
+}
+
+/// Writes what a prospect says.
+fn tell(found: &mut ProspectFigures, fails: bool, prospect: Prospect, why: &words::Why<'_>) {
+    if fails {
+        found.state = ProspectState::FailCertain;
+        found.text = words::fail_is_certain(found);
+        return;
+    }
+    let part = why.now.part;
+    let least = part.coverage_min;
+    found.pass_from_coverage = prospect
+        .pass_from_coverage
+        .filter(|_| found.coverage.is_some() && part.criterion.is_plain())
+        .map(|from| from.max(least));
+    match (found.pass_from_coverage, found.coverage) {
+        (Some(from), Some(coverage)) if coverage >= from => {
+            found.state = ProspectState::PassCertain;
+            found.text = words::pass_is_certain();
+        }
+        (Some(from), Some(coverage)) => {
+            found.state = ProspectState::PassFrom;
+            found.text = words::pass_from(from, Some(coverage));
+        }
+        _ => found.text = format!("open: {}", why.is_open(&found.name)),
+    }
+}
+
+/// The figure of a limit as it runs. `is_certain`: of a fail that was told before no better bound is looked for.
+fn running<'a>(
+    limit: &Limit,
+    value_nm: f64,
+    seen: Option<&'a OfLimit>,
+    is_certain: bool,
+    now: &Now<'_>,
+) -> Running<'a> {
+    let of_range = limit.definition == Definition::PeakToValley;
+    let errors = if is_whole(limit) {
+        let of_figures = |errors: ErrorsOfFigures| {
+            let u_nm = if of_range { errors.u_pv_nm } else { errors.u_rms_nm };
+            (u_nm, errors.noise.pv_bias_at_most_nm, errors.noise.noise_nm)
+        };
+        now.errors.map(of_figures)
+    } else {
+        seen.and_then(|seen| seen.errors)
+            .map(|errors| (errors.u_nm, errors.pv_bias_at_most_nm, errors.noise_nm))
+    };
+    // Only a budget takes the noise off.
+    let taken_off = errors.filter(|_| now.part.judging.uncertainty.is_some());
+    let raised = if of_range {
+        Raised::Range { bias_nm: taken_off.map_or(0.0, |(_, bias_nm, _)| bias_nm) }
+    } else {
+        Raised::Rms { noise_nm: taken_off.map_or(0.0, |(_, _, noise_nm)| noise_nm) }
+    };
+    let at_least_nm = match (is_whole(limit), of_range) {
+        (false, _) => seen.and_then(|seen| seen.at_least_nm),
+        (true, true) => {
+            // No bound of a PV that is within its limit can break it.
+            let broken = value_nm > limit.value && now.estimate.is_complete() && !is_certain;
+            broken.then(|| zone_nm(now)).flatten()
+        }
+        (true, false) => {
+            let share =
+                now.expected_points.map(|expected| now.estimate.count as f64 / expected as f64);
+            let share = share.filter(|share| now.estimate.is_complete() && *share <= 1.0);
+            share.map(|share| share.sqrt() * value_nm)
+        }
+    };
+    // Without an aperture nobody knows how much there is to come.
+    let coverage = now.coverage.filter(|_| now.part.aperture != Aperture::None);
+    let zone = (limit.zone != Aperture::None).then(|| Zone {
+        coverage: seen.and_then(|seen| seen.coverage).unwrap_or(0.0),
+        area: (limit.zone.area_mm2() / now.part.aperture.area_mm2()).min(1.0),
+    });
+    Running {
+        value_nm,
+        at_least_nm,
+        u_nm: errors.map(|(u_nm, ..)| u_nm),
+        dof: f64::INFINITY,
+        raised,
+        between_nm: seen.and_then(|seen| seen.between_nm),
+        beyond_nm: seen.and_then(|seen| seen.beyond_nm),
+        coverage: coverage.unwrap_or(0.0),
+        zone,
+        predicted: seen.and_then(|seen| seen.predicted.as_ref()),
+    }
+}
+
+/// All limits but those of figures that are not formed of the deviations alone, with their names.
+fn limits(part: &Part) -> Vec<(String, Limit)> {
+    let whole =
+        [(PV, Definition::PeakToValley, part.pv_nm), (RMS, Definition::RmsAboutZero, part.rms_nm)];
+    let whole =
+        whole.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
+    whole.chain(part.judging.limits.iter().cloned()).collect()
+}
+
+/// Whether anything is said of a limit before the end: those of PV and RMS, over a zone and with terms removed too.
+pub(super) fn is_foreseen(limit: &Limit) -> bool {
+    matches!(limit.definition, Definition::PeakToValley | Definition::RmsAboutZero)
+}
+
+fn is_whole(limit: &Limit) -> bool {
+    limit.zone == Aperture::None && limit.less == Terms::NONE
+}
+
+fn figure_nm(definition: Definition, estimate: &LiveEstimate) -> f64 {
+    match definition {
+        Definition::PeakToValley => estimate.figures.pv_nm,
+        _ => estimate.figures.rms_nm,
+    }
+}
+
+fn blank(name: &str, limit: f64, coverage: Option<f64>) -> ProspectFigures {
+    ProspectFigures {
+        name: name.to_owned(),
+        limit,
+        value: None,
+        state: ProspectState::Open,
+        at_least: None,
+        pass_from_coverage: None,
+        coverage,
+        p: P,
+        text: String::new(),
+    }
+}
+
+fn at_end(name: &str, limit: f64, now: &Now<'_>) -> ProspectFigures {
+    ProspectFigures {
+        state: ProspectState::AtEnd,
+        text: words::at_end(name),
+        ..blank(name, limit, now.coverage)
     }
 }
 
 fn guard(part: &Part) -> Guard {
     part.judging.guard.unwrap_or(Guard::None)
-}
-
-fn rms(limit_nm: f64, now: &Now<'_>) -> Result<Prospect, GuardError> {
-    let estimate = now.estimate;
-    // Only a budget takes the noise off.
-    let budget = now.part.judging.uncertainty.is_some();
-    let noise_nm = now.errors.filter(|_| budget).map_or(0.0, |errors| errors.noise.noise_nm);
-    let running = RunningRms {
-        rms_nm: estimate.figures.rms_nm,
-        u_nm: now.errors.map(|errors| errors.u_rms_nm),
-        dof: f64::INFINITY,
-        noise_nm,
-        complete: estimate.is_complete(),
-        share: now.expected_points.map(|expected| estimate.count as f64 / expected as f64),
-        coverage: known_coverage(now).unwrap_or(0.0),
-        patches_nm2: &of_cells(estimate),
-    };
-    rms_prospect(&running, limit_nm, guard(now.part), P)
-}
-
-/// `is_certain`: of a fail that was told before no better bound is looked for.
-fn pv(limit_nm: f64, is_certain: bool, now: &Now<'_>) -> Result<Prospect, GuardError> {
-    let figures = &now.estimate.figures;
-    let budget = now.part.judging.uncertainty.is_some();
-    // No bound of a PV that is within its limit can break it.
-    let broken = figures.pv_nm > limit_nm && now.estimate.is_complete() && !is_certain;
-    let bias_nm =
-        now.errors.filter(|_| budget).map_or(0.0, |errors| errors.noise.pv_bias_at_most_nm);
-    let running = RunningPv {
-        pv_nm: figures.pv_nm,
-        u_nm: now.errors.map(|errors| errors.u_pv_nm),
-        bias_nm,
-        dof: f64::INFINITY,
-        zone_nm: broken.then(|| zone_nm(now)).flatten(),
-        coverage: known_coverage(now).unwrap_or(0.0),
-    };
-    pv_prospect(&running, limit_nm, guard(now.part), P)
 }
 
 /// A lower bound of the minimum zone of the points, from a few hundred that lie farthest out.
@@ -192,55 +260,6 @@ fn zone_nm(now: &Now<'_>) -> Option<f64> {
     complete.then_some(1e6 * zone.certificate.lower_mm)
 }
 
-/// Without an aperture nobody knows how much there is to come.
-fn known_coverage(now: &Now<'_>) -> Option<f64> {
-    now.coverage.filter(|_| now.part.aperture != Aperture::None)
-}
-
-fn why_open(name: &str, value: f64, limit_nm: f64, now: &Now<'_>) -> String {
-    let unsure = if guard(now.part) != Guard::None && now.errors.is_none() {
-        Some("the guard band needs an uncertainty, and none is known yet".to_owned())
-    } else if !now.estimate.is_complete() {
-        Some("the points do not determine the fit yet".to_owned())
-    } else {
-        None
-    };
-    if value > limit_nm {
-        let beyond = format!("{} is {value:.1} nm so far, {limit_nm} nm are allowed", words(name));
-        let why = unsure.unwrap_or_else(|| match (name, now.expected_points) {
-            (RMS, None) => "how many points will come is not known".to_owned(),
-            _ => "the fit of all points may still leave less".to_owned(),
-        });
-        return format!("{beyond}; {why}");
-    }
-    unsure.unwrap_or_else(|| {
-        if now.part.aperture == Aperture::None {
-            "without an aperture nobody knows how much is to come".to_owned()
-        } else if now.coverage.is_none() {
-            "the coverage is not known".to_owned()
-        } else {
-            format!("{} is too near to its limit, or too few places are measured", words(name))
-        }
-    })
-}
-
-/// The mean square of blocks of the cells of the running map, in nm².
-fn of_cells(estimate: &LiveEstimate) -> Vec<f64> {
-    let map = &estimate.map;
-    let columns = map.grid.nx.div_ceil(BLOCK);
-    let mut blocks = vec![(0.0, 0.0); columns * map.grid.ny.div_ceil(BLOCK)];
-    for (cell, (&square_nm2, &count)) in
-        estimate.mean_squares_nm2.iter().zip(&map.counts).enumerate()
-    {
-        if count > 0 {
-            let block = cell / map.grid.nx / BLOCK * columns + cell % map.grid.nx / BLOCK;
-            blocks[block].0 += count as f64;
-            blocks[block].1 += count as f64 * square_nm2;
-        }
-    }
-    patches_nm2(&blocks)
-}
-
 /// Mean squares in nm² of patches given as the number of their points and the sum of the squares. Those with less
 /// than half as many points as the median have are left out: they are cut by the border of what is measured.
 pub(super) fn patches_nm2(blocks: &[(f64, f64)]) -> Vec<f64> {
@@ -252,49 +271,14 @@ pub(super) fn patches_nm2(blocks: &[(f64, f64)]) -> Vec<f64> {
     whole.map(|(count, square)| square / count).collect()
 }
 
-/// What all limits say together.
-fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
-    let states = || limits.iter().map(|limit| limit.state);
-    let text = |state| {
-        let found = limits.iter().find(|limit| limit.state == state);
-        found.map(|limit| limit.text.clone()).unwrap_or_default()
-    };
-    let from = limits.iter().filter_map(|limit| limit.pass_from_coverage).fold(0.0, f64::max);
-    limits.first()?;
-    let (state, text) = if states().any(|state| state == ProspectState::FailCertain) {
-        (ProspectState::FailCertain, text(ProspectState::FailCertain))
-    } else if states().any(|state| state == ProspectState::Open) {
-        (ProspectState::Open, text(ProspectState::Open))
-    } else if states().all(|state| state == ProspectState::PassCertain) {
-        (ProspectState::PassCertain, text(ProspectState::PassCertain))
-    } else {
-        let now = limits[0].coverage.map_or(String::new(), |now| format!(", now {}", percent(now)));
-        let text =
-            format!("pass is certain at {} from {} coverage on{now}", percent(P), percent(from));
-        (ProspectState::PassFrom, text)
-    };
-    Some(Outlook { state, text, limits })
-}
-
-/// `pv_nm` as `PV`.
-fn words(name: &str) -> String {
-    name.trim_end_matches("_nm").to_uppercase()
-}
-
-/// To a tenth of a percent, and 100 % only where nothing is missing.
-fn percent(share: f64) -> String {
-    let shown = (1e3 * share).round() / 10.0;
-    format!("{} %", if share < 1.0 { shown.min(99.9) } else { shown })
-}
-
 const PV: &str = "pv_nm";
 const RMS: &str = "rms_nm";
 /// The probability of a pass that is called certain.
 pub(super) const P: f64 = 0.95;
-/// Cells of a patch along either side.
-const BLOCK: usize = 8;
 /// Share of the zone by which the bound may fall short of it.
 const ZONE_TOLERANCE: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth;

@@ -1,6 +1,6 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::{Definition, Terms, Unit};
+use asphera_form::figures::{Definition, Unit};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
 };
@@ -10,7 +10,7 @@ use asphera_surface::{Plane, PointMm};
 
 use super::errors::{self, ErrorsOfFigures};
 use super::fitting::Fitted;
-use super::judgement::said;
+use super::judgement::{of_whole, said};
 use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::error_chain;
@@ -125,33 +125,28 @@ pub(super) fn compare(
     unmeasured: &Unmeasured,
     figures: &mut Vec<FormFigure>,
 ) -> Verdict {
-    let whole = |key: &str, definition, value: Option<f64>| {
-        let (zone, less) = (Aperture::None, Terms::NONE);
-        let limit = |value| Limit { definition, value, zone, slope: None, less };
-        value.map(|value| (key.to_owned(), limit(value)))
-    };
     let plain = [
-        whole("pv_nm", Definition::PeakToValley, part.pv_nm),
-        whole("rms_nm", Definition::RmsAboutZero, part.rms_nm),
+        ("pv_nm", Definition::PeakToValley, part.pv_nm),
+        ("rms_nm", Definition::RmsAboutZero, part.rms_nm),
     ];
-    let named: Vec<(String, Limit)> =
-        plain.into_iter().flatten().chain(part.judging.limits.iter().cloned()).collect();
+    let plain =
+        plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
+    let named: Vec<(String, Limit)> = plain.chain(part.judging.limits.iter().cloned()).collect();
     let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
     let guard = part.judging.guard.unwrap_or(Guard::None);
     let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
-    let hidden = |limit: &Limit| unmeasured.hidden(limit.definition);
+    let hidden = |limit: &Limit| unmeasured.hidden(limit);
     match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
         Ok(judged) => {
             judged.iter().for_each(|judged| beside(judged, figures));
             figures.extend(judged.iter().filter_map(of_zone));
-            let names = named.into_iter().map(|(name, _)| name);
-            let found = names.zip(judged.into_iter().map(|judged| judged.decision));
+            let found = named.into_iter().zip(judged.into_iter().map(|judged| judged.decision));
             let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
-            for (name, decision) in found {
+            for ((name, limit), decision) in found {
                 match decision {
                     Ok(decision) => {
                         if let Some(doubt) = decision.doubt {
-                            super::undecide(&mut verdict, said(&name, doubt, unmeasured));
+                            super::undecide(&mut verdict, said(&name, &limit, doubt, unmeasured));
                         }
                         if decision.status == FormStatus::Fail {
                             verdict.status = Status::Fail;

@@ -1,118 +1,120 @@
-//! What the part of the aperture that was not measured may add to the final figures.
+//! What the part of the aperture that was not measured may add to figures: of the whole, over zones, and of what terms
+//! leave.
 
-use asphera_form::figures::{Definition, Unit};
+use asphera_form::Aperture;
+use asphera_form::figures::{Definition, Reference, Sample, Terms, Unit, remove, rms};
 use asphera_form::uncertainty::{Hidden, largest_bend, unmeasured};
-use asphera_form::verdict::{Guard, rms_of_whole_nm};
-use asphera_form::{Figures, Fit};
-use asphera_surface::PointMm;
+use asphera_form::verdict::{Guard, Limit, rms_of_whole_nm};
 
-use super::details::places_mm;
 use super::prospects::{P, patches_nm2};
+use super::sampling::ZoneSampling;
 use crate::config::Part;
 use crate::report::{SamplingFigures, UnmeasuredFigures};
 
 /// What may hide.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unmeasured {
-    figures: UnmeasuredFigures,
+    /// The whole comes first.
+    extents: Vec<Extent>,
     /// Whether a pass needs a probability. Otherwise the coverage that is wanted says how much may be missing.
     by_probability: bool,
 }
 
+/// A zone, or what terms leave, and what may hide there.
+#[derive(Clone, Debug)]
+struct Extent {
+    zone: Aperture,
+    less: Terms,
+    figures: UnmeasuredFigures,
+}
+
+/// Deviations in mm at places of the part frame, NaN where a point does not count, and how densely they lie.
+#[derive(Clone, Copy)]
+pub(super) struct Laid<'a> {
+    pub(super) places_mm: &'a [[f64; 2]],
+    pub(super) deviations_mm: &'a [f64],
+    pub(super) sampling: &'a SamplingFigures,
+    pub(super) zones: &'a [ZoneSampling],
+}
+
 impl Unmeasured {
-    /// Of a part with these deviations, NaN where a point does not count. Takes time in proportion to the points.
-    pub(super) fn of(
-        part: &Part,
-        points: &[PointMm],
-        deviations_mm: &[f64],
-        fit: &Fit,
-        figures: &Figures,
-        sampling: &SamplingFigures,
-    ) -> Unmeasured {
-        let mut unknown = Vec::new();
+    /// Of a part whose deviations have this RMS in nm. Takes time in proportion to the points, once for the whole and once
+    /// for each zone and set of terms that has a limit.
+    pub(super) fn of(part: &Part, laid: &Laid<'_>, rms_nm: f64) -> Unmeasured {
         let p = match part.judging.guard {
             Some(Guard::Probability(p)) => p,
             _ => P,
         };
-        let share = sampling.coverage.map(|coverage| (1.0 - coverage).max(0.0));
-        let share = share.map(|share| if share < ROUNDING { 0.0 } else { share });
-        if share.is_none() {
-            unknown.push("the coverage of the aperture is not known".to_owned());
-        }
-        let places_mm = places_mm(&fit.pose, points);
-        let bend_per_mm = largest_bend(&places_mm, deviations_mm);
-        if bend_per_mm.is_none() {
-            unknown.push("too few points tell how the deviation bends between them".to_owned());
-        }
-        let gap_mm = match (sampling.gap_max_mm, sampling.gap_limit_mm) {
-            (Some(largest), Some(limit)) => Some(largest.min(limit)),
-            (largest, _) => largest,
+        let share = laid.sampling.coverage.map(|coverage| 1.0 - coverage);
+        let whole = Extent {
+            zone: Aperture::None,
+            less: Terms::NONE,
+            figures: UnmeasuredFigures {
+                area_mm2: laid
+                    .sampling
+                    .undersampled_area_mm2
+                    .zip(laid.sampling.uncovered_area_mm2)
+                    .map(|(coarse, none)| coarse + none),
+                ..figures(laid, laid.sampling.gap_max_mm, share, rms_nm, p)
+            },
         };
-        if gap_mm.is_none() {
-            unknown.push("the largest gap is not known".to_owned());
-        }
-        let between_nm = match unmeasured(gap_mm, bend_per_mm) {
-            Ok(Hidden::AtMost { each_end_nm }) => Some(each_end_nm),
-            Ok(Hidden::Unbounded) | Err(_) => None,
-        };
-        let whole_nm = share.and_then(|share| {
-            let patches = patches_nm2(&blocks(&places_mm, deviations_mm));
-            rms_of_whole_nm(figures.rms_nm, &patches, 1.0 - share, p)
-        });
-        if share.is_some() && whole_nm.is_none() {
-            unknown
-                .push("too few places tell how the deviation varies over the aperture".to_owned());
-        }
-        let beyond_nm = whole_nm.map(|whole_nm| (whole_nm - figures.rms_nm).max(0.0));
-        let figures = UnmeasuredFigures {
-            share,
-            area_mm2: sampling
-                .undersampled_area_mm2
-                .zip(sampling.uncovered_area_mm2)
-                .map(|(coarse, none)| coarse + none),
-            gap_mm,
-            bend_nm_per_mm2: bend_per_mm.map(|bend| 1e6 * bend),
-            between_nm,
-            pv_hidden_nm: between_nm.map(|nm| 2.0 * nm),
-            extreme_missed_p: share.map(|share| (2.0 * share).min(1.0)),
-            rms_hidden_nm: between_nm.zip(beyond_nm).map(|(between, beyond)| between + beyond),
-            p,
-            unknown,
-        };
-        let by_probability = matches!(part.judging.guard, Some(Guard::Probability(_)));
-        Unmeasured { figures, by_probability }
-    }
-
-    /// As reports write it.
-    pub(super) fn figures(&self) -> UnmeasuredFigures {
-        self.figures.clone()
-    }
-
-    /// What may be added to a figure, in its unit; `None` where that is not known, or larger than the probability asked
-    /// for allows. Of slopes it is not told.
-    pub(super) fn hidden(&self, definition: Definition) -> Option<f64> {
-        let found = &self.figures;
-        if definition.unit() != Unit::Nanometres {
-            return Some(0.0);
-        }
-        match definition {
-            Definition::RmsAboutZero
-            | Definition::RmsAboutMean
-            | Definition::RmsTotal
-            | Definition::RmsIrregularity
-            | Definition::RmsVariant => found.rms_hidden_nm,
-            // A range, of which either end may lie where nothing was measured.
-            _ => {
-                let missed = found.extreme_missed_p?;
-                let enough = !self.by_probability || missed <= 1.0 - found.p + ROUNDING;
-                found.pv_hidden_nm.filter(|_| enough)
+        let mut extents = vec![whole];
+        for (_, limit) in &part.judging.limits {
+            let known = |extent: &Extent| extent.zone == limit.zone && extent.less == limit.less;
+            if !extents.iter().any(known) {
+                extents.push(extent(laid, limit, p));
             }
         }
+        let by_probability = matches!(part.judging.guard, Some(Guard::Probability(_)));
+        Unmeasured { extents, by_probability }
     }
 
-    /// In words, of the limit of this name.
-    pub(super) fn why(&self, name: &str) -> String {
-        let found = &self.figures;
+    /// Of the whole, as reports write it.
+    pub(super) fn figures(&self) -> UnmeasuredFigures {
+        self.extents.first().map_or_else(UnmeasuredFigures::default, |whole| whole.figures.clone())
+    }
+
+    fn of_limit(&self, limit: &Limit) -> UnmeasuredFigures {
+        let own = |extent: &&Extent| extent.zone == limit.zone && extent.less == limit.less;
+        let found = self.extents.iter().find(own);
+        found.map_or_else(UnmeasuredFigures::default, |extent| extent.figures.clone())
+    }
+
+    /// What may be added to the figure of a limit, in its unit; `None` where that is not known, or larger than the
+    /// probability asked for allows. Of slopes it is not told.
+    pub(super) fn hidden(&self, limit: &Limit) -> Option<f64> {
+        let found = self.of_limit(limit);
+        if limit.definition.unit() != Unit::Nanometres {
+            return Some(0.0);
+        }
+        if is_rms(limit.definition) {
+            return found.rms_hidden_nm;
+        }
+        // A range, of which either end may lie where nothing was measured.
+        let missed = found.extreme_missed_p?;
+        let enough = !self.by_probability || missed <= 1.0 - found.p + ROUNDING;
+        found.pv_hidden_nm.filter(|_| enough)
+    }
+
+    /// What may stand out between the points that lie densely enough, in nm; `None` where that is not known.
+    pub(super) fn between_nm(&self, limit: &Limit) -> Option<f64> {
+        let found = self.of_limit(limit);
+        if is_rms(limit.definition) { found.between_nm } else { found.pv_hidden_nm }
+    }
+
+    /// What the rest may add to an RMS, in nm; nothing to a range, of which it is told by a probability. `None` where that
+    /// is not known.
+    pub(super) fn beyond_nm(&self, limit: &Limit) -> Option<f64> {
+        let found = self.of_limit(limit);
+        if !is_rms(limit.definition) {
+            return Some(0.0);
+        }
+        found.rms_hidden_nm.zip(found.between_nm).map(|(hidden, between)| hidden - between)
+    }
+
+    /// In words.
+    pub(super) fn why(&self, limit: &Limit) -> String {
+        let found = self.of_limit(limit);
         if let Some(unknown) = found.unknown.first() {
             return unknown.clone();
         }
@@ -122,20 +124,114 @@ impl Unmeasured {
         let mut parts = vec![format!(
             "{between:.2} nm may stand out between points with a gap of {gap_mm:.3} mm"
         )];
-        if name.starts_with("rms") {
+        if is_rms(limit.definition) {
             parts.extend(found.rms_hidden_nm.map(|nm| {
                 format!("with the {share:.1} % not sampled densely enough up to {nm:.2} nm more")
             }));
         } else if share > 0.0 && self.by_probability {
             let missed = 100.0 * found.extreme_missed_p.unwrap_or(1.0);
+            let of = if limit.zone == Aperture::None { "aperture" } else { "zone" };
             parts.push(format!(
-                "{share:.1} % of the aperture are not sampled densely enough and hold an extreme with up to \
+                "{share:.1} % of the {of} are not sampled densely enough and hold an extreme with up to \
                  {missed:.1} %, {:.1} % are allowed",
                 100.0 * (1.0 - found.p)
             ));
         }
         parts.join("; ")
     }
+}
+
+/// Of the zone and the terms of a limit.
+fn extent(laid: &Laid<'_>, limit: &Limit, p: f64) -> Extent {
+    let (zone, less) = (limit.zone, limit.less);
+    let unknown = |why: String| UnmeasuredFigures { p, unknown: vec![why], ..Default::default() };
+    let sampled = match zone {
+        Aperture::None => Some((laid.sampling.coverage, laid.sampling.gap_max_mm)),
+        _ => {
+            let own = laid.zones.iter().find(|own| own.zone == zone);
+            own.map(|own| (own.coverage, own.gap_max_mm))
+        }
+    };
+    let left = Sample::new(laid.places_mm, laid.deviations_mm, None, &zone)
+        .map_err(|error| error.to_string())
+        .and_then(|sample| {
+            let removed = remove(&sample, &less.list()).map_err(|why| why.to_string())?;
+            let value = rms(&removed.sample, Reference::Zero).map_err(|why| why.to_string())?;
+            Ok((removed.sample, value.value))
+        });
+    let figures = match (sampled, left) {
+        (Some((coverage, gap_mm)), Ok((sample, rms_nm))) => {
+            let deviations_mm: Vec<f64> = sample.values_nm().iter().map(|nm| nm * 1e-6).collect();
+            let own =
+                Laid { places_mm: sample.places_mm(), deviations_mm: &deviations_mm, ..*laid };
+            figures(&own, gap_mm, coverage.map(|coverage| 1.0 - coverage), rms_nm, p)
+        }
+        (None, _) => unknown("the coverage of the zone is not known".to_owned()),
+        (_, Err(why)) => unknown(why),
+    };
+    Extent { zone, less, figures }
+}
+
+/// Of deviations with a largest gap and a share that was not measured, at the probability `p`.
+fn figures(
+    laid: &Laid<'_>,
+    gap_max_mm: Option<f64>,
+    share: Option<f64>,
+    rms_nm: f64,
+    p: f64,
+) -> UnmeasuredFigures {
+    let Laid { places_mm, deviations_mm, sampling, .. } = *laid;
+    let mut unknown = Vec::new();
+    let share = share.map(|share| if share < ROUNDING { 0.0 } else { share });
+    if share.is_none() {
+        unknown.push("the coverage of the aperture is not known".to_owned());
+    }
+    let bend_per_mm = largest_bend(places_mm, deviations_mm);
+    if bend_per_mm.is_none() {
+        unknown.push("too few points tell how the deviation bends between them".to_owned());
+    }
+    let gap_mm = match (gap_max_mm, sampling.gap_limit_mm) {
+        (Some(largest), Some(limit)) => Some(largest.min(limit)),
+        (largest, _) => largest,
+    };
+    if gap_mm.is_none() {
+        unknown.push("the largest gap is not known".to_owned());
+    }
+    let between_nm = match unmeasured(gap_mm, bend_per_mm) {
+        Ok(Hidden::AtMost { each_end_nm }) => Some(each_end_nm),
+        Ok(Hidden::Unbounded) | Err(_) => None,
+    };
+    let whole_nm = share.and_then(|share| {
+        let patches = patches_nm2(&blocks(places_mm, deviations_mm));
+        rms_of_whole_nm(rms_nm, &patches, 1.0 - share, p)
+    });
+    if share.is_some() && whole_nm.is_none() {
+        unknown.push("too few places tell how the deviation varies over the aperture".to_owned());
+    }
+    let beyond_nm = whole_nm.map(|whole_nm| (whole_nm - rms_nm).max(0.0));
+    UnmeasuredFigures {
+        share,
+        area_mm2: None,
+        gap_mm,
+        bend_nm_per_mm2: bend_per_mm.map(|bend| 1e6 * bend),
+        between_nm,
+        pv_hidden_nm: between_nm.map(|nm| 2.0 * nm),
+        extreme_missed_p: share.map(|share| (2.0 * share).min(1.0)),
+        rms_hidden_nm: between_nm.zip(beyond_nm).map(|(between, beyond)| between + beyond),
+        p,
+        unknown,
+    }
+}
+
+fn is_rms(definition: Definition) -> bool {
+    matches!(
+        definition,
+        Definition::RmsAboutZero
+            | Definition::RmsAboutMean
+            | Definition::RmsTotal
+            | Definition::RmsIrregularity
+            | Definition::RmsVariant
+    )
 }
 
 /// Points and sums of squares in nm² of blocks over the extent of the places.

@@ -63,23 +63,7 @@ pub struct Check {
 impl Check {
     /// Its name, its unit and of what it is, if not of the whole: `RMS`, `nm`, `from 0-4.5 mm` of a ring or `less piston`.
     pub fn words(&self) -> (String, &'static str, Option<String>) {
-        let (name, of) = match self.name.split_once(' ') {
-            Some((name, less)) if less.starts_with("less ") => (name, Some(less.to_owned())),
-            Some((name, ring)) => (name, Some(format!("from {ring}"))),
-            None => (self.name.as_str(), None),
-        };
-        let (name, unit) = match name.rsplit_once('_') {
-            Some((name, "nm")) => (name, "nm"),
-            Some((name, "urad")) => (name, "µrad"),
-            _ => (name, ""),
-        };
-        let name = match name {
-            "minimum_zone" => "minimum zone".to_owned(),
-            "sa" | "sq" | "sz" => format!("S{}", &name[1..]),
-            "rmst" | "rmsi" | "rmsa" => format!("RMS{}", &name[3..]),
-            name => name.replace('_', " ").to_uppercase(),
-        };
-        (name, unit, of)
+        words_of(&self.name)
     }
 
     /// Whether the limit is certainly broken: by more than the guard band, where there is one. What neither
@@ -87,6 +71,27 @@ impl Check {
     pub fn is_broken(&self) -> bool {
         !self.ok && self.value > self.limit + self.guard_band.unwrap_or(0.0)
     }
+}
+
+/// The name of a limit as [`Check::words`].
+pub(crate) fn words_of(name: &str) -> (String, &'static str, Option<String>) {
+    let (name, of) = match name.split_once(' ') {
+        Some((name, less)) if less.starts_with("less ") => (name, Some(less.to_owned())),
+        Some((name, ring)) => (name, Some(format!("from {ring}"))),
+        None => (name, None),
+    };
+    let (name, unit) = match name.rsplit_once('_') {
+        Some((name, "nm")) => (name, "nm"),
+        Some((name, "urad")) => (name, "µrad"),
+        _ => (name, ""),
+    };
+    let name = match name {
+        "minimum_zone" => "minimum zone".to_owned(),
+        "sa" | "sq" | "sz" => format!("S{}", &name[1..]),
+        "rmst" | "rmsi" | "rmsa" => format!("RMS{}", &name[3..]),
+        name => name.replace('_', " ").to_uppercase(),
+    };
+    (name, unit, of)
 }
 
 #[cfg(test)]

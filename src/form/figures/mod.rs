@@ -57,6 +57,7 @@ mod unknown;
 pub use aberration::{Aberrations, Directed, SpectrumLine};
 pub use amplitude::{Reference, Share, peak_to_valley, pvr, rms, robust_peak_to_valley};
 pub use definition::{Definition, Figure, Unit};
+pub(crate) use expansion::fringe_orders;
 pub use expansion::{FringeCount, FringeFit, fringe_fit};
 pub use indication::{Comparison, Indication, IndicationError, LengthUnit};
 pub use irregularity::{Approximation, Irregularity, decompose};

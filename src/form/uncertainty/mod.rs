@@ -44,7 +44,6 @@ pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
 pub use means::Average;
 pub use noise_only::NoiseOnly;
-#[cfg(test)]
 pub(crate) use philox::Numbers;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};

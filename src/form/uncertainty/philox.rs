@@ -37,6 +37,15 @@ impl Numbers {
         let (sin, cos) = (TAU * uniform(c, d)).sin_cos();
         radius * if index.is_multiple_of(2) { cos } else { sin }
     }
+
+    /// One of `count` things, at least one, each as likely as the next. Of the same numbers [`Numbers::normal`] makes others.
+    pub(crate) fn one_of(&self, index: usize, count: usize) -> usize {
+        let index = index as u64;
+        // A half of the counter that normal numbers do not reach.
+        let high = (index >> 32) as u32 | 1 << 31;
+        let [a, b, ..] = philox([index as u32, high, self.draw, self.stream], self.key);
+        ((uniform(a, b) * count as f64) as usize).min(count - 1)
+    }
 }
 
 /// In [0, 1), a multiple of 2⁻⁵³.

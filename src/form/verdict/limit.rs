@@ -152,6 +152,18 @@ impl Limit {
         }
     }
 
+    /// The figure of deviations at places of the part frame, each point counted alike, NaN where one has none.
+    pub fn of(
+        &self,
+        places_mm: &[[f64; 2]],
+        deviations_mm: &[f64],
+        nominal: &Nominal,
+    ) -> Result<Result<Figure, Unknown>, LimitError> {
+        self.validate()?;
+        let sample = Sample::new(places_mm, deviations_mm, None, &self.zone)?;
+        Ok(self.figure(&sample, approximation(nominal)))
+    }
+
     /// The figure over a sample.
     fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
         let removed = match &self.less.list()[..] {
@@ -211,12 +223,7 @@ pub fn judge(
 ) -> Result<Vec<Judged>, LimitError> {
     guard.validate()?;
     limits.iter().try_for_each(Limit::validate)?;
-    let approximation = match nominal {
-        Nominal::Sphere { radius_mm } => {
-            Approximation::sphere(*radius_mm).unwrap_or(Approximation::Quadratic)
-        }
-        _ => Approximation::Quadratic,
-    };
+    let approximation = approximation(nominal);
     let of_limit = |limit: &Limit| {
         let found = finding(limit, uncertainty, approximation, draws)?;
         let decision = match found {
@@ -228,6 +235,15 @@ pub fn judge(
         Ok(Judged { limit: *limit, decision })
     };
     limits.iter().map(of_limit).collect()
+}
+
+fn approximation(nominal: &Nominal) -> Approximation {
+    match nominal {
+        Nominal::Sphere { radius_mm } => {
+            Approximation::sphere(*radius_mm).unwrap_or(Approximation::Quadratic)
+        }
+        _ => Approximation::Quadratic,
+    }
 }
 
 /// The figure with its uncertainty. One that cannot be simulated has none.

@@ -1,16 +1,20 @@
 //! Figures held against limits: plainly, with the guard band of ISO 14253-1, and before the last point.
 //!
 //! [`verdict`](crate::verdict()) compares PV and RMS with a [`Tolerance`], uncertainty aside. [`judge`] takes any
-//! [`Limit`], over the aperture or a zone of it, with its uncertainty. [`rms_prospect`] and [`pv_prospect`] say
-//! what is certain while points still arrive, and
-//! [`rms_of_whole_nm`] what the part of the aperture that was not measured may add to the RMS.
+//! [`Limit`], over the aperture or a zone of it, with its uncertainty. [`prospect()`] says what is certain while points
+//! still arrive: by [`least()`], which no more points can lower, and by a [`forecast()`] of the part that was not measured.
+//! [`rms_of_whole_nm`] says what that may add to a final RMS.
 
 mod decision;
+mod forecast;
+mod least;
 mod limit;
 mod prospect;
 mod tolerance;
 
 pub use decision::{Decision, Doubt, Finding, Guard, GuardError, decide};
+pub use forecast::{Forecast, Predicted, forecast};
+pub use least::{Least, least};
 pub use limit::{Judged, Limit, LimitError, judge};
-pub use prospect::{Prospect, RunningPv, RunningRms, pv_prospect, rms_of_whole_nm, rms_prospect};
+pub use prospect::{Prospect, Raised, Running, Zone, prospect, rms_of_whole_nm};
 pub use tolerance::{Check, Reason, Status, Tolerance, Verdict, verdict};

@@ -3,112 +3,153 @@
 //! *Fail is certain.* The best fit of all points leaves at least what the best fit of some of them leaves on
 //! these. So the sum of squares cannot fall, and of the RMS at least the root of their share remains; and the
 //! minimum zone of some points is never wider than that of all, which is never wider than the PV of any fit of all.
-//! Both need every parameter free now that is free in the end, and the zone is a local minimum.
+//! Both need every parameter free now that is free in the end. [`super::least()`] says the same over zones and with terms
+//! removed.
 //!
-//! *Pass is certain from a coverage on.* That needs an assumption: what is still to come is like what has come,
-//! patch by patch. For the PV nothing else is needed: of patches that are exchangeable each is as likely as any other to hold
-//! the maximum, so the share 1 − c not measured holds it, or the minimum, with a probability of at most 2·(1 − c).
-//! For the RMS the mean square of the rest is predicted from the spread of the patches by Student's
-//! distribution (Hahn & Meeker, Statistical Intervals, 4.8).
+//! *Pass is certain from a coverage on.* That needs assumptions, of two kinds. Between the points there are, the
+//! deviation bends no more than anywhere at them ([`crate::uncertainty::unmeasured()`]). Where none are, it is of the same
+//! random kind ([`super::forecast()`]); and a PV also waits until little is left: of patches that are exchangeable each is
+//! as likely as any other to hold the maximum, so the share 1 − c not measured holds it, or the minimum, with a
+//! probability of at most 2·(1 − c).
 
 use super::decision::{Finding, Guard, GuardError, decide};
+use super::forecast::Predicted;
 use super::tolerance::Status;
 use crate::uncertainty::student_quantile;
 
 /// What can be said already.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prospect {
-    /// The final figure will be at least this, in nm; `None` if that cannot be said.
-    pub at_least_nm: Option<f64>,
-    /// Whether a fail is certain: that bound already breaks the limit by the guard band.
+    /// Whether a fail is certain: the bound of the final figure already breaks the limit by the guard band.
     pub fail_is_certain: bool,
-    /// The coverage, 0 to 1, from which on a pass is certain with [`Prospect::p`], if the rest is like what is
-    /// measured; not above the present one if it is so already. `None` if that cannot be said.
+    /// The coverage of the aperture, 0 to 1, from which on a pass is certain with [`Prospect::p`], if the assumptions hold; not
+    /// above the present one if it is so already. `None` if that cannot be said.
     pub pass_from_coverage: Option<f64>,
     /// The probability of that.
     pub p: f64,
 }
 
-/// The RMS so far.
+/// A figure so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunningRms<'a> {
-    /// RMS of the least-squares fit of the points so far, in nm.
-    pub rms_nm: f64,
+pub struct Running<'a> {
+    /// Its value for the fit of the points so far, in nm.
+    pub value_nm: f64,
+    /// The final value will be at least this, in nm; `None` if that cannot be said.
+    pub at_least_nm: Option<f64>,
     /// Its standard uncertainty in nm; `None` if it is not known.
     pub u_nm: Option<f64>,
     /// Degrees of freedom of that.
     pub dof: f64,
-    /// The noise of a point in nm, if the decision takes its share off before it calls a limit broken:
-    /// [`Finding::bias`]; 0 if it does not.
-    pub noise_nm: f64,
-    /// Whether every parameter of the final fit was free and determinate.
-    pub complete: bool,
-    /// Points so far over points in the end; `None` if nobody knows how many will come.
-    pub share: Option<f64>,
+    /// What noise adds to it, as the decision takes it off before it calls a limit broken: [`Finding::bias`].
+    pub raised: Raised,
+    /// What may stand out between the points so far, in nm; `None` if that is not known.
+    pub between_nm: Option<f64>,
+    /// What the part that was not measured may add to an RMS at the probability asked for, if patches are independent
+    /// ([`rms_of_whole_nm`]), in nm; 0 for a PV; `None` if that is not known.
+    pub beyond_nm: Option<f64>,
     /// Share of the aperture that is measured, 0 to 1.
     pub coverage: f64,
-    /// Mean square of the deviation in nm², for patches of about equal area.
-    pub patches_nm2: &'a [f64],
+    /// Of a figure over a zone.
+    pub zone: Option<Zone>,
+    /// What it may be in the end; `None` if that is not known.
+    pub predicted: Option<&'a Predicted>,
 }
 
-/// The PV so far.
+/// How much of a zone is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunningPv {
-    /// PV of the fit of the points so far, in nm.
-    pub pv_nm: f64,
-    /// Its standard uncertainty in nm; `None` if it is not known.
-    pub u_nm: Option<f64>,
-    /// What noise has added to it, in nm.
-    pub bias_nm: f64,
-    /// Degrees of freedom of the uncertainty.
-    pub dof: f64,
-    /// Lower bound of the minimum zone (of the range) of these points in nm, every parameter of the final fit free:
-    /// [`crate::Certificate::lower_mm`]. `None` if it was not looked for.
-    pub zone_nm: Option<f64>,
-    /// Share of the aperture that is measured, 0 to 1.
+pub struct Zone {
+    /// Share of it, 0 to 1.
     pub coverage: f64,
+    /// Its area over that of the aperture, above 0 and at most 1.
+    pub area: f64,
 }
 
-/// What is certain of the final RMS: `p`, above 0.5 and below 1, is the probability of a pass.
-///
-/// The pass needs 8 patches at least.
-pub fn rms_prospect(
-    running: &RunningRms<'_>,
+/// What noise adds to a figure, by its kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Raised {
+    /// To a range: so much, in nm.
+    Range {
+        /// By how much noise widens it.
+        bias_nm: f64,
+    },
+    /// To a root mean square: its own, in squares.
+    Rms {
+        /// The noise of a point in nm; 0 if it is not taken off.
+        noise_nm: f64,
+    },
+}
+
+/// What is certain of a final figure: `p`, above 0.5 and below 1, is the probability of a pass.
+pub fn prospect(
+    running: &Running<'_>,
     limit_nm: f64,
     guard: Guard,
     p: f64,
 ) -> Result<Prospect, GuardError> {
     Guard::Probability(p).validate()?;
     let finding = |value: f64| {
-        let form_nm = (value * value - running.noise_nm * running.noise_nm).max(0.0).sqrt();
-        let bias = value - form_nm;
-        Finding { value, u: running.u_nm, dof: running.dof, bias, hidden: Some(0.0) }
+        let bias = match running.raised {
+            Raised::Range { bias_nm } => bias_nm,
+            Raised::Rms { noise_nm } => {
+                value - (value * value - noise_nm * noise_nm).max(0.0).sqrt()
+            }
+        };
+        let (u, dof, hidden) = (running.u_nm, running.dof, running.between_nm);
+        Finding { value, u, dof, bias, hidden }
     };
-    let share = running.share.filter(|share| running.complete && (0.0..=1.0).contains(share));
-    let at_least_nm = share.map(|share| share.sqrt() * running.rms_nm);
-    let fail_is_certain = fails(at_least_nm.map(finding), limit_nm, guard)?;
-
-    let passes = |rms_nm: f64| {
-        decide(&finding(rms_nm), limit_nm, guard).map(|found| found.status == Status::Pass)
+    let fail_is_certain = match running.at_least_nm {
+        Some(least_nm) => decide(&finding(least_nm), limit_nm, guard)?.status == Status::Fail,
+        None => false,
     };
-    let now = running.coverage;
-    let mut pass_from_coverage = None;
-    if let Some(patches) = Patches::new(running.patches_nm2, now, p)
-        && passes(running.rms_nm)?
-    {
-        for step in 0..=STEPS {
-            let coverage = now + (1.0 - now) * f64::from(step) / f64::from(STEPS);
-            if passes(patches.rms_nm(running.rms_nm, coverage))? {
-                pass_from_coverage = Some(coverage);
-                break;
+    let now = decide(&finding(running.value_nm), limit_nm, guard)?;
+    let known = running.coverage > 0.0 && running.coverage <= 1.0;
+    let beyond_nm = running.beyond_nm.filter(|_| known && now.status == Status::Pass);
+    let pass_from_coverage = match (now.band, running.between_nm, beyond_nm, running.predicted) {
+        (Some(band_nm), Some(between_nm), Some(beyond_nm), Some(predicted)) => {
+            let room_nm = limit_nm - band_nm - between_nm;
+            match running.raised {
+                Raised::Range { .. } => range_from(running, room_nm, predicted, p),
+                Raised::Rms { .. } => {
+                    let by_patches_nm = running.value_nm + beyond_nm;
+                    rms_from(running, room_nm, predicted.quantile_nm(p).max(by_patches_nm))
+                }
             }
         }
+        _ => None,
+    };
+    Ok(Prospect { fail_is_certain, pass_from_coverage, p })
+}
+
+/// The coverage from which on an RMS that may be `upper_nm` stays within `room_nm`. What the rest may add to its square is
+/// taken to shrink with the rest.
+fn rms_from(running: &Running<'_>, room_nm: f64, upper_nm: f64) -> Option<f64> {
+    if upper_nm <= room_nm {
+        return Some(running.coverage);
     }
-    Ok(Prospect { at_least_nm, fail_is_certain, pass_from_coverage, p })
+    let square = |nm: f64| nm * nm - running.value_nm * running.value_nm;
+    let rest = 1.0 - running.coverage;
+    (rest > 0.0).then(|| 1.0 - rest * square(room_nm) / square(upper_nm))
+}
+
+/// The same of a PV. The chance that it does not is taken to shrink with the rest.
+fn range_from(running: &Running<'_>, room_nm: f64, predicted: &Predicted, p: f64) -> Option<f64> {
+    // Half of what may fail is for the maximum and half for the minimum.
+    let wanted = 1.0 - 0.5 * (1.0 - p);
+    let wanted = match running.zone {
+        None => wanted,
+        Some(zone) if zone.coverage >= wanted => running.coverage,
+        // Nobody knows when the zone will be measured: at the worst, last.
+        Some(zone) => 1.0 - (1.0 - wanted) * zone.area,
+    };
+    let (broken, rest) = (predicted.beyond(room_nm), 1.0 - running.coverage);
+    if broken <= 1.0 - p {
+        return Some(wanted);
+    }
+    (rest > 0.0).then(|| wanted.max(1.0 - rest * (1.0 - p) / broken))
 }
 
 /// The RMS in nm of the whole aperture that is not exceeded with probability `p`, above 0.5 and below 1, where `coverage`
-/// of it, 0 to 1, was measured and has an RMS of `rms_nm`, and the rest is like it: see [`rms_prospect`].
+/// of it, 0 to 1, was measured and has an RMS of `rms_nm`, and the rest is like it: patch by patch, which are taken for independent (Hahn & Meeker, Statistical Intervals, 4.8).
 /// `None` with less than 8 patches, unless nothing is missing.
 pub fn rms_of_whole_nm(rms_nm: f64, patches_nm2: &[f64], coverage: f64, p: f64) -> Option<f64> {
     if coverage == 1.0 {
@@ -153,126 +194,8 @@ impl Patches {
     }
 }
 
-/// What is certain of the final PV: `p`, above 0.5 and below 1, is the probability of a pass.
-pub fn pv_prospect(
-    running: &RunningPv,
-    limit_nm: f64,
-    guard: Guard,
-    p: f64,
-) -> Result<Prospect, GuardError> {
-    Guard::Probability(p).validate()?;
-    let finding = |value| Finding {
-        value,
-        u: running.u_nm,
-        dof: running.dof,
-        bias: running.bias_nm,
-        hidden: Some(0.0),
-    };
-    let fail_is_certain = fails(running.zone_nm.map(finding), limit_nm, guard)?;
-    let kept = decide(&finding(running.pv_nm), limit_nm, guard)?.status == Status::Pass;
-    // Half of what may fail is for the maximum and half for the minimum.
-    let wanted = 1.0 - 0.5 * (1.0 - p);
-    let known = kept && running.coverage > 0.0 && running.coverage <= 1.0;
-    let pass_from_coverage = known.then_some(wanted);
-    Ok(Prospect { at_least_nm: running.zone_nm, fail_is_certain, pass_from_coverage, p })
-}
-
-fn fails(least: Option<Finding>, limit_nm: f64, guard: Guard) -> Result<bool, GuardError> {
-    let Some(least) = least else { return Ok(false) };
-    Ok(decide(&least, limit_nm, guard)?.status == Status::Fail)
-}
-
 /// Fewer patches tell no spread.
 const LEAST_PATCHES: f64 = 8.0;
-/// Steps in which a coverage is looked for.
-const STEPS: u32 = 1000;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::uncertainty::student_quantile;
-
-    fn running(patches_nm2: &[f64]) -> RunningRms<'_> {
-        RunningRms {
-            rms_nm: (patches_nm2.iter().sum::<f64>() / patches_nm2.len() as f64).sqrt(),
-            u_nm: Some(0.0),
-            dof: f64::INFINITY,
-            noise_nm: 0.0,
-            complete: true,
-            share: Some(0.25),
-            coverage: 0.25,
-            patches_nm2,
-        }
-    }
-
-    #[test]
-    fn a_fail_is_certain_once_the_rest_cannot_help() {
-        // A quarter of the points leaves at least half of its RMS.
-        let prospect = |limit_nm| {
-            rms_prospect(&running(&[400.0; 9]), limit_nm, Guard::Factor(2.0), 0.95).unwrap()
-        };
-        assert_eq!(prospect(10.1).at_least_nm, Some(10.0));
-        assert!(!prospect(10.1).fail_is_certain && prospect(9.9).fail_is_certain);
-        // 6 of the 10 nm are noise, and 8 are left.
-        let noisy = RunningRms { noise_nm: 6.0, ..running(&[400.0; 9]) };
-        let fails = |limit_nm| {
-            let found = rms_prospect(&noisy, limit_nm, Guard::Factor(2.0), 0.95).unwrap();
-            found.fail_is_certain
-        };
-        assert!(fails(7.9) && !fails(8.1));
-        let partly = RunningRms { complete: false, ..running(&[400.0; 9]) };
-        let found = rms_prospect(&partly, 1.0, Guard::Factor(2.0), 0.95).unwrap();
-        assert_eq!((found.at_least_nm, found.fail_is_certain), (None, false));
-    }
-
-    #[test]
-    fn a_pass_of_the_rms_waits_for_the_spread() {
-        let even = rms_prospect(&running(&[100.0; 9]), 10.5, Guard::None, 0.95).unwrap();
-        assert_eq!(even.pass_from_coverage, Some(0.25));
-        let patches = [20.0, 300.0, 60.0, 150.0, 40.0, 80.0, 120.0, 30.0];
-        let pass = |limit_nm| {
-            let found = rms_prospect(&running(&patches), limit_nm, Guard::None, 0.95).unwrap();
-            found.pass_from_coverage
-        };
-        // By hand: mean 100, deviation 92.43, t of 7 degrees of freedom 1.8946; at half the aperture 16 patches
-        // are seen and 16 left, so the rest is 100 + 1.8946·92.43·√(1/8) = 161.9 and the RMS √131.0 = 11.444.
-        let t = student_quantile(0.95, 7.0);
-        assert!((t - 1.894_6).abs() < 1e-4);
-        let from = pass(11.444).unwrap();
-        assert!((from - 0.5).abs() < 2e-3, "{from}");
-        assert!(pass(10.2).unwrap() > from);
-        // Half of the aperture measured by 8 patches, which leaves 8.
-        let rest = 100.0 + t * (59_800.0_f64 / 7.0).sqrt() * 0.5;
-        let whole_nm = rms_of_whole_nm(10.0, &patches, 0.5, 0.95).unwrap();
-        assert!((whole_nm - (50.0 + 0.5 * rest).sqrt()).abs() < 1e-5, "{whole_nm}");
-        assert_eq!(rms_of_whole_nm(10.0, &[], 1.0, 0.95), Some(10.0));
-        assert_eq!(rms_of_whole_nm(10.0, &patches[1..], 0.99, 0.95), None);
-        assert_eq!(pass(9.9), None);
-        assert_eq!(
-            rms_prospect(&running(&patches[..7]), 1e3, Guard::None, 0.95)
-                .unwrap()
-                .pass_from_coverage,
-            None
-        );
-    }
-
-    #[test]
-    fn pv_by_the_zone_and_by_exchangeable_patches() {
-        let running = RunningPv {
-            pv_nm: 90.0,
-            u_nm: Some(2.0),
-            bias_nm: 3.0,
-            dof: f64::INFINITY,
-            zone_nm: Some(80.0),
-            coverage: 0.4,
-        };
-        let prospect = |limit_nm| pv_prospect(&running, limit_nm, Guard::Factor(2.0), 0.9).unwrap();
-        assert_eq!(prospect(94.0).pass_from_coverage, Some(0.95));
-        assert_eq!(prospect(93.9).pass_from_coverage, None);
-        // 80 less a bias of 3 and a band of 4.
-        assert!(prospect(72.9).fail_is_certain && !prospect(73.0).fail_is_certain);
-        let blind = RunningPv { zone_nm: None, ..running };
-        assert!(!pv_prospect(&blind, 1.0, Guard::None, 0.9).unwrap().fail_is_certain);
-        assert!(pv_prospect(&running, 1.0, Guard::None, 0.4).is_err());
-    }
-}
+mod tests;

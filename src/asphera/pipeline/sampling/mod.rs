@@ -14,11 +14,14 @@ mod noise;
 mod places;
 mod reach;
 mod wanted;
+mod zones;
 
 use std::f64::consts::SQRT_2;
 
 use asphera_form::{Nominal, Pose};
-use asphera_surface::coverage::{Aperture, Coverage, CoverageError, Density, Examination, examine};
+use asphera_surface::coverage::{
+    Aperture, Coverage, CoverageError, Density, Examination, cover, examine,
+};
 use asphera_surface::noise::{Advice, Noise, NoiseEstimate};
 use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 use rayon::prelude::*;
@@ -36,6 +39,7 @@ use crate::report::{FeatureFigures, SamplingFigures};
 pub(crate) use self::current::Current;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
 pub use self::wanted::Wanted;
+pub(crate) use self::zones::ZoneSampling;
 
 /// A mesh in the frame of its plane of projection.
 #[derive(Clone, Copy)]
@@ -54,6 +58,8 @@ pub(crate) struct Findings {
     /// Area in space of all triangles in mm².
     pub(crate) area_mm2: f64,
     pub(crate) coverage: Option<Coverage>,
+    /// The same of zones that have a limit.
+    pub(crate) zones: Vec<ZoneSampling>,
     /// The spacing for regions that name none, in mm.
     pub(crate) otherwise_mm: Option<f64>,
 }
@@ -251,7 +257,8 @@ pub(crate) fn of_part(
     let reach_mm = remembered.reach_mm(&part.aperture, points, pose);
     let lfs_mm = remembered.lfs_mm(pose);
     let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
-    Look { sampled, left_out, wanted, scale, aperture, noise, source, reach_mm, unknown }
+    let zones = zones::laid(part, pose);
+    Look { sampled, left_out, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 
@@ -272,7 +279,8 @@ pub(crate) fn of_points(sampled: Sampled<'_>, left_out: &[usize], wanted: Wanted
     let lfs_mm = |x: f64, y: f64| lfs.at(x, y);
     let reach_mm = reach::least_at(sampled.mesh.points(), |_| true, lfs_mm);
     let lifted = Lifted::onto_mesh(*sampled.plane, sampled.mesh);
-    Look { sampled, left_out, wanted, scale, aperture: None, noise, source, reach_mm, unknown }
+    let (aperture, zones) = (None, Vec::new());
+    Look { sampled, left_out, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 
@@ -322,6 +330,7 @@ struct Look<'a> {
     wanted: Wanted,
     scale: Scale,
     aperture: Option<Aperture>,
+    zones: Vec<(asphera_form::Aperture, Aperture)>,
     noise: Result<NoiseEstimate, String>,
     /// Where the local feature size comes from.
     source: Option<&'static str>,
@@ -358,7 +367,7 @@ impl Look<'_> {
             self.aperture.as_ref(),
             &target,
             density.as_ref(),
-            lfs_mm,
+            &lfs_mm,
         );
         let Examination { coverage, covered, islands, dense, area_mm2 } = match examined {
             Ok(examination) => examination,
@@ -367,6 +376,12 @@ impl Look<'_> {
                 return Findings::unknown(self.sampled, self.wanted, &self.scale, self.unknown);
             }
         };
+        let zones = self.zones.iter().map(|(zone, laid)| {
+            let found =
+                cover(mesh.points(), triangles, self.left_out, Some(laid), &target, &lfs_mm);
+            ZoneSampling::of(*zone, found.ok())
+        });
+        let zones = zones.collect();
         let nothing = if triangles.is_empty() {
             Some(nothing_spanned())
         } else if coverage.gap_mm.is_none() {
@@ -420,7 +435,7 @@ impl Look<'_> {
             current: None,
         };
         let coverage = Some(coverage);
-        Findings { figures, covered, area_mm2, coverage, otherwise_mm: target.spacing_mm }
+        Findings { figures, covered, area_mm2, coverage, zones, otherwise_mm: target.spacing_mm }
     }
 }
 
@@ -445,6 +460,7 @@ impl Findings {
             covered: vec![false; sampled.triangles.len()],
             area_mm2: asphera_surface::area(points, sampled.triangles.iter().copied()).lifted_mm2,
             coverage: None,
+            zones: Vec::new(),
             otherwise_mm: scale.gap_mm.map(|gap_mm| SQRT_2 * gap_mm),
         }
     }

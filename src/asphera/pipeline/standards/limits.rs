@@ -5,7 +5,7 @@ use asphera_form::figures::Definition;
 use asphera_form::verdict::{Finding, Guard, decide};
 
 use crate::config::Part;
-use crate::pipeline::judgement::said;
+use crate::pipeline::judgement::{of_whole, said};
 use crate::pipeline::undecide;
 use crate::pipeline::unmeasured::Unmeasured;
 use crate::report::{Check, FormFigure, FormFigures, Status, Verdict};
@@ -26,7 +26,7 @@ pub(in crate::pipeline) fn hold(
         let found = form.and_then(|form| form.standards.minimum_zone.as_ref());
         // A zone that may still be too wide proves no limit broken.
         let least = found.filter(|zone| !zone.settled).map(|zone| zone.lower_nm);
-        let hidden = unmeasured.hidden(Definition::MinimumZone);
+        let hidden = unmeasured.hidden(&of_whole(Definition::MinimumZone, limit));
         ("minimum_zone_nm", limit, found.map(|zone| &zone.width), least, hidden)
     });
     let texture = judging.texture.iter().map(|(key, definition, limit)| {
@@ -57,7 +57,9 @@ pub(in crate::pipeline) fn hold(
             }
         };
         if let Some(doubt) = decision.doubt {
-            undecide(verdict, said(name, doubt, unmeasured));
+            // Only of the minimum zone it is told what was not measured.
+            let limit = of_whole(Definition::MinimumZone, limit);
+            undecide(verdict, said(name, &limit, doubt, unmeasured));
         }
         if decision.status == FormStatus::Fail {
             verdict.status = Status::Fail;

@@ -8,7 +8,7 @@ use asphera_form::uncertainty::{
     Average, Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError,
     coverage_factor, glance, type_a, uncertainty,
 };
-use asphera_form::verdict::{Guard, Limit, RunningRms, judge, rms_prospect};
+use asphera_form::verdict::{Guard, Limit, judge, least};
 use asphera_form::{
     Aperture, Fit, FitSettings, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
     deviations, fit, fit_weighted, minimum_zone,
@@ -324,26 +324,22 @@ fn the_final_figures_never_fall_below_what_was_promised() {
     let mut promised = 0.0;
     for count in [500, 800, 1100] {
         let so_far = fit(&points[..count], &al1815(), &settings).unwrap();
-        let running = RunningRms {
-            rms_nm: so_far.residuals.rms_mm * 1e6,
-            u_nm: None,
-            dof: f64::INFINITY,
-            noise_nm: 0.0,
-            complete: so_far.indeterminate.is_empty(),
-            share: Some(count as f64 / 1200.0),
-            coverage: count as f64 / 1200.0,
-            patches_nm2: &[],
-        };
-        let least = rms_prospect(&running, rms_nm, Guard::None, 0.95).unwrap();
-        let least_nm = least.at_least_nm.unwrap();
-        assert!(least_nm <= rms_nm && !least.fail_is_certain, "{least_nm} {rms_nm}");
-        let by_less = rms_prospect(&running, 0.9 * least_nm, Guard::None, 0.95).unwrap();
-        assert!(by_less.fail_is_certain);
+        let share = count as f64 / 1200.0;
+        let least_nm = share.sqrt() * so_far.residuals.rms_mm * 1e6;
+        assert!(so_far.indeterminate.is_empty() && least_nm <= rms_nm, "{least_nm} {rms_nm}");
+        let free: Vec<_> = so_far.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let left =
+            least(&points[..count], &so_far.nominal, &so_far.pose, &free, &Terms::NONE).unwrap();
+        // What the fit leaves, it leaves.
+        let square_nm2 = 1e12 * so_far.residuals.rms_mm.powi(2) * count as f64;
+        assert!((left.square_nm2 / square_nm2 - 1.0).abs() < 1e-6, "{left:?} {square_nm2}");
 
         let zone = ZoneSettings { fit: settings.clone(), ..ZoneSettings::default() };
         let zone = minimum_zone(&points[..count], &al1815(), &zone).unwrap();
         let zone_nm = zone.certificate.lower_mm * 1e6;
         assert!(zone_nm <= pv_nm && zone_nm >= promised, "{zone_nm} {pv_nm}");
+        // Never wider than the minimum zone, and near it.
+        assert!((0.9..1.0 + 1e-6).contains(&(left.range_nm / zone_nm)), "{left:?} {zone_nm}");
         promised = zone_nm;
     }
     eprintln!("PV {pv_nm:.1} nm, promised {promised:.1} nm");

@@ -1,0 +1,183 @@
+//! What a look at all points so far tells of the limits of PV and RMS: of the whole, over zones, and of what terms leave.
+
+use std::collections::BTreeMap;
+
+use asphera_form::figures::Definition;
+use asphera_form::verdict::{Forecast, Limit, Predicted, forecast, least};
+use asphera_form::{Aperture, LiveEstimate, Parameter, deviations};
+use asphera_surface::PointMm;
+
+use super::{figure_nm, is_foreseen, is_whole, limits};
+use crate::config::Part;
+use crate::pipeline::details::places_mm;
+use crate::pipeline::errors::{Errors, ErrorsOfLimit};
+use crate::pipeline::sampling::ZoneSampling;
+use crate::pipeline::unmeasured::{Laid, Unmeasured};
+use crate::report::SamplingFigures;
+
+/// What is looked at.
+pub(in crate::pipeline) struct Look<'a> {
+    pub(in crate::pipeline) part: &'a Part,
+    /// In the frame of the plane of projection, as is the estimate.
+    pub(in crate::pipeline) points: &'a [PointMm],
+    pub(in crate::pipeline) estimate: &'a LiveEstimate,
+    pub(in crate::pipeline) sampling: &'a SamplingFigures,
+    pub(in crate::pipeline) zones: &'a [ZoneSampling],
+    pub(in crate::pipeline) errors: &'a Errors,
+    /// Points yet to come, at most; `None` if nobody knows.
+    pub(in crate::pipeline) to_come: Option<u64>,
+}
+
+/// What was seen of the limits, by name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    limits: BTreeMap<String, OfLimit>,
+}
+
+/// Of one limit, as of the look.
+#[derive(Clone, Debug)]
+pub(super) struct OfLimit {
+    pub(super) value_nm: f64,
+    /// Of its zone.
+    pub(super) coverage: Option<f64>,
+    /// What may stand out between the points.
+    pub(super) between_nm: Option<f64>,
+    /// What the rest may add to an RMS.
+    pub(super) beyond_nm: Option<f64>,
+    pub(super) predicted: Option<Predicted>,
+    /// Of a limit that is not of the whole: its figure is at least this in the end.
+    pub(super) at_least_nm: Option<f64>,
+    /// Of a limit that is not of the whole.
+    pub(super) errors: Option<ErrorsOfLimit>,
+}
+
+impl Seen {
+    /// Takes time in proportion to the points, and some tens of milliseconds; none where there is no limit of PV or
+    /// RMS. Of limits whose fail `is_certain` no bound is looked for.
+    pub(super) fn of(look: &Look<'_>, is_certain: impl Fn(&str) -> bool) -> Seen {
+        let Look { part, points, estimate, sampling, zones, .. } = *look;
+        let mut named = limits(part);
+        named.retain(|(_, limit)| is_foreseen(limit));
+        if named.is_empty() {
+            return Seen::default();
+        }
+        let places_mm = places_mm(&estimate.pose, points);
+        let mut deviations_mm = deviations(points, &estimate.nominal, &estimate.pose);
+        for (&[x, y], deviation_mm) in places_mm.iter().zip(&mut deviations_mm) {
+            if !part.aperture.contains(x, y) {
+                *deviation_mm = f64::NAN;
+            }
+        }
+        let (places_mm, deviations_mm) = (&places_mm[..], &deviations_mm[..]);
+        let laid = Laid { places_mm, deviations_mm, sampling, zones };
+        let free: Vec<Parameter> =
+            estimate.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let told = Told {
+            look,
+            laid,
+            unmeasured: Unmeasured::of(part, &laid, estimate.figures.rms_nm),
+            forecast: forecast(
+                places_mm,
+                deviations_mm,
+                &part.aperture,
+                &estimate.nominal,
+                &estimate.pose,
+                &free,
+            ),
+            free,
+        };
+        let found = named.iter().filter_map(|(name, limit)| {
+            let found = told.of_limit(name, limit, is_certain(name))?;
+            Some((name.clone(), found))
+        });
+        Seen { limits: found.collect() }
+    }
+
+    pub(super) fn of_limit(&self, name: &str) -> Option<&OfLimit> {
+        self.limits.get(name)
+    }
+}
+
+/// What is known of all limits together.
+struct Told<'a> {
+    look: &'a Look<'a>,
+    laid: Laid<'a>,
+    unmeasured: Unmeasured,
+    forecast: Option<Forecast>,
+    free: Vec<Parameter>,
+}
+
+impl Told<'_> {
+    fn of_limit(&self, name: &str, limit: &Limit, is_certain: bool) -> Option<OfLimit> {
+        let Told { look, laid: Laid { places_mm, deviations_mm, .. }, .. } = *self;
+        let value_nm = if is_whole(limit) {
+            figure_nm(limit.definition, look.estimate)
+        } else {
+            limit.of(places_mm, deviations_mm, &look.estimate.nominal).ok()?.ok()?.value
+        };
+        let coverage = match limit.zone {
+            Aperture::None => look.sampling.coverage,
+            zone => look.zones.iter().find(|own| own.zone == zone)?.coverage,
+        };
+        let predicted = self.forecast.as_ref().and_then(|forecast| {
+            let laid = (places_mm, deviations_mm);
+            forecast.of(limit.definition, &limit.zone, &limit.less, value_nm, laid)
+        });
+        let mut found = OfLimit {
+            value_nm,
+            coverage,
+            between_nm: self.unmeasured.between_nm(limit),
+            beyond_nm: self.unmeasured.beyond_nm(limit),
+            predicted,
+            at_least_nm: None,
+            errors: None,
+        };
+        if !is_whole(limit) {
+            let count = self.points_in(&limit.zone).count();
+            found.errors = look.errors.of_limit(name, limit.definition, value_nm, count);
+            // No bound of a figure that is within its limit can break it.
+            if value_nm > limit.value && look.estimate.is_complete() && !is_certain {
+                found.at_least_nm = self.at_least_nm(limit);
+            }
+        }
+        Some(found)
+    }
+
+    /// The figure is at least this in the end, in nm. A point at the border of a zone may be on its other side
+    /// then: a cell's width of it is left out of what is summed, and another taken in where points are counted.
+    fn at_least_nm(&self, limit: &Limit) -> Option<f64> {
+        let Look { points, estimate, to_come, .. } = *self.look;
+        let inside: Vec<PointMm> =
+            self.points_in(&moved(limit.zone, -1.0)).map(|index| points[index]).collect();
+        let found = least(&inside, &estimate.nominal, &estimate.pose, &self.free, &limit.less)?;
+        if limit.definition == Definition::PeakToValley {
+            return Some(found.range_nm);
+        }
+        let most = self.points_in(&moved(limit.zone, 1.0)).count() as u64 + to_come?;
+        Some((found.square_nm2 / most as f64).sqrt())
+    }
+
+    /// Indices of the points that count in a zone.
+    fn points_in<'a>(&'a self, zone: &'a Aperture) -> impl Iterator<Item = usize> + 'a {
+        let Laid { places_mm, deviations_mm, .. } = self.laid;
+        (0..places_mm.len()).filter(move |&index| {
+            let [x, y] = places_mm[index];
+            deviations_mm[index].is_finite() && zone.contains(x, y)
+        })
+    }
+}
+
+/// A ring wider by so many cells of the map on either side, or narrower.
+fn moved(zone: Aperture, cells: f64) -> Aperture {
+    match zone {
+        Aperture::Annulus { inner_mm, outer_mm } => {
+            let by_mm = cells * outer_mm / CELLS;
+            let inner_mm = if inner_mm > 0.0 { (inner_mm - by_mm).max(0.0) } else { 0.0 };
+            Aperture::Annulus { inner_mm, outer_mm: outer_mm + by_mm }
+        }
+        other => other,
+    }
+}
+
+/// Cells over a zone.
+const CELLS: f64 = 96.0;
