@@ -155,7 +155,14 @@ fn rms(limit_nm: f64, now: &Now<'_>) -> Result<Prospect, GuardError> {
         coverage: known_coverage(now).unwrap_or(0.0),
         patches_nm2: &of_cells(estimate),
     };
-    rms_prospect(&running, limit_nm, guard(now.part), P)
+    let found = rms_prospect(&running, limit_nm, guard(now.part), P)?;
+    if estimate.weights.is_none() {
+        return Ok(found);
+    }
+    // What the weights of all points will choose nobody knows; no pose leaves less than that of points that count alike.
+    let least = RunningRms { rms_nm: estimate.least_rms_nm(), ..running };
+    let bound = rms_prospect(&least, limit_nm, guard(now.part), P)?;
+    Ok(Prospect { pass_from_coverage: found.pass_from_coverage, ..bound })
 }
 
 /// `is_certain`: of a fail that was told before no better bound is looked for.

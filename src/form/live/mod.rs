@@ -254,7 +254,8 @@ impl Live {
     }
 
     /// As [`Live::push`], with the standard uncertainty of the point in mm, along
-    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`]. About half as much again as without.
+    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`]. Its row is summed
+    /// twice.
     ///
     /// Fails with an uncertainty that is not positive and finite, and after points without one; then nothing changes.
     pub fn push_weighted(&mut self, point: PointMm, u_mm: f64) -> Result<(), LiveError> {
