@@ -39,9 +39,9 @@ pub use aperture::{Aperture, ApertureError};
 pub use deviation::{Figures, deviations};
 pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Loss, METHOD,
-    Residuals, Robust, Termination, Undetermined, Units, fit, fit_weighted,
+    Residuals, Robust, Termination, Undetermined, Units, along_normal_mm, fit, fit_weighted,
 };
-pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, Map};
+pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};
 pub use minimum_zone::{
     Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };

@@ -5,7 +5,7 @@ use asphera_form::{
 };
 
 use super::figures::made_from_points;
-use crate::config::{Part, Weights};
+use crate::config::{Criterion, Part, Weights};
 use crate::report::{
     CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
     UndeterminedFigures,
@@ -30,7 +30,7 @@ pub(super) fn of_fit(fit: &Fit, reference: Option<&Reference>) -> FitDetails {
 /// Of the running fit: what it lacks is known, and how the final one will differ.
 pub(super) fn of_running(estimate: &LiveEstimate, part: &Part) -> FitDetails {
     FitDetails {
-        cautions: provisional(part),
+        cautions: provisional(estimate, part),
         undetermined: undetermined(&estimate.undetermined, &estimate.nominal),
         ..FitDetails::default()
     }
@@ -127,17 +127,20 @@ fn of_reference(reference: Option<&Reference>) -> Vec<CautionFigures> {
 }
 
 /// In what the running fit is not the final one.
-fn provisional(part: &Part) -> Vec<CautionFigures> {
+fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
+    let Criterion { loss, weights, .. } = part.criterion;
     let stands_in = part.reference.is_some().then_some(
         "until the end the deviation is that from the best quadric; then a finer reference is made from the points",
     );
-    let is_plain = part.criterion.loss == Loss::Squares && part.criterion.weights == Weights::None;
-    let alike = (!is_plain).then_some(
-        "until the end the fit is by least squares of points that count alike; then loss and weights of the nominal \
-         file are used",
+    let by_squares = (loss != Loss::Squares).then_some(
+        "until the end the fit is by least squares; then the loss of the nominal file is used",
     );
-    let both = stands_in.into_iter().chain(alike);
-    both.map(|text| mild("provisional", text.to_owned())).collect()
+    let alike = (weights == Weights::Uncertainty && estimate.weights.is_none()).then_some(
+        "weights by uncertainty are asked for, but the points carry none: they count alike until the end, when there is \
+         no fit",
+    );
+    let all = stands_in.into_iter().chain(by_squares).chain(alike);
+    all.map(|text| mild("provisional", text.to_owned())).collect()
 }
 
 fn mild(kind: &str, text: String) -> CautionFigures {

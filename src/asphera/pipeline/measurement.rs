@@ -10,6 +10,7 @@ use super::details::{areas_mm2, details, places_mm, sample};
 use super::errors::Errors;
 use super::figures;
 use super::fitting::{Fitted, fitted};
+use super::heights::Heights;
 use super::judgement::{compare, judge};
 use super::look::{Look, look};
 use super::projection::{Projector, measured};
@@ -62,18 +63,17 @@ pub(super) struct Grids {
     pub(super) version: u64,
 }
 
-/// `uncertain` are the standard uncertainties of the heights of points in the measured frame, mm, where they have some.
 pub(super) fn measure(
     mesh: Mesh,
     mut part: Part,
     projector: &Projector,
     mut points: Points,
-    uncertain: &[(PointMm, f64)],
+    mut heights: Heights,
     Grids { grid, version: maps_version }: Grids,
     mut remembered: Remembered,
 ) -> Measurement {
     let plane = projector.plane();
-    let fitted = fitted(mesh.points(), &part, &plane, uncertain);
+    let fitted = fitted(mesh.points(), &part, &plane, &mut heights);
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();

@@ -13,6 +13,7 @@ mod errors;
 mod figures;
 mod fit_details;
 mod fitting;
+mod heights;
 mod judgement;
 mod look;
 mod maps;
@@ -33,7 +34,7 @@ use std::sync::Arc;
 
 use asphera_form::figures::Term;
 use asphera_form::{Aperture, LiveEstimate};
-use asphera_surface::{BATCH_POINTS, Mesh, PointMm};
+use asphera_surface::{BATCH_POINTS, Mesh, Plane, PointMm};
 
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
@@ -46,12 +47,13 @@ pub use sampling::{
     sampling_of_points,
 };
 
-use crate::config::Part;
+use crate::config::{Part, Weights};
 use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};
 use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use errors::Errors;
+use heights::Heights;
 use measurement::Grids;
 use projection::Projector;
 use prospects::{Now, Prospects};
@@ -88,8 +90,8 @@ pub struct Pipeline {
     remembered: Remembered,
     /// The sampling as of the last batch.
     current: Current,
-    /// Points and the standard uncertainties of their heights, mm, where these are weights.
-    uncertain: Vec<(PointMm, f64)>,
+    /// How well the heights of points are known, where these are weights.
+    heights: Heights,
 }
 
 /// The running figures of a part.
@@ -158,7 +160,7 @@ impl Pipeline {
             next_sampling: FIRST_SAMPLING,
             remembered: Remembered::default(),
             current: Current::default(),
-            uncertain: Vec::new(),
+            heights: Heights::default(),
         }
     }
 
@@ -188,7 +190,7 @@ impl Pipeline {
 
     /// Takes points of a file. The mesh gets many at a time, which two threads can share.
     pub fn take_positions(&mut self, positions_mm: impl IntoIterator<Item = PointMm>) {
-        let (mesh, running) = (&mut self.mesh, &mut self.running);
+        let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         let mut accepted = Vec::new();
         for position_mm in positions_mm {
             self.received += 1;
@@ -196,9 +198,9 @@ impl Pipeline {
                 *self.flagged.entry("not_finite").or_default() += 1;
                 continue;
             }
-            self.projector.take(position_mm, |uvw_mm| {
+            self.projector.take(position_mm, |uvw_mm, plane| {
                 accepted.push(uvw_mm);
-                running.push(uvw_mm);
+                running.push(uvw_mm, heights.of(uvw_mm, plane));
             });
             if accepted.len() >= AT_A_TIME {
                 mesh.extend(accepted.drain(..));
@@ -208,9 +210,12 @@ impl Pipeline {
     }
 
     /// Says how well the heights of points are known: their standard uncertainties, mm, by their places in the
-    /// measured frame. Used where the nominal asks for weights by uncertainty; then every point needs one.
+    /// measured frame. Used where the nominal asks for weights by uncertainty; then every point needs one, before it is
+    /// taken if the running fit is to use it.
     pub fn know_uncertainties(&mut self, of: impl IntoIterator<Item = (PointMm, f64)>) {
-        self.uncertain.extend(of);
+        if self.part.criterion.weights == Weights::Uncertainty {
+            self.heights.extend(of);
+        }
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -302,7 +307,8 @@ impl Pipeline {
 
     fn outlook(&mut self, estimate: &LiveEstimate) -> Option<Outlook> {
         let doubt = if self.part.reference.is_some() {
-            Some("what stands for the unknown surface is made from all points at the end")
+            // It may follow what the quadric that stands in for it leaves.
+            Some("the reference is made from all points at the end")
         } else if !self.mesh.projectable() {
             Some("points stand above or below others")
         } else if self.mesh.counts().duplicates > 0 {
@@ -324,14 +330,14 @@ impl Pipeline {
 
     /// The final figures, from all points.
     pub fn finish(mut self) -> Measurement {
-        let (mesh, running) = (&mut self.mesh, &mut self.running);
-        self.projector.finish(|point| accept(mesh, running, point));
+        let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
+        self.projector.finish(|point, plane| accept(mesh, running, heights, point, plane));
         self.mesh.flush();
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
         let grids = Grids { grid, version };
-        let Pipeline { mesh, part, projector, uncertain, remembered, .. } = self;
-        measurement::measure(mesh, part, &projector, points, &uncertain, grids, remembered)
+        let Pipeline { mesh, part, projector, heights, remembered, .. } = self;
+        measurement::measure(mesh, part, &projector, points, heights, grids, remembered)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
@@ -362,8 +368,9 @@ impl Pipeline {
     }
 
     fn accept(&mut self, position_mm: PointMm) {
-        let (mesh, running) = (&mut self.mesh, &mut self.running);
-        self.projector.take(position_mm, |point| accept(mesh, running, point));
+        let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
+        self.projector
+            .take(position_mm, |point, plane| accept(mesh, running, heights, point, plane));
     }
 
     fn points(&self) -> Points {
@@ -380,9 +387,15 @@ impl Pipeline {
 }
 
 /// Takes a point in the frame of the plane of projection.
-fn accept(mesh: &mut Mesh, running: &mut Running, uvw_mm: PointMm) {
+fn accept(
+    mesh: &mut Mesh,
+    running: &mut Running,
+    heights: &mut Heights,
+    uvw_mm: PointMm,
+    plane: &Plane,
+) {
     mesh.push(uvw_mm);
-    running.push(uvw_mm);
+    running.push(uvw_mm, heights.of(uvw_mm, plane));
 }
 
 /// How many points there are at the next look at the whole mesh: a quarter more, but once when all but a few of those

@@ -138,14 +138,15 @@ impl Projector {
         }
     }
 
-    /// Takes the next point; gives those whose u, v and w are known now to `out`, in their order.
-    pub(super) fn take(&mut self, point: PointMm, mut out: impl FnMut(PointMm)) {
+    /// Takes the next point; gives those whose u, v and w are known now to `out`, in their order, with the plane.
+    pub(super) fn take(&mut self, point: PointMm, mut out: impl FnMut(PointMm, &Plane)) {
         let Projector::Fitting { next, waiting, .. } = self else {
-            return out(self.plane().to_plane(point));
+            let plane = self.plane();
+            return out(plane.to_plane(point), &plane);
         };
         // One that no mesh admits must not turn the plane, nor fill the memory.
         if !point.iter().all(|coordinate| coordinate.abs() <= RANGE_MM) {
-            return out(point);
+            return out(point, &Plane::XY);
         }
         waiting.push(point);
         if waiting.len() < *next {
@@ -160,7 +161,7 @@ impl Projector {
     }
 
     /// There are no more points: those that wait have to do.
-    pub(super) fn finish(&mut self, out: impl FnMut(PointMm)) {
+    pub(super) fn finish(&mut self, out: impl FnMut(PointMm, &Plane)) {
         if let Projector::Fitting { waiting, .. } = self {
             let found = through(waiting);
             self.settle(found, out);
@@ -204,7 +205,7 @@ impl Projector {
         }
     }
 
-    fn settle(&mut self, found: Result<Plane, PlaneError>, mut out: impl FnMut(PointMm)) {
+    fn settle(&mut self, found: Result<Plane, PlaneError>, mut out: impl FnMut(PointMm, &Plane)) {
         let Projector::Fitting { waiting, .. } = self else { return };
         let waiting = std::mem::take(waiting);
         let points = waiting.len();
@@ -213,7 +214,7 @@ impl Projector {
             Err(why) => Projector::Unfitted { points, why },
         };
         let plane = self.plane();
-        waiting.into_iter().for_each(|point| out(plane.to_plane(point)));
+        waiting.into_iter().for_each(|point| out(plane.to_plane(point), &plane));
     }
 }
 

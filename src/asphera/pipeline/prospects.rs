@@ -171,7 +171,9 @@ fn running<'a>(
             let share =
                 now.expected_points.map(|expected| now.estimate.count as f64 / expected as f64);
             let share = share.filter(|share| now.estimate.is_complete() && *share <= 1.0);
-            share.map(|share| share.sqrt() * value_nm)
+            // What weights of all points will choose nobody knows; no pose leaves less than that of points that count
+            // alike.
+            share.map(|share| share.sqrt() * now.estimate.least_rms_nm())
         }
     };
     // Without an aperture nobody knows how much there is to come.

@@ -6,6 +6,7 @@ use asphera_form::{
 use asphera_surface::PointMm;
 
 use super::errors::Errors;
+use super::heights::Height;
 use crate::config::Part;
 use crate::snapshot::Convergence;
 
@@ -19,6 +20,8 @@ pub(super) struct Running {
     live: Option<Live>,
     bounds: Bounds,
     points: Vec<PointMm>,
+    /// One for each of `points`, or none.
+    uncertainties_mm: Vec<f64>,
 }
 
 #[derive(Clone, Copy)]
@@ -30,30 +33,37 @@ struct Bounds {
 
 impl Running {
     pub(super) fn new(part: &Part) -> Running {
-        let bounds = Bounds::of(&part.aperture);
-        let live = bounds.and_then(|bounds| estimator(part, &bounds));
         Running {
             part: part.clone(),
-            live,
-            bounds: bounds.unwrap_or(Bounds::NONE),
+            live: None,
+            bounds: Bounds::of(&part.aperture).unwrap_or(Bounds::NONE),
             points: Vec::new(),
+            uncertainties_mm: Vec::new(),
         }
     }
 
-    pub(super) fn push(&mut self, point: PointMm) {
+    /// Takes a point with what is known of its height, where that is its weight.
+    pub(super) fn push(&mut self, point: PointMm, height: Option<Height>) {
+        let u_mm = height.map(|height| height.u_mm);
+        let up = height.map(|height| height.up);
         if !self.bounds.fixed {
             self.points.push(point);
+            self.uncertainties_mm.extend(u_mm);
             if !self.bounds.contains(point) && self.points.len() >= FIRST_POINTS {
                 self.bounds = Bounds::around(&self.points);
-                self.live = estimator(&self.part, &self.bounds);
+                self.live = estimator(&self.part, &self.bounds, up);
                 if let Some(live) = &mut self.live {
-                    self.points.iter().for_each(|point| live.push(*point));
+                    for (index, &point) in self.points.iter().enumerate() {
+                        take(live, point, self.uncertainties_mm.get(index).copied());
+                    }
                 }
                 return;
             }
+        } else if self.live.is_none() {
+            self.live = estimator(&self.part, &self.bounds, up);
         }
         if let Some(live) = &mut self.live {
-            live.push(point);
+            take(live, point, u_mm);
         }
     }
 
@@ -73,8 +83,16 @@ impl Running {
     }
 }
 
-/// Running fits are by least squares of points that count alike.
-fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
+/// A point whose uncertainty gives no weight is taken as one that has none: beside others that leaves no fit, neither now
+/// nor at the end.
+fn take(live: &mut Live, point: PointMm, u_mm: Option<f64>) {
+    if u_mm.is_none_or(|u_mm| live.push_weighted(point, u_mm).is_err()) {
+        live.push(point);
+    }
+}
+
+/// Running fits are by least squares, weighted where the part asks for it and the points have uncertainties, along `up`.
+fn estimator(part: &Part, bounds: &Bounds, up: Option<[f64; 3]>) -> Option<Live> {
     let [tx_mm, ty_mm] = centre_mm(part, bounds);
     let fit = FitSettings {
         loss: Loss::Squares,
@@ -82,7 +100,9 @@ fn estimator(part: &Part, bounds: &Bounds) -> Option<Live> {
         start: Pose { tx_mm, ty_mm, ..Pose::default() },
         ..fit_settings(part)
     };
-    Live::new(part.nominal.clone(), LiveSettings::new(fit, grid(part, bounds))).ok()
+    let settings =
+        LiveSettings { uncertain_along: up, ..LiveSettings::new(fit, grid(part, bounds)) };
+    Live::new(part.nominal.clone(), settings).ok()
 }
 
 /// Where the part is looked for. What stands in for an unknown surface is laid where its reference will be: in the

@@ -11,6 +11,7 @@ pub(crate) mod robust;
 mod scale;
 mod search;
 pub(crate) mod selection;
+pub(crate) mod slant;
 pub(crate) mod solve;
 pub(crate) mod start;
 pub(crate) mod svd;
@@ -24,6 +25,7 @@ pub use error::FitError;
 pub use refine::Termination;
 pub use robust::{Loss, Robust};
 pub use selection::Excluded;
+pub use slant::along_normal_mm;
 
 use crate::fit::covariance::undetermined;
 use crate::fit::refine::{Limits, Refined, refine};
@@ -473,7 +475,7 @@ fn cautions(
     cautions
 }
 
-fn method(weighted: bool, loss: Loss) -> &'static str {
+pub(crate) fn method(weighted: bool, loss: Loss) -> &'static str {
     match (loss, weighted) {
         (Loss::Squares, false) => METHOD,
         (Loss::Squares, true) => "weighted orthogonal least squares",

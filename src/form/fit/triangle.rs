@@ -117,6 +117,11 @@ impl Triangle {
         self.rows += other.rows;
     }
 
+    /// Multiplies every row by the same factor.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.r.iter_mut().chain(&mut self.pending).for_each(|entry| *entry *= factor);
+    }
+
     /// Annihilates `count` rows, given column after column with `stride` rows each, against R.
     fn absorb(&mut self, block: &mut [f64], stride: usize, count: usize) {
         for j in 0..self.columns {

@@ -1,7 +1,8 @@
 //! Running figures without the points: sums at a fixed reference that merge.
 
+use crate::fit::slant::Slant;
 use crate::live::linearised::Linearised;
-use crate::live::{LiveError, LiveEstimate, LiveSettings};
+use crate::live::{LiveError, LiveEstimate, LiveSettings, positive};
 use crate::{Fit, PointMm};
 
 /// All that running figures need of points, linearised at one reference. It keeps none of them: its size is
@@ -36,23 +37,40 @@ pub struct Accumulator {
 
 impl Accumulator {
     /// Without points, at the pose and shape of `reference`; its estimates are what may change. Fails on an
-    /// impossible grid.
+    /// impossible grid, and on a direction of uncertainties that is not of unit length.
     pub fn new(reference: Fit, settings: LiveSettings) -> Result<Accumulator, LiveError> {
-        settings.grid.validate()?;
+        settings.validate()?;
         let made_at = reference.used;
-        let sums = Linearised::new(reference, made_at, &settings.grid);
+        let direction = settings.uncertain_along;
+        let slant = direction.map(|along| Slant::new(along, &reference.nominal, &reference.pose));
+        let sums = Linearised::new(reference, slant, made_at, &settings.grid);
         Ok(Accumulator { settings, sums })
     }
 
-    /// Takes a point of the measured frame. `O(p²)` for p free parameters.
+    /// Takes a point of the measured frame. `O(p²)` for p free parameters. Beside points with uncertainties it has no
+    /// weight: then there is no estimate any more.
     pub fn push(&mut self, point: PointMm) {
-        self.sums.add(point, &self.settings);
+        self.sums.add(point, None, &self.settings);
+    }
+
+    /// As [`Accumulator::push`], with the standard uncertainty of the point in mm: it counts by 1/u², as in
+    /// [`crate::fit_weighted`].
+    ///
+    /// Fails with an uncertainty that is not positive and finite, and where points without one are used already; then
+    /// nothing changes.
+    pub fn push_weighted(&mut self, point: PointMm, u_mm: f64) -> Result<(), LiveError> {
+        let u_mm = positive(u_mm)?;
+        match self.sums.without_uncertainty() {
+            0 => self.sums.add(point, Some(u_mm), &self.settings),
+            points => return Err(LiveError::Mixed { points }),
+        }
+        Ok(())
     }
 
     /// Takes everything another accumulator has taken. The figures are those of all points in one
     /// accumulator up to the rounding of the sums; of points equally far out the one that is here counts.
-    /// Fails unless both have the same reference and settings, and then changes nothing. `O(p³)`, and
-    /// `O(p)` a cell.
+    /// Fails unless both have the same reference and settings, and points of one have uncertainties if those of the
+    /// other have; then nothing changes. `O(p³)`, and `O(p)` a cell.
     pub fn merge(&mut self, other: Accumulator) -> Result<(), LiveError> {
         if self.settings != other.settings {
             return Err(LiveError::Different { what: "settings" });
@@ -60,11 +78,17 @@ impl Accumulator {
         if !self.sums.is_compatible(&other.sums) {
             return Err(LiveError::Different { what: "reference" });
         }
+        let one_lacks =
+            |a: &Linearised, b: &Linearised| a.has_uncertainties() && b.without_uncertainty() > 0;
+        if one_lacks(&self.sums, &other.sums) || one_lacks(&other.sums, &self.sums) {
+            return Err(LiveError::Different { what: "kinds of weights" });
+        }
         self.sums.merge(other.sums);
         Ok(())
     }
 
-    /// The figures of the points so far; `None` with fewer points than parameters.
+    /// The figures of the points so far; `None` with fewer points than parameters, and if only some of them have
+    /// uncertainties.
     pub fn estimate(&self) -> Option<LiveEstimate> {
         self.sums.estimate(&self.settings.grid)
     }

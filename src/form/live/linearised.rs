@@ -5,8 +5,11 @@ use rayon::prelude::*;
 use crate::deviation::NM_PER_MM;
 use crate::fit::model::Model;
 use crate::fit::selection::Membership;
+use crate::fit::slant::Slant;
 use crate::fit::solve::System;
 use crate::fit::triangle::Triangle;
+use crate::live::problem::{Problem, Sums, dot};
+use crate::live::weighted::Weighted;
 use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
 use crate::nominal::parameter::moved;
 use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose};
@@ -21,6 +24,10 @@ pub(crate) struct Linearised {
     excluded: Excluded,
     triangle: Triangle,
     cells: Vec<Option<Cell>>,
+    /// Of points with uncertainties, beside the sums of points that count alike.
+    weighted: Option<Weighted>,
+    /// How the direction of the uncertainties stands on the surface; `None`: they are along the normal.
+    slant: Option<Slant>,
     /// Scratch for one row: derivatives and distance.
     row: Vec<f64>,
 }
@@ -57,16 +64,24 @@ impl Cell {
 }
 
 impl Linearised {
-    /// All points at one reference. Blocks of [`BLOCK`] points are joined in order, so the result does not
-    /// depend on the number of threads.
-    pub(crate) fn of_points(fit: Fit, points: &[PointMm], settings: &LiveSettings) -> Linearised {
-        let empty = Linearised::new(fit, points.len(), &settings.grid);
-        let of_block = |block: &[PointMm]| {
+    /// All points at one reference, without uncertainties or with one for each. Blocks of [`BLOCK`] points are
+    /// joined in order, so the result does not depend on the number of threads.
+    pub(crate) fn of_points(
+        fit: Fit,
+        slant: Option<Slant>,
+        points: &[PointMm],
+        uncertainties_mm: &[f64],
+        settings: &LiveSettings,
+    ) -> Linearised {
+        let empty = Linearised::new(fit, slant, points.len(), &settings.grid);
+        let of_block = |(index, block): (usize, &[PointMm])| {
             let mut linearised = empty.clone();
-            block.iter().for_each(|&point| linearised.add(point, settings));
+            for (place, &point) in (BLOCK * index..).zip(block) {
+                linearised.add(point, uncertainties_mm.get(place).copied(), settings);
+            }
             linearised
         };
-        let blocks: Vec<Linearised> = points.par_chunks(BLOCK).map(of_block).collect();
+        let blocks: Vec<Linearised> = points.par_chunks(BLOCK).enumerate().map(of_block).collect();
         let joined = blocks.into_iter().reduce(|mut all, block| {
             all.merge(block);
             all
@@ -74,7 +89,7 @@ impl Linearised {
         joined.unwrap_or(empty)
     }
 
-    pub(crate) fn new(fit: Fit, made_at: usize, grid: &Grid) -> Linearised {
+    pub(crate) fn new(fit: Fit, slant: Option<Slant>, made_at: usize, grid: &Grid) -> Linearised {
         let free: Vec<Parameter> =
             fit.estimates.iter().map(|estimate| estimate.parameter).collect();
         Linearised {
@@ -82,13 +97,16 @@ impl Linearised {
             excluded: Excluded::default(),
             triangle: Triangle::new(free.len() + 1),
             cells: vec![None; grid.cells() + 1],
+            weighted: None,
+            slant,
             row: vec![0.0; free.len() + 1],
             fit,
             free,
         }
     }
 
-    pub(crate) fn add(&mut self, point: PointMm, settings: &LiveSettings) {
+    /// Takes a point, with its standard uncertainty if points have any.
+    pub(crate) fn add(&mut self, point: PointMm, u_mm: Option<f64>, settings: &LiveSettings) {
         let model = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
         let membership = Membership::of(point, &model, &settings.fit.aperture);
         self.excluded.count(membership);
@@ -98,17 +116,20 @@ impl Linearised {
         let part_mm = model.motion.to_part(point);
         let distance_mm = self.row[self.free.len()];
         self.triangle.push(&self.row);
-        let cell =
-            self.cells[settings.grid.cell(part_mm[0], part_mm[1])].get_or_insert_with(|| Cell {
-                count: 0,
-                sums: vec![0.0; self.row.len()].into(),
-                square_mm2: 0.0,
-                point_sum_mm: [0.0; 3],
-                low_mm: distance_mm,
-                low: point,
-                high_mm: distance_mm,
-                high: point,
-            });
+        let place = settings.grid.cell(part_mm[0], part_mm[1]);
+        if let Some(u_mm) = u_mm {
+            self.weigh(point, u_mm, place);
+        }
+        let cell = self.cells[place].get_or_insert_with(|| Cell {
+            count: 0,
+            sums: vec![0.0; self.row.len()].into(),
+            square_mm2: 0.0,
+            point_sum_mm: [0.0; 3],
+            low_mm: distance_mm,
+            low: point,
+            high_mm: distance_mm,
+            high: point,
+        });
         cell.count += 1;
         cell.square_mm2 += distance_mm * distance_mm;
         cell.point_sum_mm.iter_mut().zip(point).for_each(|(sum, coordinate)| *sum += coordinate);
@@ -121,6 +142,24 @@ impl Linearised {
         }
     }
 
+    /// Counts the row of a point by its uncertainty, too.
+    fn weigh(&mut self, point: PointMm, u_mm: f64, place: usize) {
+        let u_mm = self.slant.as_ref().map_or(u_mm, |slant| slant.share(point) * u_mm);
+        let (columns, cells) = (self.row.len(), self.cells.len());
+        let weighted = self.weighted.get_or_insert_with(|| Weighted::new(columns, cells, u_mm));
+        weighted.add(&self.row, u_mm, place);
+    }
+
+    /// Points used that have no uncertainty.
+    pub(crate) fn without_uncertainty(&self) -> usize {
+        self.triangle.rows() - self.weighted.as_ref().map_or(0, Weighted::count)
+    }
+
+    /// Whether points used have uncertainties.
+    pub(crate) fn has_uncertainties(&self) -> bool {
+        self.weighted.is_some()
+    }
+
     /// Everything of another accumulator with the same reference, free parameters and grid: as if its points
     /// had been added here, to the rounding of the sums (a share of about 1e-15 times the root of the number
     /// of blocks). Of points equally far out the one that is here counts.
@@ -129,6 +168,11 @@ impl Linearised {
         self.triangle.flush();
         other.triangle.flush();
         self.triangle.join(&other.triangle);
+        match (&mut self.weighted, other.weighted) {
+            (Some(weighted), Some(other)) => weighted.merge(other),
+            (weighted @ None, other) => *weighted = other,
+            (Some(_), None) => {}
+        }
         for (cell, other) in self.cells.iter_mut().zip(other.cells) {
             match (cell.as_mut(), other) {
                 (Some(cell), Some(other)) => cell.merge(&other),
@@ -148,23 +192,32 @@ impl Linearised {
     }
 
     /// All points of another scan at this reference, as if they had been added one by one.
-    pub(crate) fn add_all(&mut self, points: &[PointMm], settings: &LiveSettings) {
-        let of_points = Linearised::of_points(self.fit.clone(), points, settings);
+    pub(crate) fn add_all(
+        &mut self,
+        points: &[PointMm],
+        uncertainties_mm: &[f64],
+        settings: &LiveSettings,
+    ) {
+        let (fit, slant) = (self.fit.clone(), self.slant.clone());
+        let of_points = Linearised::of_points(fit, slant, points, uncertainties_mm, settings);
         self.merge(of_points);
     }
 
     pub(crate) fn estimate(&self, grid: &Grid) -> Option<LiveEstimate> {
-        let mut triangle = self.triangle.clone();
-        triangle.flush();
-        let count = triangle.rows();
-        if count < self.free.len().max(1) || !triangle.is_finite() {
+        let alike = self.alike()?;
+        if self.has_uncertainties() && self.without_uncertainty() > 0 {
             return None;
         }
+        let by_weight = match &self.weighted {
+            Some(weighted) => Some(weighted.problem()?),
+            None => None,
+        };
+        let count = alike.system.rows();
+        let problem = by_weight.as_ref().unwrap_or(&alike);
         let kept: Vec<usize> = (0..self.free.len()).collect();
-        let system = System::new(&triangle);
-        let step = system.solve(&kept, 0.0);
-        let (change, bends) = self.change(&system, &kept);
-        let square = self.square(&system, &change, &bends);
+        let step = problem.system.solve(&kept, 0.0);
+        let (change, bends) = self.change(problem, &kept);
+        let square = problem.square(&change, &bends);
         let (pose, nominal) = self.moved(&change)?;
         let dof = count - kept.len();
         let sigma_mm = if dof == 0 { 0.0 } else { (square / dof as f64).sqrt() };
@@ -173,19 +226,42 @@ impl Linearised {
             let value = parameter.value(&pose, &nominal)?;
             Some(Estimate { parameter, value, u: (dof > 0).then(|| sigma_mm * factor.sqrt()) })
         });
+        let rms_mm = |square: f64| (square / count as f64).sqrt();
+        let (mut whole, mut weights) = (square, None);
+        if let Some(weighted) = &self.weighted {
+            whole = alike.square(&change, &bends);
+            let (change, bends) = self.change(&alike, &kept);
+            let least = alike.square(&change, &bends).min(whole);
+            weights = Some(weighted.told((dof > 0).then_some(sigma_mm), rms_mm(least)));
+        }
         Some(LiveEstimate {
             estimates: estimates.collect(),
             indeterminate: self.fit.indeterminate.clone(),
             undetermined: self.fit.undetermined.clone(),
-            figures: self.figures(&nominal, &pose, (square / count as f64).sqrt(), count)?,
+            figures: self.figures(&nominal, &pose, rms_mm(whole), count)?,
             mean_squares_nm2: self.mean_squares_nm2(grid, &change, &bends),
             map: self.map(grid, &pose, &change, &bends),
+            weights,
             count,
             excluded: self.excluded,
             reference_count: self.made_at,
             pose,
             nominal,
         })
+    }
+
+    /// The problem of points that count alike; `None` with fewer points than parameters.
+    fn alike(&self) -> Option<Problem<'_>> {
+        let mut triangle = self.triangle.clone();
+        triangle.flush();
+        if triangle.rows() < self.free.len().max(1) || !triangle.is_finite() {
+            return None;
+        }
+        let cells = self.cells.iter().map(|cell| {
+            let cell = cell.as_ref()?;
+            Some(Sums { rows: &cell.sums, weight: cell.count as f64 })
+        });
+        Some(Problem { system: System::new(&triangle), cells: cells.collect(), root_weight: 1.0 })
     }
 
     /// The extremes are measured anew, without linearisation, at the estimated pose.
@@ -227,20 +303,21 @@ impl Linearised {
     /// Where few points determine the parameters badly, the linear solution may lie beyond the reach of
     /// linearisation. Then damped steps are tried, down to none, until one does not make the sum of
     /// squares larger.
-    fn change(&self, system: &System, kept: &[usize]) -> (Vec<f64>, Vec<f64>) {
+    fn change(&self, problem: &Problem<'_>, kept: &[usize]) -> (Vec<f64>, Vec<f64>) {
         let still = vec![0.0; kept.len()];
         let flat = vec![0.0; self.cells.len() * (kept.len() + 1)];
-        let most = self.square(system, &still, &flat);
-        let slack = (most.sqrt() + (system.rows() as f64).sqrt() * CORRECTED_MM) * SLACK;
-        if let Some((change, bends)) = self.newton(system, kept)
-            && self.square(system, &change, &bends).sqrt() <= most.sqrt() + slack
+        let most = problem.square(&still, &flat);
+        let rows = problem.system.rows() as f64;
+        let slack = (most.sqrt() + rows.sqrt() * CORRECTED_MM * problem.root_weight) * SLACK;
+        if let Some((change, bends)) = self.newton(problem, kept)
+            && problem.square(&change, &bends).sqrt() <= most.sqrt() + slack
         {
             return (change, bends);
         }
         for damping in DAMPINGS {
-            let change = system.solve(kept, damping).change;
+            let change = problem.system.solve(kept, damping).change;
             let Some(bends) = self.bends(&change) else { continue };
-            if self.square(system, &change, &bends) <= most {
+            if problem.square(&change, &bends) <= most {
                 return (change, bends);
             }
         }
@@ -248,17 +325,18 @@ impl Linearised {
     }
 
     /// The linear solution with its corrections for the terms of second order; `None` if these grow.
-    fn newton(&self, system: &System, kept: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
+    fn newton(&self, problem: &Problem<'_>, kept: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let Problem { system, root_weight, .. } = problem;
         let step = system.solve(kept, 0.0);
         let mut change = step.change.clone();
         let mut bends = self.bends(&change)?;
-        let mut before_mm = step.motion_mm.max(CORRECTED_MM);
+        let mut before_mm = (step.motion_mm / root_weight).max(CORRECTED_MM);
         for _ in 0..CORRECTIONS {
-            let gradient = self.gradient(system, &change, &bends);
+            let gradient = problem.gradient(&change, &bends);
             let correction = step.undo_gram(&gradient);
             // gᵀ·(JᵀJ)⁻¹·g is the square of the motion at the points, summed.
             let square = dot(&gradient, &correction).max(0.0);
-            let motion_mm = (square / system.rows() as f64).sqrt();
+            let motion_mm = (square / system.rows() as f64).sqrt() / root_weight;
             if motion_mm > before_mm || motion_mm.is_nan() {
                 return None;
             }
@@ -299,38 +377,6 @@ impl Linearised {
             bend.iter_mut().zip(&old).for_each(|(new, old)| *new -= old);
         }
         Some(bends)
-    }
-
-    /// Jᵀ·d at the changed parameters: that of the linear problem, and what the bends add to d and to J.
-    fn gradient(&self, system: &System, change: &[f64], bends: &[f64]) -> Vec<f64> {
-        let p = change.len();
-        let mut gradient = system.gradient(change);
-        for (cell, bend) in self.occupied(bends) {
-            let sum_mm = cell.sums[p] + dot(&cell.sums, change) + cell.count as f64 * bend[p];
-            for (j, entry) in gradient.iter_mut().enumerate() {
-                *entry += cell.sums[j] * bend[p] + bend[j] * sum_mm;
-            }
-        }
-        gradient
-    }
-
-    /// Sum of the squares of the distances at the changed parameters in mm².
-    fn square(&self, system: &System, change: &[f64], bends: &[f64]) -> f64 {
-        let p = change.len();
-        let added: f64 = self
-            .occupied(bends)
-            .map(|(cell, bend)| {
-                let linear_mm = cell.sums[p] + dot(&cell.sums, change);
-                bend[p] * (2.0 * linear_mm + cell.count as f64 * bend[p])
-            })
-            .sum();
-        (system.square_after(change) + added).max(0.0)
-    }
-
-    /// Cells with points, and their bends.
-    fn occupied<'a>(&'a self, bends: &'a [f64]) -> impl Iterator<Item = (&'a Cell, &'a [f64])> {
-        let pairs = self.cells.iter().zip(bends.chunks_exact(self.free.len() + 1));
-        pairs.filter_map(|(cell, bend)| cell.as_ref().map(|cell| (cell, bend)))
     }
 
     /// The mean square of each cell of the map: that of its mean now, and how its points scattered about their
@@ -391,11 +437,6 @@ impl Linearised {
             centroids_mm: cells.iter().map(centroid_mm).collect(),
         }
     }
-}
-
-/// J·δ of the first entries of a row.
-fn dot(row: &[f64], change: &[f64]) -> f64 {
-    row.iter().zip(change).map(|(entry, step)| entry * step).sum()
 }
 
 /// Points of one block: so many that joining their cells costs little.

@@ -15,16 +15,24 @@
 //! [`Live::settle`] removes all three. Figures of a small patch are those of a pose with the tilts left out
 //! (see [`LiveSettings::rank_tolerance`]), and never of a step that makes the sum of squares larger.
 
+//!
+//! Points with uncertainties have their rows summed twice: by weight 1/u², for the pose, and alike, for the figures,
+//! which know no weights. Robust losses are not for running fits: a point's weight would hang on its distance at the
+//! time it came, and a first pose that is off would shut out good points until the next reference.
+
 mod accumulator;
 mod linearised;
+mod problem;
+mod weighted;
 
 pub use accumulator::Accumulator;
 
 use thiserror::Error;
 
-use crate::fit::{Estimate, FitSettings, fit};
+use crate::fit::slant::Slant;
+use crate::fit::{Estimate, Fit, FitSettings, along_normal_mm, fit, fit_weighted, method};
 use crate::live::linearised::Linearised;
-use crate::{Excluded, Figures, FitError, Nominal, Parameter, PointMm, Pose, Undetermined};
+use crate::{Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Undetermined};
 
 /// A regular grid of cells in the x-y plane of the part frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,16 +62,30 @@ pub struct LiveSettings {
     /// A small patch of an asphere tells tilt from shift so badly that the vertex would wander by more
     /// than the part's size: until the patch has grown, tilts stay at their start.
     pub rank_tolerance: f64,
+    /// The direction along which uncertainties are given, a unit vector of the measured frame: each reference turns them
+    /// into uncertainties along the normal anew, as [`along_normal_mm`] does with a fit of points that count alike.
+    /// `None`: they are along the normal.
+    pub uncertain_along: Option<[f64; 3]>,
 }
 
 impl LiveSettings {
-    /// Settings with a tolerance of 2e-4 on the way.
+    /// Settings with a tolerance of 2e-4 on the way, and uncertainties along the normal.
     pub fn new(fit: FitSettings, grid: Grid) -> LiveSettings {
-        LiveSettings { fit, grid, rank_tolerance: 2e-4 }
+        LiveSettings { fit, grid, rank_tolerance: 2e-4, uncertain_along: None }
+    }
+
+    fn validate(&self) -> Result<(), LiveError> {
+        if let Some(found) = self.uncertain_along {
+            let length = found.iter().map(|share| share * share).sum::<f64>().sqrt();
+            if (length - 1.0).abs() > UNIT || length.is_nan() {
+                return Err(LiveError::Direction { found });
+            }
+        }
+        self.grid.validate()
     }
 }
 
-/// Why a running estimator cannot be made.
+/// Why a running estimator cannot be made, or not take what it was given.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum LiveError {
     /// A grid without cells, with too many, or with borders that are not finite or not in order.
@@ -73,10 +95,32 @@ pub enum LiveError {
         x_max_mm = .0.x_max_mm, y_max_mm = .0.y_max_mm
     )]
     Grid(Grid),
+    /// A direction of uncertainties that is none.
+    #[error("uncertainties along {found:?}, expected a direction of length 1, as [0, 0, 1]")]
+    Direction {
+        /// What was found.
+        found: [f64; 3],
+    },
+    /// An uncertainty that gives no weight.
+    #[error(
+        "the uncertainty of the point is {found_mm} mm, expected a positive finite length; leave a point out that is not to count"
+    )]
+    Uncertainty {
+        /// What was found, in mm.
+        found_mm: f64,
+    },
+    /// Points with and without uncertainties.
+    #[error(
+        "a point with an uncertainty after {points} points without, expected one for each point or none at all"
+    )]
+    Mixed {
+        /// Points without.
+        points: usize,
+    },
     /// Estimators that cannot be merged.
     #[error("the {what} of the two estimators differ, expected the same in both")]
     Different {
-        /// What differs: nominal, settings or reference.
+        /// What differs: nominal, settings, reference or kinds of weights.
         what: &'static str,
     },
 }
@@ -115,6 +159,8 @@ pub struct LiveEstimate {
     /// Mean square of the deviation in each cell of the map, in nm²; NaN where no point has landed. The scatter
     /// within a cell is that at the reference.
     pub mean_squares_nm2: Vec<f64>,
+    /// What points with uncertainties tell beyond; `None` if they have none.
+    pub weights: Option<LiveWeights>,
     /// Points used.
     pub count: usize,
     /// Points left out.
@@ -123,7 +169,32 @@ pub struct LiveEstimate {
     pub reference_count: usize,
 }
 
+/// What is known of the weights of a running fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveWeights {
+    /// Smallest standard uncertainty of a point used, along the normal, in mm.
+    pub u_min_mm: f64,
+    /// The largest.
+    pub u_max_mm: f64,
+    /// As [`Fit::reduced_chi_square`].
+    pub reduced_chi_square: Option<f64>,
+    /// As [`Fit::effective_points`].
+    pub effective_points: f64,
+    /// The RMS in mm that would be left if the points counted alike: no pose leaves less.
+    pub least_rms_mm: f64,
+}
+
 impl LiveEstimate {
+    /// The criterion, as reports give it and [`Fit::method`] has it.
+    pub fn method(&self) -> &'static str {
+        method(self.weights.is_some(), Loss::Squares)
+    }
+
+    /// The smallest RMS in nm that any pose and shape leave of these points: the RMS itself, unless they have weights.
+    pub fn least_rms_nm(&self) -> f64 {
+        self.weights.map_or(self.figures.rms_nm, |weights| 1e6 * weights.least_rms_mm)
+    }
+
     /// Whether every free parameter that points on this nominal can determine at all is determined.
     pub fn is_complete(&self) -> bool {
         self.undetermined.iter().all(|undetermined| undetermined.by_shape)
@@ -132,17 +203,19 @@ impl LiveEstimate {
 
 /// The running estimator.
 ///
-/// Its figures approach those of [`fit`] over the same points and reach them by [`Live::settle`]. Before
-/// that they leave out what the second-order change of the distances does within a cell of the map (far
+/// Its figures approach those of [`fit`] over the same points, or of [`fit_weighted`] where these have uncertainties,
+/// and reach them by [`Live::settle`]. Before that they leave out what the second-order change of the distances does within a cell of the map (far
 /// below a picometre for scans that correct the pose by micrometres), and PV may miss a point that has
 /// overtaken the extreme of its own cell.
 ///
-/// It keeps every point: 24 bytes each, beside about 400 bytes for each cell of the map.
+/// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map.
 #[derive(Clone, Debug)]
 pub struct Live {
     nominal: Nominal,
     settings: LiveSettings,
     points: Vec<PointMm>,
+    /// One for each point, or none.
+    uncertainties_mm: Vec<f64>,
     /// Number of points at which the next reference is made.
     next_reference: usize,
     reference: Option<Linearised>,
@@ -150,29 +223,64 @@ pub struct Live {
 }
 
 impl Live {
-    /// An estimator without points. Fails on an impossible grid; what else is wrong with nominal or
-    /// settings, the first fit finds: see [`Live::failure`].
+    /// An estimator without points. Fails on an impossible grid and on a direction of uncertainties that is not of unit
+    /// length; what else is wrong with nominal or settings, the first fit finds: see [`Live::failure`].
     pub fn new(nominal: Nominal, settings: LiveSettings) -> Result<Live, LiveError> {
-        settings.grid.validate()?;
+        settings.validate()?;
         let next_reference = FIRST_REFERENCE.max(2 * settings.fit.free.len());
-        let (points, reference, failure) = (Vec::new(), None, None);
-        Ok(Live { nominal, settings, points, next_reference, reference, failure })
+        Ok(Live {
+            nominal,
+            settings,
+            points: Vec::new(),
+            uncertainties_mm: Vec::new(),
+            next_reference,
+            reference: None,
+            failure: None,
+        })
     }
 
     /// Takes a point of the measured frame. `O(p²)` for p free parameters, but `O(n·p²)` whenever the
     /// number of points n has doubled: amortised constant.
+    ///
+    /// After points with uncertainties there is no estimate any more, as there is no fit of such points:
+    /// [`Live::failure`] says so.
     pub fn push(&mut self, point: PointMm) {
+        self.take(point, None);
+        if !self.uncertainties_mm.is_empty() {
+            let (points, found) = (self.points.len(), self.uncertainties_mm.len());
+            self.reference = None;
+            self.failure = Some(FitError::UncertaintyCount { points, found });
+        }
+    }
+
+    /// As [`Live::push`], with the standard uncertainty of the point in mm, along
+    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`]. Its row is summed
+    /// twice.
+    ///
+    /// Fails with an uncertainty that is not positive and finite, and after points without one; then nothing changes.
+    pub fn push_weighted(&mut self, point: PointMm, u_mm: f64) -> Result<(), LiveError> {
+        let u_mm = positive(u_mm)?;
+        let points = self.points.len() - self.uncertainties_mm.len();
+        if points > 0 {
+            return Err(LiveError::Mixed { points });
+        }
+        self.uncertainties_mm.push(u_mm);
+        self.take(point, Some(u_mm));
+        Ok(())
+    }
+
+    fn take(&mut self, point: PointMm, u_mm: Option<f64>) {
         self.points.push(point);
         if self.points.len() >= self.next_reference {
             self.refer_on_the_way();
         } else if let Some(reference) = &mut self.reference {
-            reference.add(point, &self.settings);
+            reference.add(point, u_mm, &self.settings);
         }
     }
 
     /// Takes all points of another estimator, as if they had been pushed here after those that are here; its
-    /// reference is given up for the one here. Fails unless nominal and settings are the same, and then
-    /// changes nothing. `O(m·p²)` for its m points, and a full fit if the number of points has doubled since
+    /// reference is given up for the one here. Fails unless nominal and settings are the same, and the points of both
+    /// have uncertainties or those of neither; then nothing changes. `O(m·p²)` for its m points, and a full fit if the number of points has doubled since
     /// the last.
     ///
     /// After [`Live::settle`] the figures are those of one estimator up to the rounding of another order of
@@ -184,11 +292,17 @@ impl Live {
         if self.settings != other.settings {
             return Err(LiveError::Different { what: "settings" });
         }
+        let lacks = |live: &Live| live.points.len() > live.uncertainties_mm.len();
+        let has = |live: &Live| !live.uncertainties_mm.is_empty();
+        if lacks(self) && has(&other) || has(self) && lacks(&other) {
+            return Err(LiveError::Different { what: "kinds of weights" });
+        }
         self.points.extend(&other.points);
+        self.uncertainties_mm.extend(&other.uncertainties_mm);
         if self.points.len() >= self.next_reference {
             self.refer_on_the_way();
         } else if let Some(reference) = &mut self.reference {
-            reference.add_all(&other.points, &self.settings);
+            reference.add_all(&other.points, &other.uncertainties_mm, &self.settings);
         }
         Ok(())
     }
@@ -230,18 +344,41 @@ impl Live {
 
     fn refer(&mut self, settings: &FitSettings) {
         self.next_reference = (2 * self.points.len()).max(self.next_reference);
-        match fit(&self.points, &self.nominal, settings) {
-            Ok(fit) => {
-                self.reference = Some(Linearised::of_points(fit, &self.points, &self.settings));
+        match self.fitted(settings) {
+            Ok((fit, slant)) => {
+                let (points, u_mm) = (&self.points, &self.uncertainties_mm);
+                let linearised = Linearised::of_points(fit, slant, points, u_mm, &self.settings);
+                self.reference = Some(linearised);
                 self.failure = None;
             }
             Err(failure) => self.failure = Some(failure),
         }
     }
+
+    /// The full fit of all points so far, and how the direction of their uncertainties stands on it.
+    fn fitted(&self, settings: &FitSettings) -> Result<(Fit, Option<Slant>), FitError> {
+        let Live { points, nominal, uncertainties_mm: given_mm, .. } = self;
+        if given_mm.is_empty() {
+            return Ok((fit(points, nominal, settings)?, None));
+        }
+        let Some(direction) = self.settings.uncertain_along else {
+            return Ok((fit_weighted(points, Some(given_mm), nominal, settings)?, None));
+        };
+        let first = fit(points, nominal, settings)?;
+        let u_mm = along_normal_mm(points, given_mm, direction, &first);
+        let fitted = fit_weighted(points, Some(&u_mm), nominal, settings)?;
+        Ok((fitted, Some(Slant::new(direction, &first.nominal, &first.pose))))
+    }
+}
+
+/// The uncertainty, if it gives a weight.
+fn positive(u_mm: f64) -> Result<f64, LiveError> {
+    let gives_weight = u_mm.is_normal() && u_mm > 0.0;
+    if gives_weight { Ok(u_mm) } else { Err(LiveError::Uncertainty { found_mm: u_mm }) }
 }
 
 impl Grid {
-    fn validate(&self) -> Result<(), LiveError> {
+    pub(crate) fn validate(&self) -> Result<(), LiveError> {
         let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
         let counted = |cells: usize| (1..=MAX_CELLS).contains(&cells);
         let fine = ordered(self.x_min_mm, self.x_max_mm)
@@ -272,5 +409,7 @@ impl Grid {
 
 /// Points before the first attempt at a fit.
 const FIRST_REFERENCE: usize = 16;
+/// A length is 1 within this.
+const UNIT: f64 = 1e-9;
 /// Largest number of cells along one side.
 const MAX_CELLS: usize = 1024;

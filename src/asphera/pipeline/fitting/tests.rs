@@ -89,6 +89,9 @@ fn while_points_arrive_a_quadric_stands_in_and_says_so() {
         // Of the wave of 200 nm a quadric leaves some, of the noise all.
         let rms_nm = form.deviation.rms_nm;
         assert!(rms_nm > 10.0 && rms_nm < 500.0, "{rms_nm}");
+        // No limit is broken or kept for certain by what stands in.
+        let outlook = running.outlook.unwrap();
+        assert!(outlook.text.contains("the reference is made from all points"), "{}", outlook.text);
         let map = running.map.unwrap();
         let filled = map.values_nm.iter().flatten().count();
         assert!(filled > map.values_nm.len() / 8, "{filled}");
@@ -162,20 +165,73 @@ fn a_point_of_a_tenth_of_the_uncertainty_weighs_a_hundred_times() {
     known.know_uncertainties(points());
     known.take_positions(points().map(|(point, _)| point));
     let running = known.figures().form.unwrap();
-    assert!(
-        running.fit.details.cautions[0].text.contains("count alike"),
-        "{:?}",
-        running.fit.details.cautions
-    );
     let fit = known.finish().report.form.unwrap().fit;
-    assert!((fit.parameters["tz"].value - 1e-3 / 1.01).abs() < 1e-12, "{:?}", fit.parameters);
-    let weights = fit.weights.unwrap();
-    assert!((weights.u_min_nm - 10.0).abs() < 1e-9 && (weights.u_max_nm - 100.0).abs() < 1e-9);
-    assert!(fit.method.starts_with("weighted"));
+    for fit in [&running.fit, &fit] {
+        let tz = &fit.parameters["tz"];
+        assert!((tz.value - 1e-3 / 1.01).abs() < 1e-12, "{:?}", fit.parameters);
+        let weights = fit.weights.as_ref().unwrap();
+        assert!((weights.u_min_nm - 10.0).abs() < 1e-9 && (weights.u_max_nm - 100.0).abs() < 1e-9);
+        assert!(fit.method.starts_with("weighted"), "{}", fit.method);
+        assert!(fit.details.cautions.is_empty(), "{:?}", fit.details.cautions);
+        assert!((fit.effective_points.unwrap() - 900.0 / 2.0 * 1.0201 / 1.0001).abs() < 1e-6);
+    }
+    assert_eq!(running.deviation.rms_nm.round(), 700.0);
 
-    let unknown = measured(&part, &points().map(|(point, _)| point).collect::<Vec<_>>()).report;
+    let plain: Vec<PointMm> = points().map(|(point, _)| point).collect();
+    let mut unknown = pipeline(&part);
+    unknown.take_positions(plain.iter().copied());
+    let running = unknown.figures().form.unwrap();
+    assert!(
+        (running.fit.parameters["tz"].value - 5e-4).abs() < 1e-12 && running.fit.weights.is_none()
+    );
+    let caution = &running.fit.details.cautions[0].text;
+    assert!(caution.contains("the points carry none: they count alike until the end"), "{caution}");
+    let unknown = unknown.finish().report;
     let said = |reason: &String| reason.contains("the points carry none");
     assert!(unknown.verdict.reasons.iter().any(said), "{:?}", unknown.verdict);
+}
+
+/// A lens projected along a fitted plane, its aperture known or not, each point with its uncertainty along z: whenever
+/// the running fit has taken all points, it is the final one.
+#[test]
+fn the_running_fit_of_weighted_points_is_the_final_one() {
+    let mut uniform = uniform(5);
+    let points: Vec<(PointMm, f64)> = bowl(60, [0.0; 2])
+        .into_iter()
+        .map(|[x, y, z]| {
+            let u_mm = 1e-5 * 8_f64.powf(2.0 * uniform());
+            // The whole is tilted by 0.6 rad.
+            let (sin, cos) = 0.6_f64.sin_cos();
+            ([x, cos * y - sin * z, sin * y + cos * z + 3.0 * u_mm * uniform()], u_mm)
+        })
+        .collect();
+    let sphere = "[surface]\nkind = \"sphere\"\nradius_mm = 30\n";
+    let fit = "[fit]\nfree = [\"tx\", \"ty\", \"tz\"]\nweights = \"uncertainty\"\n";
+    for aperture in ["", "[aperture]\nshape = \"circle\"\nradius_mm = 4\n"] {
+        let part = format!("{sphere}{aperture}{fit}");
+        let mut known =
+            Pipeline::along(Part::parse("part.toml", &part).unwrap(), Along::fitted(500).unwrap());
+        known.know_uncertainties(points.iter().copied());
+        known.take_positions(points.iter().map(|(point, _)| *point));
+        let running = known.figures().form.unwrap();
+        let last = known.finish().report.form.unwrap();
+        assert_eq!(running.fit.method, last.fit.method);
+        for (name, found) in &running.fit.parameters {
+            let (found, last) = (found, &last.fit.parameters[name]);
+            let off = (found.value - last.value).abs() / last.u.unwrap();
+            assert!(off < 1e-3, "{name}: {off} of its uncertainty");
+            assert!((found.u.unwrap() / last.u.unwrap() - 1.0).abs() < 1e-3);
+        }
+        assert!((running.deviation.rms_nm - last.deviation.rms_nm).abs() < 1e-3);
+        let [a, b] = [&running, &last].map(|form| form.fit.weights.as_ref().unwrap());
+        let ratio = a.reduced_chi_square.unwrap() / b.reduced_chi_square.unwrap();
+        assert!((ratio - 1.0).abs() < 1e-4 && b.u_max_nm < 80.0, "{ratio} {b:?}");
+        // Of cosines between z and the normals, near to that of 0.6 rad.
+        // The final ones are of points beyond the aperture, too.
+        let [low, high] = [a.u_min_nm / b.u_min_nm, a.u_max_nm / b.u_max_nm];
+        assert!(low > 0.999 && high < 1.001, "{low} {high}");
+        assert!(!aperture.is_empty() || (low < 1.001 && high > 0.999), "{low} {high}");
+    }
 }
 
 /// On a slope of 45° the uncertainty of the height is √2 times that of the distance.

@@ -84,9 +84,9 @@ pub fn sampling_of_points(
 ) -> PointsSampling {
     let (mut mesh, mut projector) = (Mesh::new(), Projector::new(along));
     for point in points {
-        projector.take(point, |point| mesh.push(point));
+        projector.take(point, |point, _| mesh.push(point));
     }
-    projector.finish(|point| mesh.push(point));
+    projector.finish(|point, _| mesh.push(point));
     mesh.flush();
     let (triangles, plane) = (mesh.triangles(), projector.plane());
     let folds: Vec<usize> =
