@@ -235,8 +235,8 @@ pub struct SamplingFigures {
     #[serde(default)]
     pub rho_max: Option<f64>,
     /// The reach in mm: the smallest local feature size of the whole surface, from `lfs_source`. With `nominal` that
-    /// over all of the aperture, measured or not; else, and where every point counts, the smallest at the points where
-    /// it is known. Absent if it is not known, or if there is none, as on a plane: ρ is 0 there.
+    /// over all of the aperture, measured or not; without one out to the farthest point, or of a freeform at the points.
+    /// Else the smallest at the points where it is known. Absent if it is not known, or if there is none, as on a plane: ρ is 0 there.
     #[serde(default)]
     pub reach_mm: Option<f64>,
     /// Where ε is largest, or where it is nowhere above 0 the gap; measured frame, mm.

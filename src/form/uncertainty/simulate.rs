@@ -52,17 +52,18 @@ pub struct Simulated {
 impl Simulated {
     /// An interval that holds the figure of the part with probability `confidence`, never below 0: the
     /// quantiles of the draws mirrored at the figure (the basic interval: Davison & Hinkley, Bootstrap Methods
-    /// and their Application, 5.2), or of the squares mirrored at its square where squares add up.
+    /// and their Application, 5.2), or of the squares mirrored at its square where squares add up. Where noise
+    /// explains more than there is, what noise leaves of a square is taken as 0, not as less: the draws still tell how
+    /// far above that the part may be.
     pub fn interval(&self, confidence: f64) -> [f64; 2] {
         let tail = 0.5 * (1.0 - confidence);
-        [1.0 - tail, tail].map(|share| {
-            let drawn = self.quantile(share);
-            if self.squares {
-                mirrored_square(self.measured, drawn * drawn)
-            } else {
-                (2.0 * self.measured - drawn).max(0.0)
-            }
-        })
+        let drawn = [1.0 - tail, tail].map(|share| self.quantile(share));
+        if !self.squares {
+            return drawn.map(|drawn| (2.0 * self.measured - drawn).max(0.0));
+        }
+        let mean = mean_square(&self.sorted);
+        let left = (2.0 * self.measured * self.measured - mean).max(0.0);
+        drawn.map(|drawn| (left + mean - drawn * drawn).max(0.0).sqrt())
     }
 
     /// What that share of the draws does not exceed.
@@ -105,15 +106,14 @@ impl Simulated {
         candidates: (usize, bool),
     ) -> Option<Simulated> {
         let plain = Simulated::new(measured, found, candidates)?;
-        let square = plain.sorted.iter().map(|value| value * value).sum::<f64>();
-        let bias = measured - mirrored_square(measured, square / plain.sorted.len() as f64);
+        let left = 2.0 * measured * measured - mean_square(&plain.sorted);
+        let bias = measured - left.max(0.0).sqrt();
         Some(Simulated { bias, squares: true, ..plain })
     }
 }
 
-/// The root of twice the square of `measured` less `square`, 0 if that is negative.
-fn mirrored_square(measured: f64, square: f64) -> f64 {
-    (2.0 * measured * measured - square).max(0.0).sqrt()
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64
 }
 
 impl Draws {
@@ -311,3 +311,34 @@ const MOST_CANDIDATES: usize = 2048;
 pub(super) const MISSED: f64 = 1e-4;
 /// Share of a variance that rounding leaves of it.
 const ROUNDING: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(measured: f64) -> Simulated {
+        let found = [2.0, 2.1, 2.2, 2.3, 2.4].map(|square: f64| Some(square.sqrt()));
+        Simulated::of_squares(measured, &found, (5, false)).unwrap()
+    }
+
+    fn agree(found: [f64; 2], squares: [f64; 2]) {
+        for (found, square) in found.into_iter().zip(squares) {
+            assert!((found * found - square).abs() < 1e-12, "{found} {square}");
+        }
+    }
+
+    #[test]
+    fn squares_are_mirrored_at_what_was_measured() {
+        let simulated = drawn(2.0_f64.sqrt());
+        // Noise adds 0.2 to a square of 2.
+        agree([simulated.measured - simulated.bias, 0.0], [1.8, 0.0]);
+        agree(simulated.interval(0.95), [1.6, 2.0]);
+    }
+
+    #[test]
+    fn where_noise_explains_more_than_there_is_the_draws_tell_what_may_be() {
+        let simulated = drawn(1.0);
+        assert_eq!(simulated.bias, 1.0);
+        agree(simulated.interval(0.95), [0.0, 0.2]);
+    }
+}

@@ -1,10 +1,10 @@
 //! The reach: the smallest local feature size of the whole surface.
 //!
 //! Of a nominal it is the smallest value of its table over the aperture ([`super::meridian`], [`super::freeform`]), whatever
-//! of that was measured: right to what the table says of its error. Where every point counts, or the points are the
-//! source, it is the smallest at the points that count. There it is only of what was measured, and of what of that
-//! the local feature size is known of: no less than the true one but for the errors of the values, so that ρ is a lower
-//! bound.
+//! of that was measured: right to what the table says of its error. Without an aperture it is that of a nominal of
+//! revolution out to the farthest point. Of a freeform without one, or where the points are the source, it is the
+//! smallest at the points that count. There it is only of what was measured, and of what of that the local feature size is
+//! known of: no less than the true one but for the errors of the values, so that ρ is a lower bound.
 
 use asphera_form::{Aperture, Pose};
 use asphera_surface::PointMm;
@@ -27,13 +27,12 @@ impl Remembered {
         };
         match &self.0 {
             Known::Nothing => None,
-            Known::Nominal { meridian, .. } if *aperture != Aperture::None => {
-                meridian.least_mm(inner_mm)
-            }
+            // Without an aperture its disc reaches to the farthest point.
+            Known::Nominal { meridian, .. } => meridian.least_mm(inner_mm),
             Known::Freeform(freeform) if *aperture != Aperture::None => {
                 Some(freeform.least_mm(inner_mm))
             }
-            Known::Nominal { .. } | Known::Freeform(_) | Known::Points(_) => {
+            Known::Freeform(_) | Known::Points(_) => {
                 let counts = |point: PointMm| {
                     let [x, y, _] = pose.to_part(point);
                     aperture.contains(x, y)
