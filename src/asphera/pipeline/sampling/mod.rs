@@ -360,6 +360,12 @@ impl Look<'_> {
         };
         // A target that is none is told by the examination.
         let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
+        let zones = self.zones.iter().map(|(zone, laid)| {
+            let found =
+                cover(mesh.points(), triangles, self.left_out, Some(laid), &target, &lfs_mm);
+            ZoneSampling::of(*zone, found.ok())
+        });
+        let zones = zones.collect();
         let examined = examine(
             mesh,
             triangles,
@@ -367,7 +373,7 @@ impl Look<'_> {
             self.aperture.as_ref(),
             &target,
             density.as_ref(),
-            &lfs_mm,
+            lfs_mm,
         );
         let Examination { coverage, covered, islands, dense, area_mm2 } = match examined {
             Ok(examination) => examination,
@@ -376,12 +382,6 @@ impl Look<'_> {
                 return Findings::unknown(self.sampled, self.wanted, &self.scale, self.unknown);
             }
         };
-        let zones = self.zones.iter().map(|(zone, laid)| {
-            let found =
-                cover(mesh.points(), triangles, self.left_out, Some(laid), &target, &lfs_mm);
-            ZoneSampling::of(*zone, found.ok())
-        });
-        let zones = zones.collect();
         let nothing = if triangles.is_empty() {
             Some(nothing_spanned())
         } else if coverage.gap_mm.is_none() {
