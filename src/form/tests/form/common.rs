@@ -62,3 +62,14 @@ impl Noise {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 }
+
+/// Independent numbers of the standard normal distribution (Box and Muller).
+pub(crate) fn normals(generator: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
+    let mut uniform = || ((generator.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+    (0..count)
+        .map(|_| {
+            let (radius, angle) = (uniform(), uniform());
+            (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
+        })
+        .collect()
+}

@@ -12,9 +12,11 @@ use asphera_form::{
     minimum_zone,
 };
 use nalgebra::{Cholesky, DMatrix};
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+
+use crate::common::normals;
 
 /// A lattice of `SIDE` by `SIDE` places on a flat of 10 mm.
 struct Case {
@@ -41,16 +43,6 @@ fn form_nm(case: &Case, [x, y]: [f64; 2]) -> f64 {
     let long = 40.0 * (3.1 * u + 0.4).sin() * (2.3 * v - 0.2).cos() + 12.0 * (7.0 * u * v).sin();
     let turns = std::f64::consts::TAU;
     long + case.ripple_nm * (turns * (0.6 * x + 0.21 * y) + 0.3 * x).sin() * (1.0 + 0.4 * u * v)
-}
-
-fn normals(generator: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
-    let mut uniform = || ((generator.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    (0..count)
-        .map(|_| {
-            let (radius, angle) = (uniform(), uniform());
-            (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
-        })
-        .collect()
 }
 
 /// The Gaussian kernel is a product along x and y, and so is its root.

@@ -1,12 +1,12 @@
 //! Two thousand simulated measurements a case: how often the 95 % intervals hold the truth.
 
-use crate::common::{al1815, misaligned, spiral};
+use crate::common::{al1815, misaligned, normals, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
 use asphera_form::uncertainty::{Budget, Kernel, LongWave, Noise, uncertainty};
 use asphera_form::{Aperture, FitSettings, Nominal, Parameter, PointMm, Pose, fit};
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
@@ -73,16 +73,6 @@ fn bench(case: &Case) -> Bench {
         points,
         root,
     }
-}
-
-fn normals(generator: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
-    let mut uniform = || ((generator.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    (0..count)
-        .map(|_| {
-            let (radius, angle) = (uniform(), uniform());
-            (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
-        })
-        .collect()
 }
 
 /// For each quantity whether its interval holds the truth, the last being the RMS; and the RMS with its uncertainty.
