@@ -10,7 +10,8 @@ use asphera_form::{Aperture, Pose};
 use asphera_surface::PointMm;
 use rayon::prelude::*;
 
-use super::{CHUNK, Known, Remembered};
+use super::lfs::Known;
+use super::{CHUNK, Remembered};
 
 impl Remembered {
     /// The reach of a part at `pose` over its aperture, in mm: infinite over a plane, `None` where it is not known.

@@ -1,5 +1,7 @@
 //! The sampling of parts whose gaps are known.
 
+use std::f64::consts::SQRT_2;
+
 use super::*;
 use crate::pipeline::Pipeline;
 
