@@ -283,4 +283,6 @@ const ZONE_TOLERANCE: f64 = 1e-3;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod told;
+#[cfg(test)]
 mod truth;

@@ -60,6 +60,7 @@ pub use definition::{Definition, Figure, Unit};
 pub(crate) use expansion::fringe_orders;
 pub use expansion::{FringeCount, FringeFit, fringe_fit};
 pub use indication::{Comparison, Indication, IndicationError, LengthUnit};
+pub(crate) use irregularity::irregular;
 pub use irregularity::{Approximation, Irregularity, decompose};
 pub use profile::{Heights, Ring, Sector, azimuthal_profile, radial_profile};
 pub use psd_line::{Band, HeightLine, LinePsd, Window, line_psd};
