@@ -3,7 +3,8 @@
 //! `cargo bench -p asphera --bench looks` takes 1,000,000 points of a spiral as they arrive and asks for the figures every
 //! 12,000 points, as a daemon does that gets 100,000 a second: without limits, and with limits of PV and RMS, of zones,
 //! of what terms leave, of slope and of B. `ASPHERA_BENCH_POINTS` sets another number of points, `RAYON_NUM_THREADS` the
-//! threads. A stall is the time of one call; the share is that of all calls in the time in which the points arrive.
+//! threads. A stall is the time of one call; the share is that of all calls in the time in which the points arrive. At last it
+//! says how long the final figures take, with the uncertainties of all limits.
 
 use std::f64::consts::TAU;
 
@@ -35,6 +36,9 @@ fn main() {
             calls_s.push((clock.now().as_secs_f64(), figures.points.received));
         }
         let whole_s = started.now().as_secs_f64();
+        let finishing = Clock::start();
+        let measurement = pipeline.finish();
+        let finish_s = finishing.now().as_secs_f64();
         let all_s: f64 = calls_s.iter().map(|(seconds, _)| seconds).sum();
         calls_s.sort_by(|a, b| b.0.total_cmp(&a.0));
         let (longest_s, at) = calls_s[0];
@@ -42,7 +46,8 @@ fn main() {
         let running_s = count as f64 / POINTS_PER_S;
         println!(
             "{name}: longest {:.1} ms at {at} points, the next {:.1} and {:.1}; median {:.2} ms; {:.2} s of {} calls, {:.0} ns a \
-             point, {:.1} % of the running time; points taken in {:.2} s",
+             point, {:.1} % of the running time; points taken in {:.2} s; the final \
+             figures in {finish_s:.2} s, {} limits held",
             1e3 * longest_s,
             1e3 * calls_s[1].0,
             1e3 * calls_s[2].0,
@@ -52,6 +57,7 @@ fn main() {
             1e9 * all_s / count as f64,
             100.0 * all_s / running_s,
             whole_s - all_s,
+            measurement.report.verdict.checks.iter().filter(|check| check.ok).count(),
         );
     }
 }
@@ -85,9 +91,14 @@ const NOMINAL: &str = "[surface]\nkind = \"asphere\"\nradius_mm = 11.65\nconic =
     [aperture]\nshape = \"circle\"\nradius_mm = 8.9\n[sampling]\ngap_limit_mm = 0.1\n";
 
 /// None, those of the whole, and all kinds, held and broken.
-const LIMITS: [(&str, &str); 4] = [
+const LIMITS: [(&str, &str); 6] = [
     ("no limits", ""),
     ("PV and RMS", "[tolerance]\npv_nm = 200\nrms_nm = 40\n"),
+    ("PV and RMS, guarded", "[tolerance]\npv_nm = 200\nrms_nm = 40\nguard_probability = 0.95\n"),
+    (
+        "PV, RMS and B, guarded",
+        "[tolerance]\npv_nm = 200\nrms_nm = 40\nguard_probability = 0.95\nindication = \"3/-(200)\"\n",
+    ),
     (
         "all, held",
         "[tolerance]\npv_nm = 200\nrms_nm = 40\nslope_max_urad = 200\nslope_over_mm = 1\nslope_step_mm = 0.5\n\

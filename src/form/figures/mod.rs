@@ -62,6 +62,7 @@ pub use expansion::{FringeCount, FringeFit, fringe_fit};
 pub use indication::{Comparison, Indication, IndicationError, LengthUnit};
 pub(crate) use irregularity::irregular;
 pub use irregularity::{Approximation, Irregularity, decompose};
+pub(crate) use least_squares::joined;
 pub use profile::{Heights, Ring, Sector, azimuthal_profile, radial_profile};
 pub use psd_line::{Band, HeightLine, LinePsd, Window, line_psd};
 pub use psd_map::{FrequencyRing, HeightGrid, MapPsd, map_psd};

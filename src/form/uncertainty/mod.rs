@@ -50,7 +50,7 @@ pub(crate) use philox::Numbers;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
-pub use unmeasured::{Hidden, largest_bend, unmeasured};
+pub use unmeasured::{Hidden, largest_bend, largest_bend_of_windows, unmeasured};
 
 /// The uncertainties of a fit.
 #[derive(Clone, Debug)]

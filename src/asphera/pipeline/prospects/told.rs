@@ -10,7 +10,7 @@ use crate::config::Part;
 use crate::pipeline::Pipeline;
 use crate::report::ProspectState;
 
-/// A disc of 20 mm radius with points 0.5 mm apart, and a little more: form of some 50 nm with 1 nm noise, or next to none
+/// A disc of 20 mm radius with points 0.2 mm apart, and a little more: form of some 50 nm with 1 nm noise, or next to none
 /// with 5 nm.
 fn scan(random: &mut Random, order: usize, noise_rules: bool) -> Vec<PointMm> {
     let (form_nm, noise_nm) = if noise_rules { (0.1, 5.0) } else { (8.0, 1.0) };
@@ -24,11 +24,11 @@ fn scan(random: &mut Random, order: usize, noise_rules: bool) -> Vec<PointMm> {
         })
         .collect();
     let mut points = Vec::new();
-    for line in 0..84 {
-        for column in 0..84 {
-            let column = if line % 2 == 0 { column } else { 83 - column };
-            let (x, y) = (0.5 * f64::from(column) - 20.75, 0.5 * f64::from(line) - 20.75);
-            if x.hypot(y) <= 20.75 {
+    for line in 0..208 {
+        for column in 0..208 {
+            let column = if line % 2 == 0 { column } else { 207 - column };
+            let (x, y) = (0.2 * f64::from(column) - 20.7, 0.2 * f64::from(line) - 20.7);
+            if x.hypot(y) <= 20.7 {
                 let form = waves.iter().map(|[u, v, phase, nm]| nm * (u * x + v * y + phase).sin());
                 let nm = form.sum::<f64>() + noise_nm * random.normal();
                 points.push([x, y, 1e-6 * nm + 1e-4 * x]);
@@ -42,7 +42,7 @@ fn scan(random: &mut Random, order: usize, noise_rules: bool) -> Vec<PointMm> {
 fn part(pv_nm: f64) -> Part {
     let text = format!(
         "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 20\n\
-         [sampling]\ngap_limit_mm = 0.4\ncoverage_min = 0.5\n[tolerance]\npv_nm = {pv_nm}\n"
+         [sampling]\ngap_limit_mm = 0.16\ncoverage_min = 0.5\n[tolerance]\npv_nm = {pv_nm}\n"
     );
     Part::parse("part.toml", &text).unwrap()
 }
@@ -73,13 +73,13 @@ fn followed(seed: u64, order: usize, noise_rules: bool) -> [Tally; 3] {
     let report = whole.finish().report;
     let check = &report.verdict.checks[0];
     let parts = TIMES.map(|times| part(times * check.value));
-    // Of what a look sees of the whole nothing depends on the limit.
-    let mut pipeline = Pipeline::new(part(1e9)).expecting(Some(points.len() as u64));
+    // Of what a look sees of the whole nothing depends on the limit. The nearest one says when it is looked again.
+    let mut pipeline = Pipeline::new(parts[0].clone()).expecting(Some(points.len() as u64));
     let mut prospects: [Prospects; 3] = Default::default();
     let mut tallies = [Tally::default(); 3];
     for (index, point) in points.iter().enumerate() {
         pipeline.take_position(*point);
-        if index % 100 != 99 || index < 1500 {
+        if index % 500 != 499 || index < 1500 {
             continue;
         }
         pipeline.figures();
