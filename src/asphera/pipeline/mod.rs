@@ -310,13 +310,15 @@ impl Pipeline {
         }
     }
 
-    /// Whether so much has been covered since the last look that another may call a pass certain. Not before points have grown
-    /// by a sixty-fourth, should what is kept current be too sanguine.
+    /// Whether so much may have been covered since the last look that another calls a pass certain, if every point covers as much as
+    /// those before. Not before points have grown by a sixty-fourth, should they cover less.
     fn may_tell_more(&self, pushed: u64) -> bool {
         let then = self.sampling.as_of_points;
-        let coverage = self.sampling.coverage.zip(self.current.grown());
+        let coverage = self.sampling.coverage.filter(|_| then > 0);
         pushed >= then + then / 64
-            && coverage.is_some_and(|(then, grown)| self.prospects.awaits(then * grown))
+            && coverage.is_some_and(|coverage| {
+                self.prospects.awaits((coverage * pushed as f64 / then as f64).min(1.0))
+            })
     }
 
     /// Points there will be, at most.

@@ -362,3 +362,57 @@ fn blocks(places_mm: &[[f64; 2]], deviations_mm: &[f64]) -> Vec<(f64, f64)> {
 const SIDE: usize = 12;
 /// A share of the aperture that is rounding.
 const ROUNDING: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::Pipeline;
+    use crate::report::{Check, Verdict};
+
+    /// A disc of 20 mm scanned line by line up to `end_mm`, with slopes of some 30 µrad.
+    fn verdict(end_mm: f64, guard: &str) -> Verdict {
+        let text = format!(
+            "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 20\n\
+             [sampling]\ngap_limit_mm = 0.5\ncoverage_min = 0.5\n\
+             [tolerance]\nslope_over_mm = 2\nslope_step_mm = 1\ngradient_max_urad = 200\ngradient_rms_urad = 200\n{guard}"
+        );
+        let mut pipeline = Pipeline::new(Part::parse("p.toml", &text).unwrap());
+        for line in 0..82_u32 {
+            for column in 0..82_u32 {
+                let [x, y] = [column, line].map(|at| 0.5 * f64::from(at) - 20.25);
+                if x.hypot(y) <= 20.5 && y <= end_mm {
+                    let rough = f64::from((column * 7919 + line * 104_729) % 101) / 50.0 - 1.0;
+                    let nm = 50.0 * (0.6 * x).sin() * (0.5 * y).cos() + rough;
+                    pipeline.take_position([x, y, 1e-6 * nm]);
+                }
+            }
+        }
+        pipeline.finish().report.verdict
+    }
+
+    fn check<'a>(verdict: &'a Verdict, name: &str) -> &'a Check {
+        verdict.checks.iter().find(|check| check.name == name).unwrap()
+    }
+
+    #[test]
+    fn slopes_of_what_is_not_measured_count() {
+        let guard = "guard_probability = 0.95\n";
+        let all = verdict(30.0, guard);
+        for name in ["gradient_max_urad", "gradient_rms_urad"] {
+            assert!(check(&all, name).ok, "{all:?}");
+        }
+        // A fifth of the disc is missing, which may hold the steepest place.
+        let some = verdict(9.0, guard);
+        let [most, rms] = ["gradient_max_urad", "gradient_rms_urad"].map(|name| check(&some, name));
+        assert!(!most.ok && most.hidden.is_none() && most.doubt.is_some(), "{most:?}");
+        let said = some.reasons.iter().find(|why| why.contains("the steepest place with up to"));
+        assert!(said.is_some(), "{:?}", some.reasons);
+        // All of it is taken for as steep as the steepest.
+        let hidden = rms.hidden.unwrap();
+        let share = ((rms.value + hidden).powi(2) - rms.value.powi(2))
+            / (most.value.powi(2) - rms.value.powi(2));
+        assert!(rms.ok && (0.15..0.4).contains(&share), "{share} {rms:?} {most:?}");
+        // Where no probability is asked for, the coverage that is wanted says how much may be missing.
+        assert!(check(&verdict(9.0, ""), "gradient_max_urad").ok);
+    }
+}
