@@ -1,6 +1,7 @@
 //! The final figures of one part.
 
-use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, deviations};
+use asphera_form::verdict::{Limit, forecast};
+use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, deviations};
 use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
 
 use super::correlated;
@@ -164,8 +165,26 @@ pub(super) fn measure(
                 deviations_mm: &deviations_mm,
                 sampling: &sampling,
                 zones: &zones,
+                most_bent: usize::MAX,
             };
-            Unmeasured::of(&part, &laid, found.rms_nm)
+            let free: Vec<Parameter> =
+                fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+            let missing = sampling.coverage.map(|coverage| 1.0 - coverage);
+            // Where nothing is missing there is nothing to foresee.
+            let forecast = missing.filter(|missing| *missing > 0.0).and_then(|missing| {
+                let (nominal, pose) = (&fit.nominal, &fit.pose);
+                forecast(
+                    &places_mm,
+                    &deviations_mm,
+                    &part.aperture,
+                    nominal,
+                    pose,
+                    &free,
+                    Some(missing),
+                )
+            });
+            let limits: Vec<&Limit> = part.judging.limits.iter().map(|(_, limit)| limit).collect();
+            Unmeasured::of(&part, &limits, &laid, found.rms_nm, forecast.as_ref())
         }
         _ => Unmeasured::default(),
     };

@@ -87,6 +87,8 @@ pub struct Pipeline {
     next: Option<Next>,
     /// Points at which it is looked at again.
     next_sampling: u64,
+    /// Points from which on a look foresees limits again.
+    next_foresight: u64,
     remembered: Remembered,
     /// The sampling as of the last batch.
     current: Current,
@@ -158,6 +160,7 @@ impl Pipeline {
             looks: 0,
             next: None,
             next_sampling: FIRST_SAMPLING,
+            next_foresight: 0,
             remembered: Remembered::default(),
             current: Current::default(),
             heights: Heights::default(),
@@ -232,12 +235,16 @@ impl Pipeline {
     }
 
     /// The figures now. The cost depends on the cells of the map and on what changed in the mesh, not on the
-    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter, and once when
-    /// nearly all that are expected have arrived.
+    /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter, once when
+    /// nearly all that are expected have arrived, and when so much is covered that a pass may be certain.
     pub fn figures(&mut self) -> RunningFigures {
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
-        if counts.vertices >= self.next_sampling {
+        if counts.vertices < self.next_sampling {
+            self.current.keep_up(&self.mesh, &self.part, &self.remembered);
+        }
+        let may_tell_more = self.may_tell_more(counts.pushed);
+        if counts.vertices >= self.next_sampling || may_tell_more {
             self.next_sampling = next_look(counts.vertices, self.expected_points);
             let estimate = self.running.estimate();
             let pose = estimate.as_ref().map(|estimate| estimate.pose).unwrap_or_default();
@@ -252,7 +259,12 @@ impl Pipeline {
             self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
             let noise_nm = look.sampling.noise_sigma_nm;
             self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
-            if let Some(estimate) = &estimate {
+            let expected = self.expected().unwrap_or(0);
+            let nearly_all = counts.vertices >= expected - expected / LAST_SHARE;
+            let foresees = may_tell_more || nearly_all || counts.vertices >= self.next_foresight;
+            if let Some(estimate) = estimate.as_ref().filter(|_| foresees) {
+                // Of many points to come a few more tell little.
+                self.next_foresight = counts.vertices + expected / FORESIGHT_SHARE;
                 let arrived = counts.pushed - counts.pending;
                 self.prospects.see(&prospects::Look {
                     part: &self.part,
@@ -265,8 +277,6 @@ impl Pipeline {
                 });
             }
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
-        } else {
-            self.current.keep_up(&self.mesh, &self.part, &self.remembered);
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -298,6 +308,17 @@ impl Pipeline {
             outlook,
             pending: counts.pending + self.projector.waiting(),
         }
+    }
+
+    /// Whether so much may have been covered since the last look that another calls a pass certain, if every point covers as much as
+    /// those before. Not before points have grown by a sixty-fourth, should they cover less.
+    fn may_tell_more(&self, pushed: u64) -> bool {
+        let then = self.sampling.as_of_points;
+        let coverage = self.sampling.coverage.filter(|_| then > 0);
+        pushed >= then + then / 64
+            && coverage.is_some_and(|coverage| {
+                self.prospects.awaits((coverage * pushed as f64 / then as f64).min(1.0))
+            })
     }
 
     /// Points there will be, at most.
@@ -402,12 +423,18 @@ fn accept(
 /// that are expected have arrived.
 fn next_look(points: u64, expected: Option<u64>) -> u64 {
     let next = points + points / 4;
-    let nearly_all = expected.map(|expected| expected - expected / 64);
+    let nearly_all = expected.map(|expected| expected - expected / LAST_SHARE);
     nearly_all.filter(|nearly_all| *nearly_all > points).map_or(next, |all| next.min(all))
 }
 
 /// Points of a file are handed to the mesh by so many, a multiple of what it gathers by itself.
 const AT_A_TIME: usize = 64 * BATCH_POINTS;
+
+/// All but one in so many points are nearly all.
+const LAST_SHARE: u64 = 64;
+
+/// Limits are foreseen anew when one in so many of the points expected has arrived, or later.
+const FORESIGHT_SHARE: u64 = 32;
 
 /// Below this many vertices the sampling says little.
 const FIRST_SAMPLING: u64 = 2000;

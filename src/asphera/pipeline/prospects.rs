@@ -28,6 +28,8 @@ use crate::report::{Outlook, ProspectFigures, ProspectState};
 pub(super) struct Prospects {
     said: BTreeMap<String, Said>,
     seen: Seen,
+    /// The least coverage from which on something more can be told, as of the last time it was said.
+    next_coverage: Option<f64>,
 }
 
 /// Of one limit.
@@ -60,6 +62,11 @@ impl Prospects {
         self.seen = Seen::of(look, certain);
     }
 
+    /// Whether a look at all points would tell a pass, if so much is covered by now.
+    pub(super) fn awaits(&self, coverage: f64) -> bool {
+        self.next_coverage.is_some_and(|from| coverage >= from)
+    }
+
     /// What can be said now; `None` where there is no limit.
     pub(super) fn look(&mut self, now: &Now<'_>) -> Option<Outlook> {
         let part = now.part;
@@ -74,6 +81,9 @@ impl Prospects {
         limits.extend(zone);
         let texture = part.judging.texture.iter();
         limits.extend(texture.map(|(name, _, limit)| at_end(name, *limit, now)));
+        let later = limits.iter().filter(|limit| limit.state == ProspectState::PassFrom);
+        let from = later.filter_map(|limit| limit.pass_from_coverage);
+        self.next_coverage = from.min_by(f64::total_cmp);
         words::outlook(limits)
     }
 
@@ -282,5 +292,7 @@ const ZONE_TOLERANCE: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod told;
 #[cfg(test)]
 mod truth;

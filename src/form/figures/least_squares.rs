@@ -74,7 +74,7 @@ pub(crate) fn least_squares(
 
 /// The factor of all rows: the rows of each further factor are absorbed like rows of the problem. The
 /// first one is kept as it is, so that few rows still count as few.
-fn joined(factors: Vec<Triangle>, columns: usize) -> Triangle {
+pub(crate) fn joined(factors: Vec<Triangle>, columns: usize) -> Triangle {
     let mut factors = factors.into_iter();
     let mut all = factors.next().unwrap_or_else(|| Triangle::new(columns));
     for factor in factors {

@@ -25,6 +25,7 @@ mod means;
 mod modes;
 mod noise_only;
 mod philox;
+mod remainder;
 mod rms;
 mod scatter;
 mod simulate;
@@ -34,6 +35,7 @@ mod zone;
 
 use nalgebra::DMatrix;
 
+use crate::figures::Sample;
 use crate::texture::{self, Datum, Mesh, Scale};
 use crate::{Aperture, Covariance, Fit, Parameter, PointMm, ZoneFit};
 use linear::Linear;
@@ -48,7 +50,7 @@ pub(crate) use philox::Numbers;
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
-pub use unmeasured::{Hidden, largest_bend, unmeasured};
+pub use unmeasured::{Hidden, largest_bend, largest_bend_of_windows, unmeasured};
 
 /// The uncertainties of a fit.
 #[derive(Clone, Debug)]
@@ -247,6 +249,21 @@ impl Uncertainty {
         figure: impl Fn(&[[f64; 2]], &[f64]) -> Option<f64> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         self.source().average(draws, kind, figure)
+    }
+
+    /// The range in nm of what least squares leave of the deviations, by simulated measurements; `None` if nothing is left or
+    /// nearly all draws have nothing.
+    ///
+    /// `left` must be linear. It is given places in mm, part frame, deviations there in mm, and how much each counts
+    /// where that is not the same; `whole` is what it leaves of the deviations. A draw costs the same for any number of points
+    /// above 16,384.
+    pub(crate) fn simulate_range(
+        &self,
+        draws: &Draws,
+        whole: &Sample,
+        left: impl Fn(&[[f64; 2]], &[f64], Option<&[f64]>) -> Option<Sample> + Sync,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().range_nm(draws, whole, left)
     }
 
     /// Indices of the points used, among those given.

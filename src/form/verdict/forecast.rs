@@ -51,9 +51,10 @@ struct Drawn {
 }
 
 /// What is forecast of points at `places_mm` of the part frame with these deviations from a fit of the `free` parameters,
-/// NaN where a point does not count; both lists as long. `None` without an aperture, with fewer than 16 blocks
-/// of a 144th of its box measured beyond the parameters, or where no correlation can be judged. `O(n)` and some tens of
-/// milliseconds. The same arguments give the same bits.
+/// NaN where a point does not count; both lists as long. `missing` is the share of the aperture that was not measured, 0 to 1, if
+/// it is known; otherwise blocks with fewer points than most are taken for partly measured. `None` without an aperture, with fewer
+/// than 16 blocks of a 144th of its box measured beyond the parameters, or where no correlation can be judged. `O(n)`
+/// and some tens of milliseconds. The same arguments give the same bits.
 pub fn forecast(
     places_mm: &[[f64; 2]],
     deviations_mm: &[f64],
@@ -61,8 +62,9 @@ pub fn forecast(
     nominal: &Nominal,
     pose: &Pose,
     free: &[Parameter],
+    missing: Option<f64>,
 ) -> Option<Forecast> {
-    let blocks = blocks(places_mm, deviations_mm, aperture)?;
+    let blocks = blocks(places_mm, deviations_mm, aperture, missing)?;
     let weights: Vec<f64> = blocks.iter().map(|block| block.weight).collect();
     let fitted = orthonormal(columns(&blocks, nominal, pose, free)?, &weights);
     let seen: Vec<usize> = (0..blocks.len()).filter(|&at| blocks[at].seen.is_some()).collect();
@@ -96,8 +98,12 @@ impl Forecast {
         (places_mm, deviations_mm): (&[[f64; 2]], &[f64]),
     ) -> Option<Predicted> {
         let zone = if *zone == Aperture::None { self.aperture } else { *zone };
-        let extremes_nm =
-            field::extremes_nm(&self.blocks, &self.aperture, &zone, places_mm, deviations_mm);
+        let extremes_nm = if zone == self.aperture {
+            let own = |block: &Block| block.seen.map(|seen| [seen.below_nm, seen.above_nm]);
+            self.blocks.iter().map(own).collect()
+        } else {
+            field::extremes_nm(&self.blocks, &self.aperture, &zone, places_mm, deviations_mm)
+        };
         let inside = Inside {
             blocks: &self.blocks,
             shares: field::shares(&self.blocks, &self.aperture, &zone),

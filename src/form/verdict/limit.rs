@@ -1,5 +1,6 @@
 //! Limits of named figures, over the aperture or a zone of it.
 
+use std::borrow::Cow;
 use std::str::FromStr;
 
 use thiserror::Error;
@@ -7,10 +8,10 @@ use thiserror::Error;
 use super::decision::{Decision, Finding, Guard, GuardError, decide};
 use crate::figures::{
     Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
-    SlopeSettings, Terms, Unknown, decompose, peak_to_valley, pvr, remove, rms,
+    SlopeSettings, Terms, Unknown, decompose, irregular, peak_to_valley, pvr, remove, rms,
     robust_peak_to_valley, slopes,
 };
-use crate::uncertainty::{Average, Draws, Uncertainty, UncertaintyError};
+use crate::uncertainty::{Average, Draws, Simulated, Uncertainty, UncertaintyError};
 use crate::{Aperture, Nominal};
 
 /// The largest value allowed of one figure.
@@ -164,19 +165,42 @@ impl Limit {
         Ok(self.figure(&sample, approximation(nominal)))
     }
 
+    /// What is left of a sample without the terms.
+    fn without_terms<'a>(&self, sample: &'a Sample) -> Result<Cow<'a, Sample>, Unknown> {
+        Ok(match &self.less.list()[..] {
+            [] => Cow::Borrowed(sample),
+            terms => Cow::Owned(remove(sample, terms)?.sample),
+        })
+    }
+
+    /// What the figure is the range of; `None` where it is not one of what least squares leave.
+    fn ranged<'a>(
+        &self,
+        sample: &'a Sample,
+        approximation: Approximation,
+    ) -> Option<Result<Cow<'a, Sample>, Unknown>> {
+        match self.definition {
+            Definition::PeakToValley => Some(self.without_terms(sample)),
+            Definition::Irregularity => Some(
+                self.without_terms(sample)
+                    .and_then(|left| irregular(&left, approximation).map(Cow::Owned)),
+            ),
+            _ => None,
+        }
+    }
+
     /// The figure over a sample.
     fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
-        let removed = match &self.less.list()[..] {
-            [] => None,
-            terms => Some(remove(sample, terms)?.sample),
-        };
-        let sample = removed.as_ref().unwrap_or(sample);
+        if let Some(left) = self.ranged(sample, approximation) {
+            let range = peak_to_valley(&*left?)?;
+            return Ok(Figure { definition: self.definition, ..range });
+        }
+        let sample = &*self.without_terms(sample)?;
         let among = |figures: &[Figure]| {
             let found = figures.iter().find(|figure| figure.definition == self.definition);
             *found.expect("the list has every definition of its kind")
         };
         match self.definition {
-            Definition::PeakToValley => peak_to_valley(sample),
             Definition::RmsAboutZero => rms(sample, Reference::Zero),
             Definition::RmsAboutMean => rms(sample, Reference::Mean),
             Definition::RobustPeakToValley { share } => robust_peak_to_valley(
@@ -187,7 +211,6 @@ impl Limit {
                 pvr(sample, fringes(terms).expect("checked when the limit was"))
             }
             Definition::Sagitta
-            | Definition::Irregularity
             | Definition::InvariantIrregularity
             | Definition::RmsTotal
             | Definition::RmsIrregularity
@@ -201,6 +224,9 @@ impl Limit {
                 let settings = self.slope.expect("checked when the limit was");
                 slopes(sample, settings).map(|found| among(&found.figures()))
             }
+            Definition::PeakToValley | Definition::Irregularity => {
+                unreachable!("a range was told above")
+            }
             Definition::MinimumZone => unreachable!("refused when the limit was checked"),
         }
     }
@@ -209,9 +235,10 @@ impl Limit {
 /// Judges limits by the deviations of a fit with their uncertainty.
 ///
 /// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
-/// uncertainties of their own; any other figure is simulated, each draw working it out anew: those that average over the
-/// area (A and any RMS) of 16,384 points at most, others of all, so that the number of draws decides how long
-/// that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
+/// uncertainties of their own; any other figure is simulated. Draws of what averages over the area (A and any RMS) are of 16,384
+/// points at most, those of ranges of what least squares leave (B, and the PV over a zone or without terms) cost the same for
+/// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
+/// long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
 /// [`Finding::hidden`]. Points weigh the same.
 pub fn judge(
     limits: &[Limit],
@@ -267,16 +294,55 @@ fn finding(
             return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
         }
     }
-    let over = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
-        Sample::new(places_mm, deviations_mm, None, &limit.zone)
+    let (places_mm, deviations_mm) = (uncertainty.places_mm(), uncertainty.deviations_mm());
+    let sample = Sample::new(places_mm, deviations_mm, None, &limit.zone)?;
+    let found = match limit.ranged(&sample, approximation) {
+        Some(Ok(whole)) => of_range(limit, uncertainty, approximation, draws, &whole)?,
+        Some(Err(unknown)) => Err(unknown),
+        None => of_any(limit, uncertainty, approximation, draws, &sample)?,
     };
-    let sample = over(uncertainty.places_mm(), uncertainty.deviations_mm())?;
-    let figure = match limit.figure(&sample, approximation) {
+    Ok(found.map(|(value, simulated)| {
+        let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
+        Finding { value, u, dof, bias, hidden: None }
+    }))
+}
+
+/// A value and what draws tell of it.
+type Drawn = Result<(f64, Option<Simulated>), Unknown>;
+
+/// Of the range of `whole`, which is what least squares leave of the deviations in the zone.
+fn of_range(
+    limit: &Limit,
+    uncertainty: &Uncertainty,
+    approximation: Approximation,
+    draws: &Draws,
+    whole: &Sample,
+) -> Result<Drawn, LimitError> {
+    let range = match peak_to_valley(whole) {
+        Ok(range) => range,
+        Err(unknown) => return Ok(Err(unknown)),
+    };
+    let left = |places_mm: &[[f64; 2]], deviations_mm: &[f64], areas: Option<&[f64]>| {
+        let sample = Sample::new(places_mm, deviations_mm, areas, &limit.zone).ok()?;
+        Some(limit.ranged(&sample, approximation)?.ok()?.into_owned())
+    };
+    Ok(Ok((range.value, uncertainty.simulate_range(draws, whole, left)?)))
+}
+
+/// Of any other figure of `sample`, the deviations in the zone.
+fn of_any(
+    limit: &Limit,
+    uncertainty: &Uncertainty,
+    approximation: Approximation,
+    draws: &Draws,
+    sample: &Sample,
+) -> Result<Drawn, LimitError> {
+    let figure = match limit.figure(sample, approximation) {
         Ok(figure) => figure,
         Err(unknown) => return Ok(Err(unknown)),
     };
     let of = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
-        let sample = over(places_mm, deviations_mm).ok()?;
+        let sample = Sample::new(places_mm, deviations_mm, None, &limit.zone).ok()?;
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
     let simulated = match average(limit.definition) {
@@ -285,8 +351,7 @@ fn finding(
             uncertainty.simulate(draws, |deviations_mm| of(uncertainty.places_mm(), deviations_mm))
         }
     };
-    let (u, bias) = simulated?.map_or((None, 0.0), |found| (Some(found.u), found.bias));
-    Ok(Ok(Finding { value: figure.value, u, dof, bias, hidden: None }))
+    Ok(Ok((figure.value, simulated?)))
 }
 
 /// How noise adds to a figure that averages over the area; `None` for one made of extremes, or of as many rings as the

@@ -44,8 +44,8 @@ pub struct Running<'a> {
     pub raised: Raised,
     /// What may stand out between the points so far, in nm; `None` if that is not known.
     pub between_nm: Option<f64>,
-    /// What the part that was not measured may add to an RMS at the probability asked for, if patches are independent
-    /// ([`rms_of_whole_nm`]), in nm; 0 for a PV; `None` if that is not known.
+    /// What the part that was not measured may add to an RMS at the probability asked for, as the final decision has it (at least
+    /// what independent patches say: [`rms_of_whole_nm`]), in nm; 0 for a PV; `None` if that is not known.
     pub beyond_nm: Option<f64>,
     /// Share of the aperture that is measured, 0 to 1.
     pub coverage: f64,

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use asphera_form::figures::Definition;
-use asphera_form::verdict::{Forecast, Limit, Predicted, forecast, least};
+use asphera_form::verdict::{Forecast, Limit, Predicted, forecast, least, least_square_nm2};
 use asphera_form::{Aperture, LiveEstimate, Parameter, deviations};
 use asphera_surface::PointMm;
+use rayon::prelude::*;
 
 use super::{figure_nm, is_foreseen, is_whole, limits};
 use crate::config::Part;
@@ -54,7 +55,7 @@ pub(super) struct OfLimit {
 impl Seen {
     /// Takes time in proportion to the points, and some tens of milliseconds; none where there is no limit of PV or
     /// RMS. Of limits whose fail `is_certain` no bound is looked for.
-    pub(super) fn of(look: &Look<'_>, is_certain: impl Fn(&str) -> bool) -> Seen {
+    pub(super) fn of(look: &Look<'_>, is_certain: impl Fn(&str) -> bool + Sync) -> Seen {
         let Look { part, points, estimate, sampling, zones, .. } = *look;
         let mut named = limits(part);
         named.retain(|(_, limit)| is_foreseen(limit));
@@ -69,24 +70,23 @@ impl Seen {
             }
         }
         let (places_mm, deviations_mm) = (&places_mm[..], &deviations_mm[..]);
-        let laid = Laid { places_mm, deviations_mm, sampling, zones };
+        let laid = Laid { places_mm, deviations_mm, sampling, zones, most_bent: MOST_BENT };
         let free: Vec<Parameter> =
             estimate.estimates.iter().map(|estimate| estimate.parameter).collect();
-        let told = Told {
-            look,
-            laid,
-            unmeasured: Unmeasured::of(part, &laid, estimate.figures.rms_nm),
-            forecast: forecast(
-                places_mm,
-                deviations_mm,
-                &part.aperture,
-                &estimate.nominal,
-                &estimate.pose,
-                &free,
-            ),
-            free,
-        };
-        let found = named.iter().filter_map(|(name, limit)| {
+        let forecast = forecast(
+            places_mm,
+            deviations_mm,
+            &part.aperture,
+            &estimate.nominal,
+            &estimate.pose,
+            &free,
+            sampling.coverage.map(|coverage| 1.0 - coverage),
+        );
+        let limits: Vec<&Limit> = named.iter().map(|(_, limit)| limit).collect();
+        let rms_nm = estimate.figures.rms_nm;
+        let unmeasured = Unmeasured::of(part, &limits, &laid, rms_nm, forecast.as_ref());
+        let told = Told { look, laid, unmeasured, forecast, free };
+        let found = named.par_iter().filter_map(|(name, limit)| {
             let found = told.of_limit(name, limit, is_certain(name))?;
             Some((name.clone(), found))
         });
@@ -113,7 +113,7 @@ impl Told<'_> {
         let value_nm = if is_whole(limit) {
             figure_nm(limit.definition, look.estimate)
         } else {
-            limit.of(places_mm, deviations_mm, &look.estimate.nominal).ok()?.ok()?.value
+            self.unmeasured.value_nm(limit)?
         };
         let coverage = match limit.zone {
             Aperture::None => look.sampling.coverage,
@@ -146,15 +146,45 @@ impl Told<'_> {
     /// The figure is at least this in the end, in nm. A point at the border of a zone may be on its other side
     /// then: a cell's width of it is left out of what is summed, and another taken in where points are counted.
     fn at_least_nm(&self, limit: &Limit) -> Option<f64> {
-        let Look { points, estimate, to_come, .. } = *self.look;
-        let inside: Vec<PointMm> =
-            self.points_in(&moved(limit.zone, -1.0)).map(|index| points[index]).collect();
-        let found = least(&inside, &estimate.nominal, &estimate.pose, &self.free, &limit.less)?;
+        let Look { estimate, to_come, .. } = *self.look;
+        let LiveEstimate { nominal, pose, .. } = estimate;
+        let inside = moved(limit.zone, -1.0);
         if limit.definition == Definition::PeakToValley {
-            return Some(found.range_nm);
+            let outer = self.outer(&inside);
+            return Some(least(&outer, nominal, pose, &self.free, &limit.less)?.range_nm);
         }
+        let inside = self.points(self.points_in(&inside));
+        let square_nm2 = least_square_nm2(&inside, nominal, pose, &self.free, &limit.less)?;
         let most = self.points_in(&moved(limit.zone, 1.0)).count() as u64 + to_come?;
-        Some((found.square_nm2 / most as f64).sqrt())
+        Some((square_nm2 / most as f64).sqrt())
+    }
+
+    fn points(&self, indices: impl Iterator<Item = usize>) -> Vec<PointMm> {
+        indices.map(|index| self.look.points[index]).collect()
+    }
+
+    /// The points of a zone, or where these are many the highest and the lowest of each of some blocks: any of them bound a range.
+    fn outer(&self, zone: &Aperture) -> Vec<PointMm> {
+        let Laid { places_mm, deviations_mm, .. } = self.laid;
+        let all: Vec<usize> = self.points_in(zone).collect();
+        if all.len() <= MOST_BOUNDING {
+            return self.points(all.into_iter());
+        }
+        let reach_mm = all.iter().flat_map(|&index| places_mm[index]).map(f64::abs);
+        let reach_mm = reach_mm.fold(f64::MIN_POSITIVE, f64::max);
+        let mut blocks: Vec<Option<[usize; 2]>> = vec![None; BLOCKS * BLOCKS];
+        for index in all {
+            let [column, row] = places_mm[index]
+                .map(|mm| ((0.5 * (mm / reach_mm + 1.0) * BLOCKS as f64) as usize).min(BLOCKS - 1));
+            let [low, high] = blocks[row * BLOCKS + column].get_or_insert([index; 2]);
+            if deviations_mm[index] < deviations_mm[*low] {
+                *low = index;
+            }
+            if deviations_mm[index] > deviations_mm[*high] {
+                *high = index;
+            }
+        }
+        self.points(blocks.into_iter().flatten().flatten())
     }
 
     /// Indices of the points that count in a zone.
@@ -179,5 +209,10 @@ fn moved(zone: Aperture, cells: f64) -> Aperture {
     }
 }
 
+/// Points at most that tell how the deviation bends between them: what that costs at the end is told by all.
+const MOST_BENT: usize = 131_072;
+/// Points at most that bound a range as they are, and blocks along either side of which the outermost do where there are more.
+const MOST_BOUNDING: usize = 16_384;
+const BLOCKS: usize = 64;
 /// Cells over a zone.
 const CELLS: f64 = 96.0;

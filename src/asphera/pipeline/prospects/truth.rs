@@ -11,22 +11,22 @@ use crate::pipeline::Pipeline;
 use crate::report::ProspectState;
 
 /// Numbers of a fixed seed, even in [0, 1).
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.next()).ln()).sqrt() * (TAU * self.next()).cos()
     }
 }
 
 /// In which order points arrive.
-const ORDERS: [&str; 4] = ["lines", "spiral outwards", "spiral inwards", "no order"];
+pub(super) const ORDERS: [&str; 4] = ["lines", "spiral outwards", "spiral inwards", "no order"];
 
 /// A disc of 20 mm radius, and a little more, with points 0.5 mm apart, of waves from 6 mm to three times its width whose amplitude
 /// goes with a power of their length from 0 to 2.
@@ -53,6 +53,12 @@ fn scan(random: &mut Random, order: usize) -> Vec<PointMm> {
             }
         }
     }
+    arrive(&mut points, random, order);
+    points
+}
+
+/// Puts points that lie line by line into an order.
+pub(super) fn arrive(points: &mut [PointMm], random: &mut Random, order: usize) {
     let radius = |point: &PointMm| point[0].hypot(point[1]);
     match order {
         0 => {}
@@ -64,7 +70,6 @@ fn scan(random: &mut Random, order: usize) -> Vec<PointMm> {
             }
         }
     }
-    points
 }
 
 const NAMES: [&str; 6] = [

@@ -62,11 +62,13 @@ impl Sums {
     }
 }
 
-/// `None` without an aperture, or without a point in it.
+/// `None` without an aperture, or without a point in it. `missing` is the share of the aperture that was not measured, if
+/// that is known: where counts of points seem to say that there is more, blocks that lack least are taken for whole.
 pub(super) fn blocks(
     places_mm: &[[f64; 2]],
     deviations_mm: &[f64],
     aperture: &Aperture,
+    missing: Option<f64>,
 ) -> Option<Vec<Block>> {
     let sums = sums(places_mm, deviations_mm, aperture, aperture)?;
     let parts: Vec<Vec<[f64; 2]>> =
@@ -79,9 +81,12 @@ pub(super) fn blocks(
         .collect();
     densities.sort_unstable_by(f64::total_cmp);
     let density = *densities.get(densities.len() / 2)?;
+    let all = |index: usize| (density * parts[index].len() as f64).max(sums[index].count);
+    let filled: Vec<[f64; 2]> = (0..sums.len()).map(|at| [sums[at].count, all(at)]).collect();
+    let whole = whole(&filled, missing);
     let mut blocks: Vec<Block> = Vec::new();
     for (index, (sums, parts)) in sums.iter().zip(&parts).enumerate() {
-        let all = (density * parts.len() as f64).max(sums.count);
+        let all = all(index);
         if parts.is_empty() || all == 0.0 {
             continue;
         }
@@ -94,7 +99,7 @@ pub(super) fn blocks(
         if share >= LEAST_SHARE {
             let place_mm = sums.place_mm.map(|sum| sum / sums.count);
             rest = all - sums.count;
-            if share >= WHOLE_SHARE {
+            if whole[index] {
                 rest = 0.0;
             } else {
                 // The two parts have their middle in that of the block, and lie within it.
@@ -114,6 +119,24 @@ pub(super) fn blocks(
         }
     }
     Some(blocks)
+}
+
+/// Which blocks have no rest, given as the points they hold and will hold: those that are nearly full, and where it is known
+/// how much is missing, those with the smallest rests as long as the others make up for as much.
+fn whole(filled: &[[f64; 2]], missing: Option<f64>) -> Vec<bool> {
+    let mut whole: Vec<bool> =
+        filled.iter().map(|[count, all]| *count >= WHOLE_SHARE * all).collect();
+    let Some(missing) = missing else { return whole };
+    let rest = |at: usize| filled[at][1] - filled[at][0];
+    let mut left: Vec<usize> = (0..filled.len()).filter(|&at| !whole[at]).collect();
+    left.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)).then(a.cmp(&b)));
+    let room = missing * filled.iter().map(|[_, all]| all).sum::<f64>();
+    let mut kept = 0.0;
+    for at in left {
+        whole[at] = kept >= room;
+        kept += rest(at);
+    }
+    whole
 }
 
 fn extent_mm(places_mm: &[[f64; 2]]) -> [[f64; 2]; 2] {
@@ -226,5 +249,5 @@ const SIDE: usize = 12;
 const PARTS: usize = 8;
 /// What was measured of a smaller share of a block does not count.
 const LEAST_SHARE: f64 = 0.1;
-/// A block of which so much was measured has no rest: densities differ by as much.
+/// A block of which so much was measured has no rest, whatever is missing: densities differ by as much.
 const WHOLE_SHARE: f64 = 0.97;
