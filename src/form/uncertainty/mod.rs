@@ -17,6 +17,7 @@
 
 mod budget;
 mod distribution;
+mod extremes;
 mod field;
 mod halve;
 mod heights;
@@ -30,6 +31,7 @@ mod scatter;
 mod simulate;
 mod type_a;
 mod unmeasured;
+mod windows;
 mod zone;
 
 use nalgebra::DMatrix;
@@ -70,7 +72,6 @@ pub struct Uncertainty {
     linear: Linear,
     modes: Modes,
     noise_mm2: Vec<f64>,
-    by_noise: DMatrix<f64>,
 }
 
 /// The independent noise of the points.
@@ -184,7 +185,6 @@ pub fn uncertainty(
         linear,
         modes,
         noise_mm2,
-        by_noise,
     })
 }
 
@@ -270,7 +270,6 @@ impl Uncertainty {
             modes: &self.modes,
             budget: &self.budget,
             noise_mm2: &self.noise_mm2,
-            covariance: &self.by_noise,
         }
     }
 }
