@@ -382,8 +382,8 @@ impl All<'_> {
             let explained = explained * (noise + apart[cell as usize]).sqrt();
             let drop = (lead.height - height - explained).max(0.0);
             let bin = drop / step(sigmas[class], margins[class]);
-            // Of noughts, too.
-            if drop > 0.0 && !(bin < BINS as f64) {
+            // Without any error a step is nought: then only what is no lower counts.
+            if drop > 0.0 && (bin.is_nan() || bin >= BINS as f64) {
                 continue;
             }
             found.windows += 1;

@@ -7,7 +7,9 @@
 //! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
 //! the same places without these errors, and so it is of a minimum zone and of the texture; what lies between the
 //! points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed forms
-//! for PV and RMS.
+//! for PV and RMS. PV, minimum zone, Sp, Sv and Sz are made of extremes, which noise drives apart: their intervals reach from what the
+//! form has for sure up to what a defect of a single point may hide in noise, so that they hold the truth whatever the form is;
+//! u of them is that of single points. Where nothing but noise is there, they begin at 0.
 //!
 //! Outliers that a robust loss holds back still pull: each counts as an error of its own, as likely in either sense.
 //! Where all lie on one side, as dust does, Huber's loss is moved by some of a scale besides, which no uncertainty tells;
@@ -189,13 +191,26 @@ pub fn uncertainty(
 }
 
 impl Uncertainty {
-    /// The peak to valley deviation in nm, at the measured places, by simulated measurements.
+    /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth
+    /// whether the form stands out of the noise or not.
     pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
         self.source().peak_to_valley_nm(draws)
     }
 
-    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements: the same as
-    /// those of the PV. `None` for a zone without a width.
+    /// The same over some of the points, as indices of [`Uncertainty::indices`], of heights in nm that are left when terms are
+    /// taken off; `None` without a point. What noise does to these terms is neglected, and what they take off correlated
+    /// errors.
+    pub fn peak_to_valley_of_nm(
+        &self,
+        indices: &[usize],
+        heights_nm: &[f64],
+        draws: &Draws,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().range_nm(indices, heights_nm, draws)
+    }
+
+    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements. `None` for a
+    /// zone without a width.
     ///
     /// To first order: the errors must be small beside what bends the surface, which they are unless the fit
     /// itself is in doubt.

@@ -225,6 +225,35 @@ impl Source<'_> {
         Ok(extremes.range((high - low) * NM_PER_MM, draws))
     }
 
+    /// The range of heights in nm at some of the points; `None` without any. What was taken off them besides the fit counts
+    /// as if it had been known.
+    pub(super) fn range_nm(
+        &self,
+        indices: &[usize],
+        heights_nm: &[f64],
+        draws: &Draws,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        draws.validate()?;
+        let [low, high] = extremes(heights_nm);
+        if low > high {
+            return Ok(None);
+        }
+        let all = OfDistances::new(self, &self.linear.distances_mm);
+        let noise: Vec<f64> = indices.iter().map(|&index| all.noise_nm2[index]).collect();
+        let places_mm: Vec<[f64; 2]> =
+            indices.iter().map(|&index| self.linear.places_mm[index]).collect();
+        let node_of: Vec<usize> = indices.iter().map(|&index| self.modes.node_of(index)).collect();
+        let errors = Errors {
+            places_mm: &places_mm,
+            heights: heights_nm,
+            noise: &noise,
+            independent: &noise,
+            functions: &all.functions_nm,
+            node_of: &node_of,
+        };
+        Ok(Some(Extremes::new(&errors, Datum::Fixed).range(high - low, draws)))
+    }
+
     /// What the correlated errors take off the parameters.
     pub(super) fn moved_by(&self, factors: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; self.linear.parameters.len()];

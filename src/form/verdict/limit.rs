@@ -165,11 +165,16 @@ impl Limit {
     }
 
     /// The figure over a sample.
+    /// What is left of a sample without the terms; `None` if none is taken off.
+    fn left(&self, sample: &Sample) -> Result<Option<Sample>, Unknown> {
+        match &self.less.list()[..] {
+            [] => Ok(None),
+            terms => Ok(Some(remove(sample, terms)?.sample)),
+        }
+    }
+
     fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
-        let removed = match &self.less.list()[..] {
-            [] => None,
-            terms => Some(remove(sample, terms)?.sample),
-        };
+        let removed = self.left(sample)?;
         let sample = removed.as_ref().unwrap_or(sample);
         let among = |figures: &[Figure]| {
             let found = figures.iter().find(|figure| figure.definition == self.definition);
@@ -208,7 +213,7 @@ impl Limit {
 
 /// Judges limits by the deviations of a fit with their uncertainty.
 ///
-/// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
+/// Zones lie in the part frame, and the fit is that of the whole aperture. Any PV and the RMS of all of it have
 /// uncertainties of their own; any other figure is simulated, each draw working it out anew: those that average over the
 /// area (A and any RMS) of 16,384 points at most, others of all, so that the number of draws decides how long
 /// that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
@@ -275,6 +280,15 @@ fn finding(
         Ok(figure) => figure,
         Err(unknown) => return Ok(Err(unknown)),
     };
+    if limit.definition == Definition::PeakToValley {
+        let left = match limit.left(&sample) {
+            Ok(left) => left.unwrap_or(sample),
+            Err(unknown) => return Ok(Err(unknown)),
+        };
+        let found = uncertainty.peak_to_valley_of_nm(left.indices(), left.values_nm(), draws)?;
+        let (u, bias) = found.map_or((None, 0.0), |found| (Some(found.u), found.bias));
+        return Ok(Ok(Finding { value: figure.value, u, dof, bias, hidden: None }));
+    }
     let of = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
         let sample = over(places_mm, deviations_mm).ok()?;
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)

@@ -294,6 +294,7 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     limits.push(Limit { zone, ..limits[0] });
     let terms = [Term::Power, Term::Astigmatism, Term::Coma];
     limits.push(Limit { value: 1e4, less: Terms::of(&terms), ..limits[1] });
+    limits.push(Limit { less: Terms::of(&terms), zone, ..limits[0] });
     let draws = Draws { count: 40, seed: 1 };
     let judged =
         judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), |_| Some(0.0)).unwrap();
@@ -307,6 +308,12 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     }
     let value = |index: usize| judged[index].decision.as_ref().unwrap().finding.value;
     assert!(value(8) < value(0));
+    // Of a range over a zone or without terms, u is that of two places too.
+    for index in [0, 8, 10] {
+        let finding = judged[index].decision.as_ref().unwrap().finding;
+        assert!((finding.u.unwrap() - 5.0 * 2.0_f64.sqrt()).abs() < 1e-6, "{finding:?}");
+        assert!((0.0..20.0).contains(&finding.bias), "{finding:?}");
+    }
     let distances = deviations(&points, &fitted.nominal, &fitted.pose);
     let places: Vec<[f64; 2]> =
         points.iter().map(|&point| fitted.pose.to_part(point)).map(|[x, y, _]| [x, y]).collect();
