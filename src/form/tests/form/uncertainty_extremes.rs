@@ -248,11 +248,6 @@ fn of_19881_points_with_independent_noise() {
     }
 }
 
-#[test]
-fn of_19881_points_with_correlated_noise() {
-    study(&Case { ratio: 10.0, pit_nm: 8.0, wave: 2.0, ..MANY });
-}
-
 const NAMES: [&str; 5] = ["PV", "zone", "Sp", "Sv", "Sz"];
 const WIDTH_MM: f64 = 10.0;
 const DRAWS: u32 = 100;
