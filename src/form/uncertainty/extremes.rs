@@ -11,9 +11,8 @@
 //! many means (Chernozhukov, Lee & Rosen, Econometrica 81 (2013) 667). c is such that no window breaks it but for the wanted
 //! share of draws. The window that reaches farthest for sure leads; one that is lower by more than √(ln N) standard deviations
 //! of the difference, for N windows, counts by so much less (the selection of Andrews & Soares, Econometrica 78 (2010) 119).
-//! Noise of windows counts
-//! as independent, though they lie in one another: what is correlated reaches less far (Slepian, Bell Syst. Tech. J. 41
-//! (1962) 463).
+//! Noise of windows counts as independent, though they lie in one another: what is correlated reaches less far (Slepian, Bell
+//! Syst. Tech. J. 41 (1962) 463).
 //!
 //! Above: the place that is the highest of the form, wherever it is, was measured with an error of its own, and is no
 //! higher than the highest measured plus that error. A defect of one place's width may hide in noise, and
