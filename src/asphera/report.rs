@@ -218,7 +218,7 @@ pub struct UncertaintyFigures {
     /// Whether that and `pv_bias_nm` are upper bounds: where nothing was simulated.
     #[serde(default)]
     pub pv_at_most: bool,
-    /// What noise adds to the PV on the average, as far as the draws tell.
+    /// What noise adds to the PV, the most with a probability of one half, as far as the draws tell.
     pub pv_bias_nm: f64,
     /// Interval of the PV, 95 %.
     pub pv_95_nm: [f64; 2],

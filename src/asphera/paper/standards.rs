@@ -29,7 +29,7 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
     if let (Some(u), Some(simulated)) = (zone.width.u, &zone.width.simulated) {
         writeln!(
             out,
-            "<p>u = {} nm (k = 1); 95 %: {} to {} nm, the {} nm taken off that noise makes.{}</p>",
+            "<p>u = {} nm (k = 1); 95 %: {} to {} nm; noise adds about {} nm.{}</p>",
             short(u),
             short(simulated.low),
             short(simulated.high),
@@ -111,9 +111,8 @@ pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
     match simulated {
         Some(simulated) => writeln!(
             out,
-            "<p class=\"note\">Intervals are of the surface without noise, whose share is taken off; of extremes (Sp, Sv, Sz, as of \
-             the minimum zone) draws tell only a part of it, and the interval holds the truth the less often the more noise \
-             there is.{}</p>",
+            "<p class=\"note\">Intervals are of the surface without noise, whose share is taken off; those of extremes (Sp, Sv, Sz, \
+             as of the minimum zone) reach up to what a defect of a single point may hide in it.{}</p>",
             draws(simulated)
         ),
         None => writeln!(out, "<p class=\"note\">No uncertainty was evaluated for these.</p>"),
@@ -134,7 +133,6 @@ fn uncertainty(figure: &FormFigure) -> String {
 
 /// What was simulated, as a sentence after another.
 fn draws(simulated: &SimulatedFigures) -> String {
-    let SimulatedFigures { model, draws, seed, capped, .. } = simulated;
-    let capped = if *capped { ", of the outermost points only" } else { "" };
-    format!(" {draws} simulated measurements{capped}, seed {seed} ({}).", text(model))
+    let SimulatedFigures { model, draws, seed, .. } = simulated;
+    format!(" {draws} simulated measurements, seed {seed} ({}).", text(model))
 }

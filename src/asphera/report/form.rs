@@ -47,19 +47,19 @@ pub struct SimulatedFigures {
     pub model: String,
     /// Lower end of the interval that holds the figure of the part without errors, in the unit of the figure.
     pub low: f64,
-    /// Its upper end. The share of the noise is taken off, so that the interval may lie below the value.
+    /// Its upper end. Of an average the share of the noise is taken off, so that the interval may lie below the value. Of a
+    /// range or an extreme it is above: a defect of a single point may hide in the noise.
     pub high: f64,
-    /// Its probability, 0 to 1. Where noise makes a range, it holds the truth less often.
+    /// Its probability, 0 to 1. An interval of a range or an extreme holds the truth at least so often, where noise makes
+    /// all of it, too.
     pub p: f64,
-    /// What noise adds to the value on the average, as far as the draws tell.
+    /// What noise adds to the value, as far as the draws tell; of a range or an extreme, the most it may add with a
+    /// probability of one half.
     pub bias: f64,
     /// Measurements simulated.
     pub draws: u32,
     /// Seed of the simulation.
     pub seed: u64,
-    /// Whether more points were near the extremes than a draw looks at; u is then slightly too small.
-    #[serde(default)]
-    pub capped: bool,
 }
 
 /// A deviation as a sum of Zernike terms, fitted together by area-weighted least squares.

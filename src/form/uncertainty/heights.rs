@@ -6,9 +6,9 @@
 //! passes ([`NoiseLeft`]). Averages over the area, Sa and Sq, take that noise by its mean, and by a normal
 //! deviate for its fluctuation: with y the noise at a place and f what is averaged, var f(h + y) = (E f′)²·var y + rest
 //! (the first term of an expansion in Hermite polynomials); of the first as many places are independent as if nothing
-//! had been filtered, of the rest as many as the squares of the noise tell. Extremes, Sp, Sv and Sz, are those of
-//! the places near the extremes as measured, each with noise of its own, or where short waves were filtered out, one for all
-//! places as near together as the filter leaves them correlated.
+//! had been filtered, of the rest as many as the squares of the noise tell. Extremes, Sp, Sv and Sz, have limits of their
+//! own ([`super::extremes`]): of the noise of a single place filters leave a part, of that of a mean over places no more than
+//! there was.
 //!
 //! The first order takes waves of the surface for whole of which an S-filter passes a part; u of Sa and Sq is then too large,
 //! by up to a half or so. Noise adds to averages in squares, so that for these the share of the noise is taken off in squares.
@@ -19,10 +19,11 @@ use rayon::prelude::*;
 
 use super::budget::UncertaintyError;
 use super::distribution::{normal_cdf, student_quantile};
+use super::extremes::{self, Errors, Extremes};
 use super::linear::dot;
 use super::modes::Modes;
 use super::philox::Numbers;
-use super::simulate::{Draws, MISSED, POINTS, Simulated, Source, extremes, factors, near_ends};
+use super::simulate::{Draws, Simulated, Source, extremes, factors};
 use crate::deviation::NM_PER_MM;
 use crate::texture::{Datum, Definition, Functions, Mesh, NoiseLeft, Scale};
 
@@ -164,7 +165,7 @@ impl Source<'_> {
                 Definition::Sq => measured[column].sqrt(),
                 _ => measured[column],
             };
-            Some((definition, Simulated::of_squares(measured, &found, (some.len(), false))?))
+            Some((definition, Simulated::of_squares(measured, &found, some.len())?))
         };
         definitions.into_iter().enumerate().filter_map(figure).collect()
     }
@@ -208,69 +209,70 @@ impl Source<'_> {
         scale: &Scale,
         draws: &Draws,
     ) -> Vec<(Definition, Simulated)> {
+        let of = |value: &dyn Fn(&Place) -> f64| places.iter().map(value).collect::<Vec<f64>>();
+        let heights_nm = of(&|place| place.height_nm);
+        let mut noise_nm2 = of(&|place| place.left_nm2);
+        if scale.s_mm().is_some() {
+            let near = self.near_ends(places, nodes);
+            let left = self.left_at(places, &near, nodes, scale);
+            near.into_iter().zip(left).for_each(|(place, left_nm2)| noise_nm2[place] = left_nm2);
+        }
+        let places_mm: Vec<[f64; 2]> =
+            places.iter().map(|place| self.linear.places_mm[place.index]).collect();
+        let node_of: Vec<usize> = places.iter().map(|place| place.node).collect();
+        let found = Extremes::new(
+            &Errors {
+                places_mm: &places_mm,
+                heights: &heights_nm,
+                noise: &noise_nm2,
+                independent: &of(&|place| self.noise_mm2[place.index] * NM_PER_MM * NM_PER_MM),
+                functions: &nodes.functions,
+                node_of: &node_of,
+            },
+            extremes::Datum::Fixed,
+        );
+        let [low, high] = extremes(&heights_nm);
+        let [sp, sv, sz] = found.figures([high, -low], draws);
+        vec![(Definition::Sp, sp), (Definition::Sv, sv), (Definition::Sz, sz)]
+    }
+
+    /// Places that may be an extreme, the outermost if there are many.
+    fn near_ends(&self, places: &[Place], nodes: &Nodes) -> Vec<usize> {
         let noise_nm2 = places.iter().map(|place| place.left_nm2).fold(0.0, f64::max);
         let waves_nm2 = nodes.functions.iter().map(|values| dot(values, values));
         let u_nm = (noise_nm2 + waves_nm2.fold(0.0, f64::max)).sqrt();
         let share = MISSED / places.len() as f64;
-        let mut reach_nm = SQRT_2 * u_nm * student_quantile(1.0 - share, f64::INFINITY);
-        if scale.s_mm().is_some() {
-            reach_nm *= AT_BORDER;
-        }
-        let heights_nm: Vec<f64> = places.iter().map(|place| place.height_nm).collect();
-        let (near, capped) = near_ends(&heights_nm, reach_nm, MOST_NEAR);
-        let sigmas_nm = self.left_at(places, &near, nodes, scale);
-        let near: Vec<(&Place, f64, (u32, usize))> = near
-            .iter()
-            .zip(sigmas_nm)
-            .map(|(&i, sigma_nm)| (&places[i], sigma_nm, self.number_of(&places[i], nodes)))
-            .collect();
-        let of_draw = |draw: u32| {
-            let factors = factors(draws.seed, draw, self.modes.functions());
-            let value_nm = |&(place, sigma_nm, (stream, index)): &(&Place, f64, (u32, usize))| {
-                let noise = Numbers::new(draws.seed, draw, stream).normal(index);
-                place.height_nm + dot(&nodes.functions[place.node], &factors) + sigma_nm * noise
-            };
-            let [low, high] = extremes(&near.iter().map(value_nm).collect::<Vec<f64>>());
-            [high, -low, high - low]
+        let reach_nm = AT_BORDER * SQRT_2 * u_nm * student_quantile(1.0 - share, f64::INFINITY);
+        let heights_nm = places.iter().map(|place| place.height_nm);
+        let ranked = |sign: f64| {
+            let mut ranked: Vec<(f64, usize)> =
+                heights_nm.clone().map(|height| sign * height).zip(0..).collect();
+            let most = ranked.iter().map(|(height, _)| *height).fold(f64::NEG_INFINITY, f64::max);
+            ranked.retain(|(height, _)| *height >= most - reach_nm);
+            ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            ranked.truncate(MOST_NEAR);
+            ranked.into_iter().map(|(_, index)| index)
         };
-        let found: Vec<[f64; 3]> = (0..draws.count).into_par_iter().map(of_draw).collect();
-        let [low, high] = extremes(&heights_nm);
-        let figure = |(column, (definition, measured)): (usize, (Definition, f64))| {
-            let found: Vec<Option<f64>> = found.iter().map(|values| Some(values[column])).collect();
-            Some((definition, Simulated::new(measured, &found, (near.len(), capped))?))
-        };
-        let ends = [(Definition::Sp, high), (Definition::Sv, -low), (Definition::Sz, high - low)];
-        ends.into_iter().enumerate().filter_map(figure).collect()
+        let mut found: Vec<usize> = ranked(1.0).chain(ranked(-1.0)).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
-    /// Standard deviation in nm of the noise that is left at some places, the border regarded.
+    /// Variance in nm² of the noise that is left at some places, the border regarded.
     fn left_at(&self, places: &[Place], some: &[usize], nodes: &Nodes, scale: &Scale) -> Vec<f64> {
         let places_mm: Vec<[f64; 2]> =
             places.iter().map(|place| self.linear.places_mm[place.index]).collect();
         let areas_mm2: Vec<f64> = places.iter().map(|place| nodes.areas_mm2[place.node]).collect();
-        let of_place = |&i: &usize| places[i].left_nm2.sqrt();
+        let of_place = |&i: &usize| places[i].left_nm2;
         match scale.of_noise_at(&places_mm, &areas_mm2, some) {
             None => some.iter().map(of_place).collect(),
             Some(left) => some
                 .iter()
                 .zip(left)
-                .map(|(&i, left)| (self.noise_mm2[places[i].index] * left).sqrt() * NM_PER_MM)
+                .map(|(&i, left)| self.noise_mm2[places[i].index] * left * NM_PER_MM * NM_PER_MM)
                 .collect(),
         }
-    }
-
-    /// Which random number is the noise of a place: its own, or that of the places so near that the filter leaves
-    /// their noise correlated, squares of the area a/g.
-    fn number_of(&self, place: &Place, nodes: &Nodes) -> (u32, usize) {
-        let left = nodes.left[place.node].variance;
-        if left > HALF {
-            return (POINTS, place.index);
-        }
-        let side_mm = (nodes.areas_mm2[place.node] / left).sqrt();
-        let place_mm = self.linear.places_mm[place.index];
-        // Any square has a number of its own, as far as 32 bits count them.
-        let [column, row] = place_mm.map(|mm| u64::from((mm / side_mm).floor() as i64 as u32));
-        (SQUARES, (row << 32 | column) as usize)
     }
 }
 
@@ -302,15 +304,14 @@ impl FoldedNormal {
 
 /// Places that averages are taken over, spread evenly over the points.
 const MOST_AVERAGED: usize = 8192;
-/// Places a draw looks at, at either end.
+/// Places at either end whose noise is worked out with the border regarded.
 const MOST_NEAR: usize = 2048;
+/// Probability that a place which is not near would have been an extreme.
+const MISSED: f64 = 1e-4;
 /// By how much more the noise may be left at the border.
 const AT_BORDER: f64 = 2.0;
-/// Where more of the noise is left than this, neighbours are as good as independent.
-const HALF: f64 = 0.5;
-/// Streams of random numbers, beside those of the measurements.
+/// A stream of random numbers, beside those of the measurements.
 const TEXTURE: u32 = 3;
-const SQUARES: u32 = 4;
 /// Of the table, in standard deviations.
 const STEP: f64 = 1.0 / 64.0;
 const STEPS: usize = 512;

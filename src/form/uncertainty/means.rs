@@ -51,7 +51,7 @@ impl Source<'_> {
         if kind == Average::OfHeights {
             let shifted = drawn.iter().map(|drawn| Some(measured + (*drawn)?[0] - of_some));
             let found: Vec<Option<f64>> = shifted.collect();
-            return Ok(Simulated::new(measured, &found, (some.len(), false)));
+            return Ok(Simulated::new(measured, &found, some.len()));
         }
         let known = drawn.iter().flatten();
         let more = known.clone().map(|[averaged, whole]| whole * whole - averaged * averaged);
@@ -62,7 +62,7 @@ impl Source<'_> {
             Some(square.max(0.0).sqrt())
         });
         let found: Vec<Option<f64>> = shifted.collect();
-        Ok(Simulated::of_squares(measured, &found, (some.len(), false)))
+        Ok(Simulated::of_squares(measured, &found, some.len()))
     }
 
     /// Residuals of one draw at some places in mm: with noise as it averages out, and with all of it.

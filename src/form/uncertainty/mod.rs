@@ -7,7 +7,9 @@
 //! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
 //! the same places without these errors, and so it is of a minimum zone and of the texture; what lies between the
 //! points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed forms
-//! for PV and RMS.
+//! for PV and RMS. PV, minimum zone, Sp, Sv and Sz are made of extremes, which noise drives apart: their intervals reach from what the
+//! form has for sure up to what a defect of a single point may hide in noise, so that they hold the truth whatever the form is;
+//! u of them is that of single points. Where nothing but noise is there, they begin at 0.
 //!
 //! Outliers that a robust loss holds back still pull: each counts as an error of its own, as likely in either sense.
 //! Where all lie on one side, as dust does, Huber's loss is moved by some of a scale besides, which no uncertainty tells;
@@ -17,6 +19,7 @@
 
 mod budget;
 mod distribution;
+mod extremes;
 mod field;
 mod halve;
 mod heights;
@@ -31,6 +34,7 @@ mod scatter;
 mod simulate;
 mod type_a;
 mod unmeasured;
+mod windows;
 mod zone;
 
 use nalgebra::DMatrix;
@@ -72,7 +76,6 @@ pub struct Uncertainty {
     linear: Linear,
     modes: Modes,
     noise_mm2: Vec<f64>,
-    by_noise: DMatrix<f64>,
 }
 
 /// The independent noise of the points.
@@ -186,18 +189,18 @@ pub fn uncertainty(
         linear,
         modes,
         noise_mm2,
-        by_noise,
     })
 }
 
 impl Uncertainty {
-    /// The peak to valley deviation in nm, at the measured places, by simulated measurements.
+    /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth
+    /// whether the form stands out of the noise or not.
     pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
         self.source().peak_to_valley_nm(draws)
     }
 
-    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements: the same as
-    /// those of the PV. `None` for a zone without a width.
+    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements. `None` for a
+    /// zone without a width.
     ///
     /// To first order: the errors must be small beside what bends the surface, which they are unless the fit
     /// itself is in doubt.
@@ -251,17 +254,17 @@ impl Uncertainty {
         self.source().average(draws, kind, figure)
     }
 
-    /// The range in nm of what least squares leave of the deviations, by simulated measurements; `None` if nothing is left or
-    /// nearly all draws have nothing.
+    /// The range in nm of what least squares leave of the deviations, by simulated measurements; `None` if nothing is left. Its
+    /// interval holds the truth as that of [`Uncertainty::peak_to_valley_nm`] does; what noise does to what is taken off is
+    /// neglected.
     ///
-    /// `left` must be linear. It is given places in mm, part frame, deviations there in mm, and how much each counts
-    /// where that is not the same; `whole` is what it leaves of the deviations. A draw costs the same for any number of points
-    /// above 16,384.
+    /// `left` must be linear. It is given places in mm, part frame, deviations there in mm, and how much each counts;
+    /// `whole` is what it leaves of the deviations. `O(n log n)` once, and a draw costs the same for any number of points.
     pub(crate) fn simulate_range(
         &self,
         draws: &Draws,
         whole: &Sample,
-        left: impl Fn(&[[f64; 2]], &[f64], Option<&[f64]>) -> Option<Sample> + Sync,
+        left: impl Fn(&[[f64; 2]], &[f64], &[f64]) -> Option<Sample> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         self.source().range_nm(draws, whole, left)
     }
@@ -287,7 +290,6 @@ impl Uncertainty {
             modes: &self.modes,
             budget: &self.budget,
             noise_mm2: &self.noise_mm2,
-            covariance: &self.by_noise,
         }
     }
 }

@@ -126,9 +126,9 @@ impl Modes {
         self.node_of[place]
     }
 
-    /// What the functions do to the residual of one point, in mm.
-    pub(super) fn at(&self, place: usize, linear: &Linear, budget: &Budget) -> Vec<f64> {
-        residual(linear.row(place), &self.raw_at(place, linear, budget), &self.moved)
+    /// The node that stands for each point.
+    pub(super) fn nodes_of(&self) -> &[usize] {
+        &self.node_of
     }
 
     /// What the functions do to the distance of one point from the nominal where it lies, in mm.

@@ -3,14 +3,14 @@
 //! A propagation of distributions as in JCGM 101:2008. The residuals hold the errors of the measurement once
 //! already, so draws hold them twice: their spread is the uncertainty of the figure, and what they have more
 //! than the measurement on the average tells how much the measurement has more than the part (Efron &
-//! Tibshirani, An Introduction to the Bootstrap, 10.2). Where form stands out of the noise that is the whole
-//! bias; where noise makes the figure, about two fifths of it.
+//! Tibshirani, An Introduction to the Bootstrap, 10.2). That holds for figures that errors move smoothly; ranges and
+//! extremes have limits of their own: see [`super::extremes`].
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::budget::{Budget, UncertaintyError, check};
-use super::distribution::student_quantile;
+use super::distribution::normal_exceeded;
+use super::extremes::{Datum, Errors, Extremes};
 use super::linear::{Linear, dot};
 use super::modes::Modes;
 use super::philox::Numbers;
@@ -30,44 +30,66 @@ pub struct Draws {
 pub struct Simulated {
     /// The figure of the measurement.
     pub measured: f64,
-    /// Its standard uncertainty: the standard deviation of the draws.
+    /// Its standard uncertainty: the standard deviation of the draws. Of a range or an extreme that of the places that may
+    /// be the extreme, whichever of them is.
     pub u: f64,
-    /// What noise adds to the figure on the average, as far as the draws tell: their mean less the figure. Of a mean height or
-    /// RMS, in which squares add up, the figure less the root of what the draws' mean square leaves of its square.
+    /// What noise adds to the figure, as far as the draws tell: their mean less the figure. Of a mean height or
+    /// RMS, in which squares add up, the figure less the root of what the draws' mean square leaves of its square. Of a range
+    /// or an extreme, the figure less what the form has with a probability of one half or more.
     pub bias: f64,
     /// Draws in all.
     pub draws: u32,
     /// Draws in which the figure is unknown; they do not count.
     pub unknown: u32,
-    /// Points a draw looked at. Others are too far from the extremes to become one, or beyond the number
-    /// allowed: see [`Simulated::capped`].
+    /// Points a draw looked at; of a range or an extreme, how many points and windows over them may be the extreme.
     pub candidates: usize,
-    /// Whether there were more candidates than a draw looks at. The uncertainty is then slightly too small.
-    pub capped: bool,
     sorted: Vec<f64>,
-    /// Whether errors add to the square of the figure.
-    squares: bool,
+    kind: Kind,
+}
+
+/// How errors go into a figure.
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    /// Much alike wherever the figure is: draws are mirrored at it.
+    Smooth,
+    /// They add to its square.
+    Squares,
+    /// `sorted` are lower limits, each of which a share of draws keeps; the upper limit is the largest of some values with
+    /// standard deviations.
+    Extremes(Vec<(f64, f64)>),
 }
 
 impl Simulated {
-    /// An interval that holds the figure of the part with probability `confidence`, never below 0: the
-    /// quantiles of the draws mirrored at the figure (the basic interval: Davison & Hinkley, Bootstrap Methods
+    /// An interval that holds the figure of the part with probability `confidence`, above 0 and below 1; never below 0.
+    ///
+    /// The quantiles of the draws mirrored at the figure (the basic interval: Davison & Hinkley, Bootstrap Methods
     /// and their Application, 5.2), or of the squares mirrored at its square where squares add up. Where noise
     /// explains more than there is, what noise leaves of a square is taken as 0, not as less: the draws still tell how
-    /// far above that the part may be.
+    /// far above that the part may be. Of a range or an extreme the interval holds the truth at least so often, whatever
+    /// the form; it reaches down to what the form has for sure, and up to what a single place may have.
     pub fn interval(&self, confidence: f64) -> [f64; 2] {
         let tail = 0.5 * (1.0 - confidence);
-        let drawn = [1.0 - tail, tail].map(|share| self.quantile(share));
-        if !self.squares {
-            return drawn.map(|drawn| (2.0 * self.measured - drawn).max(0.0));
+        match &self.kind {
+            Kind::Smooth => [1.0 - tail, tail]
+                .map(|share| (2.0 * self.measured - self.quantile(share)).max(0.0)),
+            Kind::Squares => {
+                let mean = mean_square(&self.sorted);
+                let left = (2.0 * self.measured * self.measured - mean).max(0.0);
+                [1.0 - tail, tail].map(|share| {
+                    let drawn = self.quantile(share);
+                    (left + mean - drawn * drawn).max(0.0).sqrt()
+                })
+            }
+            Kind::Extremes(above) => {
+                // Of so many draws and the measurement, a share of no more than `tail` is below this one.
+                let rank = (tail * (self.sorted.len() + 1) as f64) as usize;
+                [self.sorted[rank.saturating_sub(1)], farthest(above, normal_exceeded(tail))]
+            }
         }
-        let mean = mean_square(&self.sorted);
-        let left = (2.0 * self.measured * self.measured - mean).max(0.0);
-        drawn.map(|drawn| (left + mean - drawn * drawn).max(0.0).sqrt())
     }
 
     /// What that share of the draws does not exceed.
-    pub fn quantile(&self, share: f64) -> f64 {
+    fn quantile(&self, share: f64) -> f64 {
         let last = self.sorted.len() - 1;
         self.sorted[((share * last as f64).round() as usize).min(last)]
     }
@@ -76,7 +98,7 @@ impl Simulated {
     pub(super) fn new(
         measured: f64,
         found: &[Option<f64>],
-        candidates: (usize, bool),
+        candidates: usize,
     ) -> Option<Simulated> {
         let mut sorted: Vec<f64> = found.iter().flatten().copied().collect();
         sorted.sort_by(f64::total_cmp);
@@ -92,10 +114,9 @@ impl Simulated {
             bias: mean - measured,
             draws: found.len() as u32,
             unknown: (found.len() - sorted.len()) as u32,
-            candidates: candidates.0,
-            capped: candidates.1,
+            candidates,
             sorted,
-            squares: false,
+            kind: Kind::Smooth,
         })
     }
 
@@ -103,13 +124,41 @@ impl Simulated {
     pub(super) fn of_squares(
         measured: f64,
         found: &[Option<f64>],
-        candidates: (usize, bool),
+        candidates: usize,
     ) -> Option<Simulated> {
         let plain = Simulated::new(measured, found, candidates)?;
         let left = 2.0 * measured * measured - mean_square(&plain.sorted);
         let bias = measured - left.max(0.0).sqrt();
-        Some(Simulated { bias, squares: true, ..plain })
+        Some(Simulated { bias, kind: Kind::Squares, ..plain })
     }
+
+    /// A range or an extreme: a lower limit of each draw, and values with standard deviations, of which one at least is the
+    /// truth but for an error of that size.
+    pub(super) fn of_extremes(
+        measured: f64,
+        mut limits: Vec<f64>,
+        above: Vec<(f64, f64)>,
+        candidates: usize,
+    ) -> Simulated {
+        limits.sort_by(f64::total_cmp);
+        let mut found = Simulated {
+            measured,
+            u: farthest(&above, 1.0) - measured,
+            bias: 0.0,
+            draws: limits.len() as u32,
+            unknown: 0,
+            candidates,
+            sorted: limits,
+            kind: Kind::Extremes(above),
+        };
+        found.bias = (measured - found.quantile(0.5)).max(0.0);
+        found
+    }
+}
+
+/// The largest value with `k` standard deviations more.
+fn farthest(values: &[(f64, f64)], k: f64) -> f64 {
+    values.iter().fold(f64::NEG_INFINITY, |most, (value, sigma)| most.max(value + k * sigma))
 }
 
 fn mean_square(values: &[f64]) -> f64 {
@@ -131,8 +180,6 @@ pub(super) struct Source<'a> {
     pub(super) budget: &'a Budget,
     /// Independent variance of each point.
     pub(super) noise_mm2: &'a [f64],
-    /// Covariance of the parameters by it.
-    pub(super) covariance: &'a DMatrix<f64>,
 }
 
 impl Source<'_> {
@@ -147,7 +194,7 @@ impl Source<'_> {
         let Some(measured) = figure(&self.linear.distances_mm) else { return Ok(None) };
         let of_draw = |draw: u32| figure(&self.residuals_mm(draws.seed, draw));
         let found: Vec<Option<f64>> = (0..draws.count).into_par_iter().map(of_draw).collect();
-        Ok(Simulated::new(measured, &found, (n, false)))
+        Ok(Simulated::new(measured, &found, n))
     }
 
     /// All residuals of one draw, in mm.
@@ -169,58 +216,13 @@ impl Source<'_> {
         errors_mm
     }
 
-    /// Peak to valley in nm, from the points that can become an extreme. `O(n + c·(p + m))` a draw for c
-    /// candidates, the first term once.
+    /// Peak to valley in nm. `O(n log n)` once, and a draw costs the same however many points there are.
     pub(super) fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
         draws.validate()?;
-        let Source { linear, modes, noise_mm2, .. } = self;
-        let (candidates, capped) = self.candidates();
-        let values: Vec<(f64, f64, Vec<f64>)> = candidates
-            .iter()
-            .map(|&place| {
-                let functions = modes.at(place, linear, self.budget);
-                (linear.distances_mm[place], noise_mm2[place].sqrt(), functions)
-            })
-            .collect();
-        // What the noise of all other points does to the parameters is one draw from its covariance.
-        let mut others = self.covariance.clone();
-        for &place in &candidates {
-            let gain = linear.gain(place);
-            for i in 0..gain.len() {
-                for j in 0..gain.len() {
-                    others[(i, j)] -= noise_mm2[place] * gain[i] * gain[j];
-                }
-            }
-        }
-        let root = lower_root(&others, self.covariance);
-        let of_draw = |draw: u32| {
-            let noise = Numbers::new(draws.seed, draw, POINTS);
-            let rest = Numbers::new(draws.seed, draw, REST);
-            let factors = factors(draws.seed, draw, modes.functions());
-            let free: Vec<f64> = (0..root.ncols()).map(|index| rest.normal(index)).collect();
-            let mut moved: Vec<f64> =
-                (0..root.nrows()).map(|i| (0..=i).map(|j| root[(i, j)] * free[j]).sum()).collect();
-            let mut own_mm = Vec::with_capacity(candidates.len());
-            for (&place, (_, sigma_mm, _)) in candidates.iter().zip(&values) {
-                let own = sigma_mm * noise.normal(place);
-                moved.iter_mut().zip(linear.gain(place)).for_each(|(sum, gain)| *sum += gain * own);
-                own_mm.push(own);
-            }
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for ((&place, (distance_mm, _, functions)), own_mm) in
-                candidates.iter().zip(&values).zip(&own_mm)
-            {
-                let value = distance_mm + own_mm + dot(functions, &factors)
-                    - dot(linear.row(place), &moved);
-                (low, high) = (low.min(value), high.max(value));
-            }
-            Some((high - low) * NM_PER_MM)
-        };
-        let found: Vec<Option<f64>> = (0..draws.count).into_par_iter().map(of_draw).collect();
-        let [low, high] = extremes(&linear.distances_mm);
-        let measured_nm = (high - low) * NM_PER_MM;
-        let known = Simulated::new(measured_nm, &found, (candidates.len(), capped));
-        Ok(known.expect("every draw has an extreme, for a fit has points"))
+        let [low, high] = extremes(&self.linear.distances_mm);
+        let errors = OfDistances::new(self, &self.linear.distances_mm);
+        let extremes = Extremes::new(&errors.errors(self), Datum::Fixed);
+        Ok(extremes.range((high - low) * NM_PER_MM, draws))
     }
 
     /// What the correlated errors take off the parameters.
@@ -231,41 +233,37 @@ impl Source<'_> {
         }
         moved
     }
-
-    /// Points whose residual is so near an extreme that the errors can lift them over it.
-    fn candidates(&self) -> (Vec<usize>, bool) {
-        near_ends(&self.linear.distances_mm, self.reach_mm(), MOST_CANDIDATES)
-    }
-
-    /// The errors of two points differ by more than this with a probability of 1e-4 over all points.
-    pub(super) fn reach_mm(&self) -> f64 {
-        let Source { linear, modes, noise_mm2, .. } = self;
-        let noise_mm2 = noise_mm2.iter().copied().fold(0.0, f64::max);
-        let waves_mm2 = modes.residual_mm.iter().map(|values| dot(values, values));
-        let u_mm = (noise_mm2 + waves_mm2.fold(0.0, f64::max)).sqrt();
-        let share = MISSED / linear.len() as f64;
-        std::f64::consts::SQRT_2 * u_mm * student_quantile(1.0 - share, f64::INFINITY)
-    }
 }
 
-/// Indices of the values within `reach` of the largest or of the smallest, ascending; of more than `most` at one end the
-/// outermost, and whether that was so. NaN is none.
-pub(super) fn near_ends(values: &[f64], reach: f64, most: usize) -> (Vec<usize>, bool) {
-    let [low, high] = extremes(values);
-    let nearest = |mut near: Vec<usize>, sign: f64| {
-        near.sort_by(|&a, &b| (sign * values[b]).total_cmp(&(sign * values[a])).then(a.cmp(&b)));
-        let capped = near.len() > most;
-        near.truncate(most);
-        (near, capped)
-    };
-    let all = 0..values.len();
-    let (above, many) =
-        nearest(all.clone().filter(|&place| values[place] >= high - reach).collect(), 1.0);
-    let (below, more) = nearest(all.filter(|&place| values[place] <= low + reach).collect(), -1.0);
-    let mut found: Vec<usize> = above.into_iter().chain(below).collect();
-    found.sort_unstable();
-    found.dedup();
-    (found, many || more)
+/// Distances from a nominal with what is known of their errors, in nm.
+pub(super) struct OfDistances {
+    distances_nm: Vec<f64>,
+    noise_nm2: Vec<f64>,
+    /// At each node.
+    functions_nm: Vec<Vec<f64>>,
+}
+
+impl OfDistances {
+    pub(super) fn new(source: &Source<'_>, distances_mm: &[f64]) -> OfDistances {
+        let nm = |values: &[f64], unit: f64| values.iter().map(|value| value * unit).collect();
+        let functions = source.modes.residual_mm.iter();
+        OfDistances {
+            distances_nm: nm(distances_mm, NM_PER_MM),
+            noise_nm2: nm(source.noise_mm2, NM_PER_MM * NM_PER_MM),
+            functions_nm: functions.map(|values| nm(values, NM_PER_MM)).collect(),
+        }
+    }
+
+    pub(super) fn errors<'a>(&'a self, source: &Source<'a>) -> Errors<'a> {
+        Errors {
+            places_mm: &source.linear.places_mm,
+            heights: &self.distances_nm,
+            noise: &self.noise_nm2,
+            independent: &self.noise_nm2,
+            functions: &self.functions_nm,
+            node_of: source.modes.nodes_of(),
+        }
+    }
 }
 
 /// Factors of the functions of the correlated errors in one draw.
@@ -281,36 +279,11 @@ pub(super) fn extremes(values: &[f64]) -> [f64; 2] {
     })
 }
 
-/// L with L·Lᵀ = `matrix`, which is semidefinite but for rounding of the size of `whole`.
-fn lower_root(matrix: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
-    let p = matrix.nrows();
-    let mut root = DMatrix::zeros(p, p);
-    for j in 0..p {
-        let left = matrix[(j, j)] - (0..j).map(|k| root[(j, k)] * root[(j, k)]).sum::<f64>();
-        if left <= ROUNDING * whole[(j, j)] {
-            continue;
-        }
-        root[(j, j)] = left.sqrt();
-        for i in j + 1..p {
-            let known: f64 = (0..j).map(|k| root[(i, k)] * root[(j, k)]).sum();
-            root[(i, j)] = (matrix[(i, j)] - known) / root[(j, j)];
-        }
-    }
-    root
-}
-
-/// Streams of random numbers: one for the points, one for the functions, one for the points left out.
+/// Streams of random numbers: one for the points, one for the functions.
 pub(super) const POINTS: u32 = 0;
 const FACTORS: u32 = 1;
-const REST: u32 = 2;
 /// Fewer draws have no tails.
 const LEAST_DRAWS: u32 = 20;
-/// Points a draw looks at, at either end.
-const MOST_CANDIDATES: usize = 2048;
-/// Probability that a point which is no candidate would have been an extreme.
-pub(super) const MISSED: f64 = 1e-4;
-/// Share of a variance that rounding leaves of it.
-const ROUNDING: f64 = 1e-12;
 
 #[cfg(test)]
 mod tests {
@@ -318,7 +291,7 @@ mod tests {
 
     fn drawn(measured: f64) -> Simulated {
         let found = [2.0, 2.1, 2.2, 2.3, 2.4].map(|square: f64| Some(square.sqrt()));
-        Simulated::of_squares(measured, &found, (5, false)).unwrap()
+        Simulated::of_squares(measured, &found, 5).unwrap()
     }
 
     fn agree(found: [f64; 2], squares: [f64; 2]) {

@@ -1,54 +1,89 @@
-//! The minimum zone of simulated measurements.
+//! Limits of the width of a minimum zone.
 //!
-//! A zone is held by few points. To first order its width under errors is the answer to the same linear minimax problem as
-//! in the search, with each distance larger by the error of its point ([`LinearZone`]); the points that hold it may be
-//! others in each draw. Only points near the borders can come to hold it, so that a draw costs the same however many
-//! points there are. The draws are those of the PV: the same simulated measurements.
+//! Means over windows lie within any zone that holds the places themselves, so that the zone of such means, each nearer by
+//! its margin, is no wider than that of the form ([`super::extremes`], with the zone as range). To first order its width
+//! is the answer to the same linear minimax problem as in the search ([`LinearZone`]); means that are left out make it
+//! narrower still. Above: with the multipliers λ of the points that hold the zone of the form, that zone is
+//! Σ λ·s·d of its distances d, and the measured one no less than Σ λ·s·d of those measured (s = ±1 being the side): the difference
+//! is the error of that sum.
 
 use rayon::prelude::*;
 
 use super::budget::UncertaintyError;
+use super::extremes::{Datum, End, Extremes, Outer};
 use super::linear::dot;
-use super::philox::Numbers;
-use super::simulate::{Draws, POINTS, Simulated, Source, factors, near_ends};
+use super::simulate::{Draws, OfDistances, Simulated, Source};
 use crate::deviation::NM_PER_MM;
 use crate::minimum_zone::LinearZone;
-use crate::{FitSettings, ZoneFit, deviations};
+use crate::{FitSettings, Side, ZoneFit, deviations};
 
 impl Source<'_> {
-    /// Width of the minimum zone in nm; `None` for one without a width. `O(n)` once, `O(c·(p + m))` an exchange of each draw
-    /// for c points near the borders.
+    /// Width of the minimum zone in nm; `None` for one without a width. `O(n log n)` once, `O(c·(p + m))` an exchange of each
+    /// draw for c windows.
     pub(super) fn minimum_zone_nm(
         &self,
         zone: &ZoneFit,
         draws: &Draws,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         draws.validate()?;
-        let Source { linear, modes, budget, noise_mm2, .. } = self;
+        let linear = self.linear;
         let distances_mm = deviations(&linear.points, &zone.nominal, &zone.pose);
-        // A zone that is laid anew gives way where a point sticks out, and others come nearer.
-        let (near, capped) = near_ends(&distances_mm, GIVES_WAY * self.reach_mm(), MOST_NEAR);
+        let known = OfDistances::new(self, &distances_mm);
+        let errors = known.errors(self);
+        let extremes = Extremes::new(&errors, Datum::Moving);
+        let factors = extremes.range_factors(draws);
+        let largest = factors.iter().copied().fold(0.0, f64::max);
+        let rows: Vec<(f64, Outer)> = [(End::High, 1.0), (End::Low, -1.0)]
+            .into_iter()
+            .flat_map(|(end, sign)| {
+                let outer = extremes.outermost(&errors, end, 0.5 * largest, MOST_WINDOWS);
+                outer.into_iter().map(move |outer| (sign, outer))
+            })
+            .collect();
+        let middles: Vec<usize> = rows.iter().map(|(_, outer)| outer.middle).collect();
         let rank_tolerance = FitSettings::default().rank_tolerance;
-        let Some(problem) = LinearZone::new(&linear.points, &near, zone, rank_tolerance) else {
+        let Some(problem) = LinearZone::new(&linear.points, &middles, zone, rank_tolerance) else {
             return Ok(None);
         };
-        let functions: Vec<Vec<f64>> =
-            near.par_iter().map(|&place| modes.raw_at(place, linear, budget)).collect();
-        let of_draw = |draw: u32| {
-            let noise = Numbers::new(draws.seed, draw, POINTS);
-            let factors = factors(draws.seed, draw, modes.functions());
-            let error_mm = |(&place, functions): (&usize, &Vec<f64>)| {
-                noise_mm2[place].sqrt() * noise.normal(place) + dot(functions, &factors)
-            };
-            let errors_mm: Vec<f64> = near.iter().zip(&functions).map(error_mm).collect();
-            Some(problem.width_mm(&errors_mm) * NM_PER_MM)
+        let measured = zone.zone_mm * NM_PER_MM;
+        // So far apart, no mean of one end can come to hold the other.
+        let widest = rows.iter().map(|(_, outer)| outer.margin).fold(0.0, f64::max);
+        let apart_nm = 2.0 * (measured + largest * widest);
+        let width_nm = |c: &f64| {
+            let moved = rows.iter().map(|(sign, outer)| {
+                let outwards = outer.height - c * outer.margin + apart_nm;
+                sign * outwards / NM_PER_MM - distances_mm[outer.middle]
+            });
+            let width_nm = problem.width_mm(&moved.collect::<Vec<f64>>()) * NM_PER_MM;
+            (width_nm - 2.0 * apart_nm).clamp(0.0, measured)
         };
-        let found: Vec<Option<f64>> = (0..draws.count).into_par_iter().map(of_draw).collect();
-        Ok(Simulated::new(zone.zone_mm * NM_PER_MM, &found, (near.len(), capped)))
+        let limits = factors.par_iter().map(width_nm).collect();
+        let above = vec![(measured, self.of_holding_nm(zone))];
+        Ok(Some(Simulated::of_extremes(measured, limits, above, extremes.looked_at())))
+    }
+
+    /// Standard deviation in nm of the sum of distances that the multipliers make. Noise counts as if each point that holds a
+    /// border held it alone, which is the most it may be.
+    fn of_holding_nm(&self, zone: &ZoneFit) -> f64 {
+        let Source { linear, modes, noise_mm2, budget } = self;
+        let mut waves_mm = vec![0.0; modes.functions()];
+        let (mut noise, mut held) = (0.0, 0.0);
+        for contact in &zone.contacts {
+            // A zone of points that the fit does not have is none of its.
+            let Ok(place) = linear.indices.binary_search(&contact.index) else { continue };
+            let sign = if contact.side == Side::High { 1.0 } else { -1.0 };
+            let share = 2.0 * contact.multiplier;
+            noise += share.max(share * share) * noise_mm2[place];
+            held += share;
+            for (sum, value) in waves_mm.iter_mut().zip(modes.raw_at(place, linear, budget)) {
+                *sum += sign * share * value;
+            }
+        }
+        let most = noise_mm2.iter().copied().fold(0.0, f64::max);
+        let noise = if held > 0.0 { noise * 2.0 / held } else { 2.0 * most };
+        (noise + dot(&waves_mm, &waves_mm)).sqrt() * NM_PER_MM
     }
 }
 
-/// How much farther from a border than for the PV a point may lie and yet come to hold the zone.
-const GIVES_WAY: f64 = 2.0;
-/// Points at either border that a draw looks at.
-const MOST_NEAR: usize = 1024;
+/// Windows at either border that a draw looks at.
+const MOST_WINDOWS: usize = 1024;

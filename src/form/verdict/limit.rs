@@ -322,8 +322,8 @@ fn of_range(
         Ok(range) => range,
         Err(unknown) => return Ok(Err(unknown)),
     };
-    let left = |places_mm: &[[f64; 2]], deviations_mm: &[f64], areas: Option<&[f64]>| {
-        let sample = Sample::new(places_mm, deviations_mm, areas, &limit.zone).ok()?;
+    let left = |places_mm: &[[f64; 2]], deviations_mm: &[f64], areas: &[f64]| {
+        let sample = Sample::new(places_mm, deviations_mm, Some(areas), &limit.zone).ok()?;
         Some(limit.ranged(&sample, approximation)?.ok()?.into_owned())
     };
     Ok(Ok((range.value, uncertainty.simulate_range(draws, whole, left)?)))

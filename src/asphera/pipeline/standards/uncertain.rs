@@ -64,6 +64,5 @@ pub(in crate::pipeline) fn beside(
         bias: simulated.bias,
         draws: simulated.draws,
         seed: assessed.draws.seed,
-        capped: simulated.capped,
     });
 }

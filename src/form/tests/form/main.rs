@@ -24,6 +24,7 @@ mod robust;
 mod search;
 mod shapes;
 mod texture;
+mod uncertainty_extremes;
 mod uncertainty_known;
 mod uncertainty_limits;
 mod uncertainty_study;

@@ -166,8 +166,15 @@ fn study(case: &Case) -> Vec<(String, f64, f64)> {
         let scatter = (square / (count - 1.0)).sqrt();
         let u = of().map(|found| found.simulated.u).sum::<f64>() / count;
         let bias = of().map(|found| found.simulated.bias).sum::<f64>() / count;
+        let median = |end: usize| {
+            let mut ends: Vec<f64> =
+                of().map(|found| found.simulated.interval(0.95)[end]).collect();
+            ends.sort_by(f64::total_cmp);
+            ends[ends.len() / 2]
+        };
+        let [low, high] = [0, 1].map(median);
         line += &format!(
-            "\n  {:5} truth {truth:7.2} nm: {:5.1} %, u {u:.3} scatter {scatter:.3}, bias {:.2} told {bias:.2}",
+            "\n  {:5} truth {truth:7.2} nm: {:5.1} %, u {u:.3} scatter {scatter:.3}, bias {:.2} told {bias:.2}, 95 % {low:.2} to {high:.2}",
             first.name,
             100.0 * share,
             mean - truth
@@ -198,33 +205,32 @@ fn smooth() -> Option<LongWave> {
 }
 
 /// Averages hold the truth as often as they say, or more where their u is too large: it takes ripples for whole of which
-/// the S-filter passes a part. What is made of extremes holds it less often, because draws tell only a part of what noise
-/// adds.
-fn assert_covered(told: &[(String, f64, f64)], least_of_extremes: f64) {
+/// the S-filter passes a part. u of what is made of extremes is that of single places, however many may be the extreme.
+fn assert_covered(told: &[(String, f64, f64)]) {
     for (name, share, ratio) in told {
         let is_average = ["Sa", "Sq"].contains(&&name[..]);
-        let (least, largest) = if is_average { (0.92, 1.8) } else { (least_of_extremes, 1.3) };
-        assert!(*share >= least && (0.75..largest).contains(ratio), "{name}: {share} {ratio}");
+        let largest = if is_average { 1.8 } else { 2.2 };
+        assert!(*share >= 0.92 && (0.75..largest).contains(ratio), "{name}: {share} {ratio}");
     }
 }
 
 #[test]
 fn with_independent_noise() {
     let told = study(&independent());
-    assert_covered(&told, 0.8);
+    assert_covered(&told);
 }
 
 #[test]
 fn with_independent_noise_and_both_filters() {
     let scale = Scale::new(Some(filter(1.1)), Some(filter(2.4))).unwrap();
     let told = study(&Case { name: "noise alone, both filters", scale, ..independent() });
-    assert_covered(&told, 0.8);
+    assert_covered(&told);
 }
 
 #[test]
 fn with_correlated_noise() {
     let told = study(&Case { name: "noise and wave, L-filter", wave: smooth(), ..independent() });
-    assert_covered(&told, 0.8);
+    assert_covered(&told);
 }
 
 #[test]
@@ -236,11 +242,10 @@ fn with_correlated_noise_and_both_filters() {
         scale,
         ..independent()
     });
-    assert_covered(&told, 0.8);
+    assert_covered(&told);
 }
 
-/// Noise of twice the ripples: of averages it can be taken off, of extremes it cannot (the table printed says how far off
-/// their intervals are).
+/// Noise of twice the ripples.
 #[test]
 fn where_noise_makes_the_figure() {
     let told = study(&Case {
@@ -249,9 +254,10 @@ fn where_noise_makes_the_figure() {
         ripple_nm: 5.0,
         ..independent()
     });
-    for (name, share, ratio) in told.iter().filter(|(name, ..)| ["Sa", "Sq"].contains(&&name[..])) {
-        // Draws hold the noise twice, and so scatter more than measurements.
-        assert!(*share >= 0.92 && (1.0..1.4).contains(ratio), "{name}: {share} {ratio}");
+    for (name, share, ratio) in &told {
+        // Draws of averages hold the noise twice, and so scatter more than measurements.
+        let largest = if ["Sa", "Sq"].contains(&&name[..]) { 1.4 } else { 3.2 };
+        assert!(*share >= 0.92 && (1.0..largest).contains(ratio), "{name}: {share} {ratio}");
     }
 }
 
