@@ -26,6 +26,7 @@ mod shapes;
 mod texture;
 mod uncertainty_known;
 mod uncertainty_limits;
+mod uncertainty_meaning;
 mod uncertainty_study;
 mod unknown;
 mod zone_degenerate;
