@@ -164,6 +164,11 @@ pub struct ParameterFigures {
     /// Half width of the interval that holds the truth with 95 %, from the budget or the deviations; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded_95: Option<f64>,
+    /// Its standard uncertainty in the same unit if form error like that of this part counts, as of another part of the same
+    /// make; roughly, for it is from a glance. Absent of the pose, where `u` counts it, and where deviations are not plainly
+    /// correlated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_by_form: Option<f64>,
 }
 
 /// A rigid motion from the part frame into the measured frame: `p' = Rz·Ry·Rx·p + t`.

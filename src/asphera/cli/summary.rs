@@ -65,6 +65,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         if let Some(model) = &form.fit.details.u_model {
             writeln!(text, "  u (k = 1) by {model}")?;
         }
+        for (name, parameter) in &form.fit.parameters {
+            if let Some(u) = parameter.u_by_form {
+                writeln!(text, "  {name} by form error from part to part: u about {u:.1e}")?;
+            }
+        }
         criterion(text, form)?;
         if !form.fit.indeterminate.is_empty() {
             writeln!(

@@ -95,9 +95,13 @@ function criterion({ reference, fit: { loss, weights, effective_points: effectiv
   return rows;
 }
 
-/** How the deviations are correlated, as u of the parameters counts it. */
-function correlation(found) {
-  if (!found?.counted) return [];
+/** How the deviations are correlated, as u of the parameters counts it; else what it does to those of the shape. */
+function correlation({ correlation: found, parameters }) {
+  if (!found) return [];
+  if (!found.counted) {
+    return Object.entries(parameters).filter(([, { u_by_form: u }]) => known(u)).map(([name, { unit, u_by_form: u }]) =>
+      pair(`by-form-${name}`, `By form error from part to part, ${name}`, `u ${u.toPrecision(2)} ${unitText(unit)}`.trimEnd(), "sub"));
+  }
   const most = found.largest_ratio ? `, up to ${significant(found.largest_ratio, 2)} times that of independent ones (${found.largest_ratio_of})` : "";
   return [pair("correlation", "Correlated over", `${significant(found.length_mm, 2)} mm (${found.kernel})${most}`, "sub")];
 }
@@ -129,7 +133,7 @@ function showFit(form) {
     pair("termination", "Ended because", fit.termination),
     pair("iterations", "Iterations", count(fit.iterations)),
     ...(fit.u_model ? [pair("u-model", "u of the parameters by", fit.u_model)] : []),
-    ...correlation(fit.correlation),
+    ...correlation(fit),
     ...(fit.cautions ?? []).map(({ kind, text }) => pair(`caution-${kind}`, "Caution", text, "bad")),
     ...(fit.indeterminate.length
       ? [pair("indeterminate", "Not determined by the points", fit.indeterminate.join(", "), "bad")]

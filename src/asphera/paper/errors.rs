@@ -4,7 +4,7 @@ use std::fmt::{Result, Write as _};
 
 use super::words::{count, minus, percent, short, text};
 use crate::report::{
-    CorrelationFigures, CovarianceFigures, FitDetails, FormFigures, UncertaintyFigures,
+    CorrelationFigures, CovarianceFigures, FitDetails, FitFigures, FormFigures, UncertaintyFigures,
     UnmeasuredFigures,
 };
 
@@ -83,21 +83,42 @@ fn unmeasured(out: &mut String, found: &UnmeasuredFigures) -> Result {
     Ok(())
 }
 
-/// What u of the parameters is made of.
-pub(super) fn of_parameters(out: &mut String, details: &FitDetails) -> Result {
-    let model = details.u_model.as_deref().unwrap_or(FitDetails::BY_RESIDUALS);
+/// What u of the parameters is made of, and what it does not count.
+pub(super) fn of_parameters(out: &mut String, fit: &FitFigures) -> Result {
+    let model = fit.details.u_model.as_deref().unwrap_or(FitDetails::BY_RESIDUALS);
     write!(out, "<p class=\"note\">u by {}.", text(model))?;
-    match &details.correlation {
+    if model == FitDetails::BY_RESIDUALS {
+        out.push_str(
+            " It tells how far the best fit to this very part changes with the points that were taken of it.",
+        );
+    }
+    match &fit.details.correlation {
         Some(found) if found.counted => correlation(out, found)?,
-        // The caution above says by how much.
-        Some(_) => {}
-        None if model == FitDetails::BY_RESIDUALS => out.push_str(
-            " Where form error rules, deviations are correlated, and this is too small by a factor of two to four and \
-             more.",
-        ),
+        Some(found) => by_form(out, fit, found)?,
         None => {}
     }
     out.push_str("</p>\n");
+    Ok(())
+}
+
+/// What the parameters of the shape would vary by from part to part.
+fn by_form(out: &mut String, fit: &FitFigures, found: &CorrelationFigures) -> Result {
+    let changes = fit.parameters.iter().filter_map(|(name, of)| {
+        let unit = if of.unit == "1" { String::new() } else { format!(" {}", of.unit) };
+        Some(format!("{} by {}{}", text(name), short(of.u_by_form?), text(&unit)))
+    });
+    let changes: Vec<String> = changes.collect();
+    write!(
+        out,
+        " Form error like that of this part, correlated over about {} mm, changes {} from part to part (k = 1, roughly), \
+         which u does not count",
+        short(found.length_mm),
+        changes.join(", "),
+    )?;
+    if let Some(ratio) = found.largest_ratio {
+        write!(out, ": up to {} times as much", short(ratio))?;
+    }
+    out.push('.');
     Ok(())
 }
 

@@ -138,7 +138,7 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
             )?;
         }
         out.push_str("</tbody></table>\n");
-        errors::of_parameters(out, &fit.details)?;
+        errors::of_parameters(out, fit)?;
     }
     let pose = &fit.pose;
     writeln!(

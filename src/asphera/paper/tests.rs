@@ -176,15 +176,12 @@ fn what_fails_says_by_how_much_and_what_is_missing_why() {
     // RMS of 20·ρ²·cos 2φ is 20/√6 = 8.2 nm: above 3 nm.
     assert!(page.contains("FAIL") && page.contains("nm &gt; 3.000 nm allowed"), "{page}");
     assert!(page.contains("Uncertainty (noise only)") && page.contains("<b>not</b> in it"));
-    assert!(
-        page.contains("by a factor of roughly ")
-            && page.contains("u by residuals, taken as independent.")
-    );
+    assert!(page.contains("u by residuals, taken as independent. It tells how far the best fit "));
     let counted = format!("{FLAT}[uncertainty]\ncorrelation = \"deviations\"\n");
     let counted = html(&measured(&counted, Along::Z), &provenance());
     assert!(counted.contains("u by deviations, correlated as they are. Correlation over about "));
     assert!(counted.contains("Uncertainty (noise only, what is correlated being form)"));
-    assert!(!counted.contains("by a factor of roughly ") && !counted.contains("<b>not</b> in it"));
+    assert!(!counted.contains("It tells how far") && !counted.contains("<b>not</b> in it"));
     assert!(page.contains("Correlation of the parameters") && page.contains("degrees of freedom"));
     let mut few = Pipeline::new(Part::parse("flat.toml", FLAT).unwrap());
     few.take_position([0.0, 0.0, 0.0]);

@@ -1,7 +1,7 @@
 //! What u of pose and parameters is made of, and whether it counts that deviations are correlated.
 
 use asphera_form::uncertainty::{TypeA, UncertaintyError, glance, type_a};
-use asphera_form::{Covariance, Parameter};
+use asphera_form::{Covariance, Parameter, Pose};
 use asphera_surface::PointMm;
 
 use super::errors;
@@ -12,7 +12,7 @@ use crate::config::{CorrelationFrom, Part};
 use crate::report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
 
 /// Writes into the fit what its uncertainties are made of: those of the deviations as the nominal file asks, else what
-/// they would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
+/// those of the shape would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
 /// fit; `assessed` what a budget made of it.
 pub(super) fn tell(
     form: &mut FormFigures,
@@ -40,9 +40,11 @@ pub(super) fn tell(
             Err(error) => form.unknown.push(unknown(&error)),
         },
         CorrelationFrom::Budget if errors::has_correlated(part) => {}
+        // What form error does to the pose takes nothing back that is told of the part.
+        CorrelationFrom::Budget if !fit.estimates.iter().any(|of| is_of_shape(of.parameter)) => {}
         CorrelationFrom::Budget => {
             match glance(points, deviations_mm, fit, &part.aperture, weights) {
-                Ok(Some(seen)) => warn(form, part, &seen),
+                Ok(Some(seen)) => compare(form, part, &seen),
                 // Too few points to see by.
                 Ok(None) => {}
                 Err(error) => form.unknown.push(unknown(&error)),
@@ -90,32 +92,59 @@ fn count(
     details.correlation = Some(figures(found, part, ratio, true));
 }
 
-/// Says that the uncertainties told are too small, where that is plain.
-fn warn(form: &mut FormFigures, part: &Part, seen: &TypeA) {
+/// Where the deviations are plainly correlated, tells what form like this does to the parameters of the shape, and warns
+/// where u as told proves one off its design and these do not.
+///
+/// The pose is none of them: it says where this very part lay, and all that is told of the part is told about it.
+fn compare(form: &mut FormFigures, part: &Part, seen: &TypeA) {
     if seen.independence.is_none_or(|found| found.p > PLAIN) {
         return;
     }
-    let told = |parameter: Parameter| form.fit.parameters.get(&parameter.name(&part.nominal))?.u;
-    let Some((parameter, ratio)) = largest_ratio(seen, told) else { return };
+    let told = |parameter: Parameter| {
+        let figures = form.fit.parameters.get(&parameter.name(&part.nominal));
+        figures.filter(|_| is_of_shape(parameter))
+    };
+    let Some((parameter, ratio)) = largest_ratio(seen, |parameter| told(parameter)?.u) else {
+        return;
+    };
     if ratio < LEAST_RATIO {
         return;
     }
-    let name = parameter.name(&part.nominal);
-    let least = ratios(seen, told).map(|(_, ratio)| ratio).fold(ratio, f64::min);
-    let (least, most) = (two_digits(least), two_digits(ratio));
-    let times = if least == most { most } else { format!("{least} to {most} (the most: {name})") };
-    let details = &mut form.fit.details;
-    details.cautions.push(CautionFigures {
-        kind: "correlated".to_owned(),
-        text: format!(
-            "the deviations are correlated over about {} mm, and u of the parameters counts them as independent: as they \
-             are, it is larger by a factor of roughly {times}; correlation = \"deviations\" in the table uncertainty \
-             counts it",
-            two_digits(seen.correlation.length_mm),
-        ),
-        forbids_verdict: false,
+    let unproven = seen.parameters.iter().filter_map(|of| {
+        let told = told(of.parameter)?;
+        let design = of.parameter.value(&Pose::default(), &part.nominal)?;
+        let (off, half) = ((told.value - design).abs(), of.expanded(COVERAGE).expanded);
+        let half_told = told.expanded_95.or(told.u.map(|u| NORMAL * u))?;
+        let unit = if told.unit == "1" { String::new() } else { format!(" {}", told.unit) };
+        (half_told < off && off <= half).then(|| {
+            let name = of.parameter.name(&part.nominal);
+            let [off, half_told, half] = [off, half_told, half].map(two_digits);
+            format!(
+                "{name} is {off}{unit} off its design, more than the {half_told} that u allows, but not than the {half} \
+                 that form error like this part's makes"
+            )
+        })
     });
+    let unproven: Vec<String> = unproven.collect();
+    let details = &mut form.fit.details;
+    if !unproven.is_empty() {
+        details.cautions.push(CautionFigures {
+            kind: "correlated".to_owned(),
+            text: format!(
+                "it is not proven that the design is missed: {} (at 95 %). Deviations are correlated over about {} mm, which \
+                 u does not count; correlation = \"deviations\" in the table uncertainty does",
+                unproven.join("; "),
+                two_digits(seen.correlation.length_mm),
+            ),
+            forbids_verdict: false,
+        });
+    }
     details.correlation = Some(figures(seen, part, Some((parameter, ratio)), false));
+    for of in seen.parameters.iter().filter(|of| is_of_shape(of.parameter)) {
+        if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
+            figures.u_by_form = Some(of.u).filter(|u| u.is_finite());
+        }
+    }
 }
 
 /// The parameter whose uncertainty by the deviations is the most times that told, and how many.
@@ -163,15 +192,23 @@ fn varies(covariance: &Covariance) -> bool {
     (0..covariance.size()).any(|i| covariance.entry(i, i).is_some_and(|variance| variance > 0.0))
 }
 
+/// Whether a parameter is one of the part, and not of where it lies.
+fn is_of_shape(parameter: Parameter) -> bool {
+    !Parameter::POSE.contains(&parameter)
+}
+
 /// A number above 0 to two digits, and no less than its integral part.
 fn two_digits(value: f64) -> String {
+    if value < 1e-3 {
+        return format!("{value:.1e}");
+    }
     let places = (1.0 - value.log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.places$}")
 }
 
 /// Deviations are plainly correlated where independent ones would look so by a chance smaller than this.
 const PLAIN: f64 = 1e-3;
-/// By so many times an uncertainty must be too small to be worth a caution.
+/// By so many times an uncertainty must be larger by the deviations to be worth a word.
 const LEAST_RATIO: f64 = 2.0;
 /// Half the width of an interval of 95 % in standard deviations.
 const NORMAL: f64 = 1.959_963_984_540_054;
@@ -183,10 +220,12 @@ mod tests {
     use crate::report::{Report, UncertaintyFigures};
 
     const PLANE: &str = "[surface]\nkind = \"plane\"\n";
+    const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 1000\n\
+        [fit]\nfree = [\"tz\", \"rx\", \"ry\", \"radius\"]\n";
 
-    /// A plane with a wave of 20 nm over 12 mm, or without, and noise of some 10 nm.
-    fn measured(wave_nm: f64, rest: &str) -> Report {
-        let mut pipeline = Pipeline::new(Part::parse("p.toml", &format!("{PLANE}{rest}")).unwrap());
+    /// A part with a wave of 20 nm over 30 mm, or without, and noise of some 10 nm: `bend_per_mm` of a sphere.
+    fn part(nominal: &str, bend_per_mm: f64, wave_nm: f64) -> Report {
+        let mut pipeline = Pipeline::new(Part::parse("p.toml", nominal).unwrap());
         let mut state = 7_u64;
         let mut uniform = || {
             state = state
@@ -196,38 +235,85 @@ mod tests {
         };
         for index in 0..3600_u32 {
             let (x, y) = (f64::from(index % 60), f64::from(index / 60));
-            let wave = wave_nm * (0.5 * x + 0.2 * y).sin() * (0.3 * y - 0.1 * x).cos();
+            let wave = wave_nm * (0.2 * x + 0.08 * y).sin() * (0.12 * y - 0.04 * x).cos();
             let noise = 10.0 * 3.0_f64.sqrt() * (0..4).map(|_| uniform()).sum::<f64>();
-            pipeline.take_position([x, y, 1e-6 * (wave + noise)]);
+            let square = (x - 29.5).powi(2) + (y - 29.5).powi(2);
+            let sag =
+                bend_per_mm * square / (1.0 + (1.0 - bend_per_mm * bend_per_mm * square).sqrt());
+            pipeline.take_position([x - 29.5, y - 29.5, sag + 1e-6 * (wave + noise)]);
         }
         pipeline.finish().report
+    }
+
+    fn measured(wave_nm: f64, rest: &str) -> Report {
+        part(&format!("{PLANE}{rest}"), 0.0, wave_nm)
+    }
+
+    fn sphere(radius_mm: f64, wave_nm: f64, rest: &str) -> FormFigures {
+        part(&format!("{SPHERE}{rest}"), radius_mm.recip(), wave_nm).form.unwrap()
+    }
+
+    /// The radius at which the fit finds one that is off the design by twice what u allows.
+    fn doubtful_mm() -> f64 {
+        let found = sphere(1000.0, 20.0, "").fit.parameters["radius"].clone();
+        2000.0 + 2.0 * NORMAL * found.u.unwrap() - found.value
     }
 
     fn kinds(form: &FormFigures) -> Vec<&str> {
         form.fit.details.cautions.iter().map(|caution| &caution.kind[..]).collect()
     }
 
+    /// Of the pose nothing is said, whatever the form.
     #[test]
-    fn correlated_deviations_are_cautioned_of_and_counted_where_asked() {
+    fn where_a_part_lies_needs_no_caution() {
         let plain = measured(20.0, "").form.unwrap();
-        assert_eq!(kinds(&plain), ["correlated"]);
-        let details = &plain.fit.details;
-        assert_eq!(details.u_model.as_deref(), Some(FitDetails::BY_RESIDUALS));
-        let seen = details.correlation.as_ref().unwrap();
-        assert!(!seen.counted && seen.largest_ratio.unwrap() > 2.0, "{seen:?}");
-        assert!(seen.independent_p.unwrap() < 1e-9 && seen.patches >= 56, "{seen:?}");
-        let text = &details.cautions[0].text;
-        assert!(text.contains(&seen.largest_ratio_of.clone().unwrap()), "{text}");
+        assert_eq!((kinds(&plain), &plain.fit.details.correlation), (Vec::new(), &None));
+        assert_eq!(plain.fit.details.u_model.as_deref(), Some(FitDetails::BY_RESIDUALS));
+        assert!(plain.fit.parameters.values().all(|figures| figures.u_by_form.is_none()));
+    }
 
-        let counted = measured(20.0, "[uncertainty]\ncorrelation = \"deviations\"\n").form.unwrap();
+    /// A radius is cautioned of where u alone would prove it wrong, and else what form does to it is told, and no more.
+    #[test]
+    fn a_caution_stands_where_form_takes_back_what_u_proves() {
+        let radius = |form: &FormFigures| form.fit.parameters["radius"].clone();
+        let right = sphere(doubtful_mm(), 20.0, "");
+        let found = radius(&right);
+        let (off, by_form) = ((found.value - 1000.0).abs(), found.u_by_form.unwrap());
+        assert!(off > NORMAL * found.u.unwrap() && off < 2.0 * by_form, "{found:?}");
+        assert_eq!(kinds(&right), ["correlated"]);
+        let text = &right.fit.details.cautions[0].text;
+        assert!(text.contains("not proven") && text.contains("radius is"), "{text}");
+        let seen = right.fit.details.correlation.as_ref().unwrap();
+        assert_eq!((seen.counted, seen.largest_ratio_of.as_deref()), (false, Some("radius")));
+        assert!((seen.largest_ratio.unwrap() / (by_form / found.u.unwrap()) - 1.0).abs() < 1e-9);
+        assert!(seen.independent_p.unwrap() < 1e-9 && seen.patches >= 56, "{seen:?}");
+        assert_eq!(right.fit.parameters["tz"].u_by_form, None);
+
+        // Off by more than form explains: what u proves stands.
+        let wrong = sphere(1000.0 + 20.0 * by_form, 20.0, "");
+        assert_eq!(kinds(&wrong), Vec::<&str>::new());
+        assert!((radius(&wrong).u_by_form.unwrap() / by_form - 1.0).abs() < 0.1);
+        assert!(wrong.fit.details.correlation.is_some());
+
+        let counted = sphere(doubtful_mm(), 20.0, "[uncertainty]\ncorrelation = \"deviations\"\n");
         assert_eq!(kinds(&counted), Vec::<&str>::new());
+        let of = radius(&counted);
+        assert!((0.5..2.0).contains(&(of.u.unwrap() / by_form)), "{of:?} {by_form}");
+        assert_eq!(of.u_by_form, None);
+    }
+
+    #[test]
+    fn correlated_deviations_are_counted_where_asked() {
+        let plain = measured(20.0, "").form.unwrap();
+        let counted = measured(20.0, "[uncertainty]\ncorrelation = \"deviations\"\n").form.unwrap();
         let details = &counted.fit.details;
         assert_eq!(details.u_model.as_deref(), Some(FitDetails::BY_DEVIATIONS));
-        assert!(details.correlation.as_ref().unwrap().counted);
+        let seen = details.correlation.as_ref().unwrap();
+        assert!(seen.counted && seen.largest_ratio.unwrap() > 2.0, "{seen:?}");
         let by = |form: &FormFigures, name: &str| form.fit.parameters[name].clone();
         let most = seen.largest_ratio_of.as_deref().unwrap();
         let ratio = by(&counted, most).u.unwrap() / by(&plain, most).u.unwrap();
-        assert!((0.6..1.7).contains(&(ratio / seen.largest_ratio.unwrap())), "{ratio} {seen:?}");
+        assert!((ratio / seen.largest_ratio.unwrap() - 1.0).abs() < 1e-9, "{ratio} {seen:?}");
         let of = by(&counted, most);
         assert!(of.expanded_95.unwrap() > 1.2 * of.u.unwrap(), "{of:?}");
         let covariance = details.covariance.as_ref().unwrap();
@@ -239,16 +325,17 @@ mod tests {
 
     #[test]
     fn noise_and_what_is_stated_need_no_caution() {
-        assert_eq!(kinds(&measured(0.0, "").form.unwrap()), Vec::<&str>::new());
+        let noise = sphere(1000.0, 0.0, "");
+        assert_eq!((kinds(&noise), &noise.fit.details.correlation), (Vec::new(), &None));
         for rest in [
             "[uncertainty]\ncorrelation = \"none\"\n",
             "[uncertainty]\nlong_wave_nm = 10\nlong_wave_mm = 8\nlong_wave_kernel = \"matern\"\n",
         ] {
-            let form = measured(20.0, rest).form.unwrap();
+            let form = sphere(1000.0, 20.0, rest);
             assert_eq!(kinds(&form), Vec::<&str>::new());
             assert_eq!(form.fit.details.correlation, None);
         }
-        let form = measured(20.0, "[uncertainty]\nnoise_nm = 10\n").form.unwrap();
+        let form = sphere(doubtful_mm(), 20.0, "[uncertainty]\nnoise_nm = 8\n");
         assert_eq!(kinds(&form), ["correlated"]);
         assert_eq!(form.fit.details.u_model.as_deref(), Some(UncertaintyFigures::NOISE_ONLY));
     }
@@ -288,7 +375,7 @@ mod tests {
 
     #[test]
     fn two_digits_are_enough() {
-        let found = [0.0123, 3.1618, 14.9, 1234.0].map(two_digits);
-        assert_eq!(found, ["0.012", "3.2", "15", "1234"]);
+        let found = [4.56e-7, 0.0123, 3.1618, 14.9, 1234.0].map(two_digits);
+        assert_eq!(found, ["4.6e-7", "0.012", "3.2", "15", "1234"]);
     }
 }

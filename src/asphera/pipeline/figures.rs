@@ -237,6 +237,7 @@ fn parameters(estimates: &[Estimate], nominal: &Nominal) -> BTreeMap<String, Par
                 unit: estimate.parameter.unit(nominal).unwrap_or_default(),
                 u: estimate.u.filter(|u| u.is_finite()),
                 expanded_95: None,
+                u_by_form: None,
             };
             (estimate.parameter.name(nominal), figures)
         })

@@ -39,7 +39,7 @@ pub struct FitDetails {
     /// figures, whose u is by the residuals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_model: Option<String>,
-    /// How the deviations are correlated, where u counts it, or should.
+    /// How the deviations are correlated, where u of the parameters counts it or tells less of the shape for not doing so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<CorrelationFigures>,
 }
@@ -57,7 +57,8 @@ impl FitDetails {
 /// The correlation of the deviations, and what it does to u of the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationFigures {
-    /// Whether u of the parameters counts it. Where not, these figures are from a glance at few patches, and a caution says so.
+    /// Whether u of the parameters counts it. Where not, these figures are from a glance at few patches, and the parameters of
+    /// the shape have `u_by_form`.
     pub counted: bool,
     /// The most likely correlation, by its name in the nominal file: `gaussian`, `matern` or `exponential`.
     pub kernel: String,
@@ -77,8 +78,8 @@ pub struct CorrelationFigures {
     /// The probability of so large a ratio if the deviations were independent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub independent_p: Option<f64>,
-    /// How many times u by the deviations is that of independent ones (or that told, where it is not counted), of the
-    /// parameter where it is the most.
+    /// How many times u by the deviations is that of independent ones, of the parameter where it is the most; where it is not
+    /// counted, how many times that told, of those of the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_ratio: Option<f64>,
     /// Which parameter.

@@ -96,8 +96,10 @@ pub struct Estimate {
     /// Its standard uncertainty (k = 1) in the same unit, from σ²·(JᵀJ)⁻¹; `None` without degrees of
     /// freedom.
     ///
-    /// It assumes deviations without correlation. Form error is correlated, and figures of this kind are
-    /// then too small by a factor of 2 to 4 (Forbes, Metrologia 43 (2006) S282).
+    /// It is about how far the best fit to this very part depends on which points were taken, at random, of it. Form error does
+    /// not change from one such choice to the next; where it counts, as of another part, or where the errors of the
+    /// machine are correlated, u is larger by a factor of 2 to 4 and more (Forbes, Metrologia 43 (2006) S282): see
+    /// [`crate::uncertainty`].
     pub u: Option<f64>,
 }
 

@@ -1,7 +1,8 @@
 //! Sets of neighbours whose residuals noise does not explain.
 //!
 //! 1. *Statistics.* At every vertex the sum of the residuals over its rings 0, 0 to 1, and 0 to 2,
-//!    over σ and the root of their number: under white noise each is normal with deviation 1. Wide and
+//!    over the standard deviation that white noise of σ gives it: that of so many samples, and that of the
+//!    reference, which they share. Under white noise each is normal with deviation 1. Wide and
 //!    shallow defects show in the wider ones, single readings in the first. If half of all vertices
 //!    tell a larger deviation, because the noise is not white or the form not followed, it takes the
 //!    place of 1.
@@ -47,12 +48,17 @@ pub(super) struct Detection {
     pub(super) scales: [f64; SCALES],
 }
 
-/// `values` are residuals over σ for all vertices, NaN where not known.
-pub(super) fn detect(adjacency: &Adjacency, values: &[f64], false_expected: f64) -> Detection {
+/// `values` are residuals over σ for all vertices, NaN where not known; `shared` the variances of the reference there, over
+/// σ².
+pub(super) fn detect(
+    adjacency: &Adjacency,
+    (values, shared): (&[f64], &[f64]),
+    false_expected: f64,
+) -> Detection {
     let known = values.iter().filter(|value| value.is_finite()).count();
     let tests = (SCALES * known) as f64;
     let threshold = tail::two_sided((false_expected / tests).min(0.1));
-    let statistics = statistics(adjacency, values);
+    let statistics = statistics(adjacency, values, shared);
     let mut scales = [1.0; SCALES];
     let mut components = Vec::new();
     for (ring, scale) in scales.iter_mut().enumerate() {
@@ -68,30 +74,33 @@ pub(super) fn detect(adjacency: &Adjacency, values: &[f64], false_expected: f64)
     Detection { found, threshold, scales }
 }
 
-fn statistics(adjacency: &Adjacency, values: &[f64]) -> Vec<[f64; SCALES]> {
+fn statistics(adjacency: &Adjacency, values: &[f64], shared: &[f64]) -> Vec<[f64; SCALES]> {
     let parts: Vec<Vec<[f64; SCALES]>> = (0..values.len().div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(values.len());
             let mut seen = vec![VertexId::MAX; values.len()];
             range
-                .map(|vertex| statistic(adjacency, values, vertex as VertexId, &mut seen))
+                .map(|vertex| {
+                    let sums = sums(adjacency, values, vertex as VertexId, &mut seen);
+                    sums.map(|(sum, count)| sum / (count + count * count * shared[vertex]).sqrt())
+                })
                 .collect()
         })
         .collect();
     parts.concat()
 }
 
-/// The statistics of a vertex. `seen` holds by whom a vertex was visited last.
-fn statistic(
+/// The sum of the values about a vertex and their number, by rings. `seen` holds by whom a vertex was visited last.
+fn sums(
     adjacency: &Adjacency,
     values: &[f64],
     vertex: VertexId,
     seen: &mut [VertexId],
-) -> [f64; SCALES] {
+) -> [(f64, f64); SCALES] {
     let value = values[vertex as usize];
     if !value.is_finite() {
-        return [f64::NAN; SCALES];
+        return [(f64::NAN, 1.0); SCALES];
     }
     seen[vertex as usize] = vertex;
     let (mut sum, mut count) = (value, 1.0_f64);
@@ -117,7 +126,7 @@ fn statistic(
             second = add(other, seen);
         }
     }
-    [value, first.0 / first.1.sqrt(), second.0 / second.1.sqrt()]
+    [(value, 1.0), first, second]
 }
 
 /// Calls `with` for the sign and the vertices of every set that is grown.

@@ -28,11 +28,29 @@ pub(super) struct Row {
 }
 
 /// What was fitted.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Fitted {
     pub(super) terms: [f64; TERMS],
-    /// Mean variance of the fitted heights for samples of variance 1: terms over samples.
-    pub(super) variance: f64,
+    /// How many of the terms were fitted; the others are 0.
+    count: usize,
+    /// Samples that counted.
+    pub(super) samples: f64,
+    /// L of the normal equations' matrix L·Lᵀ, for samples of variance 1.
+    root: Matrix,
+}
+
+type Matrix = [[f64; TERMS]; TERMS];
+
+impl Fitted {
+    /// Variance of the fitted height at a place of such terms, for samples of variance 1.
+    pub(super) fn variance(&self, terms: &[f64; TERMS]) -> f64 {
+        let mut white = [0.0; TERMS];
+        for i in 0..self.count {
+            let known: f64 = white[..i].iter().zip(&self.root[i]).map(|(p, q)| p * q).sum();
+            white[i] = (terms[i] - known) / self.root[i][i];
+        }
+        white.iter().map(|part| part * part).sum()
+    }
 }
 
 /// Memory that one window leaves to the next.
@@ -53,7 +71,7 @@ impl Work {
         }
         self.weights.clear();
         self.weights.extend(self.rows.iter().map(|row| row.count));
-        let mut found = self.solve(terms)?;
+        let (mut found, mut root) = self.solve(terms)?;
         let (mut scale, worst) = self.gauge(&found, terms);
         if worst > OFF * scale {
             for round in 0..HUBER_ROUNDS + TUKEY_ROUNDS {
@@ -72,14 +90,14 @@ impl Work {
                 if scale == 0.0 {
                     break;
                 }
-                found = self.solve(terms)?;
+                (found, _) = self.solve(terms)?;
                 scale = self.gauge(&found, terms).0;
             }
             self.leave_out(scale);
-            found = self.solve(terms)?;
+            (found, root) = self.solve(terms)?;
         }
-        let samples: f64 = self.weights.iter().sum();
-        Some(Fitted { terms: found, variance: terms as f64 / samples })
+        let samples = self.weights.iter().sum();
+        Some(Fitted { terms: found, count: terms, samples, root })
     }
 
     /// The residuals; their scale for a single sample, and the worst in its unit.
@@ -121,8 +139,9 @@ impl Work {
         }
     }
 
-    /// Weighted least squares by the normal equations; `None` where terms depend on each other.
-    fn solve(&self, terms: usize) -> Option<[f64; TERMS]> {
+    /// Weighted least squares by the normal equations, and the root of their matrix; `None` where terms depend on each
+    /// other.
+    fn solve(&self, terms: usize) -> Option<([f64; TERMS], Matrix)> {
         let mut matrix = [[0.0; TERMS]; TERMS];
         let mut right = [0.0; TERMS];
         for (row, &weight) in self.rows.iter().zip(&self.weights) {
@@ -160,7 +179,7 @@ impl Work {
             let known: f64 = (i + 1..terms).map(|j| matrix[j][i] * right[j]).sum();
             right[i] = (right[i] - known) / matrix[i][i];
         }
-        Some(right)
+        Some((right, matrix))
     }
 }
 

@@ -16,19 +16,21 @@
 //!
 //! Depths are along the normal, areas and lengths in the plane of projection.
 //!
-//! **What it does not see.** Waviness that the reference does not follow raises the level from which
-//! on something is a defect, if most of the surface has it, or else is found as defects. Defects nearer
+//! **What it does not see.** Form and waviness that the reference does not follow raise the level from which
+//! on something is a defect, about where they are (`followed.rs`). Defects nearer
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 
 mod cells;
 mod detect;
 mod fit;
+mod followed;
 mod line;
 mod measure;
 mod partition;
 mod profile;
 mod reference;
+mod rim;
 mod screen;
 mod search;
 mod settings;
@@ -233,8 +235,19 @@ pub fn find_defects(
     };
     let Residuals { normal_mm, cell, sigma_mm } = residuals;
     let values: Vec<f64> = normal_mm.iter().map(|residual| residual / sigma_mm).collect();
+    let missed_mm = followed::missed_mm(samples, &cells, &reference, (window_mm, &lines(&steps)))?;
+    let shared: Vec<f64> = cell
+        .iter()
+        .map(|&cell| match cell {
+            cells::NONE => 0.0,
+            cell => {
+                let missed = missed_mm[cell as usize] / sigma_mm;
+                reference.uncertainties[cell as usize].powi(2) + missed * missed
+            }
+        })
+        .collect();
     let Detection { mut found, threshold, scales } =
-        detect::detect(samples.adjacency, &values, settings.false_expected);
+        detect::detect(samples.adjacency, (&values, &shared), settings.false_expected);
     // Which side the samples nearest to a step lie on is not known: those are its own.
     found.retain(|found| {
         !steps.iter().any(|step| {

@@ -6,12 +6,18 @@
 //! exactly, so nothing is lost by it but what differs within a cell. The reference at a place is the
 //! mean of the up to four quartics about it, weighted as in bilinear interpolation and by how much of
 //! their window is filled.
+//!
+//! Along a border that is none of the rectangle's, windows of the lattice are cut, and their quartics would have to reach
+//! beyond what they see, where they swing out. A quartic counts only where its variance is no larger than in the corner
+//! of a filled window; places where none does get windows of their own, moved inwards until the place is at their rim
+//! (`rim.rs`).
 
 use rayon::prelude::*;
 
 use super::cells::{Cells, NONE, QUARTIC, height_mm, quartic};
 use super::fit::{Fitted, STEPS_MAX, TERMS, Work};
 use super::line::Line;
+use super::rim::Rim;
 use super::{DefectsUnknown, Samples};
 
 /// Cells along a window where samples are not too scarce.
@@ -22,7 +28,10 @@ pub(super) const CELL_SPACINGS: f64 = 2.5;
 const FILLED: f64 = 0.3;
 /// How many nodes away a window is looked for where none is about.
 const FARTHEST: i64 = 2;
-/// How far from a window's centre its quartic is used, in half widths.
+/// Variance of a quartic's height in the corner of evenly filled samples, over the mean of theirs: the sum of
+/// (2i + 1)·(2j + 1) over i + j up to 4, by Legendre's polynomials, is 155; for cells and scatter a little more.
+const CORNER: f64 = 165.0;
+/// How far from a window's centre its quartic is used where there is none else, in half widths.
 const BEYOND: f64 = 1.5;
 
 /// Residuals from the reference, and what is known of it.
@@ -31,8 +40,10 @@ pub(super) struct Reference {
     pub(super) residuals_mm: Vec<f64>,
     /// For each cell area over projected area.
     pub(super) secants: Vec<f64>,
-    /// For each cell the standard uncertainty of the reference for samples of deviation 1.
+    /// For each cell the standard uncertainty of the reference in its middle, for samples of deviation 1.
     pub(super) uncertainties: Vec<f64>,
+    /// The median of these.
+    pub(super) typical: f64,
 }
 
 /// Side of a cell for windows of a width over samples of a spacing.
@@ -40,8 +51,8 @@ pub(super) fn side_mm(window_mm: f64, spacing_mm: f64) -> f64 {
     (window_mm / CELLS_PER_WINDOW).max(CELL_SPACINGS * spacing_mm)
 }
 
-struct Patch {
-    centre_mm: [f64; 2],
+pub(super) struct Patch {
+    pub(super) centre_mm: [f64; 2],
     /// What the fitted heights are over, so that a far origin costs no digits.
     datum_mm: f64,
     fitted: Fitted,
@@ -50,12 +61,20 @@ struct Patch {
     steps: [u32; STEPS_MAX],
 }
 
+impl Patch {
+    /// Whether the quartic is told where its height has a variance: as well as in the corner of its samples, were these in a
+    /// rectangle. It is the same for rectangles of any size and any ratio of the sides.
+    pub(super) fn sees(&self, variance: f64) -> bool {
+        variance * self.fitted.samples <= CORNER
+    }
+}
+
 /// The lattice of the windows.
-struct Lattice {
+pub(super) struct Lattice {
     first_mm: [f64; 2],
     pitch_mm: [f64; 2],
     size: [usize; 2],
-    half_mm: f64,
+    pub(super) half_mm: f64,
 }
 
 impl Lattice {
@@ -104,7 +123,7 @@ impl Reference {
         let patches: Vec<Option<Patch>> = (0..nodes)
             .into_par_iter()
             .map_init(Work::default, |work, node| {
-                patch(samples, cells, &lattice, steps, node, work)
+                patch(samples, cells, &lattice, steps, lattice.centre_mm(node), work)
             })
             .collect();
         let fullest = patches.iter().flatten().map(|patch| patch.filled).fold(0.0, f64::max);
@@ -115,37 +134,43 @@ impl Reference {
         if patches.iter().all(Option::is_none) {
             return Err(DefectsUnknown::NoReference { window_mm });
         }
+        let blend = Blend { samples, lattice: &lattice, patches: &patches, steps, kept };
+        let rim = Rim::new(&blend, cells);
         let parts: Vec<(Vec<f64>, f64, f64)> = (0..cells.len())
             .into_par_iter()
             .with_min_len(64)
-            .map(|cell| {
-                let blend = Blend { samples, lattice: &lattice, patches: &patches, steps, kept };
-                blend.residuals(cells, cell)
-            })
+            .map(|cell| blend.residuals(cells, cell, rim.of(cell)))
             .collect();
         let mut reference = Reference {
             residuals_mm: Vec::with_capacity(cells.all().len()),
             secants: Vec::with_capacity(cells.len()),
             uncertainties: Vec::with_capacity(cells.len()),
+            typical: 0.0,
         };
         for (residuals_mm, secant, uncertainty) in parts {
             reference.residuals_mm.extend(residuals_mm);
             reference.secants.push(secant);
             reference.uncertainties.push(uncertainty);
         }
+        let mut known: Vec<f64> =
+            reference.uncertainties.iter().copied().filter(|one| one.is_finite()).collect();
+        let middle = known.len() / 2;
+        if !known.is_empty() {
+            reference.typical = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
+        }
         Ok(reference)
     }
 }
 
-fn patch(
+/// Fits the window about a place.
+pub(super) fn patch(
     samples: &Samples<'_>,
     cells: &Cells,
     lattice: &Lattice,
     lines: &[Line],
-    node: usize,
+    centre_mm: [f64; 2],
     work: &mut Work,
 ) -> Option<Patch> {
-    let centre_mm = lattice.centre_mm(node);
     let half_mm = lattice.half_mm;
     let mut steps = [NONE; STEPS_MAX];
     let crossing =
@@ -192,24 +217,34 @@ fn patch(
     Some(Patch { centre_mm, datum_mm, fitted, filled: work.rows.len() as f64, steps })
 }
 
-struct Blend<'a> {
-    samples: &'a Samples<'a>,
-    lattice: &'a Lattice,
-    patches: &'a [Option<Patch>],
-    steps: &'a [Line],
+/// The windows a cell's reference is made of, with the variance of each at the middle of the cell.
+type Trusted<'a> = Vec<(usize, &'a Patch, f64)>;
+
+pub(super) struct Blend<'a> {
+    pub(super) samples: &'a Samples<'a>,
+    pub(super) lattice: &'a Lattice,
+    pub(super) patches: &'a [Option<Patch>],
+    pub(super) steps: &'a [Line],
     kept: bool,
 }
 
-impl Blend<'_> {
-    /// Residuals of the samples of a cell, its secant, and the uncertainty of the reference.
-    fn residuals(&self, cells: &Cells, cell: usize) -> (Vec<f64>, f64, f64) {
+impl<'a> Blend<'a> {
+    /// Residuals of the samples of a cell, its secant, and the uncertainty of the reference. `own` is a window made for
+    /// it.
+    fn residuals(
+        &self,
+        cells: &Cells,
+        cell: usize,
+        own: Option<&'a Patch>,
+    ) -> (Vec<f64>, f64, f64) {
         let centre_mm = cells.centre_mm(cell);
+        let trusted = self.trusted(centre_mm);
         let mut secant = f64::NAN;
         let mut uncertainty = f64::NAN;
         let residuals = cells.members(cell).iter().map(|&vertex| {
             let [x, y, _] = self.samples.points[vertex as usize];
             let (mut sum, mut total) = (0.0, 0.0);
-            self.about([x, y], |weight, patch| {
+            self.about([x, y], &trusted, own, |weight, patch| {
                 sum += weight * self.height_mm(patch, [x, y]);
                 total += weight;
             });
@@ -217,11 +252,11 @@ impl Blend<'_> {
         });
         let residuals = residuals.collect();
         let (mut slope, mut variance, mut total) = ([0.0; 2], 0.0, 0.0);
-        self.about(centre_mm, |weight, patch| {
+        self.about(centre_mm, &trusted, own, |weight, patch| {
             let parts = self.slope(patch, centre_mm);
             slope[0] += weight * parts[0];
             slope[1] += weight * parts[1];
-            variance += weight * patch.fitted.variance;
+            variance += weight * self.variance(patch, centre_mm);
             total += weight;
         });
         if total > 0.0 {
@@ -235,27 +270,79 @@ impl Blend<'_> {
         (residuals, secant, uncertainty)
     }
 
-    /// Calls `with` for the windows about a place and their weights.
-    fn about(&self, place_mm: [f64; 2], mut with: impl FnMut(f64, &Patch)) {
-        let [(i, u), (j, v)] = [0, 1].map(|axis| self.lattice.at(place_mm, axis));
+    /// Whether the windows about a place, or the nearest to it, tell its height without reaching beyond what they see.
+    pub(super) fn tells(&self, place_mm: [f64; 2]) -> bool {
+        let trusted = self.trusted(place_mm);
         let mut found = false;
-        for (row, across) in [(j, 1.0 - v), (j + 1, v)] {
-            for (column, along) in [(i, 1.0 - u), (i + 1, u)] {
-                if along * across > 0.0
-                    && let Some(patch) = &self.patches[row * self.lattice.size[0] + column]
-                {
-                    found = true;
-                    with(along * across * patch.filled * patch.filled, patch);
-                }
-            }
+        self.blended(place_mm, &trusted, |_, _| found = true);
+        found
+    }
+
+    /// The windows that tell a height at a place without reaching beyond what they see, of those near it.
+    fn trusted(&self, place_mm: [f64; 2]) -> Trusted<'a> {
+        let [i, j] = [0, 1].map(|axis| self.lattice.at(place_mm, axis).0);
+        let [width, height] = self.lattice.size;
+        let rows = j.saturating_sub(1)..(j + 3).min(height);
+        let nodes = rows.flat_map(|row| {
+            (i.saturating_sub(1)..(i + 3).min(width)).map(move |column| row * width + column)
+        });
+        nodes
+            .filter_map(|node| {
+                let patch = self.patches[node].as_ref()?;
+                let variance = self.variance(patch, place_mm);
+                patch.sees(variance).then_some((node, patch, variance))
+            })
+            .collect()
+    }
+
+    /// Calls `with` for the windows about a place and their weights: those that are trusted, else its own, else any.
+    fn about(
+        &self,
+        place_mm: [f64; 2],
+        trusted: &Trusted<'_>,
+        own: Option<&Patch>,
+        mut with: impl FnMut(f64, &Patch),
+    ) {
+        if let Some(own) = own {
+            return with(1.0, own);
         }
-        if !found && let Some(patch) = self.nearest(place_mm, [i as i64, j as i64]) {
+        let mut found = false;
+        self.blended(place_mm, trusted, |weight, patch| {
+            found = true;
+            with(weight, patch);
+        });
+        // A place in a cell whose middle lies between other windows.
+        if !found && let Some((_, patch, _)) = trusted.iter().min_by(|p, q| p.2.total_cmp(&q.2)) {
+            return with(1.0, patch);
+        }
+        let node = [0, 1].map(|axis| self.lattice.at(place_mm, axis).0 as i64);
+        if !found && let Some(patch) = self.nearest(place_mm, node) {
             with(1.0, patch);
         }
     }
 
+    /// Calls `with` for the trusted windows about a place and their weights.
+    fn blended(
+        &self,
+        place_mm: [f64; 2],
+        trusted: &Trusted<'_>,
+        mut with: impl FnMut(f64, &Patch),
+    ) {
+        let [(i, u), (j, v)] = [0, 1].map(|axis| self.lattice.at(place_mm, axis));
+        for (row, across) in [(j, 1.0 - v), (j + 1, v)] {
+            for (column, along) in [(i, 1.0 - u), (i + 1, u)] {
+                let node = row * self.lattice.size[0] + column;
+                if along * across > 0.0
+                    && let Some((_, patch, _)) = trusted.iter().find(|one| one.0 == node)
+                {
+                    with(along * across * patch.filled * patch.filled, patch);
+                }
+            }
+        }
+    }
+
     /// The nearest window of those about a node that is not too far from a place.
-    fn nearest(&self, place_mm: [f64; 2], node: [i64; 2]) -> Option<&Patch> {
+    fn nearest(&self, place_mm: [f64; 2], node: [i64; 2]) -> Option<&'a Patch> {
         let size = self.lattice.size;
         let mut best: Option<(f64, &Patch)> = None;
         for row in (node[1] - FARTHEST).max(0)..=(node[1] + FARTHEST + 1).min(size[1] as i64 - 1) {
@@ -275,6 +362,19 @@ impl Blend<'_> {
             }
         }
         best.map(|(_, patch)| patch)
+    }
+
+    /// Variance of a window's height at a place for samples of variance 1.
+    pub(super) fn variance(&self, patch: &Patch, place_mm: [f64; 2]) -> f64 {
+        let [x, y] =
+            [0, 1].map(|axis| (place_mm[axis] - patch.centre_mm[axis]) / self.lattice.half_mm);
+        let mut terms = [0.0; TERMS];
+        terms[..QUARTIC].copy_from_slice(&quartic(x, y));
+        let steps = patch.steps.iter().take_while(|&&step| step != NONE);
+        for (term, &step) in terms[QUARTIC..].iter_mut().zip(steps) {
+            *term = self.steps[step as usize].side(place_mm);
+        }
+        patch.fitted.variance(&terms)
     }
 
     fn height_mm(&self, patch: &Patch, place_mm: [f64; 2]) -> f64 {

@@ -27,6 +27,7 @@ mod texture;
 mod uncertainty_extremes;
 mod uncertainty_known;
 mod uncertainty_limits;
+mod uncertainty_meaning;
 mod uncertainty_study;
 mod unknown;
 mod zone_degenerate;

@@ -15,12 +15,20 @@
 //!
 //! Little is known of ρ, ℓ and w from a single part, above all of waves as long as itself. So none is chosen:
 //! all three kernels, lengths from the distance of the patches up to the largest extent of the part, and eight
-//! ratios w, each a priori as likely as the next, count by their likelihood. Under one of them the error of a
-//! parameter over its standard deviation has Student's distribution with m degrees of freedom; over all it has
+//! ratios w count by their likelihood, a priori alike but for the length: as likely for each step of 1/ℓ, the wave
+//! number. That there is no wave at all is a priori as likely as that there is one. Under one of them the error of
+//! a parameter over its standard deviation has Student's distribution with m degrees of freedom; over all it has
 //! the mixture of these (Berger, De Oliveira & Sansó, J. Am. Stat. Assoc. 96 (2001) 1361, on marginalised rather
-//! than plugged-in correlation). Waves longer than the part look as curvature, tilt or shift of it; they belong
-//! to the parameters, and no number made from the deviations can tell of them. For the same reason height and tilts
-//! are overrated where deviations are mere noise: a weak wave of the size of the part cannot be ruled out.
+//! than plugged-in correlation). Its variance would be that of the few longest waves that are not ruled out, so a
+//! standard uncertainty is taken from the interval that holds 68.27 %.
+//!
+//! *What is meant.* The value of another part of this make, or of this one under another error of so long waves: the
+//! random function drawn anew, the points where they are. It is not how far the best fit to this very part depends on
+//! which points were taken: [`crate::Estimate::u`] tells that, and no correlation is in it, for the form stays. Over
+//! random functions drawn anew u of parameters that bend the surface is right to a tenth or two whatever the function,
+//! height and tilts where ℓ is below a third of the part. Beyond, heights and tilts may be 0.7 to 1.6 times as
+//! uncertain, and of waves longer than the part no number made from the deviations can tell: they look as a change of
+//! its parameters.
 
 mod glance;
 mod patches;
@@ -32,7 +40,7 @@ use rayon::prelude::*;
 
 use super::Expanded;
 use super::budget::{Kernel, UncertaintyError};
-use super::distribution::{bisect, student_cdf};
+use super::distribution::student_cdf;
 use super::linear::Linear;
 use crate::{Aperture, Covariance, Fit, Parameter, PointMm};
 use patches::{MOST, Patch, Sums, groups, patch};
@@ -47,10 +55,12 @@ pub struct TypeA {
     pub parameters: Vec<TypeAParameter>,
     /// Covariances of the estimates, in their order.
     pub covariance: Covariance,
-    /// The most likely correlation.
+    /// The most likely correlation, if there is one.
     pub correlation: Correlation,
-    /// How likely each kernel is, whatever its length; they add up to 1.
+    /// How likely each kernel is, whatever its length, if there is one; they add up to 1.
     pub kernels: [(Kernel, f64); 3],
+    /// How likely it is that there is none: that deviations are independent from patch to patch.
+    pub independent: f64,
     /// Patches the correlation was judged by: at most 256.
     pub patches: usize,
     /// Whether the deviations could be independent; `None` where patches are single points, or nothing deviates.
@@ -77,7 +87,7 @@ pub struct TypeAParameter {
     pub parameter: Parameter,
     /// Its value in [`Parameter::unit`].
     pub value: f64,
-    /// Its standard uncertainty in the same unit.
+    /// Its standard uncertainty in the same unit: half the width of the interval that holds 68.27 %.
     pub u: f64,
     /// Degrees of freedom of each Student's distribution in the mixture: patches less parameters.
     pub dof: f64,
@@ -89,12 +99,7 @@ impl TypeAParameter {
     /// The half width of the interval about the value that holds the truth with probability `p`, above 0 and
     /// below 1.
     pub fn expanded(&self, p: f64) -> Expanded {
-        let outside = |half: f64| outside(&self.mixture, half, self.dof);
-        let mut high = self.u;
-        while high.is_normal() && outside(high) > 1.0 - p {
-            high *= 2.0;
-        }
-        let expanded = bisect(0.0, high, |half| outside(half) > 1.0 - p);
+        let expanded = half_width(&self.mixture, self.dof, p);
         let k = if self.u > 0.0 { expanded / self.u } else { 0.0 };
         Expanded { expanded, k, p, dof: self.dof }
     }
@@ -103,7 +108,8 @@ impl TypeAParameter {
 /// The uncertainties of the parameters of `fit` over the `points` it was made from, by their deviations alone.
 ///
 /// The measurand is what fits to parts of this make would give on the average: what remains after the fit is
-/// taken for a sample of what every such part has. Errors of the machine that no deviation shows are not in it;
+/// taken for a sample of what every such part has. The best fit to this very part is known better: see
+/// [`crate::Estimate::u`]. Errors of the machine that no deviation shows are not in it;
 /// [`super::uncertainty()`] takes them from a budget. `aperture` is that of the settings of the fit and
 /// `uncertainties_mm` those of [`crate::fit_weighted`], if it had any. `O(n·p² + n·log n)`, and some tenths of
 /// a second for the patches.
@@ -133,42 +139,67 @@ fn found(fit: &Fit, patches: &[Patch], independence: Option<Independence>) -> Ty
     let judged = Judge::new(patches).judge(&deviations);
     let chances = chances(&judged, 0);
     let freedom = (patches.len() - p) as f64;
-    // The variance of Student's distribution over the square of its scale.
-    let wider = freedom / (freedom - 2.0);
-    let mut covariance = DMatrix::zeros(p, p);
-    for (of, chance) in judged.iter().zip(&chances) {
-        covariance += &of.covariance * (wider * chance * of.squares[0] / freedom);
-    }
-    let parameters = fit.estimates.iter().enumerate().map(|(index, estimate)| TypeAParameter {
-        parameter: estimate.parameter,
-        value: estimate.value,
-        u: covariance[(index, index)].sqrt(),
-        dof: freedom,
-        mixture: mixture(&judged, &chances, index, freedom, 0),
+    let parameters = fit.estimates.iter().enumerate().map(|(index, estimate)| {
+        let mixture = mixture(&judged, &chances, index, freedom, 0);
+        let u = half_width(&mixture, freedom, ONE_SIGMA);
+        let (parameter, value) = (estimate.parameter, estimate.value);
+        TypeAParameter { parameter, value, u, dof: freedom, mixture }
     });
-    let mut kernels = KERNELS.map(|kernel| (kernel, 0.0));
-    for (of, chance) in judged.iter().zip(&chances) {
-        let own = kernels.iter_mut().find(|(kernel, _)| *kernel == of.kernel);
-        own.into_iter().for_each(|(_, sum)| *sum += chance);
-    }
-    let first = (0, f64::NEG_INFINITY);
-    let (best, _) = chances
-        .iter()
-        .enumerate()
-        .fold(first, |best, (index, &chance)| if chance > best.1 { (index, chance) } else { best });
-    let sigma_mm = (judged[best].squares[0] / freedom).sqrt();
+    let parameters: Vec<TypeAParameter> = parameters.collect();
     TypeA {
-        parameters: parameters.collect(),
-        covariance: Covariance::new(p, covariance.as_slice(), 1.0),
-        correlation: Correlation {
-            kernel: judged[best].kernel,
-            length_mm: judged[best].length_mm,
-            sigma_mm,
-            rest_mm: sigma_mm * judged[best].rest.sqrt(),
-        },
-        kernels,
+        covariance: covariance(&judged, &chances, &parameters),
+        parameters,
         patches: patches.len(),
         independence,
+        ..waves(&judged, &chances, freedom)
+    }
+}
+
+/// Correlated as the mixture is, with the variances of the parameters.
+fn covariance(judged: &[Judged], chances: &[f64], parameters: &[TypeAParameter]) -> Covariance {
+    let p = parameters.len();
+    let mut mixed = DMatrix::zeros(p, p);
+    for (of, chance) in judged.iter().zip(chances) {
+        mixed += &of.covariance * (chance * of.squares[0]);
+    }
+    let scale = |index: usize| {
+        let root: f64 = mixed[(index, index)].sqrt();
+        if root > 0.0 { parameters[index].u / root } else { 0.0 }
+    };
+    let entries = DMatrix::from_fn(p, p, |i, j| mixed[(i, j)] * scale(i) * scale(j));
+    Covariance::new(p, entries.as_slice(), 1.0)
+}
+
+/// What is found of the waves, without parameters.
+fn waves(judged: &[Judged], chances: &[f64], freedom: f64) -> TypeA {
+    let of_waves = || {
+        let each = judged.iter().zip(chances);
+        each.filter_map(|(of, &chance)| Some((of.wave?, of, chance)))
+    };
+    let any: f64 = of_waves().map(|(.., chance)| chance).sum();
+    let mut kernels = KERNELS.map(|kernel| (kernel, 1.0 / KERNELS.len() as f64));
+    if any > 0.0 {
+        for (kernel, share) in &mut kernels {
+            let own = of_waves().filter(|(wave, ..)| wave.kernel == *kernel);
+            *share = own.map(|(.., chance)| chance).sum::<f64>() / any;
+        }
+    }
+    let best = of_waves().reduce(|best, one| if one.2 > best.2 { one } else { best });
+    let (wave, of, _) = best.expect("an exponential wave with a rest is always regular");
+    let sigma_mm = (of.squares[0] / freedom).sqrt();
+    TypeA {
+        parameters: Vec::new(),
+        covariance: Covariance::new(0, &[], 1.0),
+        correlation: Correlation {
+            kernel: wave.kernel,
+            length_mm: wave.length_mm,
+            sigma_mm,
+            rest_mm: sigma_mm * wave.rest.sqrt(),
+        },
+        kernels,
+        independent: (1.0 - any).max(0.0),
+        patches: 0,
+        independence: None,
     }
 }
 
@@ -181,7 +212,21 @@ fn outside(mixture: &[(f64, f64)], half: f64, dof: f64) -> f64 {
     mixture.iter().map(beyond).sum()
 }
 
-/// Probability and scale of one parameter under every correlation.
+/// Half the width of the interval about 0 that holds the probability `p` of a mixture.
+fn half_width(mixture: &[(f64, f64)], dof: f64, p: f64) -> f64 {
+    let mut high = mixture.iter().map(|&(_, scale)| scale).fold(0.0, f64::max);
+    while high.is_normal() && outside(mixture, high, dof) > 1.0 - p {
+        high *= 2.0;
+    }
+    let mut low = 0.0;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if outside(mixture, middle, dof) > 1.0 - p { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Probability and scale of one parameter under every correlation of some likelihood.
 fn mixture(
     judged: &[Judged],
     chances: &[f64],
@@ -192,7 +237,8 @@ fn mixture(
     let scale = |of: &Judged| {
         (of.covariance[(parameter, parameter)] * of.squares[sample] / freedom).max(0.0).sqrt()
     };
-    judged.iter().zip(chances).map(|(of, &chance)| (chance, scale(of))).collect()
+    let likely = judged.iter().zip(chances).filter(|&(_, &chance)| chance > NEGLIGIBLE);
+    likely.map(|(of, &chance)| (chance, scale(of))).collect()
 }
 
 /// The patches, made ready for many correlations.
@@ -202,17 +248,33 @@ struct Judge {
     /// An orthonormal basis of the derivatives.
     basis: DMatrix<f64>,
     gains: DMatrix<f64>,
-    /// The correlations that may be: kernel, length, share of the rest.
-    candidates: Vec<(Kernel, f64, f64)>,
+    /// The waves that may be, and that there is none.
+    candidates: Vec<Candidate>,
 }
 
-/// What one correlation makes of some samples of deviations.
-struct Judged {
+/// A correlation that may be.
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// `None`: deviations are independent from patch to patch.
+    wave: Option<Wave>,
+    /// How likely it is before anything is seen, over what others are.
+    before: f64,
+}
+
+/// A wave that may be.
+#[derive(Clone, Copy)]
+struct Wave {
     kernel: Kernel,
     length_mm: f64,
     /// Variance that is independent from patch to patch over that of the wave.
     rest: f64,
-    /// Covariance of the parameters for σ = 1 mm.
+}
+
+/// What one correlation makes of some samples of deviations.
+struct Judged {
+    wave: Option<Wave>,
+    before: f64,
+    /// Covariance of the parameters for σ = 1 mm, or for so much of what is independent where there is no wave.
     covariance: DMatrix<f64>,
     /// For each sample the sum of squares of generalised least squares in mm².
     squares: Vec<f64>,
@@ -234,12 +296,8 @@ impl Judge {
                 column /= length;
             }
         }
-        let candidates = lengths_mm(&apart_mm).into_iter().flat_map(|length_mm| {
-            let kernels = KERNELS.into_iter();
-            kernels.flat_map(move |kernel| RESTS.map(|rest| (kernel, length_mm, rest)))
-        });
         Judge {
-            candidates: candidates.collect(),
+            candidates: candidates(&lengths_mm(&apart_mm)),
             basis: if p == 0 { rows } else { rows.qr().q() },
             gains: DMatrix::from_fn(n, p, |i, j| patches[i].gain[j]),
             apart_mm,
@@ -248,18 +306,25 @@ impl Judge {
 
     /// One sample of deviations a column. `O(N³)` a correlation for N patches.
     fn judge(&self, deviations_mm: &DMatrix<f64>) -> Vec<Judged> {
-        let under = |&candidate: &(Kernel, f64, f64)| self.under(candidate, deviations_mm);
+        let under = |&candidate: &Candidate| self.under(candidate, deviations_mm);
         self.candidates.par_iter().filter_map(under).collect()
     }
 
     /// `None` where the correlation is too near to singular.
     fn under(
         &self,
-        (kernel, length_mm, rest): (Kernel, f64, f64),
+        Candidate { wave, before }: Candidate,
         deviations_mm: &DMatrix<f64>,
     ) -> Option<Judged> {
-        let mut correlation = self.apart_mm.map(|apart| kernel.correlation(apart / length_mm));
-        correlation.fill_diagonal(1.0 + rest);
+        let correlation = match wave {
+            None => DMatrix::identity(self.apart_mm.nrows(), self.apart_mm.ncols()),
+            Some(Wave { kernel, length_mm, rest }) => {
+                let mut correlation =
+                    self.apart_mm.map(|apart| kernel.correlation(apart / length_mm));
+                correlation.fill_diagonal(1.0 + rest);
+                correlation
+            }
+        };
         let covariance = self.gains.tr_mul(&(&correlation * &self.gains));
         let root = correlation.cholesky()?.unpack();
         let white = root.solve_lower_triangular(deviations_mm)?;
@@ -277,16 +342,32 @@ impl Judge {
         let likelihoods = squares.iter().map(|square| -log_size - 0.5 * freedom * square.ln());
         let likelihoods: Vec<f64> = likelihoods.collect();
         let finite = likelihoods.iter().all(|likelihood| likelihood.is_finite());
-        finite.then_some(Judged { kernel, length_mm, rest, covariance, squares, likelihoods })
+        finite.then_some(Judged { wave, before, covariance, squares, likelihoods })
     }
 }
 
 /// Probability of each correlation by one sample.
 fn chances(judged: &[Judged], sample: usize) -> Vec<f64> {
     let most = judged.iter().map(|of| of.likelihoods[sample]).fold(f64::NEG_INFINITY, f64::max);
-    let shares: Vec<f64> = judged.iter().map(|of| (of.likelihoods[sample] - most).exp()).collect();
+    let share = |of: &Judged| of.before * (of.likelihoods[sample] - most).exp();
+    let shares: Vec<f64> = judged.iter().map(share).collect();
     let all: f64 = shares.iter().sum();
     shares.iter().map(|share| share / all).collect()
+}
+
+/// The waves that may be over some lengths, and last that there is none.
+fn candidates(lengths_mm: &[f64]) -> Vec<Candidate> {
+    let waves = lengths_mm.iter().flat_map(|&length_mm| {
+        // Lengths in equal ratios stand for equal steps of 1/ℓ by 1/ℓ.
+        let before = lengths_mm[0] / length_mm;
+        KERNELS.into_iter().flat_map(move |kernel| {
+            RESTS.map(|rest| Candidate { wave: Some(Wave { kernel, length_mm, rest }), before })
+        })
+    });
+    let mut candidates: Vec<Candidate> = waves.collect();
+    let before = candidates.iter().map(|candidate| candidate.before).sum();
+    candidates.push(Candidate { wave: None, before });
+    candidates
 }
 
 /// Lengths in equal ratios from the middle distance of neighbouring patches to the largest of all.
@@ -314,5 +395,11 @@ const LENGTHS: usize = 9;
 /// Variance of the rest over that of the wave: from hardly any, which keeps Gaussian kernels regular, to so much
 /// that the wave is less than the mean of all patches is known to.
 const RESTS: [f64; 8] = [1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2, 1e3];
+/// After which the half width of an interval is known to 1e-9 of the largest scale.
+const HALVINGS: usize = 32;
+/// The probability of ±1 standard deviation of a normal distribution.
+const ONE_SIGMA: f64 = 0.682_689_492_137_085_9;
+/// Probability of a correlation that does not show in an interval, nor do all such together.
+const NEGLIGIBLE: f64 = 1e-8;
 /// Fewer deviations than these beyond the parameters have no correlation to see.
 const LEAST_FREEDOM: usize = 8;
