@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{ApertureError, Excluded, NominalError, Parameter, Units};
+use crate::{ApertureError, Excluded, NominalError, Parameter, PointMm, Units};
 
 /// Why there is no fit.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -68,10 +68,17 @@ pub enum FitError {
         given: usize,
     },
     /// No finite point lies in the aperture.
-    #[error("none of {finite} finite points lies in the aperture")]
+    #[error(
+        "none of {finite} finite points lies in the aperture; they reach from {} to {} mm: a height far off may stand for a missing one",
+        place(.low_mm), place(.high_mm)
+    )]
     OutsideAperture {
         /// Finite points.
         finite: usize,
+        /// Smallest coordinates of the points in mm.
+        low_mm: PointMm,
+        /// Largest coordinates of the points in mm.
+        high_mm: PointMm,
     },
     /// No point in the aperture stands over the nominal.
     #[error(
@@ -104,6 +111,11 @@ pub enum FitError {
         /// Usable points.
         used: usize,
     },
+}
+
+/// A place as a person reads it.
+fn place([x, y, z]: &PointMm) -> String {
+    format!("({x:.4}, {y:.4}, {z:.4})")
 }
 
 impl FitError {
