@@ -82,7 +82,8 @@ pub enum FitError {
     },
     /// No point in the aperture stands over the nominal.
     #[error(
-        "none of {inside} points in the aperture stands over the nominal, which ends {domain_mm:.6} mm from its axis; the nearest stands at {nearest_mm:.6} mm"
+        "none of {inside} points in the aperture stands over the nominal{}; the nearest stands at {nearest_mm:.6} mm",
+        end(*.domain_mm)
     )]
     OutsideDomain {
         /// Points in the aperture.
@@ -111,6 +112,14 @@ pub enum FitError {
         /// Usable points.
         used: usize,
     },
+}
+
+/// Where a nominal ends, if it does; one without an end may be too steep for any point to have a foot on it.
+fn end(domain_mm: f64) -> String {
+    if domain_mm.is_finite() {
+        return format!(", which ends {domain_mm:.6} mm from its axis");
+    }
+    ", which is too high or too steep there: correct its coefficients".to_owned()
 }
 
 /// A place as a person reads it.

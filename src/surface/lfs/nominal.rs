@@ -338,7 +338,7 @@ mod tests {
     /// A sphere has one curvature, however steep the place is.
     #[test]
     fn a_steep_sphere_bends_by_its_radius() {
-        for slope in [0.0, 1e-8, 0.7, 1e3, 1e9, 1e60] {
+        for slope in [0.0_f64, 1e-8, 0.7, 1e3, 1e9, 1e60] {
             for angle in [0.0_f64, 0.4, 2.0] {
                 let (sin, cos) = angle.sin_cos();
                 let stretch = slope.hypot(1.0);
