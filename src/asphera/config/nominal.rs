@@ -377,7 +377,7 @@ mod tests {
             assert!(problems.to_string().contains(said), "{problems}");
         };
         refused(&format!("{q}5"), circle, "aperture.radius_mm: expected an aperture within");
-        refused(chebyshev, circle, "no height at x 0.000000, y 4");
+        refused(chebyshev, circle, "no height at x 8.019059, y 4.085914 mm");
         refused(toroid, circle, "no height at x 9.000000, y 0.000000 mm");
         refused(
             "kind = \"sphere\"\nradius_mm = 8",
