@@ -1,7 +1,8 @@
 //! Looking for a part far from where the start says: shifted, tilted, upside down, turned about its axis.
 //!
 //! A few hundred of the points decide. If the fit from the given start explains their height over the best
-//! plane, nothing else is tried. Otherwise a fixed list of poses is refined on the sample: both sides of the
+//! plane, nothing else is tried, but of a freeform whose turn and shape are free whether it fits far better when its shifts and
+//! tilts are found first. Otherwise a fixed list of poses is refined on the sample: both sides of the
 //! part up; its axis along that of the start, along the normal of the best plane and through the centre of the
 //! best sphere; its vertex over the centroid, over the vertex of the paraboloid of its radius and on the axis of
 //! that sphere; for freeforms, its patch laid into the points centroid on centroid and plane on plane, at
