@@ -1,7 +1,7 @@
 //! Which format a file has: its content decides, its extension only where the content cannot.
 
 use crate::error::quoted;
-use crate::scan::without_bom;
+use crate::scan::{is_utf16, without_bom};
 use crate::{Format, Place, ReadError, Topography, grid_sag, metropro, sdf, x3p, xyz};
 
 /// Reads a file whose format is not known beforehand.
@@ -55,7 +55,9 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
         "dat" if !is_text(bytes) => {
             promised(Format::MetroPro, "a magic number 881B036F, 881B0370 or 881B0371")
         }
-        "xyz" | "txt" | "asc" | "csv" | "tsv" | "pts" | "dat" | "" if is_text(bytes) => {
+        "xyz" | "txt" | "asc" | "csv" | "tsv" | "pts" | "dat" | ""
+            if is_text(bytes) || is_utf16(bytes) =>
+        {
             Ok(Format::Xyz)
         }
         _ => Err(ReadError::Unknown { name: name.into(), start: quoted(bytes) }),

@@ -40,6 +40,11 @@ pub(crate) fn without_bom(text: &[u8]) -> &[u8] {
     text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
 }
 
+/// Whether a text begins with a byte order mark of UTF-16.
+pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF])
+}
+
 /// The text in UTF-8. Programs begin UTF-16 with a byte order mark; where that was lost, every other byte of the ASCII at its start is
 /// 0. What is neither UTF-16 nor UTF-8 is Latin-1.
 pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {

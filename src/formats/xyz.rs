@@ -13,14 +13,14 @@
 //! - A point whose z is `NaN`, `BAD`, asterisks or empty was not measured: it is counted in
 //!   [`Cloud::missing`]. x and y must be numbers. A number that stands for a missing height, such
 //!   as -9999, cannot be told from a height and is taken as one.
-//! - Lines end with LF, CR LF or CR. A UTF-8 byte order mark is passed over.
+//! - Lines end with LF, CR LF or CR. A UTF-8 byte order mark is passed over; one of UTF-16 says that the text is UTF-16.
 //! - The decimal separator is a point. A comma that is or may be one is an error with a hint,
 //!   because guessing wrong would shift columns in silence. Only where commas without white space
 //!   separate columns and decimals alike, as in `1,5,2,5,3,5`, nothing tells them apart: that line
 //!   has six whole numbers.
 
 use crate::error::quoted;
-use crate::scan::{finite, lines, says_missing, without_bom};
+use crate::scan::{decoded, finite, is_utf16, lines, says_missing, without_bom};
 use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 
 /// Reads columns of text as a cloud, in the order of the lines.
@@ -40,7 +40,8 @@ use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 /// # Ok::<(), asphera_formats::ReadError>(())
 /// ```
 pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
-    let text = without_bom(bytes);
+    let decoded = is_utf16(bytes).then(|| decoded(bytes));
+    let text = decoded.as_deref().map_or_else(|| without_bom(bytes), str::as_bytes);
     let mut cloud = Cloud::default();
     let mut header_allowed = true;
     let mut columns = Vec::with_capacity(8);

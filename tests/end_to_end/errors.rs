@@ -80,6 +80,34 @@ fn a_wrong_command_line_ends_with_two_and_no_verdict_with_three() {
     assert_eq!(output.status.code(), Some(11), "{}", words(&output));
 }
 
+/// Whatever the limit is of: PV and RMS are not the only ones a verdict can be asked for.
+#[test]
+fn a_limit_that_cannot_be_held_ends_with_eleven() {
+    let dir = tempfile::tempdir().unwrap();
+    let (nominal, file) = (dir.path().join("n.toml"), dir.path().join("p.xyz"));
+    let points =
+        (0..900).map(|index| format!("{} {} 0\n", 0.1 * f64::from(index % 30), index / 30));
+    std::fs::write(&file, points.collect::<String>()).unwrap();
+    let limits = [
+        ("a_nm = 50", 11),
+        ("minimum_zone_nm = 50", 11),
+        ("[[tolerance.zone]]\nouter_mm = 1\nrms_nm = 5", 11),
+        ("slope_rms_urad = 5\nslope_over_mm = 99\nslope_step_mm = 1", 11),
+        ("", 0),
+    ];
+    for (limit, code) in limits {
+        let sparse = "[sampling]\ngap_limit_mm = 0.001\ncoverage_min = 1.0\n";
+        let text = format!("[surface]\nkind = \"plane\"\n[tolerance]\n{limit}\n{sparse}");
+        std::fs::write(&nominal, text).unwrap();
+        let page = dir.path().join("page.html");
+        let [file, nominal, page] = [&file, &nominal, &page].map(|path| path.to_str().unwrap());
+        let measured = run(["measure", file, "--nominal", nominal, "--json"]);
+        assert_eq!(measured.status.code(), Some(code), "{limit}: {}", words(&measured));
+        let reported = run(["report", file, "--nominal", nominal, "-o", page]);
+        assert_eq!(reported.status.code(), Some(code), "{limit}: {}", words(&reported));
+    }
+}
+
 #[test]
 fn no_recording_is_an_error_with_its_path() {
     let dir = tempfile::tempdir().unwrap();

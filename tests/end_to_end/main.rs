@@ -16,4 +16,5 @@ mod qif;
 mod reduce;
 mod report;
 mod sampling;
+mod shapes;
 mod unknown;

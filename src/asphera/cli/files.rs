@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use asphera_formats::Topography;
+use asphera_formats::{ReadError, Topography};
 
 use super::output::Failure;
 use crate::config::{Part, Weights};
@@ -20,8 +20,11 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
 /// The points of a file.
 pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
     let name = path.display().to_string();
-    asphera_formats::read(&name, &read(path)?)
-        .map_err(|error| format!("{name}: {}", crate::error_chain(&error)).into())
+    asphera_formats::read(&name, &read(path)?).map_err(|error| match error {
+        // It names the file itself.
+        ReadError::Unknown { .. } => error.to_string().into(),
+        _ => format!("{name}: {}", crate::error_chain(&error)).into(),
+    })
 }
 
 /// The standard uncertainty of the height of every point of a file, mm, with its place.

@@ -38,7 +38,6 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     let part = part(&args.nominal)?;
-    let tolerance_given = part.pv_nm.is_some() || part.rms_nm.is_some();
     let topography = topography(&args.file)?;
 
     let mut pipeline = pipeline(part, args.along, &topography, &args.file)?;
@@ -58,7 +57,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         points_per_s: points.len() as f64 / done.as_secs_f64().max(1e-9),
     };
     deliver(&measurement, &args.output)?;
-    Ok(Exit::of(&measurement.report, tolerance_given))
+    Ok(Exit::of(&measurement.report, measurement.has_limits))
 }
 
 /// Fisher and Yates's shuffle, driven by SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).

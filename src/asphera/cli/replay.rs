@@ -38,5 +38,5 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         points_per_s: report.points.received as f64 / total_s.max(1e-9),
     };
     deliver(&measurement, &args.output)?;
-    Ok(Exit::of(&measurement.report, !measurement.report.verdict.checks.is_empty()))
+    Ok(Exit::of(&measurement.report, measurement.has_limits))
 }

@@ -58,7 +58,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         write(path, &qif(&measurement.report, &provenance))?;
     }
     print(&summary::of(&measurement.report));
-    Ok(Exit::of(&measurement.report, !measurement.report.verdict.checks.is_empty()))
+    Ok(Exit::of(&measurement.report, measurement.has_limits))
 }
 
 fn recorded(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement, Failure> {

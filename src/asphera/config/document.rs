@@ -286,6 +286,8 @@ impl<'a> Section<'a> {
 pub(crate) trait FromItem: Sized {
     /// In words.
     const EXPECTED: &'static str;
+    /// An array of them, in words.
+    const EXPECTED_MANY: &'static str = "an array of values of one kind";
 
     /// The value, if it is one.
     fn from_item(item: &Item) -> Option<Self>;
@@ -293,6 +295,7 @@ pub(crate) trait FromItem: Sized {
 
 impl FromItem for String {
     const EXPECTED: &'static str = "a string";
+    const EXPECTED_MANY: &'static str = "an array of strings";
 
     fn from_item(item: &Item) -> Option<String> {
         item.as_str().map(str::to_owned)
@@ -309,6 +312,7 @@ impl FromItem for bool {
 
 impl FromItem for f64 {
     const EXPECTED: &'static str = "a finite number";
+    const EXPECTED_MANY: &'static str = "an array of finite numbers";
 
     fn from_item(item: &Item) -> Option<f64> {
         let number = item.as_float().or_else(|| item.as_integer().map(|number| number as f64));
@@ -358,7 +362,7 @@ integers! {
 }
 
 impl<T: FromItem> FromItem for Vec<T> {
-    const EXPECTED: &'static str = "an array of values of one kind";
+    const EXPECTED: &'static str = T::EXPECTED_MANY;
 
     fn from_item(item: &Item) -> Option<Vec<T>> {
         item.as_array()?.iter().map(|value| T::from_item(&Item::Value(value.clone()))).collect()
@@ -372,9 +376,15 @@ fn found(item: &Item) -> String {
         Item::Value(Value::Integer(number)) => number.value().to_string(),
         Item::Value(Value::Float(number)) => number.value().to_string(),
         Item::Value(Value::Boolean(value)) => value.value().to_string(),
+        Item::Value(Value::Array(array)) => {
+            array.to_string().trim().chars().take(LONGEST_ARRAY).collect()
+        }
         other => format!("a value of type {}", other.type_name()),
     }
 }
+
+/// Letters of an array that are shown.
+const LONGEST_ARRAY: usize = 60;
 
 /// The known word nearest to `word`, if it is near enough to be a typing error or a unit left out.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {

@@ -43,6 +43,11 @@ pub struct Judging {
 }
 
 impl Judging {
+    /// Whether there is a limit of anything.
+    pub(super) fn has_limits(&self) -> bool {
+        !self.limits.is_empty() || self.has_limits_of_standards()
+    }
+
     /// Whether there are limits of figures that are made of more than deviations: minimum zone, texture.
     pub fn has_limits_of_standards(&self) -> bool {
         self.minimum_zone_nm.is_some() || !self.texture.is_empty()
@@ -50,9 +55,14 @@ impl Judging {
 }
 
 /// Reads the rest of the table `tolerance`, everything but `pv_nm` and `rms_nm`, and the table `uncertainty` of `table`.
-/// `has_texture` if the scale of the texture is stated.
-pub(super) fn read(table: &Section<'_>, tolerance: &Section<'_>, has_texture: bool) -> Judging {
-    let (mut limits, guard) = limits(tolerance);
+/// `has_texture` if the scale of the texture is stated; `aperture` is what zones must lie in.
+pub(super) fn read(
+    table: &Section<'_>,
+    tolerance: &Section<'_>,
+    has_texture: bool,
+    aperture: Option<Aperture>,
+) -> Judging {
+    let (mut limits, guard) = limits(tolerance, aperture);
     let indication = indication(tolerance, &mut limits);
     let above_0 = |key| {
         let value = tolerance.get::<f64>(key)?;
@@ -116,7 +126,10 @@ fn indication(tolerance: &Section<'_>, limits: &mut Vec<(String, Limit)>) -> Opt
 }
 
 /// Reads limits of figures and zones, and the guard band.
-fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
+fn limits(
+    tolerance: &Section<'_>,
+    aperture: Option<Aperture>,
+) -> (Vec<(String, Limit)>, Option<Guard>) {
     let slope = slope(tolerance);
     let mut limits = figures(tolerance, &FIGURES, Aperture::None, slope, Terms::NONE);
     for zone in tolerance.array("zone") {
@@ -126,14 +139,19 @@ fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
         if let Err(error) = ring.validate() {
             zone.problem("outer_mm", "a radius above inner_mm", error);
         }
+        lies_within(&zone, inner_mm, outer_mm, aperture);
+        let before = limits.len();
         limits.extend(figures(&zone, &WHOLE, ring, slope, Terms::NONE));
         limits.extend(figures(&zone, &FIGURES, ring, slope, Terms::NONE));
+        must_limit(&zone, &limits[before..]);
         zone.finish();
     }
     for less in tolerance.array("less") {
         let terms = terms(&less).unwrap_or_default();
+        let before = limits.len();
         limits.extend(figures(&less, &WHOLE, Aperture::None, slope, terms));
         limits.extend(figures(&less, &FIGURES, Aperture::None, slope, terms));
+        must_limit(&less, &limits[before..]);
         less.finish();
     }
     let factor = tolerance
@@ -146,6 +164,32 @@ fn limits(tolerance: &Section<'_>) -> (Vec<(String, Limit)>, Option<Guard>) {
         tolerance.problem("guard_factor", "either guard_factor or guard_probability", "both");
     }
     (limits, factor.or(probability))
+}
+
+/// Nothing is measured of a zone beside the aperture.
+fn lies_within(zone: &Section<'_>, inner_mm: f64, outer_mm: f64, aperture: Option<Aperture>) {
+    let (from_mm, to_mm) = match aperture {
+        None | Some(Aperture::None) => return,
+        Some(Aperture::Circle { radius_mm }) => (0.0, radius_mm),
+        Some(Aperture::Rectangle { width_mm, height_mm }) => (0.0, 0.5 * width_mm.hypot(height_mm)),
+        Some(Aperture::Annulus { inner_mm, outer_mm }) => (inner_mm, outer_mm),
+    };
+    if outer_mm > to_mm {
+        zone.problem("outer_mm", format!("at most {to_mm} mm, where the aperture ends"), outer_mm);
+    }
+    if inner_mm < outer_mm && outer_mm <= from_mm {
+        let expected = format!("above {from_mm} mm, where the aperture begins");
+        zone.problem("outer_mm", expected, outer_mm);
+    }
+}
+
+/// A table of limits that has none would be passed over in silence.
+fn must_limit(table: &Section<'_>, limits: &[(String, Limit)]) {
+    let keys = WHOLE.iter().chain(&FIGURES);
+    if limits.is_empty() && !keys.clone().any(|(key, _)| table.has(key)) {
+        let names: Vec<&str> = keys.map(|(key, _)| *key).collect();
+        table.problem("rms_nm", format!("a limit, one of {}", names.join(", ")), "none");
+    }
 }
 
 /// The limits of one table.
@@ -218,6 +262,15 @@ fn uncertainty(section: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
     };
     let long_waves = long_wave(section).into_iter().collect();
     let budget = Budget { noise, long_waves, effects: effects(section) };
+    let is_exact = matches!(budget.noise, Noise::Uniform { sigma_mm: 0.0, .. });
+    if is_exact
+        && budget.effects.is_empty()
+        && budget.long_waves.iter().all(|wave| wave.sigma_mm == 0.0)
+    {
+        let expected =
+            "an error above 0; without noise_nm it is measured by the scatter of neighbours";
+        section.problem("noise_nm", expected, "0, and no other error");
+    }
     let count = section.within("draws", DRAWS, 20..=1_000_000);
     let draws = Draws { count, seed: section.or("seed", 0) };
     (section.is_present() || needed).then_some((budget, draws))
@@ -248,6 +301,9 @@ fn long_wave(section: &Section<'_>) -> Option<LongWave> {
     let kernels = kernels.map(|kernel| (kernel.name(), kernel));
     let kernel = section.word("long_wave_kernel", Kernel::Gaussian, &kernels);
     let length_mm = section.get::<f64>("long_wave_mm");
+    if length_mm.is_some() && !section.has("long_wave_nm") {
+        section.problem("long_wave_nm", "a number not below 0, for long_wave_mm", "none");
+    }
     let sigma_nm = section.get::<f64>("long_wave_nm")?;
     if sigma_nm < 0.0 {
         section.problem("long_wave_nm", "a number not below 0", sigma_nm);
@@ -444,6 +500,9 @@ mod tests {
             ("[[tolerance.less]]\nterms = [\"trefoil\"]\n", "each once"),
             ("[[tolerance.less]]\nterms = []\n", "tolerance.less[0].terms"),
             ("[tolerance]\nsq_nm = 3\n", "tolerance.sq_nm"),
+            ("[[tolerance.zone]]\nouter_mm = 3\n", "tolerance.zone[0].rms_nm: expected a limit"),
+            ("[uncertainty]\nnoise_nm = 0\n", "uncertainty.noise_nm: expected an error above 0"),
+            ("[uncertainty]\nlong_wave_mm = 3\n", "uncertainty.long_wave_nm"),
             ("[tolerance]\nminimum_zone_nm = 0\n", "tolerance.minimum_zone_nm"),
             ("[tolerance]\nindication = \"3/2(1/x)\"\n", "at character 7, found \"x\""),
             ("[tolerance]\nindication = \"3/-\"\n", "which has none"),
@@ -461,5 +520,27 @@ mod tests {
             let problems = parse(rest).unwrap_err();
             assert!(problems.contains(key), "{problems}");
         }
+    }
+
+    #[test]
+    fn zones_lie_in_the_aperture() {
+        let ring = "[aperture]\nshape = \"annulus\"\ninner_radius_mm = 3\nouter_radius_mm = 9\n";
+        let zone = |inner_mm: f64, outer_mm: f64| {
+            let zone = format!(
+                "[[tolerance.zone]]\ninner_mm = {inner_mm}\nouter_mm = {outer_mm}\nrms_nm = 5\n"
+            );
+            parse(&format!("{ring}{zone}")).map(|part| part.judging.limits.len())
+        };
+        assert_eq!(zone(0.0, 9.0), Ok(1));
+        assert!(
+            zone(8.0, 9.5)
+                .unwrap_err()
+                .contains("outer_mm: expected at most 9 mm, where the aperture")
+        );
+        assert!(
+            zone(0.0, 3.0)
+                .unwrap_err()
+                .contains("outer_mm: expected above 3 mm, where the aperture")
+        );
     }
 }

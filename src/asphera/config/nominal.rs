@@ -49,6 +49,11 @@ pub struct Part {
 }
 
 impl Part {
+    /// Whether a verdict is asked for: there is a limit of anything.
+    pub fn has_limits(&self) -> bool {
+        self.pv_nm.is_some() || self.rms_nm.is_some() || self.judging.has_limits()
+    }
+
     /// Reads a nominal file. `name` is its path: it stands in every problem, and files it names are found
     /// from its folder.
     ///
@@ -79,7 +84,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let section = table.section("aperture");
     let aperture = aperture(&section);
     if let (Some(surface), Some(aperture)) = (&surface, aperture) {
-        must_end_before(&section, aperture, &surface.nominal);
+        must_end_before(&section, aperture, surface);
     }
     section.finish();
 
@@ -99,7 +104,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     };
     let (pv_nm, rms_nm) = (limit("pv_nm"), limit("rms_nm"));
     let figures = figures::read(table);
-    let judging = judging::read(table, &tolerance, figures.texture.is_some());
+    let judging = judging::read(table, &tolerance, figures.texture.is_some(), aperture);
     tolerance.finish();
 
     let reference = surface.as_ref().and_then(|surface| surface.reference);
@@ -178,21 +183,61 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
     }
 }
 
-/// Where a surface about its axis ends, an aperture must have ended.
-fn must_end_before(section: &Section<'_>, aperture: Aperture, nominal: &Nominal) {
-    let (key, radius_mm) = match aperture {
-        Aperture::Circle { radius_mm } => ("radius_mm", radius_mm),
-        Aperture::Annulus { outer_mm, .. } => ("outer_radius_mm", outer_mm),
-        Aperture::Rectangle { .. } | Aperture::None => return,
+/// Where a surface ends, an aperture must have ended. Heights from a file may have gaps, which show in the coverage.
+fn must_end_before(section: &Section<'_>, aperture: Aperture, surface: &Surface) {
+    let (key, found, reach_mm) = match aperture {
+        Aperture::Circle { radius_mm } => ("radius_mm", radius_mm, [radius_mm; 2]),
+        Aperture::Annulus { outer_mm, .. } => ("outer_radius_mm", outer_mm, [outer_mm; 2]),
+        Aperture::Rectangle { width_mm, height_mm } => {
+            ("width_mm", width_mm, [0.5 * width_mm, 0.5 * height_mm])
+        }
+        Aperture::None => return,
     };
-    let domain_mm = nominal.domain_mm();
-    if nominal.is_rotational() && radius_mm > domain_mm {
+    let domain_mm = surface.nominal.domain_mm();
+    let is_round = !matches!(aperture, Aperture::Rectangle { .. });
+    if surface.nominal.is_rotational() && is_round && found > domain_mm {
         let expected = format!(
             "at most {domain_mm:.6} mm, where the surface ends: narrow the aperture, or correct radius and conic"
         );
-        section.problem(key, &expected, radius_mm);
+        section.problem(key, &expected, found);
+        return;
+    }
+    if surface.has_gaps {
+        return;
+    }
+    let is_height = |height_mm: f64| height_mm.abs() <= HIGHEST_MM;
+    let without = rim(reach_mm, is_round)
+        .find(|[x_mm, y_mm]| !surface.nominal.height_mm(*x_mm, *y_mm).is_some_and(is_height));
+    if let Some([x_mm, y_mm]) = without {
+        let has = match surface.nominal.height_mm(x_mm, y_mm) {
+            Some(height_mm) => format!("is {height_mm:e} mm high"),
+            None => "has no height".to_owned(),
+        };
+        let expected = format!(
+            "an aperture within the surface, which {has} at x {x_mm:.6}, y {y_mm:.6} mm: narrow the aperture, or correct the \
+             surface"
+        );
+        section.problem(key, &expected, found);
     }
 }
+
+/// Places next to the rim of an aperture, inwards by less than counts.
+fn rim([x_mm, y_mm]: [f64; 2], is_round: bool) -> impl Iterator<Item = [f64; 2]> {
+    (0..RIM_PLACES).map(move |place| {
+        let angle = std::f64::consts::TAU * f64::from(place) / f64::from(RIM_PLACES);
+        let (sin, cos) = angle.sin_cos();
+        // The corners of a rectangle are met at 45°.
+        let out = if is_round { 1.0 } else { sin.abs().max(cos.abs()).recip() };
+        [x_mm * cos, y_mm * sin].map(|mm| INWARDS * out * mm)
+    })
+}
+
+/// Places on the rim of an aperture that are asked, a multiple of eight.
+const RIM_PLACES: u32 = 360;
+/// What stands a kilometre above its vertex has a coefficient of another unit.
+const HIGHEST_MM: f64 = 1e6;
+/// Rounding is not to bring a place on the end of a surface beyond it.
+const INWARDS: f64 = 1.0 - 1e-9;
 
 /// What a surface made from the points does not go together with.
 fn goes_with_unknown(
@@ -315,6 +360,40 @@ mod tests {
         }
         // 11.65/√6 = 4.756…
         assert!(Part::parse("n.toml", &format!("{surface}{}", ring.replace("4.8", "4.7"))).is_ok());
+    }
+
+    #[test]
+    fn an_aperture_beyond_any_surface_is_refused_with_the_place() {
+        let circle = "[aperture]\nshape = \"circle\"\nradius_mm = 9\n";
+        let sheet = "[aperture]\nshape = \"rectangle\"\nwidth_mm = 18\nheight_mm = 8\n";
+        let q = "kind = \"q-con\"\nradius_mm = 30\ncoefficients_mm = [1e-3]\nnormalisation_radius_mm = ";
+        let chebyshev = "kind = \"chebyshev\"\nbase = \"flat\"\nhalf_x_mm = 9\nhalf_y_mm = 4\nterms = [{ x = 2, y = 0, mm = 1 }]\n";
+        let toroid = "kind = \"toroid\"\nradius_mm = 30\nrotation_radius_mm = 5\n";
+        let power = "kind = \"asphere\"\nradius_mm = 30\nA20 = ";
+        let refused = |surface: &str, aperture: &str, said: &str| {
+            let problems = Part::parse("n.toml", &format!("[surface]\n{surface}\n{aperture}"));
+            let problems = problems.unwrap_err();
+            assert_eq!(problems.0.len(), 1, "{problems}");
+            assert!(problems.to_string().contains(said), "{problems}");
+        };
+        refused(&format!("{q}5"), circle, "aperture.radius_mm: expected an aperture within");
+        refused(chebyshev, circle, "no height at x 8.019059, y 4.085914 mm");
+        refused(toroid, circle, "no height at x 9.000000, y 0.000000 mm");
+        refused(
+            "kind = \"sphere\"\nradius_mm = 8",
+            sheet,
+            "aperture.width_mm: expected an aperture",
+        );
+        refused(&format!("{power}1e300"), circle, "correct the surface");
+        refused(&format!("{power}1e-3"), circle, "e16 mm high at x 9.000000");
+        for (surface, aperture) in [
+            (format!("{q}9"), circle),
+            (chebyshev.to_owned(), sheet),
+            (format!("{power}1e-20"), circle),
+        ] {
+            let text = format!("[surface]\n{surface}\n{aperture}");
+            assert!(Part::parse("n.toml", &text).is_ok(), "{text}");
+        }
     }
 
     #[test]

@@ -41,6 +41,19 @@ pub(super) fn judge(
                     doubt(&mut verdict, caution.to_string());
                 }
             }
+            // The sampling counts them, for they were measured; but no limit was held against them.
+            let beyond = fit.excluded.outside_domain;
+            let share = fit.used as f64 / (fit.used + beyond) as f64;
+            if share < part.coverage_min {
+                undecide(
+                    &mut verdict,
+                    format!(
+                        "only {:.1} % of the points in the aperture stand over the nominal, {:.1} % are wanted",
+                        100.0 * share,
+                        100.0 * part.coverage_min
+                    ),
+                );
+            }
         }
     }
     if let Ok(Fitted { reference: Some(reference), .. }) = fitted {

@@ -41,8 +41,10 @@ pub enum Caution {
 /// Points that look as if their unit were not mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// What the coordinates would have to be multiplied by: 1e-3 or 1e3.
+    /// What the coordinates would have to be multiplied by: 1e-3 or 1e3, heights alone also 1e-6.
     pub factor: f64,
+    /// Whether only the heights would have to be.
+    pub heights_only: bool,
     /// Root mean square deviation from the fitted nominal over that from the best plane, with the points as
     /// they are; `None` if there is no fit.
     pub now: Option<f64>,
@@ -52,14 +54,26 @@ pub struct Units {
 
 impl fmt::Display for Units {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (size, unit, other) =
-            if self.factor < 1.0 { ("large", "µm", "m") } else { ("small", "m", "µm") };
-        write!(
-            f,
-            "the points look as if they were in {unit}, 1000 times too {size} for the nominal (or the nominal \
-             as if in {other}): times {:e} they fit to {:.1e} of their height over the best plane",
-            self.factor, self.then
-        )?;
+        let Units { factor, then, .. } = self;
+        let (size, unit, other) = match *factor {
+            factor if factor > 1.0 => ("1000 times too small", "m", "µm"),
+            factor if factor < 1e-4 => ("1000000 times too large", "nm", "km"),
+            _ => ("1000 times too large", "µm", "m"),
+        };
+        if self.heights_only {
+            write!(
+                f,
+                "the heights look as if they were in {unit}, beside places in mm, {size} for the nominal: z times {factor:e} \
+                 they fit"
+            )?;
+        } else {
+            write!(
+                f,
+                "the points look as if they were in {unit}, {size} for the nominal (or the nominal as if in {other}): times \
+                 {factor:e} they fit"
+            )?;
+        }
+        write!(f, " to {then:.1e} of their height over the best plane")?;
         match self.now {
             Some(now) => write!(f, ", as they are to {now:.1e}"),
             None => f.write_str(", as they are not at all"),
@@ -78,6 +92,11 @@ impl fmt::Display for Caution {
                 f,
                 "the points fit the nominal with the sign of z exchanged to {mirrored_rms_mm:.1e} mm rms, the \
                  nominal as given to {rms_mm:.1e} mm"
+            ),
+            Caution::BeyondDomain { domain_mm, beyond, farthest_mm } if domain_mm.is_infinite() => write!(
+                f,
+                "{beyond} points in the aperture have no foot on the nominal; the farthest stands {farthest_mm:.6} mm from the \
+                 axis: correct its coefficients"
             ),
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } => write!(
                 f,

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{ApertureError, Excluded, NominalError, Parameter, Units};
+use crate::{ApertureError, Excluded, NominalError, Parameter, PointMm, Units};
 
 /// Why there is no fit.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -68,14 +68,22 @@ pub enum FitError {
         given: usize,
     },
     /// No finite point lies in the aperture.
-    #[error("none of {finite} finite points lies in the aperture")]
+    #[error(
+        "none of {finite} finite points lies in the aperture; they reach from {} to {} mm: a height far off may stand for a missing one",
+        place(.low_mm), place(.high_mm)
+    )]
     OutsideAperture {
         /// Finite points.
         finite: usize,
+        /// Smallest coordinates of the points in mm.
+        low_mm: PointMm,
+        /// Largest coordinates of the points in mm.
+        high_mm: PointMm,
     },
     /// No point in the aperture stands over the nominal.
     #[error(
-        "none of {inside} points in the aperture stands over the nominal, which ends {domain_mm:.6} mm from its axis; the nearest stands at {nearest_mm:.6} mm"
+        "none of {inside} points in the aperture stands over the nominal{}; the nearest stands at {nearest_mm:.6} mm",
+        end(*.domain_mm)
     )]
     OutsideDomain {
         /// Points in the aperture.
@@ -104,6 +112,19 @@ pub enum FitError {
         /// Usable points.
         used: usize,
     },
+}
+
+/// Where a nominal ends, if it does; one without an end may be too steep for any point to have a foot on it.
+fn end(domain_mm: f64) -> String {
+    if domain_mm.is_finite() {
+        return format!(", which ends {domain_mm:.6} mm from its axis");
+    }
+    ", which is too high or too steep there: correct its coefficients".to_owned()
+}
+
+/// A place as a person reads it.
+fn place([x, y, z]: &PointMm) -> String {
+    format!("({x:.4}, {y:.4}, {z:.4})")
 }
 
 impl FitError {

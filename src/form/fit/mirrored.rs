@@ -20,8 +20,8 @@ pub(crate) fn suspected(
         return None;
     }
     let sample = sample(points, SAMPLE);
-    let relief_mm = BestPlane::of(&sample)?.rms_mm;
-    if relief_mm == 0.0 || rms_mm < UNEXPLAINED * relief_mm {
+    let relief_mm = BestPlane::of(&sample).filter(BestPlane::has_relief)?.rms_mm;
+    if rms_mm < UNEXPLAINED * relief_mm {
         return None;
     }
     let reflected: Vec<PointMm> = sample.iter().map(|&[x, y, z]| [x, y, -z]).collect();

@@ -338,7 +338,8 @@ fn require(
         return Err(FitError::NoPoints { given });
     }
     if inside == 0 {
-        return Err(FitError::OutsideAperture { finite });
+        let (low_mm, high_mm) = extremes(points);
+        return Err(FitError::OutsideAperture { finite, low_mm, high_mm });
     }
     if used == 0 {
         let nearest_mm = selection.beyond_mm(points, pose).fold(f64::INFINITY, f64::min);
@@ -346,6 +347,18 @@ fn require(
     }
     let needed = points_needed(selection, pose, nominal, &settings.free);
     if used < needed { Err(FitError::TooFewPoints { used, needed, excluded }) } else { Ok(()) }
+}
+
+/// The smallest and the largest coordinates of the finite points.
+pub(crate) fn extremes(points: &[PointMm]) -> (PointMm, PointMm) {
+    let finite =
+        points.iter().filter(|point| point.iter().all(|coordinate| coordinate.is_finite()));
+    finite.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), point| {
+        (
+            std::array::from_fn(|axis| low[axis].min(point[axis])),
+            std::array::from_fn(|axis| high[axis].max(point[axis])),
+        )
+    })
 }
 
 /// How many of the free parameters points on this kind of surface can determine, at least 1.

@@ -51,6 +51,11 @@ impl BestPlane {
             extent_mm: (moments.trace() / count).sqrt(),
         })
     }
+
+    /// Whether the points stand off the plane by more than rounding: those of a line in space, however curved, do not.
+    pub(crate) fn has_relief(&self) -> bool {
+        self.rms_mm > ROUNDING * self.extent_mm
+    }
 }
 
 /// Mean of the points; NaN without any.
@@ -61,5 +66,7 @@ pub(crate) fn centroid(points: &[PointMm]) -> Vector3<f64> {
 
 /// Directions with a smaller share of the extent are not determined.
 const FLAT: f64 = 1e-12;
+/// Below this share of the extent a distance may be rounding.
+const ROUNDING: f64 = 1e-12;
 /// Far more than a matrix of three columns needs.
 const STEPS: usize = 10_000;

@@ -1,7 +1,8 @@
 //! Looking for a part far from where the start says: shifted, tilted, upside down, turned about its axis.
 //!
 //! A few hundred of the points decide. If the fit from the given start explains their height over the best
-//! plane, nothing else is tried. Otherwise a fixed list of poses is refined on the sample: both sides of the
+//! plane, nothing else is tried, but of a freeform whose turn and shape are free whether it fits far better when its shifts and
+//! tilts are found first. Otherwise a fixed list of poses is refined on the sample: both sides of the
 //! part up; its axis along that of the start, along the normal of the best plane and through the centre of the
 //! best sphere; its vertex over the centroid, over the vertex of the paraboloid of its radius and on the axis of
 //! that sphere; for freeforms, its patch laid into the points centroid on centroid and plane on plane, at
@@ -35,6 +36,12 @@ pub(crate) fn search(
     let Some(plane) = BestPlane::of(&sample) else { return start };
     let refiner = Refiner { sample: &sample, nominal, settings, relief_mm: plane.rms_mm };
     let first = refiner.settled(start, &settings.free);
+    if let Some(laid) = refiner.laid_first(start).filter(|laid| refiner.explains(laid)) {
+        let is_far = |first: &Settled| laid.spread_mm < CLEARLY * first.spread_mm;
+        if first.as_ref().is_none_or(is_far) {
+            return laid.pose;
+        }
+    }
     if let Some(first) = first.as_ref().filter(|first| refiner.explains(first)) {
         // Where the way is long, the full fit may not go the way the sample did.
         let near = refiner.measured(start, nominal);
@@ -122,6 +129,22 @@ impl Refiner<'_> {
             }
         }
         self.measured(pose, &nominal)
+    }
+
+    /// The pose after a fit of shifts and tilts alone and then of all that is free, for a freeform whose turn and shape are free.
+    ///
+    /// What a decentred and tilted part leaves looks like a little astigmatism and coma. Turn and coefficients would take it at once,
+    /// and may end in a minimum a quarter turn away with the sign of a coefficient exchanged.
+    fn laid_first(&self, start: Pose) -> Option<Settled> {
+        let free = &self.settings.free;
+        let has_shape = free.iter().any(|free| !Parameter::POSE.contains(free));
+        if self.nominal.is_rotational() || !has_shape || !free.contains(&Parameter::Rz) {
+            return None;
+        }
+        let laying: Vec<Parameter> =
+            free.iter().copied().filter(|free| Parameter::RIGID.contains(free)).collect();
+        let laid = self.settled(start, &laying)?;
+        self.settled(laid.pose, free)
     }
 
     fn select(&self, pose: &Pose, nominal: &Nominal) -> Selection {

@@ -11,10 +11,10 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-use crate::fit::fit;
 use crate::fit::model::Model;
 use crate::fit::refine::{priority, rounding_mm};
 use crate::fit::selection::{Membership, Selection};
+use crate::fit::{extremes, fit};
 use crate::{Excluded, Fit, FitError, FitSettings, Nominal, Parameter, PointMm, Pose};
 use directions::Directions;
 pub(crate) use linearised::LinearZone;
@@ -206,9 +206,9 @@ pub fn minimum_zone(
     let used = selection.points.len();
     if used == 0 {
         // Only where the points in the aperture had not settled.
-        return Err(FitError::OutsideAperture {
-            finite: points.len() - selection.excluded.not_finite,
-        });
+        let (low_mm, high_mm) = extremes(points);
+        let finite = points.len() - selection.excluded.not_finite;
+        return Err(FitError::OutsideAperture { finite, low_mm, high_mm });
     }
     let free: Vec<Parameter> = least_squares.estimates.iter().map(|e| e.parameter).collect();
     let part = Part { points: &selection.points, free: &free };

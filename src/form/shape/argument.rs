@@ -3,8 +3,7 @@
 use super::{ShapeError, ShapeParameter};
 
 /// What a radius may be.
-pub(super) const RADIUS: &str =
-    "a finite number other than 0 (what is flat has a constructor of its own)";
+pub(super) const RADIUS: &str = "a finite number other than 0 (what is flat has no radius)";
 /// What a coefficient may be.
 pub(super) const FINITE: &str = "a finite number";
 

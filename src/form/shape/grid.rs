@@ -12,6 +12,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::argument::count;
+use super::at_first_use::AtFirstUse;
 use super::raster::Raster;
 use super::{Jet, Shape, ShapeError, ShapeParameter};
 
@@ -23,6 +24,7 @@ pub struct SagGrid {
     sag_mm: Arc<[f64]>,
     /// Whether all nodes that a cell depends on are there; row after row of (nx − 1)·(ny − 1) cells.
     whole: Arc<[bool]>,
+    domain: AtFirstUse,
 }
 
 /// Where the nodes of a grid are: at `(x_min + i·step_x, y_min + j·step_y)`.
@@ -104,7 +106,7 @@ impl SagGrid {
             let missing = sag_mm.iter().filter(|sag| !sag.is_finite()).count();
             return Err(SagGridError::Empty { missing, nodes: sag_mm.len() });
         }
-        Ok(SagGrid { nodes, sag_mm: sag_mm.into(), whole })
+        Ok(SagGrid { nodes, sag_mm: sag_mm.into(), whole, domain: AtFirstUse::default() })
     }
 
     /// Where the nodes are.
@@ -148,7 +150,7 @@ impl Shape for SagGrid {
 
     /// 0 if a cell about the origin is not defined.
     fn domain_mm(&self) -> f64 {
-        self.nodes.raster().reach_mm(&self.whole)
+        self.domain.or_find(|| self.nodes.raster().reach_mm(&self.whole))
     }
 }
 

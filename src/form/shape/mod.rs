@@ -18,6 +18,7 @@
 //! | a piece away from the vertex | [`OffAxis`] | |
 
 mod argument;
+mod at_first_use;
 mod biconic;
 mod conic;
 mod cylinder;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::argument::refused;
+use super::at_first_use::AtFirstUse;
 use super::taylor::{defined, number};
 use super::{Jet, Shape, ShapeError, ShapeParameter};
 
@@ -24,6 +25,7 @@ pub struct OffAxis {
     /// What the parameters do to the parent's height at the origin.
     at_origin: Vec<f64>,
     start: Met,
+    domain: AtFirstUse,
 }
 
 impl OffAxis {
@@ -68,7 +70,8 @@ impl OffAxis {
         let seen = parent.by_parameters(x, y, &mut at_origin).filter(|()| rate > 0.0);
         seen.ok_or_else(|| refused(KIND, "decentre", x.hypot(y), INSIDE))?;
         let start = Met { x, y, w: 0.0, parent: jet, rate };
-        Ok(OffAxis { parent, origin_mm: [x, y, jet.z_mm], axes, at_origin, start })
+        let (origin_mm, domain) = ([x, y, jet.z_mm], AtFirstUse::default());
+        Ok(OffAxis { parent, origin_mm, axes, at_origin, start, domain })
     }
 
     /// Where the place (u, v, w) of this frame lies in the parent's.
@@ -207,8 +210,14 @@ impl Shape for OffAxis {
 
     /// Parallel: what the parent's domain leaves about the origin. Tilted: the largest disc found by trial
     /// whose rim has heights in 64 directions, to one part in a thousand; some thousand heights of the
-    /// parent.
+    /// parent the first time.
     fn domain_mm(&self) -> f64 {
+        self.domain.or_find(|| self.find_domain_mm())
+    }
+}
+
+impl OffAxis {
+    fn find_domain_mm(&self) -> f64 {
         let [dx, dy, _] = self.origin_mm;
         if self.axes == PARALLEL {
             return (self.parent.domain_mm() - dx.hypot(dy)).max(0.0);

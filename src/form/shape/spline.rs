@@ -8,6 +8,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::argument::count;
+use super::at_first_use::AtFirstUse;
 use super::raster::Raster;
 use super::{Jet, Shape, ShapeError, ShapeParameter};
 
@@ -53,6 +54,7 @@ pub struct SplineSurface {
     cells: Cells,
     coefficients_mm: Arc<[f64]>,
     defined: Arc<[bool]>,
+    domain: AtFirstUse,
 }
 
 /// Why numbers make no spline surface.
@@ -143,6 +145,7 @@ impl SplineSurface {
             cells,
             coefficients_mm: coefficients_mm.into(),
             defined: defined.into(),
+            domain: AtFirstUse::default(),
         })
     }
 
@@ -196,7 +199,7 @@ impl Shape for SplineSurface {
 
     /// 0 if a cell about the origin is not defined.
     fn domain_mm(&self) -> f64 {
-        self.cells.raster().reach_mm(&self.defined)
+        self.domain.or_find(|| self.cells.raster().reach_mm(&self.defined))
     }
 }
 

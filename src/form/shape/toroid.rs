@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::argument::{count, parameter, radius};
+use super::at_first_use::AtFirstUse;
 use super::even_powers::EvenPowers;
 use super::section::{ConicSection, NAMES};
 use super::taylor::{Taylor, defined, number};
@@ -19,6 +20,7 @@ pub struct Toroid {
     rotation_mm: f64,
     section: ConicSection,
     powers: EvenPowers,
+    domain: AtFirstUse,
 }
 
 impl Toroid {
@@ -32,14 +34,16 @@ impl Toroid {
         terms: &[(u8, f64)],
     ) -> Result<Toroid, ShapeError> {
         let rotation_mm = radius(KIND, ROTATION, rotation_radius_mm)?;
-        Ok(Toroid { rotation_mm, section, powers: EvenPowers::new(KIND, terms)? })
+        let powers = EvenPowers::new(KIND, terms)?;
+        Ok(Toroid { rotation_mm, section, powers, domain: AtFirstUse::default() })
     }
 
     /// With an infinite radius of rotation: an acylinder that does not change along x. As
     /// [`Toroid::new`], without `rotation_radius`.
     pub fn unrotated(section: ConicSection, terms: &[(u8, f64)]) -> Result<Toroid, ShapeError> {
         let powers = EvenPowers::new(KIND, terms)?;
-        Ok(Toroid { rotation_mm: f64::INFINITY, section, powers })
+        let (rotation_mm, domain) = (f64::INFINITY, AtFirstUse::default());
+        Ok(Toroid { rotation_mm, section, powers, domain })
     }
 
     fn is_rotated(&self) -> bool {
@@ -137,13 +141,20 @@ impl Shape for Toroid {
             rotation_mm,
             section: self.section.with_values(KIND, NAMES, section)?,
             powers: self.powers.with_values(KIND, powers)?,
+            domain: AtFirstUse::default(),
         }))
     }
 
     /// A lower bound, close where the curve is a conic. The domain ends at |x| = |R| − f(y)·sgn R; a disc
     /// is inside if in every strip of it the widest x stays below the largest f possible in that strip,
-    /// taken from the bounds that are monotonic in |y|. `O(1)`, some microseconds.
+    /// taken from the bounds that are monotonic in |y|. `O(1)`, some microseconds the first time.
     fn domain_mm(&self) -> f64 {
+        self.domain.or_find(|| self.find_domain_mm())
+    }
+}
+
+impl Toroid {
+    fn find_domain_mm(&self) -> f64 {
         let end_mm = self.section.domain_mm();
         if !self.is_rotated() {
             return end_mm;
@@ -156,9 +167,7 @@ impl Shape for Toroid {
         }
         inside
     }
-}
 
-impl Toroid {
     /// Whether every place of the disc of this radius is certainly in the domain.
     fn holds(&self, disc_mm: f64) -> bool {
         (0..STRIPS).all(|strip| {

@@ -140,3 +140,16 @@ fn a_column_named_u_z_holds_uncertainties() {
     assert!(cloud("x y z q\n0 0 1 7\n").uncertainties_mm.is_empty());
     assert!(cloud("0 0 1 1e-5\n").uncertainties_mm.is_empty());
 }
+
+#[test]
+fn text_of_16_bits_is_read_as_any_other() {
+    let text = "x y z u_z\r\n0 0 1.5 1e-5\r\n1 0 NaN 1\r\n";
+    let units: Vec<u16> = std::iter::once(0xFEFF).chain(text.encode_utf16()).collect();
+    let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+    let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+    for bytes in [little, big] {
+        let topography = crate::read("scan.txt", &bytes).unwrap();
+        assert_eq!(topography.points().collect::<Vec<_>>(), [[0.0, 0.0, 1.5]]);
+        assert_eq!((topography.missing(), topography.uncertainties_mm()), (1, &[1e-5][..]));
+    }
+}

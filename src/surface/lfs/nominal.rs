@@ -59,15 +59,16 @@ impl Jet {
     pub fn curvatures_per_mm(&self) -> [f64; 2] {
         let [p, q] = self.slope;
         let [xx, xy, yy] = self.bend_per_mm;
-        // The shape operator in an orthonormal frame: L⁻¹ II L⁻ᵀ with the first form I = L Lᵀ.
-        let first = Matrix2::new(1.0 + p * p, p * q, p * q, 1.0 + q * q);
-        let second = Matrix2::new(xx, xy, xy, yy) / (1.0 + p * p + q * q).sqrt();
-        let factor = first.cholesky().expect("1 + p² and the determinant 1 + p² + q² are positive");
-        let inverse = factor.inverse();
-        let lower = factor.l();
-        let shape = lower.transpose() * inverse * second * inverse * lower;
-        let symmetric = 0.5 * (shape + shape.transpose());
-        let [a, b] = SymmetricEigen::new(symmetric).eigenvalues.into();
+        // Along the steepest ascent and across it the first form is diagonal, 1 + g² and 1, however steep the place is.
+        let slope = p.hypot(q);
+        let (cos, sin) = if slope > 0.0 { (p / slope, q / slope) } else { (1.0, 0.0) };
+        let along = xx * cos * cos + 2.0 * xy * cos * sin + yy * sin * sin;
+        let across = xx * sin * sin - 2.0 * xy * cos * sin + yy * cos * cos;
+        let mixed = (yy - xx) * cos * sin + xy * (cos * cos - sin * sin);
+        let stretch = slope.hypot(1.0);
+        let shape =
+            Matrix2::new(along / stretch / stretch, mixed / stretch, mixed / stretch, across);
+        let [a, b] = SymmetricEigen::new(shape / stretch).eigenvalues.into();
         [a.min(b), a.max(b)]
     }
 }
@@ -329,3 +330,33 @@ const ROUNDS: usize = 40;
 
 /// Newton's steps for the nearest place.
 const STEPS: usize = 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sphere has one curvature, however steep the place is.
+    #[test]
+    fn a_steep_sphere_bends_by_its_radius() {
+        for slope in [0.0_f64, 1e-8, 0.7, 1e3, 1e9, 1e60] {
+            for angle in [0.0_f64, 0.4, 2.0] {
+                let (sin, cos) = angle.sin_cos();
+                let stretch = slope.hypot(1.0);
+                let (along, across) = (stretch.powi(3) / 20.0, stretch / 20.0);
+                let bend_per_mm = [
+                    along * cos * cos + across * sin * sin,
+                    (along - across) * cos * sin,
+                    along * sin * sin + across * cos * cos,
+                ];
+                let slope_of = [slope * cos, slope * sin];
+                let jet = Jet { height_mm: 0.0, slope: slope_of, bend_per_mm };
+                let [low, high] = jet.curvatures_per_mm();
+                // Beside the axes the bend across a steep slope is lost in the rounding of that along it.
+                let known = angle == 0.0 || slope < 1e4;
+                let is_near = |per_mm: f64| (20.0 * per_mm - 1.0).abs() < 1e-8;
+                assert!(low.is_finite() && high.is_finite(), "{slope} {angle}");
+                assert!(!known || is_near(low) && is_near(high), "{slope} {angle}: {low} {high}");
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use asphera_form::Nominal;
 use asphera_form::shape::{ConicSection, Nodes, SagGrid};
-use asphera_formats::Topography;
+use asphera_formats::{ReadError, Topography};
 
 use super::super::document::Section;
 use super::base::{base, even_powers, on_base};
@@ -34,7 +34,7 @@ fn heights(surface: &Section<'_>, folder: &Path) -> Option<SagGrid> {
             return None;
         }
         Err(error) => {
-            surface.problem("file", expected, format!("{name}: {}", crate::error_chain(&error)));
+            surface.problem("file", expected, said(&name, &error));
             return None;
         }
     };
@@ -49,4 +49,13 @@ fn heights(surface: &Section<'_>, folder: &Path) -> Option<SagGrid> {
     SagGrid::new(nodes, &map.z_mm)
         .map_err(|error| surface.problem("file", expected, format!("{name}: {error}")))
         .ok()
+}
+
+/// An error of reading, with the file it is of.
+fn said(name: &impl std::fmt::Display, error: &ReadError) -> String {
+    match error {
+        // It names the file itself.
+        ReadError::Unknown { .. } => error.to_string(),
+        _ => format!("{name}: {}", crate::error_chain(error)),
+    }
 }

@@ -26,6 +26,8 @@ pub(super) struct Surface {
     pub(super) nominal: Nominal,
     /// Whether it is of revolution about z, so that a turn about z changes nothing.
     pub(super) is_round: bool,
+    /// Whether its heights come from a file, which may lack some.
+    pub(super) has_gaps: bool,
     /// How the points make the surface, where no design is known. The nominal then stands in for it.
     pub(super) reference: Option<ReferenceSettings>,
 }
@@ -39,7 +41,12 @@ pub(super) fn read(surface: &Section<'_>, folder: &Path) -> Option<Surface> {
             surface.problem("off_axis", expected, "one");
         }
         let reference = Some(unknown::unknown(surface));
-        return Some(Surface { nominal: provisional().0, is_round: false, reference });
+        return Some(Surface {
+            nominal: provisional().0,
+            is_round: false,
+            has_gaps: false,
+            reference,
+        });
     }
     let nominal = match kind {
         Kind::Plane => Some(Nominal::Plane),
@@ -66,7 +73,7 @@ pub(super) fn read(surface: &Section<'_>, folder: &Path) -> Option<Surface> {
     let nominal = if has_section { off_axis(&section, nominal) } else { nominal };
     section.finish();
     let is_round = kind.is_round() && !has_section;
-    Some(Surface { nominal: nominal?, is_round, reference: None })
+    Some(Surface { nominal: nominal?, is_round, has_gaps: kind == Kind::Grid, reference: None })
 }
 
 #[derive(Clone, Copy, PartialEq)]

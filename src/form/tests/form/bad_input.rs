@@ -19,6 +19,42 @@ fn rough(nominal: &Nominal, places: &[[f64; 2]], factor: f64) -> Vec<PointMm> {
     places.iter().map(point).collect()
 }
 
+/// Profilers write places in mm and heights in µm or nm.
+#[test]
+fn heights_alone_in_another_unit_are_told() {
+    let sphere = Nominal::Sphere { radius_mm: 20.0 };
+    for nominal in [sphere, al1815(), saddle()] {
+        for (heights_are, factor, unit) in [(1e3, 1e-3, "in µm,"), (1e6, 1e-6, "in nm,")] {
+            let points = rough(&nominal, &spiral(2_000, 8.0), 1.0);
+            let points: Vec<PointMm> =
+                points.into_iter().map(|[x, y, z]| [x, y, z * heights_are]).collect();
+            let told = match fit(&points, &nominal, &FitSettings::default()) {
+                Err(FitError::Units(units)) => Some(units),
+                Ok(fitted) => fitted.cautions.into_iter().find_map(|caution| match caution {
+                    Caution::Units(units) => Some(units),
+                    _ => None,
+                }),
+                Err(_) => None,
+            };
+            let units = told.expect("a word on the units");
+            assert!(units.heights_only && units.factor == factor, "{nominal}: {units}");
+            assert!(units.to_string().contains(unit), "{units}");
+        }
+    }
+}
+
+/// A curved line lies in a plane: that its height over it is rounding says nothing of units.
+#[test]
+fn a_line_of_points_is_not_in_another_unit() {
+    let sphere = Nominal::Sphere { radius_mm: 30.0 };
+    let points: Vec<PointMm> = (-250..=250)
+        .map(|step| f64::from(step) * 0.036)
+        .map(|x| [x, 0.0, sphere.sag_mm(x.abs())])
+        .collect();
+    let fitted = fit(&points, &sphere, &FitSettings::default()).unwrap();
+    assert_eq!(fitted.cautions, []);
+}
+
 #[test]
 fn points_in_micrometres_or_metres_are_told() {
     let sphere = Nominal::Sphere { radius_mm: 20.0 };

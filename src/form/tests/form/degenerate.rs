@@ -139,9 +139,10 @@ fn settings_that_make_no_sense() {
     let start = Pose { tx_mm: f64::NAN, ..Pose::default() };
     assert_eq!(with(FitSettings { start, ..FitSettings::default() }), FitError::Start);
     let aperture = Aperture::Annulus { inner_mm: 20.0, outer_mm: 21.0 };
+    let (low, high) = ([0.0; 3], [1.0, 1.0, 0.0]);
     assert_eq!(
         with(FitSettings { aperture, ..FitSettings::default() }),
-        FitError::OutsideAperture { finite: 3 }
+        FitError::OutsideAperture { finite: 3, low_mm: low, high_mm: high }
     );
     let nothing = Nominal::Sphere { radius_mm: 0.0 };
     assert_eq!(
