@@ -21,18 +21,24 @@
 //! time it came, and a first pose that is off would shut out good points until the next reference.
 
 mod accumulator;
+mod classes;
 mod linearised;
+mod middle;
 mod problem;
+mod referring;
+mod reweighing;
 mod weighted;
 
 pub use accumulator::Accumulator;
 
 use thiserror::Error;
 
-use crate::fit::slant::Slant;
-use crate::fit::{Estimate, Fit, FitSettings, along_normal_mm, fit, fit_weighted, method};
+use crate::deviation::NM_PER_MM;
+use crate::fit::{Estimate, FitSettings, method};
 use crate::live::linearised::Linearised;
-use crate::{Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Undetermined};
+use crate::{
+    Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Robust, Undetermined,
+};
 
 /// A regular grid of cells in the x-y plane of the part frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,6 +123,14 @@ pub enum LiveError {
         /// Points without.
         points: usize,
     },
+    /// A reference that was not found by the loss it is to serve.
+    #[error("the reference was found by the criterion \"{found}\", expected \"{expected}\"")]
+    Reference {
+        /// Its criterion.
+        found: &'static str,
+        /// That of the settings.
+        expected: &'static str,
+    },
     /// Estimators that cannot be merged.
     #[error("the {what} of the two estimators differ, expected the same in both")]
     Different {
@@ -161,6 +175,12 @@ pub struct LiveEstimate {
     pub mean_squares_nm2: Vec<f64>,
     /// What points with uncertainties tell beyond; `None` if they have none.
     pub weights: Option<LiveWeights>,
+    /// What the robust loss did, counts to the width of a class; `None` for least squares.
+    pub robust: Option<Robust>,
+    /// As [`Fit::effective_points`](crate::Fit::effective_points); of a robust loss by the weights at the reference.
+    pub effective_points: f64,
+    /// The RMS in mm that would be left if all points counted alike and by squares: no pose leaves less.
+    pub least_rms_mm: f64,
     /// Points used.
     pub count: usize,
     /// Points left out.
@@ -176,23 +196,20 @@ pub struct LiveWeights {
     pub u_min_mm: f64,
     /// The largest.
     pub u_max_mm: f64,
-    /// As [`Fit::reduced_chi_square`].
+    /// As [`Fit::reduced_chi_square`](crate::Fit::reduced_chi_square).
     pub reduced_chi_square: Option<f64>,
-    /// As [`Fit::effective_points`].
-    pub effective_points: f64,
-    /// The RMS in mm that would be left if the points counted alike: no pose leaves less.
-    pub least_rms_mm: f64,
 }
 
 impl LiveEstimate {
-    /// The criterion, as reports give it and [`Fit::method`] has it.
+    /// The criterion, as reports give it and [`Fit::method`](crate::Fit::method) has it.
     pub fn method(&self) -> &'static str {
-        method(self.weights.is_some(), Loss::Squares)
+        method(self.weights.is_some(), self.robust.map_or(Loss::Squares, |robust| robust.loss))
     }
 
-    /// The smallest RMS in nm that any pose and shape leave of these points: the RMS itself, unless they have weights.
+    /// The smallest RMS in nm that any pose and shape leave of these points: the RMS itself, unless they have weights
+    /// or a robust loss.
     pub fn least_rms_nm(&self) -> f64 {
-        self.weights.map_or(self.figures.rms_nm, |weights| 1e6 * weights.least_rms_mm)
+        NM_PER_MM * self.least_rms_mm
     }
 
     /// Whether every free parameter that points on this nominal can determine at all is determined.
@@ -216,8 +233,9 @@ pub struct Live {
     points: Vec<PointMm>,
     /// One for each point, or none.
     uncertainties_mm: Vec<f64>,
-    /// Number of points at which the next reference is made.
+    /// Number of points at which the next reference is made, and at which the next one is a fit of its own.
     next_reference: usize,
+    next_fit: usize,
     reference: Option<Linearised>,
     failure: Option<FitError>,
 }
@@ -234,6 +252,7 @@ impl Live {
             points: Vec::new(),
             uncertainties_mm: Vec::new(),
             next_reference,
+            next_fit: next_reference,
             reference: None,
             failure: None,
         })
@@ -311,6 +330,7 @@ impl Live {
     /// that of the full fit. `O(n·p²)`.
     pub fn settle(&mut self) {
         self.refer(&self.settings.fit.clone());
+        self.plan();
     }
 
     /// The figures of the points so far; `None` before the first fit could be made, or if the points
@@ -335,39 +355,6 @@ impl Live {
     /// Why the latest attempt at a full fit gave none; `None` if it gave one or there was no attempt.
     pub fn failure(&self) -> Option<&FitError> {
         self.failure.as_ref()
-    }
-
-    fn refer_on_the_way(&mut self) {
-        let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
-        self.refer(&FitSettings { rank_tolerance, ..self.settings.fit.clone() });
-    }
-
-    fn refer(&mut self, settings: &FitSettings) {
-        self.next_reference = (2 * self.points.len()).max(self.next_reference);
-        match self.fitted(settings) {
-            Ok((fit, slant)) => {
-                let (points, u_mm) = (&self.points, &self.uncertainties_mm);
-                let linearised = Linearised::of_points(fit, slant, points, u_mm, &self.settings);
-                self.reference = Some(linearised);
-                self.failure = None;
-            }
-            Err(failure) => self.failure = Some(failure),
-        }
-    }
-
-    /// The full fit of all points so far, and how the direction of their uncertainties stands on it.
-    fn fitted(&self, settings: &FitSettings) -> Result<(Fit, Option<Slant>), FitError> {
-        let Live { points, nominal, uncertainties_mm: given_mm, .. } = self;
-        if given_mm.is_empty() {
-            return Ok((fit(points, nominal, settings)?, None));
-        }
-        let Some(direction) = self.settings.uncertain_along else {
-            return Ok((fit_weighted(points, Some(given_mm), nominal, settings)?, None));
-        };
-        let first = fit(points, nominal, settings)?;
-        let u_mm = along_normal_mm(points, given_mm, direction, &first);
-        let fitted = fit_weighted(points, Some(&u_mm), nominal, settings)?;
-        Ok((fitted, Some(Slant::new(direction, &first.nominal, &first.pose))))
     }
 }
 
