@@ -2,6 +2,7 @@
 
 use crate::fit::method;
 use crate::fit::slant::Slant;
+use crate::live::classes::side;
 use crate::live::linearised::Linearised;
 use crate::live::reweighing::mean_uncertainty_mm;
 use crate::live::{LiveError, LiveEstimate, LiveSettings, positive};
@@ -52,8 +53,9 @@ impl Accumulator {
         let made_at = reference.used;
         let direction = settings.uncertain_along;
         let slant = direction.map(|along| Slant::new(along, &reference.nominal, &reference.pose));
+        let side = side(settings.grid.nx.max(settings.grid.ny));
         let unit_mm = mean_uncertainty_mm(&reference);
-        let sums = Linearised::new(reference, slant, made_at, unit_mm, &settings);
+        let sums = Linearised::new(reference, slant, made_at, side, unit_mm, &settings);
         Ok(Accumulator { settings, sums })
     }
 

@@ -8,7 +8,7 @@ use crate::fit::selection::Membership;
 use crate::fit::slant::Slant;
 use crate::fit::solve::System;
 use crate::fit::triangle::Triangle;
-use crate::live::classes::Classes;
+use crate::live::classes::{Classes, side};
 use crate::live::problem::{Problem, Sums, dot};
 use crate::live::reweighing::{Reweighed, Reweighing};
 use crate::live::weighted::Weighted;
@@ -23,6 +23,8 @@ pub(crate) struct Linearised {
     /// The determinate parameters: those of the columns.
     free: Vec<Parameter>,
     made_at: usize,
+    /// Whether the points are those the fit was made of: then it is the answer.
+    is_fit: bool,
     excluded: Excluded,
     triangle: Triangle,
     cells: Vec<Option<Cell>>,
@@ -95,7 +97,8 @@ impl Linearised {
         unit_mm: Option<f64>,
         settings: &LiveSettings,
     ) -> Linearised {
-        let empty = Linearised::new(fit, slant, points.len(), unit_mm, settings);
+        let side = side(spanned(points, &fit.pose, &settings.grid));
+        let empty = Linearised::new(fit, slant, points.len(), side, unit_mm, settings);
         empty.with_all(points, uncertainties_mm, settings)
     }
 
@@ -122,12 +125,13 @@ impl Linearised {
         joined.unwrap_or_else(|| empty.clone())
     }
 
-    /// Without points. `unit_mm` is the uncertainty of a point of mean weight at the reference, if points have any and
+    /// Without points. A robust loss looks at blocks of cells of the given side. `unit_mm` is the uncertainty of a point of mean weight at the reference, if points have any and
     /// the loss is robust.
     pub(crate) fn new(
         fit: Fit,
         slant: Option<Slant>,
         made_at: usize,
+        side: usize,
         unit_mm: Option<f64>,
         settings: &LiveSettings,
     ) -> Linearised {
@@ -135,7 +139,15 @@ impl Linearised {
             fit.estimates.iter().map(|estimate| estimate.parameter).collect();
         let LiveSettings { fit: fitting, grid, .. } = settings;
         Linearised {
-            robust: Reweighing::new(&fit, fitting, grid, unit_mm.unwrap_or(1.0), free.len() + 1),
+            is_fit: false,
+            robust: Reweighing::new(
+                &fit,
+                fitting,
+                grid,
+                side,
+                unit_mm.unwrap_or(1.0),
+                free.len() + 1,
+            ),
             made_at,
             excluded: Excluded::default(),
             triangle: Triangle::new(free.len() + 1),
@@ -150,6 +162,7 @@ impl Linearised {
 
     /// Takes a point, with its standard uncertainty if points have any.
     pub(crate) fn add(&mut self, point: PointMm, u_mm: Option<f64>, settings: &LiveSettings) {
+        self.is_fit = false;
         let u_mm = u_mm.map(|u_mm| self.along_normal_mm(point, u_mm));
         if let Some(robust) = &mut self.robust {
             robust.note(u_mm);
@@ -217,6 +230,7 @@ impl Linearised {
     /// had been added here, to the rounding of the sums (a share of about 1e-15 times the root of the number
     /// of blocks). Of points equally far out the one that is here counts.
     pub(crate) fn merge(&mut self, mut other: Linearised) {
+        self.is_fit = false;
         self.excluded = self.excluded.with(other.excluded);
         self.triangle.flush();
         other.triangle.flush();
@@ -268,6 +282,7 @@ impl Linearised {
             fit: self.fit.clone(),
             free: self.free.clone(),
             made_at: self.made_at,
+            is_fit: false,
             excluded: Excluded::default(),
             triangle: Triangle::new(self.free.len() + 1),
             cells: vec![None; grid.cells() + 1],
@@ -340,13 +355,16 @@ impl Linearised {
             let sigma = (dof > 0).then(|| (square / dof as f64).sqrt());
             return Solved { change, bends, sigma, robust: None };
         };
-        let Some(found) = self.reweighed(None) else {
-            let change = vec![0.0; kept.len()];
-            let bends = vec![0.0; self.cells.len() * (kept.len() + 1)];
-            return Solved { change, bends, sigma: None, robust: self.fit.robust };
-        };
         // Both count points by their uncertainties, but in units of their own.
         let unit = self.weighted.as_ref().map_or(1.0, Weighted::unit_mm) / robust.unit_mm();
+        let found = if self.is_fit { None } else { self.reweighed(None) };
+        let Some(found) = found else {
+            let change = vec![0.0; kept.len()];
+            let bends = vec![0.0; self.cells.len() * (kept.len() + 1)];
+            let known = self.is_fit && self.fit.covariance.is_some();
+            let sigma = known.then_some(self.fit.sigma_mm * unit);
+            return Solved { change, bends, sigma, robust: self.fit.robust };
+        };
         let sigma = found.sigma.filter(|_| dof > 0).map(|sigma| sigma * unit);
         Solved { change: found.change, bends: found.bends, sigma, robust: Some(found.robust) }
     }
@@ -356,8 +374,8 @@ impl Linearised {
     pub(crate) fn reweighed(&self, fixed_mm: Option<f64>) -> Option<Reweighed> {
         let robust = self.robust.as_ref()?;
         let bends = |change: &[f64]| self.bends(change);
-        let rows = |classes: &Classes, bends: &[f64]| self.mean_rows(classes, bends);
-        robust.solve(self.free.len(), fixed_mm, &bends, &rows)
+        let means = |classes: &Classes, bends: &[f64]| self.mean_bends(classes, bends);
+        robust.solve(self.free.len(), fixed_mm, &bends, &means)
     }
 
     /// Where the robust loss lays the surface now; `None` for squares and beyond the reach of linearisation.
@@ -366,6 +384,11 @@ impl Linearised {
         let (pose, nominal) = self.moved(&found.change)?;
         let fit = Fit { pose, nominal, robust: Some(found.robust), ..self.fit.clone() };
         Some(Place { fit, first: self.moved(&found.first_change)? })
+    }
+
+    /// Says that the reference is the fit of the points here.
+    pub(crate) fn confirm(&mut self) {
+        self.is_fit = true;
     }
 
     /// Holds the scale of the points here, which is known, against what their classes tell of it.
@@ -377,24 +400,22 @@ impl Linearised {
         }
     }
 
-    /// The mean row of derivatives of the points of each block of cells with their bends, the bend of the distance in
-    /// its last entry.
-    fn mean_rows(&self, classes: &Classes, bends: &[f64]) -> Vec<Vec<f64>> {
-        let p = self.free.len();
-        let mut rows = vec![vec![0.0; p + 1]; classes.blocks()];
+    /// The mean of the bends over the points of each block of cells.
+    fn mean_bends(&self, classes: &Classes, bends: &[f64]) -> Vec<Vec<f64>> {
+        let columns = self.free.len() + 1;
+        let mut means = vec![vec![0.0; columns]; classes.blocks()];
         let mut counts = vec![0.0; classes.blocks()];
-        for (index, (cell, bend)) in self.cells.iter().zip(bends.chunks_exact(p + 1)).enumerate() {
+        for (index, (cell, bend)) in self.cells.iter().zip(bends.chunks_exact(columns)).enumerate()
+        {
             let Some(cell) = cell else { continue };
             let (block, count) = (classes.block(index), cell.count as f64);
             counts[block] += count;
-            let row = &mut rows[block];
-            (0..p).for_each(|j| row[j] += cell.sums[j] + count * bend[j]);
-            row[p] += count * bend[p];
+            means[block].iter_mut().zip(bend).for_each(|(sum, bend)| *sum += count * bend);
         }
-        for (row, count) in rows.iter_mut().zip(counts).filter(|(_, count)| *count > 0.0) {
-            row.iter_mut().for_each(|entry| *entry /= count);
+        for (mean, count) in means.iter_mut().zip(counts).filter(|(_, count)| *count > 0.0) {
+            mean.iter_mut().for_each(|entry| *entry /= count);
         }
-        rows
+        means
     }
 
     /// The problem of points that count alike; `None` with fewer points than parameters.
@@ -584,6 +605,22 @@ impl Linearised {
             centroids_mm: cells.iter().map(centroid_mm).collect(),
         }
     }
+}
+
+/// Cells of the map that points span along x or y, whichever are more.
+fn spanned(points: &[PointMm], pose: &Pose, grid: &Grid) -> usize {
+    let motion = pose.motion();
+    let mut span = [[usize::MAX, 0]; 2];
+    for &point in points {
+        let [x_mm, y_mm, _] = motion.to_part(point);
+        let cell = grid.cell(x_mm, y_mm);
+        if cell < grid.cells() {
+            for ([least, most], at) in span.iter_mut().zip([cell % grid.nx, cell / grid.nx]) {
+                (*least, *most) = ((*least).min(at), (*most).max(at));
+            }
+        }
+    }
+    span.map(|[least, most]| (most + 1).saturating_sub(least)).into_iter().fold(1, usize::max)
 }
 
 /// Points of one block: so many that joining their cells costs little.

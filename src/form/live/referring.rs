@@ -53,6 +53,9 @@ impl Live {
             Ok(Fitted { fit, slant, unit_mm }) => {
                 let scale_mm = fit.robust.map(|robust| robust.scale_mm);
                 self.linearise(fit, slant, unit_mm, scale_mm);
+                if let Some(reference) = &mut self.reference {
+                    reference.confirm();
+                }
                 self.failure = None;
             }
             Err(failure) => self.failure = Some(failure),

@@ -57,9 +57,9 @@ pub(crate) struct Reweighed {
     pub(crate) sigma: Option<f64>,
 }
 
-/// What the cells say at a change of the parameters: mean row of each block, and its bend in the last entry.
-struct Places {
-    rows: Vec<Vec<f64>>,
+/// What linearisation leaves out for each block, on the mean: one row of derivatives and distance a block.
+struct Bends {
+    blocks: Vec<Vec<f64>>,
 }
 
 /// One stage on its way.
@@ -68,9 +68,16 @@ struct Stage<'a> {
     problem: &'a Problem<'a>,
     /// JᵀJ of the problem.
     gram: DMatrix<f64>,
-    classes: &'a [Occupied],
+    classes: &'a [Occupied<'a>],
     /// What each class has in the problem: Σψ over its roots, in scales, and the weight of the loss.
     known: Vec<[f64; 2]>,
+}
+
+/// A step of one stage.
+struct Step {
+    change: Vec<f64>,
+    /// How far it moves the surface, root mean square, in mm times the root of a weight by uncertainty.
+    motion: f64,
 }
 
 impl Reweighing {
@@ -80,6 +87,7 @@ impl Reweighing {
         reference: &Fit,
         settings: &FitSettings,
         grid: &Grid,
+        side: usize,
         unit_mm: f64,
         columns: usize,
     ) -> Option<Reweighing> {
@@ -97,7 +105,7 @@ impl Reweighing {
         Some(Reweighing {
             at,
             stages: settings.loss.stages().into_iter().map(weighted).collect(),
-            classes: Classes::new(grid, settings.loss),
+            classes: Classes::new(grid, side, columns - 1, settings.loss),
             given: 0.0,
             weight: 0.0,
         })
@@ -112,8 +120,9 @@ impl Reweighing {
     /// Adds the row of a point in a cell.
     pub(crate) fn add(&mut self, row: &[f64], u_mm: Option<f64>, cell: usize) {
         let root = self.root(u_mm);
+        let derivatives = &row[..row.len() - 1];
         let distance = root * row[row.len() - 1] / self.at.scale;
-        self.classes.add(cell, root, distance);
+        self.classes.add(cell, root, distance, derivatives);
         for (loss, weighted) in &mut self.stages {
             let weight = loss.weight(distance);
             if weight > 0.0 {
@@ -130,7 +139,7 @@ impl Reweighing {
         Reweighing {
             at: self.at,
             stages: self.stages.iter().map(empty).collect(),
-            classes: Classes::new(grid, self.at.loss),
+            classes: self.classes.emptied(),
             given: 0.0,
             weight: 0.0,
         }
@@ -176,20 +185,20 @@ impl Reweighing {
         (self.weight / self.given.max(1.0)).sqrt()
     }
 
-    /// The solution for the points so far. `bends` gives the second-order terms of every cell at a change, `mean_rows`
-    /// the mean row of every block with these terms. At the scale `fixed_mm`, if there is one, the scale told is what the
+    /// The solution for the points so far. `bends` gives the second-order terms of every cell at a change, `mean_bends`
+    /// their means over every block. At the scale `fixed_mm`, if there is one, the scale told is what the
     /// classes tell, uncalibrated. `None` where it is beyond the reach of linearisation.
     pub(crate) fn solve(
         &self,
         parameters: usize,
         fixed_mm: Option<f64>,
         bends: &dyn Fn(&[f64]) -> Option<Vec<f64>>,
-        mean_rows: &dyn Fn(&Classes, &[f64]) -> Vec<Vec<f64>>,
+        mean_bends: &dyn Fn(&Classes, &[f64]) -> Vec<Vec<f64>>,
     ) -> Option<Reweighed> {
         let classes = self.classes.occupied();
         let mut change = vec![0.0; parameters];
         let mut bent = bends(&change)?;
-        let mut places = Places { rows: mean_rows(&self.classes, &bent) };
+        let mut blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
         let floor = self.mean_root() * self.at.tolerance_mm;
         let given_mm = self.at.given_mm.or(fixed_mm);
         let mut scale = given_mm.map_or(self.at.scale, |mm| mm * self.mean_root());
@@ -201,27 +210,37 @@ impl Reweighing {
             let is_last = index + 1 == self.stages.len();
             for bending in 0..BENDINGS {
                 let mut rounds_here = 0;
-                loop {
+                let (mut last_motion, mut by_slopes) = (f64::INFINITY, false);
+                let gram = problem.bent_gram(&stage.gram, &bent);
+                while rounds_here < MAX_ROUNDS {
                     rounds_here += 1;
-                    if rounds_here > MAX_ROUNDS {
-                        return None;
-                    }
                     let before = scale;
                     if index == 0 && given_mm.is_none() {
-                        let told = self.found_scale(&classes, &places, &change);
+                        let told = self.found_scale(&classes, &blocks, &change);
                         scale = (self.at.calibration * told).max(floor);
                     }
-                    let motion = stage.step(&mut change, &bent, &places, self.at.scale, scale)?;
+                    let scales = [self.at.scale, scale];
+                    let step = stage.step(&change, &bent, &blocks, scales, &gram, by_slopes)?;
+                    let motion = step.motion;
+                    change.iter_mut().zip(&step.change).for_each(|(total, part)| *total += part);
+                    follow(&mut bent, &step.change);
+                    blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
+                    by_slopes = motion < SHRINKS * last_motion;
+                    last_motion = motion;
                     let enough = if is_last { SETTLED } else { NEARLY };
                     if motion <= enough * scale && (scale - before).abs() <= enough * scale {
                         break;
                     }
                 }
                 rounds += rounds_here;
+                // NaN is not near either.
+                if !(last_motion <= NEAR * scale) {
+                    return None;
+                }
                 if index == 0 {
                     first_change.clone_from(&change);
                     told = match fixed_mm {
-                        Some(_) => self.found_scale(&classes, &places, &change),
+                        Some(_) => self.found_scale(&classes, &blocks, &change),
                         None => scale,
                     };
                 }
@@ -229,15 +248,12 @@ impl Reweighing {
                     break;
                 }
                 bent = bends(&change)?;
-                places = Places { rows: mean_rows(&self.classes, &bent) };
-                // The scale alone does not need them.
-                if !is_last {
-                    break;
-                }
+                blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
             }
         }
         let loss = self.at.loss;
-        let (moments, below_half, zero) = counted(loss, &classes, &places, &change, [self.at.scale, scale]);
+        let (moments, below_half, zero) =
+            counted(loss, &classes, &blocks, &change, [self.at.scale, scale]);
         let robust = Robust {
             loss,
             scale_mm: told / self.mean_root(),
@@ -251,10 +267,10 @@ impl Reweighing {
     }
 
     /// 1.4826·MAD of the distances at a change.
-    fn found_scale(&self, classes: &[Occupied], places: &Places, change: &[f64]) -> f64 {
-        let moved = places.moved(change, self.at.scale);
+    fn found_scale(&self, classes: &[Occupied<'_>], blocks: &Bends, change: &[f64]) -> f64 {
         let evenly = classes.iter().map(|class| Evenly {
-            middle: class.distance + class.root / class.count * moved[class.block],
+            middle: class.distance
+                + class.root / class.count * blocks.moved(class, change, self.at.scale),
             half: class.half,
             count: class.count,
         });
@@ -262,11 +278,11 @@ impl Reweighing {
     }
 }
 
-impl Places {
-    /// By how many scales each block moves.
-    fn moved(&self, change: &[f64], scale: f64) -> Vec<f64> {
-        let p = change.len();
-        self.rows.iter().map(|row| (dot(row, change) + row[p]) / scale).collect()
+impl Bends {
+    /// By how many scales a class moves, but for the root of its weight.
+    fn moved(&self, class: &Occupied<'_>, change: &[f64], scale: f64) -> f64 {
+        let bend = self.blocks[class.block][change.len()];
+        (dot(class.row, change) / class.weight + bend) / scale
     }
 }
 
@@ -274,7 +290,7 @@ impl<'a> Stage<'a> {
     fn new(
         loss: Loss,
         problem: &'a Problem<'a>,
-        classes: &'a [Occupied],
+        classes: &'a [Occupied<'a>],
         parameters: usize,
     ) -> Stage<'a> {
         let none = vec![0.0; parameters];
@@ -286,60 +302,106 @@ impl<'a> Stage<'a> {
             let column = problem.system.gradient(&unit);
             (0..parameters).for_each(|i| gram[(i, j)] = column[i] - at_none[i]);
         }
-        let known = classes.iter().map(|class| {
-            [mean_psi(loss, class.distance, class.half), loss.weight(class.distance)]
-        });
+        let known = classes
+            .iter()
+            .map(|class| [mean_psi(loss, class.distance, class.half), loss.weight(class.distance)]);
         Stage { loss, problem, gram, known: known.collect(), classes }
     }
 
-    /// One reweighted step; how far it moves the surface, root mean square, in mm times a root. `None` if there is none.
+    /// One step, by the weights or, if that is asked for and well determined, by the slopes of ψ: Newton's, which goes
+    /// the whole way where it is short. `None` if there is none.
     fn step(
         &self,
-        change: &mut [f64],
+        change: &[f64],
         bends: &[f64],
-        places: &Places,
-        from_scale: f64,
-        scale: f64,
-    ) -> Option<f64> {
+        blocks: &Bends,
+        [from_scale, scale]: [f64; 2],
+        gram: &DMatrix<f64>,
+        by_slopes: bool,
+    ) -> Option<Step> {
         let p = change.len();
         if p == 0 {
-            return Some(0.0);
+            return Some(Step { change: Vec::new(), motion: 0.0 });
         }
-        let moved = places.moved(change, from_scale);
         let ratio = scale / from_scale;
-        // For each block: what its points add to Σψ, in units of the reference's scale, and to Σw.
-        let mut added = vec![[0.0; 2]; places.rows.len()];
+        let mut gradient = self.problem.gradient(change, bends);
+        let (mut weights, mut slopes) = (gram.clone(), gram.clone());
+        let mut row = vec![0.0; p];
         for (class, [psi, weight]) in self.classes.iter().zip(&self.known) {
-            let shift = class.mean_root * moved[class.block];
-            let distance = (class.distance + shift) / ratio;
-            let now = ratio * mean_psi(self.loss, distance, class.half / ratio);
-            let [of_psi, of_weight] = &mut added[class.block];
-            *of_psi += class.root * (now - psi - weight * shift);
-            *of_weight += class.root * class.mean_root * (self.loss.weight(distance) - weight);
-        }
-        let mut gradient = DVector::from_vec(self.problem.gradient(change, bends));
-        let mut gram = self.gram.clone();
-        for (row, [psi, weight]) in places.rows.iter().zip(&added) {
-            for j in 0..p {
-                gradient[j] += row[j] * psi * from_scale;
-                for i in 0..p {
-                    gram[(i, j)] += row[i] * row[j] * weight;
-                }
+            let shift = class.mean_root * blocks.moved(class, change, from_scale);
+            let (distance, half) = ((class.distance + shift) / ratio, class.half / ratio);
+            let now = ratio * mean_psi(self.loss, distance, half);
+            let of_psi = class.root * (now - psi - weight * shift) * from_scale;
+            let of_weight = class.weight * (self.loss.weight(distance) - weight);
+            let bend = &blocks.blocks[class.block];
+            for (j, entry) in row.iter_mut().enumerate() {
+                *entry = class.row[j] / class.weight + bend[j];
+                gradient[j] += of_psi * *entry;
+            }
+            add_square(&mut weights, &row, of_weight);
+            if by_slopes {
+                let of_slope = class.weight * (mean_slope(self.loss, distance, half) - weight);
+                add_square(&mut slopes, &row, of_slope);
             }
         }
-        let lengths = DVector::from_fn(p, |j, _| gram[(j, j)].sqrt());
-        if lengths.iter().any(|length| !length.is_normal()) {
-            return None;
-        }
-        let scaled = DMatrix::from_fn(p, p, |i, j| gram[(i, j)] / (lengths[i] * lengths[j]));
-        let along = gradient.component_div(&lengths);
-        let step = scaled.cholesky()?.solve(&along);
-        let square = along.dot(&step);
-        for j in 0..p {
-            change[j] -= step[j] / lengths[j];
+        // Where rounding leaves no sums of squares, those of the reference are some.
+        let mut step = match solved(&weights, &gradient) {
+            Some(step) => step,
+            None => {
+                weights.copy_from(gram);
+                solved(&weights, &gradient)?
+            }
+        };
+        let square = |step: &DVector<f64>| step.dot(&(&weights * step));
+        if by_slopes
+            && let Some(newton) = solved(&slopes, &gradient)
+            && square(&newton) < LONGEST * LONGEST * square(&step)
+        {
+            step = newton;
         }
         let count: f64 = self.classes.iter().map(|class| class.count).sum();
-        (square >= 0.0).then(|| (square / count).sqrt())
+        let motion = (square(&step) / count).sqrt();
+        (motion >= 0.0).then(|| Step { change: step.iter().map(|part| -part).collect(), motion })
+    }
+}
+
+/// Moves the bends along with a step, as far as the bent derivatives tell.
+fn follow(bends: &mut [f64], step: &[f64]) {
+    let p = step.len();
+    for bend in bends.chunks_exact_mut(p + 1) {
+        bend[p] += dot(bend, step);
+    }
+}
+
+/// Adds a row times itself times a factor.
+fn add_square(gram: &mut DMatrix<f64>, row: &[f64], factor: f64) {
+    if factor != 0.0 {
+        for (j, b) in row.iter().enumerate() {
+            let of_column = factor * b;
+            gram.column_mut(j).iter_mut().zip(row).for_each(|(sum, a)| *sum += a * of_column);
+        }
+    }
+}
+
+/// The solution of a small system of equations; `None` if its matrix is not positive definite.
+fn solved(gram: &DMatrix<f64>, gradient: &[f64]) -> Option<DVector<f64>> {
+    let p = gradient.len();
+    let lengths = DVector::from_fn(p, |j, _| gram[(j, j)].sqrt());
+    if lengths.iter().any(|length| !length.is_normal()) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(p, p, |i, j| gram[(i, j)] / (lengths[i] * lengths[j]));
+    let along = DVector::from_fn(p, |j, _| gradient[j] / lengths[j]);
+    Some(scaled.cholesky()?.solve(&along).component_div(&lengths))
+}
+
+/// The mean of ψ′ over an interval of distances in scales.
+fn mean_slope(loss: Loss, distance: f64, half: f64) -> f64 {
+    let psi = |distance: f64| loss.weight(distance) * distance;
+    if half > 0.0 {
+        (psi(distance + half) - psi(distance - half)) / (2.0 * half)
+    } else {
+        loss.slope(distance)
     }
 }
 
@@ -356,26 +418,21 @@ fn mean_psi(loss: Loss, distance: f64, half: f64) -> f64 {
 /// `scales` are those of the reference and of now.
 fn counted(
     loss: Loss,
-    classes: &[Occupied],
-    places: &Places,
+    classes: &[Occupied<'_>],
+    blocks: &Bends,
     change: &[f64],
     [from_scale, scale]: [f64; 2],
 ) -> (Moments, usize, usize) {
-    let moved = places.moved(change, from_scale);
     let ratio = scale / from_scale;
     let mut moments = Moments::default();
     let [half_from, zero_from] = edges(loss);
     let (mut below_half, mut zero) = (0.0, 0.0);
     for class in classes {
-        let distance = (class.distance + class.mean_root * moved[class.block]) / ratio;
+        let distance =
+            (class.distance + class.mean_root * blocks.moved(class, change, from_scale)) / ratio;
         let half = class.half / ratio;
         let psi = mean_psi(loss, distance, half);
-        let at = |distance: f64| loss.weight(distance) * distance;
-        let slope = if half > 0.0 {
-            (at(distance + half) - at(distance - half)) / (2.0 * half)
-        } else {
-            loss.slope(distance)
-        };
+        let slope = mean_slope(loss, distance, half);
         moments.count += class.count;
         moments.psi_square += class.count * psi * psi;
         moments.slope += class.count * slope;
@@ -411,7 +468,13 @@ pub(crate) fn mean_uncertainty_mm(fit: &Fit) -> Option<f64> {
 }
 
 /// Rounds of one stage.
-const MAX_ROUNDS: usize = 60;
+const MAX_ROUNDS: usize = 100;
+/// Share of the scale by which the surface may still move after them: more is no solution.
+const NEAR: f64 = 1e-2;
+/// A step by slopes follows one that is so much shorter than the one before it.
+const SHRINKS: f64 = 0.8;
+/// It may be longer than one by weights by this factor.
+const LONGEST: f64 = 4.0;
 /// Times the second-order terms are worked out.
 const BENDINGS: usize = 6;
 /// Share of the scale by which the surface may still move where only the scale is looked for.
