@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{
-    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference,
-    Robust, Smoothing, Termination,
+    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference, Robust,
+    Smoothing, Termination,
 };
 use asphera_surface::Plane;
 

@@ -17,8 +17,17 @@
 
 //!
 //! Points with uncertainties have their rows summed twice: by weight 1/u², for the pose, and alike, for the figures,
-//! which know no weights. Robust losses are not for running fits: a point's weight would hang on its distance at the
-//! time it came, and a first pose that is off would shut out good points until the next reference.
+//! which know no weights.
+//!
+//! With a robust loss rows are summed by the weights they have at the reference, too, and counted by classes of their
+//! distance, block by block of cells: from these an estimate weighs all points anew, at the scale they have now (see
+//! `reweighing.rs`). So it hangs neither on the pose at which a point came nor on when it is asked for. What is
+//! provisional beyond the above is what changes in the weights within a class and a block since the reference. Against
+//! the robust fit of the same points: pose within a fifth of its uncertainty, RMS within 0.5 % and PV within 1 % (seen:
+//! a fifteenth, and a millionth for both); where form error is 200 times the noise and the part still grows, so that a
+//! quarter more points move the pose by many of its uncertainties, within 1.5 of these and 0.1 % and 0.2 % (seen: 0.8,
+//! 0.005 % and 0.03 %). On patches that hardly tell tilts from shifts the fit itself has several solutions, and the estimate may lie
+//! at another.
 
 mod accumulator;
 mod classes;
@@ -225,7 +234,8 @@ impl LiveEstimate {
 /// below a picometre for scans that correct the pose by micrometres), and PV may miss a point that has
 /// overtaken the extreme of its own cell.
 ///
-/// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map.
+/// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map; with a
+/// robust loss twice that, and some 5 MB for classes.
 #[derive(Clone, Debug)]
 pub struct Live {
     nominal: Nominal,
@@ -259,7 +269,7 @@ impl Live {
     }
 
     /// Takes a point of the measured frame. `O(p²)` for p free parameters, but `O(n·p²)` whenever the
-    /// number of points n has doubled: amortised constant.
+    /// number of points n has doubled, with a robust loss whenever it has grown by a quarter: amortised constant.
     ///
     /// After points with uncertainties there is no estimate any more, as there is no fit of such points:
     /// [`Live::failure`] says so.
