@@ -62,6 +62,11 @@ struct Bends {
     blocks: Vec<Vec<f64>>,
 }
 
+/// Gives the second-order terms of every cell at a change; `None` where there are none.
+type BendsAt<'a> = &'a dyn Fn(&[f64]) -> Option<Vec<f64>>;
+/// Gives their means over the blocks.
+type MeanBends<'a> = &'a dyn Fn(&Classes, &[f64]) -> Vec<Vec<f64>>;
+
 /// One stage on its way.
 struct Stage<'a> {
     loss: Loss,
@@ -192,8 +197,8 @@ impl Reweighing {
         &self,
         parameters: usize,
         fixed_mm: Option<f64>,
-        bends: &dyn Fn(&[f64]) -> Option<Vec<f64>>,
-        mean_bends: &dyn Fn(&Classes, &[f64]) -> Vec<Vec<f64>>,
+        bends: BendsAt<'_>,
+        mean_bends: MeanBends<'_>,
     ) -> Option<Reweighed> {
         let classes = self.classes.occupied();
         let mut change = vec![0.0; parameters];
@@ -233,8 +238,7 @@ impl Reweighing {
                     }
                 }
                 rounds += rounds_here;
-                // NaN is not near either.
-                if !(last_motion <= NEAR * scale) {
+                if last_motion.is_nan() || last_motion > NEAR * scale {
                     return None;
                 }
                 if index == 0 {
