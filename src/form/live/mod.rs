@@ -78,7 +78,7 @@ pub struct LiveSettings {
     /// than the part's size: until the patch has grown, tilts stay at their start.
     pub rank_tolerance: f64,
     /// The direction along which uncertainties are given, a unit vector of the measured frame: each reference turns them
-    /// into uncertainties along the normal anew, as [`along_normal_mm`] does with a fit of points that count alike.
+    /// into uncertainties along the normal anew, as [`along_normal_mm`](crate::along_normal_mm) does with a fit of points that count alike.
     /// `None`: they are along the normal.
     pub uncertain_along: Option<[f64; 3]>,
 }
@@ -229,7 +229,7 @@ impl LiveEstimate {
 
 /// The running estimator.
 ///
-/// Its figures approach those of [`fit`] over the same points, or of [`fit_weighted`] where these have uncertainties,
+/// Its figures approach those of [`fit`](fn@crate::fit) over the same points, or of [`fit_weighted`](crate::fit_weighted) where these have uncertainties,
 /// and reach them by [`Live::settle`]. Before that they leave out what the second-order change of the distances does within a cell of the map (far
 /// below a picometre for scans that correct the pose by micrometres), and PV may miss a point that has
 /// overtaken the extreme of its own cell.
@@ -283,7 +283,7 @@ impl Live {
     }
 
     /// As [`Live::push`], with the standard uncertainty of the point in mm, along
-    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`]. Its row is summed
+    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`](crate::fit_weighted). Its row is summed
     /// twice.
     ///
     /// Fails with an uncertainty that is not positive and finite, and after points without one; then nothing changes.
