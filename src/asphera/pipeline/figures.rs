@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{
-    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference,
+    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference, Robust,
     Smoothing, Termination,
 };
 use asphera_surface::Plane;
@@ -47,7 +47,7 @@ pub(super) fn form(
             indeterminate: names(&laid.indeterminate, &laid.nominal),
             pose: pose(&fit.pose, plane),
             effective_points: (!part.criterion.is_plain()).then_some(fit.effective_points),
-            loss: loss(fit),
+            loss: fit.robust.and_then(loss),
             weights: weights(fitted),
             details: fit_details::of_fit(fit, reference),
         },
@@ -88,8 +88,9 @@ pub(super) fn running_form(
             parameters: parameters(&estimate.estimates, &part.nominal),
             indeterminate: names(&estimate.indeterminate, &part.nominal),
             pose: pose(&estimate.pose, plane),
-            effective_points: estimate.weights.map(|weights| weights.effective_points),
-            loss: None,
+            effective_points: (estimate.weights.is_some() || estimate.robust.is_some())
+                .then_some(estimate.effective_points),
+            loss: estimate.robust.and_then(loss),
             weights: estimate.weights.map(|weights| WeightFigures {
                 u_min_nm: 1e6 * weights.u_min_mm,
                 u_max_nm: 1e6 * weights.u_max_mm,
@@ -163,8 +164,7 @@ fn free(fit: &Fit) -> Vec<String> {
     names(&all, &fit.nominal)
 }
 
-fn loss(fit: &Fit) -> Option<LossFigures> {
-    let robust = fit.robust?;
+fn loss(robust: Robust) -> Option<LossFigures> {
     let (name, k) = match robust.loss {
         Loss::Squares => return None,
         Loss::Huber { k } => ("huber", k),

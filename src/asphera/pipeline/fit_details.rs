@@ -1,7 +1,7 @@
 //! What a fit says of itself, as reports write it.
 
 use asphera_form::{
-    Caution, Combination, Covariance, Fit, LiveEstimate, Loss, Nominal, Reference, Undetermined,
+    Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Reference, Undetermined,
 };
 
 use super::figures::made_from_points;
@@ -128,18 +128,15 @@ fn of_reference(reference: Option<&Reference>) -> Vec<CautionFigures> {
 
 /// In what the running fit is not the final one.
 fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
-    let Criterion { loss, weights, .. } = part.criterion;
+    let Criterion { weights, .. } = part.criterion;
     let stands_in = part.reference.is_some().then_some(
         "until the end the deviation is that from the best quadric; then a finer reference is made from the points",
-    );
-    let by_squares = (loss != Loss::Squares).then_some(
-        "until the end the fit is by least squares; then the loss of the nominal file is used",
     );
     let alike = (weights == Weights::Uncertainty && estimate.weights.is_none()).then_some(
         "weights by uncertainty are asked for, but the points carry none: they count alike until the end, when there is \
          no fit",
     );
-    let all = stands_in.into_iter().chain(by_squares).chain(alike);
+    let all = stands_in.into_iter().chain(alike);
     all.map(|text| mild("provisional", text.to_owned())).collect()
 }
 
@@ -149,7 +146,7 @@ fn mild(kind: &str, text: String) -> CautionFigures {
 
 #[cfg(test)]
 mod tests {
-    use asphera_form::{FitSettings, Parameter, fit};
+    use asphera_form::{FitSettings, Loss, Parameter, fit};
 
     use super::*;
 

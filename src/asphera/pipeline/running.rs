@@ -1,8 +1,6 @@
 //! Running figures while points arrive.
 
-use asphera_form::{
-    Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings, Loss, Pose,
-};
+use asphera_form::{Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings, Pose};
 use asphera_surface::PointMm;
 
 use super::errors::Errors;
@@ -91,15 +89,10 @@ fn take(live: &mut Live, point: PointMm, u_mm: Option<f64>) {
     }
 }
 
-/// Running fits are by least squares, weighted where the part asks for it and the points have uncertainties, along `up`.
+/// Running fits are by the loss of the part, weighted where it asks for that and the points have uncertainties, along `up`.
 fn estimator(part: &Part, bounds: &Bounds, up: Option<[f64; 3]>) -> Option<Live> {
     let [tx_mm, ty_mm] = centre_mm(part, bounds);
-    let fit = FitSettings {
-        loss: Loss::Squares,
-        loss_scale_mm: None,
-        start: Pose { tx_mm, ty_mm, ..Pose::default() },
-        ..fit_settings(part)
-    };
+    let fit = FitSettings { start: Pose { tx_mm, ty_mm, ..Pose::default() }, ..fit_settings(part) };
     let settings =
         LiveSettings { uncertain_along: up, ..LiveSettings::new(fit, grid(part, bounds)) };
     Live::new(part.nominal.clone(), settings).ok()

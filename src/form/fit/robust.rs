@@ -91,8 +91,35 @@ impl Loss {
         (0..count).map(|index| value(at(index)) * density(at(index))).sum::<f64>() * NOISE_STEP
     }
 
+    /// The integral of ψ from 0 to e scales, in squares of the scale.
+    pub(crate) fn cost(&self, e: f64) -> f64 {
+        match *self {
+            Loss::Squares => e * e / 2.0,
+            Loss::Huber { k } => {
+                if e.abs() <= k {
+                    e * e / 2.0
+                } else {
+                    k * (e.abs() - k / 2.0)
+                }
+            }
+            Loss::Tukey { k } => {
+                let left = (1.0 - (e / k) * (e / k)).max(0.0);
+                k * k / 6.0 * (1.0 - left * left * left)
+            }
+        }
+    }
+
+    /// The losses a fit by this one goes through: each begins where the one before has ended, and the first finds the
+    /// scale.
+    pub(crate) fn stages(self) -> Vec<Loss> {
+        match self {
+            Loss::Tukey { .. } => vec![Loss::HUBER, self],
+            _ => vec![self],
+        }
+    }
+
     /// ψ′(e) at e scales.
-    fn slope(&self, e: f64) -> f64 {
+    pub(crate) fn slope(&self, e: f64) -> f64 {
         match *self {
             Loss::Squares => 1.0,
             Loss::Huber { k } => f64::from(e.abs() <= k),
@@ -147,10 +174,7 @@ pub(crate) fn refine_robustly(
     let base = selection.roots.as_deref();
     let points = &selection.points;
     let mut refined = refine(points, base, pose, nominal, free, limits, None)?;
-    let stages = match loss {
-        Loss::Tukey { .. } => vec![Loss::HUBER, loss],
-        _ => vec![loss],
-    };
+    let stages = loss.stages();
     let (mut rounds, mut scale_mm) = (0, given_mm.unwrap_or(0.0));
     let mut limit_reached = false;
     for (stage, &loss) in stages.iter().enumerate() {
@@ -227,7 +251,7 @@ fn residuals(selection: &Selection, refined: &Refined, base: Option<&[f64]>) -> 
 
 /// 1.4826 times the median of the absolute deviations from the median: the standard deviation of normal
 /// deviations.
-fn scale(e_mm: &[f64]) -> f64 {
+pub(crate) fn scale(e_mm: &[f64]) -> f64 {
     let mut values = e_mm.to_vec();
     let Some(middle) = median(&mut values) else { return 0.0 };
     values.iter_mut().for_each(|value| *value = (*value - middle).abs());
@@ -248,36 +272,57 @@ fn weighted_roots(e_mm: &[f64], base: Option<&[f64]>, loss: Loss, scale_mm: f64)
 }
 
 fn sigma_mm(e_mm: &[f64], loss: Loss, scale_mm: f64, parameters: usize) -> Option<f64> {
-    let n = e_mm.len() as f64;
-    let (mut psi_square, mut slope_sum, mut slope_square) = (0.0, 0.0, 0.0);
+    let mut moments = Moments { count: e_mm.len() as f64, ..Moments::default() };
     for e in e_mm {
         let e = e / scale_mm;
         let (psi, slope) = (loss.weight(e) * e, loss.slope(e));
-        psi_square += psi * psi;
-        slope_sum += slope;
-        slope_square += slope * slope;
+        moments.psi_square += psi * psi;
+        moments.slope += slope;
+        moments.slope_square += slope * slope;
     }
-    let mean = slope_sum / n;
-    let variance = slope_square / n - mean * mean;
-    let dof = n - parameters as f64;
-    if dof <= 0.0 || mean <= 0.0 {
-        return None;
+    moments.sigma(parameters).map(|(correction, root, mean)| correction * scale_mm * root / mean)
+}
+
+/// Sums over points of ψ² and ψ′ at their distances in scales.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moments {
+    pub(crate) count: f64,
+    pub(crate) psi_square: f64,
+    pub(crate) slope: f64,
+    pub(crate) slope_square: f64,
+}
+
+impl Moments {
+    /// The factors K, the root of Σψ²/(n−p), and mean(ψ′) of eq. 7.87; `None` where the loss leaves too few points.
+    fn sigma(&self, parameters: usize) -> Option<(f64, f64, f64)> {
+        let n = self.count;
+        let mean = self.slope / n;
+        let variance = self.slope_square / n - mean * mean;
+        let dof = n - parameters as f64;
+        if dof <= 0.0 || mean <= 0.0 {
+            return None;
+        }
+        let correction = 1.0 + parameters as f64 / n * variance / (mean * mean);
+        Some((correction, (self.psi_square / dof).sqrt(), mean))
     }
-    let correction = 1.0 + parameters as f64 / n * variance / (mean * mean);
-    Some(correction * scale_mm * (psi_square / dof).sqrt() / mean)
+
+    /// The standard deviation in scales that goes with (JᵀJ)⁻¹; `None` where the loss leaves too few points.
+    pub(crate) fn sigma_in_scales(&self, parameters: usize) -> Option<f64> {
+        self.sigma(parameters).map(|(correction, root, mean)| correction * root / mean)
+    }
 }
 
 /// Steps and reach, in scales, of the integrals over the normal density: to eight digits.
 const NOISE_STEP: f64 = 1e-3;
 const NOISE_REACH: f64 = 8.0;
 /// The standard deviation of a normal distribution in its median absolute deviations.
-const NORMAL: f64 = 1.482_602_218_505_602;
+pub(crate) const NORMAL: f64 = 1.482_602_218_505_602;
 /// Rounds of one loss. Each shrinks the way left by about the share of the points that lie out.
 const MAX_ROUNDS: usize = 100;
 /// Steps for one set of weights: more would be lost when the weights change.
 const STEPS_A_ROUND: usize = 2;
 /// Share of the scale by which the surface may still move: far below any uncertainty.
-const SETTLED: f64 = 1e-7;
+pub(crate) const SETTLED: f64 = 1e-7;
 /// Relative change of the scale that counts as none.
 const SETTLED_SCALE: f64 = 1e-9;
 

@@ -1,16 +1,20 @@
 //! Running figures without the points: sums at a fixed reference that merge.
 
+use crate::fit::method;
 use crate::fit::slant::Slant;
+use crate::live::classes::side;
 use crate::live::linearised::Linearised;
+use crate::live::reweighing::mean_uncertainty_mm;
 use crate::live::{LiveError, LiveEstimate, LiveSettings, positive};
-use crate::{Fit, PointMm};
+use crate::{Fit, Loss, PointMm};
 
 /// All that running figures need of points, linearised at one reference. It keeps none of them: its size is
 /// that of the map, however many points it has taken.
 ///
 /// Parts of a scan can be taken by different threads or machines and merged, as long as they share the
 /// reference: a fit of some of the points, or of an earlier part of the same make and place. What is
-/// provisional about the figures is said at [`crate::Live`]; the nearer the reference, the less.
+/// provisional about the figures is said at [`crate::Live`]; the nearer the reference, the less. A robust loss takes its
+/// first weights from pose and scale of the reference; estimates weigh all points anew, by the scale these have.
 ///
 /// ```
 /// use asphera_form::{Accumulator, FitSettings, Grid, LiveSettings, Nominal, fit};
@@ -37,13 +41,21 @@ pub struct Accumulator {
 
 impl Accumulator {
     /// Without points, at the pose and shape of `reference`; its estimates are what may change. Fails on an
-    /// impossible grid, and on a direction of uncertainties that is not of unit length.
+    /// impossible grid, on a direction of uncertainties that is not of unit length, and on a reference that was found by
+    /// another loss.
     pub fn new(reference: Fit, settings: LiveSettings) -> Result<Accumulator, LiveError> {
         settings.validate()?;
+        let loss = reference.robust.map_or(Loss::Squares, |robust| robust.loss);
+        if loss != settings.fit.loss {
+            let expected = method(reference.reduced_chi_square.is_some(), settings.fit.loss);
+            return Err(LiveError::Reference { found: reference.method, expected });
+        }
         let made_at = reference.used;
         let direction = settings.uncertain_along;
         let slant = direction.map(|along| Slant::new(along, &reference.nominal, &reference.pose));
-        let sums = Linearised::new(reference, slant, made_at, &settings.grid);
+        let side = side(settings.grid.nx.max(settings.grid.ny));
+        let unit_mm = mean_uncertainty_mm(&reference);
+        let sums = Linearised::new(reference, slant, made_at, side, unit_mm, &settings);
         Ok(Accumulator { settings, sums })
     }
 

@@ -8,11 +8,13 @@ use crate::fit::selection::Membership;
 use crate::fit::slant::Slant;
 use crate::fit::solve::System;
 use crate::fit::triangle::Triangle;
+use crate::live::classes::{Classes, side};
 use crate::live::problem::{Problem, Sums, dot};
+use crate::live::reweighing::{Reweighed, Reweighing};
 use crate::live::weighted::Weighted;
 use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
 use crate::nominal::parameter::moved;
-use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose};
+use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose, Robust};
 
 /// All points so far, linearised at one pose and shape.
 #[derive(Clone, Debug)]
@@ -21,15 +23,36 @@ pub(crate) struct Linearised {
     /// The determinate parameters: those of the columns.
     free: Vec<Parameter>,
     made_at: usize,
+    /// Whether the points are those the fit was made of: then it is the answer.
+    is_fit: bool,
     excluded: Excluded,
     triangle: Triangle,
     cells: Vec<Option<Cell>>,
     /// Of points with uncertainties, beside the sums of points that count alike.
     weighted: Option<Weighted>,
+    /// With a robust loss, beside both.
+    robust: Option<Reweighing>,
     /// How the direction of the uncertainties stands on the surface; `None`: they are along the normal.
     slant: Option<Slant>,
     /// Scratch for one row: derivatives and distance.
     row: Vec<f64>,
+}
+
+/// Where a robust loss lays the surface.
+pub(crate) struct Place {
+    /// The fit of the reference, moved there.
+    pub(crate) fit: Fit,
+    /// Pose and shape that find the scale.
+    pub(crate) first: (Pose, Nominal),
+}
+
+/// Where the sums have their solution.
+struct Solved {
+    change: Vec<f64>,
+    bends: Vec<f64>,
+    /// The standard deviation that goes with the problem; `None` without degrees of freedom.
+    sigma: Option<f64>,
+    robust: Option<Robust>,
 }
 
 /// The points of one cell of the map.
@@ -65,15 +88,28 @@ impl Cell {
 
 impl Linearised {
     /// All points at one reference, without uncertainties or with one for each. Blocks of [`BLOCK`] points are
-    /// joined in order, so the result does not depend on the number of threads.
+    /// joined in order, so the result does not depend on the number of threads. `unit_mm` as in [`Linearised::new`].
     pub(crate) fn of_points(
         fit: Fit,
         slant: Option<Slant>,
         points: &[PointMm],
         uncertainties_mm: &[f64],
+        unit_mm: Option<f64>,
         settings: &LiveSettings,
     ) -> Linearised {
-        let empty = Linearised::new(fit, slant, points.len(), &settings.grid);
+        let side = side(spanned(points, &fit.pose, &settings.grid));
+        let empty = Linearised::new(fit, slant, points.len(), side, unit_mm, settings);
+        empty.with_all(points, uncertainties_mm, settings)
+    }
+
+    /// With all points of a scan beside those that are here, block by block.
+    fn with_all(
+        &self,
+        points: &[PointMm],
+        uncertainties_mm: &[f64],
+        settings: &LiveSettings,
+    ) -> Linearised {
+        let empty = self;
         let of_block = |(index, block): (usize, &[PointMm])| {
             let mut linearised = empty.clone();
             for (place, &point) in (BLOCK * index..).zip(block) {
@@ -86,13 +122,32 @@ impl Linearised {
             all.merge(block);
             all
         });
-        joined.unwrap_or(empty)
+        joined.unwrap_or_else(|| empty.clone())
     }
 
-    pub(crate) fn new(fit: Fit, slant: Option<Slant>, made_at: usize, grid: &Grid) -> Linearised {
+    /// Without points. A robust loss looks at blocks of cells of the given side. `unit_mm` is the uncertainty of a point of mean weight at the reference, if points have any and
+    /// the loss is robust.
+    pub(crate) fn new(
+        fit: Fit,
+        slant: Option<Slant>,
+        made_at: usize,
+        side: usize,
+        unit_mm: Option<f64>,
+        settings: &LiveSettings,
+    ) -> Linearised {
         let free: Vec<Parameter> =
             fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let LiveSettings { fit: fitting, grid, .. } = settings;
         Linearised {
+            is_fit: false,
+            robust: Reweighing::new(
+                &fit,
+                fitting,
+                grid,
+                side,
+                unit_mm.unwrap_or(1.0),
+                free.len() + 1,
+            ),
             made_at,
             excluded: Excluded::default(),
             triangle: Triangle::new(free.len() + 1),
@@ -107,6 +162,11 @@ impl Linearised {
 
     /// Takes a point, with its standard uncertainty if points have any.
     pub(crate) fn add(&mut self, point: PointMm, u_mm: Option<f64>, settings: &LiveSettings) {
+        self.is_fit = false;
+        let u_mm = u_mm.map(|u_mm| self.along_normal_mm(point, u_mm));
+        if let Some(robust) = &mut self.robust {
+            robust.note(u_mm);
+        }
         let model = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
         let membership = Membership::of(point, &model, &settings.fit.aperture);
         self.excluded.count(membership);
@@ -118,7 +178,10 @@ impl Linearised {
         self.triangle.push(&self.row);
         let place = settings.grid.cell(part_mm[0], part_mm[1]);
         if let Some(u_mm) = u_mm {
-            self.weigh(point, u_mm, place);
+            self.weigh(u_mm, place);
+        }
+        if let Some(robust) = &mut self.robust {
+            robust.add(&self.row, u_mm, place);
         }
         let cell = self.cells[place].get_or_insert_with(|| Cell {
             count: 0,
@@ -142,9 +205,12 @@ impl Linearised {
         }
     }
 
+    fn along_normal_mm(&self, point: PointMm, u_mm: f64) -> f64 {
+        self.slant.as_ref().map_or(u_mm, |slant| slant.share(point) * u_mm)
+    }
+
     /// Counts the row of a point by its uncertainty, too.
-    fn weigh(&mut self, point: PointMm, u_mm: f64, place: usize) {
-        let u_mm = self.slant.as_ref().map_or(u_mm, |slant| slant.share(point) * u_mm);
+    fn weigh(&mut self, u_mm: f64, place: usize) {
         let (columns, cells) = (self.row.len(), self.cells.len());
         let weighted = self.weighted.get_or_insert_with(|| Weighted::new(columns, cells, u_mm));
         weighted.add(&self.row, u_mm, place);
@@ -164,6 +230,7 @@ impl Linearised {
     /// had been added here, to the rounding of the sums (a share of about 1e-15 times the root of the number
     /// of blocks). Of points equally far out the one that is here counts.
     pub(crate) fn merge(&mut self, mut other: Linearised) {
+        self.is_fit = false;
         self.excluded = self.excluded.with(other.excluded);
         self.triangle.flush();
         other.triangle.flush();
@@ -172,6 +239,9 @@ impl Linearised {
             (Some(weighted), Some(other)) => weighted.merge(other),
             (weighted @ None, other) => *weighted = other,
             (Some(_), None) => {}
+        }
+        if let (Some(robust), Some(other)) = (&mut self.robust, other.robust) {
+            robust.merge(other);
         }
         for (cell, other) in self.cells.iter_mut().zip(other.cells) {
             match (cell.as_mut(), other) {
@@ -189,6 +259,10 @@ impl Linearised {
             && own.nominal == others.nominal
             && self.free == other.free
             && own.indeterminate == others.indeterminate
+            && match (&self.robust, &other.robust) {
+                (Some(own), Some(others)) => own.is_compatible(others),
+                (own, others) => own.is_none() && others.is_none(),
+            }
     }
 
     /// All points of another scan at this reference, as if they had been added one by one.
@@ -198,9 +272,25 @@ impl Linearised {
         uncertainties_mm: &[f64],
         settings: &LiveSettings,
     ) {
-        let (fit, slant) = (self.fit.clone(), self.slant.clone());
-        let of_points = Linearised::of_points(fit, slant, points, uncertainties_mm, settings);
+        let of_points = self.emptied(&settings.grid).with_all(points, uncertainties_mm, settings);
         self.merge(of_points);
+    }
+
+    /// The same reference without its points.
+    fn emptied(&self, grid: &Grid) -> Linearised {
+        Linearised {
+            fit: self.fit.clone(),
+            free: self.free.clone(),
+            made_at: self.made_at,
+            is_fit: false,
+            excluded: Excluded::default(),
+            triangle: Triangle::new(self.free.len() + 1),
+            cells: vec![None; grid.cells() + 1],
+            weighted: None,
+            robust: self.robust.as_ref().map(|robust| robust.emptied(grid, self.row.len())),
+            slant: self.slant.clone(),
+            row: self.row.clone(),
+        }
     }
 
     pub(crate) fn estimate(&self, grid: &Grid) -> Option<LiveEstimate> {
@@ -216,24 +306,27 @@ impl Linearised {
         let problem = by_weight.as_ref().unwrap_or(&alike);
         let kept: Vec<usize> = (0..self.free.len()).collect();
         let step = problem.system.solve(&kept, 0.0);
-        let (change, bends) = self.change(problem, &kept);
-        let square = problem.square(&change, &bends);
-        let (pose, nominal) = self.moved(&change)?;
         let dof = count - kept.len();
-        let sigma_mm = if dof == 0 { 0.0 } else { (square / dof as f64).sqrt() };
+        let solved = self.solved(problem, &kept, dof);
+        let Solved { change, bends, sigma, robust } = solved;
+        let (pose, nominal) = self.moved(&change)?;
         let estimates = self.free.iter().zip(&step.variance_factors);
         let estimates = estimates.filter_map(|(&parameter, factor)| {
             let value = parameter.value(&pose, &nominal)?;
-            Some(Estimate { parameter, value, u: (dof > 0).then(|| sigma_mm * factor.sqrt()) })
+            Some(Estimate { parameter, value, u: sigma.map(|sigma| sigma * factor.sqrt()) })
         });
         let rms_mm = |square: f64| (square / count as f64).sqrt();
-        let (mut whole, mut weights) = (square, None);
-        if let Some(weighted) = &self.weighted {
-            whole = alike.square(&change, &bends);
+        let whole = alike.square(&change, &bends);
+        let mut least = whole;
+        if self.weighted.is_some() || robust.is_some() {
             let (change, bends) = self.change(&alike, &kept);
-            let least = alike.square(&change, &bends).min(whole);
-            weights = Some(weighted.told((dof > 0).then_some(sigma_mm), rms_mm(least)));
+            least = alike.square(&change, &bends).min(whole);
         }
+        let effective_points = match (&self.robust, &self.weighted) {
+            (Some(robust), _) => robust.effective_points(),
+            (None, Some(weighted)) => weighted.effective_points(),
+            (None, None) => count as f64,
+        };
         Some(LiveEstimate {
             estimates: estimates.collect(),
             indeterminate: self.fit.indeterminate.clone(),
@@ -241,13 +334,88 @@ impl Linearised {
             figures: self.figures(&nominal, &pose, rms_mm(whole), count)?,
             mean_squares_nm2: self.mean_squares_nm2(grid, &change, &bends),
             map: self.map(grid, &pose, &change, &bends),
-            weights,
+            weights: self.weighted.as_ref().map(|weighted| weighted.told(sigma)),
+            robust,
+            effective_points,
+            least_rms_mm: rms_mm(least),
             count,
             excluded: self.excluded,
             reference_count: self.made_at,
             pose,
             nominal,
         })
+    }
+
+    /// The change of the parameters by squares or, from there on, by the robust loss. Where that is beyond the reach of
+    /// linearisation, it stays at the reference.
+    fn solved(&self, problem: &Problem<'_>, kept: &[usize], dof: usize) -> Solved {
+        let Some(robust) = &self.robust else {
+            let (change, bends) = self.change(problem, kept);
+            let square = problem.square(&change, &bends);
+            let sigma = (dof > 0).then(|| (square / dof as f64).sqrt());
+            return Solved { change, bends, sigma, robust: None };
+        };
+        // Both count points by their uncertainties, but in units of their own.
+        let unit = self.weighted.as_ref().map_or(1.0, Weighted::unit_mm) / robust.unit_mm();
+        let found = if self.is_fit { None } else { self.reweighed(None) };
+        let Some(found) = found else {
+            let change = vec![0.0; kept.len()];
+            let bends = vec![0.0; self.cells.len() * (kept.len() + 1)];
+            let known = self.is_fit && self.fit.covariance.is_some();
+            let sigma = known.then_some(self.fit.sigma_mm * unit);
+            return Solved { change, bends, sigma, robust: self.fit.robust };
+        };
+        let sigma = found.sigma.filter(|_| dof > 0).map(|sigma| sigma * unit);
+        Solved { change: found.change, bends: found.bends, sigma, robust: Some(found.robust) }
+    }
+
+    /// The solution by the robust loss, at the scale `fixed_mm` if there is one; `None` without such a loss, and where
+    /// it is beyond the reach of linearisation.
+    pub(crate) fn reweighed(&self, fixed_mm: Option<f64>) -> Option<Reweighed> {
+        let robust = self.robust.as_ref()?;
+        let bends = |change: &[f64]| self.bends(change);
+        let means = |classes: &Classes, bends: &[f64]| self.mean_bends(classes, bends);
+        robust.solve(self.free.len(), fixed_mm, &bends, &means)
+    }
+
+    /// Where the robust loss lays the surface now; `None` for squares and beyond the reach of linearisation.
+    pub(crate) fn place(&self) -> Option<Place> {
+        let found = self.reweighed(None)?;
+        let (pose, nominal) = self.moved(&found.change)?;
+        let fit = Fit { pose, nominal, robust: Some(found.robust), ..self.fit.clone() };
+        Some(Place { fit, first: self.moved(&found.first_change)? })
+    }
+
+    /// Says that the reference is the fit of the points here.
+    pub(crate) fn confirm(&mut self) {
+        self.is_fit = true;
+    }
+
+    /// Holds the scale of the points here, which is known, against what their classes tell of it.
+    pub(crate) fn calibrate(&mut self, scale_mm: f64) {
+        if let Some(found) = self.reweighed(Some(scale_mm))
+            && let Some(robust) = &mut self.robust
+        {
+            robust.calibrate(&found, scale_mm);
+        }
+    }
+
+    /// The mean of the bends over the points of each block of cells.
+    fn mean_bends(&self, classes: &Classes, bends: &[f64]) -> Vec<Vec<f64>> {
+        let columns = self.free.len() + 1;
+        let mut means = vec![vec![0.0; columns]; classes.blocks()];
+        let mut counts = vec![0.0; classes.blocks()];
+        for (index, (cell, bend)) in self.cells.iter().zip(bends.chunks_exact(columns)).enumerate()
+        {
+            let Some(cell) = cell else { continue };
+            let (block, count) = (classes.block(index), cell.count as f64);
+            counts[block] += count;
+            means[block].iter_mut().zip(bend).for_each(|(sum, bend)| *sum += count * bend);
+        }
+        for (mean, count) in means.iter_mut().zip(counts).filter(|(_, count)| *count > 0.0) {
+            mean.iter_mut().for_each(|entry| *entry /= count);
+        }
+        means
     }
 
     /// The problem of points that count alike; `None` with fewer points than parameters.
@@ -437,6 +605,22 @@ impl Linearised {
             centroids_mm: cells.iter().map(centroid_mm).collect(),
         }
     }
+}
+
+/// Cells of the map that points span along x or y, whichever are more.
+fn spanned(points: &[PointMm], pose: &Pose, grid: &Grid) -> usize {
+    let motion = pose.motion();
+    let mut span = [[usize::MAX, 0]; 2];
+    for &point in points {
+        let [x_mm, y_mm, _] = motion.to_part(point);
+        let cell = grid.cell(x_mm, y_mm);
+        if cell < grid.cells() {
+            for ([least, most], at) in span.iter_mut().zip([cell % grid.nx, cell / grid.nx]) {
+                (*least, *most) = ((*least).min(at), (*most).max(at));
+            }
+        }
+    }
+    span.map(|[least, most]| (most + 1).saturating_sub(least)).into_iter().fold(1, usize::max)
 }
 
 /// Points of one block: so many that joining their cells costs little.

@@ -17,22 +17,37 @@
 
 //!
 //! Points with uncertainties have their rows summed twice: by weight 1/u², for the pose, and alike, for the figures,
-//! which know no weights. Robust losses are not for running fits: a point's weight would hang on its distance at the
-//! time it came, and a first pose that is off would shut out good points until the next reference.
+//! which know no weights.
+//!
+//! With a robust loss rows are summed by the weights they have at the reference, too, and counted by classes of their
+//! distance, block by block of cells: from these an estimate weighs all points anew, at the scale they have now (see
+//! `reweighing.rs`). So it hangs neither on the pose at which a point came nor on when it is asked for. What is
+//! provisional beyond the above is what changes in the weights within a class and a block since the reference. Against
+//! the robust fit of the same points: pose within a fifth of its uncertainty, RMS within 0.5 % and PV within 1 % (seen:
+//! a fifteenth, and a millionth for both); where form error is 200 times the noise and the part still grows, so that a
+//! quarter more points move the pose by many of its uncertainties, within 1.5 of these and 0.1 % and 0.2 % (seen: 0.8,
+//! 0.005 % and 0.03 %). On patches that hardly tell tilts from shifts the fit itself has several solutions, and the estimate may lie
+//! at another.
 
 mod accumulator;
+mod classes;
 mod linearised;
+mod middle;
 mod problem;
+mod referring;
+mod reweighing;
 mod weighted;
 
 pub use accumulator::Accumulator;
 
 use thiserror::Error;
 
-use crate::fit::slant::Slant;
-use crate::fit::{Estimate, Fit, FitSettings, along_normal_mm, fit, fit_weighted, method};
+use crate::deviation::NM_PER_MM;
+use crate::fit::{Estimate, FitSettings, method};
 use crate::live::linearised::Linearised;
-use crate::{Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Undetermined};
+use crate::{
+    Excluded, Figures, FitError, Loss, Nominal, Parameter, PointMm, Pose, Robust, Undetermined,
+};
 
 /// A regular grid of cells in the x-y plane of the part frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +78,7 @@ pub struct LiveSettings {
     /// than the part's size: until the patch has grown, tilts stay at their start.
     pub rank_tolerance: f64,
     /// The direction along which uncertainties are given, a unit vector of the measured frame: each reference turns them
-    /// into uncertainties along the normal anew, as [`along_normal_mm`] does with a fit of points that count alike.
+    /// into uncertainties along the normal anew, as [`along_normal_mm`](crate::along_normal_mm) does with a fit of points that count alike.
     /// `None`: they are along the normal.
     pub uncertain_along: Option<[f64; 3]>,
 }
@@ -117,6 +132,14 @@ pub enum LiveError {
         /// Points without.
         points: usize,
     },
+    /// A reference that was not found by the loss it is to serve.
+    #[error("the reference was found by the criterion \"{found}\", expected \"{expected}\"")]
+    Reference {
+        /// Its criterion.
+        found: &'static str,
+        /// That of the settings.
+        expected: &'static str,
+    },
     /// Estimators that cannot be merged.
     #[error("the {what} of the two estimators differ, expected the same in both")]
     Different {
@@ -161,6 +184,12 @@ pub struct LiveEstimate {
     pub mean_squares_nm2: Vec<f64>,
     /// What points with uncertainties tell beyond; `None` if they have none.
     pub weights: Option<LiveWeights>,
+    /// What the robust loss did, counts to the width of a class; `None` for least squares.
+    pub robust: Option<Robust>,
+    /// As [`Fit::effective_points`](crate::Fit::effective_points); of a robust loss by the weights at the reference.
+    pub effective_points: f64,
+    /// The RMS in mm that would be left if all points counted alike and by squares: no pose leaves less.
+    pub least_rms_mm: f64,
     /// Points used.
     pub count: usize,
     /// Points left out.
@@ -176,23 +205,20 @@ pub struct LiveWeights {
     pub u_min_mm: f64,
     /// The largest.
     pub u_max_mm: f64,
-    /// As [`Fit::reduced_chi_square`].
+    /// As [`Fit::reduced_chi_square`](crate::Fit::reduced_chi_square).
     pub reduced_chi_square: Option<f64>,
-    /// As [`Fit::effective_points`].
-    pub effective_points: f64,
-    /// The RMS in mm that would be left if the points counted alike: no pose leaves less.
-    pub least_rms_mm: f64,
 }
 
 impl LiveEstimate {
-    /// The criterion, as reports give it and [`Fit::method`] has it.
+    /// The criterion, as reports give it and [`Fit::method`](crate::Fit::method) has it.
     pub fn method(&self) -> &'static str {
-        method(self.weights.is_some(), Loss::Squares)
+        method(self.weights.is_some(), self.robust.map_or(Loss::Squares, |robust| robust.loss))
     }
 
-    /// The smallest RMS in nm that any pose and shape leave of these points: the RMS itself, unless they have weights.
+    /// The smallest RMS in nm that any pose and shape leave of these points: the RMS itself, unless they have weights
+    /// or a robust loss.
     pub fn least_rms_nm(&self) -> f64 {
-        self.weights.map_or(self.figures.rms_nm, |weights| 1e6 * weights.least_rms_mm)
+        NM_PER_MM * self.least_rms_mm
     }
 
     /// Whether every free parameter that points on this nominal can determine at all is determined.
@@ -203,12 +229,13 @@ impl LiveEstimate {
 
 /// The running estimator.
 ///
-/// Its figures approach those of [`fit`] over the same points, or of [`fit_weighted`] where these have uncertainties,
+/// Its figures approach those of [`fit`](fn@crate::fit) over the same points, or of [`fit_weighted`](crate::fit_weighted) where these have uncertainties,
 /// and reach them by [`Live::settle`]. Before that they leave out what the second-order change of the distances does within a cell of the map (far
 /// below a picometre for scans that correct the pose by micrometres), and PV may miss a point that has
 /// overtaken the extreme of its own cell.
 ///
-/// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map.
+/// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map; with a
+/// robust loss twice that, and some 5 MB for classes.
 #[derive(Clone, Debug)]
 pub struct Live {
     nominal: Nominal,
@@ -216,8 +243,9 @@ pub struct Live {
     points: Vec<PointMm>,
     /// One for each point, or none.
     uncertainties_mm: Vec<f64>,
-    /// Number of points at which the next reference is made.
+    /// Number of points at which the next reference is made, and at which the next one is a fit of its own.
     next_reference: usize,
+    next_fit: usize,
     reference: Option<Linearised>,
     failure: Option<FitError>,
 }
@@ -234,13 +262,14 @@ impl Live {
             points: Vec::new(),
             uncertainties_mm: Vec::new(),
             next_reference,
+            next_fit: next_reference,
             reference: None,
             failure: None,
         })
     }
 
     /// Takes a point of the measured frame. `O(p²)` for p free parameters, but `O(n·p²)` whenever the
-    /// number of points n has doubled: amortised constant.
+    /// number of points n has doubled, with a robust loss whenever it has grown by a quarter: amortised constant.
     ///
     /// After points with uncertainties there is no estimate any more, as there is no fit of such points:
     /// [`Live::failure`] says so.
@@ -254,7 +283,7 @@ impl Live {
     }
 
     /// As [`Live::push`], with the standard uncertainty of the point in mm, along
-    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`]. Its row is summed
+    /// [`LiveSettings::uncertain_along`]: it counts by 1/u², as in [`fit_weighted`](crate::fit_weighted). Its row is summed
     /// twice.
     ///
     /// Fails with an uncertainty that is not positive and finite, and after points without one; then nothing changes.
@@ -311,6 +340,7 @@ impl Live {
     /// that of the full fit. `O(n·p²)`.
     pub fn settle(&mut self) {
         self.refer(&self.settings.fit.clone());
+        self.plan();
     }
 
     /// The figures of the points so far; `None` before the first fit could be made, or if the points
@@ -335,39 +365,6 @@ impl Live {
     /// Why the latest attempt at a full fit gave none; `None` if it gave one or there was no attempt.
     pub fn failure(&self) -> Option<&FitError> {
         self.failure.as_ref()
-    }
-
-    fn refer_on_the_way(&mut self) {
-        let rank_tolerance = self.settings.rank_tolerance.max(self.settings.fit.rank_tolerance);
-        self.refer(&FitSettings { rank_tolerance, ..self.settings.fit.clone() });
-    }
-
-    fn refer(&mut self, settings: &FitSettings) {
-        self.next_reference = (2 * self.points.len()).max(self.next_reference);
-        match self.fitted(settings) {
-            Ok((fit, slant)) => {
-                let (points, u_mm) = (&self.points, &self.uncertainties_mm);
-                let linearised = Linearised::of_points(fit, slant, points, u_mm, &self.settings);
-                self.reference = Some(linearised);
-                self.failure = None;
-            }
-            Err(failure) => self.failure = Some(failure),
-        }
-    }
-
-    /// The full fit of all points so far, and how the direction of their uncertainties stands on it.
-    fn fitted(&self, settings: &FitSettings) -> Result<(Fit, Option<Slant>), FitError> {
-        let Live { points, nominal, uncertainties_mm: given_mm, .. } = self;
-        if given_mm.is_empty() {
-            return Ok((fit(points, nominal, settings)?, None));
-        }
-        let Some(direction) = self.settings.uncertain_along else {
-            return Ok((fit_weighted(points, Some(given_mm), nominal, settings)?, None));
-        };
-        let first = fit(points, nominal, settings)?;
-        let u_mm = along_normal_mm(points, given_mm, direction, &first);
-        let fitted = fit_weighted(points, Some(&u_mm), nominal, settings)?;
-        Ok((fitted, Some(Slant::new(direction, &first.nominal, &first.pose))))
     }
 }
 

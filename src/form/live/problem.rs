@@ -1,5 +1,7 @@
 //! The small linear problem an estimate solves, of points that count alike or by their weights.
 
+use nalgebra::DMatrix;
+
 use crate::fit::solve::System;
 
 /// The linear problem at the reference, and what the cells add to it beyond linearisation.
@@ -32,6 +34,21 @@ impl Problem<'_> {
             }
         }
         gradient
+    }
+
+    /// JᵀJ with the bends in J: that of the linear problem, `gram`, and what the bends add.
+    pub(crate) fn bent_gram(&self, gram: &DMatrix<f64>, bends: &[f64]) -> DMatrix<f64> {
+        let p = gram.ncols();
+        let mut gram = gram.clone();
+        for (Sums { rows, weight }, bend) in self.occupied(bends) {
+            for j in 0..p {
+                for i in 0..p {
+                    gram[(i, j)] +=
+                        bend[i] * rows[j] + rows[i] * bend[j] + weight * bend[i] * bend[j];
+                }
+            }
+        }
+        gram
     }
 
     /// Sum of the squares of the distances at the changed parameters in mm², times the weights.

@@ -44,13 +44,17 @@ impl Weighted {
 
     /// Adds the row of a point in a cell, whose uncertainty along the normal is positive and finite.
     pub(crate) fn add(&mut self, row: &[f64], u_mm: f64, cell: usize) {
-        let root = self.unit_mm / u_mm;
+        self.add_by(row, self.unit_mm / u_mm, cell);
+        self.u_mm = [self.u_mm[0].min(u_mm), self.u_mm[1].max(u_mm)];
+    }
+
+    /// Adds the row of a point in a cell, times the root of its weight.
+    pub(crate) fn add_by(&mut self, row: &[f64], root: f64, cell: usize) {
         let weight = root * root;
         self.row.iter_mut().zip(row).for_each(|(scaled, entry)| *scaled = root * entry);
         self.triangle.push(&self.row);
         self.sum += weight;
         self.square += weight * weight;
-        self.u_mm = [self.u_mm[0].min(u_mm), self.u_mm[1].max(u_mm)];
         let empty = || Cell { rows: vec![0.0; row.len()].into(), weight: 0.0 };
         let cell = self.cells[cell].get_or_insert_with(empty);
         cell.weight += weight;
@@ -100,15 +104,23 @@ impl Weighted {
         })
     }
 
+    /// The uncertainty of a point of weight 1.
+    pub(crate) fn unit_mm(&self) -> f64 {
+        self.unit_mm
+    }
+
+    /// (Σw)²/Σw²; 0 without any weight.
+    pub(crate) fn effective_points(&self) -> f64 {
+        if self.square > 0.0 { self.sum * self.sum / self.square } else { 0.0 }
+    }
+
     /// What is told of the weights: `sigma` is the standard deviation of distance over uncertainty, in units of
-    /// [`Weighted::problem`], `least_rms_mm` what the points would leave if they counted alike.
-    pub(crate) fn told(&self, sigma: Option<f64>, least_rms_mm: f64) -> LiveWeights {
+    /// [`Weighted::problem`].
+    pub(crate) fn told(&self, sigma: Option<f64>) -> LiveWeights {
         LiveWeights {
             u_min_mm: self.u_mm[0],
             u_max_mm: self.u_mm[1],
             reduced_chi_square: sigma.map(|sigma| (sigma / self.unit_mm).powi(2)),
-            effective_points: self.sum * self.sum / self.square,
-            least_rms_mm,
         }
     }
 }
@@ -159,8 +171,8 @@ mod tests {
             assert!((a.weight / b.weight - 1.0).abs() < 1e-14);
             a.rows.iter().zip(b.rows).for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-13));
         }
-        assert_eq!(merged.told(None, 0.0).u_max_mm, 2e-4);
-        let effective = merged.told(None, 0.0).effective_points;
-        assert!((effective / whole.told(None, 0.0).effective_points - 1.0).abs() < 1e-13);
+        assert_eq!(merged.told(None).u_max_mm, 2e-4);
+        let effective = merged.effective_points();
+        assert!((effective / whole.effective_points() - 1.0).abs() < 1e-13);
     }
 }

@@ -45,7 +45,8 @@ impl Why<'_> {
             }
             _ if running.coverage == 0.0 => "the coverage is not known".to_owned(),
             _ if !now.part.criterion.is_plain() => {
-                "the running fit is of plain squares, the final one is not".to_owned()
+                "points do not count alike: what the rest will make of their weights is not known"
+                    .to_owned()
             }
             None => "too few points tell what may stand out between them".to_owned(),
             Some(nm) if value_nm + nm > limit_nm => format!(
