@@ -72,22 +72,20 @@ impl Seen {
         let laid = Laid { places_mm, deviations_mm, sampling, zones };
         let free: Vec<Parameter> =
             estimate.estimates.iter().map(|estimate| estimate.parameter).collect();
+        // What a reference made from the points will follow of those to come nobody knows: only values are told.
+        let follows = part.reference.is_some();
+        let (nominal, pose) = (&estimate.nominal, &estimate.pose);
+        let foreseen = || forecast(places_mm, deviations_mm, &part.aperture, nominal, pose, &free);
+        let forecast = if follows { None } else { foreseen() };
         let told = Told {
             look,
             laid,
             unmeasured: Unmeasured::of(part, &laid, estimate.figures.rms_nm),
-            forecast: forecast(
-                places_mm,
-                deviations_mm,
-                &part.aperture,
-                &estimate.nominal,
-                &estimate.pose,
-                &free,
-            ),
+            forecast,
             free,
         };
         let found = named.iter().filter_map(|(name, limit)| {
-            let found = told.of_limit(name, limit, is_certain(name))?;
+            let found = told.of_limit(name, limit, follows || is_certain(name))?;
             Some((name.clone(), found))
         });
         Seen { limits: found.collect() }

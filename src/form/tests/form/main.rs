@@ -15,6 +15,7 @@ mod freeform;
 mod known;
 mod laws;
 mod live;
+mod live_unknown;
 mod live_weighted;
 mod nominal;
 mod real;
