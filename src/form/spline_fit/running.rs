@@ -34,7 +34,11 @@ use crate::{Excluded, Figures, Fit, Grid, LiveError, LiveEstimate, Map, Nominal,
 /// The running estimator where no design is known: as [`crate::Live`], of the surface [`crate::reference()`] makes.
 ///
 /// After [`LiveReference::settle`] its figures are those of that reference, but for what linearisation leaves out, some
-/// millionths. Before, base and net are those of fewer points.
+/// millionths. Before, base and net are those of fewer points. From 1,000 points on RMS is then within 2 % and PV within 5 %
+/// of those of a reference made anew from the same points, where what is left is mostly noise; usually within 0.2 %. Where
+/// it is mostly a defect the knots cannot follow, or waves shorter than they are, RMS and PV can be off by a tenth and a
+/// third for a while: they hang on where the knots lie, and these are only remade when points have grown by a
+/// sixteenth, or a sixty-fourth of fewer than 4,096.
 ///
 /// PV is that of the points that were largest and smallest in their cell of the map, about the surface there was when
 /// they came.
@@ -85,8 +89,8 @@ impl LiveReference {
         }
         let Some(kept) = &mut self.kept else { return };
         let outgrown = !kept.add(point, &self.grid) && kept.can_widen;
-        let outdated =
-            self.points.len() >= kept.made_at + kept.made_at / REMADE && kept.is_outdated();
+        let least = kept.made_at / if kept.made_at < FEW { REMADE_FEW } else { REMADE };
+        let outdated = self.points.len() > kept.made_at + least && kept.is_outdated();
         // Where a finer or wider net was refused, the next is tried with twice the points.
         if self.failure.is_none() && (outgrown || outdated) {
             return self.refer();
@@ -564,8 +568,9 @@ const OUTDATED: f64 = 0.06;
 /// Growth of the longer side after which the base is another, of few points and of more.
 const GROWN_FEW: f64 = 1.06;
 const GROWN: f64 = 1.12;
-const FEW: usize = 8192;
-/// No net is remade, unless a point lies beyond, before points have grown by one of so many parts.
+const FEW: usize = 4096;
+/// No net is remade, unless a point lies beyond, before points have grown by one of so many parts, few points and more.
+const REMADE_FEW: usize = 64;
 const REMADE: usize = 16;
 /// The smoothness is chosen anew when points have grown by more than one of so many parts.
 const CHOICES: usize = 8;
