@@ -36,7 +36,7 @@ use crate::{Excluded, Figures, Fit, Grid, LiveError, LiveEstimate, Map, Nominal,
 /// After [`LiveReference::settle`] its figures are those of that reference, but for what linearisation leaves out, some
 /// millionths. Before, base and net are those of fewer points. From 1,000 points on RMS is then within 2 % and PV within 5 %
 /// of those of a reference made anew from the same points, where what is left is mostly noise; usually within 0.2 %. Where
-/// it is mostly a defect the knots cannot follow, or waves shorter than they are, RMS and PV can be off by a tenth and a
+/// it is mostly a defect the knots cannot follow, or waves shorter than they are, RMS and PV can be off by a fifth and a
 /// third for a while: they hang on where the knots lie, and these are only remade when points have grown by a
 /// sixteenth, or a sixty-fourth of fewer than 4,096.
 ///
