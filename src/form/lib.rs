@@ -6,7 +6,8 @@
 //! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains, [`figures`] what standards
 //! make of it; [`mod@uncertainty`] says how well all of that is known, and [`verdict()`] and [`mod@verdict`] hold it
 //! against limits. [`Live`] gives the same figures, provisional,
-//! while points still arrive. Where no design is known, [`reference()`] makes one from the points. [`artefact`] makes data whose fit is known exactly.
+//! while points still arrive. Where no design is known, [`reference()`] makes one from the points, and
+//! [`LiveReference`] keeps one up while they arrive. [`artefact`] makes data whose fit is known exactly.
 //!
 //! [`figures`] are those of form by the optical standards, [`texture`] filters a deviation and gives its areal
 //! parameters.
@@ -48,7 +49,7 @@ pub use minimum_zone::{
 pub use nominal::{Asphere, Curvatures, Foot, Nominal, NominalError, Parameter, ParameterError};
 pub use pose::Pose;
 pub use spline_fit::{
-    Base, Knots, Reference, ReferenceError, ReferenceSettings, Smoothing, SplineFit,
+    Base, Knots, LiveReference, Reference, ReferenceError, ReferenceSettings, Smoothing, SplineFit,
     SplineFitError, fit_spline, provisional, reference,
 };
 pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};

@@ -83,6 +83,7 @@ function criterion({ reference, fit: { loss, weights, effective_points: effectiv
     row("base", "Base under the splines", `${reference.base}, RMS from it ${fixed(reference.base_rms_nm, 1)} nm`);
     row("splines", "Splines", `${reference.cells.join(" × ")} cells of ${fixed(Math.max(...reference.knots_mm), 4)} mm, ${fixed(reference.effective_parameters, 0)} effective parameters`);
     row("follows", "Half followed: waves of", `${fixed(reference.follows_mm, 3)} mm`);
+    if (reference.as_of_points) row("made-of", "Base and knots made of", `the first ${count(reference.as_of_points)} points`);
     if (reference.noise_nm !== null) row("left", "Noise left", `${fixed(reference.noise_nm, 2)} nm`);
   }
   if (loss) {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use asphera_form::{
-    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Reference, Robust,
-    Smoothing, Termination,
+    Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Robust, Smoothing,
+    Termination,
 };
 use asphera_surface::Plane;
 
@@ -13,6 +13,7 @@ use super::details::FormDetails;
 use super::errors::Errors;
 use super::fit_details;
 use super::fitting::Fitted;
+use super::running::MadeReference;
 use crate::config::Part;
 use crate::report::{
     DeviationFigures, FitFigures, FormFigures, LossFigures, ParameterFigures, PoseFigures,
@@ -30,14 +31,14 @@ pub(super) fn form(
 ) -> FormFigures {
     let fit = &fitted.fit;
     // Of a surface made from the points, what was fitted by its parameters is the base.
-    let reference = fitted.reference.as_ref();
-    let (laid, nominal) = match reference {
-        Some(reference) => (&reference.base_fit, unknown(reference)),
+    let reference = fitted.reference.as_ref().map(MadeReference::from);
+    let (laid, nominal) = match &reference {
+        Some(reference) => (reference.base_fit, unknown(reference)),
         None => (fit, part.nominal.to_string()),
     };
     FormFigures {
         nominal,
-        reference: reference.map(|found| reference_figures(found, part)),
+        reference: reference.map(|found| reference_figures(&found, part)),
         fit: FitFigures {
             method: fit.method.to_owned(),
             termination: termination(&fit.termination),
@@ -49,7 +50,7 @@ pub(super) fn form(
             effective_points: (!part.criterion.is_plain()).then_some(fit.effective_points),
             loss: fit.robust.and_then(loss),
             weights: weights(fitted),
-            details: fit_details::of_fit(fit, reference),
+            details: fit_details::of_fit(fit, reference.as_ref()),
         },
         deviation: deviation(figures),
         provisional: false,
@@ -62,10 +63,11 @@ pub(super) fn form(
     }
 }
 
-/// As [`form`], of running figures.
+/// As [`form`], of running figures; `reference` is what the points have made of an unknown surface so far.
 pub(super) fn running_form(
     part: &Part,
     estimate: &LiveEstimate,
+    reference: Option<&MadeReference<'_>>,
     plane: &Plane,
     errors: &Errors,
 ) -> FormFigures {
@@ -73,20 +75,26 @@ pub(super) fn running_form(
     let uncertainty =
         known.map(|known| known.figures(estimate.figures.pv_nm, errors.is_measured(part)));
     let details = cells::details(&estimate.map, &part.aperture);
-    let nominal = match &part.reference {
-        Some(_) => "unknown; until the end the best quadric stands in for it".to_owned(),
-        None => part.nominal.to_string(),
+    // Of a surface made from the points, what is fitted by its parameters is the base.
+    let (nominal, method, laid, free) = match reference {
+        Some(made) => (unknown(made), made.method, &made.base_fit.nominal, free(made.base_fit)),
+        None => {
+            let free = names(&part.free, &part.nominal);
+            (part.nominal.to_string(), estimate.method(), &part.nominal, free)
+        }
     };
+    let as_of_points = Some(estimate.reference_count as u64);
     FormFigures {
         nominal,
-        reference: None,
+        reference: reference
+            .map(|made| ReferenceFigures { as_of_points, ..reference_figures(made, part) }),
         fit: FitFigures {
-            method: estimate.method().to_owned(),
+            method: method.to_owned(),
             termination: "running".to_owned(),
             iterations: 0,
-            free: names(&part.free, &part.nominal),
-            parameters: parameters(&estimate.estimates, &part.nominal),
-            indeterminate: names(&estimate.indeterminate, &part.nominal),
+            free,
+            parameters: parameters(&estimate.estimates, laid),
+            indeterminate: names(&estimate.indeterminate, laid),
             pose: pose(&estimate.pose, plane),
             effective_points: (estimate.weights.is_some() || estimate.robust.is_some())
                 .then_some(estimate.effective_points),
@@ -96,7 +104,7 @@ pub(super) fn running_form(
                 u_max_nm: 1e6 * weights.u_max_mm,
                 reduced_chi_square: weights.reduced_chi_square,
             }),
-            details: fit_details::of_running(estimate, part),
+            details: fit_details::of_running(estimate, reference, part),
         },
         deviation: DeviationFigures { uncertainty, ..deviation(&estimate.figures) },
         provisional: true,
@@ -110,7 +118,7 @@ pub(super) fn running_form(
 }
 
 /// That a reference was made from the points, and what that hides.
-pub(super) fn made_from_points(reference: &Reference) -> String {
+pub(super) fn made_from_points(reference: &MadeReference<'_>) -> String {
     let [x_mm, y_mm] = reference.spline.cutoff_mm;
     format!(
         "the reference was made from these points: form error of waves longer than about {:.3} mm is in it, and no \
@@ -120,7 +128,7 @@ pub(super) fn made_from_points(reference: &Reference) -> String {
 }
 
 /// An unknown surface in words.
-fn unknown(reference: &Reference) -> String {
+fn unknown(reference: &MadeReference<'_>) -> String {
     let cells = reference.spline.surface.cells();
     let radius = match reference.base_fit.nominal.radius_mm() {
         Some(radius_mm) => format!(" R {radius_mm:.6} mm"),
@@ -135,8 +143,8 @@ fn unknown(reference: &Reference) -> String {
     )
 }
 
-fn reference_figures(reference: &Reference, part: &Part) -> ReferenceFigures {
-    let spline = &reference.spline;
+fn reference_figures(reference: &MadeReference<'_>, part: &Part) -> ReferenceFigures {
+    let spline = reference.spline;
     let cells = spline.surface.cells();
     let smoothing = match part.reference.map(|settings| settings.smoothing) {
         Some(Smoothing::Noise { .. }) => "noise",
@@ -154,6 +162,7 @@ fn reference_figures(reference: &Reference, part: &Part) -> ReferenceFigures {
         effective_parameters: spline.effective_parameters,
         follows_mm: spline.cutoff_mm[0].max(spline.cutoff_mm[1]),
         noise_nm: spline.noise_mm.map(|noise_mm| 1e6 * noise_mm),
+        as_of_points: None,
     }
 }
 

@@ -1,10 +1,9 @@
 //! What a fit says of itself, as reports write it.
 
-use asphera_form::{
-    Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Reference, Undetermined,
-};
+use asphera_form::{Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Undetermined};
 
 use super::figures::made_from_points;
+use super::running::MadeReference;
 use crate::config::{Criterion, Part, Weights};
 use crate::report::{
     CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
@@ -12,7 +11,7 @@ use crate::report::{
 };
 
 /// Of the final fit.
-pub(super) fn of_fit(fit: &Fit, reference: Option<&Reference>) -> FitDetails {
+pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>) -> FitDetails {
     FitDetails {
         converged: Some(fit.termination.is_converged()),
         evaluations: Some(fit.evaluations as u64),
@@ -28,10 +27,15 @@ pub(super) fn of_fit(fit: &Fit, reference: Option<&Reference>) -> FitDetails {
 }
 
 /// Of the running fit: what it lacks is known, and how the final one will differ.
-pub(super) fn of_running(estimate: &LiveEstimate, part: &Part) -> FitDetails {
+pub(super) fn of_running(
+    estimate: &LiveEstimate,
+    reference: Option<&MadeReference<'_>>,
+    part: &Part,
+) -> FitDetails {
+    let named = reference.map_or(&estimate.nominal, |reference| &reference.base_fit.nominal);
     FitDetails {
-        cautions: provisional(estimate, part),
-        undetermined: undetermined(&estimate.undetermined, &estimate.nominal),
+        cautions: provisional(estimate, part).into_iter().chain(of_reference(reference)).collect(),
+        undetermined: undetermined(&estimate.undetermined, named),
         ..FitDetails::default()
     }
 }
@@ -113,9 +117,9 @@ pub(super) fn add(figures: &mut CovarianceFigures, further: &Covariance) {
 }
 
 /// Of a surface that was made from the points.
-fn of_reference(reference: Option<&Reference>) -> Vec<CautionFigures> {
+fn of_reference(reference: Option<&MadeReference<'_>>) -> Vec<CautionFigures> {
     let Some(reference) = reference else { return Vec::new() };
-    let spline = &reference.spline;
+    let spline = reference.spline;
     // At the other end a surface needs no more than its base.
     let coarse = (spline.at_limit && spline.lambda < 1.0).then(|| {
         "the points have form that these knots cannot follow, and the noise told holds some of it: finer knots \
@@ -129,14 +133,15 @@ fn of_reference(reference: Option<&Reference>) -> Vec<CautionFigures> {
 /// In what the running fit is not the final one.
 fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
     let Criterion { weights, .. } = part.criterion;
-    let stands_in = part.reference.is_some().then_some(
-        "until the end the deviation is that from the best quadric; then a finer reference is made from the points",
+    let kept_up = part.reference.is_some().then_some(
+        "until the end the reference is kept up as points arrive, with at most 40 cells of knots over the longer side; \
+         then it is made anew from all points",
     );
     let alike = (weights == Weights::Uncertainty && estimate.weights.is_none()).then_some(
         "weights by uncertainty are asked for, but the points carry none: they count alike until the end, when there is \
          no fit",
     );
-    let all = stands_in.into_iter().chain(alike);
+    let all = kept_up.into_iter().chain(alike);
     all.map(|text| mild("provisional", text.to_owned())).collect()
 }
 

@@ -58,7 +58,7 @@ pub(super) fn judge(
     }
     if let Ok(Fitted { reference: Some(reference), .. }) = fitted {
         // The limits hold of what is left, and whoever reads the verdict must know of what.
-        verdict.reasons.push(figures::made_from_points(reference));
+        verdict.reasons.push(figures::made_from_points(&reference.into()));
     }
     match sampling.coverage {
         None => undecide(

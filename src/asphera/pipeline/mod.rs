@@ -294,9 +294,10 @@ impl Pipeline {
                 ..look::with_counts(&self.mesh, self.seen.clone())
             },
             sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
-            form: estimate
-                .as_ref()
-                .map(|estimate| figures::running_form(&self.part, estimate, &plane, &self.errors)),
+            form: estimate.as_ref().map(|estimate| {
+                let made = self.running.reference();
+                figures::running_form(&self.part, estimate, made.as_ref(), &plane, &self.errors)
+            }),
             map: estimate.as_ref().map(figures::map),
             cells: estimate.map(|estimate| Cells {
                 aperture: self.part.aperture,
@@ -328,8 +329,8 @@ impl Pipeline {
 
     fn outlook(&mut self, estimate: &LiveEstimate) -> Option<Outlook> {
         let doubt = if self.part.reference.is_some() {
-            // It may follow what the quadric that stands in for it leaves.
-            Some("the reference is made from all points at the end")
+            // It may follow what stands off it now.
+            Some("the reference is made anew from all points at the end")
         } else if !self.mesh.projectable() {
             Some("points stand above or below others")
         } else if self.mesh.counts().duplicates > 0 {

@@ -1,6 +1,9 @@
 //! Running figures while points arrive.
 
-use asphera_form::{Aperture, Figures, FitSettings, Grid, Live, LiveEstimate, LiveSettings, Pose};
+use asphera_form::{
+    Aperture, Base, Figures, Fit, FitSettings, Grid, Live, LiveEstimate, LiveReference,
+    LiveSettings, Pose, Reference, ReferenceSettings, SplineFit,
+};
 use asphera_surface::PointMm;
 
 use super::errors::Errors;
@@ -15,11 +18,26 @@ use crate::snapshot::Convergence;
 /// seldom enough to cost each point a constant.
 pub(super) struct Running {
     part: Part,
-    live: Option<Live>,
+    live: Option<Estimator>,
     bounds: Bounds,
     points: Vec<PointMm>,
     /// One for each of `points`, or none.
     uncertainties_mm: Vec<f64>,
+}
+
+/// Of a nominal, or of a surface the points themselves make.
+enum Estimator {
+    Nominal(Box<Live>),
+    Unknown(Box<LiveReference>),
+}
+
+/// A surface made from points.
+#[derive(Clone, Copy)]
+pub(super) struct MadeReference<'a> {
+    pub(super) base: Base,
+    pub(super) base_fit: &'a Fit,
+    pub(super) spline: &'a SplineFit,
+    pub(super) method: &'static str,
 }
 
 #[derive(Clone, Copy)]
@@ -49,19 +67,31 @@ impl Running {
             self.uncertainties_mm.extend(u_mm);
             if !self.bounds.contains(point) && self.points.len() >= FIRST_POINTS {
                 self.bounds = Bounds::around(&self.points);
-                self.live = estimator(&self.part, &self.bounds, up);
-                if let Some(live) = &mut self.live {
-                    for (index, &point) in self.points.iter().enumerate() {
-                        take(live, point, self.uncertainties_mm.get(index).copied());
-                    }
-                }
+                self.live = match &self.part.reference {
+                    // Made of all points at once, not of few, then more, up to all.
+                    Some(settings) => unknown(&self.part, settings, &self.bounds, &self.points),
+                    None => estimator(&self.part, &self.bounds, up).map(|mut live| {
+                        for (index, &point) in self.points.iter().enumerate() {
+                            take(&mut live, point, self.uncertainties_mm.get(index).copied());
+                        }
+                        Estimator::Nominal(Box::new(live))
+                    }),
+                };
                 return;
             }
         } else if self.live.is_none() {
-            self.live = estimator(&self.part, &self.bounds, up);
+            self.live = match &self.part.reference {
+                Some(settings) => unknown(&self.part, settings, &self.bounds, &[]),
+                None => {
+                    estimator(&self.part, &self.bounds, up).map(Box::new).map(Estimator::Nominal)
+                }
+            };
         }
-        if let Some(live) = &mut self.live {
-            take(live, point, u_mm);
+        match &mut self.live {
+            Some(Estimator::Nominal(live)) => take(live, point, u_mm),
+            // A reference knows no weights.
+            Some(Estimator::Unknown(live)) => live.push(point),
+            None => {}
         }
     }
 
@@ -72,13 +102,46 @@ impl Running {
     }
 
     pub(super) fn estimate(&self) -> Option<LiveEstimate> {
-        self.live.as_ref()?.estimate()
+        match self.live.as_ref()? {
+            Estimator::Nominal(live) => live.estimate(),
+            Estimator::Unknown(live) => live.estimate(),
+        }
     }
 
-    /// Some hundred points that hold the deviation at its worst: the highest and the lowest of each block of cells.
-    pub(super) fn extremes(&self) -> Vec<PointMm> {
-        self.live.as_ref().map_or_else(Vec::new, |live| live.extremes(BLOCK))
+    /// What the points have made of an unknown surface so far.
+    pub(super) fn reference(&self) -> Option<MadeReference<'_>> {
+        let Estimator::Unknown(live) = self.live.as_ref()? else { return None };
+        let (base, base_fit) = live.base()?;
+        Some(MadeReference { base, base_fit, spline: live.spline()?, method: live.method()? })
     }
+
+    /// Some hundred points that hold the deviation from a nominal at its worst: the highest and the lowest of each block
+    /// of cells.
+    pub(super) fn extremes(&self) -> Vec<PointMm> {
+        match &self.live {
+            Some(Estimator::Nominal(live)) => live.extremes(BLOCK),
+            Some(Estimator::Unknown(_)) | None => Vec::new(),
+        }
+    }
+}
+
+impl<'a> From<&'a Reference> for MadeReference<'a> {
+    fn from(made: &'a Reference) -> MadeReference<'a> {
+        let Reference { base, base_fit, spline, fit } = made;
+        MadeReference { base: *base, base_fit, spline, method: fit.method }
+    }
+}
+
+/// Of a surface the points themselves make, of the points there are.
+fn unknown(
+    part: &Part,
+    settings: &ReferenceSettings,
+    bounds: &Bounds,
+    points: &[PointMm],
+) -> Option<Estimator> {
+    let settings = ReferenceSettings { centre_mm: Some(centre_mm(part, bounds)), ..*settings };
+    let live = LiveReference::from_points(settings, grid(part, bounds), points.to_vec());
+    live.ok().map(Box::new).map(Estimator::Unknown)
 }
 
 /// A point whose uncertainty gives no weight is taken as one that has none: beside others that leaves no fit, neither now
@@ -98,8 +161,8 @@ fn estimator(part: &Part, bounds: &Bounds, up: Option<[f64; 3]>) -> Option<Live>
     Live::new(part.nominal.clone(), settings).ok()
 }
 
-/// Where the part is looked for. What stands in for an unknown surface is laid where its reference will be: in the
-/// middle of the points, if nothing else is said.
+/// Where the part is looked for. The reference of an unknown surface is made in the middle of the points, if nothing else
+/// is said.
 fn centre_mm(part: &Part, bounds: &Bounds) -> [f64; 2] {
     match &part.reference {
         None => [0.0; 2],

@@ -55,4 +55,7 @@ pub struct ReferenceFigures {
     pub follows_mm: f64,
     /// Standard deviation of what the splines do not follow, by the degrees of freedom left, nm; absent without.
     pub noise_nm: Option<f64>,
+    /// While points arrive: how many there were when base and knots were made of all of them. Absent in the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub as_of_points: Option<u64>,
 }

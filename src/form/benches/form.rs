@@ -1,6 +1,9 @@
 //! Fits, deviations and running figures of an asphere. Sizes are the arguments, the seed is fixed.
 
-use asphera_form::{FitSettings, Grid, Live, LiveSettings, Parameter, Pose, deviations, fit};
+use asphera_form::{
+    FitSettings, Grid, Live, LiveReference, LiveSettings, Parameter, Pose, ReferenceSettings,
+    deviations, fit,
+};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use part::{RADIUS_MM, SEED, nominal};
@@ -15,16 +18,17 @@ fn main() {
     divan::main();
 }
 
+const GRID: Grid = Grid {
+    x_min_mm: -RADIUS_MM,
+    x_max_mm: RADIUS_MM,
+    y_min_mm: -RADIUS_MM,
+    y_max_mm: RADIUS_MM,
+    nx: 96,
+    ny: 96,
+};
+
 fn live(count: usize) -> Live {
-    let grid = Grid {
-        x_min_mm: -RADIUS_MM,
-        x_max_mm: RADIUS_MM,
-        y_min_mm: -RADIUS_MM,
-        y_max_mm: RADIUS_MM,
-        nx: 96,
-        ny: 96,
-    };
-    let settings = LiveSettings::new(FitSettings::default(), grid);
+    let settings = LiveSettings::new(FitSettings::default(), GRID);
     let mut live = Live::new(nominal(), settings).expect("a valid grid");
     part::points(count, |_, _| 0.0).into_iter().for_each(|point| live.push(point));
     live
@@ -69,5 +73,23 @@ fn live_push(bencher: Bencher, count: usize) {
 #[divan::bench(args = [1_000, 10_000, 100_000, 2_782_224], sample_count = 20)]
 fn live_estimate(bencher: Bencher, count: usize) {
     let live = live(count);
+    bencher.bench(|| live.estimate());
+}
+
+fn unknown(count: usize) -> LiveReference {
+    let settings = ReferenceSettings { centre_mm: Some([0.0; 2]), ..ReferenceSettings::default() };
+    let mut live = LiveReference::new(settings, GRID).expect("a valid grid");
+    part::points(count, |_, _| 0.0).into_iter().for_each(|point| live.push(point));
+    live
+}
+
+#[divan::bench(args = [100_000], sample_count = 5)]
+fn unknown_push(bencher: Bencher, count: usize) {
+    bencher.counter(ItemsCount::new(count)).bench(|| unknown(count));
+}
+
+#[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 20)]
+fn unknown_estimate(bencher: Bencher, count: usize) {
+    let live = unknown(count);
     bencher.bench(|| live.estimate());
 }

@@ -10,11 +10,15 @@
 //! hold a point.
 
 mod band;
+mod map_cells;
+mod moments;
 mod reference;
+mod running;
 
 pub use reference::{
     Base, Knots, Reference, ReferenceError, ReferenceSettings, provisional, reference,
 };
+pub use running::LiveReference;
 
 use std::f64::consts::TAU;
 
@@ -22,7 +26,7 @@ use thiserror::Error;
 
 use crate::PointMm;
 use crate::shape::{Cells, SplineError, SplineSurface, spline_weights};
-use band::Band;
+use band::{Band, Factor};
 
 /// How smooth the surface is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,35 +122,35 @@ pub fn fit_spline(
         Smoothing::Relative { lambda } => positive("lambda", lambda)?,
     }
     let problem = Problem::new(points, cells);
-    let undetermined = SplineFitError::Undetermined {
-        used: problem.used,
-        outside: problem.outside,
-        not_finite: problem.not_finite,
-    };
-    let system = System::new(&problem, points).ok_or(undetermined)?;
-    let (trial, at_limit) = match smoothing {
-        Smoothing::CrossValidation => system.cross_validated(),
-        Smoothing::Noise { sigma_mm } => system.of_noise(sigma_mm),
-        Smoothing::Relative { lambda } => (system.trial(lambda), false),
-    };
-    let trial = trial.ok_or(undetermined)?;
-    let freedom = problem.used as f64 - trial.effective;
+    let Problem { used, not_finite, outside, .. } = problem;
+    let undetermined = SplineFitError::Undetermined { used, outside, not_finite };
     let defined: Vec<bool> = problem.counts.iter().map(|&count| count > 0).collect();
-    let holding = defined.iter().filter(|defined| **defined).count();
-    let per_cell = problem.used as f64 / holding as f64;
+    let system = problem.system(points).ok_or(undetermined)?;
+    let (trial, at_limit) = system.smoothed(smoothing);
+    let trial = trial.ok_or(undetermined)?;
+    let surface = SplineSurface::new(*cells, &trial.coefficients_mm, &defined)?;
+    Ok(SplineFit { not_finite, outside, ..spline_fit(surface, &trial, at_limit, &system) })
+}
+
+/// What is told of the splines of a trial.
+fn spline_fit(surface: SplineSurface, trial: &Trial, at_limit: bool, system: &System) -> SplineFit {
+    let freedom = system.used as f64 - trial.effective;
+    let holding = surface.defined().iter().filter(|defined| **defined).count();
+    let per_cell = system.used as f64 / holding as f64;
     let waves = (TAU * (trial.lambda * system.unit / per_cell).sqrt().sqrt()).max(2.0);
-    Ok(SplineFit {
-        surface: SplineSurface::new(*cells, &trial.coefficients_mm, &defined)?,
+    let cells = surface.cells();
+    SplineFit {
+        surface,
         lambda: trial.lambda,
         at_limit,
         cutoff_mm: [waves * cells.step_x_mm, waves * cells.step_y_mm],
         effective_parameters: trial.effective,
         noise_mm: (freedom > 1e-6).then(|| (trial.square / freedom).sqrt()),
-        residual_rms_mm: (trial.square / problem.used as f64).sqrt(),
-        used: problem.used,
-        not_finite: problem.not_finite,
-        outside: problem.outside,
-    })
+        residual_rms_mm: (trial.square / system.used as f64).sqrt(),
+        used: system.used,
+        not_finite: 0,
+        outside: 0,
+    }
 }
 
 /// The normal equations of the splines alone.
@@ -207,8 +211,10 @@ fn row(cells: &Cells, point: &PointMm) -> Option<(usize, [(usize, f64); 16])> {
 }
 
 /// The problem about a first solution, so that figures of the residuals do not cancel against the heights.
-struct System<'a> {
-    problem: &'a Problem<'a>,
+#[derive(Clone, Debug)]
+struct System {
+    /// Bᵀ·B.
+    gram: Band,
     penalty: Band,
     /// λ for a relative λ of 1.
     unit: f64,
@@ -216,9 +222,11 @@ struct System<'a> {
     /// Bᵀ·r of the first solution's residuals r, and rᵀ·r.
     along: Vec<f64>,
     square: f64,
+    used: usize,
 }
 
 /// A solution for one λ.
+#[derive(Clone, Debug)]
 struct Trial {
     lambda: f64,
     coefficients_mm: Vec<f64>,
@@ -227,16 +235,16 @@ struct Trial {
     effective: f64,
 }
 
-impl<'a> System<'a> {
-    fn new(problem: &'a Problem<'a>, points: &[PointMm]) -> Option<System<'a>> {
-        let cells = problem.cells;
-        let penalty = penalty(cells);
-        let unit = problem.gram.trace() / penalty.trace();
-        if problem.used < 4 {
+impl Problem<'_> {
+    /// The problem about its first solution; `None` where the points leave the surface free to rounding.
+    fn system(self, points: &[PointMm]) -> Option<System> {
+        let Problem { cells, gram, along: heights, used, .. } = self;
+        let penalty = penalty(cells.nx + 3, cells.ny + 3);
+        let unit = gram.trace() / penalty.trace();
+        if used < LEAST_USED {
             return None;
         }
-        let first = problem.gram.plus(FIRST * unit, &penalty).factor()?;
-        let begin_mm = first.solve(&problem.along);
+        let begin_mm = gram.plus(FIRST * unit, &penalty).factor()?.solve(&heights);
         let (mut along, mut square) = (vec![0.0; begin_mm.len()], 0.0);
         for point in points.iter().filter(|point| point[2].is_finite()) {
             let Some((_, splines)) = row(cells, point) else { continue };
@@ -247,64 +255,107 @@ impl<'a> System<'a> {
                 along[index] += value * residual;
             }
         }
-        Some(System { problem, penalty, unit, begin_mm, along, square })
+        Some(System { gram, penalty, unit, begin_mm, along, square, used })
+    }
+}
+
+impl System {
+    /// The solution of the smoothness that is asked for, and whether its λ is at a limit.
+    fn smoothed(&self, smoothing: Smoothing) -> (Option<Trial>, bool) {
+        match smoothing {
+            Smoothing::CrossValidation => self.cross_validated(),
+            Smoothing::Noise { sigma_mm } => self.of_noise(sigma_mm),
+            Smoothing::Relative { lambda } => (self.trial(lambda), false),
+        }
+    }
+
+    /// The same where a little fewer points had their best λ `near`: cross validation of many splines looks no farther
+    /// than the nearest minimum.
+    fn smoothed_near(&self, smoothing: Smoothing, near: f64) -> (Option<Trial>, bool) {
+        match smoothing {
+            Smoothing::CrossValidation if self.begin_mm.len() > FEW_SPLINES => {
+                self.cross_validated_near(near)
+            }
+            _ => self.smoothed(smoothing),
+        }
+    }
+
+    /// The sum of the squares of the residuals in mm² where the coefficients have changed so far.
+    fn square_mm2(&self, change_mm: &[f64]) -> f64 {
+        let gained: f64 = change_mm.iter().zip(&self.along).map(|(a, b)| a * b).sum();
+        let moved = self.gram.times(change_mm);
+        let moved: f64 = change_mm.iter().zip(moved).map(|(a, b)| a * b).sum();
+        (self.square - 2.0 * gained + moved).max(0.0)
+    }
+
+    /// How far the coefficients are from the first solution where the penalty has this weight, and the factor that
+    /// tells. `None` where the points leave the surface free to rounding.
+    fn change(&self, weight: f64) -> Option<(Vec<f64>, Factor)> {
+        let factor = self.gram.plus(weight, &self.penalty).factor()?;
+        let pulled = self.penalty.times(&self.begin_mm);
+        let rhs: Vec<f64> =
+            self.along.iter().zip(&pulled).map(|(along, pull)| along - weight * pull).collect();
+        Some((factor.solve(&rhs), factor))
     }
 
     /// `None` where the points leave the surface free to rounding.
     fn trial(&self, lambda: f64) -> Option<Trial> {
-        let weight = lambda * self.unit;
-        let gram = &self.problem.gram;
-        let factor = gram.plus(weight, &self.penalty).factor()?;
-        let pulled = self.penalty.times(&self.begin_mm);
-        let rhs: Vec<f64> =
-            self.along.iter().zip(&pulled).map(|(along, pull)| along - weight * pull).collect();
-        let change = factor.solve(&rhs);
-        let gained: f64 = change.iter().zip(&self.along).map(|(a, b)| a * b).sum();
-        let moved: f64 = change.iter().zip(gram.times(&change)).map(|(a, b)| a * b).sum();
+        let (change, factor) = self.change(lambda * self.unit)?;
         Some(Trial {
             lambda,
             coefficients_mm: self.begin_mm.iter().zip(&change).map(|(a, b)| a + b).collect(),
-            square: (self.square - 2.0 * gained + moved).max(0.0),
-            effective: factor.trace_of_solution(gram),
+            square: self.square_mm2(&change),
+            effective: factor.trace_of_solution(&self.gram),
         })
     }
 
-    /// The minimum of n·(sum of squares)/(n − effective parameters)².
+    /// n·(sum of squares)/(n − effective parameters)², but for the n.
+    fn score(&self, trial: &Trial) -> f64 {
+        let freedom = self.used as f64 - trial.effective;
+        // Where nothing is left over both go to zero, and their ratio says nothing.
+        let says = freedom > 0.02 * self.used as f64;
+        if says { trial.square / (freedom * freedom) } else { f64::INFINITY }
+    }
+
+    /// The minimum of the score.
     fn cross_validated(&self) -> (Option<Trial>, bool) {
-        let score = |trial: &Trial| {
-            let freedom = self.problem.used as f64 - trial.effective;
-            // Where nothing is left over both go to zero, and their ratio says nothing.
-            let says = freedom > 0.02 * self.problem.used as f64;
-            if says { trial.square / (freedom * freedom) } else { f64::INFINITY }
-        };
-        let mut best: Option<(f64, Trial)> = None;
-        let mut middle = SMALLEST;
-        let try_at = |exponent: f64, middle: &mut f64, best: &mut Option<(f64, Trial)>| {
-            let Some(trial) = self.trial(10_f64.powf(exponent)) else { return };
-            let value = score(&trial);
-            if best.as_ref().is_none_or(|(least, _)| value < *least) {
-                *middle = exponent;
-                *best = Some((value, trial));
-            }
-        };
+        let mut search = Search { system: self, middle: SMALLEST, best: None };
         for exponent in SMALLEST as i32..=LARGEST as i32 {
-            try_at(f64::from(exponent), &mut middle, &mut best);
+            search.try_at(f64::from(exponent));
         }
-        let at_limit = middle <= SMALLEST || middle >= LARGEST;
+        let at_limit = search.is_at_limit();
         let mut step = 0.5;
         while step > 0.05 {
-            let centre = middle;
-            try_at(centre - step, &mut middle, &mut best);
-            try_at(centre + step, &mut middle, &mut best);
+            let centre = search.middle;
+            search.try_at(centre - step);
+            search.try_at(centre + step);
             step *= 0.5;
         }
-        (best.map(|(_, trial)| trial), at_limit)
+        (search.best.map(|(_, trial)| trial), at_limit)
+    }
+
+    /// The minimum of the score that is nearest downhill, in the steps in which the search among all ends.
+    fn cross_validated_near(&self, near: f64) -> (Option<Trial>, bool) {
+        let (lowest, highest) = (SMALLEST - 1.0, LARGEST + 1.0);
+        let middle = ((near.log10() / LAST_STEP).round() * LAST_STEP).clamp(lowest, highest);
+        let mut search = Search { system: self, middle, best: None };
+        search.try_at(middle);
+        for step in [-LAST_STEP, LAST_STEP] {
+            loop {
+                let next = search.middle + step;
+                if !(lowest..=highest).contains(&next) || !search.try_at(next) {
+                    break;
+                }
+            }
+        }
+        let at_limit = search.is_at_limit();
+        (search.best.map(|(_, trial)| trial), at_limit)
     }
 
     /// The λ at which the estimated noise is `sigma_mm`: it grows with λ.
     fn of_noise(&self, sigma_mm: f64) -> (Option<Trial>, bool) {
         let too_smooth = |trial: &Trial| {
-            trial.square > sigma_mm * sigma_mm * (self.problem.used as f64 - trial.effective)
+            trial.square > sigma_mm * sigma_mm * (self.used as f64 - trial.effective)
         };
         let (mut low, mut high) = (SMALLEST, LARGEST);
         let smoothest = self.trial(10_f64.powf(high));
@@ -330,9 +381,34 @@ impl<'a> System<'a> {
     }
 }
 
+/// A search for the least score.
+struct Search<'a> {
+    system: &'a System,
+    /// The power of ten of the best λ so far.
+    middle: f64,
+    best: Option<(f64, Trial)>,
+}
+
+impl Search<'_> {
+    /// Looks at a power of ten; whether it is better than those before.
+    fn try_at(&mut self, exponent: f64) -> bool {
+        let Some(trial) = self.system.trial(10_f64.powf(exponent)) else { return false };
+        let value = self.system.score(&trial);
+        let better = self.best.as_ref().is_none_or(|(least, _)| value < *least);
+        if better {
+            self.middle = exponent;
+            self.best = Some((value, trial));
+        }
+        better
+    }
+
+    fn is_at_limit(&self) -> bool {
+        self.middle <= SMALLEST || self.middle >= LARGEST
+    }
+}
+
 /// DᵀD of the second differences along every row and every column of coefficients.
-fn penalty(cells: &Cells) -> Band {
-    let (columns, rows) = (cells.nx + 3, cells.ny + 3);
+fn penalty(columns: usize, rows: usize) -> Band {
     let mut penalty = Band::new(columns * rows, 3 * columns + 3);
     let mut difference = |first: usize, stride: usize| {
         for (k, a) in [1.0, -2.0, 1.0].into_iter().enumerate() {
@@ -359,3 +435,9 @@ const FIRST: f64 = 1e-3;
 /// Powers of ten of the smallest and largest relative λ looked at.
 const SMALLEST: f64 = -8.0;
 const LARGEST: f64 = 6.0;
+/// Step of the powers in which the search among all ends: 0.5 halved until it is below 0.05 after the last.
+const LAST_STEP: f64 = 0.0625;
+/// So few splines are solved so fast that all smoothnesses are looked at every time.
+const FEW_SPLINES: usize = 600;
+/// Points below which no surface is looked for.
+const LEAST_USED: usize = 4;

@@ -30,7 +30,8 @@ pub enum Base {
 /// How far apart the knots of the splines are, alike along x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Knots {
-    /// 32 cells over the longer side, fewer where that leaves less than nine points a cell.
+    /// 27 to 32 cells over the longer side, fewer where that leaves less than nine points a cell: the distance is a power of
+    /// the fourth root of two, in mm.
     #[default]
     Auto,
     /// This distance in mm.
@@ -174,7 +175,7 @@ impl Base {
     }
 
     /// The criterion of a fit that uses it, as reports give it.
-    fn method(self) -> &'static str {
+    pub(super) fn method(self) -> &'static str {
         match self {
             Base::Plane => "penalised B-splines over a plane, made from the points",
             Base::Sphere => "penalised B-splines over a sphere, made from the points",
@@ -206,6 +207,39 @@ pub fn reference(
     points: &[PointMm],
     settings: &ReferenceSettings,
 ) -> Result<Reference, ReferenceError> {
+    let Made { base, base_fit, spline } = made(points, settings, Finest::Asked)?;
+    let surface = Sum::new(vec![shape_of(&base_fit.nominal), Arc::new(spline.surface.clone())]);
+    let nominal = Nominal::Freeform(Arc::new(surface.expect("two parts")));
+    let settings = fixed(Vec::new(), base_fit.pose, settings.aperture);
+    let mut fit = solve(points, None, &nominal, &settings).map_err(ReferenceError::Deviations)?;
+    fit.method = base.method();
+    fit.dof = fit.used.saturating_sub(spline.effective_parameters.ceil() as usize);
+    Ok(Reference { base, base_fit, spline, fit })
+}
+
+/// A reference before the points are held against it.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) base: Base,
+    pub(super) base_fit: Fit,
+    pub(super) spline: SplineFit,
+}
+
+/// How fine knots may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Finest {
+    /// As asked for, and an error if the points do not allow it.
+    Asked,
+    /// No finer than the points allow and so many cells over the longer side.
+    Cells(usize),
+}
+
+/// Base and splines of a reference.
+pub(super) fn made(
+    points: &[PointMm],
+    settings: &ReferenceSettings,
+    finest: Finest,
+) -> Result<Made, ReferenceError> {
     settings.aperture.validate()?;
     let [tx_mm, ty_mm] = match settings.centre_mm {
         Some(centre) if !centre.iter().all(|place| place.is_finite()) => {
@@ -228,20 +262,14 @@ pub fn reference(
         .filter(|[x, y, _]| settings.aperture.contains(*x, *y))
         .filter_map(|[x, y, z]| Some([x, y, z - shape.sag_mm(x, y)?]))
         .collect();
-    let cells = cells(&heights, settings.knots)?;
+    let cells = cells(&heights, settings.knots, finest)?;
     let spline = fit_spline(&heights, &cells, settings.smoothing)?;
     let spline = SplineFit { surface: dilated(&spline.surface), ..spline };
-    let surface = Sum::new(vec![shape, Arc::new(spline.surface.clone())]);
-    let nominal = Nominal::Freeform(Arc::new(surface.expect("two parts")));
-    let settings = fixed(Vec::new(), base_fit.pose, settings.aperture);
-    let mut fit = solve(points, None, &nominal, &settings).map_err(ReferenceError::Deviations)?;
-    fit.method = base.method();
-    fit.dof = fit.used.saturating_sub(spline.effective_parameters.ceil() as usize);
-    Ok(Reference { base, base_fit, spline, fit })
+    Ok(Made { base, base_fit, spline })
 }
 
 /// The same splines, defined beside cells that hold a point, too: the foot of a point may lie over the border.
-fn dilated(surface: &SplineSurface) -> SplineSurface {
+pub(super) fn dilated(surface: &SplineSurface) -> SplineSurface {
     let cells = surface.cells();
     let beside = |index: usize, count: usize| index.saturating_sub(1)..(index + 2).min(count);
     let holds = |i: usize, j: usize| surface.defined()[j * cells.nx + i];
@@ -371,7 +399,7 @@ fn radius_mm(quadric: &Fit, sample: &[PointMm]) -> f64 {
 }
 
 /// A base as a shape.
-fn shape_of(nominal: &Nominal) -> Arc<dyn Shape> {
+pub(super) fn shape_of(nominal: &Nominal) -> Arc<dyn Shape> {
     match nominal {
         Nominal::Freeform(shape) => Arc::clone(shape),
         Nominal::Sphere { radius_mm } => {
@@ -381,37 +409,78 @@ fn shape_of(nominal: &Nominal) -> Arc<dyn Shape> {
     }
 }
 
-/// Cells over the places of the points.
-fn cells(heights: &[PointMm], knots: Knots) -> Result<Cells, ReferenceError> {
-    let (low, high) = extent_mm(heights);
-    let sides = [high[0] - low[0], high[1] - low[1]];
-    let longer_mm = sides[0].max(sides[1]);
-    let distance_mm = (sides[0] * sides[1] / heights.len() as f64).sqrt();
+/// The distance of the knots in mm for so many points over sides of these lengths.
+pub(super) fn spacing_mm(
+    sides_mm: [f64; 2],
+    points: usize,
+    knots: Knots,
+    finest: Finest,
+) -> Result<f64, ReferenceError> {
+    let longer_mm = sides_mm[0].max(sides_mm[1]);
+    let distance_mm = (sides_mm[0] * sides_mm[1] / points as f64).sqrt();
     let least_mm = POINTS_ACROSS * distance_mm;
     let spacing_mm = match knots {
-        Knots::Auto => (longer_mm / AUTO_CELLS).max(AUTO_POINTS_ACROSS * distance_mm),
+        Knots::Auto => stepped((longer_mm / AUTO_CELLS).max(AUTO_POINTS_ACROSS * distance_mm)),
         Knots::Across(cells) => longer_mm / cells as f64,
         Knots::Spacing(spacing_mm) => spacing_mm,
     };
     if !(spacing_mm.is_normal() && spacing_mm > 0.0) {
         return Err(ReferenceError::Spacing(spacing_mm));
     }
+    let spacing_mm = match finest {
+        Finest::Asked => spacing_mm,
+        Finest::Cells(most) => {
+            spacing_mm.max(AUTO_POINTS_ACROSS * distance_mm).max(longer_mm / most as f64)
+        }
+    };
     let spacing_mm = spacing_mm.min(longer_mm);
     if spacing_mm < least_mm.min(longer_mm) {
         return Err(ReferenceError::FinerThanPoints { spacing_mm, distance_mm, least_mm });
     }
-    // The foot of a point on the border may lie beyond it.
-    let sides = sides.map(|side| side + 2.0 * RIM * spacing_mm);
-    let counts = sides.map(|side| ((side / spacing_mm - 3.0 * RIM).ceil() as usize).max(1));
-    let [nx, ny] = counts;
+    Ok(spacing_mm)
+}
+
+/// The next power of the fourth root of two: as points become more and reach farther, distances stay for a while.
+fn stepped(spacing_mm: f64) -> f64 {
+    ((spacing_mm.log2() * STEPS).ceil() / STEPS).exp2()
+}
+
+/// Cells over the places of the points.
+fn cells(heights: &[PointMm], knots: Knots, finest: Finest) -> Result<Cells, ReferenceError> {
+    let (low, high) = extent_mm(heights);
+    let sides = [0, 1].map(|axis| high[axis] - low[axis]);
+    let spacing_mm = spacing_mm(sides, heights.len(), knots, finest)?;
+    let longer_mm = sides[0].max(sides[1]);
+    let least_mm = POINTS_ACROSS * (sides[0] * sides[1] / heights.len() as f64).sqrt();
+    let cells = covering(low, high, spacing_mm, knots);
+    let Cells { nx, ny, .. } = cells;
     if nx.max(ny) > LARGEST_SIDE {
         let least_mm = least_mm.max(longer_mm / LARGEST_SIDE as f64);
         return Err(ReferenceError::Cells { nx, ny, least_mm });
     }
-    let step = [0, 1].map(|axis| spacing_mm.max(sides[axis] / counts[axis] as f64));
-    let [x_min_mm, y_min_mm] =
-        [0, 1].map(|axis| low[axis].midpoint(high[axis]) - 0.5 * counts[axis] as f64 * step[axis]);
-    Ok(Cells { x_min_mm, y_min_mm, step_x_mm: step[0], step_y_mm: step[1], nx, ny })
+    Ok(cells)
+}
+
+/// The cells over places from `low` to `high`. They reach over them, for the foot of a point on the border may lie beyond.
+///
+/// Knots lie at multiples of their distance, so that places which join others leave them where they are; where cells are
+/// counted, they begin and end with the places.
+pub(super) fn covering(low: [f64; 2], high: [f64; 2], spacing_mm: f64, knots: Knots) -> Cells {
+    if let Knots::Across(_) = knots {
+        let sides = [0, 1].map(|axis| high[axis] - low[axis] + 2.0 * RIM * spacing_mm);
+        let counts = sides.map(|side| ((side / spacing_mm - 3.0 * RIM).ceil() as usize).max(1));
+        let step = [0, 1].map(|axis| spacing_mm.max(sides[axis] / counts[axis] as f64));
+        let middle = [0, 1].map(|axis| low[axis].midpoint(high[axis]));
+        let [x_min_mm, y_min_mm] =
+            [0, 1].map(|axis| middle[axis] - 0.5 * counts[axis] as f64 * step[axis]);
+        let ([step_x_mm, step_y_mm], [nx, ny]) = (step, counts);
+        return Cells { x_min_mm, y_min_mm, step_x_mm, step_y_mm, nx, ny };
+    }
+    let first = low.map(|place| (place / spacing_mm - RIM).floor());
+    let end = high.map(|place| (place / spacing_mm + RIM).ceil());
+    let [nx, ny] = [0, 1].map(|axis| ((end[axis] - first[axis]) as usize).max(1));
+    let [x_min_mm, y_min_mm] = first.map(|knot| knot * spacing_mm);
+    Cells { x_min_mm, y_min_mm, step_x_mm: spacing_mm, step_y_mm: spacing_mm, nx, ny }
 }
 
 /// A fit from `start` that looks nowhere else.
@@ -431,7 +500,9 @@ const SAMPLE: usize = 20_000;
 const AS_GOOD: f64 = 1.05;
 /// A sphere begins with at most so many times the reach of the points as its radius.
 const FLAT: f64 = 1e6;
-/// Cells over the longer side where nothing is said: fitted within a second.
+/// Distances of knots where nothing is said: so many from each to its double.
+const STEPS: f64 = 4.0;
+/// Cells over the longer side where nothing is said, at most: fitted within a second.
 const AUTO_CELLS: f64 = 32.0;
 /// Cells reach over the points by this share of a cell.
 const RIM: f64 = 0.01;

@@ -73,21 +73,20 @@ impl Seen {
         let laid = Laid { places_mm, deviations_mm, sampling, zones, most_bent: MOST_BENT };
         let free: Vec<Parameter> =
             estimate.estimates.iter().map(|estimate| estimate.parameter).collect();
-        let forecast = forecast(
-            places_mm,
-            deviations_mm,
-            &part.aperture,
-            &estimate.nominal,
-            &estimate.pose,
-            &free,
-            sampling.coverage.map(|coverage| 1.0 - coverage),
-        );
+        // What a reference made from the points will follow of those to come nobody knows: only values are told.
+        let follows = part.reference.is_some();
+        let foreseen = || {
+            let missing = sampling.coverage.map(|coverage| 1.0 - coverage);
+            let (nominal, pose) = (&estimate.nominal, &estimate.pose);
+            forecast(places_mm, deviations_mm, &part.aperture, nominal, pose, &free, missing)
+        };
+        let forecast = if follows { None } else { foreseen() };
         let limits: Vec<&Limit> = named.iter().map(|(_, limit)| limit).collect();
         let rms_nm = estimate.figures.rms_nm;
         let unmeasured = Unmeasured::of(part, &limits, &laid, rms_nm, forecast.as_ref());
         let told = Told { look, laid, unmeasured, forecast, free };
         let found = named.par_iter().filter_map(|(name, limit)| {
-            let found = told.of_limit(name, limit, is_certain(name))?;
+            let found = told.of_limit(name, limit, follows || is_certain(name))?;
             Some((name.clone(), found))
         });
         Seen { limits: found.collect() }

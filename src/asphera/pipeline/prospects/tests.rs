@@ -121,7 +121,7 @@ fn what_cannot_be_said_is_open_and_says_why() {
     let unknown = Part::parse("p.toml", "[surface]\nkind = \"unknown\"\n[tolerance]\nrms_nm = 1\n");
     let (said, _) = followed(unknown.unwrap(), &points);
     let last = outlooks(&said).last().unwrap();
-    assert!(last.text.contains("made from all points at the end"), "{}", last.text);
+    assert!(last.text.contains("made anew from all points at the end"), "{}", last.text);
     let other = text("[tolerance]\npvr_nm = 500\n").unwrap();
     assert_eq!(other.state, ProspectState::AtEnd);
     assert_eq!(other.text, "known at the end: PVR");

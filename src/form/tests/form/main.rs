@@ -16,6 +16,7 @@ mod known;
 mod laws;
 mod live;
 mod live_robust;
+mod live_unknown;
 mod live_weighted;
 mod nominal;
 mod real;
