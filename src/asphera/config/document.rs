@@ -21,6 +21,11 @@ pub(crate) struct File {
     problems: RefCell<Vec<Problem>>,
 }
 
+/// Whether a text is a Zemax prescription: it begins with its version, or has lines of surfaces.
+fn is_zemax(text: &str) -> bool {
+    text.starts_with("VERS ") || text.lines().any(|line| line.starts_with("SURF "))
+}
+
 impl File {
     /// Parses `text`; `name` stands in every problem.
     pub(crate) fn parse(name: &str, text: &str) -> Result<File, Problems> {
@@ -34,7 +39,12 @@ impl File {
                     file: name.to_owned(),
                     line: line_of(text, span.start),
                     key: String::new(),
-                    expected: format!("TOML ({})", error.message()),
+                    expected: if is_zemax(text) {
+                        "TOML, not a Zemax file: `asphera nominal FILE.zmx --surface N` makes one of it"
+                            .to_owned()
+                    } else {
+                        format!("TOML ({})", error.message())
+                    },
                     found: text
                         .get(span)
                         .filter(|found| !found.trim().is_empty())
@@ -441,6 +451,14 @@ mod tests {
              a.toml:5: link.probe.paritty: expected a known key (did you mean `parity`?), found `paritty`\n\
              a.toml:8: link.stage.baud_bd: expected a whole number from 0 to 4294967295, found the string \"fast\""
         );
+    }
+
+    #[test]
+    fn a_zemax_file_is_known_for_one() {
+        for text in ["VERS 140124 258 36214\nMODE SEQ\n", "UNIT MM X W X CM MR CPMM\nSURF 0\n"] {
+            let Err(Problems(problems)) = File::parse("lens.zmx", text) else { panic!("{text}") };
+            assert!(problems[0].expected.contains("asphera nominal"), "{problems:?}");
+        }
     }
 
     #[test]

@@ -40,11 +40,14 @@ pub(super) fn of_running(
     }
 }
 
-/// Whether a fit to be read with it allows no verdict. What is left out shows in the coverage, and a weak
-/// combination in its uncertainty.
+/// Whether a fit to be read with it allows no verdict: the part may lie elsewhere. What is left out shows in the coverage, and a
+/// weak combination in its uncertainty.
 pub(super) fn forbids_verdict(caution: &Caution) -> bool {
     match caution {
-        Caution::UpsideDown | Caution::Mirrored { .. } | Caution::Units(_) => true,
+        Caution::UpsideDown
+        | Caution::Mirrored { .. }
+        | Caution::Units(_)
+        | Caution::FewCount { .. } => true,
         Caution::BeyondDomain { .. } | Caution::IllConditioned { .. } => false,
     }
 }
@@ -55,6 +58,7 @@ fn caution(caution: &Caution) -> CautionFigures {
         Caution::Mirrored { .. } => "mirrored",
         Caution::BeyondDomain { .. } => "beyond_domain",
         Caution::Units(_) => "units",
+        Caution::FewCount { .. } => "few_count",
         Caution::IllConditioned { .. } => "ill_conditioned",
     };
     CautionFigures {

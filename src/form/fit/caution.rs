@@ -29,6 +29,15 @@ pub enum Caution {
     },
     /// The points fit far better in another unit.
     Units(Units),
+    /// The fit rests on a few points, which count far more than all others.
+    FewCount {
+        /// Points of equal weight that would tell as much: [`crate::Fit::effective_points`].
+        effective: f64,
+        /// Points used.
+        used: usize,
+        /// Parameters estimated.
+        estimated: usize,
+    },
     /// The points barely determine a combination of the estimated parameters.
     IllConditioned {
         /// Largest over smallest singular value of the scaled Jacobian.
@@ -104,6 +113,11 @@ impl fmt::Display for Caution {
                  axis; the farthest stands at {farthest_mm:.6} mm: correct radius and conic, or narrow the aperture"
             ),
             Caution::Units(units) => units.fmt(f),
+            Caution::FewCount { effective, used, estimated } => write!(
+                f,
+                "{estimated} parameters rest on what {effective:.1} points of equal weight would tell, of {used} used: some \
+                 uncertainties are far smaller than the others; correct them, or let all points count alike"
+            ),
             Caution::IllConditioned { condition, combination } => write!(
                 f,
                 "the points barely determine {combination}: condition {condition:.1e}; hold one of these, or measure \

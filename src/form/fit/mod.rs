@@ -428,8 +428,12 @@ fn report(
     let parameters = kept.iter().map(|&index| settings.free[index]);
     let weakest = (!kept.is_empty())
         .then(|| Combination::new(parameters, &last.weakest, last.condition.recip(), &nominal));
-    let cautions =
+    let mut cautions =
         cautions(points, selection, &pose, &nominal, last.condition, weakest.as_ref(), settings);
+    let estimated = kept.len();
+    if used >= ENOUGH * estimated && effective_points < (ENOUGH * estimated) as f64 {
+        cautions.push(Caution::FewCount { effective: effective_points, used, estimated });
+    }
     Fit {
         method: method(weights.is_some(), settings.loss),
         termination,
@@ -505,5 +509,7 @@ pub(crate) fn method(weighted: bool, loss: Loss) -> &'static str {
 const MAX_ROUNDS: usize = 12;
 /// Until the points in the aperture settle, a fit to a nanometre is good enough.
 const COARSE_MM: f64 = 1e-6;
+/// Points for each parameter, counted by their weights, below which a fit rests on single points.
+const ENOUGH: usize = 3;
 /// A condition that costs half the digits of a parameter.
 const ILL_CONDITIONED: f64 = 1e6;

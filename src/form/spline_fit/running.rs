@@ -7,9 +7,9 @@
 //!
 //! * when points have grown by an eighth, or less where what they leave has grown more, the smoothness is chosen anew from
 //!   the sums alone, and they are moved to the surface that gives;
-//! * when points or their extent have grown so far that a reference made anew would have other knots, when a point lies
-//!   beyond the net, which reaches an eighth of the longer side over the points it was made for, and when points have
-//!   doubled, base, net and sums are made anew from all of them.
+//! * with each of the first points, when points or their extent have grown so far that a reference made anew would have
+//!   other knots, when a point lies beyond the net, which reaches an eighth of the longer side over the points it was made
+//!   for, and when points have doubled, base, net and sums are made anew from all of them.
 //!
 //! So knots and sums are at nearly all moments those a reference made anew would have: knots lie at multiples of a distance
 //! that goes in steps. What differs is the base, fitted to fewer points, and how the smoothness is looked for.
@@ -34,11 +34,9 @@ use crate::{Excluded, Figures, Fit, Grid, LiveError, LiveEstimate, Map, Nominal,
 /// The running estimator where no design is known: as [`crate::Live`], of the surface [`crate::reference()`] makes.
 ///
 /// After [`LiveReference::settle`] its figures are those of that reference, but for what linearisation leaves out, some
-/// millionths. Before, base and net are those of fewer points. From 1,000 points on RMS is then within 2 % and PV within 5 %
-/// of those of a reference made anew from the same points, where what is left is mostly noise; usually within 0.2 %. Where
-/// it is mostly a defect the knots cannot follow, or waves shorter than they are, RMS and PV can be off by a fifth and a
-/// third for a while: they hang on where the knots lie, and these are only remade when points have grown by a
-/// sixteenth, or a sixty-fourth of fewer than 4,096.
+/// millionths; so they are of fewer than 512 points, of which it is made anew with each. Of more, base and net are those of
+/// fewer points. RMS is then within 2 % and PV within 5 % of those of a reference made anew from the same points, usually
+/// within 0.2 %, whether noise is what is left, or a defect or waves the knots cannot follow.
 ///
 /// PV is that of the points that were largest and smallest in their cell of the map, about the surface there was when
 /// they came.
@@ -54,6 +52,8 @@ pub struct LiveReference {
     points: Vec<PointMm>,
     /// Number of points at which the next full reference is made.
     next_reference: usize,
+    /// Number of points when knots got another distance.
+    stepped_at: usize,
     kept: Option<Kept>,
     failure: Option<ReferenceError>,
 }
@@ -73,7 +73,8 @@ impl LiveReference {
     ) -> Result<LiveReference, LiveError> {
         grid.validate()?;
         let (next_reference, kept, failure) = (FIRST_REFERENCE, None, None);
-        let mut live = LiveReference { settings, grid, points, next_reference, kept, failure };
+        let mut live =
+            LiveReference { settings, grid, points, next_reference, stepped_at: 0, kept, failure };
         if live.points.len() >= FIRST_REFERENCE {
             live.settle();
         }
@@ -89,8 +90,11 @@ impl LiveReference {
         }
         let Some(kept) = &mut self.kept else { return };
         let outgrown = !kept.add(point, &self.grid) && kept.can_widen;
-        let least = kept.made_at / if kept.made_at < FEW { REMADE_FEW } else { REMADE };
-        let outdated = self.points.len() > kept.made_at + least && kept.is_outdated();
+        let is_due =
+            |at: usize| self.points.len() > at + at / if at < FEW { REMADE_FEW } else { REMADE };
+        let outdated = self.points.len() < CHEAP
+            || is_due(kept.made_at) && kept.is_outdated()
+            || is_due(self.stepped_at) && kept.has_other_knots();
         // Where a finer or wider net was refused, the next is tried with twice the points.
         if self.failure.is_none() && (outgrown || outdated) {
             return self.refer();
@@ -118,6 +122,9 @@ impl LiveReference {
         match made(&self.points, &self.settings, FINEST) {
             Ok(made) => {
                 let kept = Kept::of_points(made, &self.points, &self.settings, &self.grid);
+                if self.kept.as_ref().is_none_or(|before| before.step_mm != kept.step_mm) {
+                    self.stepped_at = self.points.len();
+                }
                 self.kept = Some(kept);
                 self.failure = None;
             }
@@ -325,13 +332,17 @@ impl Kept {
         Some(Part::common(net, &covering(low, high, net.step_x_mm, self.settings.knots)))
     }
 
-    /// Whether a reference made anew would have another net, or another base: that of a part tells little of the rest. Where
-    /// what is left has become far more, other points may be farthest out.
-    fn is_outdated(&self) -> bool {
+    /// Whether a reference made anew would have other knots.
+    fn has_other_knots(&self) -> bool {
         let ratio = self.wanted_step_mm().map(|step_mm| (step_mm / self.step_mm).ln());
+        ratio.is_some_and(|ratio| ratio.abs() > OUTDATED)
+    }
+
+    /// Whether a reference made anew would have another base: that of a part tells little of the rest. Where what is left has
+    /// become far more, other points may be farthest out.
+    fn is_outdated(&self) -> bool {
         let grown = if self.made_at < FEW { GROWN_FEW } else { GROWN };
         self.longer_mm() > self.made_over_mm * grown
-            || ratio.is_some_and(|ratio| ratio.abs() > OUTDATED)
             || self.is_rougher_than(self.made_mean_square_mm2)
     }
 
@@ -573,7 +584,10 @@ const OUTDATED: f64 = 0.06;
 const GROWN_FEW: f64 = 1.06;
 const GROWN: f64 = 1.12;
 const FEW: usize = 4096;
-/// No net is remade, unless a point lies beyond, before points have grown by one of so many parts, few points and more.
+/// Of fewer points the reference is made anew with each: it costs next to nothing.
+const CHEAP: usize = 512;
+/// No net is remade for the same reason, unless a point lies beyond, before points have grown by one of so many parts, few
+/// points and more.
 const REMADE_FEW: usize = 64;
 const REMADE: usize = 16;
 /// The smoothness is chosen anew when points have grown by more than one of so many parts.

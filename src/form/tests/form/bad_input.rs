@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use asphera_form::{
     Aperture, Asphere, Caution, FitError, FitSettings, Nominal, Parameter, PointMm, Pose, Units,
-    fit,
+    fit, fit_weighted,
 };
 
 use crate::common::{Noise, al1815, misaligned, spiral};
@@ -145,6 +145,23 @@ fn every_coefficient_over_half_a_lens_is_ill_conditioned_and_says_where() {
     }
     let (_, _, worst) = covariance.worst_pair().unwrap();
     assert!(worst.abs() > 0.999 && worst.abs() <= 1.0);
+}
+
+/// An uncertainty without its decimals, or in m beside mm, lets one point take all the weight.
+#[test]
+fn a_point_that_counts_for_all_is_told() {
+    let points = rough(&al1815(), &spiral(2_000, 8.0), 1.0);
+    let told = |least_mm: f64| {
+        let mut u_mm = vec![1e-5; points.len()];
+        u_mm[700] = least_mm;
+        let fitted = fit_weighted(&points, Some(&u_mm), &al1815(), &FitSettings::default());
+        fitted.unwrap().cautions
+    };
+    let [Caution::FewCount { effective, used: 2_000, estimated: 5 }] = told(1e-9)[..] else {
+        panic!("{:?}", told(1e-9))
+    };
+    assert!((effective - 1.0).abs() < 1e-3, "{effective}");
+    assert!(told(1e-6).is_empty(), "{:?}", told(1e-6));
 }
 
 #[test]
