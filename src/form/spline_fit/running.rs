@@ -7,9 +7,11 @@
 //!
 //! * when points have grown by an eighth, or less where what they leave has grown more, the smoothness is chosen anew from
 //!   the sums alone, and they are moved to the surface that gives;
-//! * with each of the first points, when points or their extent have grown so far that a reference made anew would have
-//!   other knots, when a point lies beyond the net, which reaches an eighth of the longer side over the points it was made
-//!   for, and when points have doubled, base, net and sums are made anew from all of them.
+//! * when points or their extent have grown so far that a reference made anew would have other knots, when a point lies
+//!   beyond the net, which reaches an eighth of the longer side over the points it was made for, and when points have
+//!   doubled, base, net and sums are made anew from all of them.
+//!
+//! An estimate of fewer than 512 points is that of a reference made for it alone.
 //!
 //! So knots and sums are at nearly all moments those a reference made anew would have: knots lie at multiples of a distance
 //! that goes in steps. What differs is the base, fitted to fewer points, and how the smoothness is looked for.
@@ -34,7 +36,7 @@ use crate::{Excluded, Figures, Fit, Grid, LiveError, LiveEstimate, Map, Nominal,
 /// The running estimator where no design is known: as [`crate::Live`], of the surface [`crate::reference()`] makes.
 ///
 /// After [`LiveReference::settle`] its figures are those of that reference, but for what linearisation leaves out, some
-/// millionths; so they are of fewer than 512 points, of which it is made anew with each. Of more, base and net are those of
+/// millionths; so they are of fewer than 512 points, of which an estimate makes it anew. Of more, base and net are those of
 /// fewer points. RMS is then within 2 % and PV within 5 % of those of a reference made anew from the same points, usually
 /// within 0.2 %, whether noise is what is left, or a defect or waves the knots cannot follow.
 ///
@@ -92,8 +94,7 @@ impl LiveReference {
         let outgrown = !kept.add(point, &self.grid) && kept.can_widen;
         let is_due =
             |at: usize| self.points.len() > at + at / if at < FEW { REMADE_FEW } else { REMADE };
-        let outdated = self.points.len() < CHEAP
-            || is_due(kept.made_at) && kept.is_outdated()
+        let outdated = is_due(kept.made_at) && kept.is_outdated()
             || is_due(self.stepped_at) && kept.has_other_knots();
         // Where a finer or wider net was refused, the next is tried with twice the points.
         if self.failure.is_none() && (outgrown || outdated) {
@@ -119,9 +120,8 @@ impl LiveReference {
     }
 
     fn refer(&mut self) {
-        match made(&self.points, &self.settings, FINEST) {
-            Ok(made) => {
-                let kept = Kept::of_points(made, &self.points, &self.settings, &self.grid);
+        match self.of_all() {
+            Ok(kept) => {
                 if self.kept.as_ref().is_none_or(|before| before.step_mm != kept.step_mm) {
                     self.stepped_at = self.points.len();
                 }
@@ -132,10 +132,22 @@ impl LiveReference {
         }
     }
 
+    /// All points about a reference made of them.
+    fn of_all(&self) -> Result<Kept, ReferenceError> {
+        let made = made(&self.points, &self.settings, FINEST)?;
+        Ok(Kept::of_points(made, &self.points, &self.settings, &self.grid))
+    }
+
     /// The figures of the points so far; `None` before the first reference could be made. The cost depends on the
     /// cells of net and map, not on the number of points.
     pub fn estimate(&self) -> Option<LiveEstimate> {
-        self.kept.as_ref()?.estimate(&self.grid)
+        let kept = self.kept.as_ref()?;
+        if self.points.len() < CHEAP
+            && let Ok(anew) = self.of_all()
+        {
+            return anew.estimate(&self.grid);
+        }
+        kept.estimate(&self.grid)
     }
 
     /// The criterion, as reports give it; `None` before the first reference.
@@ -584,7 +596,7 @@ const OUTDATED: f64 = 0.06;
 const GROWN_FEW: f64 = 1.06;
 const GROWN: f64 = 1.12;
 const FEW: usize = 4096;
-/// Of fewer points the reference is made anew with each: it costs next to nothing.
+/// Of fewer points an estimate makes the reference anew, in some 2 ms.
 const CHEAP: usize = 512;
 /// No net is remade for the same reason, unless a point lies beyond, before points have grown by one of so many parts, few
 /// points and more.
