@@ -1,20 +1,21 @@
 //! All points so far, linearised at one pose and shape: what the running figures are made of.
 
+mod step;
+mod told;
+
 use rayon::prelude::*;
 
-use crate::deviation::NM_PER_MM;
 use crate::fit::model::Model;
 use crate::fit::selection::Membership;
 use crate::fit::slant::Slant;
 use crate::fit::solve::System;
 use crate::fit::triangle::Triangle;
 use crate::live::classes::{Classes, side};
-use crate::live::problem::{Problem, Sums, dot};
+use crate::live::problem::{Problem, Sums};
 use crate::live::reweighing::{Reweighed, Reweighing};
 use crate::live::weighted::Weighted;
-use crate::live::{Grid, LiveEstimate, LiveSettings, Map};
-use crate::nominal::parameter::moved;
-use crate::{Estimate, Excluded, Figures, Fit, Nominal, Parameter, PointMm, Pose, Robust};
+use crate::live::{Grid, LiveEstimate, LiveSettings};
+use crate::{Estimate, Excluded, Fit, Nominal, Parameter, PointMm, Pose, Robust};
 
 /// All points so far, linearised at one pose and shape.
 #[derive(Clone, Debug)]
@@ -400,24 +401,6 @@ impl Linearised {
         }
     }
 
-    /// The mean of the bends over the points of each block of cells.
-    fn mean_bends(&self, classes: &Classes, bends: &[f64]) -> Vec<Vec<f64>> {
-        let columns = self.free.len() + 1;
-        let mut means = vec![vec![0.0; columns]; classes.blocks()];
-        let mut counts = vec![0.0; classes.blocks()];
-        for (index, (cell, bend)) in self.cells.iter().zip(bends.chunks_exact(columns)).enumerate()
-        {
-            let Some(cell) = cell else { continue };
-            let (block, count) = (classes.block(index), cell.count as f64);
-            counts[block] += count;
-            means[block].iter_mut().zip(bend).for_each(|(sum, bend)| *sum += count * bend);
-        }
-        for (mean, count) in means.iter_mut().zip(counts).filter(|(_, count)| *count > 0.0) {
-            mean.iter_mut().for_each(|entry| *entry /= count);
-        }
-        means
-    }
-
     /// The problem of points that count alike; `None` with fewer points than parameters.
     fn alike(&self) -> Option<Problem<'_>> {
         let mut triangle = self.triangle.clone();
@@ -430,180 +413,6 @@ impl Linearised {
             Some(Sums { rows: &cell.sums, weight: cell.count as f64 })
         });
         Some(Problem { system: System::new(&triangle), cells: cells.collect(), root_weight: 1.0 })
-    }
-
-    /// The extremes are measured anew, without linearisation, at the estimated pose.
-    fn figures(
-        &self,
-        nominal: &Nominal,
-        pose: &Pose,
-        rms_mm: f64,
-        count: usize,
-    ) -> Option<Figures> {
-        let model = Model::new(nominal, pose, &[]);
-        let candidates = self.cells.iter().flatten().flat_map(|cell| [cell.low, cell.high]);
-        let mut extremes: Option<[(f64, PointMm); 2]> = None;
-        for point in candidates {
-            let Some(distance_mm) = model.distance_mm(point) else { continue };
-            let here = (distance_mm, point);
-            let [low, high] = extremes.get_or_insert([here, here]);
-            if here.0 < low.0 {
-                *low = here;
-            }
-            if here.0 > high.0 {
-                *high = here;
-            }
-        }
-        let [low, high] = extremes?;
-        Some(Figures {
-            pv_nm: (high.0 - low.0) * NM_PER_MM,
-            rms_nm: rms_mm * NM_PER_MM,
-            max_nm: high.0 * NM_PER_MM,
-            min_nm: low.0 * NM_PER_MM,
-            at_max_mm: model.motion.to_part(high.1),
-            at_min_mm: model.motion.to_part(low.1),
-            count,
-        })
-    }
-
-    /// The change of the parameters from the reference, and the bends there.
-    ///
-    /// Where few points determine the parameters badly, the linear solution may lie beyond the reach of
-    /// linearisation. Then damped steps are tried, down to none, until one does not make the sum of
-    /// squares larger.
-    fn change(&self, problem: &Problem<'_>, kept: &[usize]) -> (Vec<f64>, Vec<f64>) {
-        let still = vec![0.0; kept.len()];
-        let flat = vec![0.0; self.cells.len() * (kept.len() + 1)];
-        let most = problem.square(&still, &flat);
-        let rows = problem.system.rows() as f64;
-        let slack = (most.sqrt() + rows.sqrt() * CORRECTED_MM * problem.root_weight) * SLACK;
-        if let Some((change, bends)) = self.newton(problem, kept)
-            && problem.square(&change, &bends).sqrt() <= most.sqrt() + slack
-        {
-            return (change, bends);
-        }
-        for damping in DAMPINGS {
-            let change = problem.system.solve(kept, damping).change;
-            let Some(bends) = self.bends(&change) else { continue };
-            if problem.square(&change, &bends) <= most {
-                return (change, bends);
-            }
-        }
-        (still, flat)
-    }
-
-    /// The linear solution with its corrections for the terms of second order; `None` if these grow.
-    fn newton(&self, problem: &Problem<'_>, kept: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let Problem { system, root_weight, .. } = problem;
-        let step = system.solve(kept, 0.0);
-        let mut change = step.change.clone();
-        let mut bends = self.bends(&change)?;
-        let mut before_mm = (step.motion_mm / root_weight).max(CORRECTED_MM);
-        for _ in 0..CORRECTIONS {
-            let gradient = problem.gradient(&change, &bends);
-            let correction = step.undo_gram(&gradient);
-            // gᵀ·(JᵀJ)⁻¹·g is the square of the motion at the points, summed.
-            let square = dot(&gradient, &correction).max(0.0);
-            let motion_mm = (square / system.rows() as f64).sqrt() / root_weight;
-            if motion_mm > before_mm || motion_mm.is_nan() {
-                return None;
-            }
-            change.iter_mut().zip(&correction).for_each(|(total, part)| *total -= part);
-            bends = self.bends(&change)?;
-            if motion_mm <= CORRECTED_MM {
-                break;
-            }
-            before_mm = motion_mm;
-        }
-        Some((change, bends))
-    }
-
-    /// Pose and shape after a change of the parameters; `None` if they are none.
-    fn moved(&self, change: &[f64]) -> Option<(Pose, Nominal)> {
-        let changes = self.free.iter().copied().zip(change.iter().copied());
-        moved(changes, &self.fit.pose, &self.fit.nominal)
-    }
-
-    /// What linearisation leaves out, for every cell: by how much the derivatives and, beyond J·δ, the
-    /// distance change at its centroid. Zero where the centroid has no foot.
-    /// One row of derivatives and distance a cell.
-    fn bends(&self, change: &[f64]) -> Option<Vec<f64>> {
-        let (pose, nominal) = self.moved(change)?;
-        let before = Model::new(&self.fit.nominal, &self.fit.pose, &self.free);
-        let after = Model::new(&nominal, &pose, &self.free);
-        let p = change.len();
-        let mut old = vec![0.0; p + 1];
-        let mut bends = vec![0.0; self.cells.len() * (p + 1)];
-        for (cell, bend) in self.cells.iter().zip(bends.chunks_exact_mut(p + 1)) {
-            let Some(cell) = cell else { continue };
-            let centroid = cell.point_sum_mm.map(|sum| sum / cell.count as f64);
-            if before.row(centroid, &mut old).is_none() || after.row(centroid, bend).is_none() {
-                bend.fill(0.0);
-                continue;
-            }
-            bend[p] -= dot(&old, change);
-            bend.iter_mut().zip(&old).for_each(|(new, old)| *new -= old);
-        }
-        Some(bends)
-    }
-
-    /// The mean square of each cell of the map: that of its mean now, and how its points scattered about their
-    /// mean at the reference, for which the pose has moved too little since to matter.
-    fn mean_squares_nm2(&self, grid: &Grid, change: &[f64], bends: &[f64]) -> Vec<f64> {
-        let p = change.len();
-        let cells = self.cells[..grid.cells()].iter().zip(bends.chunks_exact(p + 1));
-        let mean_square = |(cell, bend): (&Option<Cell>, &[f64])| {
-            let Some(cell) = cell else { return f64::NAN };
-            let count = cell.count as f64;
-            let (before_mm, moved_mm) = (cell.sums[p] / count, dot(&cell.sums, change) / count);
-            let scatter_mm2 = (cell.square_mm2 / count - before_mm * before_mm).max(0.0);
-            ((before_mm + moved_mm + bend[p]).powi(2) + scatter_mm2) * NM_PER_MM * NM_PER_MM
-        };
-        cells.map(mean_square).collect()
-    }
-
-    /// The highest and the lowest point of each block of `side` by `side` cells, by the distances at the
-    /// reference; measured frame.
-    pub(crate) fn extremes(&self, grid: &Grid, side: usize) -> Vec<PointMm> {
-        let columns = grid.nx.div_ceil(side);
-        let mut blocks: Vec<Option<&Cell>> = vec![None; columns * grid.ny.div_ceil(side)];
-        let mut highest = blocks.clone();
-        for (index, cell) in self.cells[..grid.cells()].iter().enumerate() {
-            let Some(cell) = cell else { continue };
-            let block = index / grid.nx / side * columns + index % grid.nx / side;
-            if blocks[block].is_none_or(|lowest| cell.low_mm < lowest.low_mm) {
-                blocks[block] = Some(cell);
-            }
-            if highest[block].is_none_or(|highest| cell.high_mm > highest.high_mm) {
-                highest[block] = Some(cell);
-            }
-        }
-        let lowest = blocks.into_iter().flatten().map(|cell| cell.low);
-        lowest.chain(highest.into_iter().flatten().map(|cell| cell.high)).collect()
-    }
-
-    fn map(&self, grid: &Grid, pose: &Pose, change: &[f64], bends: &[f64]) -> Map {
-        let p = change.len();
-        let motion = pose.motion();
-        let cells = &self.cells[..grid.cells()];
-        let mean_nm = |(cell, bend): (&Option<Cell>, &[f64])| {
-            cell.as_ref().map_or(f64::NAN, |cell| {
-                let sum_mm = cell.sums[p] + dot(&cell.sums, change);
-                (sum_mm / cell.count as f64 + bend[p]) * NM_PER_MM
-            })
-        };
-        let centroid_mm = |cell: &Option<Cell>| {
-            cell.as_ref().map_or([f64::NAN; 2], |cell| {
-                let [x, y, _] = motion.to_part(cell.point_sum_mm.map(|s| s / cell.count as f64));
-                [x, y]
-            })
-        };
-        Map {
-            grid: *grid,
-            mean_nm: cells.iter().zip(bends.chunks_exact(p + 1)).map(mean_nm).collect(),
-            counts: cells.iter().map(|cell| cell.as_ref().map_or(0, |cell| cell.count)).collect(),
-            centroids_mm: cells.iter().map(centroid_mm).collect(),
-        }
     }
 }
 
@@ -625,11 +434,3 @@ fn spanned(points: &[PointMm], pose: &Pose, grid: &Grid) -> usize {
 
 /// Points of one block: so many that joining their cells costs little.
 const BLOCK: usize = 1 << 17;
-/// Largest number of Gauss-Newton steps for the terms of second order: one or two are usual.
-const CORRECTIONS: usize = 8;
-/// A correction that moves the surface by less than this root mean square is the last.
-const CORRECTED_MM: f64 = 1e-12;
-/// Damping of the steps that are tried when the linear solution fails.
-const DAMPINGS: [f64; 5] = [1e-8, 1e-6, 1e-4, 1e-2, 1.0];
-/// Share by which the root of the sum of squares may seem to grow by rounding.
-const SLACK: f64 = 1e-9;

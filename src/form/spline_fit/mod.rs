@@ -10,6 +10,7 @@
 //! hold a point.
 
 mod band;
+mod kept;
 mod map_cells;
 mod moments;
 mod reference;

@@ -73,3 +73,21 @@ pub(crate) fn normals(generator: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
         })
         .collect()
 }
+
+/// Boustrophedon lines over the disc.
+pub(crate) fn raster(count: usize, radius: f64) -> Vec<[f64; 2]> {
+    let pitch = (std::f64::consts::PI * radius * radius / count as f64).sqrt();
+    let lines = (2.0 * radius / pitch) as i32;
+    let mut places = Vec::new();
+    for line in 0..lines {
+        let y = -radius + (f64::from(line) + 0.5) * pitch;
+        let row = (0..lines).map(|column| -radius + (f64::from(column) + 0.5) * pitch);
+        let mut row: Vec<[f64; 2]> =
+            row.map(|x| [x, y]).filter(|p| p[0].hypot(p[1]) <= radius).collect();
+        if line % 2 == 1 {
+            row.reverse();
+        }
+        places.append(&mut row);
+    }
+    places
+}

@@ -1,6 +1,6 @@
 //! The running estimator against the full fit.
 
-use crate::common::{Noise, al1815, misaligned, pose_difference, spiral};
+use crate::common::{Noise, al1815, misaligned, pose_difference, raster, spiral};
 use crate::shapes::biconic;
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
@@ -29,24 +29,6 @@ fn lens(sample: &[[f64; 2]]) -> Vec<PointMm> {
             [x, y, z + 2e-6 * noise.next()]
         })
         .collect()
-}
-
-/// Boustrophedon lines over the disc.
-fn raster(count: usize, radius: f64) -> Vec<[f64; 2]> {
-    let pitch = (std::f64::consts::PI * radius * radius / count as f64).sqrt();
-    let lines = (2.0 * radius / pitch) as i32;
-    let mut places = Vec::new();
-    for line in 0..lines {
-        let y = -radius + (f64::from(line) + 0.5) * pitch;
-        let row = (0..lines).map(|column| -radius + (f64::from(column) + 0.5) * pitch);
-        let mut row: Vec<[f64; 2]> =
-            row.map(|x| [x, y]).filter(|p| p[0].hypot(p[1]) <= radius).collect();
-        if line % 2 == 1 {
-            row.reverse();
-        }
-        places.append(&mut row);
-    }
-    places
 }
 
 fn compare(points: &[PointMm], live: &LiveEstimate, name: &str, pose: f64, rms: f64, pv: f64) {

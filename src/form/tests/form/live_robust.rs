@@ -1,6 +1,6 @@
 //! The running estimator with a robust loss against the robust fit of the same points.
 
-use crate::common::{al1815, misaligned, normals, pose_difference, spiral};
+use crate::common::{al1815, misaligned, normals, pose_difference, raster, spiral};
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::FormError;
 use asphera_form::{
@@ -38,24 +38,6 @@ fn part(sample: &[[f64; 2]], form_nm: f64, seed: u64) -> Vec<PointMm> {
         [x, y, z + 5e-5 * noise[3 * index] + spoilt]
     };
     sample.iter().enumerate().map(point).collect()
-}
-
-/// Boustrophedon lines over the disc.
-fn raster(count: usize, radius: f64) -> Vec<[f64; 2]> {
-    let pitch = (std::f64::consts::PI * radius * radius / count as f64).sqrt();
-    let lines = (2.0 * radius / pitch) as i32;
-    let mut places = Vec::new();
-    for line in 0..lines {
-        let y = -radius + (f64::from(line) + 0.5) * pitch;
-        let row = (0..lines).map(|column| -radius + (f64::from(column) + 0.5) * pitch);
-        let mut row: Vec<[f64; 2]> =
-            row.map(|x| [x, y]).filter(|p| p[0].hypot(p[1]) <= radius).collect();
-        if line % 2 == 1 {
-            row.reverse();
-        }
-        places.append(&mut row);
-    }
-    places
 }
 
 /// How far an estimate lies from a fit of the same points: pose in shares of its uncertainty, RMS, PV and scale in shares
