@@ -23,8 +23,8 @@
 //! distance, block by block of cells: from these an estimate weighs all points anew, at the scale they have now (see
 //! `reweighing.rs`). So it hangs neither on the pose at which a point came nor on when it is asked for. What is
 //! provisional beyond the above is what changes in the weights within a class and a block since the reference. Against
-//! the robust fit of the same points: pose within a fifth of its uncertainty, RMS within 0.5 % and PV within 1 % (seen:
-//! a fifteenth, and a millionth for both); where form error is 200 times the noise and the part still grows, so that a
+//! the robust fit of the same points: pose within half its uncertainty, RMS within 0.5 % and PV within 1 % (seen: a quarter,
+//! mostly a twentieth, and a millionth for both); where form error is 200 times the noise and the part still grows, so that a
 //! quarter more points move the pose by many of its uncertainties, within 1.5 of these and 0.1 % and 0.2 % (seen: 0.8,
 //! 0.005 % and 0.03 %). On patches that hardly tell tilts from shifts the fit itself has several solutions, and the estimate may lie
 //! at another.
