@@ -161,12 +161,13 @@ pub struct ParameterFigures {
     pub unit: String,
     /// Its standard uncertainty (k = 1) in the same unit, by what `u_model` of the fit names; absent where there is none.
     pub u: Option<f64>,
-    /// Half width of the interval that holds the truth with 95 %, from the budget or the deviations; absent without.
+    /// Half width of the interval about the value that holds with 95 % what `expanded_covers` of the fit names, from the budget
+    /// or the deviations; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded_95: Option<f64>,
     /// Its standard uncertainty in the same unit if form error like that of this part counts, as of another part of the same
-    /// make; roughly, for it is from a glance. Absent of the pose, where `u` counts it, and where deviations are not plainly
-    /// correlated.
+    /// make; roughly, for it is from a glance. Of the pose it is by how much form error moves the best fit from where the part
+    /// would lie without. Absent where `u` counts it, and where deviations are not plainly correlated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_by_form: Option<f64>,
 }
@@ -225,14 +226,21 @@ pub struct UncertaintyFigures {
     pub pv_at_most: bool,
     /// What noise adds to the PV, the most with a probability of one half, as far as the draws tell.
     pub pv_bias_nm: f64,
-    /// Interval of the PV, 95 %.
+    /// Interval that holds with 95 % the PV at the places measured, by what `pv_covers` names.
     pub pv_95_nm: [f64; 2],
+    /// What `u_pv_nm` and `pv_95_nm` cover, in words.
+    #[serde(default)]
+    pub pv_covers: String,
     /// Standard uncertainty (k = 1) of the RMS without noise.
     pub u_rms_nm: f64,
-    /// RMS with the mean square of the noise taken off.
+    /// RMS with the mean square of the noise taken off: final figures over the area about its own best fit, where every point
+    /// counts by what it stands for; running ones over the points.
     pub rms_without_noise_nm: f64,
-    /// Interval of that, 95 %.
+    /// Interval that holds that with 95 %, by what `rms_covers` names.
     pub rms_95_nm: [f64; 2],
+    /// What `u_rms_nm` and `rms_95_nm` cover, in words.
+    #[serde(default)]
+    pub rms_covers: String,
     /// Standard deviation of the independent noise of a point.
     pub noise_nm: f64,
     /// Whether the noise was measured from the points.
@@ -254,8 +262,31 @@ impl UncertaintyFigures {
     /// tell of, and no error of theirs.
     pub const NOISE_BESIDE_FORM: &str = "noise only, what is correlated being form";
 
+    /// What an uncertainty by a model covers of a figure of single points, or of what is formed at the places measured.
+    pub(crate) fn covers_places(model: &str) -> String {
+        format!("{}, at the places measured; not what lies between them", errors_of(model))
+    }
+
+    /// What an uncertainty by a model covers of an average. `counted`: whether the places are in it.
+    pub(crate) fn covers_area(model: &str, counted: bool) -> String {
+        let errors = errors_of(model);
+        if counted {
+            format!("{errors}, and the places that were taken of the area")
+        } else {
+            format!("{errors}; not the places that were taken of the area")
+        }
+    }
+
     fn budget() -> String {
         UncertaintyFigures::BUDGET.to_owned()
+    }
+}
+
+/// The errors that a model has, in words.
+fn errors_of(model: &str) -> &'static str {
+    match model {
+        UncertaintyFigures::BUDGET => "the error budget of the nominal file",
+        _ => "the noise of the points, nothing correlated",
     }
 }
 

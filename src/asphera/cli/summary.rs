@@ -65,6 +65,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         if let Some(model) = &form.fit.details.u_model {
             writeln!(text, "  u (k = 1) by {model}")?;
         }
+        if let Some(covers) = &form.fit.details.expanded_covers {
+            writeln!(text, "  95 % in report.json: {covers}")?;
+        }
         for (name, parameter) in &form.fit.parameters {
             if let Some(u) = parameter.u_by_form {
                 writeln!(text, "  {name} by form error from part to part: u about {u:.1e}")?;
@@ -104,6 +107,13 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
                 short(known.u_rms_nm),
                 known.model
             )?;
+            for (name, [low, high], covers) in [
+                ("PV", known.pv_95_nm, &known.pv_covers),
+                ("RMS without noise", known.rms_95_nm, &known.rms_covers),
+            ] {
+                let (low, high) = (short(low), short(high));
+                writeln!(text, "           {name} {low} to {high} nm: 95 % of {covers}")?;
+            }
         }
         if let Some(UnmeasuredFigures { between_nm: Some(nm), share: Some(share), .. }) =
             &deviation.unmeasured
@@ -165,6 +175,12 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text)?;
     if let Some(rule) = report.verdict.checks.iter().find_map(|check| check.rule.as_ref()) {
         writeln!(text, "  {rule}")?;
+        let known = report.verdict.checks.iter();
+        for (name, covers) in
+            known.filter_map(|check| Some((&check.name, check.u_covers.as_ref()?)))
+        {
+            writeln!(text, "  {name}: {covers}")?;
+        }
     }
     report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
 }
@@ -181,9 +197,9 @@ fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
             let (low, high) = (short(of.low), short(of.high));
             writeln!(
                 text,
-                "           u {} nm (k = 1, {}), 95 %: {low} to {high} nm",
+                "           u {} nm (k = 1), {low} to {high} nm: 95 % of {}",
                 short(u),
-                of.model
+                of.covers
             )?;
         }
     }

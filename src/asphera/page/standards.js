@@ -37,6 +37,6 @@ function uncertainty({ u, unit, simulated }) {
   if (u === undefined) return undefined;
   const known = `u ${significant(u, 2)} ${unitText(unit)}`.trim();
   if (!simulated) return known;
-  const { low, high, p, model, draws } = simulated;
-  return `${known}; ${significant(100 * p, 2)} %: ${significant(low, 4)} to ${significant(high, 4)} (${model}, ${draws} draws)`;
+  const { low, high, p, model, covers, draws } = simulated;
+  return `${known}; ${significant(low, 4)} to ${significant(high, 4)}, ${significant(100 * p, 2)} % of ${covers ?? model} (${draws} draws)`;
 }

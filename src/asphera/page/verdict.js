@@ -56,7 +56,8 @@ function showUncertainty(deviation) {
   setText(byId("pv-u"), known ? `± ${significant(COVERAGE * known.u_pv_nm, 2)}` : "");
   setText(byId("rms-u"), known ? `± ${significant(COVERAGE * known.u_rms_nm, 2)}` : "");
   const most = known?.pv_at_most ? ", of PV an upper bound" : "";
-  setText(byId("u-model"), known ? `± k = ${COVERAGE}, ${known.model}${most}` : "");
+  const covers = known?.rms_covers ? `; of RMS ${known.rms_covers}` : "";
+  setText(byId("u-model"), known ? `± k = ${COVERAGE}, ${known.model}${most}${covers}` : "");
 }
 
 const OUTLOOKS = { fail_certain: "fail", pass_certain: "pass", pass_from: "pass_from", at_end: "at_end", open: "open" };

@@ -25,13 +25,15 @@ fn uncertainty(out: &mut String, known: &UncertaintyFigures) -> Result {
     let (about, at_most) = if known.pv_at_most { ("at most", "at most ") } else { ("about", "") };
     write!(
         out,
-        "<p class=\"note\">Uncertainty ({}): u(PV) {at_most}{} nm, u(RMS) {} nm. 95 %: PV {pv}, of which noise makes \
-         {about} {} nm; RMS without the noise {} nm, {rms}. Noise of a point {} nm ({}).",
+        "<p class=\"note\">Uncertainty ({}): u(PV) {at_most}{} nm, u(RMS) {} nm. PV {pv}, 95 % of {}; noise makes \
+         {about} {} nm of it. RMS without the noise {} nm, {rms}, 95 % of {}. Noise of a point {} nm ({}).",
         text(&known.model),
         short(known.u_pv_nm),
         short(known.u_rms_nm),
+        text(&known.pv_covers),
         short(known.pv_bias_nm),
         short(known.rms_without_noise_nm),
+        text(&known.rms_covers),
         short(known.noise_nm),
         if known.noise_measured { "measured" } else { "given" },
     )?;
@@ -92,6 +94,9 @@ pub(super) fn of_parameters(out: &mut String, fit: &FitFigures) -> Result {
             " It tells how far the best fit to this very part changes with the points that were taken of it.",
         );
     }
+    if let Some(covers) = &fit.details.expanded_covers {
+        write!(out, " Expanded uncertainties (95 %, report.json) cover {}.", text(covers))?;
+    }
     match &fit.details.correlation {
         Some(found) if found.counted => correlation(out, found)?,
         Some(found) => by_form(out, fit, found)?,
@@ -101,7 +106,7 @@ pub(super) fn of_parameters(out: &mut String, fit: &FitFigures) -> Result {
     Ok(())
 }
 
-/// What the parameters of the shape would vary by from part to part.
+/// What the parameters would vary by from part to part.
 fn by_form(out: &mut String, fit: &FitFigures, found: &CorrelationFigures) -> Result {
     let changes = fit.parameters.iter().filter_map(|(name, of)| {
         let unit = if of.unit == "1" { String::new() } else { format!(" {}", of.unit) };

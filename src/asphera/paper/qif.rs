@@ -205,6 +205,14 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
         }
         add("PV / nm", form.deviation.pv_nm.to_string());
         add("RMS / nm", form.deviation.rms_nm.to_string());
+        if let Some(of) = &form.deviation.uncertainty {
+            for (name, [low, high], covers) in [
+                ("PV", of.pv_95_nm, &of.pv_covers),
+                ("RMS without noise", of.rms_95_nm, &of.rms_covers),
+            ] {
+                add(&format!("95 % of {name} / nm"), format!("{low} to {high}, by {covers}"));
+            }
+        }
         let of = &form.standards;
         let zone = of.minimum_zone.iter().map(|zone| &zone.width);
         let texture = of.texture.iter().flat_map(|texture| &texture.figures);
@@ -217,7 +225,7 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
             }
             if let Some(of) = &figure.simulated {
                 let percent = 100.0 * of.p;
-                let interval = format!("{} to {}, {}", of.low, of.high, of.model);
+                let interval = format!("{} to {}, by {}", of.low, of.high, of.covers);
                 add(&format!("{percent} % of {name}"), interval);
             }
         }

@@ -29,10 +29,11 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
     if let (Some(u), Some(simulated)) = (zone.width.u, &zone.width.simulated) {
         writeln!(
             out,
-            "<p>u = {} nm (k = 1); 95 %: {} to {} nm; noise adds about {} nm.{}</p>",
+            "<p>u = {} nm (k = 1); {} to {} nm, 95 % of {}; noise adds about {} nm.{}</p>",
             short(u),
             short(simulated.low),
             short(simulated.high),
+            text(&simulated.covers),
             short(simulated.bias),
             draws(simulated)
         )?;
@@ -111,8 +112,9 @@ pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
     match simulated {
         Some(simulated) => writeln!(
             out,
-            "<p class=\"note\">Intervals are of the surface without noise, whose share is taken off; those of extremes (Sp, Sv, Sz, \
-             as of the minimum zone) reach up to what a defect of a single point may hide in it.{}</p>",
+            "<p class=\"note\">Intervals cover 95 % of {}. They are of the surface without noise, whose share is taken off; those of \
+             extremes (Sp, Sv, Sz, as of the minimum zone) reach up to what a defect of a single point may hide in it.{}</p>",
+            text(&simulated.covers),
             draws(simulated)
         ),
         None => writeln!(out, "<p class=\"note\">No uncertainty was evaluated for these.</p>"),

@@ -12,7 +12,7 @@ use crate::config::{CorrelationFrom, Part};
 use crate::report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
 
 /// Writes into the fit what its uncertainties are made of: those of the deviations as the nominal file asks, else what
-/// those of the shape would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
+/// they would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
 /// fit; `assessed` what a budget made of it.
 pub(super) fn tell(
     form: &mut FormFigures,
@@ -40,8 +40,6 @@ pub(super) fn tell(
             Err(error) => form.unknown.push(unknown(&error)),
         },
         CorrelationFrom::Budget if errors::has_correlated(part) => {}
-        // What form error does to the pose takes nothing back that is told of the part.
-        CorrelationFrom::Budget if !fit.estimates.iter().any(|of| is_of_shape(of.parameter)) => {}
         CorrelationFrom::Budget => {
             match glance(points, deviations_mm, fit, &part.aperture, weights) {
                 Ok(Some(seen)) => compare(form, part, &seen),
@@ -89,28 +87,27 @@ fn count(
     let model =
         if beside { FitDetails::BY_DEVIATIONS_AND_MACHINE } else { FitDetails::BY_DEVIATIONS };
     details.u_model = Some(model.to_owned());
+    details.expanded_covers = Some(FitDetails::COVERS_MAKE.to_owned());
     details.correlation = Some(figures(found, part, ratio, true));
 }
 
-/// Where the deviations are plainly correlated, tells what form like this does to the parameters of the shape, and warns
-/// where u as told proves one off its design and these do not.
+/// Where the deviations are plainly correlated, tells what form like this does to the parameters, and warns where u as told
+/// proves one of the shape off its design and these do not.
 ///
-/// The pose is none of them: it says where this very part lay, and all that is told of the part is told about it.
+/// Of the pose there is no warning: it has no design, and says where this very part lay.
 fn compare(form: &mut FormFigures, part: &Part, seen: &TypeA) {
     if seen.independence.is_none_or(|found| found.p > PLAIN) {
         return;
     }
-    let told = |parameter: Parameter| {
-        let figures = form.fit.parameters.get(&parameter.name(&part.nominal));
-        figures.filter(|_| is_of_shape(parameter))
-    };
+    let told = |parameter: Parameter| form.fit.parameters.get(&parameter.name(&part.nominal));
     let Some((parameter, ratio)) = largest_ratio(seen, |parameter| told(parameter)?.u) else {
         return;
     };
     if ratio < LEAST_RATIO {
         return;
     }
-    let unproven = seen.parameters.iter().filter_map(|of| {
+    let of_shape = seen.parameters.iter().filter(|of| is_of_shape(of.parameter));
+    let unproven = of_shape.filter_map(|of| {
         let told = told(of.parameter)?;
         let design = of.parameter.value(&Pose::default(), &part.nominal)?;
         let (off, half) = ((told.value - design).abs(), of.expanded(COVERAGE).expanded);
@@ -140,7 +137,7 @@ fn compare(form: &mut FormFigures, part: &Part, seen: &TypeA) {
         });
     }
     details.correlation = Some(figures(seen, part, Some((parameter, ratio)), false));
-    for of in seen.parameters.iter().filter(|of| is_of_shape(of.parameter)) {
+    for of in &seen.parameters {
         if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
             figures.u_by_form = Some(of.u).filter(|u| u.is_finite());
         }
@@ -263,13 +260,15 @@ mod tests {
         form.fit.details.cautions.iter().map(|caution| &caution.kind[..]).collect()
     }
 
-    /// Of the pose nothing is said, whatever the form.
+    /// What form does to the pose is told, but there is no design it could miss.
     #[test]
     fn where_a_part_lies_needs_no_caution() {
         let plain = measured(20.0, "").form.unwrap();
-        assert_eq!((kinds(&plain), &plain.fit.details.correlation), (Vec::new(), &None));
+        assert_eq!(kinds(&plain), Vec::<&str>::new());
         assert_eq!(plain.fit.details.u_model.as_deref(), Some(FitDetails::BY_RESIDUALS));
-        assert!(plain.fit.parameters.values().all(|figures| figures.u_by_form.is_none()));
+        for (name, of) in &plain.fit.parameters {
+            assert!(of.u_by_form.unwrap() > 1.5 * of.u.unwrap(), "{name} {of:?}");
+        }
     }
 
     /// A radius is cautioned of where u alone would prove it wrong, and else what form does to it is told, and no more.
@@ -287,7 +286,7 @@ mod tests {
         assert_eq!((seen.counted, seen.largest_ratio_of.as_deref()), (false, Some("radius")));
         assert!((seen.largest_ratio.unwrap() / (by_form / found.u.unwrap()) - 1.0).abs() < 1e-9);
         assert!(seen.independent_p.unwrap() < 1e-9 && seen.patches >= 56, "{seen:?}");
-        assert_eq!(right.fit.parameters["tz"].u_by_form, None);
+        assert!(right.fit.parameters["tz"].u_by_form.is_some());
 
         // Off by more than form explains: what u proves stands.
         let wrong = sphere(1000.0 + 20.0 * by_form, 20.0, "");

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 
 use asphera_form::figures::Definition;
-use asphera_form::uncertainty::{Budget, Draws, Noise, NoiseOnly, UncertaintyError, uncertainty};
+use asphera_form::uncertainty::{
+    Budget, Draws, Noise, NoiseOnly, Places, UncertaintyError, uncertainty,
+};
 use asphera_form::verdict::{Guard, Judged, Limit, judge};
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_surface::{Plane, PointMm};
@@ -53,6 +55,8 @@ pub(super) struct ErrorsOfFigures {
     /// The standard uncertainty of the PV is at most this.
     pub(super) u_pv_nm: f64,
     budget: bool,
+    /// Whether the RMS counts the places that were taken.
+    places: bool,
 }
 
 impl Errors {
@@ -102,6 +106,7 @@ impl Errors {
             u_rms_nm: noise.u_rms_nm.hypot(correlated.u_rms_nm),
             u_pv_nm: noise.u_pv_at_most_nm.hypot(correlated.u_pv_nm),
             budget: self.budget,
+            places: false,
         })
     }
 
@@ -149,21 +154,46 @@ impl Errors {
 }
 
 fn by_the_budget(how: &str) -> String {
-    format!("{how} {}; what is not measured yet is not in it", UncertaintyFigures::BUDGET)
+    format!(
+        "{how} {}; the places taken, and what is not measured yet, are not in it",
+        UncertaintyFigures::BUDGET
+    )
 }
 
 fn by_noise_only(how: &str) -> String {
     let how = if how == "by noise" { String::new() } else { format!("{how}, ") };
     format!(
-        "{how}{}: nothing correlated, and nothing of what is not measured yet, is in it",
+        "{how}{}: nothing correlated, and nothing of the places taken or not measured yet, is in it",
         UncertaintyFigures::NOISE_ONLY
     )
 }
 
 impl ErrorsOfFigures {
+    /// The same with the RMS over the area, and what the places of the points do to it.
+    pub(super) fn over(self, places: &Places) -> ErrorsOfFigures {
+        let correlated_nm = (self.u_rms_nm.powi(2) - self.noise.u_rms_nm.powi(2)).max(0.0).sqrt();
+        let noise = self.noise.over(places);
+        ErrorsOfFigures {
+            noise,
+            u_rms_nm: noise.u_rms_nm.hypot(correlated_nm),
+            places: true,
+            ..self
+        }
+    }
+
+    /// What they are made of.
+    fn model(&self) -> &'static str {
+        if self.budget { UncertaintyFigures::BUDGET } else { UncertaintyFigures::NOISE_ONLY }
+    }
+
+    /// What the uncertainty of a limited figure covers, in words.
+    pub(super) fn covers(&self, definition: Definition) -> String {
+        covers(self.model(), definition, self.places)
+    }
+
     /// As reports write them, for a PV and an RMS in nm. `measured`: whether the noise is that of the points.
     pub(super) fn figures(&self, pv_nm: f64, measured: bool) -> UncertaintyFigures {
-        let ErrorsOfFigures { noise, u_rms_nm, u_pv_nm, budget } = *self;
+        let ErrorsOfFigures { noise, u_rms_nm, u_pv_nm, places, .. } = *self;
         let wider = |[low, high]: [f64; 2], own: f64, all: f64, about: f64| {
             let by = if own > 0.0 { all / own } else { 1.0 };
             let beyond = if own > 0.0 { 0.0 } else { TWO_SIDED * all };
@@ -173,17 +203,18 @@ impl ErrorsOfFigures {
             wider(noise.pv_interval_nm(pv_nm, COVERAGE), noise.u_pv_at_most_nm, u_pv_nm, pv_nm);
         let rms_95_nm =
             wider(noise.rms_interval_nm(COVERAGE), noise.u_rms_nm, u_rms_nm, noise.form_nm);
-        let model =
-            if budget { UncertaintyFigures::BUDGET } else { UncertaintyFigures::NOISE_ONLY };
+        let model = self.model();
         UncertaintyFigures {
             model: model.to_owned(),
             u_pv_nm,
             pv_at_most: true,
             pv_bias_nm: noise.pv_bias_at_most_nm,
             pv_95_nm,
+            pv_covers: UncertaintyFigures::covers_places(model),
             u_rms_nm,
             rms_without_noise_nm: noise.form_nm,
             rms_95_nm,
+            rms_covers: UncertaintyFigures::covers_area(model, places),
             noise_nm: noise.noise_nm,
             noise_measured: measured,
             draws: None,
@@ -199,6 +230,18 @@ pub(super) fn model(part: &Part) -> &'static str {
         Some((budget, _)) if is_correlated(budget) => UncertaintyFigures::BUDGET,
         _ if part.judging.correlated == CorrelationFrom::Budget => UncertaintyFigures::NOISE_ONLY,
         _ => UncertaintyFigures::NOISE_BESIDE_FORM,
+    }
+}
+
+/// What the uncertainty of a figure by a model covers, in words. `places`: whether that of averages counts the places taken.
+pub(super) fn covers(model: &str, definition: Definition, places: bool) -> String {
+    match definition {
+        Definition::PeakToValley
+        | Definition::RobustPeakToValley { .. }
+        | Definition::MinimumZone
+        | Definition::MeridionalSlopeMax
+        | Definition::GradientMax => UncertaintyFigures::covers_places(model),
+        _ => UncertaintyFigures::covers_area(model, places),
     }
 }
 

@@ -160,6 +160,7 @@ pub(super) fn compare(
                 "pv_nm" => errors.u_pv_nm,
                 _ => errors.u_rms_nm,
             }),
+            u_covers: errors.map(|errors| errors.covers(limit.definition)),
             guard_band: None,
             rule: None,
             hidden,

@@ -141,8 +141,13 @@ pub(super) fn measure(
         };
         of_standards = standards::add(form, &measured);
     }
-    let assessed =
-        fitted.as_ref().ok().and_then(|fitted| assess(&part, mesh.points(), fitted, &plane));
+    let taken = fitted.as_ref().ok().and_then(|fitted| {
+        uncertainties::taken(&part, mesh.points(), &deviations_mm, fitted, &areas_mm2)
+    });
+    let assessed = fitted
+        .as_ref()
+        .ok()
+        .and_then(|fitted| assess(&part, mesh.points(), fitted, &plane, taken.as_ref()));
     if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
         tell(form, assessed, &part);
         standards::tell(form, &of_standards, assessed, &part);
@@ -156,7 +161,8 @@ pub(super) fn measure(
         Some(_) => None,
         None => {
             errors.look(&part, mesh.points(), &plane, sampling.noise_sigma_nm);
-            found.as_ref().and_then(|found| errors.of(found))
+            let known = found.as_ref().and_then(|found| errors.of(found));
+            known.map(|known| taken.as_ref().map_or(known, |taken| known.over(taken)))
         }
     };
     let unmeasured = match (result.as_ref().ok(), found.as_ref()) {

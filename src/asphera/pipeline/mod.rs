@@ -14,6 +14,8 @@ mod figures;
 mod fit_details;
 mod fitting;
 mod heights;
+#[cfg(test)]
+mod interval_study;
 mod judgement;
 mod look;
 mod maps;

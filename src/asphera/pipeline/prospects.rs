@@ -295,4 +295,4 @@ mod tests;
 #[cfg(test)]
 mod told;
 #[cfg(test)]
-mod truth;
+pub(super) mod truth;

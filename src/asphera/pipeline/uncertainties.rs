@@ -2,7 +2,8 @@
 
 use asphera_form::figures::{Definition, Unit};
 use asphera_form::uncertainty::{
-    Budget, Draws, Effect, Noise, Simulated, Uncertainty, UncertaintyError, uncertainty,
+    Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
+    uncertainty,
 };
 use asphera_form::verdict::{Guard, Judged, Limit, LimitError, judge};
 use asphera_form::{Aperture, Covariance, Status as FormStatus};
@@ -14,13 +15,17 @@ use super::judgement::{of_whole, said};
 use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::error_chain;
-use crate::report::{Check, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict};
+use crate::report::{
+    Check, FitDetails, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict,
+};
 
 /// The uncertainties of a part.
 pub(super) struct Assessed {
     pub(super) uncertainty: Uncertainty,
     pv: Simulated,
     pub(super) draws: Draws,
+    /// Whether averages and parameters count the places that were taken.
+    places: [bool; 2],
 }
 
 impl Assessed {
@@ -35,12 +40,28 @@ impl Assessed {
     }
 }
 
-/// Works them out, if the nominal file asks for them. `plane` is that of projection, in whose frame points and fit are.
+/// What the places of the points do. `areas_mm2` is what each stands for in the mesh.
+pub(super) fn taken(
+    part: &Part,
+    points: &[PointMm],
+    deviations_mm: &[f64],
+    fitted: &Fitted,
+    areas_mm2: &[f64],
+) -> Option<Places> {
+    let Fitted { fit, reference, uncertainties_mm, .. } = fitted;
+    let alike = reference.is_none() && fit.robust.is_none() && uncertainties_mm.is_none();
+    let areas_mm2 = Some(areas_mm2).filter(|areas_mm2| areas_mm2.iter().any(|area| *area > 0.0));
+    places(points, deviations_mm, fit, &part.aperture, areas_mm2, alike)
+}
+
+/// Works them out, if the nominal file asks for them. `plane` is that of projection, in whose frame points and fit are;
+/// `places` what their places do.
 pub(super) fn assess(
     part: &Part,
     points: &[PointMm],
     fitted: &Fitted,
     plane: &Plane,
+    places: Option<&Places>,
 ) -> Option<Result<Assessed, UncertaintyError>> {
     let (budget, draws) = part.judging.uncertainty.as_ref()?;
     let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
@@ -53,8 +74,14 @@ pub(super) fn assess(
     let budget = Budget { effects, noise, ..budget.clone() };
     let assessed = || {
         let uncertainty = uncertainty(points, &fitted.fit, &part.aperture, weights, &budget)?;
+        let uncertainty = match places {
+            Some(places) => uncertainty.over(places),
+            None => uncertainty,
+        };
         let pv = uncertainty.peak_to_valley_nm(draws)?;
-        Ok(Assessed { uncertainty, pv, draws: *draws })
+        let of_parameters = places.is_some_and(Places::is_of_fit);
+        let places = [places.is_some(), of_parameters];
+        Ok(Assessed { uncertainty, pv, draws: *draws, places })
     };
     Some(assessed())
 }
@@ -74,7 +101,12 @@ pub(super) fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
 
 /// Writes the uncertainties beside the figures.
 pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
-    let Assessed { uncertainty, pv, draws } = assessed;
+    let Assessed { uncertainty, pv, draws, places: [of_averages, of_parameters] } = assessed;
+    let model = errors::model(part);
+    if !uncertainty.parameters.is_empty() {
+        let covers = FitDetails::covers_part(model, *of_parameters);
+        form.fit.details.expanded_covers = Some(covers);
+    }
     for of in &uncertainty.parameters {
         if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
             figures.u = Some(of.u).filter(|u| u.is_finite());
@@ -90,14 +122,16 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         };
     }
     form.deviation.uncertainty = Some(UncertaintyFigures {
-        model: errors::model(part).to_owned(),
+        model: model.to_owned(),
         pv_at_most: false,
         u_pv_nm: pv.u,
         pv_bias_nm: pv.bias,
         pv_95_nm: pv.interval(COVERAGE),
+        pv_covers: UncertaintyFigures::covers_places(model),
         u_rms_nm: rms.u_nm,
         rms_without_noise_nm: rms.form_nm,
         rms_95_nm: rms.interval_nm(COVERAGE),
+        rms_covers: UncertaintyFigures::covers_area(model, *of_averages),
         noise_nm: uncertainty.noise.sigma_mm * 1e6,
         noise_measured: uncertainty.noise.measured,
         draws: Some(draws.count),
@@ -136,6 +170,7 @@ pub(super) fn compare(
     let guard = part.judging.guard.unwrap_or(Guard::None);
     let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
     let hidden = |limit: &Limit| unmeasured.hidden(limit);
+    let model = errors::model(part);
     match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
         Ok(judged) => {
             judged.iter().for_each(|judged| beside(judged, figures));
@@ -158,6 +193,9 @@ pub(super) fn compare(
                             value: decision.finding.value,
                             ok: decision.status == FormStatus::Pass,
                             u: decision.finding.u,
+                            u_covers: decision.finding.u.map(|_| {
+                                errors::covers(model, limit.definition, assessed.places[0])
+                            }),
                             guard_band: decision.band.filter(|_| guarded),
                             rule: guarded.then(|| guard.to_string()),
                             hidden: decision.finding.hidden,

@@ -39,6 +39,9 @@ pub struct FitDetails {
     /// figures, whose u is by the residuals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_model: Option<String>,
+    /// What `expanded_95` of the parameters covers, in words; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expanded_covers: Option<String>,
     /// How the deviations are correlated, where u of the parameters counts it or tells less of the shape for not doing so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correlation: Option<CorrelationFigures>,
@@ -52,13 +55,23 @@ impl FitDetails {
     /// The same with the effects of the machine of the nominal file beside them.
     pub const BY_DEVIATIONS_AND_MACHINE: &str =
         "deviations, correlated as they are, and effects of the machine";
+    /// What an expanded uncertainty by these covers.
+    pub(crate) const COVERS_MAKE: &str = "parts of this make: form error like that of this one drawn anew; not waves longer than \
+                                          the part, which look as a change of its parameters";
+
+    /// What an expanded uncertainty by a model of [`crate::report::UncertaintyFigures`] covers. `places`: whether the places
+    /// that were taken are in it.
+    pub(crate) fn covers_part(model: &str, places: bool) -> String {
+        let errors = super::UncertaintyFigures::covers_area(model, places);
+        format!("the best fit to this very part: {errors}; what form error does to it is u_by_form")
+    }
 }
 
 /// The correlation of the deviations, and what it does to u of the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationFigures {
-    /// Whether u of the parameters counts it. Where not, these figures are from a glance at few patches, and the parameters of
-    /// the shape have `u_by_form`.
+    /// Whether u of the parameters counts it. Where not, these figures are from a glance at few patches, and the parameters
+    /// have `u_by_form`.
     pub counted: bool,
     /// The most likely correlation, by its name in the nominal file: `gaussian`, `matern` or `exponential`.
     pub kernel: String,
@@ -79,7 +92,7 @@ pub struct CorrelationFigures {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub independent_p: Option<f64>,
     /// How many times u by the deviations is that of independent ones, of the parameter where it is the most; where it is not
-    /// counted, how many times that told, of those of the shape.
+    /// counted, how many times that told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_ratio: Option<f64>,
     /// Which parameter.

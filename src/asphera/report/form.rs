@@ -45,7 +45,8 @@ pub struct SimulatedFigures {
     /// What errors they have: [`UncertaintyFigures::BUDGET`](super::UncertaintyFigures::BUDGET) or
     /// [`UncertaintyFigures::NOISE_ONLY`](super::UncertaintyFigures::NOISE_ONLY).
     pub model: String,
-    /// Lower end of the interval that holds the figure of the part without errors, in the unit of the figure.
+    /// Lower end of the interval that holds the figure of the part without these errors, at the places measured, in the unit of
+    /// the figure.
     pub low: f64,
     /// Its upper end. Of an average the share of the noise is taken off, so that the interval may lie below the value. Of a
     /// range or an extreme it is above: a defect of a single point may hide in the noise.
@@ -53,6 +54,9 @@ pub struct SimulatedFigures {
     /// Its probability, 0 to 1. An interval of a range or an extreme holds the truth at least so often, where noise makes
     /// all of it, too.
     pub p: f64,
+    /// What interval and u cover, in words.
+    #[serde(default)]
+    pub covers: String,
     /// What noise adds to the value, as far as the draws tell; of a range or an extreme, the most it may add with a
     /// probability of one half.
     pub bias: f64,

@@ -45,6 +45,9 @@ pub struct Check {
     /// Standard uncertainty (k = 1) of the value; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u: Option<f64>,
+    /// What `u` covers, in words; absent without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_covers: Option<String>,
     /// Width of the guard band on either side of the limit; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard_band: Option<f64>,
@@ -66,10 +69,11 @@ impl Check {
         words_of(&self.name)
     }
 
-    /// Whether the limit is certainly broken: by more than the guard band, where there is one. What neither
-    /// holds nor is broken is not proven.
+    /// Whether the limit is certainly broken: by more than the guard band, where there is one, and what noise and places
+    /// have added. What neither holds nor is broken is not proven.
     pub fn is_broken(&self) -> bool {
-        !self.ok && self.value > self.limit + self.guard_band.unwrap_or(0.0)
+        let beyond = self.value > self.limit + self.guard_band.unwrap_or(0.0);
+        !self.ok && self.doubt.is_none() && beyond
     }
 }
 
@@ -106,6 +110,7 @@ mod tests {
             value,
             ok,
             u: None,
+            u_covers: None,
             guard_band,
             rule: None,
             hidden: None,

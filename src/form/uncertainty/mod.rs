@@ -5,9 +5,10 @@
 //! U_b = G·U_d·Gᵀ, which holds for whatever covariance U_d of the points, where [`Fit::covariance`] takes the
 //! residuals for noise; without a budget, [`type_a`] takes U_d from the deviations, correlated as they are, and
 //! [`glance`] the same roughly at little cost. The measurand of a parameter or of the RMS is what the fit would give at
-//! the same places without these errors, and so it is of a minimum zone and of the texture; what lies between the
-//! points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed forms
-//! for PV and RMS. PV, minimum zone, Sp, Sv and Sz are made of extremes, which noise drives apart: their intervals reach from what the
+//! the same places without these errors, and so it is of a minimum zone and of the texture. [`places()`] says what these places
+//! do: [`Uncertainty::over`] makes the RMS and the parameters those of the area, where points count by what they stand for; what
+//! lies between the points is another matter: see [`unmeasured`]. Where nothing but the noise is known, [`NoiseOnly`] has closed
+//! forms for PV and RMS. PV, minimum zone, Sp, Sv and Sz are made of extremes, which noise drives apart: their intervals reach from what the
 //! form has for sure up to what a defect of a single point may hide in noise, so that they hold the truth whatever the form is;
 //! u of them is that of single points. Where nothing but noise is there, they begin at 0.
 //!
@@ -28,10 +29,12 @@ mod means;
 mod modes;
 mod noise_only;
 mod philox;
+mod places;
 mod remainder;
 mod rms;
 mod scatter;
 mod simulate;
+mod strata;
 mod type_a;
 mod unmeasured;
 mod windows;
@@ -51,6 +54,7 @@ pub(crate) use distribution::student_quantile;
 pub use means::Average;
 pub use noise_only::NoiseOnly;
 pub(crate) use philox::Numbers;
+pub use places::{Places, places};
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
@@ -72,6 +76,8 @@ pub struct Uncertainty {
     /// Share of the variance of each long-wave error, on the average over the points, whose correlation over
     /// short distances was neglected.
     pub neglected: Vec<f64>,
+    /// Share of the area that each point used stands for, where that counts: see [`Uncertainty::over`].
+    shares: Option<Vec<f64>>,
     budget: Budget,
     linear: Linear,
     modes: Modes,
@@ -101,8 +107,8 @@ pub struct ParameterUncertainty {
     /// Effective degrees of freedom (Welch and Satterthwaite: JCGM 100:2008, G.4).
     pub dof: f64,
     /// Standard uncertainty by each source, in the same unit: the noise first, then the long-wave errors, then
-    /// the effects, in the order of the budget, and where a robust loss holds points for outliers, these. Their
-    /// squares add up to u².
+    /// the effects, in the order of the budget, where a robust loss holds points for outliers, these, and the places where
+    /// they count. Their squares add up to u².
     pub sources: Vec<(String, f64)>,
 }
 
@@ -120,6 +126,16 @@ pub struct Expanded {
 }
 
 impl ParameterUncertainty {
+    /// Adds a source whose variance is certain.
+    fn add(&mut self, source: &str, variance: f64) {
+        let before = self.u * self.u;
+        self.u = (before + variance).sqrt();
+        if before > 0.0 {
+            self.dof *= (1.0 + variance / before).powi(2);
+        }
+        self.sources.push((source.to_owned(), variance.sqrt()));
+    }
+
     /// The half width of the interval about the value that holds the truth with probability `p`, above 0 and
     /// below 1.
     pub fn expanded(&self, p: f64) -> Expanded {
@@ -183,6 +199,7 @@ pub fn uncertainty(
         covariance: Covariance::new(p, total.as_slice(), 1.0),
         correlated: Covariance::new(p, by_modes.as_slice(), 1.0),
         neglected: modes.neglected(),
+        shares: None,
         noise,
         rms,
         budget: budget.clone(),
@@ -193,6 +210,40 @@ pub fn uncertainty(
 }
 
 impl Uncertainty {
+    /// The same of the area the points were taken of: the RMS is that over the area about its own best fit, and parameters
+    /// count how far they are from that, and how places scatter. `places` must be of the same points and fit.
+    pub fn over(mut self, places: &Places) -> Uncertainty {
+        let shares: Vec<f64> = self.linear.indices.iter().map(|&at| places.shares[at]).collect();
+        let noise_mm2 = self.noise.sigma_mm * self.noise.sigma_mm;
+        self.rms = self.rms.over(places, &shares, &self.noise_mm2);
+        if places.moved.len() == self.parameters.len() {
+            let p = self.parameters.len();
+            let moved = &places.moved;
+            let entries = (0..p * p).map(|at| {
+                let (i, j) = (at % p, at / p);
+                let by_noise = self.covariance.entry(i, j).unwrap_or(0.0);
+                by_noise
+                    + if i == j {
+                        moved[i].variance(noise_mm2)
+                    } else {
+                        moved[i].shift * moved[j].shift
+                    }
+            });
+            let entries: Vec<f64> = entries.collect();
+            self.covariance = Covariance::new(p, &entries, 1.0);
+            for (of, moved) in self.parameters.iter_mut().zip(moved) {
+                of.add("places", moved.variance(noise_mm2));
+            }
+        }
+        self.shares = Some(shares);
+        self
+    }
+
+    /// Share of the area of each point used, if it is known.
+    pub(crate) fn shares(&self) -> Option<&[f64]> {
+        self.shares.as_deref()
+    }
+
     /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth
     /// whether the form stands out of the noise or not.
     pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {

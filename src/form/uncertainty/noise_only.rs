@@ -6,9 +6,11 @@
 //! (the Gaussian Poincaré inequality: Boucheron, Lugosi & Massart, Concentration Inequalities, theorem 3.20), and
 //! noise lifts either end by no more than σ·√(2·ln n) on the average (the same, theorem 2.5).
 //!
-//! What is correlated, and what the machine does, is not in it: for that there is [`super::uncertainty`].
+//! What the places do, [`super::places()`] says. What is correlated, and what the machine does, is not in it: for that there
+//! is [`super::uncertainty`].
 
 use super::distribution::student_quantile;
+use super::places::Places;
 
 /// What noise alone does to PV and RMS.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +51,28 @@ impl NoiseOnly {
             mean_square_nm2,
             spread_nm2,
         };
-        let [low, high] = found.within(1.0);
-        Some(NoiseOnly { u_rms_nm: 0.5 * (high - low), ..found })
+        Some(found.told())
+    }
+
+    /// The same with the RMS over the area about its own best fit, and what the places do to it.
+    pub fn over(self, places: &Places) -> NoiseOnly {
+        let noise_nm2 = self.noise_nm * self.noise_nm;
+        let mean_square_nm2 = (places.mean_square_nm2(self.noise_nm) - noise_nm2).max(0.0);
+        let by_noise = (4.0 * noise_nm2 * mean_square_nm2 + 2.0 * noise_nm2 * noise_nm2)
+            * places.crowding
+            / places.count as f64;
+        NoiseOnly {
+            form_nm: mean_square_nm2.sqrt(),
+            mean_square_nm2,
+            spread_nm2: (by_noise + places.variance_nm4(self.noise_nm)).sqrt(),
+            ..self
+        }
+        .told()
+    }
+
+    fn told(self) -> NoiseOnly {
+        let [low, high] = self.within(1.0);
+        NoiseOnly { u_rms_nm: 0.5 * (high - low), ..self }
     }
 
     /// An interval in nm that holds the RMS of the form with probability `confidence`, above 0 and below 1, the

@@ -16,6 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use super::distribution::{bisect, chi_square_cdf};
 use super::linear::{Linear, dot};
 use super::modes::Modes;
+use super::places::Places;
 use crate::deviation::NM_PER_MM;
 
 /// The RMS about the nominal with the part of the noise in it.
@@ -118,16 +119,53 @@ impl RmsUncertainty {
             directions,
         };
         let nm = |square: f64| (square.max(0.0) / spread.points).sqrt() * NM_PER_MM;
-        let mut found = RmsUncertainty {
+        RmsUncertainty {
             measured_nm: nm(square),
             noise_nm: nm(trace),
-            form_nm: nm(square - trace),
+            form_nm: 0.0,
             u_nm: 0.0,
             spread,
-        };
-        let [low, high] = found.interval_nm(ONE_SIGMA);
-        found.u_nm = 0.5 * (high - low);
-        found
+        }
+        .told()
+    }
+
+    /// The form and its uncertainty, by the spread.
+    fn told(mut self) -> RmsUncertainty {
+        let Spread { points, square, noise, .. } = self.spread;
+        self.form_nm = ((square - noise).max(0.0) / points).sqrt() * NM_PER_MM;
+        let [low, high] = self.interval_nm(ONE_SIGMA);
+        self.u_nm = 0.5 * (high - low);
+        self
+    }
+
+    /// The same with the form over the area, of points that stand for `shares` of it. Where shares differ, the noise counts
+    /// by them, and correlated errors as they do of points that count alike.
+    pub(super) fn over(
+        mut self,
+        places: &Places,
+        shares: &[f64],
+        noise_mm2: &[f64],
+    ) -> RmsUncertainty {
+        let spread = &mut self.spread;
+        let points = spread.points;
+        let mean_mm2 = noise_mm2.iter().sum::<f64>() / points;
+        let own = spread.directions.last().map_or(0.0, |direction| direction.variance);
+        if mean_mm2 > 0.0 {
+            let by_share = noise_mm2.iter().zip(shares).map(|(variance, share)| variance * share);
+            // What the fit takes of the noise it takes of either mean.
+            spread.noise += points * own * (by_share.sum::<f64>() / mean_mm2 - 1.0);
+        }
+        let noise_nm = mean_mm2.sqrt() * NM_PER_MM;
+        let square = points * places.mean_square_nm2(noise_nm) / (NM_PER_MM * NM_PER_MM);
+        spread.variance = spread.variance * places.crowding
+            + points * points * places.variance_nm4(noise_nm) / NM_PER_MM.powi(4);
+        if let Some(all) = spread.directions.last_mut() {
+            all.square = (all.square + square - spread.square).max(0.0);
+            all.variance *= places.crowding;
+            spread.largest = spread.largest.max(all.variance);
+        }
+        spread.square = square;
+        self.told()
     }
 }
 
@@ -175,7 +213,7 @@ impl Spread {
     fn below(&self, size: f64, along: f64) -> f64 {
         let (mean, variance) = (size + self.noise, 4.0 * along + self.variance);
         let scale = 0.5 * variance / mean;
-        if scale > 0.0 {
+        if scale > 0.0 && scale.is_finite() {
             chi_square_cdf(self.square / scale, mean / scale)
         } else {
             f64::from(mean <= self.square)

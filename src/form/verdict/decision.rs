@@ -92,8 +92,9 @@ pub struct Finding {
     pub u: Option<f64>,
     /// Degrees of freedom of `u`, infinite if it is certain.
     pub dof: f64,
-    /// What noise has added to the value. It is taken off before a limit is called broken, but not before it is called
-    /// kept, for it is an estimate and the limit is for the figure as defined.
+    /// What noise, and the places of the points, have added to the value. It is taken off before a limit is called broken, but
+    /// not before it is called kept, for it is an estimate and the limit is for the figure as defined. Where it is below 0,
+    /// for places that make the value too small, it is added before a limit is called kept.
     pub bias: f64,
     /// The most that what is not measured can add; `None` if that is not known. A limit can then be broken, but not
     /// kept.
@@ -145,7 +146,7 @@ impl fmt::Display for Doubt {
 }
 
 /// Holds a figure against the largest value allowed. With g = k·u it passes if value + hidden + g ≤ limit, and fails if
-/// value − bias − g > limit.
+/// value − bias − g > limit; a bias below 0 counts in the first in place of the second.
 pub fn decide(finding: &Finding, limit: f64, guard: Guard) -> Result<Decision, GuardError> {
     guard.validate()?;
     let k = guard.factor(finding.dof);
@@ -157,7 +158,8 @@ pub fn decide(finding: &Finding, limit: f64, guard: Guard) -> Result<Decision, G
 fn outcome(finding: &Finding, limit: f64, band: Option<f64>) -> (Status, Option<Doubt>) {
     let undecided = |doubt| (Status::Undecided, Some(doubt));
     let Some(band) = band else { return undecided(Doubt::NoUncertainty) };
-    let (low, high) = (finding.value - finding.bias.max(0.0) - band, finding.value + band);
+    let low = finding.value - finding.bias.max(0.0) - band;
+    let high = finding.value - finding.bias.min(0.0) + band;
     if limit.is_nan() || low.is_nan() || high.is_nan() {
         return undecided(Doubt::NotANumber);
     }

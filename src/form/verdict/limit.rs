@@ -239,7 +239,8 @@ impl Limit {
 /// points at most, those of ranges of what least squares leave (B, and the PV over a zone or without terms) cost the same for
 /// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
 /// long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
-/// [`Finding::hidden`]. Points weigh the same.
+/// [`Finding::hidden`]. Points weigh the same; where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much
+/// a figure changes if they weigh by their areas counts in its uncertainty.
 pub fn judge(
     limits: &[Limit],
     uncertainty: &Uncertainty,
@@ -301,9 +302,15 @@ fn finding(
         Some(Err(unknown)) => Err(unknown),
         None => of_any(limit, uncertainty, approximation, draws, &sample)?,
     };
+    let over_area = uncertainty.shares().and_then(|shares| {
+        let sample = Sample::new(places_mm, deviations_mm, Some(shares), &limit.zone).ok()?;
+        limit.figure(&sample, approximation).ok()
+    });
     Ok(found.map(|(value, simulated)| {
         let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
-        Finding { value, u, dof, bias, hidden: None }
+        // How far the figure is from that of the area is known, but not taken off.
+        let moved = over_area.map_or(0.0, |figure| figure.value - value);
+        Finding { value, u: u.map(|u| u.hypot(moved)), dof, bias, hidden: None }
     }))
 }
 

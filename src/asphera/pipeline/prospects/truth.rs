@@ -11,16 +11,16 @@ use crate::pipeline::Pipeline;
 use crate::report::ProspectState;
 
 /// Numbers of a fixed seed, even in [0, 1).
-pub(super) struct Random(pub(super) u64);
+pub(in crate::pipeline) struct Random(pub(in crate::pipeline) u64);
 
 impl Random {
-    pub(super) fn next(&mut self) -> f64 {
+    pub(in crate::pipeline) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    pub(super) fn normal(&mut self) -> f64 {
+    pub(in crate::pipeline) fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.next()).ln()).sqrt() * (TAU * self.next()).cos()
     }
 }

@@ -70,6 +70,7 @@ pub(in crate::pipeline) fn hold(
             value,
             ok: decision.status == FormStatus::Pass,
             u,
+            u_covers: figure.simulated.as_ref().map(|simulated| simulated.covers.clone()),
             guard_band: decision.band.filter(|_| judging.guard.is_some()),
             rule: judging.guard.map(|guard| guard.to_string()),
             hidden: hidden.filter(|hidden| *hidden > 0.0),

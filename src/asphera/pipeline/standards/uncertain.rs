@@ -7,7 +7,7 @@ use crate::config::Part;
 use crate::error_chain;
 use crate::pipeline::errors;
 use crate::pipeline::uncertainties::{Assessed, COVERAGE};
-use crate::report::{FormFigure, FormFigures, SimulatedFigures};
+use crate::report::{FormFigure, FormFigures, SimulatedFigures, UncertaintyFigures};
 
 /// Writes them beside those of the figures that were found, or why they are not known.
 pub(in crate::pipeline) fn tell(
@@ -61,6 +61,7 @@ pub(in crate::pipeline) fn beside(
         low,
         high,
         p: COVERAGE,
+        covers: UncertaintyFigures::covers_places(errors::model(part)),
         bias: simulated.bias,
         draws: simulated.draws,
         seed: assessed.draws.seed,
