@@ -167,7 +167,8 @@ pub struct ParameterFigures {
     pub expanded_95: Option<f64>,
     /// Its standard uncertainty in the same unit if form error like that of this part counts, as of another part of the same
     /// make; roughly, for it is from a glance. Of the pose it is by how much form error moves the best fit from where the part
-    /// would lie without. Absent where `u` counts it, and where deviations are not plainly correlated.
+    /// would lie without; absent of a pose without `expanded_95` or a free shape. Absent where `u` counts it, and where
+    /// deviations are not plainly correlated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_by_form: Option<f64>,
 }

@@ -40,6 +40,9 @@ pub(super) fn tell(
             Err(error) => form.unknown.push(unknown(&error)),
         },
         CorrelationFrom::Budget if errors::has_correlated(part) => {}
+        // Of the pose alone nothing is claimed but where a budget gives it an interval.
+        CorrelationFrom::Budget
+            if assessed.is_none() && !fit.estimates.iter().any(|of| is_of_shape(of.parameter)) => {}
         CorrelationFrom::Budget => {
             match glance(points, deviations_mm, fit, &part.aperture, weights) {
                 Ok(Some(seen)) => compare(form, part, &seen),
@@ -260,15 +263,20 @@ mod tests {
         form.fit.details.cautions.iter().map(|caution| &caution.kind[..]).collect()
     }
 
-    /// What form does to the pose is told, but there is no design it could miss.
+    /// What form does to the pose is told where u has an interval of it, but there is no design it could miss.
     #[test]
     fn where_a_part_lies_needs_no_caution() {
         let plain = measured(20.0, "").form.unwrap();
-        assert_eq!(kinds(&plain), Vec::<&str>::new());
+        assert_eq!((kinds(&plain), &plain.fit.details.correlation), (Vec::new(), &None));
         assert_eq!(plain.fit.details.u_model.as_deref(), Some(FitDetails::BY_RESIDUALS));
-        for (name, of) in &plain.fit.parameters {
+        assert!(plain.fit.parameters.values().all(|figures| figures.u_by_form.is_none()));
+        let told = measured(20.0, "[uncertainty]\nnoise_nm = 10\n").form.unwrap();
+        assert_eq!(kinds(&told), Vec::<&str>::new());
+        for (name, of) in &told.fit.parameters {
             assert!(of.u_by_form.unwrap() > 1.5 * of.u.unwrap(), "{name} {of:?}");
         }
+        let covers = told.fit.details.expanded_covers.as_deref().unwrap();
+        assert!(covers.contains("places") && covers.contains("u_by_form"), "{covers}");
     }
 
     /// A radius is cautioned of where u alone would prove it wrong, and else what form does to it is told, and no more.
