@@ -2,6 +2,7 @@
 
 use crate::error::quoted;
 use crate::scan::{is_utf16, without_bom};
+use crate::xyz::TextOptions;
 use crate::{Format, Place, ReadError, Topography, grid_sag, metropro, sdf, x3p, xyz};
 
 /// Reads a file whose format is not known beforehand.
@@ -17,12 +18,30 @@ use crate::{Format, Place, ReadError, Topography, grid_sag, metropro, sdf, x3p, 
 /// [`ReadError::Unknown`] where neither content nor extension tell the format, otherwise what the
 /// reader of the format reports.
 pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
-    match format(name, bytes)? {
+    read_with(name, bytes, &TextOptions::default())
+}
+
+/// The same with columns and units of a text file.
+///
+/// # Errors
+///
+/// As [`read`]; options for a file that is no text.
+pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
+    let format = format(name, bytes)?;
+    if format != Format::Xyz && *options != TextOptions::default() {
+        return Err(ReadError::Unclear {
+            format,
+            place: Place::Byte(0),
+            found: "the file states its columns and units itself".into(),
+            cure: "leave out `--columns`, `--unit`, `--skip-lines` and `--pitch`".into(),
+        });
+    }
+    match format {
         Format::X3p => x3p::read(bytes),
         Format::MetroPro => metropro::read(bytes),
         Format::Sdf => sdf::read(bytes),
         Format::GridSag => grid_sag::read(bytes),
-        Format::Xyz => xyz::read(bytes),
+        Format::Xyz => xyz::read_with(bytes, options),
     }
 }
 

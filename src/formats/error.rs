@@ -110,6 +110,18 @@ pub enum ReadError {
         /// What is there.
         found: String,
     },
+    /// The content may mean several things; what to add decides.
+    #[error("{format} file, {place}: {found}: {cure}")]
+    Unclear {
+        /// Format of the file.
+        format: Format,
+        /// Where.
+        place: Place,
+        /// What cannot be told.
+        found: String,
+        /// What to do.
+        cure: String,
+    },
     /// The content was changed after its checksum was taken.
     #[error("{format} file, {place}: expected the MD5 checksum {expected}, found {found}")]
     Checksum {

@@ -2,7 +2,7 @@
 //!
 //! | format | source | read | written |
 //! |---|---|---|---|
-//! | [`xyz`] | columns of text, mm | yes | no |
+//! | [`xyz`] | columns of text, profiles, matrices of heights | yes | no |
 //! | [`x3p`] | ISO 25178-72:2017 and Amd 1:2020 (ISO 5436-2) | surface, point cloud | surface, point cloud |
 //! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
@@ -37,6 +37,6 @@ mod scan;
 mod test_data;
 mod topography;
 
-pub use detect::read;
+pub use detect::{read, read_with};
 pub use error::{Format, MAX_POINTS, Place, ReadError, WriteError};
 pub use topography::{Cloud, HeightMap, Source, Topography};

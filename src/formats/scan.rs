@@ -11,10 +11,12 @@ pub(crate) fn finite(text: &[u8]) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Whether a field says that nothing was measured: `NaN`, `BAD` or asterisks.
+/// Whether a field says that nothing was measured: `NaN` as any program writes it, `BAD`, `NA`, `null` or asterisks.
 pub(crate) fn says_missing(field: &[u8]) -> bool {
-    field.eq_ignore_ascii_case(b"nan")
-        || field.eq_ignore_ascii_case(b"bad")
+    let bare = field.strip_prefix(b"-").or(field.strip_prefix(b"+")).unwrap_or(field);
+    let words: [&[u8]; 9] =
+        [b"nan", b"bad", b"na", b"n/a", b"null", b"nan(ind)", b"1.#qnan", b"1.#ind", b"1.#snan"];
+    words.iter().any(|word| bare.eq_ignore_ascii_case(word))
         || (!field.is_empty() && field.iter().all(|&byte| byte == b'*'))
 }
 

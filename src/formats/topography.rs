@@ -1,6 +1,7 @@
 //! What a topography file holds: a height map or a cloud, and where it comes from.
 
 use crate::Format;
+use crate::xyz::Taken;
 
 /// Heights on a regular grid in the plane z = 0.
 ///
@@ -33,6 +34,9 @@ pub struct Cloud {
     /// The standard uncertainty of each z in mm, as the file has it: 0 and negative numbers too, NaN where it is no
     /// number. Empty where the file has none.
     pub uncertainties_mm: Vec<f64>,
+    /// The slope dz/dx at each point, where the file has slopes: then z is their integral by the trapezoidal rule. Empty
+    /// where it has heights.
+    pub slopes: Vec<f64>,
     /// How many points the file lists without a measured height. They are not in `points_mm`.
     pub missing: usize,
 }
@@ -49,6 +53,8 @@ pub struct Source {
     pub date: Option<String>,
     /// Free text.
     pub comment: Option<String>,
+    /// Which columns and units were read, of a text file.
+    pub taken: Option<Taken>,
 }
 
 /// What one file holds.
@@ -108,6 +114,14 @@ impl Topography {
         }
     }
 
+    /// The slopes dz/dx of [`Topography::points`] of a profile; empty where the file has heights.
+    pub fn slopes(&self) -> &[f64] {
+        match self {
+            Topography::Map(..) => &[],
+            Topography::Cloud(cloud, _) => &cloud.slopes,
+        }
+    }
+
     /// Where it comes from.
     pub fn source(&self) -> &Source {
         match self {
@@ -119,7 +133,7 @@ impl Topography {
 impl Source {
     /// A source of which nothing but the format is known.
     pub(crate) fn new(format: Format) -> Source {
-        Source { format, instrument: None, date: None, comment: None }
+        Source { format, instrument: None, date: None, comment: None, taken: None }
     }
 }
 

@@ -1,26 +1,40 @@
-//! `.xyz` files: a point a line, x y z in mm, as columns of text.
+//! `.xyz` files: a point a line, as columns of text.
 //!
 //! There is no standard for these files. What is read here:
 //!
-//! - A line holds at least three columns; further columns (intensity, quality) are passed over, but for one
-//!   named `u_z`: the standard uncertainty of z, in mm.
-//!   Columns are separated by white space, or by one comma, or by one semicolon, each with or
-//!   without white space around it. One line uses one kind of separator.
-//! - `#`, `%` and `//` start a comment that ends with the line. Empty lines are passed over. A
-//!   semicolon never starts a comment, because it separates columns.
-//! - One line of column names may stand before the first point: none of its first three columns
-//!   starts as a number does. A unit in it, `[…]` or `(…)`, must be mm.
-//! - A point whose z is `NaN`, `BAD`, asterisks or empty was not measured: it is counted in
-//!   [`Cloud::missing`]. x and y must be numbers. A number that stands for a missing height, such
-//!   as -9999, cannot be told from a height and is taken as one.
+//! - **Columns.** A line of names before the points says which columns hold x, y, z, and perhaps the standard uncertainty
+//!   `u_z` of z; others are passed over. A comment may name them, too. Two columns x and z are a profile at y = 0, as are
+//!   x and slope. Three columns without names are x, y, z. More of them without names, and names that do not tell x,
+//!   are refused, as is every line with another number of columns.
+//! - **Units.** A name holds its unit as `x_um`, `x [µm]`, `X (mm)` or `x/mm`; a line below the names or a comment such as
+//!   `# x y z in metres` may hold it. Without any, lengths are mm. Where some columns have a unit and others none, the file is
+//!   refused.
+//! - **Options.** [`TextOptions`] name columns and units where the file does not. Where it says otherwise it is refused.
+//! - **Separators.** White space, tabs, commas or semicolons, the same in every line of points. A decimal comma is read where
+//!   something else separates columns; all numbers of a file have the same decimal mark. Where commas may be either, the
+//!   file is refused. Only `1,5,2,5,3,5` cannot be told from six whole numbers.
+//! - **Comments.** `#` and `%` at the start of a line or after white space or a separator, and `//`. Empty lines are passed over.
+//! - **Missing heights.** A point whose z is `NaN`, `BAD`, asterisks or empty was not measured: it is counted in
+//!   [`Cloud::missing`]. x and y must be numbers, unless they are missing with z. A number that stands for a missing
+//!   height, such as -9999, cannot be told from a height.
+//! - **Slopes** dz/dx of a profile are integrated by the trapezoidal rule, from z = 0 at the first; [`Cloud::slopes`] keeps them.
 //! - Lines end with LF, CR LF or CR. A UTF-8 byte order mark is passed over; one of UTF-16 says that the text is UTF-16.
-//! - The decimal separator is a point. A comma that is or may be one is an error with a hint,
-//!   because guessing wrong would shift columns in silence. Only where commas without white space
-//!   separate columns and decimals alike, as in `1,5,2,5,3,5`, nothing tells them apart: that line
-//!   has six whole numbers.
+
+mod dialect;
+mod head;
+mod layout;
+mod matrix;
+mod unit;
+
+pub use layout::{By, Column, Taken, TakenColumn, TextOptions};
+pub use unit::Unit;
+
+use dialect::{Dialect, Field, fields};
+use head::Role;
+use layout::{Layout, Line};
 
 use crate::error::quoted;
-use crate::scan::{decoded, finite, is_utf16, lines, says_missing, without_bom};
+use crate::scan::{decoded, finite, is_utf16, lines, without_bom};
 use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 
 /// Reads columns of text as a cloud, in the order of the lines.
@@ -28,7 +42,7 @@ use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 /// # Errors
 ///
 /// The first line that does not follow the rules above, with its line and column; a file without
-/// any point; more than [`MAX_POINTS`] lines of points.
+/// any point; more than [`MAX_POINTS`] lines of points; columns or units that cannot be told.
 ///
 /// # Example
 ///
@@ -40,183 +54,239 @@ use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 /// # Ok::<(), asphera_formats::ReadError>(())
 /// ```
 pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
+    read_with(bytes, &TextOptions::default())
+}
+
+/// The same with columns and units that the user names. With a pitch it reads a matrix of heights.
+///
+/// # Errors
+///
+/// As [`read`]; where options and file contradict each other.
+pub fn read_with(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let decoded = is_utf16(bytes).then(|| decoded(bytes));
     let text = decoded.as_deref().map_or_else(|| without_bom(bytes), str::as_bytes);
-    let mut cloud = Cloud::default();
-    let mut header_allowed = true;
-    let mut columns = Vec::with_capacity(8);
-    let mut uncertainty = None;
-    for (line, content) in lines(text) {
-        let content = without_comment(content).trim_ascii();
-        if content.is_empty() {
-            continue;
-        }
-        let header_may_stand_here = std::mem::take(&mut header_allowed);
-        if header_may_stand_here && content.starts_with(b"Zygo") {
-            return Err(unsupported(line, "columns x, y, z in mm", "a Zygo ASCII data file"));
-        }
-        let separator = split(content, &mut columns);
-        if header_may_stand_here && is_header(&columns) {
-            check_units(line, &columns)?;
-            uncertainty = columns.iter().position(|name| is_uncertainty(name));
-            continue;
-        }
-        if let Some(found) = separator.doubt(content, &columns) {
-            return Err(malformed(line, 0, DECIMAL_HINT, found));
-        }
-        match point(line, &columns)? {
-            Some(point_mm) => {
-                cloud.points_mm.push(point_mm);
-                if let Some(column) = uncertainty {
-                    let u_mm = columns.get(column).copied().and_then(finite);
-                    cloud.uncertainties_mm.push(u_mm.unwrap_or(f64::NAN));
-                }
+    let mut before: Vec<Line> = Vec::new();
+    let mut lines = lines(text).skip(options.skip_lines);
+    for (number, line) in lines.by_ref() {
+        let (content, comment) = parted(line);
+        if !content.trim_ascii().is_empty() {
+            if before.is_empty() && content.starts_with(b"Zygo") {
+                let found = "a Zygo ASCII data file".into();
+                return Err(unsupported(number, "columns x, y, z", found));
             }
-            None => cloud.missing += 1,
+            if !is_text(content) {
+                return points(&before, (number, content), lines, options);
+            }
+            before.push(Line { number, text: words(content), is_comment: false });
+        } else if let Some(comment) = comment {
+            before.push(Line { number, text: words(comment), is_comment: true });
         }
+    }
+    Err(malformed(1, 0, "at least one line with x, y and z", "none".into()))
+}
+
+/// Reads all from the first line of points on.
+fn points<'a>(
+    before: &[Line],
+    (first, content): (usize, &'a [u8]),
+    after: impl Iterator<Item = (usize, &'a [u8])>,
+    options: &TextOptions,
+) -> Result<Topography, ReadError> {
+    let mut dialect = Dialect::of(content.trim_ascii())
+        .map_err(|found| malformed(first, 0, DECIMAL_HINT, found))?;
+    let mut columns = Vec::with_capacity(8);
+    fields(content, dialect.separator, &mut columns);
+    let after = after.map(|(line, content)| (line, parted(content).0));
+    let rows = std::iter::once((first, content)).chain(after);
+    let mut rows = rows.filter(|(_, content)| !content.trim_ascii().is_empty());
+    if let Some(pitch_mm) = options.pitch_mm {
+        return matrix::read(&mut rows, &mut dialect, pitch_mm, options);
+    }
+    // A separator at the end of a line makes no column.
+    let has_end = columns.len() > 3 && columns.last().is_some_and(|last| last.is_empty());
+    let width = columns.len() - usize::from(has_end);
+    let layout = Layout::of(before, first, width, options)?;
+    let is_plain = layout.named_by == By::Default && width == 3;
+    let mut taken = Rows { cloud: Cloud::default(), counts_lines: is_plain, sense: 0.0 };
+    for (line, content) in rows {
+        fields(content, dialect.separator, &mut columns);
+        let fits = columns.len() == width
+            || columns.len() == width + 1 && columns[width].is_empty()
+            || columns.len() > width && layout.may_be_longer;
+        if !fits {
+            let expected = format!("{width} columns as in line {first}");
+            return Err(malformed(line, 0, &expected, columns.len().to_string()));
+        }
+        taken.row(line, &columns, &layout, &mut dialect)?;
+    }
+    let Rows { mut cloud, counts_lines, .. } = taken;
+    if counts_lines && cloud.points_mm.len() > 2 && cloud.missing == 0 {
+        let found = "the first of three columns without names counts the lines, as an index does";
+        return Err(unclear(
+            first,
+            found,
+            "add `--columns` with the columns of x, y, z, or of a profile x, z",
+        ));
+    }
+    integrate(&mut cloud);
+    let taken = Some(layout.taken(dialect.has_decimal_commas()));
+    Ok(Topography::Cloud(cloud, Source { taken, ..Source::new(Format::Xyz) }))
+}
+
+/// The lines read so far.
+struct Rows {
+    cloud: Cloud,
+    /// Whether the first column is 0, 1, 2, … or 1, 2, 3, …
+    counts_lines: bool,
+    /// Of slopes: which way x goes, by the last step.
+    sense: f64,
+}
+
+impl Rows {
+    fn row(
+        &mut self,
+        line: usize,
+        columns: &[&[u8]],
+        layout: &Layout,
+        dialect: &mut Dialect,
+    ) -> Result<(), ReadError> {
+        let cloud = &mut self.cloud;
         let count = (cloud.points_mm.len() + cloud.missing) as u64;
-        if count > MAX_POINTS {
-            return Err(ReadError::TooLarge {
-                format: Format::Xyz,
-                place: Place::Line { line, column: 0 },
-                unit: "points",
-                limit: MAX_POINTS,
-                found: count,
-            });
+        if count >= MAX_POINTS {
+            return Err(too_large(line, count + 1));
         }
+        let (mut place, mut z, mut gaps) = ([Some(0.0); 2], None, 0);
+        for slot in &layout.slots {
+            let text = columns[slot.column];
+            let value = match dialect.number(text) {
+                Field::Number(value) => {
+                    let scaled = Some(slot.unit.scaled(value)).filter(|scaled| scaled.is_finite());
+                    Some(scaled.ok_or_else(|| unreadable(line, slot, text))?)
+                }
+                Field::Missing => None,
+                // The uncertainty of a height that nobody weighs by may be anything.
+                Field::Unreadable if slot.role == Role::Uncertainty => None,
+                Field::Unreadable => return Err(unreadable(line, slot, text)),
+            };
+            match slot.role {
+                Role::X => place[0] = value,
+                Role::Y => place[1] = value,
+                Role::Z | Role::Slope => z = value,
+                Role::Uncertainty => cloud.uncertainties_mm.push(value.unwrap_or(f64::NAN)),
+            }
+            gaps += usize::from(value.is_none() && slot.role != Role::Uncertainty);
+        }
+        let has_uncertainty = layout.slots.iter().any(|slot| slot.role == Role::Uncertainty);
+        let asked = layout.slots.len() - usize::from(has_uncertainty);
+        let ([Some(x), Some(y)], Some(z)) = (place, z) else {
+            // A place without a height is a gap, and so is a line without either.
+            if z.is_none() && (gaps == 1 || gaps == asked) {
+                if layout.has_slopes() {
+                    let expected = "a slope, for heights are not integrated over a gap";
+                    return Err(malformed(line, 0, expected, "none".into()));
+                }
+                cloud.missing += 1;
+                if has_uncertainty {
+                    cloud.uncertainties_mm.pop();
+                }
+                return Ok(());
+            }
+            let slot = layout.slots.iter().find(|slot| {
+                slot.role != Role::Uncertainty
+                    && matches!(dialect.number(columns[slot.column]), Field::Missing)
+            });
+            let slot = slot.unwrap_or(&layout.slots[0]);
+            return Err(unreadable(line, slot, columns[slot.column]));
+        };
+        let at = cloud.points_mm.len() as f64;
+        self.counts_lines &=
+            cloud.points_mm.first().map_or(x == 0.0 || x == 1.0, |first| x == first[0] + at);
+        if !layout.has_slopes() {
+            cloud.points_mm.push([x, y, z]);
+            return Ok(());
+        }
+        if let Some([last_mm, ..]) = cloud.points_mm.last() {
+            let step_mm = x - last_mm;
+            if step_mm == 0.0 || step_mm * self.sense < 0.0 {
+                let found = format!("x {x} after {last_mm}, mm");
+                return Err(malformed(line, 0, "slopes in order of x, to be integrated", found));
+            }
+            self.sense = step_mm;
+        }
+        cloud.slopes.push(z);
+        cloud.points_mm.push([x, y, 0.0]);
+        Ok(())
     }
-    if cloud.points_mm.is_empty() && cloud.missing == 0 {
-        return Err(malformed(1, 0, "at least one line with x, y and z", "none".into()));
+}
+
+/// Heights of slopes by the trapezoidal rule, in the order of the lines, from 0 at the first.
+fn integrate(Cloud { points_mm, slopes, .. }: &mut Cloud) {
+    for index in 1..slopes.len() {
+        let step_mm = points_mm[index][0] - points_mm[index - 1][0];
+        let rise_mm = 0.5 * (slopes[index - 1] + slopes[index]) * step_mm;
+        points_mm[index][2] = points_mm[index - 1][2] + rise_mm;
     }
-    Ok(Topography::Cloud(cloud, Source::new(Format::Xyz)))
+}
+
+/// A line before the first point that holds no numbers: it begins with a letter, a bracket or a quote about one.
+fn is_text(content: &[u8]) -> bool {
+    let bare = content.trim_ascii().trim_ascii_start();
+    let end = bare.iter().position(|byte| byte.is_ascii_whitespace() || b",;".contains(byte));
+    let word = &bare[..end.unwrap_or(bare.len())];
+    let word = word.strip_prefix(b"\"").unwrap_or(word);
+    let word = word.strip_suffix(b"\"").unwrap_or(word);
+    let starts = word.first().is_some_and(|&byte| {
+        byte.is_ascii_alphabetic() || byte >= 0x80 || matches!(byte, b'[' | b'(' | b'"')
+    });
+    // An index has no name in some heads.
+    let is_unnamed =
+        word.is_empty() && bare.iter().any(u8::is_ascii_alphabetic) && finite_fields(bare) == 0;
+    (starts || is_unnamed) && !crate::scan::says_missing(word)
+}
+
+fn finite_fields(content: &[u8]) -> usize {
+    content.split(|byte| b",;\t ".contains(byte)).filter(|field| finite(field).is_some()).count()
+}
+
+/// A line up to its comment, and the comment.
+fn parted(content: &[u8]) -> (&[u8], Option<&[u8]>) {
+    let is_mark = |at: usize| {
+        let before = at.checked_sub(1).map(|before| content[before]);
+        let begins = before.is_none_or(|byte| byte.is_ascii_whitespace() || b",;".contains(&byte));
+        match content[at] {
+            b'#' | b'%' => begins,
+            b'/' => content.get(at + 1) == Some(&b'/'),
+            _ => false,
+        }
+    };
+    match (0..content.len()).find(|&at| is_mark(at)) {
+        Some(at) => (&content[..at], Some(&content[at..])),
+        None => (content, None),
+    }
+}
+
+/// Text without the marks of a comment; what is not UTF-8 is Latin-1.
+fn words(content: &[u8]) -> String {
+    let content = content.trim_ascii();
+    let start = content.iter().position(|byte| !b"#%/".contains(byte)).unwrap_or(content.len());
+    decoded(&content[start..]).trim().to_owned()
 }
 
 const DECIMAL_HINT: &str =
     "one kind of separator and decimal points (write 1.5 where a decimal comma says 1,5)";
 
-/// How the columns of one line are separated.
-#[derive(Clone, Copy, Default)]
-struct Separators {
-    spaces: bool,
-    commas: bool,
-    semicolons: bool,
-    /// Some comma has white space beside it.
-    spaced_commas: bool,
-    /// Some comma stands between two letters or digits.
-    tight_commas: bool,
-}
-
-impl Separators {
-    /// What makes the commas of a line doubtful, as an error shows it.
-    fn doubt(self, content: &[u8], columns: &[&[u8]]) -> Option<String> {
-        let mixed =
-            usize::from(self.spaces) + usize::from(self.commas) + usize::from(self.semicolons) > 1;
-        // `1,5, 2,5, 3,5` would give six whole columns, unless points show what the decimals are.
-        let uneven = self.spaced_commas
-            && self.tight_commas
-            && !columns.iter().all(|column| column.contains(&b'.'));
-        (mixed || uneven).then(|| quoted(content))
-    }
-}
-
-/// Cuts a line into columns. Between two separators that are not white space stands an empty one.
-fn split<'a>(content: &'a [u8], columns: &mut Vec<&'a [u8]>) -> Separators {
-    columns.clear();
-    let mut separators = Separators::default();
-    let is_separator = |byte: u8| byte.is_ascii_whitespace() || byte == b',' || byte == b';';
-    let mut rest = content;
-    loop {
-        let end = rest.iter().position(|&byte| is_separator(byte)).unwrap_or(rest.len());
-        columns.push(&rest[..end]);
-        if end == rest.len() {
-            return separators;
-        }
-        let after = rest[end..].trim_ascii_start();
-        let space_before = rest.len() - end - after.len();
-        rest = match after.first() {
-            Some(mark @ (b',' | b';')) => {
-                let next = after[1..].trim_ascii_start();
-                let spaced = space_before > 0 || next.len() + 1 < after.len();
-                if *mark == b';' {
-                    separators.semicolons = true;
-                } else {
-                    separators.commas = true;
-                    separators.spaced_commas |= spaced;
-                    separators.tight_commas |= !spaced;
-                }
-                next
-            }
-            _ => {
-                separators.spaces = true;
-                after
-            }
-        };
-    }
-}
-
-fn without_comment(content: &[u8]) -> &[u8] {
-    let slashes = || content.windows(2).position(|pair| pair == b"//");
-    let mark = content.iter().position(|byte| matches!(byte, b'#' | b'%'));
-    let end = match content.contains(&b'/').then(slashes).flatten() {
-        Some(slashes) => mark.map_or(slashes, |mark| mark.min(slashes)),
-        None => mark.unwrap_or(content.len()),
+fn unreadable(line: usize, slot: &layout::Slot, text: &[u8]) -> ReadError {
+    let (name, unit) = (slot.role.name(), slot.unit);
+    let expected = match slot.role {
+        Role::Z => format!("{name} in {unit}, or NaN, BAD or *** where nothing was measured"),
+        _ => format!("{name} in {unit}"),
     };
-    &content[..end]
+    malformed(line, slot.column + 1, &expected, quoted(text))
 }
 
-/// Whether a line names columns: three or more, the first three starting with a letter or a
-/// bracket and none of them meaning a missing number.
-fn is_header(columns: &[&[u8]]) -> bool {
-    columns.len() >= 3
-        && columns[..3].iter().all(|name| {
-            let starts = name.first().is_some_and(|&byte| {
-                byte.is_ascii_alphabetic() || matches!(byte, b'[' | b'(' | b'"')
-            });
-            starts && !says_missing(name)
-        })
-}
-
-/// Whether a column is named `u_z`, with or without its unit.
-fn is_uncertainty(name: &[u8]) -> bool {
-    let end = name.iter().position(|byte| matches!(byte, b'[' | b'(')).unwrap_or(name.len());
-    name[..end].eq_ignore_ascii_case(b"u_z")
-}
-
-/// Refuses column names with another unit than mm.
-fn check_units(line: usize, columns: &[&[u8]]) -> Result<(), ReadError> {
-    for (index, name) in columns.iter().enumerate().take(6) {
-        let Some(open) = name.iter().position(|byte| matches!(byte, b'[' | b'(')) else {
-            continue;
-        };
-        let unit = &name[open + 1..];
-        let close = unit.iter().position(|byte| matches!(byte, b']' | b')')).unwrap_or(unit.len());
-        let unit = unit[..close].trim_ascii();
-        if !unit.is_empty() && unit != b"mm" {
-            return Err(ReadError::Unsupported {
-                format: Format::Xyz,
-                place: Place::Line { line, column: index + 1 },
-                expected: "the unit mm".into(),
-                found: format!("the unit {}", quoted(unit)),
-            });
-        }
-    }
-    Ok(())
-}
-
-/// The point of a line, or `None` where its height is missing.
-fn point(line: usize, columns: &[&[u8]]) -> Result<Option<[f64; 3]>, ReadError> {
-    let [x, y, z, ..] = columns else {
-        return Err(malformed(line, 0, "at least 3 columns", columns.len().to_string()));
-    };
-    let number = |column: usize, text: &[u8], expected: &str| {
-        finite(text).ok_or_else(|| malformed(line, column, expected, quoted(text)))
-    };
-    let x_mm = number(1, x, "x in mm")?;
-    let y_mm = number(2, y, "y in mm")?;
-    if z.is_empty() || says_missing(z) {
-        return Ok(None);
-    }
-    Ok(Some([x_mm, y_mm, number(3, z, "z in mm, or NaN, BAD or *** where nothing was measured")?]))
+fn too_large(line: usize, found: u64) -> ReadError {
+    let place = Place::Line { line, column: 0 };
+    ReadError::TooLarge { format: Format::Xyz, place, unit: "points", limit: MAX_POINTS, found }
 }
 
 fn malformed(line: usize, column: usize, expected: &str, found: String) -> ReadError {
@@ -228,12 +298,21 @@ fn malformed(line: usize, column: usize, expected: &str, found: String) -> ReadE
     }
 }
 
-fn unsupported(line: usize, expected: &str, found: &str) -> ReadError {
+fn unsupported(line: usize, expected: &str, found: String) -> ReadError {
     ReadError::Unsupported {
         format: Format::Xyz,
         place: Place::Line { line, column: 0 },
         expected: expected.into(),
+        found,
+    }
+}
+
+fn unclear(line: usize, found: impl Into<String>, cure: impl Into<String>) -> ReadError {
+    ReadError::Unclear {
+        format: Format::Xyz,
+        place: Place::Line { line, column: 0 },
         found: found.into(),
+        cure: cure.into(),
     }
 }
 

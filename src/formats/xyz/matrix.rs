@@ -1,0 +1,66 @@
+//! Matrices of heights: a row a line, of a pitch that the user states.
+
+use super::dialect::{Dialect, Field, fields};
+use super::layout::{By, Taken, TakenColumn, TextOptions};
+use super::{malformed, too_large, unclear};
+use crate::error::quoted;
+use crate::{Format, HeightMap, MAX_POINTS, ReadError, Source, Topography};
+
+/// Reads lines of heights as a map. The first line is the top row, as in an image; x begins at 0, and y at 0 in the last line.
+pub(super) fn read<'a>(
+    rows: &mut dyn Iterator<Item = (usize, &'a [u8])>,
+    dialect: &mut Dialect,
+    [dx_mm, dy_mm]: [f64; 2],
+    options: &TextOptions,
+) -> Result<Topography, ReadError> {
+    let mut heights_mm: Vec<f64> = Vec::new();
+    let (mut nx, mut ny, mut first) = (0, 0, 1);
+    let mut columns = Vec::new();
+    let unit = match &options.units[..] {
+        [unit] if !unit.is_slope() && options.columns.is_empty() => *unit,
+        _ => {
+            let found = "a matrix of heights has one unit of length, and no columns";
+            return Err(unclear(
+                1,
+                found,
+                "add `--unit` with that of the heights, and no `--columns`",
+            ));
+        }
+    };
+    for (line, content) in rows {
+        fields(content, dialect.separator, &mut columns);
+        if columns.last().is_some_and(|last| last.is_empty()) && (ny == 0 || columns.len() > nx) {
+            columns.pop();
+        }
+        if ny == 0 {
+            (nx, first) = (columns.len(), line);
+        }
+        if columns.len() != nx {
+            let expected = format!("{nx} heights as in line {first}");
+            return Err(malformed(line, 0, &expected, columns.len().to_string()));
+        }
+        if (heights_mm.len() + nx) as u64 > MAX_POINTS {
+            return Err(too_large(line, (heights_mm.len() + nx) as u64));
+        }
+        for (column, text) in columns.iter().enumerate() {
+            heights_mm.push(match dialect.number(text) {
+                Field::Number(value) => unit.scaled(value),
+                Field::Missing => f64::NAN,
+                Field::Unreadable => {
+                    let expected = format!("a height in {unit}, or NaN, BAD or ***");
+                    return Err(malformed(line, column + 1, &expected, quoted(text)));
+                }
+            });
+        }
+        ny += 1;
+    }
+    let z_mm = heights_mm.chunks(nx.max(1)).rev().flatten().copied().collect();
+    let map = HeightMap { nx, ny, dx_mm, dy_mm, x0_mm: 0.0, y0_mm: 0.0, z_mm };
+    let taken = Taken {
+        columns: vec![TakenColumn { name: "z", number: 1, unit }],
+        named_by: By::Options,
+        units_by: By::Options,
+        has_decimal_commas: dialect.has_decimal_commas(),
+    };
+    Ok(Topography::Map(map, Source { taken: Some(taken), ..Source::new(Format::Xyz) }))
+}

@@ -1,0 +1,223 @@
+//! Tests of heads: names, units, comments, options, and what cannot be told.
+
+use super::*;
+use crate::HeightMap;
+
+fn options(columns: &str, units: &[Unit]) -> TextOptions {
+    let columns = columns
+        .split(',')
+        .filter(|word| !word.is_empty())
+        .map(|word| word.parse().map_or_else(|_| Column::Name(word.to_owned()), Column::Number));
+    TextOptions { columns: columns.collect(), units: units.to_vec(), ..TextOptions::default() }
+}
+
+fn points_with(text: &str, options: &TextOptions) -> Vec<[f64; 3]> {
+    match read_with(text.as_bytes(), options) {
+        Ok(topography) => topography.points().collect(),
+        Err(error) => panic!("{text:?}: {error}"),
+    }
+}
+
+fn refused(text: &str, options: &TextOptions) -> String {
+    match read_with(text.as_bytes(), options) {
+        Ok(topography) => panic!("{text:?} was read as {topography:?}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Three points, all of whose coordinates are 1000 times those in mm.
+const MICROMETRES: &str = "1500 2250 0.1\n-3 0.5 1234.5\n7 8 9\n";
+
+fn in_mm() -> Vec<[f64; 3]> {
+    vec![[1.5, 2.25, 0.0001], [-0.003, 0.0005, 1.2345], [0.007, 0.008, 0.009]]
+}
+
+#[test]
+fn heads_say_units() {
+    for head in [
+        "x_um y_um z_um",
+        "x_um,y_um,z_um",
+        "X [µm];Y [μm];Z [um]",
+        "x(um)\ty(um)\tz(um)",
+        "x/um y/um z/um",
+        "\"x [um]\" \"y [um]\" \"z [um]\"",
+        "# x_um y_um z_um",
+        "# x y z in micrometres",
+        "% X, Y, Z [um]",
+        "// columns: x y z\n// units: um",
+        "# unit of length = micron",
+        "Serial 4711\nx y z\num um um",
+        "x y z\n[um] [um] [um]",
+        "# x, y in um, z in um",
+    ] {
+        let text = format!("{head}\n{MICROMETRES}");
+        assert_eq!(points_with(&text, &TextOptions::default()), in_mm(), "{head}");
+        let Ok(Topography::Cloud(_, source)) = read(text.as_bytes()) else { panic!("{head}") };
+        assert_eq!(source.taken.unwrap().units_by, By::Head, "{head}");
+    }
+    // The same in Latin-1, where µ is one byte that is no UTF-8.
+    let latin: Vec<u8> =
+        format!("x [\u{b5}m],y [\u{b5}m],z [\u{b5}m]\n{}", MICROMETRES.replace(' ', ","))
+            .chars()
+            .map(|letter| letter as u8)
+            .collect();
+    assert_eq!(read(&latin).unwrap().points().collect::<Vec<_>>(), in_mm());
+}
+
+#[test]
+fn every_unit_is_scaled_once() {
+    for (unit, value, mm) in [
+        ("nm", "1234567.5", 1.2345675),
+        ("um", "1234.5675", 1.2345675),
+        ("mm", "1.2345675", 1.2345675),
+        ("cm", "12.5", 125.0),
+        ("metres", "0.0125", 12.5),
+        ("in", "2", 50.8),
+    ] {
+        let text = format!("x[{unit}] y[{unit}] z[{unit}]\n0 0 {value}\n");
+        assert_eq!(points_with(&text, &TextOptions::default()), [[0.0, 0.0, mm]], "{unit}");
+    }
+    let text = "x[mm] y[mm] z[nm] u_z\n1 2 5 3\n";
+    let Ok(Topography::Cloud(cloud, _)) = read(text.as_bytes()) else { panic!("{text}") };
+    assert_eq!((cloud.points_mm, cloud.uncertainties_mm), (vec![[1.0, 2.0, 5e-6]], vec![3e-6]));
+}
+
+#[test]
+fn names_say_columns() {
+    let points = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
+    for text in [
+        "id,x,y,z\n0,1,2,3\n1,4,5,6\n",
+        "\"ClusterId\",\"X\",\"Y\",\"Z\"\n0,1,2,3\n1,4,5,6\n",
+        "region,x_mm,y_mm,z_mm\n1,1,2,3\n1,4,5,6\n",
+        "piece,s_mm,x_mm,y_mm,z_mm,deviation_nm\n0,9,1,2,3,8\n0,9,4,5,6,8\n",
+        "z y x\n3 2 1\n6 5 4\n",
+        "# z y x\n3 2 1\n6 5 4\n",
+        "# index x y z\n7 1 2 3\n8 4 5 6\n",
+        ",x,y,z\n0,1,2,3\n1,4,5,6\n",
+        "\"Elevation\",\"Points:0\",\"Points:1\",\"Points:2\"\n9,1,2,3\n9,4,5,6\n",
+        "1;2;3;\n4;5;6;\n",
+    ] {
+        assert_eq!(points_with(text, &TextOptions::default()), points, "{text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_told_is_refused_with_the_cure() {
+    for (text, what) in [
+        ("index, x_um, y_um\n0, 1, 2\n1, 2, 4\n", "index, x_um, y_um are neither"),
+        ("a b c\n1 2 3\n", "a, b, c are neither"),
+        ("lon lat alt\n1 2 3\n", "neither x, y, z"),
+        ("x y z x\n1 2 3 4\n", "two of the columns"),
+        ("x[um] y[um] z\n1 2 3\n", "the unit of z is not stated"),
+        ("x[mm] y[mm] z[furlong]\n1 2 3\n", "\"furlong\" of column 3"),
+        ("# lengths in metres\n1 2 3\n", "in m\", but not of what"),
+        ("# x y z in um\n# x y z in mm\n1 2 3\n", "comments say"),
+        ("0 1.5 2 3\n1 2.5 2 3\n", "4 columns without names"),
+        ("1 2 3 4 5 6 7 8\n1 2 3 4 5 6 7 8\n", "may be a matrix of heights"),
+        ("1 10 0.5\n2 20 0.25\n3 30 0.125\n", "counts the lines"),
+        ("1 2\n2 3\n", "two columns without names"),
+        ("\"x\" \"y\" \"z\"\n\"1\" 1 2 3\n", "do not fit the names"),
+        ("x slope\n1 2\n", "unit of the slopes"),
+        ("x y\n1 2\n", "neither"),
+    ] {
+        let found = refused(text, &TextOptions::default());
+        assert!(found.contains(what), "{text}: {found}");
+        assert!(found.contains("`--"), "no cure in: {found}");
+    }
+    for text in [
+        "x y z\n1 2 3\n1 2\n",
+        "x y z\n1 2 3\n1 2 3 4\n",
+        "x,y,z\n1,2,3\n1,2,3,4\n",
+        "1 2 3\n1\t2\n",
+        "1;2.5;3\n1;2,5;3\n",
+        "0 1e 3\n",
+        "1 2 3\n4 5 6 7\n",
+    ] {
+        refused(text, &TextOptions::default());
+    }
+}
+
+#[test]
+fn options_name_columns_and_units() {
+    let um = &[Unit::Um][..];
+    assert_eq!(points_with(MICROMETRES, &options("", um)), in_mm());
+    let indexed: String = (0..3)
+        .zip(MICROMETRES.lines())
+        .map(|(index, line)| format!("{index} {line} 99\n"))
+        .collect();
+    assert_eq!(points_with(&indexed, &options("2,3,4", um)), in_mm());
+    let named = format!("n left up out q\n{indexed}");
+    assert_eq!(points_with(&named, &options("left,up,out", um)), in_mm());
+    let each = [Unit::Mm, Unit::Mm, Unit::Nm];
+    assert_eq!(points_with("1 2 500\n", &options("", &each)), [[1.0, 2.0, 0.0005]]);
+    // A unit that the file states need not be repeated, and must not be denied.
+    assert_eq!(points_with("x_um y_um z_um\n1 2 3\n", &options("", um)), [[0.001, 0.002, 0.003]]);
+    assert!(refused("x_um y_um z_um\n1 2 3\n", &options("", &[Unit::Mm])).contains("is in um"));
+    assert_eq!(points_with("x y z[furlong]\n1 2 3\n", &options("", um))[0][2], 0.003);
+    assert!(refused("1 2 3\n", &options("1,2,5", um)).contains("no column 5"));
+    assert!(refused("x y z\n1 2 3\n", &options("x,y,w", um)).contains("called w"));
+    assert!(refused("1 2 3\n", &options("", &[Unit::Mm, Unit::Um])).contains("2 units for 3"));
+    let skipping = TextOptions { skip_lines: 2, ..options("", um) };
+    assert_eq!(points_with(&format!("5x5\n3 4\n{MICROMETRES}"), &skipping), in_mm());
+    // The first of three plain columns may count the lines if the user says so.
+    let counted = "1 10 0.5\n2 20 0.25\n3 30 0.125\n";
+    assert_eq!(points_with(counted, &options("1,2,3", &[Unit::Mm])).len(), 3);
+}
+
+#[test]
+fn profiles_have_two_columns() {
+    let expected = [[0.0, 0.0, 0.001], [0.5, 0.0, 0.0025]];
+    for text in ["x[mm] z[um]\n0 1\n0.5 2.5\n", "x_mm,height_um,q\n0,1,7\n0.5,2.5,7\n"] {
+        assert_eq!(points_with(text, &TextOptions::default()), expected, "{text}");
+    }
+    assert_eq!(points_with("0 1\n0.5 2.5\n", &options("", &[Unit::Mm, Unit::Um])), expected);
+    // Slopes by the trapezoidal rule.
+    let slopes = "x[mm] slope[urad]\n0 10\n1 30\n3 -10\n";
+    let Ok(Topography::Cloud(cloud, _)) = read(slopes.as_bytes()) else { panic!("{slopes}") };
+    assert_eq!(cloud.slopes, [1e-5, 3e-5, -1e-5]);
+    let heights = [0.0, 0.5 * (1e-5 + 3e-5), 0.5 * (1e-5 + 3e-5) + 0.5 * (3e-5 - 1e-5) * 2.0];
+    assert_eq!(cloud.points_mm.iter().map(|point| point[2]).collect::<Vec<_>>(), heights);
+    let asked = options("", &[Unit::Mm, Unit::Urad]);
+    assert_eq!(points_with("0 10\n1 30\n3 -10\n", &asked), cloud.points_mm);
+    for text in ["x[mm] slope[urad]\n0 1\n1 NaN\n2 1\n", "x[mm] slope[urad]\n0 1\n2 1\n1 1\n"] {
+        refused(text, &TextOptions::default());
+    }
+}
+
+#[test]
+fn matrices_of_heights_are_read_with_their_pitch() {
+    let matrix = TextOptions { pitch_mm: Some([0.5, 2.0]), ..options("", &[Unit::Um]) };
+    let text = "# heights\n1 2 3\n4 NaN 6\n";
+    let Ok(Topography::Map(map, _)) = read_with(text.as_bytes(), &matrix) else { panic!("no map") };
+    let HeightMap { nx, ny, dx_mm, dy_mm, z_mm, .. } = map;
+    assert_eq!((nx, ny, dx_mm, dy_mm), (3, 2, 0.5, 2.0));
+    // The first line is the top.
+    assert_eq!((z_mm[0], z_mm[2], z_mm[3], z_mm[5]), (0.004, 0.006, 0.001, 0.003));
+    assert!(z_mm[1].is_nan());
+    assert!(refused("1 2 3\n4 5\n", &matrix).contains("3 heights as in line 1"));
+    let unitless = TextOptions { units: Vec::new(), ..matrix };
+    assert!(refused(text, &unitless).contains("add `--unit`"));
+}
+
+#[test]
+fn markers_of_programs_are_gaps_and_never_numbers() {
+    for marker in ["1.#QNAN", "-1.#IND", "-nan", "NaN", "NA", "null", "nan(ind)"] {
+        let cloud = cloud(&format!("0 0 {marker}\n1 0 2\n"));
+        assert_eq!((cloud.points_mm, cloud.missing), (vec![[1.0, 0.0, 2.0]], 1), "{marker}");
+    }
+    assert_eq!(cloud("0 0 1\nNaN NaN NaN\n").missing, 1);
+    assert_eq!(cloud("0\t0\t1\n1\t0\t\n").missing, 1);
+}
+
+proptest! {
+    #[test]
+    fn decimal_commas_come_back_bit_for_bit(
+        points in prop::collection::vec(prop::array::uniform3(-1e6..1e6_f64), 1..30),
+        separator in prop::sample::select(vec![" ", "\t", ";", " ; "]),
+    ) {
+        let text: String = points.iter().map(|[x, y, z]| {
+            format!("{x}{separator}{y}{separator}{z}\n").replace('.', ",")
+        }).collect();
+        prop_assert_eq!(cloud(&text).points_mm, points);
+    }
+}
