@@ -8,7 +8,9 @@ mod fit;
 mod fit_details;
 mod form;
 mod mesh;
+mod profile;
 mod prospect;
+mod reading;
 mod sampling;
 mod standards;
 mod unmeasured;
@@ -31,7 +33,9 @@ pub use form::{
 pub use mesh::{
     MeshFigures, PlaneFigures, ProjectionFigures, RegionFigures, ReliefFigures, RepeatFigures,
 };
+pub use profile::ProfileFigures;
 pub use prospect::{Outlook, ProspectFigures, ProspectState};
+pub use reading::{ColumnFigures, ReadingFigures};
 pub use sampling::{CurrentFigures, NextFigures, PolygonFigures, SamplingFigures};
 pub use standards::{
     ContactFigures, IndicationFigures, MinimumZoneFigures, PsdFigures, QFigures, StandardFigures,
@@ -49,6 +53,9 @@ pub const FORMAT: &str = "asphera.report/1";
 pub struct Report {
     /// [`FORMAT`].
     pub format: String,
+    /// Columns and units of a text file; absent for other files and sessions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<ReadingFigures>,
     /// What became of the points.
     pub points: Points,
     /// The mesh of the points used.
@@ -60,6 +67,9 @@ pub struct Report {
     pub features: FeatureFigures,
     /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
     pub form: Option<FormFigures>,
+    /// Of points on a straight line: what is formed along it instead of by area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileFigures>,
     /// Pass, fail or undecided.
     pub verdict: Verdict,
     /// What each link and device delivered and lost. Empty for points read from a file.

@@ -41,6 +41,7 @@ pub use deviation::{Figures, deviations};
 pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Loss, METHOD,
     Residuals, Robust, Termination, Undetermined, Units, along_normal_mm, fit, fit_weighted,
+    suspected_units,
 };
 pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};
 pub use minimum_zone::{

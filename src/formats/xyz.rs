@@ -24,6 +24,7 @@ mod dialect;
 mod head;
 mod layout;
 mod matrix;
+mod stated_units;
 mod unit;
 
 pub use layout::{By, Column, Taken, TakenColumn, TextOptions};
@@ -77,9 +78,9 @@ pub fn read_with(bytes: &[u8], options: &TextOptions) -> Result<Topography, Read
             if !is_text(content) {
                 return points(&before, (number, content), lines, options);
             }
-            before.push(Line { number, text: words(content), is_comment: false });
+            before.push(Line { text: words(content), is_comment: false });
         } else if let Some(comment) = comment {
-            before.push(Line { number, text: words(comment), is_comment: true });
+            before.push(Line { text: words(comment), is_comment: true });
         }
     }
     Err(malformed(1, 0, "at least one line with x, y and z", "none".into()))

@@ -148,3 +148,84 @@ fn the_nominals_of_the_examples_can_be_measured_against() {
         "{report:#}"
     );
 }
+
+/// A cap of a sphere of 50 mm, or a plane, in µm.
+fn in_micrometres(curved: bool) -> String {
+    let places = (-20..=20).flat_map(|i| (-20..=20).map(move |j| (f64::from(i), f64::from(j))));
+    let lines = places.map(|(i, j)| {
+        let (x, y) = (0.5 * i, 0.5 * j);
+        let z = if curved { 50.0 - (2500.0 - x * x - y * y).sqrt() } else { 1e-5 * (i - j).sin() };
+        format!("{} {} {}\n", 1e3 * x, 1e3 * y, 1e3 * z)
+    });
+    lines.collect()
+}
+
+#[test]
+fn points_in_micrometres_are_not_taken_for_millimetres_without_a_word() {
+    let dir = tempfile::tempdir().unwrap();
+    let [file, nominal] = ["points.xyz", "nominal.toml"].map(|name| dir.path().join(name));
+    for (surface, curved) in
+        [("kind = \"sphere\"\nradius_mm = 50", true), ("kind = \"plane\"", false)]
+    {
+        std::fs::write(&file, in_micrometres(curved)).unwrap();
+        let text = format!(
+            "[surface]\n{surface}\n[aperture]\nshape = \"circle\"\nradius_mm = 10\n[tolerance]\npv_nm = 100000\n"
+        );
+        std::fs::write(&nominal, text).unwrap();
+        let measure = |more: &[&str]| {
+            let mut all =
+                vec!["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap()];
+            all.extend(more);
+            run(&all)
+        };
+        let assumed = measure(&[]);
+        let told = String::from_utf8_lossy(&assumed.stdout).into_owned();
+        assert_eq!(assumed.status.code(), Some(11), "{told}");
+        assert!(told.contains("The points seem to be in µm, not mm"), "{told}");
+        assert!(told.contains("Add `--unit um`.") && told.contains("mm is assumed"), "{told}");
+        let stated = measure(&["--unit", "um"]);
+        let told = String::from_utf8_lossy(&stated.stdout).into_owned();
+        assert_eq!(stated.status.code(), Some(0), "{told}");
+        assert!(
+            told.contains("x in column 1 in um, y in column 2 in um, z in column 3 in um\n"),
+            "{told}"
+        );
+    }
+}
+
+/// Every command that reads points takes columns and units, and refuses what cannot be told.
+#[test]
+fn columns_and_units_are_for_every_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let [file, nominal, out, html] =
+        ["points.csv", "nominal.toml", "out.xyz", "out.html"].map(|name| dir.path().join(name));
+    let numbered: String = in_micrometres(true)
+        .lines()
+        .enumerate()
+        .map(|(index, line)| format!("{index},{}\n", line.replace(' ', ",")))
+        .collect();
+    std::fs::write(&file, numbered).unwrap();
+    std::fs::write(&nominal, "[surface]\nkind = \"sphere\"\nradius_mm = 50\n").unwrap();
+    let words = |path: &Path| path.to_str().unwrap().to_owned();
+    let [file, nominal, out, html] = [&file, &nominal, &out, &html].map(|path| words(path));
+    let commands: [Vec<&str>; 5] = [
+        vec!["measure", &file, "--nominal", &nominal],
+        vec!["sampling", &file],
+        vec!["section", &file, "--line", "-5,0,5,0"],
+        vec!["reduce", &file, "--epsilon", "0.1", "-o", &out, "--noise", "0"],
+        vec!["report", &file, "--nominal", &nominal, "-o", &html],
+    ];
+    for command in commands {
+        let refused = run(&command);
+        let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(1), "{command:?}: {told}");
+        assert!(told.contains("4 columns without names") && told.contains("`--columns`"), "{told}");
+        let mut told = command.clone();
+        told.extend(["--columns", "2,3,4", "--unit", "um"]);
+        let read = run(&told);
+        let all = [read.stdout, read.stderr].concat();
+        let all = String::from_utf8_lossy(&all).into_owned();
+        assert!([Some(0), Some(11)].contains(&read.status.code()), "{told:?}: {all}");
+        assert!(all.contains("x in column 2 in um"), "{told:?}: {all}");
+    }
+}

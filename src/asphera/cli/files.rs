@@ -5,7 +5,10 @@ use std::path::Path;
 
 use asphera_formats::{ReadError, Topography};
 
-use super::output::Failure;
+use super::output::{Failure, say};
+use super::summary;
+use super::text::{TextArgs, reading};
+use super::unit_doubt::UnitCheck;
 use crate::config::{Part, Weights};
 use crate::pipeline::{Along, Measurement, Pipeline};
 
@@ -18,9 +21,10 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
 }
 
 /// The points of a file.
-pub(super) fn topography(path: &Path) -> Result<Topography, Failure> {
+pub(super) fn topography(path: &Path, text: &TextArgs) -> Result<Topography, Failure> {
     let name = path.display().to_string();
-    asphera_formats::read(&name, &read(path)?).map_err(|error| match error {
+    let bytes = read(path)?;
+    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| match error {
         // It names the file itself.
         ReadError::Unknown { .. } => error.to_string().into(),
         _ => format!("{name}: {}", crate::error_chain(&error)).into(),
@@ -63,6 +67,8 @@ pub(super) fn pipeline(
     };
     let mut pipeline = Pipeline::along(part, along);
     pipeline.know_uncertainties(uncertain);
+    let places = topography.points().map(|[x, ..]| x);
+    pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
     Ok(pipeline)
 }
 
@@ -73,10 +79,33 @@ pub(super) fn measured(
     topography: &Topography,
     path: &Path,
 ) -> Result<Measurement, Failure> {
+    let check = UnitCheck::of(topography, &part);
     let mut pipeline = pipeline(part, along, topography, path)?;
     pipeline.take_positions(topography.points());
     pipeline.take_gaps(topography.missing() as u64);
-    Ok(pipeline.finish())
+    let mut measurement = pipeline.finish();
+    note_reading(&mut measurement, topography, check);
+    Ok(measurement)
+}
+
+/// Adds to a measurement how its file was read, and whether another unit is more likely.
+pub(super) fn note_reading(
+    measurement: &mut Measurement,
+    topography: &Topography,
+    check: Option<UnitCheck>,
+) {
+    measurement.report.reading = reading(topography);
+    if let Some(check) = check {
+        let points_mm: Vec<_> = topography.points().collect();
+        check.add(&points_mm, measurement);
+    }
+}
+
+/// Says on stderr how a text file was read, where no report does.
+pub(super) fn say_reading(topography: &Topography) {
+    if let Some(reading) = reading(topography) {
+        say(summary::reading(&reading).trim_end());
+    }
 }
 
 /// The bytes of a file.

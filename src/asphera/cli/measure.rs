@@ -6,16 +6,20 @@ use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
-use super::files::{part, pipeline, topography};
+use super::files::{note_reading, part, pipeline, topography};
 use super::output::{Failure, deliver};
+use super::text::TextArgs;
+use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
 use crate::pipeline::Along;
 use crate::report::Timing;
 
 #[derive(Args)]
 pub(super) struct MeasureArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
     /// The nominal: surface, aperture, what is fitted, tolerances.
     #[arg(long, value_name = "FILE")]
     nominal: PathBuf,
@@ -38,8 +42,9 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     let part = part(&args.nominal)?;
-    let topography = topography(&args.file)?;
+    let topography = topography(&args.file, &args.text)?;
 
+    let check = UnitCheck::of(&topography, &part);
     let mut pipeline = pipeline(part, args.along, &topography, &args.file)?;
     let clock = Clock::start();
     let mut points: Vec<[f64; 3]> = topography.points().collect();
@@ -56,6 +61,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         after_last_point_s: done.since(landed).as_secs_f64(),
         points_per_s: points.len() as f64 / done.as_secs_f64().max(1e-9),
     };
+    note_reading(&mut measurement, &topography, check);
     deliver(&measurement, &args.output)?;
     Ok(Exit::of(&measurement.report, measurement.has_limits))
 }

@@ -17,6 +17,8 @@ mod section;
 mod serve;
 mod simulate;
 mod summary;
+mod text;
+mod unit_doubt;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

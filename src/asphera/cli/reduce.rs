@@ -16,16 +16,19 @@ use asphera_surface::{Criteria, Mesh, PointMm, StateCounts, VertexId, assess};
 use clap::{ArgGroup, Args, ValueEnum};
 
 use super::exit::Exit;
-use super::files::{part, refuse, topography};
+use super::files::{part, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
+use super::text::TextArgs;
 use crate::config::Part;
 use figures::{Condition, Figures, Input, Lfs, Noise, Range, Spacings, Sparse};
 
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
 pub(super) struct ReduceArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
     /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     epsilon: Option<f64>,
@@ -121,7 +124,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     refuse(&args.out, &args.file, args.force)?;
     let part = args.nominal.as_deref().map(part).transpose()?;
     let name = args.file.display().to_string();
-    let topography = topography(&args.file)?;
+    let topography = topography(&args.file, &args.text)?;
+    say_reading(&topography);
 
     let mut mesh = Mesh::new();
     mesh.extend(topography.points());

@@ -9,15 +9,18 @@ use super::exit::Exit;
 use super::files::{measured, part, refuse, topography};
 use super::output::{Failure, print};
 use super::summary;
+use super::text::TextArgs;
 use crate::paper::{Provenance, SourceFile, html, qif};
 use crate::pipeline::{Along, Measurement};
 use crate::replay::replay;
 
 #[derive(Args)]
 pub(super) struct ReportArgs {
-    /// A recording (a folder session-…, or one of its segments .mcap), or the points of a file: .xyz (mm),
+    /// A recording (a folder session-…, or one of its segments .mcap), or the points of a file: .xyz or other text,
     /// X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     source: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
     /// The report: one HTML file that needs nothing beside itself, and prints on A4.
     #[arg(short, long, value_name = "OUT.html")]
     out: PathBuf,
@@ -84,7 +87,7 @@ fn of_file(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement
         )
         .into());
     };
-    let topography = topography(&args.source)?;
+    let topography = topography(&args.source, &args.text)?;
     provenance.files = vec![SourceFile::of(&args.source)?, SourceFile::of(nominal)?];
     provenance.date = topography.source().date.clone();
     provenance.instrument = topography.source().instrument.clone();

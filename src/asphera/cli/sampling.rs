@@ -9,17 +9,20 @@ use clap::Args;
 use serde::Serialize;
 
 use super::exit::Exit;
-use super::files::{measured, part, refuse, topography};
+use super::files::{measured, part, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
 use super::summary;
+use super::text::TextArgs;
 use crate::config::Part;
 use crate::pipeline::{Along, Next, PointsSampling, Wanted, Waypoints, sampling_of_points};
 use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
     /// The nominal: surface, aperture, limits. Without it the local feature size follows from the points, and
     /// their outline stands for the aperture.
     #[arg(long, value_name = "FILE")]
@@ -71,7 +74,8 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     }
     let part = args.nominal.as_deref().map(part).transpose()?;
     let name = args.file.display().to_string();
-    let topography = topography(&args.file)?;
+    let topography = topography(&args.file, &args.text)?;
+    say_reading(&topography);
     let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
     let PointsSampling { figures, features, waypoints } = match part {
         Some(part) => {

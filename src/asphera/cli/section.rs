@@ -10,16 +10,19 @@ use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::files::{measured, part, refuse, topography};
+use super::files::{measured, part, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json, say};
+use super::text::TextArgs;
 use crate::pipeline::Along;
 use crate::section::{Deviations, SectionReport, report, report_of_plane};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
 pub(super) struct SectionArgs {
-    /// The points: .xyz (mm), X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
     file: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
     /// From one place to another, in mm of the measured frame.
     #[arg(long, value_name = "X1,Y1,X2,Y2", value_parser = numbers::<4>, allow_hyphen_values = true)]
     line: Option<[f64; 4]>,
@@ -88,7 +91,8 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
 fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
     let plane = args.plane.map(|[a, b, c, d]| CuttingPlane::new([a, b, c], d)).transpose()?;
     let part = args.nominal.as_deref().map(part).transpose()?;
-    let topography = topography(&args.file)?;
+    let topography = topography(&args.file, &args.text)?;
+    say_reading(&topography);
     let measurement = part.map(|part| measured(part, Along::Z, &topography, &args.file));
     let measurement = measurement.transpose()?;
     let unmeasured;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::report::{
-    DefectFigures, FeatureFigures, FormFigure, FormFigures, RepeatFigures, Report, SamplingFigures,
-    StandardFigures, Status, UnmeasuredFigures,
+    DefectFigures, FeatureFigures, FormFigure, FormFigures, ProfileFigures, ReadingFigures,
+    RepeatFigures, Report, SamplingFigures, StandardFigures, Status, UnmeasuredFigures,
 };
 
 /// The report in a few lines.
@@ -16,6 +16,9 @@ pub(super) fn of(report: &Report) -> String {
 }
 
 fn write(text: &mut String, report: &Report) -> std::fmt::Result {
+    if let Some(taken) = &report.reading {
+        text.push_str(&reading(taken));
+    }
     let points = &report.points;
     write!(text, "points     {} received, {} used", points.received, points.used)?;
     for (reason, count) in &points.flagged {
@@ -126,6 +129,9 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         }
         standards(text, &form.standards)?;
     }
+    if let Some(profile) = &report.profile {
+        profile_lines(text, profile)?;
+    }
     for link in &report.links {
         for device in &link.devices {
             write!(text, "{:<10} {} readings on {}", device.name, device.readings, link.name)?;
@@ -183,6 +189,45 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         }
     }
     report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
+}
+
+fn profile_lines(text: &mut String, profile: &ProfileFigures) -> std::fmt::Result {
+    write!(text, "profile    of {}, {:.2}° from x", profile.source, profile.direction_deg)?;
+    if let (Some(length), Some(covered)) = (profile.length_mm, profile.covered_mm) {
+        write!(text, ", {covered:.4} of {length:.4} mm covered")?;
+    }
+    writeln!(text)?;
+    if let (Some(rms), Some(about), Some(most)) =
+        (profile.slope_rms_urad, profile.slope_rms_about_mean_urad, profile.slope_max_urad)
+    {
+        writeln!(
+            text,
+            "           slope RMS {rms:.4} µrad ({about:.4} about the mean), largest {most:.4} µrad"
+        )?;
+    }
+    if profile.turned {
+        writeln!(text, "           the fit's x runs along the line")?;
+    }
+    if !profile.held.is_empty() {
+        writeln!(text, "           held, not felt by a profile: {}", profile.held.join(", "))?;
+    }
+    Ok(())
+}
+
+/// How the columns of a text file were read, in a line.
+pub(super) fn reading(taken: &ReadingFigures) -> String {
+    if let [only] = &taken.columns[..] {
+        return format!("columns    a matrix of heights in {}, the top row first\n", only.unit);
+    }
+    let columns = taken
+        .columns
+        .iter()
+        .map(|column| format!("{} in column {} in {}", column.name, column.number, column.unit));
+    let columns = columns.collect::<Vec<_>>().join(", ");
+    let commas = if taken.decimal_commas { ", decimal commas" } else { "" };
+    let assumed =
+        if taken.units_assumed { " (mm is assumed: the file states no unit)" } else { "" };
+    format!("columns    {columns}{commas}{assumed}\n")
 }
 
 /// Those that the nominal file asks for, in a line each.

@@ -158,7 +158,7 @@ impl FormDetails {
         }
     }
 
-    fn take(&mut self, name: &str, figure: Result<Figure, Unknown>, variant: &str) {
+    pub(super) fn take(&mut self, name: &str, figure: Result<Figure, Unknown>, variant: &str) {
         match figure {
             Ok(figure) => self.put(figure, variant.to_owned()),
             Err(why) => self.lacks(name, &why),

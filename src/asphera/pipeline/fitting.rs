@@ -33,6 +33,12 @@ pub(super) enum NoFit {
         "weights by uncertainty are asked for, but the points carry none: expected a column u_z[mm] in the file, or weights = \"none\""
     )]
     NoUncertainties,
+    /// A profile that runs along neither axis, over a part that has axes.
+    #[error(
+        "the points lie on an oblique line: expected a profile along x or y of a freeform, of a rectangular aperture, and \
+         with weights by uncertainty"
+    )]
+    Oblique,
 }
 
 /// Fits the part to the vertices of a mesh in the frame of `plane`.

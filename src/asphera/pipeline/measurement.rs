@@ -233,11 +233,13 @@ pub(super) fn measure(
     Measurement {
         report: Report {
             format: FORMAT.to_owned(),
+            reading: None,
             points,
             mesh: seen,
             sampling,
             features,
             form,
+            profile: None,
             verdict,
             links: Vec::new(),
             timing: Timing::default(),
@@ -255,7 +257,7 @@ pub(super) fn measure(
 }
 
 /// Deviations in mm, NaN outside the aperture, and their figures.
-fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>) {
+pub(super) fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Option<Figures>) {
     let mut all_mm = deviations(mesh.points(), &fit.nominal, &fit.pose);
     let found = Figures::new(mesh.points(), &all_mm, &fit.pose, &part.aperture);
     for (point, deviation) in mesh.points().iter().zip(&mut all_mm) {

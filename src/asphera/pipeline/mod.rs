@@ -21,6 +21,7 @@ mod look;
 mod maps;
 mod measurement;
 mod partition;
+mod profile;
 mod projection;
 mod prospects;
 mod removal;
@@ -96,6 +97,8 @@ pub struct Pipeline {
     current: Current,
     /// How well the heights of points are known, where these are weights.
     heights: Heights,
+    /// Of a file of slopes.
+    slopes: profile::Slopes,
 }
 
 /// The running figures of a part.
@@ -166,6 +169,7 @@ impl Pipeline {
             remembered: Remembered::default(),
             current: Current::default(),
             heights: Heights::default(),
+            slopes: profile::Slopes::default(),
         }
     }
 
@@ -221,6 +225,11 @@ impl Pipeline {
         if self.part.criterion.weights == Weights::Uncertainty {
             self.heights.extend(of);
         }
+    }
+
+    /// Says which slopes dz/dx the heights of a profile along x are integrated from, by x in mm.
+    pub fn know_slopes(&mut self, of: impl IntoIterator<Item = (f64, f64)>) {
+        self.slopes.extend(of);
     }
 
     /// Counts `gaps` places of a file without a value.
@@ -360,7 +369,11 @@ impl Pipeline {
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
         let grids = Grids { grid, version };
-        let Pipeline { mesh, part, projector, heights, remembered, .. } = self;
+        let Pipeline { mesh, part, projector, heights, slopes, remembered, .. } = self;
+        if let Some(line) = profile::Line::through(mesh.points()) {
+            let taken = profile::Taken { mesh, line, points, heights, slopes, remembered };
+            return profile::measure(taken, part, &projector);
+        }
         measurement::measure(mesh, part, &projector, points, heights, grids, remembered)
     }
 

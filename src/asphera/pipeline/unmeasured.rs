@@ -105,6 +105,48 @@ impl Unmeasured {
         found
     }
 
+    /// Of a profile, of which `share` of the line was not sampled densely enough, and the rest with a largest gap. That share
+    /// is taken to be no farther off than the PV.
+    pub(super) fn along_line(
+        part: &Part,
+        share: Option<f64>,
+        gap_mm: Option<f64>,
+        bend_per_mm: Option<f64>,
+        pv_and_rms_nm: Option<(f64, f64)>,
+    ) -> Unmeasured {
+        let p = match part.judging.guard {
+            Some(Guard::Probability(p)) => p,
+            _ => P,
+        };
+        let share = share.map(|share| if share < ROUNDING { 0.0 } else { share });
+        let between_nm = match unmeasured(gap_mm, bend_per_mm) {
+            Ok(Hidden::AtMost { each_end_nm }) => Some(each_end_nm),
+            Ok(Hidden::Unbounded) | Err(_) => None,
+        };
+        let beyond_nm = share.zip(pv_and_rms_nm).map(|(share, (pv_nm, rms_nm))| {
+            ((1.0 - share) * rms_nm * rms_nm + share * pv_nm * pv_nm).sqrt() - rms_nm
+        });
+        let why = "too few points tell how the deviation bends between them";
+        let unknown = if between_nm.is_none() { vec![why.to_owned()] } else { Vec::new() };
+        let figures = UnmeasuredFigures {
+            share,
+            gap_mm,
+            bend_nm_per_mm2: bend_per_mm.map(|bend| 1e6 * bend),
+            between_nm,
+            pv_hidden_nm: between_nm.map(|nm| 2.0 * nm),
+            extreme_missed_p: share.map(|share| (2.0 * share).min(1.0)),
+            rms_hidden_nm: between_nm
+                .zip(beyond_nm)
+                .map(|(between, beyond)| between + beyond.max(0.0)),
+            p,
+            unknown,
+            ..UnmeasuredFigures::default()
+        };
+        let whole = Extent { zone: Aperture::None, less: Terms::NONE, figures, values_nm: None };
+        let by_probability = matches!(part.judging.guard, Some(Guard::Probability(_)));
+        Unmeasured { extents: vec![whole], slopes: Vec::new(), by_probability }
+    }
+
     /// Of the whole, as reports write it.
     pub(super) fn figures(&self) -> UnmeasuredFigures {
         self.extents.first().map_or_else(UnmeasuredFigures::default, |whole| whole.figures.clone())

@@ -24,6 +24,7 @@ pub use covariance::{Combination, Covariance, Undetermined};
 pub use error::FitError;
 pub use refine::Termination;
 pub use robust::{Loss, Robust};
+pub use scale::suspected as suspected_units;
 pub use selection::Excluded;
 pub use slant::along_normal_mm;
 

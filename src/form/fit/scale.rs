@@ -8,7 +8,7 @@ use crate::{FitSettings, Loss, Nominal, Parameter, PointMm, Units};
 /// Whether a nominal that explains next to nothing of the points' height over their best plane explains
 /// nearly all of it when they are scaled by 1000 or 1/1000, or their heights alone by 1/1000, 1e-6 or 1000. `rms_mm` is that of the
 /// fit as they are, if there is one. A plane looks the same at every scale.
-pub(crate) fn suspected(
+pub fn suspected(
     points: &[PointMm],
     nominal: &Nominal,
     settings: &FitSettings,

@@ -1,6 +1,7 @@
 //! Which columns hold the points, and their units: by options, names, comments, or the plain default.
 
-use super::head::{Name, Role, Said, Stated, names, remark, units};
+use super::head::{Name, Role, Stated, names, remark, units};
+use super::stated_units::with_units;
 use super::{Unit, unclear};
 use crate::ReadError;
 
@@ -63,7 +64,6 @@ pub enum By {
 
 /// A line before the points, without its comment mark.
 pub(super) struct Line {
-    pub(super) number: usize,
     pub(super) text: String,
     pub(super) is_comment: bool,
 }
@@ -71,8 +71,6 @@ pub(super) struct Line {
 /// How the lines of points are read.
 pub(super) struct Layout {
     pub(super) slots: Vec<Slot>,
-    /// Columns of every line.
-    pub(super) width: usize,
     /// Whether longer lines are read too: the user named the columns.
     pub(super) may_be_longer: bool,
     pub(super) named_by: By,
@@ -87,9 +85,11 @@ pub(super) struct Slot {
     pub(super) unit: Unit,
 }
 
-struct Head {
-    names: Vec<Name>,
-    units: Option<Vec<Unit>>,
+/// The line that names the columns.
+pub(super) struct Head {
+    pub(super) names: Vec<Name>,
+    /// Those of a line of units below it.
+    pub(super) units: Option<Vec<Unit>>,
 }
 
 impl Layout {
@@ -108,7 +108,7 @@ impl Layout {
         };
         let (slots, units_by) = with_units(before, line, roles, head.as_ref(), options)?;
         let may_be_longer = named_by == By::Options;
-        Ok(Layout { slots, width, may_be_longer, named_by, units_by })
+        Ok(Layout { slots, may_be_longer, named_by, units_by })
     }
 
     pub(super) fn has_slopes(&self) -> bool {
@@ -211,7 +211,7 @@ fn is_enough(names: &[Name]) -> bool {
     has(names, Role::X) && (has(names, Role::Z) || has(names, Role::Slope))
 }
 
-type Roles = Vec<(Role, usize)>;
+pub(super) type Roles = Vec<(Role, usize)>;
 
 fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
     let listed = || {
@@ -336,177 +336,8 @@ fn by_options(
         .collect())
 }
 
-/// The unit of every column, and what said it.
-fn with_units(
-    before: &[Line],
-    line: usize,
-    roles: Roles,
-    head: Option<&Head>,
-    options: &TextOptions,
-) -> Result<(Vec<Slot>, By), ReadError> {
-    let comments = Comments::of(before);
-    let count = roles.len();
-    if options.units.len() > 1 && options.units.len() != count {
-        let found = format!("{} units for {count} columns", options.units.len());
-        return Err(unclear(line, found, "`--unit` takes one for all, or one for each column"));
-    }
-    let mut found: Vec<(Role, usize, Option<Unit>)> = Vec::with_capacity(count);
-    let mut units_by = By::Default;
-    for (at, (role, column)) in roles.into_iter().enumerate() {
-        let asked = match &options.units[..] {
-            [] => None,
-            [unit] => Some(*unit).filter(|unit| role != Role::Slope || unit.is_slope()),
-            units => Some(units[at]),
-        };
-        let stated = stated(line, role, column, head, &comments, asked)?;
-        if let (Some(asked), Some(stated)) = (asked, stated)
-            && asked != stated
-        {
-            let found = format!(
-                "the file says that {} is in {stated}, and `--unit` says {asked}",
-                role.name()
-            );
-            return Err(unclear(line, found, "leave `--unit` out, or mend the file"));
-        }
-        units_by = match (stated, asked) {
-            (None, Some(_)) => By::Options,
-            (Some(_), _) if units_by == By::Default => By::Head,
-            _ => units_by,
-        };
-        found.push((role, column, asked.or(stated)));
-    }
-    let slots = completed(line, &found, &comments, units_by)?;
-    Ok((slots, units_by))
-}
-
-/// What the file says of the unit of one column.
-fn stated(
-    line: usize,
-    role: Role,
-    column: usize,
-    head: Option<&Head>,
-    comments: &Comments,
-    asked: Option<Unit>,
-) -> Result<Option<Unit>, ReadError> {
-    if let Some(head) = head {
-        match head.names.get(column).map(|name| &name.unit) {
-            Some(Stated::Known(unit)) => return Ok(Some(*unit)),
-            Some(Stated::Unknown(_)) if asked.is_some() => return Ok(None),
-            Some(Stated::Unknown(word)) => {
-                let found =
-                    format!("\"{}\" of column {} is no unit known here", short(word), column + 1);
-                return Err(unclear(line, found, "add `--unit` with mm, um, nm, cm, m or in"));
-            }
-            _ => {}
-        }
-        if let Some(unit) = head.units.as_ref().and_then(|units| units.get(column)) {
-            return Ok(Some(*unit));
-        }
-    }
-    match comments.unit(line, role) {
-        // The user decides between comments that contradict each other.
-        Err(_) if asked.is_some() => Ok(None),
-        found => found,
-    }
-}
-
-/// The columns with the units that nothing states: that of z for its uncertainty, mm where nothing says otherwise.
-fn completed(
-    line: usize,
-    found: &[(Role, usize, Option<Unit>)],
-    comments: &Comments,
-    units_by: By,
-) -> Result<Vec<Slot>, ReadError> {
-    let z = found.iter().find(|(role, ..)| *role == Role::Z).and_then(|(.., unit)| *unit);
-    let none = found.iter().all(|(.., unit)| unit.is_none());
-    let all_mm = || {
-        let mut known = found.iter().filter_map(|(.., unit)| *unit);
-        units_by == By::Head && comments.are_mm() && known.all(|unit| unit == Unit::Mm)
-    };
-    if none && let Some(unit) = comments.doubtful {
-        let found = format!("a comment says \"in {unit}\", but not of what");
-        return Err(unclear(line, found, "add `--unit` with the unit of x, y and z"));
-    }
-    let slot = |&(role, column, unit): &(Role, usize, Option<Unit>)| {
-        let unit = match (role, unit) {
-            (_, Some(unit)) => unit,
-            (Role::Slope, None) => {
-                let cure = "add `--unit mm,urad`, or another unit of slope: rad, mrad, arcsec";
-                return Err(unclear(line, "the unit of the slopes is not stated", cure));
-            }
-            (Role::Uncertainty, None) => z.unwrap_or(Unit::Mm),
-            _ if none || all_mm() => Unit::Mm,
-            _ => {
-                let found =
-                    format!("the unit of {} is not stated, while that of others is", role.name());
-                return Err(unclear(
-                    line,
-                    found,
-                    "add `--unit` with the unit of each column, as mm,mm,um",
-                ));
-            }
-        };
-        let is_profile = found.len() == 2;
-        let role =
-            if is_profile && role == Role::Z && unit.is_slope() { Role::Slope } else { role };
-        if (role == Role::Slope) != unit.is_slope() {
-            let found = format!("{} in {unit}", role.name());
-            return Err(unclear(
-                line,
-                found,
-                "slopes are in rad, mrad, urad or arcsec, lengths are not",
-            ));
-        }
-        Ok(Slot { role, column, unit })
-    };
-    found.iter().map(slot).collect()
-}
-
-/// What all comments before the points say of units.
-struct Comments {
-    of: Vec<(Role, Unit)>,
-    all: Vec<Unit>,
-    /// A unit other than mm of something that is not named.
-    doubtful: Option<Unit>,
-}
-
-impl Comments {
-    fn of(before: &[Line]) -> Comments {
-        let mut comments = Comments { of: Vec::new(), all: Vec::new(), doubtful: None };
-        for said in before.iter().flat_map(|line| remark(&line.text).said) {
-            match said {
-                Said::Of(units) => comments.of.extend(units),
-                Said::All(unit) => comments.all.push(unit),
-                Said::OfSomething(unit) if unit == Unit::Mm || unit.is_slope() => {}
-                Said::OfSomething(unit) => comments.doubtful = Some(unit),
-            }
-        }
-        comments
-    }
-
-    fn are_mm(&self) -> bool {
-        self.of.iter().map(|(_, unit)| unit).chain(&self.all).all(|unit| *unit == Unit::Mm)
-    }
-
-    fn unit(&self, line: usize, role: Role) -> Result<Option<Unit>, ReadError> {
-        let of = self.of.iter().filter(|(other, _)| *other == role).map(|(_, unit)| *unit);
-        let is_slope = role == Role::Slope;
-        let all = self.all.iter().copied().filter(|unit| unit.is_slope() == is_slope);
-        let mut units = of.chain(all);
-        let Some(first) = units.next() else { return Ok(None) };
-        match units.find(|unit| *unit != first) {
-            None => Ok(Some(first)),
-            Some(other) => Err(unclear(
-                line,
-                format!("comments say that {} is in {first}, and in {other}", role.name()),
-                "add `--unit` with the unit of each column, as mm,mm,um",
-            )),
-        }
-    }
-}
-
 /// The start of a text as an error shows it.
-fn short(text: &str) -> String {
+pub(super) fn short(text: &str) -> String {
     const SHOWN: usize = 60;
     let shown: String = text.chars().take(SHOWN).collect();
     if shown.len() < text.len() { format!("{shown}…") } else { shown }

@@ -258,6 +258,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         sampling: SamplingFigures::default(),
         features: Default::default(),
         form: None,
+        profile: None,
         verdict: Verdict::default(),
         map: (cells > 0).then(|| Map {
             nx: cells,
@@ -291,6 +292,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
 pub(super) fn report() -> Report {
     Report {
         format: crate::report::FORMAT.to_owned(),
+        reading: None,
         points: Points::default(),
         mesh: MeshFigures::default(),
         sampling: SamplingFigures::default(),

@@ -1,0 +1,113 @@
+//! What the command line says of the columns of a text file.
+
+use std::str::FromStr;
+
+use asphera_formats::Topography;
+use asphera_formats::xyz::{By, Column, Taken, TextOptions, Unit};
+use clap::Args;
+
+use crate::report::{ColumnFigures, ReadingFigures};
+
+/// Columns and units of a text file that does not state them.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct TextArgs {
+    /// The columns of a text file that hold x,y,z, or x,y,z,u_z, or of a profile x,z: names, or numbers from 1. Without
+    /// it the file's own line of names says so, and three columns without names are x, y, z.
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',', value_parser = column)]
+    columns: Vec<Column>,
+    /// The unit of a text file that states none: mm, um, nm, cm, m or in; one for all columns, or one for each, as
+    /// mm,mm,um. Slopes of a profile are in rad, mrad, urad or arcsec.
+    #[arg(long, value_name = "UNIT", value_delimiter = ',', value_parser = unit)]
+    unit: Vec<Unit>,
+    /// Lines at the start of a text file that are not read.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    skip_lines: usize,
+    /// The text file is a matrix of heights, the top row first: distance of its columns and rows in mm.
+    #[arg(long, value_name = "DX[,DY]")]
+    pitch: Option<Pitch>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Pitch([f64; 2]);
+
+impl FromStr for Pitch {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Pitch, String> {
+        let number = |word: &str| {
+            let value = word.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+            value.filter(|value| *value > 0.0)
+        };
+        let (dx, dy) = word.split_once(',').unwrap_or((word, word));
+        match (number(dx), number(dy)) {
+            (Some(dx_mm), Some(dy_mm)) => Ok(Pitch([dx_mm, dy_mm])),
+            _ => Err(format!("expected one or two numbers above 0 in mm, found `{word}`")),
+        }
+    }
+}
+
+impl TextArgs {
+    pub(super) fn options(&self) -> TextOptions {
+        TextOptions {
+            columns: self.columns.clone(),
+            units: self.unit.clone(),
+            skip_lines: self.skip_lines,
+            pitch_mm: self.pitch.map(|Pitch(pitch_mm)| pitch_mm),
+        }
+    }
+}
+
+/// What was read of a text file, as reports write it; `None` of other files.
+pub(super) fn reading(topography: &Topography) -> Option<ReadingFigures> {
+    let Taken { columns, named_by, units_by, has_decimal_commas } =
+        topography.source().taken.as_ref()?;
+    let by = |by: &By| match by {
+        By::Options => "the command line",
+        By::Head => "the file",
+        By::Default => "nothing: x, y, z in mm are assumed",
+    };
+    let column = |column: &asphera_formats::xyz::TakenColumn| ColumnFigures {
+        name: column.name.to_owned(),
+        number: column.number as u64,
+        unit: column.unit.name().to_owned(),
+    };
+    Some(ReadingFigures {
+        columns: columns.iter().map(column).collect(),
+        named_by: by(named_by).to_owned(),
+        units_by: by(units_by).to_owned(),
+        units_assumed: *units_by == By::Default,
+        decimal_commas: *has_decimal_commas,
+    })
+}
+
+fn column(word: &str) -> Result<Column, String> {
+    match word.trim().parse::<usize>() {
+        Ok(0) => Err("columns count from 1".to_owned()),
+        Ok(number) => Ok(Column::Number(number)),
+        Err(_) if word.trim().is_empty() => Err("expected a name or a number".to_owned()),
+        Err(_) => Ok(Column::Name(word.trim().to_owned())),
+    }
+}
+
+fn unit(word: &str) -> Result<Unit, String> {
+    Unit::of(word).ok_or_else(|| {
+        format!(
+            "expected mm, um, nm, cm, m, in, or of slopes rad, mrad, urad, arcsec; found `{word}`"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_names_or_numbers_and_a_pitch_is_one_number_or_two() {
+        assert_eq!(column("2"), Ok(Column::Number(2)));
+        assert_eq!(column("x_um"), Ok(Column::Name("x_um".to_owned())));
+        assert!(column("0").is_err() && column("").is_err() && unit("furlong").is_err());
+        assert_eq!("0.5".parse::<Pitch>().unwrap().0, [0.5, 0.5]);
+        assert_eq!("0.5,2".parse::<Pitch>().unwrap().0, [0.5, 2.0]);
+        assert!("0".parse::<Pitch>().is_err() && "1,nan".parse::<Pitch>().is_err());
+    }
+}

@@ -1,0 +1,29 @@
+//! How the columns of a text file were read.
+
+use serde::{Deserialize, Serialize};
+
+/// Columns and units as a text file was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReadingFigures {
+    /// The columns that were read, x first.
+    pub columns: Vec<ColumnFigures>,
+    /// What named them: `the file`, `the command line`, or nothing.
+    pub named_by: String,
+    /// What stated their units.
+    pub units_by: String,
+    /// Whether mm is an assumption: neither file nor command line states a unit.
+    pub units_assumed: bool,
+    /// Whether decimals have a comma.
+    pub decimal_commas: bool,
+}
+
+/// One column that was read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColumnFigures {
+    /// `x`, `y`, `z`, `slope`, `u_z`.
+    pub name: String,
+    /// Its number in the file, from 1.
+    pub number: u64,
+    /// Its unit in the file.
+    pub unit: String,
+}
