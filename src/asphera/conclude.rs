@@ -70,6 +70,13 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     if !matches!(outcome.session.ended.as_str(), "complete" | "idle") {
         undecide(verdict, format!("the session was {} before its end", outcome.session.ended));
     }
+    if report.profile.is_some() {
+        undecide(
+            verdict,
+            "all points of the session lie on a straight line: an axis may have stood still"
+                .to_owned(),
+        );
+    }
     report.links = outcome.links;
     report.session = Some(outcome.session);
 }

@@ -35,7 +35,7 @@ use head::Role;
 use layout::{Layout, Line};
 
 use crate::error::quoted;
-use crate::scan::{decoded, finite, is_utf16, lines, without_bom};
+use crate::scan::{decoded, finite, is_utf16, lines, says_missing, without_bom};
 use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
 
 /// Reads columns of text as a cloud, in the order of the lines.
@@ -229,9 +229,10 @@ fn integrate(Cloud { points_mm, slopes, .. }: &mut Cloud) {
     }
 }
 
-/// A line before the first point that holds no numbers: it begins with a letter, a bracket or a quote about one.
+/// A line before the first point: it begins with a letter, a bracket or a quote about one, and holds a number at most. Points
+/// may have names.
 fn is_text(content: &[u8]) -> bool {
-    let bare = content.trim_ascii().trim_ascii_start();
+    let bare = content.trim_ascii();
     let end = bare.iter().position(|byte| byte.is_ascii_whitespace() || b",;".contains(byte));
     let word = &bare[..end.unwrap_or(bare.len())];
     let word = word.strip_prefix(b"\"").unwrap_or(word);
@@ -240,9 +241,8 @@ fn is_text(content: &[u8]) -> bool {
         byte.is_ascii_alphabetic() || byte >= 0x80 || matches!(byte, b'[' | b'(' | b'"')
     });
     // An index has no name in some heads.
-    let is_unnamed =
-        word.is_empty() && bare.iter().any(u8::is_ascii_alphabetic) && finite_fields(bare) == 0;
-    (starts || is_unnamed) && !crate::scan::says_missing(word)
+    let is_unnamed = word.is_empty() && bare.iter().any(u8::is_ascii_alphabetic);
+    (starts || is_unnamed) && !says_missing(word) && finite_fields(bare) < 2
 }
 
 fn finite_fields(content: &[u8]) -> usize {

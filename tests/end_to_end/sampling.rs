@@ -231,9 +231,17 @@ fn places_to_measure_are_written() {
 fn what_cannot_be_known_is_said() {
     let dir = tempfile::tempdir().unwrap();
     let few = dir.path().join("few.xyz");
-    for content in ["1 2 3\n", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n", "1 2 3\n1 2 3\n1 2 3\n"] {
+    let of_nominal = nominal(dir.path());
+    let with = ["--json", "--nominal", of_nominal.as_str()];
+    let (alone, with) = (&with[..1], &with[..]);
+    // Points on a line have a coverage along it where there is a nominal.
+    for (content, all) in [
+        ("1 2 3\n", vec![alone, with]),
+        ("0 0 0\n0.5 1 1\n1 2 2\n1.5 3 3\n", vec![alone]),
+        ("1 2 3\n1 2 3\n1 2 3\n", vec![alone, with]),
+    ] {
         std::fs::write(&few, content).unwrap();
-        for more in [&["--json"][..], &["--json", "--nominal", &nominal(dir.path())]] {
+        for more in all {
             let output = sampling(&few, more);
             assert_eq!(
                 output.status.code(),

@@ -138,7 +138,8 @@ pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measur
         &mesh,
         MeshFigures { projection: projector.figures(), ..MeshFigures::default() },
     );
-    let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
+    let mut verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
+    verdict.reasons.push(BESIDE.to_owned());
     finished(
         mesh,
         part,
@@ -337,6 +338,8 @@ fn tell(
     correlated::tell(form, part, fitted, measured, assessed);
 }
 
+/// What whoever reads the verdict must know.
+const BESIDE: &str = "judged as a profile, for all points lie on a straight line: nothing is known of the surface beside it";
 const WHY: &str =
     "the points lie on a straight line: they are a profile, of which nothing is formed by area";
 

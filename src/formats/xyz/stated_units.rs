@@ -20,29 +20,34 @@ pub(super) fn with_units(
         return Err(unclear(line, found, "`--unit` takes one for all, or one for each column"));
     }
     let mut found: Vec<(Role, usize, Option<Unit>)> = Vec::with_capacity(count);
+    for (role, column) in roles {
+        let stated = stated(line, role, column, head, &comments, !options.units.is_empty())?;
+        found.push((role, column, stated));
+    }
+    let lacks = found.iter().any(|(role, _, unit)| unit.is_none() && *role != Role::Uncertainty);
     let mut units_by = By::Default;
-    for (at, (role, column)) in roles.into_iter().enumerate() {
+    for (at, (role, _, unit)) in found.iter_mut().enumerate() {
         let asked = match &options.units[..] {
             [] => None,
-            [unit] => Some(*unit).filter(|unit| role != Role::Slope || unit.is_slope()),
+            // One unit for all is that of the columns that state none, if there are any.
+            [_] if lacks && unit.is_some() => None,
+            [one] => Some(*one).filter(|one| *role != Role::Slope || one.is_slope()),
             units => Some(units[at]),
         };
-        let stated = stated(line, role, column, head, &comments, asked)?;
-        if let (Some(asked), Some(stated)) = (asked, stated)
+        if let (Some(asked), Some(stated)) = (asked, *unit)
             && asked != stated
         {
-            let found = format!(
-                "the file says that {} is in {stated}, and `--unit` says {asked}",
-                role.name()
-            );
+            let name = role.name();
+            let found =
+                format!("the file says that {name} is in {stated}, and `--unit` says {asked}");
             return Err(unclear(line, found, "leave `--unit` out, or mend the file"));
         }
-        units_by = match (stated, asked) {
+        units_by = match (*unit, asked) {
             (None, Some(_)) => By::Options,
             (Some(_), _) if units_by == By::Default => By::Head,
             _ => units_by,
         };
-        found.push((role, column, asked.or(stated)));
+        *unit = asked.or(*unit);
     }
     let slots = completed(line, &found, &comments, units_by)?;
     Ok((slots, units_by))
@@ -55,12 +60,12 @@ fn stated(
     column: usize,
     head: Option<&Head>,
     comments: &Comments,
-    asked: Option<Unit>,
+    is_asked: bool,
 ) -> Result<Option<Unit>, ReadError> {
     if let Some(head) = head {
         match head.names.get(column).map(|name| &name.unit) {
             Some(Stated::Known(unit)) => return Ok(Some(*unit)),
-            Some(Stated::Unknown(_)) if asked.is_some() => return Ok(None),
+            Some(Stated::Unknown(_)) if is_asked => return Ok(None),
             Some(Stated::Unknown(word)) => {
                 let found =
                     format!("\"{}\" of column {} is no unit known here", short(word), column + 1);
@@ -74,7 +79,7 @@ fn stated(
     }
     match comments.unit(line, role) {
         // The user decides between comments that contradict each other.
-        Err(_) if asked.is_some() => Ok(None),
+        Err(_) if is_asked => Ok(None),
         found => found,
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn sampled(
         epsilon_target: part.epsilon_limit,
         epsilon_max: Some(found.epsilon_max),
         rho_target: part.rho_limit,
-        coverage: is_known.then(|| found.covered_mm / found.length_mm),
+        coverage: is_known.then(|| (found.covered_mm / found.length_mm).min(1.0)),
         spacing_median_mm: Some(spacing_mm),
         unknown,
         as_of_points: mesh.counts().pushed,

@@ -1,5 +1,4 @@
 //! Tests of profiles: figures put in come out, whichever way the line runs.
-#![expect(clippy::unwrap_used, reason = "tests")]
 
 use crate::config::Part;
 use crate::pipeline::Pipeline;

@@ -96,6 +96,7 @@ fn names_say_columns() {
         ",x,y,z\n0,1,2,3\n1,4,5,6\n",
         "\"Elevation\",\"Points:0\",\"Points:1\",\"Points:2\"\n9,1,2,3\n9,4,5,6\n",
         "1;2;3;\n4;5;6;\n",
+        "name x y z\nP1 1 2 3\nP2 4 5 6\n",
     ] {
         assert_eq!(points_with(text, &TextOptions::default()), points, "{text}");
     }
@@ -154,6 +155,12 @@ fn options_name_columns_and_units() {
     assert_eq!(points_with("x_um y_um z_um\n1 2 3\n", &options("", um)), [[0.001, 0.002, 0.003]]);
     assert!(refused("x_um y_um z_um\n1 2 3\n", &options("", &[Unit::Mm])).contains("is in um"));
     assert_eq!(points_with("x y z[furlong]\n1 2 3\n", &options("", um))[0][2], 0.003);
+    // One unit is that of the columns that state none.
+    assert_eq!(points_with("x y z[nm]\n1 2 3\n", &options("", um)), [[0.001, 0.002, 3e-6]]);
+    assert_eq!(
+        points_with("P1 1 2 3\nP2 4 5 6\n", &options("2,3,4", um))[1],
+        [0.004, 0.005, 0.006]
+    );
     assert!(refused("1 2 3\n", &options("1,2,5", um)).contains("no column 5"));
     assert!(refused("x y z\n1 2 3\n", &options("x,y,w", um)).contains("called w"));
     assert!(refused("1 2 3\n", &options("", &[Unit::Mm, Unit::Um])).contains("2 units for 3"));
