@@ -258,7 +258,6 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         sampling: SamplingFigures::default(),
         features: Default::default(),
         form: None,
-        profile: None,
         verdict: Verdict::default(),
         map: (cells > 0).then(|| Map {
             nx: cells,
@@ -298,6 +297,7 @@ pub(super) fn report() -> Report {
         sampling: SamplingFigures::default(),
         features: Default::default(),
         form: None,
+        profile: None,
         verdict: Verdict::default(),
         links: Vec::new(),
         timing: Timing::default(),
