@@ -122,7 +122,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         }
     }
 
-    /// Flips suspected sides, and those that become suspect, until all are Delaunay.
+    /// Flips suspected sides, and those that become suspect, until all are Delaunay; returns how many were.
     ///
     /// C. L. Lawson, Software for C1 surface interpolation, in: Mathematical Software III (1977)
     /// 161-194. From any triangulation of a convex region this ends with the Delaunay
@@ -135,7 +135,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     ///      \ u /                \ | /
     ///        d                    d
     /// ```
-    pub(super) fn legalize(&mut self) {
+    pub(super) fn legalize(&mut self) -> usize {
+        let mut flips = 0;
         while let Some(side) = self.work.suspects.pop() {
             let (t, i) = (side.slot(), side.index());
             let corners = self.cells.corners(t);
@@ -160,6 +161,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             self.cells.join(across, beyond_ca);
             self.cells.join(side.next(), across.next());
             self.work.suspects.extend([side, side.prev(), across, across.prev()]);
+            flips += 1;
         }
+        flips
     }
 }

@@ -188,7 +188,7 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         let Range { start, end } = run.points;
         let mut from = self.nearest(run);
         let mut done = 0;
-        if let Some(axis) = run.axis {
+        if let Some(axis) = run.axis.filter(|_| self.editor.next_is_strip()) {
             // Where the first points lie inside the hull, the rest may still lie outside.
             while done < SKIPPED && start + done + 1 < end {
                 let [first, last] = [start + done, end].map(|index| self.first + index as VertexId);

@@ -85,6 +85,10 @@ pub(super) struct Plan {
     slots: Vec<Slot>,
     /// Ghosts at the start and at the end of the last strip.
     ends: [Slot; 2],
+    /// How many runs more are inserted point by point, as the last strips took many flips.
+    left_alone: u32,
+    /// How many that were the last time.
+    setback: u32,
     /// The hull after the strip: vertices, and the triangle's side that ends at each.
     hull: Vec<(VertexId, Side)>,
 }
@@ -106,7 +110,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let Some(ghost) = self.hull_near(run.start, from) else { return false };
         let [start, end] = [1, 0].map(|index| axis.along(self.at(self.cells.corner(ghost, index))));
         let (axis, backwards) = if start < end { (axis, false) } else { (axis.reversed(), true) };
-        let path = Path { first: run.start, count: run.end - run.start, backwards };
+        let count = run.end - run.start;
+        let path = Path { first: run.start, count, backwards };
         let Some(ghost) = self.hull_side_at(self.at(path.at(0)), axis, ghost) else { return false };
         let edge = ghost;
         let unfolded = if backwards {
@@ -133,8 +138,17 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             }
         };
         self.work.strip = plan;
-        self.legalize();
+        let flips = self.legalize();
+        self.work.strip.note_flips(flips, count as usize);
         planned
+    }
+
+    /// Whether the next run is to be tried as a strip: not where the last ones took many flips.
+    pub(super) fn next_is_strip(&mut self) -> bool {
+        let plan = &mut self.work.strip;
+        let tried = plan.left_alone == 0;
+        plan.left_alone -= u32::from(!tried);
+        tried
     }
 
     /// A ghost near a point: the one before which it lies or, inside the hull, one at the end of the
@@ -469,6 +483,12 @@ fn distance_mm(start: Place, end: Place, place: Place) -> f64 {
 /// A run continues a strip from which it is no farther than so many of its steps.
 const NEAR_STEPS: f64 = 4.0;
 
+/// More flips a point are too many. A raster with 5 % jitter takes a third of one, lines at random places one or two.
+const MOST_FLIPS: usize = 8;
+
+/// How many runs are inserted point by point at most before a strip is tried again.
+const LONGEST_SETBACK: u32 = 127;
+
 /// A side of the hull before the run, seen from inside.
 #[derive(Clone, Copy)]
 struct NextSide {
@@ -478,6 +498,18 @@ struct NextSide {
 }
 
 impl Plan {
+    /// Takes note of how many flips a run took. Along an outline that is traced sides are long and turn about far
+    /// points: flips then are many times as many as triangles differ in the end, and insertion by bisection is
+    /// cheaper. More and more runs are spared the trial as long as that is so.
+    fn note_flips(&mut self, flips: usize, points: usize) {
+        if flips > MOST_FLIPS * (points + MOST_FLIPS) {
+            self.setback = (2 * self.setback + 1).min(LONGEST_SETBACK);
+            self.left_alone = self.setback;
+        } else {
+            self.setback = 0;
+        }
+    }
+
     /// Whether the strip can end before `side`. What is left of the sides that came to light must lie
     /// behind the run, to bound the hull again: else it would be left open.
     fn ends(&mut self, side: Option<NextSide>, behind: bool) -> bool {
