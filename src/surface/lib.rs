@@ -33,6 +33,7 @@ pub mod lfs;
 mod location;
 mod mesh;
 mod nearest;
+mod nearness;
 pub mod noise;
 mod order;
 mod outcome;

@@ -6,6 +6,10 @@
 //! bound of the distance from the mesh to the nearest sample. Thin triangles along the outline reach
 //! over samples that are not their corners; their gap is bounded by those (see `rim.rs`).
 //!
+//! **Places.** The distance to the nearest sample differs from place to place of a triangle: 0 at its corners, the gap
+//! at the farthest place. Percentiles and areas are those of places (see `nearness.rs`); the state of a triangle is
+//! that of its farthest one.
+//!
 //! **ε.** A set of samples is an ε-sample of a surface if every point x of the surface has a sample
 //! within ε·lfs(x), with lfs(x) the distance from x to the medial axis (N. Amenta, M. Bern, Discrete
 //! & Computational Geometry 22 (1999) 481-504, doi:10.1007/PL00009475). The ε of a triangle is its
@@ -24,7 +28,7 @@ mod running;
 
 pub use self::running::{RunningSampling, RunningSpread};
 use crate::area::Sum;
-use crate::quantile::weighted_quantile;
+use crate::nearness::{Entry, Nearness, quantile};
 use crate::rim::refined_gaps;
 use crate::triangle::{Gap, Triangle};
 use crate::{PointMm, VertexId};
@@ -73,7 +77,7 @@ pub struct Sampling {
     pub area_mm2: f64,
     /// Area of the projection in mm².
     pub projected_area_mm2: f64,
-    /// Projected area in mm² of the triangles that are not [`State::Good`].
+    /// Projected area in mm² of the places that are not within the limits.
     pub undersampled_area_mm2: f64,
     /// Largest gap in mm; `None` without triangles.
     pub gap_max_mm: Option<f64>,
@@ -81,10 +85,9 @@ pub struct Sampling {
     pub gap_max_at_mm: Option<PointMm>,
     /// Largest ε, perhaps infinite; `None` without triangles.
     pub epsilon_max: Option<f64>,
-    /// 99th percentile of ε by area: the smallest ε such that the triangles up to it hold at least
-    /// 99 % of the area in space.
+    /// 99th percentile of ε by area: 99 % of the area in space are places up to it.
     pub epsilon_p99: Option<f64>,
-    /// Projected area of the good triangles over that of the aperture, or where the criteria name
+    /// Projected area of the places within the limits over that of the aperture, or where the criteria name
     /// none, of all triangles. `None` if that area is not positive. Above 1 where the triangles
     /// reach beyond the aperture.
     pub coverage: Option<f64>,
@@ -146,13 +149,14 @@ pub fn assess(
             Some((_, gap)) => gap,
             None => triangle.gap(),
         };
-        let epsilon = corners
+        let lfs_mm = corners
             .into_iter()
-            .map(|corner| lfs_at_points_mm[corner as usize])
-            .map(|lfs_mm| epsilon(gap.mm, lfs_mm))
-            .fold(0.0, f64::max);
+            .map(|corner| sound(lfs_at_points_mm[corner as usize]))
+            .fold(f64::INFINITY, f64::min);
+        let epsilon = gap.mm / lfs_mm;
         let state = criteria.state(gap.mm, epsilon);
-        tally.add(&triangle, state, gap, epsilon);
+        let beyond = criteria.share_beyond(state, &triangle.nearness(gap.mm), lfs_mm);
+        tally.add(&triangle, (state, beyond), gap, lfs_mm);
         states.push(state);
     }
     Survey { triangles, states, sampling: tally.figures(criteria.aperture_area_mm2) }
@@ -169,6 +173,15 @@ impl Criteria {
             State::Good
         }
     }
+
+    /// The share of a triangle in that state that is not within the limits.
+    pub(crate) fn share_beyond(&self, state: State, nearness: &Nearness, lfs_mm: f64) -> f64 {
+        if state == State::Good {
+            return 0.0;
+        }
+        let of_epsilon_mm = self.epsilon_limit.map_or(f64::INFINITY, |limit| limit * lfs_mm);
+        nearness.share_beyond(self.gap_limit_mm.unwrap_or(f64::INFINITY).min(of_epsilon_mm))
+    }
 }
 
 /// What the figures are made of.
@@ -180,30 +193,35 @@ struct Tally {
     undersampled: Sum,
     projected: Sum,
     widest: Option<Gap>,
-    /// ε and area in space of each triangle.
-    epsilons: Vec<(f64, f64)>,
+    /// The largest ε.
+    worst: Option<f64>,
+    /// Each triangle with the smallest local feature size at its corners.
+    places: Vec<Entry>,
 }
 
 impl Tally {
-    fn add(&mut self, triangle: &Triangle, state: State, gap: Gap, epsilon: f64) {
-        let area_mm2 = triangle.area_mm2();
+    fn add(&mut self, triangle: &Triangle, (state, beyond): (State, f64), gap: Gap, lfs_mm: f64) {
         let projected_mm2 = triangle.projected_area_mm2();
-        self.area.add(area_mm2);
+        self.area.add(triangle.area_mm2());
         self.projected.add(projected_mm2);
-        let (count, sum) = match state {
-            State::Good => (&mut self.counts.good, &mut self.good),
-            State::OverGap => (&mut self.counts.over_gap, &mut self.undersampled),
-            State::OverEpsilon => (&mut self.counts.over_epsilon, &mut self.undersampled),
+        let count = match state {
+            State::Good => &mut self.counts.good,
+            State::OverGap => &mut self.counts.over_gap,
+            State::OverEpsilon => &mut self.counts.over_epsilon,
         };
         *count += 1;
-        sum.add(projected_mm2);
+        self.good.add(projected_mm2 * (1.0 - beyond));
+        self.undersampled.add(projected_mm2 * beyond);
         if self.widest.is_none_or(|widest| gap.mm > widest.mm) {
             self.widest = Some(gap);
         }
-        self.epsilons.push((epsilon, area_mm2));
+        let epsilon = gap.mm / lfs_mm;
+        self.worst = Some(self.worst.map_or(epsilon, |worst| worst.max(epsilon)));
+        let nearness = triangle.nearness(gap.mm);
+        self.places.push(Entry { nearness, unit_mm: lfs_mm, weight: 1.0 });
     }
 
-    fn figures(mut self, aperture_area_mm2: Option<f64>) -> Sampling {
+    fn figures(self, aperture_area_mm2: Option<f64>) -> Sampling {
         let projected_mm2 = self.projected.total();
         let reference_mm2 = aperture_area_mm2.unwrap_or(projected_mm2);
         Sampling {
@@ -213,14 +231,14 @@ impl Tally {
             undersampled_area_mm2: self.undersampled.total(),
             gap_max_mm: self.widest.map(|gap| gap.mm),
             gap_max_at_mm: self.widest.map(|gap| gap.at_mm),
-            epsilon_max: self.epsilons.iter().map(|&(epsilon, _)| epsilon).reduce(f64::max),
-            epsilon_p99: weighted_quantile(&mut self.epsilons, 0.99),
+            epsilon_max: self.worst,
+            epsilon_p99: quantile(&self.places, 0.99),
             coverage: (reference_mm2 > 0.0).then(|| self.good.total() / reference_mm2),
         }
     }
 }
 
-/// Gap over local feature size; a surface without a local feature size there is undersampled.
-fn epsilon(gap_mm: f64, lfs_mm: f64) -> f64 {
-    if lfs_mm > 0.0 { gap_mm / lfs_mm } else { f64::INFINITY }
+/// The local feature size, or 0 where there is none: a surface without one is undersampled.
+fn sound(lfs_mm: f64) -> f64 {
+    if lfs_mm > 0.0 { lfs_mm } else { 0.0 }
 }

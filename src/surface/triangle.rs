@@ -1,5 +1,6 @@
 //! One triangle in space: its areas and its gap.
 
+use crate::nearness::Nearness;
 use crate::{PointMm, VertexId};
 
 /// A triangle in space whose longest side is the first one, from `a` to `b`.
@@ -56,6 +57,11 @@ impl Triangle {
         [[b, c], [c, a]]
     }
 
+    /// Its corners, counter-clockwise as it was given.
+    pub(crate) fn corners_mm(&self) -> [PointMm; 3] {
+        [self.a, self.b, self.c]
+    }
+
     /// Whether the angle over the longest side is above 90°.
     pub(crate) fn is_obtuse(&self) -> bool {
         dot(minus(self.a, self.c), minus(self.b, self.c)) < 0.0
@@ -64,6 +70,11 @@ impl Triangle {
     /// Height over the longest side in mm.
     pub(crate) fn height_mm(&self) -> f64 {
         2.0 * self.area_mm2() / norm(minus(self.b, self.a))
+    }
+
+    /// How far its places lie from their nearest sample, `gap_mm` at most.
+    pub(crate) fn nearness(&self, gap_mm: f64) -> Nearness {
+        Nearness::new(&sizes(self.a, self.b, self.c), gap_mm)
     }
 
     /// Sum of the squares of its three sides in mm².
@@ -183,6 +194,19 @@ pub(crate) fn sizes(p: PointMm, q: PointMm, r: PointMm) -> Sizes {
 }
 
 impl Sizes {
+    /// Half of each side in mm, ascending.
+    #[inline(always)]
+    pub(crate) fn halves_mm(&self) -> [f64; 3] {
+        self.squares_mm2.map(|square_mm2| 0.5 * square_mm2.sqrt())
+    }
+
+    /// -1 where an angle is above 90°, else 1.
+    #[inline(always)]
+    pub(crate) fn bluntness(&self) -> f64 {
+        let [short, middle, long] = self.squares_mm2;
+        if short + middle < long { -1.0 } else { 1.0 }
+    }
+
     /// Whether rounding spoils the gap by no more than 1e-12 of it: the shortest side is more than 1/4096 of the
     /// longest. Not where a side is not a number.
     #[inline(always)]

@@ -30,7 +30,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         }
     }
     let mesh = &report.mesh;
-    writeln!(text, "\nmesh       {} triangles, {:.4} mm²", mesh.triangles, mesh.area_mm2)?;
+    write!(text, "\nmesh       {} triangles", mesh.triangles)?;
+    match mesh.area_mm2 {
+        Some(area_mm2) => writeln!(text, ", {area_mm2:.4} mm²")?,
+        None => writeln!(text)?,
+    }
     if let Some(projection) = &mesh.projection {
         writeln!(text, "plane      {projection}")?;
     }
@@ -314,8 +318,13 @@ fn criterion(text: &mut String, form: &FormFigures) -> std::fmt::Result {
 
 /// The sampling in a few lines: what is known of it.
 pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fmt::Result {
+    // Where nothing else is said the reason comes first.
+    let mut unknown = sampling.unknown.iter();
     if let Some(coverage) = sampling.coverage {
         writeln!(text, "sampling   {} sampled densely enough", percent(coverage))?;
+    } else if let (None, Some(why)) = (sampling.gap_max_mm, unknown.clone().next()) {
+        unknown.next();
+        writeln!(text, "sampling   {why}")?;
     }
     let areas = [
         (sampling.undersampled_area_mm2, "mm² too coarse"),
@@ -363,7 +372,7 @@ pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fm
         sampling.spacing_recommended_mm.map(|mm| format!("{} mm recommended", short(mm))),
     ];
     line(text, density.into_iter().flatten().collect())?;
-    sampling.unknown.iter().try_for_each(|why| writeln!(text, "           {why}"))
+    unknown.try_for_each(|why| writeln!(text, "           {why}"))
 }
 
 /// The first regions to measure, one a line.

@@ -24,7 +24,7 @@ export function showFigures({ mesh, sampling, form, points }) {
     pair("triangles", "Triangles", count(mesh.triangles)),
     pair("edges", "Edges", count(mesh.edges)),
     pair("hull", "On the hull", count(mesh.hull)),
-    pair("area", "Area", empty ? DASH : withUnit(significant(mesh.area_mm2, 6), "mm²")),
+    pair("area", "Area", empty || mesh.area_mm2 == null ? DASH : withUnit(significant(mesh.area_mm2, 6), "mm²")),
     ...planeRows(mesh.projection),
     pair("projectable", "Projectable", empty ? DASH : mesh.projectable ? "yes" : "no", !empty && !mesh.projectable ? "bad" : ""),
     pair("relief", "Folds, walls, spikes", empty ? DASH : `${count(mesh.relief.folds.length)}, ${count(mesh.relief.walls)}, ${count(mesh.relief.spikes)}`, mesh.relief.folds.length > 0 ? "bad" : ""),

@@ -282,7 +282,7 @@ pub(super) fn points(out: &mut String, report: &Report) -> Result {
     rows.push(("duplicates".to_owned(), count(points.duplicates)));
     rows.push(("lost triggers".to_owned(), count(points.lost)));
     rows.push(("triangles".to_owned(), count(report.mesh.triangles)));
-    rows.push(("area of the mesh".to_owned(), format!("{} mm²", short(report.mesh.area_mm2))));
+    rows.push(("area of the mesh".to_owned(), short_or_dash(report.mesh.area_mm2, "mm²")));
     let relief = &report.mesh.relief;
     rows.push((
         "folds, walls, spikes".to_owned(),

@@ -72,6 +72,15 @@ pub(crate) fn of_points(meshed: Meshed<'_>) -> FeatureFigures {
     figures
 }
 
+/// Nothing is said of a surface that does not project but why.
+pub(crate) fn of_folded(why: &str) -> FeatureFigures {
+    FeatureFigures {
+        defects_unknown: Some(why.to_owned()),
+        partition_unknown: Some(why.to_owned()),
+        ..FeatureFigures::default()
+    }
+}
+
 /// What a search gives.
 struct Searched {
     defects: Vec<Defect>,

@@ -39,6 +39,9 @@ pub(super) enum NoFit {
          with weights by uncertainty"
     )]
     Oblique,
+    /// The points are those of no surface over its plane.
+    #[error("{0}")]
+    Folded(String),
 }
 
 /// Fits the part to the vertices of a mesh in the frame of `plane`.

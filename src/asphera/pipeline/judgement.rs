@@ -22,6 +22,11 @@ pub(super) fn judge(
     seen: &MeshFigures,
     sampling: &SamplingFigures,
 ) -> Verdict {
+    if let Err(NoFit::Folded(why)) = fitted {
+        let advice = seen.relief.projection.as_deref().unwrap_or_default();
+        doubt(&mut verdict, format!("{why}; {advice}"));
+        return verdict;
+    }
     match fitted.map(|fitted| &fitted.fit) {
         Err(error) => verdict.reasons.push(format!("no fit: {}", crate::error_chain(error))),
         Ok(fit) if !fit.termination.is_converged() => {
@@ -86,17 +91,6 @@ pub(super) fn judge(
         doubt(
             &mut verdict,
             format!("not projectable: {conflicts} points stand above or below others"),
-        );
-    }
-    if let [fold, ..] = &seen.relief.folds[..] {
-        let [x, y, z] = fold.at_mm;
-        let count = seen.relief.folds.len();
-        let along = seen.relief.projection.as_deref().unwrap_or("in no other plane either");
-        doubt(
-            &mut verdict,
-            format!(
-                "not projectable: folds in {count} places, the largest about ({x:.4}, {y:.4}, {z:.4}) mm; {along}"
-            ),
         );
     }
     verdict

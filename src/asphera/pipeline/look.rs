@@ -2,10 +2,11 @@
 
 use asphera_form::Pose;
 use asphera_surface::{
-    Kind, Mesh, Plane, PointMm, Region, Relief, Topography, VertexId, projectable_along, topography,
+    Kind, Mesh, Plane, PointMm, Region, Relief, Topography, VertexId, topography,
 };
 
-use super::sampling::{self, Findings, Next, Remembered, Sampled, ZoneSampling};
+use super::folded::{folded, still_true};
+use super::sampling::{self, Findings, Next, Remembered, Sampled, Wanted, ZoneSampling};
 use crate::config::Part;
 use crate::report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 
@@ -21,6 +22,8 @@ pub(super) struct Look {
     pub(super) zones: Vec<ZoneSampling>,
     /// What to measure next.
     pub(super) next: Option<Next>,
+    /// Why the mesh is none of the surface, if it is not.
+    pub(super) folded: Option<String>,
 }
 
 /// Looks at a mesh in the frame of `plane` of a part that lies there at `pose`.
@@ -35,12 +38,24 @@ pub(super) fn look(
     let triangles = mesh.triangles();
     let (relief, folds) = relief_inside(points, &triangles, part, pose);
     let sampled = Sampled { mesh, triangles: &triangles, plane };
+    if let Some(folded) = folded(mesh, &relief, plane) {
+        let Findings { figures, covered, .. } =
+            sampling::of_folded(sampled, Wanted::of(part), vec![folded.clone()]);
+        let seen = MeshFigures { relief: relief_figures(&relief, plane), ..MeshFigures::default() };
+        let (mesh, zones) = (with_counts(mesh, seen), Vec::new());
+        let folded = Some(folded);
+        return Look { mesh, triangles, covered, sampling: figures, zones, next: None, folded };
+    }
     let mut findings = sampling::of_part(sampled, &folds, part, pose, remembered);
     let next = findings.next(plane, part, pose);
     let Findings { figures, covered, area_mm2, zones, .. } = findings;
-    let seen =
-        MeshFigures { area_mm2, relief: relief_figures(&relief, plane), ..MeshFigures::default() };
-    Look { mesh: with_counts(mesh, seen), triangles, covered, sampling: figures, zones, next }
+    let seen = MeshFigures {
+        area_mm2: Some(area_mm2),
+        relief: relief_figures(&relief, plane),
+        ..MeshFigures::default()
+    };
+    let (mesh, folded) = (with_counts(mesh, seen), None);
+    Look { mesh, triangles, covered, sampling: figures, zones, next, folded }
 }
 
 /// The regions of steep triangles whose centres lie in the aperture, and the indices of those of folds.
@@ -86,10 +101,10 @@ impl Look {
     /// Adds what is worth its time only once all points have arrived.
     /// `measured_mm` are the vertices in the measured frame.
     pub(super) fn finish(&mut self, mesh: &Mesh, measured_mm: &[PointMm]) {
-        if !self.mesh.relief.folds.is_empty() {
-            let found = projectable_along(measured_mm, &Relief::default());
-            self.mesh.relief.projection =
-                Some(found.map_or_else(|error| error.to_string(), |found| found.to_string()));
+        if self.folded.is_some() {
+            let (extents, advice) = still_true(measured_mm);
+            self.mesh.relief.projection = Some(advice.clone());
+            self.sampling.unknown.extend([extents, advice]);
         }
         self.mesh.repeats = repeats(mesh);
     }

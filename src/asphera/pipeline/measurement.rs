@@ -10,7 +10,7 @@ use super::defects::{self, Meshed};
 use super::details::{areas_mm2, details, places_mm, sample};
 use super::errors::Errors;
 use super::figures;
-use super::fitting::{Fitted, fitted};
+use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
 use super::judgement::{compare, judge};
 use super::look::{Look, look};
@@ -76,22 +76,27 @@ pub(super) fn measure(
     mut remembered: Remembered,
 ) -> Measurement {
     let plane = projector.plane();
-    let fitted = fitted(mesh.points(), &part, &plane, &mut heights);
+    let mut fitted = fitted(mesh.points(), &part, &plane, &mut heights);
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();
     }
-    let result = fitted.as_ref().map(|fitted| &fitted.fit);
-    let pose = result.map(|fit| fit.pose).unwrap_or_default();
+    let pose = fitted.as_ref().map(|fitted| fitted.fit.pose).unwrap_or_default();
     let points_mm = measured(&mesh, &plane);
     let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
-    if result.is_err() && part.aperture != Aperture::None {
+    let folded = look.folded.take();
+    if let Some(why) = &folded {
+        // A nominal is one height at a place as well: distances to it are those of one sheet at most.
+        fitted = Err(NoFit::Folded(why.clone()));
+    }
+    let result = fitted.as_ref().map(|fitted| &fitted.fit);
+    if result.is_err() && folded.is_none() && part.aperture != Aperture::None {
         let why = "where the part lies is not known, as there is no fit: its aperture is laid about the origin";
         look.sampling.unknown.push(why.to_owned());
     }
-    let Look { triangles, covered, mesh: seen, sampling, zones, next } = look;
+    let Look { triangles, covered, mesh: seen, sampling, zones, next, .. } = look;
     let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
@@ -206,7 +211,10 @@ pub(super) fn measure(
     }
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let deviating = form.as_ref().map(|_| &deviations_mm[..]);
-    let features = defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned()));
+    let features = match &folded {
+        Some(why) => defects::of_folded(why),
+        None => defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned())),
+    };
     let mut without_form = Vec::new();
     let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
     let mut compared = match &assessed {

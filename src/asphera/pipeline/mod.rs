@@ -13,6 +13,7 @@ mod errors;
 mod figures;
 mod fit_details;
 mod fitting;
+mod folded;
 mod heights;
 #[cfg(test)]
 mod interval_study;
@@ -300,7 +301,10 @@ impl Pipeline {
             points,
             mesh: MeshFigures {
                 projection: self.projector.figures(),
-                area_mm2: self.current.whole_area_mm2().unwrap_or(self.seen.area_mm2),
+                area_mm2: self
+                    .seen
+                    .area_mm2
+                    .map(|seen| self.current.whole_area_mm2().unwrap_or(seen)),
                 // Looking at the whole mesh anew would cost every triangle.
                 ..look::with_counts(&self.mesh, self.seen.clone())
             },

@@ -13,8 +13,10 @@ pub struct MeshFigures {
     pub edges: u64,
     /// Vertices on the convex hull of the projection.
     pub hull: u64,
-    /// Area of the lifted triangles in mm²; in a snapshot as of `sampling.current.as_of_points`.
-    pub area_mm2: f64,
+    /// Area of the lifted triangles in mm²; in a snapshot as of `sampling.current.as_of_points`. Absent where the
+    /// surface does not project.
+    #[serde(default)]
+    pub area_mm2: Option<f64>,
     /// Whether no two points stand above each other at different heights, and no fold was found.
     pub projectable: bool,
     /// The plane of projection; absent where it is along z and nothing else was asked for.

@@ -14,7 +14,7 @@ pub struct SamplingFigures {
     pub lfs_source: Option<String>,
     /// Largest gap inside the aperture, in mm: the largest distance from the surface to its nearest point.
     pub gap_max_mm: Option<f64>,
-    /// Area-weighted 99th percentile of the gap.
+    /// 99 % of the area are places whose gap is at most this, in mm.
     pub gap_p99_mm: Option<f64>,
     /// Largest gap allowed, in mm: the nominal's, or else four times the average distance of the points.
     pub gap_limit_mm: Option<f64>,
@@ -22,7 +22,7 @@ pub struct SamplingFigures {
     pub epsilon_target: Option<f64>,
     /// Largest ε.
     pub epsilon_max: Option<f64>,
-    /// Area-weighted 99th percentile of ε.
+    /// 99 % of the area are places whose ε is at most this.
     pub epsilon_p99: Option<f64>,
     /// Largest ρ allowed: gap over reach. Absent where it was not asked for.
     #[serde(default)]
@@ -37,12 +37,12 @@ pub struct SamplingFigures {
     pub reach_mm: Option<f64>,
     /// Where ε is largest, or where it is nowhere above 0 the gap; measured frame, mm.
     pub at_max_mm: Option<[f64; 3]>,
-    /// Share of the aperture that is sampled densely enough, 0 to 1; where every point counts, of the outline
-    /// of the points. Absent, like the two areas, where the local feature size is known nowhere.
+    /// Share of the aperture whose places are within all limits, 0 to 1; where every point counts, of the outline
+    /// of the points. Beyond the outermost points no place is. Absent, like the two areas, where the local feature size is known nowhere.
     pub coverage: Option<f64>,
-    /// Projected area that was scanned, but not densely enough, in mm².
+    /// Projected area of places beyond a limit that were scanned, but not densely enough, in mm².
     pub undersampled_area_mm2: Option<f64>,
-    /// Projected area that was not scanned, in mm².
+    /// Projected area of places beyond a limit that were not scanned, in mm².
     pub uncovered_area_mm2: Option<f64>,
     /// Standard deviation of the heights from point to point, along the direction of projection, in nm.
     pub noise_sigma_nm: Option<f64>,
@@ -57,7 +57,7 @@ pub struct SamplingFigures {
     pub next: Vec<NextFigures>,
     /// How many more regions there are, those too small to be listed included.
     pub next_more: u64,
-    /// Their area in mm².
+    /// The area in mm² of their places beyond a limit.
     pub next_more_area_mm2: f64,
     /// How many pieces the part that is sampled densely enough is in.
     #[serde(default)]
@@ -102,7 +102,7 @@ impl SamplingFigures {
 /// aperture, where the part lay at the last look (`sampling.as_of_points`); also one that bridges what was not
 /// scanned. Thin triangles along the outline have the gap that their corners alone tell. The local feature size
 /// is that at one corner, less what it may lose on the way across the triangle. Percentiles are upper bounds, by up
-/// to 1/8 too large.
+/// to 1/8 too large, where triangles are about as halves of squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurrentFigures {
     /// How many points had arrived in the mesh. Fewer than in the mesh by now where points come in no order: then
@@ -135,11 +135,12 @@ pub struct CurrentFigures {
 /// A region that is not covered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NextFigures {
-    /// Its projected area in mm².
+    /// Its projected area in mm², that of its polygons: what is to be measured. Some of its places may be within the
+    /// limits.
     pub area_mm2: f64,
-    /// Of this, what was scanned, but not densely enough.
+    /// Of this, places beyond a limit that were scanned, but not densely enough.
     pub undersampled_mm2: f64,
-    /// Of this, what was not scanned.
+    /// Of this, places beyond a limit that were not scanned.
     pub uncovered_mm2: f64,
     /// What measuring it adds to the coverage, 0 to 1.
     pub adds_coverage: Option<f64>,

@@ -4,6 +4,7 @@
 //! operations for one triangle after the other, without a branch, so that the compiler does several at once.
 
 use super::target::Target;
+use crate::nearness::Nearness;
 use crate::triangle::{lesser, sizes};
 use crate::{PointMm, VertexId};
 
@@ -30,6 +31,10 @@ pub(super) struct Block {
     pub(super) lfs_mm: Row,
     /// NaN where the local feature size is not known.
     pub(super) epsilon: Row,
+    /// Half of each side, ascending.
+    halves_mm: [Row; 3],
+    /// See [`Nearness`].
+    bluntness: Row,
 }
 
 impl Block {
@@ -44,6 +49,8 @@ impl Block {
             long_mm2: NONE,
             lfs_mm: NONE,
             epsilon: NONE,
+            halves_mm: [NONE; 3],
+            bluntness: NONE,
         }
     }
 
@@ -78,6 +85,18 @@ impl Block {
         [self.corners[0][row], self.corners[1][row]]
     }
 
+    /// How far the places of a triangle lie from their nearest sample.
+    #[inline(always)]
+    pub(super) fn nearness(&self, row: usize) -> Nearness {
+        let [short, middle, long] = &self.halves_mm;
+        Nearness {
+            halves_mm: [short[row], middle[row], long[row]],
+            bluntness: self.bluntness[row],
+            gap_mm: self.gap_mm[row],
+            area_mm2: self.area_mm2[row],
+        }
+    }
+
     /// Leaves nothing of a triangle that would count: no area, and a gap and an ε below all others.
     pub(super) fn take_out(&mut self, row: usize) {
         (self.area_mm2[row], self.projected_mm2[row]) = (0.0, 0.0);
@@ -110,6 +129,9 @@ impl Block {
             self.squares_mm2[row] = short_mm2 + middle_mm2 + long_mm2;
             self.long_mm2[row] = if sizes.is_stout() { long_mm2 } else { f64::INFINITY };
             self.epsilon[row] = sizes.gap_mm / self.lfs_mm[row];
+            let [short, middle, long] = &mut self.halves_mm;
+            [short[row], middle[row], long[row]] = sizes.halves_mm();
+            self.bluntness[row] = sizes.bluntness();
         }
     }
 }

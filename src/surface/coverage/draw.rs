@@ -28,6 +28,8 @@ pub(super) struct Open {
     pub(super) whereabouts: Whereabouts,
     /// Its area inside the aperture.
     pub(super) area_mm2: f64,
+    /// The part of that whose places are not within the target.
+    pub(super) beyond_mm2: f64,
 }
 
 /// The plane with all that is in it.

@@ -3,10 +3,10 @@
 use super::aperture::Aperture;
 use super::border::Border;
 use super::density::{Density, Facet};
-use super::gauge::{Gauged, Gauger, Gauges, lfs_at_points_mm};
+use super::gauge::{Gauged, Gauger, Gauges, Guess, lfs_at_points_mm};
 use super::patches::Patches;
+use super::percentiles::{Percentiles, Searches, Values};
 use super::regions::Measured;
-use super::spread::{Distribution, Quantiles};
 use super::target::Target;
 use super::{CoverageError, Examination, Reference, without};
 use crate::outline::island_counts;
@@ -50,8 +50,10 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
             density,
             at_points_mm: &at_points_mm,
         };
-        let gauges = gauger.gauge(gauger.windows());
-        let Gauges { covered: mut tally, distribution, is_covered, mut open, area_mm2 } = gauges;
+        let mut gauges = gauger.gauge(gauger.guess());
+        let mut open = std::mem::take(&mut gauges.open);
+        let mut tally = std::mem::take(&mut gauges.covered);
+        let area_mm2 = gauges.area_mm2;
         let measured = Measured { points, triangles, target };
         if hull.is_none() && !triangles.is_empty() {
             return Err(CoverageError::NotAMesh { triangles: triangles.len() });
@@ -72,13 +74,14 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
             }
         }
         // None of these asks for another.
-        let ((quantiles, islands), found) = rayon::join(
+        let most = tally.most();
+        let ((distributed, islands), found) = rayon::join(
             || {
                 let islands = hull
                     .as_deref()
-                    .map(|hull| island_counts(points, triangles, &is_covered, hull))
+                    .map(|hull| island_counts(points, triangles, &gauges.is_covered, hull))
                     .unwrap_or_default();
-                (gauger.quantiles(distribution, &open), islands)
+                (gauger.distributed(&mut gauges, &open, most), islands)
             },
             || match (aperture, &hull) {
                 (Some((aperture, border)), Some(hull)) if tally.meets() => {
@@ -91,7 +94,7 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
                 (None, None) => Ok(Patches::none()),
             },
         );
-        let Quantiles { gaps_mm, epsilons, facets_mm2 } = quantiles;
+        let Distributed { places, facets_mm2 } = distributed;
         let found = found?;
         let (reference, reference_mm2) = match aperture {
             Some((aperture, _)) => (Reference::Aperture, Some(aperture.area_mm2())),
@@ -102,21 +105,49 @@ impl<R: FnOnce() -> Rim + Send> Meshed<'_, R> {
             let lfs_mm = target.tightest_lfs_mm(epsilon, tally.lfs_min_mm());
             tally.crumpled().dense(density, facets_mm2, lfs_mm)
         });
-        let coverage = tally.coverage(reference, reference_mm2, [gaps_mm, epsilons], found);
-        Ok(Examination { coverage, covered: is_covered, islands, dense, area_mm2 })
+        let coverage = tally.coverage(reference, reference_mm2, places, found);
+        Ok(Examination { coverage, covered: gauges.is_covered, islands, dense, area_mm2 })
     }
 }
 
+/// Medians and percentiles over all triangles that count.
+struct Distributed {
+    places: Percentiles,
+    /// The median of the areas of facets.
+    facets_mm2: Option<f64>,
+}
+
 impl Gauger<'_> {
-    /// The quantiles of all triangles that count: of the covered ones, which are distributed so, and the open ones.
-    /// Takes another pass if the sample that said where to look for them was a poor one.
-    fn quantiles(&self, mut distribution: Distribution, open: &[Gauged]) -> Quantiles {
-        loop {
-            open.iter().for_each(|gauged| distribution.add(&gauged.entry()));
-            match distribution.quantiles() {
-                Ok(quantiles) => return quantiles,
-                Err(elsewhere) => distribution = self.gauge(elsewhere).distribution,
+    /// The medians and percentiles of all triangles that count: of the covered ones, which are gauged, and the open
+    /// ones; `most` are the largest gap and the largest ε.
+    fn distributed(&self, gauges: &mut Gauges, open: &[Gauged], most: [f64; 2]) -> Distributed {
+        let triangle = |gauged: &Gauged| Triangle::new(self.points, self.triangles[gauged.index]);
+        let mut searches = Searches::up_to(most);
+        let mut places = gauges.places;
+        let places = loop {
+            for gauged in open {
+                places.add(&gauged.placed(&triangle(gauged)));
             }
-        }
+            match searches.percentiles(&places) {
+                Ok(percentiles) => break percentiles,
+                Err(values) => {
+                    places = self.places(values, &gauges.is_covered, &gauges.cared);
+                }
+            }
+        };
+        let facets_mm2 = loop {
+            for gauged in open.iter().filter(|gauged| gauged.is_facet()) {
+                gauges.facets.add(triangle(gauged).area_mm2());
+            }
+            match gauges.facets.median() {
+                Ok(median) => break median,
+                // The sample that told where to look was a poor one.
+                Err(facets) => {
+                    let guess = Guess { facets, places: Values::default() };
+                    gauges.facets = self.gauge(guess).facets;
+                }
+            }
+        };
+        Distributed { places, facets_mm2 }
     }
 }

@@ -10,8 +10,10 @@ use super::block::{BLOCK, Block, Limits, largest, smallest, total};
 use super::border::{Border, Whereabouts};
 use super::bridges::find_bridges;
 use super::clip::common_area_mm2;
+use super::clipped_gap::clipped_gap;
 use super::density::{Crumpling, Density, Facet};
-use super::spread::{Distribution, Entry, Windows};
+use super::facet_median::{Distribution, Window};
+use super::percentiles::{Placed, Places, Values, values_of};
 use super::tally::Tally;
 use super::target::Target;
 use crate::area::Sum;
@@ -41,8 +43,8 @@ pub(super) struct Gauged {
     pub(super) whereabouts: Whereabouts,
     /// Its area in the plane inside the aperture.
     pub(super) area_mm2: f64,
-    /// The same in space.
-    pub(super) in_space_mm2: f64,
+    /// The share of that whose places are not within the target.
+    pub(super) beyond: f64,
     /// Whether it lies inside the aperture as a whole.
     pub(super) is_whole: bool,
 }
@@ -57,13 +59,18 @@ impl Gauged {
         self.is_whole && self.standing != Standing::Bridge
     }
 
-    /// As it counts for quantiles.
-    pub(super) fn entry(&self) -> Entry {
-        Entry {
-            gap_mm: self.gap.mm,
-            epsilon: self.epsilon().unwrap_or(f64::NAN),
-            area_mm2: self.in_space_mm2,
-            is_facet: self.is_facet(),
+    /// Its area in the plane inside the aperture of places that are not within the target.
+    pub(super) fn beyond_mm2(&self) -> f64 {
+        self.beyond * self.area_mm2
+    }
+
+    /// As it counts for percentiles.
+    pub(super) fn placed(&self, triangle: &Triangle) -> Placed {
+        let whole_mm2 = triangle.projected_area_mm2();
+        Placed {
+            nearness: triangle.nearness(self.gap.mm),
+            weight: if self.area_mm2 > 0.0 { self.area_mm2 / whole_mm2 } else { 0.0 },
+            lfs_mm: self.lfs_mm.unwrap_or(f64::NAN),
         }
     }
 }
@@ -86,14 +93,25 @@ pub(super) fn lfs_at_points_mm(
 pub(super) struct Gauges {
     /// The figures of the covered ones.
     pub(super) covered: Tally,
-    /// How those are distributed.
-    pub(super) distribution: Distribution,
+    /// How the areas of those that are facets are distributed.
+    pub(super) facets: Distribution,
+    /// What those hold up to the values that were asked for.
+    pub(super) places: Places,
+    /// Those of them, by ascending index, that were not measured plainly.
+    pub(super) cared: Vec<(usize, Placed)>,
     /// Whether each triangle is covered and has a part in the aperture.
     pub(super) is_covered: Vec<bool>,
     /// Those that are not covered, by ascending index.
     pub(super) open: Vec<Gauged>,
     /// Area in space of all triangles, wherever they are.
     pub(super) area_mm2: f64,
+}
+
+/// Where medians and percentiles lie, as some of the triangles tell.
+#[derive(Clone, Copy)]
+pub(super) struct Guess {
+    pub(super) facets: Window,
+    pub(super) places: Values,
 }
 
 /// What triangles are gauged with.
@@ -114,18 +132,20 @@ pub(super) struct Gauger<'a> {
 
 impl Gauger<'_> {
     /// Gauges all triangles. Linear time.
-    pub(super) fn gauge(&self, windows: Windows) -> Gauges {
+    pub(super) fn gauge(&self, guess: Guess) -> Gauges {
         let mut is_covered = vec![false; self.triangles.len()];
         let parts: Vec<Part> = is_covered
             .par_chunks_mut(CHUNK)
             .enumerate()
             .map_init(Block::new, |block, (number, rows)| {
-                Chunk::new(self, windows).gauge(number * CHUNK, rows, block)
+                Chunk::new(self, guess).gauge(number * CHUNK, rows, block)
             })
             .collect();
         let mut gauges = Gauges {
             covered: Tally::default(),
-            distribution: Distribution::new(windows),
+            facets: Distribution::new(guess.facets),
+            places: Places::up_to(guess.places),
+            cared: Vec::new(),
             is_covered,
             open: Vec::new(),
             area_mm2: 0.0,
@@ -133,7 +153,9 @@ impl Gauger<'_> {
         let mut area = Sum::default();
         for part in parts {
             gauges.covered.join(part.covered);
-            gauges.distribution.join(part.distribution);
+            gauges.facets.join(part.facets);
+            gauges.places.join(part.places);
+            gauges.cared.extend(part.cared);
             gauges.open.extend(part.open);
             area.join(part.area);
         }
@@ -142,34 +164,79 @@ impl Gauger<'_> {
         gauges
     }
 
-    /// Between which values the quantiles lie, as some of the triangles tell.
-    pub(super) fn windows(&self) -> Windows {
+    /// Where medians and percentiles lie, as some of the triangles tell.
+    pub(super) fn guess(&self) -> Guess {
         let count = self.triangles.len();
         // An odd step does not always meet the same of the two triangles of a square.
         let step = (count / SAMPLE) | 1;
-        if step == 1 {
-            return Windows::ALL;
-        }
-        let sampled: Vec<Vec<Entry>> = (0..count.div_ceil(step * BLOCK))
+        let sampled: Vec<Vec<Placed>> = (0..count.div_ceil(step * BLOCK))
             .into_par_iter()
             .with_min_len(SAMPLE / BLOCK / 8)
             .map_init(Block::new, |block, number| self.sample(number * step * BLOCK, step, block))
             .collect();
-        Windows::about(&sampled.concat())
+        let sampled = sampled.concat();
+        let areas_mm2 = sampled.iter().map(|placed| placed.nearness.area_mm2).collect();
+        let facets = if step == 1 { Window::ALL } else { Window::about(areas_mm2) };
+        Guess { facets, places: values_of(&sampled) }
     }
 
     /// What [`BLOCK`] triangles come to, so many apart, as far as they lie inside.
-    fn sample(&self, first: usize, step: usize, block: &mut Block) -> Vec<Entry> {
+    fn sample(&self, first: usize, step: usize, block: &mut Block) -> Vec<Placed> {
         let corners = self.triangles[first..].iter().copied().step_by(step);
         let count = block.measure(self.points, self.at_points_mm, corners);
         let inside = |&row: &usize| self.whereabouts(block, row) == Whereabouts::Inside;
-        let entry = |row: usize| Entry {
-            gap_mm: block.gap_mm[row],
-            epsilon: block.epsilon[row],
-            area_mm2: block.area_mm2[row],
-            is_facet: true,
+        let placed = |row: usize| {
+            let (nearness, lfs_mm) = (block.nearness(row), block.lfs_mm[row]);
+            Placed { nearness, weight: 1.0, lfs_mm }
         };
-        (0..count).filter(inside).map(entry).collect()
+        (0..count).filter(inside).map(placed).collect()
+    }
+
+    /// What all covered triangles hold up to other values; those that were not measured plainly are given.
+    pub(super) fn places(
+        &self,
+        values: Values,
+        is_covered: &[bool],
+        cared: &[(usize, Placed)],
+    ) -> Places {
+        let parts: Vec<Places> = is_covered
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map_init(Block::new, |block, (number, is_covered)| {
+                let first = number * CHUNK;
+                let from = cared.partition_point(|(index, _)| *index < first);
+                let to = cared.partition_point(|(index, _)| *index < first + is_covered.len());
+                self.places_of(first, values, (is_covered, &cared[from..to]), block)
+            })
+            .collect();
+        let mut places = Places::up_to(values);
+        parts.into_iter().for_each(|part| places.join(part));
+        places
+    }
+
+    fn places_of(
+        &self,
+        first: usize,
+        values: Values,
+        (is_covered, cared): (&[bool], &[(usize, Placed)]),
+        block: &mut Block,
+    ) -> Places {
+        let mut places = Places::up_to(values);
+        let mut with_care = cared.iter().map(|(index, _)| *index).peekable();
+        for (number, is_covered) in is_covered.chunks(BLOCK).enumerate() {
+            let first = first + number * BLOCK;
+            let corners = self.triangles[first..first + is_covered.len()].iter().copied();
+            block.measure(self.points, self.at_points_mm, corners);
+            for (row, is_covered) in is_covered.iter().enumerate() {
+                let is_cared = with_care.next_if_eq(&(first + row)).is_some();
+                if !is_covered || is_cared {
+                    block.take_out(row);
+                }
+            }
+            places.add_block(block, total(|row| block.area_mm2[row]));
+        }
+        cared.iter().for_each(|(_, placed)| places.add(placed));
+        places
     }
 
     /// Where a triangle of a block lies; near also where rounding may spoil its figures.
@@ -193,7 +260,9 @@ impl Gauger<'_> {
 /// What a chunk comes to.
 struct Part {
     covered: Tally,
-    distribution: Distribution,
+    facets: Distribution,
+    places: Places,
+    cared: Vec<(usize, Placed)>,
     open: Vec<Gauged>,
     area: Sum,
 }
@@ -208,7 +277,7 @@ struct Chunk<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    fn new(gauger: &'a Gauger<'a>, windows: Windows) -> Chunk<'a> {
+    fn new(gauger: &'a Gauger<'a>, guess: Guess) -> Chunk<'a> {
         Chunk {
             gauger,
             aperture_mm2: gauger.aperture.map_or(0.0, |(aperture, _)| aperture.area_mm2()),
@@ -217,7 +286,9 @@ impl<'a> Chunk<'a> {
             plain: Plain::new(gauger.density),
             part: Part {
                 covered: Tally::default(),
-                distribution: Distribution::new(windows),
+                facets: Distribution::new(guess.facets),
+                places: Places::up_to(guess.places),
+                cared: Vec::new(),
                 open: Vec::new(),
                 area: Sum::default(),
             },
@@ -301,7 +372,8 @@ impl<'a> Chunk<'a> {
         if let Some(crumpling) = &mut self.plain.crumpling {
             crumpling.add_block(block);
         }
-        self.part.distribution.add_block(block, area_mm2);
+        self.part.facets.add_block(block, area_mm2);
+        self.part.places.add_block(block, area_mm2);
     }
 
     /// Gauges any triangle, whose gap is that of its corners where none is given; says whether it is covered and
@@ -320,38 +392,47 @@ impl<'a> Chunk<'a> {
         if whereabouts == Whereabouts::Outside {
             return false;
         }
-        let gap = gap.unwrap_or_else(|| triangle.gap());
+        let mut gap = gap.unwrap_or_else(|| triangle.gap());
         let whole_mm2 = triangle.projected_area_mm2().max(0.0);
-        let area_mm2 = match (whereabouts, aperture) {
-            (Whereabouts::Near, Some((aperture, border))) => {
-                common_area_mm2(aperture, self.aperture_mm2, border, places).min(whole_mm2)
+        let mut area_mm2 = whole_mm2;
+        if let (Whereabouts::Near, Some((aperture, border))) = (whereabouts, aperture) {
+            area_mm2 = common_area_mm2(aperture, self.aperture_mm2, border, places).min(whole_mm2);
+            if area_mm2 > 0.0 && area_mm2 < whole_mm2 {
+                gap = clipped_gap(&triangle, gap, border);
             }
-            _ => whole_mm2,
-        };
+        }
         let lfs_mm = smaller(smaller(at_points_mm[a], at_points_mm[b]), at_points_mm[c]);
         let lfs_mm = Some(lfs_mm).filter(|lfs_mm| !lfs_mm.is_nan());
-        let is_within =
-            target.gap_mm(lfs_mm).is_some_and(|limit_mm| gap.mm <= limit_mm * (1.0 + ROUNDING));
+        let limit_mm = target.gap_mm(lfs_mm).map(|limit_mm| limit_mm * (1.0 + ROUNDING));
+        let is_open = is_left_out || limit_mm.is_none_or(|limit_mm| gap.mm > limit_mm);
         let has_area = area_mm2 > 0.0;
-        let gauged = Gauged {
+        let mut gauged = Gauged {
             index,
             standing: if is_left_out { Standing::Bridge } else { Standing::Undersampled },
             gap,
             lfs_mm,
             whereabouts,
             area_mm2,
-            in_space_mm2: if has_area { all_in_space_mm2 * (area_mm2 / whole_mm2) } else { 0.0 },
+            beyond: f64::from(u8::from(is_open)),
             is_whole: has_area && area_mm2 >= whole_mm2 * (1.0 - ROUNDING),
         };
-        if is_left_out || !is_within {
+        if is_open {
+            if let Some(limit_mm) = limit_mm.filter(|_| !is_left_out) {
+                gauged.beyond = triangle.nearness(gap.mm).share_beyond(limit_mm);
+            }
             part.open.push(gauged);
             return false;
         }
         if has_area {
             part.covered.add(gap, lfs_mm, area_mm2);
-            part.distribution.add(&gauged.entry());
-            if let Some(density) = density.filter(|_| gauged.is_whole) {
-                part.covered.add_facet(density, &Facet::of(&triangle));
+            let placed = gauged.placed(&triangle);
+            part.places.add(&placed);
+            part.cared.push((index, placed));
+            if gauged.is_whole {
+                part.facets.add(all_in_space_mm2);
+                if let Some(density) = density {
+                    part.covered.add_facet(density, &Facet::of(&triangle));
+                }
             }
         }
         has_area

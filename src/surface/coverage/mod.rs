@@ -1,21 +1,21 @@
 //! How much of an aperture is covered by samples, and what to measure next.
 //!
-//! **Covered** is the area of the aperture inside triangles of the mesh whose gap is within the
-//! target (for gap and ε see [`crate::assess`]). **Undersampled** is that inside triangles whose gap
-//! is not, where the surface was scanned all the same: at one of the corners at least, the samples
+//! **Covered** is the area of the aperture whose places lie on the mesh and are no farther from their nearest sample
+//! than the target allows (for gap and ε see [`crate::assess`]). **Undersampled** are places that
+//! are farther, where the surface was scanned all the same: at one of the corners of their triangle at least, samples
 //! are about as far apart as here. **Uncovered** is all the rest: what lies outside the hull of the
-//! mesh, and inside triangles that bridge what nobody scanned, whose gap is above the target and more
+//! mesh, and places beyond the target in triangles that bridge what nobody scanned, whose gap is above the target and more
 //! than three times the smallest gap at each of their corners. A stripe scanned too coarsely is
 //! undersampled, a hole in a fine scan is uncovered, whatever the target. The three add up to the area
 //! of the aperture.
 //!
-//! The area of a triangle inside the aperture is exact but for rounding. A triangle between samples
-//! that are dense and one that is not belongs to what is not covered: a region reaches to the
-//! outermost samples of what is.
+//! The area of a triangle inside the aperture is exact but for rounding. How much of it lies within the target follows
+//! from its sides (see `nearness.rs`), and for a triangle across the border of the aperture from the share of it inside.
 //!
-//! **Regions.** Triangles that are not covered are joined across the sides they share inside the
+//! **Regions.** Triangles with places that are not covered are joined across the sides they share inside the
 //! aperture, and so is what lies outside the hull. A region smaller than one square of the spacing it
-//! needs is not listed but counted in the remainder. Regions are drawn as polygons on a border that
+//! needs is not listed but counted in the remainder. A region reaches to the outermost samples of what is
+//! covered, so its area is larger than that of its places beyond the target. Regions are drawn as polygons on a border that
 //! runs inside a circle by up to 1e-5 of its radius, else by some 1e-9 of the size; their areas are
 //! sums over triangles.
 //!
@@ -31,17 +31,19 @@ mod block;
 mod border;
 mod bridges;
 mod clip;
+mod clipped_gap;
 mod density;
 mod draw;
 mod examine;
+mod facet_median;
 mod frame;
 mod gauge;
 mod patches;
+mod percentiles;
 mod plan;
 mod polygon;
 mod regions;
 mod simple;
-mod spread;
 mod tally;
 mod target;
 mod without;
@@ -52,11 +54,11 @@ pub use self::aperture::{Aperture, ApertureError};
 pub use self::density::{Dense, Density};
 use self::examine::Meshed;
 pub use self::patches::Patch;
+pub use self::percentiles::Spread;
 pub use self::plan::{
     Completion, PlanError, Progress, Waypoint, completion, waypoints, write_waypoints,
 };
 pub use self::polygon::{Polygon, Ring};
-pub use self::spread::Spread;
 pub use self::target::{Reach, Spacing, Target, TargetError};
 use crate::outline::IslandCounts;
 use crate::rim::Rim;
@@ -76,11 +78,11 @@ pub enum Reference {
 pub struct CoveredAreas {
     /// Of the aperture.
     pub aperture_mm2: f64,
-    /// Covered: sampled as densely as the target asks.
+    /// Covered: no farther from the nearest sample than the target allows.
     pub covered_mm2: f64,
-    /// Scanned, but not densely enough.
+    /// Farther, though scanned.
     pub undersampled_mm2: f64,
-    /// Not scanned.
+    /// Farther, and not scanned.
     pub uncovered_mm2: f64,
     /// The part of what is not covered where that is only because its local feature size, which the
     /// target needs, is not known.
@@ -107,20 +109,20 @@ pub struct Coverage {
     pub areas: Option<CoveredAreas>,
     /// How many triangles there are.
     pub triangles: CoverageCounts,
-    /// Gaps in mm, by area in space inside the aperture; none without triangles there.
+    /// Gaps of places in mm, by area in space inside the aperture; none without triangles there.
     pub gap_mm: Option<Spread>,
     /// Where the largest gap is.
     pub gap_max_at_mm: Option<PointMm>,
-    /// ε of the triangles where the local feature size is known, by area.
+    /// ε of places where the local feature size is known, by area.
     pub epsilon: Option<Spread>,
     /// Where the largest ε is.
     pub epsilon_max_at_mm: Option<PointMm>,
     /// The smallest local feature size at the corners of triangles in the aperture, in mm; none if it is not
     /// known anywhere, infinite over a plane.
     pub lfs_min_mm: Option<f64>,
-    /// The regions that are not covered, the largest first: what to measure next.
+    /// The regions that are not covered, first the one that adds most to the coverage: what to measure next.
     pub patches: Vec<Patch>,
-    /// The area in mm² of the regions too small to be listed.
+    /// The area in mm² of places that are not covered in regions too small to be listed.
     pub remainder_mm2: f64,
     /// How many those are.
     pub remainder_patches: u64,

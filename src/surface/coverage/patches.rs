@@ -13,11 +13,11 @@ use crate::triangle::Triangle;
 /// A region of the aperture that is not covered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
-    /// Its area in the plane in mm²: what measuring it adds to the coverage.
+    /// Its area in the plane in mm², that of its polygons: what is to be measured.
     pub area_mm2: f64,
-    /// Of this, what was scanned, but not densely enough.
+    /// Of this, places beyond the target that were scanned, but not densely enough.
     pub undersampled_mm2: f64,
-    /// Of this, what was not scanned.
+    /// Of this, places beyond the target that were not scanned.
     pub uncovered_mm2: f64,
     /// The largest gap of its triangles in mm; none if it lies outside the hull.
     pub gap_max_mm: Option<f64>,
@@ -37,6 +37,11 @@ pub struct Patch {
 }
 
 impl Patch {
+    /// The area in mm² of its places that are not covered: what measuring it adds to the coverage.
+    pub fn missing_mm2(&self) -> f64 {
+        self.undersampled_mm2 + self.uncovered_mm2
+    }
+
     /// How many samples on a raster of the spacing it needs fill its area; none if that is not known.
     pub fn samples_needed(&self) -> Option<f64> {
         let spacing_mm = self.spacing_in_plane_mm()?;
@@ -96,6 +101,7 @@ impl Patches {
 /// What the figures of a region are made of.
 #[derive(Clone, Default)]
 struct Gathered {
+    area: Sum,
     undersampled: Sum,
     uncovered: Sum,
     in_space: Sum,
@@ -106,7 +112,7 @@ struct Gathered {
     limit_mm: Option<f64>,
 }
 
-/// The regions of a drawing, the largest first. The first of the open triangles are those gauged, the rest
+/// The regions of a drawing, first the one that adds most to the coverage. The first of the open triangles are those gauged, the rest
 /// lies outside the hull.
 pub(super) fn patches(
     scene: &Scene<'_>,
@@ -124,12 +130,12 @@ pub(super) fn patches(
     let mut found = Patches::none();
     let mut remainder = Sum::default();
     for (mut gathered, lines) in gathered.into_iter().zip(drawing.lines) {
-        let area_mm2 = gathered.area_mm2();
-        if area_mm2 > 0.0 {
+        let missing_mm2 = gathered.missing_mm2();
+        if missing_mm2 > 0.0 {
             match gathered.patch(lines, target, lfs_mm) {
                 Some(patch) => found.listed.push(patch),
                 None => {
-                    remainder.add(area_mm2);
+                    remainder.add(missing_mm2);
                     found.remainder += 1;
                 }
             }
@@ -138,8 +144,8 @@ pub(super) fn patches(
     found.listed.sort_by(|left, right| {
         let at = |patch: &Patch| patch.inside_mm;
         right
-            .area_mm2
-            .total_cmp(&left.area_mm2)
+            .missing_mm2()
+            .total_cmp(&left.missing_mm2())
             .then(at(left)[0].total_cmp(&at(right)[0]))
             .then(at(left)[1].total_cmp(&at(right)[1]))
     });
@@ -153,7 +159,8 @@ impl Gathered {
             Standing::Undersampled => &mut self.undersampled,
             Standing::Bridge => &mut self.uncovered,
         };
-        sum.add(open.area_mm2);
+        sum.add(open.beyond_mm2);
+        self.area.add(open.area_mm2);
         if let Some(gauged) = gauged {
             let triangle = Triangle::new(scene.points, open.corners);
             self.in_space.add(triangle.area_mm2());
@@ -169,7 +176,7 @@ impl Gathered {
         }
     }
 
-    fn area_mm2(&self) -> f64 {
+    fn missing_mm2(&self) -> f64 {
         let mut sum = self.undersampled;
         sum.add(self.uncovered.total());
         sum.total()
@@ -182,7 +189,7 @@ impl Gathered {
         target: &Target,
         lfs_mm: &impl Fn(f64, f64) -> Option<f64>,
     ) -> Option<Patch> {
-        let area_mm2 = self.area_mm2();
+        let area_mm2 = self.area.total();
         let too_small = |limit_mm: Option<f64>| {
             let spacing_mm = Spacing::of_gap(limit_mm).mm();
             spacing_mm.is_some_and(|spacing_mm| area_mm2 < spacing_mm * spacing_mm)

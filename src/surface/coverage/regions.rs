@@ -42,6 +42,7 @@ impl Measured<'_> {
             standing: gauged.standing,
             whereabouts: gauged.whereabouts,
             area_mm2: gauged.area_mm2,
+            beyond_mm2: gauged.beyond_mm2(),
         };
         gauged.iter().map(open).collect()
     }
@@ -61,7 +62,8 @@ impl Measured<'_> {
             if whereabouts != Whereabouts::Outside {
                 let area_mm2 = common_area_mm2(aperture, aperture_mm2, border, places);
                 let standing = Standing::Bridge;
-                open.push(Open { corners, standing, whereabouts, area_mm2 });
+                let beyond_mm2 = area_mm2;
+                open.push(Open { corners, standing, whereabouts, area_mm2, beyond_mm2 });
             }
         }
     }
@@ -159,6 +161,7 @@ mod tests {
                 standing: Standing::Undersampled,
                 whereabouts: Whereabouts::Near,
                 area_mm2: 1.0,
+                beyond_mm2: 1.0,
             })
             .collect();
         let scene = measured.scene(Some(&border), Some(&frame), &[]);

@@ -3,7 +3,7 @@
 use super::density::{Crumpled, Crumpling, Density, Facet};
 use super::gauge::{Gauged, Plain, Standing};
 use super::patches::Patches;
-use super::spread::Spread;
+use super::percentiles::{Percentiles, Spread};
 use super::{Coverage, CoverageCounts, CoveredAreas, Reference};
 use crate::PointMm;
 use crate::area::Sum;
@@ -40,7 +40,9 @@ impl Tally {
             Standing::Bridge => (&mut self.counts.bridging, &mut self.bridging),
         };
         *count += 1;
-        sum.add(gauged.area_mm2);
+        let beyond_mm2 = gauged.beyond_mm2();
+        sum.add(beyond_mm2);
+        self.covered.add(gauged.area_mm2 - beyond_mm2);
         if unknown {
             self.unknown.add(gauged.area_mm2);
         }
@@ -124,6 +126,11 @@ impl Tally {
         self.widest.is_some()
     }
 
+    /// The largest gap in mm and the largest ε; 0 where none is known.
+    pub(super) fn most(&self) -> [f64; 2] {
+        [self.widest, self.worst].map(|largest| largest.map_or(0.0, |(value, _)| value))
+    }
+
     /// The area of all triangles that count, in the plane.
     pub(super) fn area_mm2(&self) -> f64 {
         let mut sum = self.covered;
@@ -150,7 +157,7 @@ impl Tally {
         self,
         reference: Reference,
         aperture_mm2: Option<f64>,
-        [gaps_mm, epsilons]: [Option<[f64; 2]>; 2],
+        [gaps_mm, epsilons]: Percentiles,
         found: Patches,
     ) -> Coverage {
         let areas = aperture_mm2.map(|aperture_mm2| {

@@ -1,5 +1,7 @@
 //! An area by the values of a figure, in bins of an eighth of an octave: a distribution that can be added up.
 
+use crate::nearness::{Entry, Nearness, quantile};
+
 /// Areas by value. Bins before the first and after the last that are kept are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Bins {
@@ -22,6 +24,19 @@ impl Bins {
     #[inline(always)]
     pub(super) fn add(&mut self, value: f64, area: f64) {
         self.areas[bin(value)] += area;
+    }
+
+    /// Adds the area of a triangle to all bins, by the figure of its places: distance over `unit_mm`, which is
+    /// positive.
+    pub(super) fn add_places(&mut self, nearness: &Nearness, unit_mm: f64) {
+        let last = bin(nearness.gap_mm / unit_mm);
+        let mut left_mm2 = nearness.area_mm2;
+        for bin in (1..=last).rev().take(BINS_OF_PLACES) {
+            let below_mm2 = nearness.within(upper_bound(bin - 1) * unit_mm).area_mm2.min(left_mm2);
+            self.areas[bin] += left_mm2 - below_mm2;
+            left_mm2 = below_mm2;
+        }
+        self.areas[last.saturating_sub(BINS_OF_PLACES)] += left_mm2;
     }
 
     /// The same without the empty bins at both ends.
@@ -54,11 +69,45 @@ impl Bins {
         None
     }
 
-    /// An upper bound of the smallest value such that those up to it have a share of the area, by up to 1/8 too
-    /// large; never above `most`, the largest value.
-    pub(super) fn bound(&self, share: f64, most: Option<f64>) -> Option<f64> {
-        let ([_, upper], _) = self.end_of(share)?;
-        Some(most.map_or(upper, |most| upper.min(most)))
+    /// An upper bound of the figure up to which a share of the area has places, where these values are those of the
+    /// farthest places of triangles, and those of `others` are of places: by up to 1/8 too large where the triangles are halves
+    /// of squares. Never above `most`, the largest value.
+    pub(super) fn bound_of_places(
+        &self,
+        others: &Bins,
+        share: f64,
+        most: Option<f64>,
+    ) -> Option<f64> {
+        // In the first bin is what is next to nothing, what is in the last has no end.
+        let unit_mm = |bin: usize, part: f64| match bin {
+            0 => f64::INFINITY,
+            _ if bin == BINS - 1 => 0.0,
+            _ => {
+                let (low, high) = (upper_bound(bin - 1), upper_bound(bin));
+                (low + part * (high - low)).recip()
+            }
+        };
+        let triangles = self.held().map(|(bin, weight)| Entry {
+            nearness: HALF_A_SQUARE,
+            unit_mm: unit_mm(bin, 1.0),
+            weight,
+        });
+        let places = others.held().flat_map(|(bin, weight)| {
+            PARTS.map(|part| Entry {
+                nearness: ALL_AS_FAR,
+                unit_mm: unit_mm(bin, part),
+                weight: weight / PARTS.len() as f64,
+            })
+        });
+        let all: Vec<Entry> = triangles.chain(places).collect();
+        let found = quantile(&all, share)?;
+        Some(most.map_or(found, |most| found.min(most)))
+    }
+
+    /// The bins that are not empty, with their areas.
+    fn held(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let bins = (self.first..).zip(self.areas.iter().copied());
+        bins.filter(|(_, area)| *area > 0.0)
     }
 
     /// About that value: as if the area were spread evenly over its bin, so off by less than 1/8.
@@ -82,6 +131,24 @@ fn upper_bound(bin: usize) -> f64 {
     }
     f64::from_bits(((SMALLEST_IN_BINS + bin) as u64) << (52 - BINS_PER_OCTAVE.ilog2()))
 }
+
+/// Half of a square whose half diagonal is 1, and so is its area.
+const HALF_A_SQUARE: Nearness = Nearness {
+    halves_mm: [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 1.0],
+    bluntness: 1.0,
+    gap_mm: 1.0,
+    area_mm2: 1.0,
+};
+
+/// An area whose places all are 1 away.
+const ALL_AS_FAR: Nearness =
+    Nearness { halves_mm: [0.0; 3], bluntness: 1.0, gap_mm: 1.0, area_mm2: 1.0 };
+
+/// Places of a bin are spread evenly over so many parts of it.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// Places nearer than the bins of so many, two octaves, are put into the next one.
+const BINS_OF_PLACES: usize = 16;
 
 const BINS_PER_OCTAVE: usize = 8;
 /// From 2⁻⁴⁰, the area in mm² of a facet 1 nm wide, to 2¹⁶; and what is below and above.
@@ -136,12 +203,26 @@ mod tests {
         }
         assert_eq!(sum, all);
         assert_eq!(Bins::all().trimmed(), Bins::default());
-        assert_eq!((Bins::all().bound(0.5, None), Bins::all().about(0.5)), (None, None));
+        let none = Bins::all();
+        assert_eq!((none.bound_of_places(&none, 0.5, None), none.about(0.5)), (None, None));
         // 21 in all: those up to 0.011 have 7, up to 0.5 10, up to 3 15.
-        assert!((0.5..=0.5625).contains(&all.bound(0.4, None).unwrap()));
-        assert_eq!(all.bound(0.4, Some(0.5)), Some(0.5));
         assert!((0.5..0.5625).contains(&all.about(0.4).unwrap()));
-        assert_eq!(all.bound(1.0, Some(1e7)), Some(1e7));
+        assert_eq!(all.bound_of_places(&none, 1.0, Some(1e7)), Some(1e7));
+    }
+
+    #[test]
+    fn places_of_squares_lie_as_they_do_in_one() {
+        let none = Bins::all();
+        // Two squares of half diagonals 1 and 2: the discs of radius t about the corners of each.
+        let mut bins = Bins::all();
+        bins.add(1.0, 1.0);
+        bins.add(2.0, 4.0);
+        // Nothing is bounded by these discs below 1/√2.
+        let upper = upper_bound(bin(1.0));
+        let median = bins.bound_of_places(&none, 0.1, None).unwrap();
+        let expected = (0.5 / (0.5 * std::f64::consts::PI * 2.0)).sqrt() * upper;
+        assert!((median / expected - 1.0).abs() < 1e-6, "{median}, not {expected}");
+        assert_eq!(bins.bound_of_places(&none, 0.99, Some(1.5)), Some(1.5));
     }
 
     #[test]

@@ -10,15 +10,18 @@
 //! - The local feature size is asked for once a triangle, at the corner with the largest angle, and lowered
 //!   by twice the gap: no point that `assess` asks about is farther away, and it changes by no more than the
 //!   way gone.
-//! - Percentiles come from histograms: they are upper bounds of bins, by up to 1/8 too large.
+//! - Percentiles come from histograms: they are upper bounds of bins, by up to 1/8 too large. Triangles within the limits
+//!   are entered by their farthest places, and the others are taken to lie as in half a square:
+//!   where triangles are of other shapes that is off by some 6 % either way.
 //! - Thin triangles along the outline count with their own gap, though samples that are no corners of
 //!   theirs may be nearer.
 
 use rayon::prelude::*;
 
 use super::bins::Bins;
-use super::{Criteria, Sampling, State, StateCounts};
+use super::{Criteria, Sampling, State, StateCounts, sound};
 use crate::delaunay::FlatCells;
+use crate::nearness::Nearness;
 use crate::triangle::{Gap, Sizes, Triangle, sizes};
 use crate::{Mesh, PointMm, VertexId};
 
@@ -112,8 +115,9 @@ impl RunningSampling {
 
     /// The distributions up to the last update.
     pub fn spread(&self) -> RunningSpread {
-        let Tally { gaps, facets, whole_area_mm2, widest, .. } = &self.total;
-        let gap_mm = |share| gaps.bound(share, widest.map(|gap| gap.mm));
+        let Tally { gaps, place_gaps, facets, whole_area_mm2, widest, .. } = &self.total;
+        let most_mm = widest.map(|gap| gap.mm);
+        let gap_mm = |share| gaps.bound_of_places(place_gaps, share, most_mm);
         RunningSpread {
             gap_median_mm: gap_mm(0.5),
             gap_p99_mm: gap_mm(0.99),
@@ -153,38 +157,45 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
             let [p, q, r] = corners;
             let (p, q, r) =
                 (self.points[p as usize], self.points[q as usize], self.points[r as usize]);
-            let Sizes { gap_mm, area_mm2, projected_area_mm2, blunt, .. } = sizes(p, q, r);
-            Measured {
-                corners,
-                centre: centre(p, q, r),
-                gap_mm,
-                area_mm2,
-                projected_area_mm2,
-                blunt,
-            }
+            Measured { corners, centre: centre(p, q, r), sizes: sizes(p, q, r) }
         }));
         let mut tally = Tally::default();
         bins.iter_mut().for_each(Bins::clear);
-        let [gaps, epsilons, facets] = bins;
+        let [gaps, epsilons, facets, place_gaps, place_epsilons] = bins;
         for triangle in &*measured {
-            let &Measured { corners, centre: [x, y], gap_mm, area_mm2, blunt, .. } = triangle;
+            let &Measured { corners, centre: [x, y], ref sizes } = triangle;
+            let &Sizes { gap_mm, area_mm2, blunt, .. } = sizes;
             tally.whole_area_mm2 += area_mm2;
             if !(self.inside)(x, y) {
                 continue;
             }
             let [x, y, _] = self.points[corners[blunt] as usize];
-            let epsilon = super::epsilon(gap_mm, (self.lfs_mm)(x, y) - 2.0 * gap_mm);
-            tally.add(triangle, self.criteria.state(gap_mm, epsilon), epsilon);
-            gaps.add(gap_mm, area_mm2);
-            epsilons.add(epsilon, area_mm2);
+            let lfs_mm = sound((self.lfs_mm)(x, y) - 2.0 * gap_mm);
+            let epsilon = gap_mm / lfs_mm;
+            let state = self.criteria.state(gap_mm, epsilon);
+            let beyond = if state == State::Good {
+                0.0
+            } else {
+                self.criteria.share_beyond(state, &Nearness::new(sizes, gap_mm), lfs_mm)
+            };
+            tally.add(sizes, (state, beyond), epsilon);
+            if state == State::Good || epsilon == f64::INFINITY {
+                gaps.add(gap_mm, area_mm2);
+                epsilons.add(epsilon, area_mm2);
+            } else {
+                let nearness = Nearness::new(sizes, gap_mm);
+                place_gaps.add_places(&nearness, 1.0);
+                place_epsilons.add_places(&nearness, lfs_mm);
+            }
             facets.add(area_mm2, area_mm2);
             if tally.widest.is_none_or(|widest| gap_mm > widest.mm) {
                 let at_mm = Triangle::new(self.points, corners).gap().at_mm;
                 tally.widest = Some(Gap { mm: gap_mm, at_mm });
             }
         }
-        let [gaps, epsilons, facets] = bins.each_ref().map(Bins::trimmed);
-        Tally { gaps, epsilons, facets, ..tally }
+        let [gaps, epsilons, facets, place_gaps, place_epsilons] =
+            bins.each_ref().map(Bins::trimmed);
+        Tally { gaps, epsilons, facets, place_gaps, place_epsilons, ..tally }
     }
 }
 
@@ -192,24 +203,21 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
 struct Work {
     /// Its triangles.
     measured: Vec<Measured>,
-    /// Of gaps, ε and facets.
-    bins: [Bins; 3],
+    /// Of gaps, ε and facets, and of the gaps and the ε of places.
+    bins: [Bins; 5],
 }
 
-/// A triangle with what is needed of its [`Sizes`].
+/// A triangle with what is needed of it.
 struct Measured {
     corners: [VertexId; 3],
     /// In the plane.
     centre: [f64; 2],
-    gap_mm: f64,
-    area_mm2: f64,
-    projected_area_mm2: f64,
-    blunt: usize,
+    sizes: Sizes,
 }
 
 impl Default for Work {
     fn default() -> Work {
-        Work { measured: Vec::new(), bins: [Bins::all(), Bins::all(), Bins::all()] }
+        Work { measured: Vec::new(), bins: std::array::from_fn(|_| Bins::all()) }
     }
 }
 
@@ -228,9 +236,13 @@ struct Tally {
     undersampled_mm2: f64,
     widest: Option<Gap>,
     epsilon_max: Option<f64>,
-    /// Area in space by gap, by ε and by the area of the triangle itself.
+    /// Area in space of triangles by their gap and ε: of those that are good.
     gaps: Bins,
     epsilons: Bins,
+    /// Area in space of the places of all others.
+    place_gaps: Bins,
+    place_epsilons: Bins,
+    /// Area in space by the area of the triangle itself.
     facets: Bins,
     /// Area in space of all triangles, those that do not count among them.
     whole_area_mm2: f64,
@@ -239,8 +251,14 @@ struct Tally {
 impl Tally {
     /// What some come to, in their order.
     fn of_all(tallies: &[Tally]) -> Tally {
-        let (gaps, epsilons, facets) = (Bins::all(), Bins::all(), Bins::all());
-        let mut all = Tally { gaps, epsilons, facets, ..Tally::default() };
+        let mut all = Tally {
+            gaps: Bins::all(),
+            epsilons: Bins::all(),
+            place_gaps: Bins::all(),
+            place_epsilons: Bins::all(),
+            facets: Bins::all(),
+            ..Tally::default()
+        };
         tallies.iter().for_each(|tally| all.merge(tally));
         all
     }
@@ -249,20 +267,23 @@ impl Tally {
     fn trimmed(self) -> Tally {
         let [gaps, epsilons, facets] =
             [&self.gaps, &self.epsilons, &self.facets].map(Bins::trimmed);
-        Tally { gaps, epsilons, facets, ..self }
+        let [place_gaps, place_epsilons] =
+            [&self.place_gaps, &self.place_epsilons].map(Bins::trimmed);
+        Tally { gaps, epsilons, facets, place_gaps, place_epsilons, ..self }
     }
 
     #[inline(always)]
-    fn add(&mut self, triangle: &Measured, state: State, epsilon: f64) {
-        self.area_mm2 += triangle.area_mm2;
-        self.projected_mm2 += triangle.projected_area_mm2;
-        let (count, sum) = match state {
-            State::Good => (&mut self.counts.good, &mut self.good_mm2),
-            State::OverGap => (&mut self.counts.over_gap, &mut self.undersampled_mm2),
-            State::OverEpsilon => (&mut self.counts.over_epsilon, &mut self.undersampled_mm2),
+    fn add(&mut self, sizes: &Sizes, (state, beyond): (State, f64), epsilon: f64) {
+        self.area_mm2 += sizes.area_mm2;
+        self.projected_mm2 += sizes.projected_area_mm2;
+        let count = match state {
+            State::Good => &mut self.counts.good,
+            State::OverGap => &mut self.counts.over_gap,
+            State::OverEpsilon => &mut self.counts.over_epsilon,
         };
         *count += 1;
-        *sum += triangle.projected_area_mm2;
+        self.good_mm2 += sizes.projected_area_mm2 * (1.0 - beyond);
+        self.undersampled_mm2 += sizes.projected_area_mm2 * beyond;
         self.epsilon_max = Some(self.epsilon_max.map_or(epsilon, |most| most.max(epsilon)));
     }
 
@@ -285,6 +306,8 @@ impl Tally {
         };
         self.gaps.merge(&other.gaps);
         self.epsilons.merge(&other.epsilons);
+        self.place_gaps.merge(&other.place_gaps);
+        self.place_epsilons.merge(&other.place_epsilons);
         self.facets.merge(&other.facets);
         self.whole_area_mm2 += other.whole_area_mm2;
     }
@@ -299,7 +322,11 @@ impl Tally {
             gap_max_mm: self.widest.map(|gap| gap.mm),
             gap_max_at_mm: self.widest.map(|gap| gap.at_mm),
             epsilon_max: self.epsilon_max,
-            epsilon_p99: self.epsilons.bound(0.99, self.epsilon_max),
+            epsilon_p99: self.epsilons.bound_of_places(
+                &self.place_epsilons,
+                0.99,
+                self.epsilon_max,
+            ),
             coverage: (reference_mm2 > 0.0).then(|| self.good_mm2 / reference_mm2),
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use asphera_form::Pose;
 use asphera_surface::Plane;
 use asphera_surface::coverage::{
-    Aperture, Coverage, CoverageError, Density, Examination, cover, examine,
+    Aperture, Coverage, CoverageError, Density, Examination, Patch, cover, examine,
 };
 use asphera_surface::noise::{Advice, Noise, NoiseEstimate};
 
@@ -110,9 +110,8 @@ impl Look<'_> {
         let finite = |value: f64| value.is_finite().then_some(value);
         let listed = next::figures(&coverage, lifted);
         let more = coverage.patches.len() - listed.len();
-        let shown_mm2: f64 = listed.iter().map(|next| next.area_mm2).sum();
-        let all_mm2: f64 = coverage.patches.iter().map(|patch| patch.area_mm2).sum::<f64>()
-            + coverage.remainder_mm2;
+        let missing_mm2 = |patches: &[Patch]| patches.iter().map(Patch::missing_mm2).sum::<f64>();
+        let more_mm2 = missing_mm2(&coverage.patches[listed.len()..]) + coverage.remainder_mm2;
         let figures = SamplingFigures {
             lfs_min_mm: coverage.lfs_min_mm.and_then(finite),
             lfs_source: self.source.map(str::to_owned),
@@ -135,7 +134,7 @@ impl Look<'_> {
             spacing_recommended_mm: dense.and_then(|dense| recommended_mm(dense.advice?)),
             next: listed,
             next_more: more as u64 + coverage.remainder_patches,
-            next_more_area_mm2: (all_mm2 - shown_mm2).max(0.0),
+            next_more_area_mm2: more_mm2,
             unknown: self.unknown,
             as_of_points: mesh.counts().pushed,
             islands: areas.map(|_| islands.islands),

@@ -27,8 +27,9 @@ use self::lfs::{Known, Lfs};
 use self::places::Lifted;
 use self::scale::Scale;
 use super::defects::{self, Meshed};
+use super::folded::{folded, still_true};
 use super::look::look;
-use super::projection::{Along, Projector};
+use super::projection::{Along, Projector, measured as in_measured_frame};
 use crate::config::Part;
 use crate::report::{FeatureFigures, SamplingFigures};
 
@@ -73,10 +74,15 @@ pub fn sampling_of_points(
     projector.finish(|point, _| mesh.push(point));
     mesh.flush();
     let (triangles, plane) = (mesh.triangles(), projector.plane());
-    let folds: Vec<usize> =
-        topography(mesh.points(), &triangles, &Relief::default()).triangles_of_folds().collect();
+    let relief = topography(mesh.points(), &triangles, &Relief::default());
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
-    let findings = of_points(sampled, &folds, wanted);
+    if let Some(folded) = folded(&mesh, &relief, &plane) {
+        let (extents, advice) = still_true(&in_measured_frame(&mesh, &plane));
+        let features = defects::of_folded(&folded);
+        let figures = of_folded(sampled, wanted, vec![folded, extents, advice]).figures;
+        return PointsSampling { figures, features, waypoints: None };
+    }
+    let findings = of_points(sampled, &[], wanted);
     let waypoints = findings.waypoints(sampled);
     let meshed =
         Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &findings.figures };
@@ -94,6 +100,11 @@ pub fn sampling_of_mesh(
     remembered: &mut Remembered,
 ) -> SamplingFigures {
     look(mesh, part, pose, plane, remembered).sampling
+}
+
+/// Says nothing of the sampling of a surface that does not project but why.
+pub(crate) fn of_folded(sampled: Sampled<'_>, wanted: Wanted, unknown: Vec<String>) -> Findings {
+    Findings::unknown(sampled, wanted, &Scale::of(sampled, wanted), unknown)
 }
 
 /// Looks at the sampling of a part that lies at `pose` in the frame of the plane. Triangles of `left_out`,

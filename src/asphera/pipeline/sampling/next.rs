@@ -87,7 +87,7 @@ pub(super) fn figures(coverage: &Coverage, lifted: &Lifted<'_>) -> Vec<NextFigur
             uncovered_mm2: patch.uncovered_mm2,
             adds_coverage: aperture_mm2
                 .filter(|aperture_mm2| *aperture_mm2 > 0.0)
-                .map(|aperture_mm2| (patch.area_mm2 / aperture_mm2).min(1.0)),
+                .map(|aperture_mm2| (patch.missing_mm2() / aperture_mm2).min(1.0)),
             epsilon_max: patch.epsilon_max.filter(|epsilon| epsilon.is_finite()),
             gap_max_mm: patch.gap_max_mm,
             spacing_needed_mm: patch.spacing.mm(),

@@ -50,11 +50,14 @@ fn a_rectangle_of_missing_points_is_the_first_region_and_lies_where_it_is() {
     let expected_mm2 = 1.2 * 2.2;
     let [first] = &found.next[..] else { panic!("{found:?}") };
     assert!((first.area_mm2 / expected_mm2 - 1.0).abs() < 0.02, "{first:?}");
-    assert!((first.adds_coverage.unwrap() - first.area_mm2 / 48.0).abs() < 1e-9);
-    assert!(found.uncovered_area_mm2.unwrap() > 0.8 * expected_mm2, "{found:?}");
     let open_mm2 = found.uncovered_area_mm2.unwrap() + found.undersampled_area_mm2.unwrap();
-    assert!((open_mm2 - first.area_mm2).abs() < 1e-9);
-    assert!((found.coverage.unwrap() + first.area_mm2 / 48.0 - 1.0).abs() < 1e-9);
+    // What is within the limit of the samples about it is covered: strips along its sides.
+    let within_mm = found.gap_limit_mm.unwrap().min(0.05 * 20.0);
+    let beyond_mm2 = (1.2 - 2.0 * within_mm) * (2.2 - 2.0 * within_mm);
+    assert!((beyond_mm2..expected_mm2).contains(&open_mm2), "{beyond_mm2} {found:?}");
+    assert!(found.uncovered_area_mm2.unwrap() > 0.8 * open_mm2, "{found:?}");
+    assert!((first.adds_coverage.unwrap() - open_mm2 / 48.0).abs() < 1e-9);
+    assert!((found.coverage.unwrap() + open_mm2 / 48.0 - 1.0).abs() < 1e-9);
     assert!(inside([first.at_mm[0], first.at_mm[1]]));
     let on_sphere = |[x, y, z]: PointMm| (x * x + y * y + (z - 20.0).powi(2)).sqrt() - 20.0;
     let places = first.polygons.iter().flat_map(|polygon| &polygon.outline_mm);

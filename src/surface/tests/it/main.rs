@@ -14,6 +14,7 @@ mod oracle;
 mod outline;
 mod paged;
 mod patterns;
+mod places;
 mod profiles;
 mod projection;
 mod queries;
