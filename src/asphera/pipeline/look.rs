@@ -36,7 +36,7 @@ pub(super) fn look(
 ) -> Look {
     let points = mesh.points();
     let triangles = mesh.triangles();
-    let (relief, folds) = relief_inside(points, &triangles, part, pose);
+    let relief = relief_inside(points, &triangles, part, pose);
     let sampled = Sampled { mesh, triangles: &triangles, plane };
     if let Some(folded) = folded(mesh, &relief, plane) {
         let Findings { figures, covered, .. } =
@@ -46,7 +46,7 @@ pub(super) fn look(
         let folded = Some(folded);
         return Look { mesh, triangles, covered, sampling: figures, zones, next: None, folded };
     }
-    let mut findings = sampling::of_part(sampled, &folds, part, pose, remembered);
+    let mut findings = sampling::of_part(sampled, part, pose, remembered);
     let next = findings.next(plane, part, pose);
     let Findings { figures, covered, area_mm2, zones, .. } = findings;
     let seen = MeshFigures {
@@ -58,30 +58,23 @@ pub(super) fn look(
     Look { mesh, triangles, covered, sampling: figures, zones, next, folded }
 }
 
-/// The regions of steep triangles whose centres lie in the aperture, and the indices of those of folds.
+/// The regions of steep triangles whose centres lie in the aperture.
 fn relief_inside(
     points: &[PointMm],
     triangles: &[[VertexId; 3]],
     part: &Part,
     pose: &Pose,
-) -> (Topography, Vec<usize>) {
+) -> Topography {
     // Nearly always there is nothing steep anywhere, which is told without asking what is inside.
     let anywhere = topography(points, triangles, &Relief::default());
     if anywhere.regions().is_empty() {
-        return (anywhere, Vec::new());
+        return anywhere;
     }
-    let (numbers, inside): (Vec<usize>, Vec<[VertexId; 3]>) = triangles
-        .iter()
-        .copied()
-        .enumerate()
-        .filter(|(_, corners)| {
-            let [x, y, _] = pose.to_part(centre_mm(points, corners));
-            part.aperture.contains(x, y)
-        })
-        .unzip();
-    let relief = topography(points, &inside, &Relief::default());
-    let folds = relief.triangles_of_folds().map(|index| numbers[index]).collect();
-    (relief, folds)
+    let inside = triangles.iter().copied().filter(|corners| {
+        let [x, y, _] = pose.to_part(centre_mm(points, corners));
+        part.aperture.contains(x, y)
+    });
+    topography(points, &inside.collect::<Vec<_>>(), &Relief::default())
 }
 
 /// The figures of a mesh of which all but the counts were seen some time ago.

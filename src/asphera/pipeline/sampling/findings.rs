@@ -35,7 +35,6 @@ pub(crate) struct Findings {
 /// What is looked at.
 pub(super) struct Look<'a> {
     pub(super) sampled: Sampled<'a>,
-    pub(super) left_out: &'a [usize],
     pub(super) wanted: Wanted,
     pub(super) scale: Scale,
     pub(super) aperture: Option<Aperture>,
@@ -70,15 +69,14 @@ impl Look<'_> {
         // A target that is none is told by the examination.
         let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
         let zones = self.zones.iter().map(|(zone, laid)| {
-            let found =
-                cover(mesh.points(), triangles, self.left_out, Some(laid), &target, &lfs_mm);
+            let found = cover(mesh.points(), triangles, &[], Some(laid), &target, &lfs_mm);
             ZoneSampling::of(*zone, found.ok())
         });
         let zones = zones.collect();
         let examined = examine(
             mesh,
             triangles,
-            self.left_out,
+            &[],
             self.aperture.as_ref(),
             &target,
             density.as_ref(),

@@ -82,7 +82,7 @@ pub fn sampling_of_points(
         let figures = of_folded(sampled, wanted, vec![folded, extents, advice]).figures;
         return PointsSampling { figures, features, waypoints: None };
     }
-    let findings = of_points(sampled, &[], wanted);
+    let findings = of_points(sampled, wanted);
     let waypoints = findings.waypoints(sampled);
     let meshed =
         Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &findings.figures };
@@ -107,11 +107,9 @@ pub(crate) fn of_folded(sampled: Sampled<'_>, wanted: Wanted, unknown: Vec<Strin
     Findings::unknown(sampled, wanted, &Scale::of(sampled, wanted), unknown)
 }
 
-/// Looks at the sampling of a part that lies at `pose` in the frame of the plane. Triangles of `left_out`,
-/// ascending indices, are not surface.
+/// Looks at the sampling of a part that lies at `pose` in the frame of the plane.
 pub(crate) fn of_part(
     sampled: Sampled<'_>,
-    left_out: &[usize],
     part: &Part,
     pose: &Pose,
     remembered: &mut Remembered,
@@ -157,12 +155,12 @@ pub(crate) fn of_part(
     let lfs_mm = remembered.lfs_mm(pose);
     let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
     let zones = zones::laid(part, pose);
-    Look { sampled, left_out, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
+    Look { sampled, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 
 /// Looks at the sampling of a surface of which nothing is known but the points.
-pub(crate) fn of_points(sampled: Sampled<'_>, left_out: &[usize], wanted: Wanted) -> Findings {
+pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let scale = Scale::of(sampled, wanted);
     let mut unknown = Vec::new();
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
@@ -179,7 +177,7 @@ pub(crate) fn of_points(sampled: Sampled<'_>, left_out: &[usize], wanted: Wanted
     let reach_mm = reach::least_at(sampled.mesh.points(), |_| true, lfs_mm);
     let lifted = Lifted::onto_mesh(*sampled.plane, sampled.mesh);
     let (aperture, zones) = (None, Vec::new());
-    Look { sampled, left_out, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
+    Look { sampled, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
 }
 

@@ -124,7 +124,7 @@ fn points_alone_tell_the_feature_size_of_a_sphere() {
     mesh.flush();
     let triangles = mesh.triangles();
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
-    let found = of_points(sampled, &[], Wanted::default()).figures;
+    let found = of_points(sampled, Wanted::default()).figures;
     assert_eq!(found.lfs_source.as_deref(), Some("measured"), "{found:?}");
     assert!((found.lfs_min_mm.unwrap() / 20.0 - 1.0).abs() < 0.1, "{found:?}");
     assert_eq!(found.coverage, Some(1.0), "{found:?}");

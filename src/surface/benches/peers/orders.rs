@@ -52,6 +52,11 @@ pub(crate) enum Order {
     /// Lines of 3,200 points, all in the same direction and one and a half pitches apart; points
     /// are moved along their line by up to 2 % of the pitch.
     LineScanner,
+    /// A closed curve, r = 10 + 0.8 cos 7t + 0.3 sin 13t, traced once: triangles reach from side to side, and most of
+    /// those about its end change with each point.
+    Outline,
+    /// The same points in no order.
+    OutlineShuffled,
 }
 
 impl Order {
@@ -132,8 +137,28 @@ impl Scan {
                 let x = (column as f64 + LINE_JITTER * along) * PITCH_MM;
                 [x, line as f64 * (LINE_PITCHES * PITCH_MM)]
             }
+            Order::Outline => outline(index as f64 / self.count as f64),
+            Order::OutlineShuffled => outline(self.shuffled(index) as f64 / self.count as f64),
         };
         [x, y, sag_mm(x, y)]
+    }
+
+    /// Another number below the count for each number: cycles of a permutation of the next power of four that lead
+    /// out are followed until they are back (J. Black, P. Rogaway, CT-RSA 2002, doi:10.1007/3-540-45760-7_9).
+    fn shuffled(self, index: usize) -> usize {
+        let half_bits = (usize::BITS - self.count.leading_zeros()).div_ceil(2);
+        let mask = (1_u64 << half_bits) - 1;
+        let mut at = index as u64;
+        loop {
+            let (mut high, mut low) = (at >> half_bits, at & mask);
+            for round in 0..4 {
+                (high, low) = (low, high ^ (split_mix(self.seed + round, low) & mask));
+            }
+            at = high << half_bits | low;
+            if at < self.count as u64 {
+                return at as usize;
+            }
+        }
     }
 
     /// Two numbers evenly distributed from -1 to below 1.
@@ -154,6 +179,12 @@ fn serpentine(index: usize, columns: usize) -> [usize; 2] {
 
 fn polar(radius: f64, angle: f64) -> [f64; 2] {
     [radius * angle.cos(), radius * angle.sin()]
+}
+
+/// A place of the closed curve, by the share of a turn.
+fn outline(share: f64) -> [f64; 2] {
+    let t = TAU * share;
+    polar(10.0 + 0.8 * (7.0 * t).cos() + 0.3 * (13.0 * t).sin(), t)
 }
 
 /// Height of the sphere above its vertex at the origin.
