@@ -64,7 +64,18 @@ pub(crate) fn large() -> Vec<Scan> {
         jittered("serpentine", &raster, 0.4, 12),
         exact("gaps", with_gaps(&lines(90, 60, false), 13)),
         exact("spiral in", spiral(5_000, true)),
+        Scan { general: true, ..exact("outline", outline(5_000)) },
     ]
+}
+
+/// A closed curve with hollows, traced once.
+fn outline(count: usize) -> Vec<Place> {
+    let at = |index: usize| {
+        let t = TAU * index as f64 / count as f64;
+        let radius = 10.0 + 0.8 * (7.0 * t).cos() + 0.3 * (13.0 * t).sin();
+        [radius * t.cos(), radius * t.sin()]
+    };
+    (0..count).map(at).collect()
 }
 
 type Place = [f64; 2];
