@@ -49,12 +49,14 @@ impl Patches {
             return None;
         }
         let size = extent.map(|extent| (extent / side_mm) as usize + 1);
+        // Squares lie about the middle of the points: a part that is turned or mirrored has the same ones.
+        let corner = [0, 1].map(|axis| low[axis] + 0.5 * (extent[axis] - size[axis] as f64 * side_mm));
         let mut sums = vec![Sum::default(); size[0] * size[1]];
         // Heights over the first one, so that a far origin costs no digits.
         let datum_mm = points[chosen().next()?][2];
         for vertex in chosen() {
             let [x, y, z] = points[vertex];
-            let way = [x - low[0], y - low[1]];
+            let way = [x - corner[0], y - corner[1]];
             let [column, row] =
                 [0, 1].map(|axis| ((way[axis] / side_mm) as usize).min(size[axis] - 1));
             let sum = &mut sums[row * size[0] + column];
@@ -68,7 +70,7 @@ impl Patches {
             .iter()
             .map(|sum| {
                 let [x, y, z] = sum.mm.map(|mm| mm / sum.count as f64);
-                [low[0] + x, low[1] + y, datum_mm + z]
+                [corner[0] + x, corner[1] + y, datum_mm + z]
             })
             .collect();
         Some(Patches { means_mm, side_mm, points: filled[filled.len() / 2] })

@@ -47,7 +47,7 @@ pub struct MinimumZoneFigures {
     pub passes: u64,
     /// PV of the same points at the least-squares fit, nm.
     pub least_squares_pv_nm: f64,
-    /// The points that hold the zone.
+    /// Points that hold the zone, the largest share first.
     pub contacts: Vec<ContactFigures>,
 }
 

@@ -2,9 +2,11 @@
 //!
 //! Noise is found from what neighbourhoods leave of their own polynomials (`asphera_surface::noise`), and a few
 //! thousand of a million are enough. So their neighbours are looked up in patches only: the vertices within
-//! [`RINGS`] rings of [`SEEDS`] of them, spread evenly over the order in which points arrived.
+//! [`RINGS`] rings of some [`SEEDS`] of them, spread evenly over the plane. Patches are chosen by place: the order in
+//! which points arrived does not change the noise.
 
-use std::collections::BTreeSet;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise};
@@ -23,9 +25,8 @@ pub(super) fn noise(
     counts: impl Fn(PointMm) -> bool + Sync,
 ) -> Result<NoiseEstimate, String> {
     let points = mesh.points();
-    let wanted = points.len().min(SEEDS);
-    let seeds = (0..wanted).map(|seed| (seed * points.len() / wanted) as VertexId);
-    let seeds: Vec<VertexId> = seeds.filter(|&seed| counts(points[seed as usize])).collect();
+    let seeds: Vec<VertexId> =
+        seeds(points).into_iter().filter(|&seed| counts(points[seed as usize])).collect();
     let patches: Vec<(Vec<VertexId>, Vec<[VertexId; 3]>)> =
         seeds.par_iter().map(|&seed| patch(mesh, seed)).collect();
     let mut vertices: BTreeSet<VertexId> = BTreeSet::new();
@@ -35,18 +36,62 @@ pub(super) fn noise(
         triangles.extend(facets);
     }
     // Numbered anew, so that what is made of the patches is as small as they are.
-    let vertices: Vec<VertexId> = vertices.into_iter().collect();
-    let number = |vertex: VertexId| vertices.binary_search(&vertex).ok().map(|at| at as VertexId);
-    let triangles: Vec<[VertexId; 3]> = triangles
+    let mut vertices: Vec<VertexId> = vertices.into_iter().collect();
+    vertices.sort_unstable_by(|&a, &b| by_place(points[a as usize], points[b as usize]));
+    let numbers: BTreeMap<VertexId, VertexId> =
+        vertices.iter().zip(0..).map(|(&vertex, number)| (vertex, number)).collect();
+    let number = |vertex: VertexId| numbers.get(&vertex).copied();
+    let mut triangles: Vec<[VertexId; 3]> = triangles
         .into_iter()
-        .filter_map(|[a, b, c]| Some([number(a)?, number(b)?, number(c)?]))
+        .filter_map(|[a, b, c]| Some(from_smallest([number(a)?, number(b)?, number(c)?])))
         .collect();
+    triangles.sort_unstable();
     let points: Vec<PointMm> = vertices.iter().map(|&vertex| points[vertex as usize]).collect();
     let settings =
         NoiseSettings::new(NEIGHBOURHOODS, Along::Z).map_err(|error| error.to_string())?;
     let adjacency =
         Adjacency::new(&points, &triangles, Some(reach_mm)).map_err(|error| error.to_string())?;
     estimate_noise(&points, &adjacency, &settings).map_err(|error| error.to_string())
+}
+
+/// The vertices nearest to the middles of the squares of a lattice over the points, one a square that has any.
+fn seeds(points: &[PointMm]) -> Vec<VertexId> {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for point in points {
+        for axis in [0, 1] {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+    let extent = [high[0] - low[0], high[1] - low[1]];
+    let longer = extent[0].max(extent[1]);
+    // Points on a line have one row of squares.
+    let side = (extent[0] * extent[1] / SEEDS as f64).sqrt().max(longer / SEEDS as f64);
+    if !(side > 0.0 && side.is_finite()) {
+        return Vec::from_iter((!points.is_empty()).then_some(0));
+    }
+    let size = extent.map(|extent| (extent / side).ceil().max(1.0));
+    // The lattice lies about the middle of the points, so that turning or mirroring them turns it, too.
+    let corner = [0, 1].map(|axis| low[axis] + 0.5 * (extent[axis] - size[axis] * side));
+    let mut nearest: Vec<Option<(f64, VertexId)>> = vec![None; (size[0] * size[1]) as usize];
+    for (point, vertex) in points.iter().zip(0..) {
+        let way = [0, 1].map(|axis| (point[axis] - corner[axis]) / side);
+        let square = [0, 1].map(|axis| way[axis].floor().clamp(0.0, size[axis] - 1.0));
+        let distance = (way[0] - square[0] - 0.5).hypot(way[1] - square[1] - 0.5);
+        let found = &mut nearest[(square[1] * size[0] + square[0]) as usize];
+        let nearer = found.is_none_or(|(least, had)| {
+            distance < least || (distance == least && by_place(*point, points[had as usize]).is_lt())
+        });
+        if nearer {
+            *found = Some((distance, vertex));
+        }
+    }
+    nearest.into_iter().flatten().map(|(_, vertex)| vertex).collect()
+}
+
+fn by_place(a: PointMm, b: PointMm) -> Ordering {
+    let axes = a.iter().zip(&b).map(|(a, b)| a.total_cmp(b));
+    axes.fold(Ordering::Equal, Ordering::then)
 }
 
 /// The vertices about a seed, and the triangles about the inner ones.

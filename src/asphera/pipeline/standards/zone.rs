@@ -1,7 +1,7 @@
 //! The minimum zone with its certificate.
 
 use asphera_form::figures::{Definition, Figure};
-use asphera_form::{FitError, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone};
+use asphera_form::{Contact, FitError, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone};
 
 use super::Measured;
 use crate::pipeline::details::told;
@@ -17,14 +17,16 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit
         .iter()
         .filter(|deviation| deviation.is_finite())
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &z| [low.min(z), high.max(z)]);
-    let contacts = found.contacts.iter().map(|contact| ContactFigures {
+    let contact = |contact: &Contact| ContactFigures {
         at_mm: fit.pose.to_part(points[contact.index]),
         side: match contact.side {
             Side::High => "high".to_owned(),
             Side::Low => "low".to_owned(),
         },
         share: contact.multiplier,
-    });
+    };
+    let mut contacts: Vec<ContactFigures> = found.contacts.iter().map(contact).collect();
+    contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
     let figures = MinimumZoneFigures {
         width: told(width, "of all points used".to_owned()),
@@ -37,7 +39,7 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit
         points: found.used as u64,
         passes: found.certificate.scans as u64,
         least_squares_pv_nm: (high_mm - low_mm) * NM_PER_MM,
-        contacts: contacts.collect(),
+        contacts,
     };
     Ok((figures, found))
 }
