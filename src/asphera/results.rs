@@ -82,10 +82,10 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
                 z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
             };
             let session = measurement.report.session.as_ref();
-            let plane =
-                measurement.report.mesh.projection.as_ref().map(|projection| {
-                    format!("x and y lie in the plane of projection: {projection}")
-                });
+            let plane = measurement.report.mesh.projection.as_ref().map(|projection| {
+                format!("x and y lie in the plane of projection: {projection}; ")
+            });
+            let comment = format!("{}{}", plane.unwrap_or_default(), map.source);
             let started = session.map_or(NO_DATE, |session| session.started.as_str());
             let metadata = x3p::Metadata {
                 date: started,
@@ -97,9 +97,9 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
                 version: env!("CARGO_PKG_VERSION"),
                 probing: x3p::Probing::Software,
                 probe: "form deviation along the normal of the nominal, after alignment",
-                comment: plane.as_deref(),
+                comment: Some(&comment),
             };
-            x3p::write_map(w, &heights, &metadata).map_err(format(path))
+            x3p::write_turned_map(w, &heights, map.turn_rad, &metadata).map_err(format(path))
         }),
         None => match fs::remove_file(folder.join("deviation.x3p")) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => {

@@ -28,7 +28,7 @@ mod points;
 mod write;
 mod xml;
 
-pub use write::{Metadata, Probing, write_cloud, write_map};
+pub use write::{Metadata, Probing, write_cloud, write_map, write_turned_map};
 
 use archive::Archive;
 use document::Document;

@@ -28,11 +28,11 @@ export class Spectrum {
   }
 
   #tell(at) {
-    const { removed, window, measured, rms_nm: rms } = this.#found;
+    const { removed, window, measured, rms_nm: rms, up_to_per_mm: end } = this.#found;
     const [frequencies, densities] = densityColumns(this.#found);
     setText(byId("psd-readout"), known(at)
       ? `${significant(frequencies[at])} /mm, a wavelength of ${significant(1 / frequencies[at])} mm: ${significant(densities[at])} nm²·mm²`
-      : `Less ${removed}; ${window} window; ${percent(measured)} of the rectangle of the map is measured. RMS ${nm(rms)} nm.`);
+      : `Less ${removed}; ${window} window; ${percent(measured)} of the rectangle of the map is measured. Given up to ${significant(end)} /mm; RMS ${nm(rms)} nm.`);
   }
 
   #build() {

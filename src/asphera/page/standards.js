@@ -33,7 +33,12 @@ export function showStandards(form) {
 }
 
 /** The uncertainty, the interval, and what both are made of. */
-function uncertainty({ u, unit, simulated }) {
+function uncertainty({ u, unit, simulated, noise_adds: adds, without_noise: without }) {
+  if (u === undefined && adds !== undefined) {
+    return without === undefined
+      ? `noise adds at most ${significant(adds, 3)} ${unitText(unit)}`
+      : `without noise ${significant(without, 4)} ${unitText(unit)}`;
+  }
   if (u === undefined) return undefined;
   const known = `u ${significant(u, 2)} ${unitText(unit)}`.trim();
   if (!simulated) return known;

@@ -12,7 +12,9 @@ use crate::pipeline::{DeviationMap, Measurement};
 /// The map of a measurement; nothing where there is none.
 pub(super) fn figure(out: &mut String, measurement: &Measurement) -> Result {
     let Some(map) = &measurement.map else { return Ok(()) };
-    let scale_nm = scale_nm(map);
+    let drawn = map.drawn();
+    let map = &*drawn;
+    let scale_nm = scale_nm(&map.values_nm);
     let Some(scale_nm) = scale_nm else { return Ok(()) };
     let cells = Cells::new(measurement, map);
     let [x, y] = cells.limits_mm(map);
@@ -102,9 +104,9 @@ fn bar(out: &mut String, scale_nm: f64, height: f64) -> Result {
 }
 
 /// Up to where the colours go: the size that 99.8 % of the nodes do not exceed, rounded up to two digits.
-fn scale_nm(map: &DeviationMap) -> Option<f64> {
+fn scale_nm(values_nm: &[f64]) -> Option<f64> {
     let mut sizes: Vec<f64> =
-        map.values_nm.iter().map(|nm| nm.abs()).filter(|nm| nm.is_finite()).collect();
+        values_nm.iter().map(|nm| nm.abs()).filter(|nm| nm.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let last = sizes.len().checked_sub(1)?;
     let size = sizes[(0.998 * last as f64).ceil() as usize].max(1e-3);
@@ -228,19 +230,15 @@ const HEIGHT_MOST: f64 = 520.0;
 
 #[cfg(test)]
 mod tests {
-    use asphera_surface::Grid;
-
     use super::*;
 
     #[test]
     fn the_scale_holds_nearly_all_and_is_round() {
-        let grid = Grid { x0_mm: 0.0, y0_mm: 0.0, dx_mm: 1.0, dy_mm: 1.0, nx: 50, ny: 20 };
         let mut values_nm: Vec<f64> = (0..1000).map(|i| f64::from(i % 100) - 50.0).collect();
         values_nm[7] = 1e6;
         values_nm[8] = f64::NAN;
-        assert_eq!(scale_nm(&DeviationMap { grid, values_nm }), Some(50.0));
-        let none = DeviationMap { grid, values_nm: vec![f64::NAN; 1000] };
-        assert_eq!(scale_nm(&none), None);
+        assert_eq!(scale_nm(&values_nm), Some(50.0));
+        assert_eq!(scale_nm(&[f64::NAN; 1000]), None);
     }
 
     #[test]

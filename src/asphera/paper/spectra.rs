@@ -35,15 +35,23 @@ pub(super) fn psd(out: &mut String, psd: &PsdFigures) -> Result {
     out.push_str("</svg>\n");
     writeln!(
         out,
-        "<p class=\"note\">Power spectral density: {}. Taken out before: {}. {} window; {} of the rectangle of the \
-         map is measured, nodes {} × {} mm apart. RMS over all frequencies {} nm.</p>",
+        "<p class=\"note\">Power spectral density: {}; {}. Taken out before: {}. {} window; {} of the rectangle of the \
+         map is measured, nodes {} × {} mm apart. Given up to {} cycles per mm. RMS {} nm.{}</p>",
         text(&psd.definition),
+        text(&psd.source),
         text(&psd.removed),
         text(&psd.window),
         percent(psd.measured),
         short(psd.spacing_mm[0]),
         short(psd.spacing_mm[1]),
-        short(psd.rms_nm)
+        short(psd.up_to_per_mm),
+        short(psd.rms_nm),
+        psd.noise_nm2_mm2.map_or(String::new(), |noise| {
+            format!(
+                " Of the density, {} nm²·mm² at every frequency are noise of the points.",
+                short(noise)
+            )
+        })
     )
 }
 
@@ -112,7 +120,9 @@ fn name(power: i32, step: f64) -> String {
 
 /// One bar a coefficient.
 pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
-    let size = q.coefficients_nm.iter().map(|a| a.abs()).fold(0.0, f64::max);
+    let known = q.coefficients_nm.iter().enumerate();
+    let known = known.filter_map(|(m, value)| value.map(|value| (m, value)));
+    let size = known.clone().map(|(_, a)| a.abs()).fold(0.0, f64::max);
     let reach = if size > 0.0 { 1.1 * size } else { 1.0 };
     let bars = q.coefficients_nm.len() as f64;
     let axes = Axes::new([70.0, 12.0, 620.0, 150.0], [-0.6, bars - 0.4], [-reach, reach]);
@@ -126,8 +136,8 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
     }
     let (zero, every) = (axes.at_y(0.0), (q.coefficients_nm.len() / 20).max(1));
     let width = 0.7 * (axes.at_x(1.0) - axes.at_x(0.0));
-    for (m, value) in q.coefficients_nm.iter().enumerate() {
-        let (x, end) = (axes.at_x(m as f64), axes.at_y(*value));
+    for (m, value) in known {
+        let (x, end) = (axes.at_x(m as f64), axes.at_y(value));
         writeln!(
             out,
             r#"<rect class="bar" x="{:.2}" y="{:.2}" width="{width:.2}" height="{:.2}"/>"#,
@@ -135,6 +145,10 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
             zero.min(end),
             (end - zero).abs()
         )?;
+        if let Some(u) = q.u_nm.get(m) {
+            let ends = [value - u, value + u].map(|end| axes.at_y(end.clamp(-reach, reach)));
+            writeln!(out, r#"<path class="zero" d="M{x:.2} {:.2}V{:.2}"/>"#, ends[0], ends[1])?;
+        }
         if m.is_multiple_of(every) {
             writeln!(out, r#"<text x="{x:.1}" y="177" class="mid">{m}</text>"#)?;
         }
@@ -147,11 +161,12 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
     );
     writeln!(
         out,
-        "<p class=\"note\">Q spectrum: {}. Radius {} mm, power {} nm. RMS slope of the series {} µrad.{}</p>",
+        "<p class=\"note\">Q spectrum: {}. Radius {} mm, power {} nm. {}{}{}</p>",
         text(&q.definition),
         short(q.radius_mm),
         short(q.power_nm),
-        short(q.slope_rms_urad),
+        slope_of_series(q),
+        q.note.as_ref().map_or(String::new(), |note| format!(" {}.", text(note))),
         if q.ends {
             ""
         } else {
@@ -159,6 +174,22 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
              follow, which bends all of them. More are had by q_terms."
         }
     )
+}
+
+/// The RMS slope with what noise does to it, and whence the noise is.
+fn slope_of_series(q: &QFigures) -> String {
+    let by = if q.noise_of_residuals { "what the series leaves" } else { "noise of the points" };
+    let taken = format!("Lines: standard uncertainties by {by}, {} nm.", short(q.noise_nm));
+    match (q.slope_rms_urad, q.slope_95_urad) {
+        (Some(slope), Some([low, high])) => format!(
+            "RMS slope of the series {} µrad (95 %: {} to {} µrad), {} µrad of noise taken off. {taken}",
+            short(slope),
+            short(low),
+            short(high),
+            short(q.slope_noise_urad)
+        ),
+        _ => format!("RMS slope of the series not known: noise makes terms too uncertain. {taken}"),
+    }
 }
 
 /// Doubles have sixteen digits; squares of what is left of them lie deeper than this.
@@ -189,8 +220,12 @@ mod tests {
             definition: String::new(),
             removed: String::new(),
             window: "Hann".to_owned(),
+            source: "heights as measured".to_owned(),
             spacing_mm: [0.1; 2],
+            up_to_per_mm: 5.0,
+            bridged: 0,
             measured: 1.0,
+            noise_nm2_mm2: None,
             rms_nm: 0.0,
             frequency_per_mm: vec![0.1, 0.2, 0.3],
             density_nm2_mm2: vec![0.0, 0.0, 1.0],

@@ -12,7 +12,9 @@ use crate::report::{FitFigures, FormFigure, FormFigures, LinkFigures, Report, Sa
 pub(super) fn figures(out: &mut String, form: &FormFigures) -> Result {
     let (removed, whole): (Vec<&FormFigure>, Vec<&FormFigure>) =
         form.figures.iter().partition(|figure| figure.variant.starts_with(LESS));
-    let evaluated = whole.iter().any(|figure| figure.u.is_some() || figure.expanded.is_some());
+    let evaluated = whole.iter().any(|figure| {
+        figure.u.is_some() || figure.expanded.is_some() || figure.noise_adds.is_some()
+    });
     writeln!(
         out,
         "<table class=\"wide\"><thead><tr><th>figure</th><th>of</th><th class=\"n\">value</th>{}\
@@ -61,7 +63,15 @@ fn uncertainty(figure: &FormFigure) -> String {
             percent(expanded.p)
         ),
         (None, Some(u)) => format!("u = {} {} (k = 1)", short(u), text(&figure.unit)),
-        (None, None) => "not evaluated".to_owned(),
+        (None, None) => match (figure.without_noise, figure.noise_adds) {
+            (Some(without), _) => {
+                format!("without noise {} {}", short(without), text(&figure.unit))
+            }
+            (None, Some(adds)) => {
+                format!("noise adds at most {} {}", short(adds), text(&figure.unit))
+            }
+            (None, None) => "not evaluated".to_owned(),
+        },
     }
 }
 

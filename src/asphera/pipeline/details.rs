@@ -3,8 +3,8 @@
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
     Approximation, Figure, FringeCount, FringeFit, Reference, Ring, Sample, SampleError, Share,
-    Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile, remove, rms,
-    robust_peak_to_valley, slopes,
+    SlopeFigure, Slopes, Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile,
+    remove, rms, robust_peak_to_valley, slopes,
 };
 use asphera_form::{Fit, Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};
@@ -26,17 +26,20 @@ pub(super) struct FormDetails {
     pub(super) standards: StandardFigures,
     /// What is not known, and why.
     pub(super) unknown: Vec<String>,
+    noise_nm: Option<f64>,
 }
 
 /// Details of the deviations of `points`, in the frame the fit was made in. A point without a deviation has
-/// NaN. Takes time in proportion to the points, the most of it for the Fringe terms.
+/// NaN. `noise_nm` is the noise of a point, where it is known. Takes time in proportion to the points, the most of it for
+/// the Fringe terms.
 pub(super) fn details(
     part: &Part,
     fit: &Fit,
     sample: &Result<Sample, SampleError>,
     areas_mm2: &[f64],
+    noise_nm: Option<f64>,
 ) -> FormDetails {
-    let mut details = FormDetails::default();
+    let mut details = FormDetails { noise_nm, ..FormDetails::default() };
     // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
     let weighted = areas_mm2.iter().any(|area| *area > 0.0);
     match sample {
@@ -111,8 +114,11 @@ impl FormDetails {
         self.slopes(sample, part);
         self.remainders(sample);
         if let Some(terms) = part.figures.q_terms {
-            match standards::q_spectrum(sample, terms) {
-                Ok(found) => self.standards.q_spectrum = Some(found),
+            match standards::q_spectrum(sample, terms, self.noise_nm) {
+                Ok((found, lacking)) => {
+                    self.standards.q_spectrum = Some(found);
+                    self.unknown.extend(lacking.map(|why| format!("Q spectrum: {why}")));
+                }
                 Err(why) => self.lacks("Q spectrum", &why),
             }
         }
@@ -136,7 +142,12 @@ impl FormDetails {
         match slopes(sample, settings) {
             Ok(found) => {
                 let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
-                found.figures().into_iter().for_each(|figure| self.put(figure, over.clone()));
+                let shares = self.noise_nm.map_or([(None, None); 4], |nm| noise_of(&found, nm));
+                for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)
+                {
+                    let figure = told(figure, over.clone());
+                    self.figures.push(FormFigure { noise_adds, without_noise, ..figure });
+                }
             }
             Err(why) => self.lacks("slopes", &why),
         }
@@ -174,6 +185,17 @@ impl FormDetails {
     }
 }
 
+/// What noise of a point in nm adds to slopes, in the order of their figures, and what is left without it.
+fn noise_of(found: &Slopes, noise_nm: f64) -> [(Option<f64>, Option<f64>); 4] {
+    let of_kind = |figure: &SlopeFigure| {
+        let on_max = figure.noise_on_max_urad(noise_nm, found.stations).min(figure.max_urad);
+        let without = figure.rms_without_noise_urad(noise_nm);
+        [(Some(on_max), None), (Some(figure.rms_urad - without), Some(without))]
+    };
+    let [[a, b], [c, d]] = [&found.meridional, &found.gradient].map(of_kind);
+    [a, b, c, d]
+}
+
 /// A figure of the kernel as a report has it.
 pub(super) fn told(Figure { definition, value }: Figure, variant: String) -> FormFigure {
     FormFigure {
@@ -184,6 +206,8 @@ pub(super) fn told(Figure { definition, value }: Figure, variant: String) -> For
         u: None,
         expanded: None,
         simulated: None,
+        noise_adds: None,
+        without_noise: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     }
@@ -330,7 +354,7 @@ mod tests {
         // The fit must not move the part, whose deviations are given.
         let fit = Fit { pose: Pose::default(), ..fit };
         let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
-        details(part, &fit, &sample, areas_mm2)
+        details(part, &fit, &sample, areas_mm2, None)
     }
 
     fn value(details: &FormDetails, name: &str, variant: &str) -> f64 {

@@ -97,6 +97,11 @@ impl Errors {
         }
     }
 
+    /// The noise of a point in nm, where it is known.
+    pub(super) fn noise_nm(&self) -> Option<f64> {
+        self.noise_nm
+    }
+
     /// Those of figures; `None` where the noise, or what a budget has besides, is not known.
     pub(super) fn of(&self, figures: &Figures) -> Option<ErrorsOfFigures> {
         let correlated = self.correlated.as_ref()?;

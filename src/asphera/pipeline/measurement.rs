@@ -2,12 +2,13 @@
 
 use asphera_form::verdict::{Limit, forecast};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, deviations};
-use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
+use asphera_surface::{Mesh, PointMm};
 
 use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
 use super::details::{areas_mm2, details, places_mm, sample};
+use super::deviation_map::DeviationMap;
 use super::errors::Errors;
 use super::figures;
 use super::fitting::{Fitted, NoFit, fitted};
@@ -46,16 +47,6 @@ pub struct Measurement {
     pub cells: Option<Map>,
     /// What to measure next; `None` where that is not known.
     pub next: Option<Next>,
-}
-
-/// A deviation map on a regular grid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DeviationMap {
-    /// The nodes, u and v of the plane of projection: x and y of the measured frame, where it is projected
-    /// along z.
-    pub grid: Grid,
-    /// Deviation at every node, nm, x fastest; NaN where nothing was measured.
-    pub values_nm: Vec<f64>,
 }
 
 /// The maps to come.
@@ -117,35 +108,6 @@ pub(super) fn measure(
         .zip(&covered)
         .filter_map(|(&corners, &covered)| covered.then_some(corners));
     let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
-    let sample = sample(&part, &pose, mesh.points(), &deviations_mm, &areas_mm2);
-    let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        figures::form(
-            &part,
-            fitted,
-            found,
-            details(&part, &fitted.fit, &sample, &areas_mm2),
-            &plane,
-        )
-    });
-    // Without a fit no deviation is known.
-    let counted = result.ok().and(sample.as_ref().ok());
-    let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
-    let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map =
-        form.as_ref().and_then(|_| deviation_map(&mesh, (&triangles, &covered), &deviations_nm));
-    let mut of_standards = standards::Found::default();
-    if let (Some(form), Ok(fit)) = (&mut form, result) {
-        let measured = Measured {
-            part: &part,
-            fit,
-            points: mesh.points(),
-            deviations_mm: &deviations_mm,
-            triangles: &triangles,
-            covered: &covered,
-            map: map.as_ref(),
-        };
-        of_standards = standards::add(form, &measured);
-    }
     let taken = fitted.as_ref().ok().and_then(|fitted| {
         uncertainties::taken(&part, mesh.points(), &deviations_mm, fitted, &areas_mm2)
     });
@@ -153,14 +115,6 @@ pub(super) fn measure(
         .as_ref()
         .ok()
         .and_then(|fitted| assess(&part, mesh.points(), fitted, &plane, taken.as_ref()));
-    if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
-        tell(form, assessed, &part);
-        standards::tell(form, &of_standards, assessed, &part);
-    }
-    if let (Some(form), Ok(fitted)) = (&mut form, &fitted) {
-        let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-        correlated::tell(form, &part, fitted, (mesh.points(), &deviations_mm), assessed);
-    }
     let mut errors = Errors::new(&part);
     let known = match &part.judging.uncertainty {
         Some(_) => None,
@@ -170,6 +124,49 @@ pub(super) fn measure(
             known.map(|known| taken.as_ref().map_or(known, |taken| known.over(taken)))
         }
     };
+    let noise_nm = match &assessed {
+        Some(assessed) => assessed.as_ref().ok().map(|of| of.uncertainty.noise.sigma_mm * 1e6),
+        None => errors.noise_nm(),
+    };
+    let sample = sample(&part, &pose, mesh.points(), &deviations_mm, &areas_mm2);
+    let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
+        figures::form(
+            &part,
+            fitted,
+            found,
+            details(&part, &fitted.fit, &sample, &areas_mm2, noise_nm),
+            &plane,
+        )
+    });
+    // Without a fit no deviation is known.
+    let counted = result.ok().and(sample.as_ref().ok());
+    let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
+    let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
+    let map =
+        form.as_ref().and_then(|_| DeviationMap::of(&mesh, (&triangles, &covered), &deviations_nm));
+    let mut of_standards = standards::Found::default();
+    if let (Some(form), Ok(fit)) = (&mut form, result) {
+        let measured = Measured {
+            part: &part,
+            fit,
+            points: mesh.points(),
+            deviations_mm: &deviations_mm,
+            triangles: &triangles,
+            covered: &covered,
+            areas_mm2: &areas_mm2,
+            map: map.as_ref(),
+            noise_nm,
+        };
+        of_standards = standards::add(form, &measured);
+    }
+    if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
+        tell(form, assessed, &part);
+        standards::tell(form, &of_standards, assessed, &part);
+    }
+    if let (Some(form), Ok(fitted)) = (&mut form, &fitted) {
+        let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+        correlated::tell(form, &part, fitted, (mesh.points(), &deviations_mm), assessed);
+    }
     let unmeasured = match (result.as_ref().ok(), found.as_ref()) {
         (Some(fit), Some(found)) => {
             let places_mm = places_mm(&fit.pose, mesh.points());
@@ -276,42 +273,3 @@ pub(super) fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Optio
     }
     (all_mm, found)
 }
-
-/// The deviation at nodes as far apart as the points are on average, over well-sampled triangles in the
-/// aperture only: a gap is never bridged.
-fn deviation_map(
-    mesh: &Mesh,
-    (triangles, covered): (&[[VertexId; 3]], &[bool]),
-    deviations_nm: &[f64],
-) -> Option<DeviationMap> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in mesh.points() {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(point[axis]);
-            high[axis] = high[axis].max(point[axis]);
-        }
-    }
-    let size = [high[0] - low[0], high[1] - low[1]];
-    let pitch = (size[0] * size[1] / mesh.points().len() as f64).sqrt();
-    let pitch = pitch.max(size[0] / MAX_NODES).max(size[1] / MAX_NODES);
-    if !(pitch.is_finite() && pitch > 0.0) {
-        return None;
-    }
-    let nodes = |length: f64| (length / pitch).round() as usize + 1;
-    let (nx, ny) = (nodes(size[0]).max(2), nodes(size[1]).max(2));
-    let grid = Grid {
-        x0_mm: low[0],
-        y0_mm: low[1],
-        dx_mm: size[0] / (nx - 1) as f64,
-        dy_mm: size[1] / (ny - 1) as f64,
-        nx,
-        ny,
-    };
-    let good =
-        triangles.iter().zip(covered).filter_map(|(&corners, &good)| good.then_some(corners));
-    let values_nm = rasterize(mesh.points(), good, deviations_nm, &grid).ok()?;
-    Some(DeviationMap { grid, values_nm })
-}
-
-/// Most nodes along one side of a map.
-const MAX_NODES: f64 = 1023.0;

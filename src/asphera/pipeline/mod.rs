@@ -9,6 +9,7 @@ mod correlated;
 mod cutting;
 mod defects;
 mod details;
+mod deviation_map;
 mod errors;
 mod figures;
 mod fit_details;
@@ -42,8 +43,9 @@ use asphera_surface::{BATCH_POINTS, Mesh, Plane, PointMm};
 
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
+pub use deviation_map::{DeviationMap, MapSource};
 pub(crate) use judgement::{doubt, undecide};
-pub use measurement::{DeviationMap, Measurement};
+pub use measurement::Measurement;
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 pub use removal::{FormViewAnswer, RemovalError};
 pub use sampling::{

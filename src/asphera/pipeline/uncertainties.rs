@@ -250,6 +250,8 @@ fn of_zone(judged: &Judged) -> Option<FormFigure> {
         u: finding.u,
         expanded: None,
         simulated: None,
+        noise_adds: None,
+        without_noise: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     })

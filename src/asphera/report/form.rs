@@ -22,6 +22,13 @@ pub struct FormFigure {
     /// What simulated measurements tell of it; absent where none were made for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated: Option<SimulatedFigures>,
+    /// What independent noise of the points adds to the value on the average, of a largest slope at most, in the same unit;
+    /// absent where that was not worked out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_adds: Option<f64>,
+    /// The value without it; absent where only its bound is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without_noise: Option<f64>,
     /// What it is, in one sentence.
     pub definition: String,
     /// The standard or paper that defines it.

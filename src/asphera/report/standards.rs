@@ -81,16 +81,35 @@ pub struct PsdFigures {
     pub removed: String,
     /// The window: `Hann`.
     pub window: String,
-    /// Distance of the nodes of the map along its two axes, mm. Half a cycle over the coarser is the last frequency.
+    /// Where the heights come from: as measured, or interpolated between the points.
+    #[serde(default)]
+    pub source: String,
+    /// Distance of the nodes of the map along its two axes, mm.
     pub spacing_mm: [f64; 2],
+    /// Highest frequency up to which the density is given, cycles per mm: half a cycle over the coarser distance, or less
+    /// where interpolation leaves too little of the waves.
+    #[serde(default)]
+    pub up_to_per_mm: f64,
+    /// Empty nodes of a raster that were filled from well-sampled neighbours.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub bridged: u64,
     /// Share of the rectangle of the map that is measured. What is not acts as a window too.
     pub measured: f64,
-    /// RMS of the map over all frequencies, under the window, nm.
+    /// Density of the noise of the points, nm²·mm², at all frequencies alike. It is in the density below; absent where the
+    /// noise is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_nm2_mm2: Option<f64>,
+    /// RMS under the window, nm: of a raster over all frequencies, in the corners beyond the last ring too; of scattered
+    /// points over those given.
     pub rms_nm: f64,
     /// Middle of each ring of frequencies, cycles per mm, ascending.
     pub frequency_per_mm: Vec<f64>,
     /// Mean density over the ring, nm²·mm².
     pub density_nm2_mm2: Vec<f64>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Coefficients of Forbes' slope-orthogonal polynomials.
@@ -102,13 +121,36 @@ pub struct QFigures {
     pub radius_mm: f64,
     /// Rise of the power fitted beside them from the vertex to the rim, nm.
     pub power_nm: f64,
-    /// Coefficients a₀, a₁ …, nm.
-    pub coefficients_nm: Vec<f64>,
-    /// Whether the last quarter of them holds less than a tenth of the sum of their squares. If not, the deviation has
-    /// more waves along the radius than they can follow, and that bends all of them.
+    /// Terms asked for.
+    #[serde(default)]
+    pub asked: u64,
+    /// Why there are fewer than that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    /// Coefficients a₀, a₁ …, nm; none for one that noise makes more uncertain than all of the deviation is.
+    pub coefficients_nm: Vec<Option<f64>>,
+    /// Their standard uncertainties by independent noise of the points, or by what the series leaves, if that is more, nm.
+    #[serde(default)]
+    pub u_nm: Vec<f64>,
+    /// The noise of a point that was taken, nm.
+    #[serde(default)]
+    pub noise_nm: f64,
+    /// Whether that is the RMS of what the series leaves, because no noise was known or this is more.
+    #[serde(default)]
+    pub noise_of_residuals: bool,
+    /// Whether the last quarter of the terms asked for holds less than a tenth of the sum of their squares, noise taken
+    /// off. If not, the deviation has more waves along the radius than they can follow, and that bends all of them.
     pub ends: bool,
-    /// Root of the sum of their squares over the radius, µrad: an RMS slope along the meridian that stresses the rim.
-    pub slope_rms_urad: f64,
+    /// Root of the sum of their squares over the radius, noise taken off, µrad: an RMS slope along the meridian that
+    /// stresses the rim. Absent where a coefficient is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_rms_urad: Option<f64>,
+    /// What noise alone makes of it, µrad; taken off in squares.
+    #[serde(default)]
+    pub slope_noise_urad: f64,
+    /// The interval of 95 %, µrad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_95_urad: Option<[f64; 2]>,
 }
 
 /// Parameters of ISO 25178-2 of a surface between two scales.

@@ -1,5 +1,6 @@
 //! Weighted linear least squares over the points of a sample.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::Sample;
@@ -18,23 +19,17 @@ impl Solution {
     pub(crate) fn or_zero(&self, column: usize) -> f64 {
         self.coefficients[column].unwrap_or(0.0)
     }
-
-    /// Whether every column is determined.
-    pub(crate) fn is_complete(&self) -> bool {
-        self.coefficients.iter().all(Option::is_some)
-    }
 }
 
-/// Minimises the area-weighted sum of the squares of deviation minus Σ coefficient·column.
+/// The area-weighted least-squares problem of deviation minus Σ coefficient·column.
 ///
-/// `columns` writes the `count` columns at a place in mm. Columns that come first are preferred where they
-/// depend on one another. By Householder reflections over fixed chunks joined in order, so the result does
-/// not depend on the number of threads; `O(n·count²)`.
-pub(crate) fn least_squares(
+/// `columns` writes the `count` columns at a place in mm. By Householder reflections over fixed chunks joined in order, so
+/// the result does not depend on the number of threads; `O(n·count²)`.
+pub(crate) fn factored(
     sample: &Sample,
     count: usize,
     columns: impl Fn([f64; 2], &mut [f64]) + Sync,
-) -> Solution {
+) -> System {
     let factor = |chunk: usize| {
         let mut triangle = Triangle::new(count + 1);
         let mut row = vec![0.0; count + 1];
@@ -52,7 +47,47 @@ pub(crate) fn least_squares(
     };
     let chunks = sample.len().div_ceil(CHUNK);
     let factors: Vec<Triangle> = (0..chunks).into_par_iter().map(factor).collect();
-    let system = System::new(&joined(factors, count + 1));
+    System::new(&joined(factors, count + 1))
+}
+
+/// Σ area²·column·columnᵀ: the covariance of the right-hand side of the normal equations of [`factored`], for independent
+/// noise of 1 nm at every point. `O(n·count²)`.
+pub(crate) fn noise_gram(
+    sample: &Sample,
+    count: usize,
+    columns: impl Fn([f64; 2], &mut [f64]) + Sync,
+) -> DMatrix<f64> {
+    let of_chunk = |chunk: usize| {
+        let mut gram = DMatrix::zeros(count, count);
+        let mut row = vec![0.0; count];
+        let end = sample.len().min((chunk + 1) * CHUNK);
+        for i in chunk * CHUNK..end {
+            columns(sample.places_mm()[i], &mut row);
+            row.iter_mut().for_each(|entry| *entry *= sample.areas()[i]);
+            for (j, entry) in row.iter().enumerate() {
+                // Below the diagonal alone: it is symmetric.
+                let mut column = gram.column_mut(j);
+                let below = column.iter_mut().skip(j).zip(&row[j..]);
+                below.for_each(|(sum, other)| *sum += entry * other);
+            }
+        }
+        gram
+    };
+    let chunks = sample.len().div_ceil(CHUNK);
+    let grams: Vec<DMatrix<f64>> = (0..chunks).into_par_iter().map(of_chunk).collect();
+    let mut gram = grams.into_iter().fold(DMatrix::zeros(count, count), |sum, gram| sum + gram);
+    gram.fill_upper_triangle_with_lower_triangle();
+    gram
+}
+
+/// Minimises the area-weighted sum of the squares of deviation minus Σ coefficient·column, as [`factored`] has it. Columns
+/// that come first are preferred where they depend on one another.
+pub(crate) fn least_squares(
+    sample: &Sample,
+    count: usize,
+    columns: impl Fn([f64; 2], &mut [f64]) + Sync,
+) -> Solution {
+    let system = factored(sample, count, columns);
     let all: Vec<usize> = (0..count).collect();
     // Fewer columns are never worse conditioned: if all together are determined, none need be tried alone.
     let whole = (system.rows() >= count).then(|| system.solve(&all, 0.0));
@@ -89,4 +124,4 @@ pub(crate) fn joined(factors: Vec<Triangle>, columns: usize) -> Triangle {
 
 /// Columns closer than this to those before them are indeterminate: noise of the deviations would appear a
 /// million times larger in their coefficients.
-const RANK_TOLERANCE: f64 = 1e-6;
+pub(crate) const RANK_TOLERANCE: f64 = 1e-6;

@@ -4,7 +4,8 @@
 //! [`robust_peak_to_valley`] and [`pvr`], after [`remove`] if terms are to be taken out first;
 //! [`decompose`] into the parts of ISO 10110-5, held against an [`Indication`]; the classical
 //! [`Aberrations`] of a [`fringe_fit`]; the [`q_spectrum`]; [`slopes`]; [`radial_profile`] and
-//! [`azimuthal_profile`]; and the power spectral densities [`line_psd`] and [`map_psd`].
+//! [`azimuthal_profile`]; and the power spectral densities [`line_psd`] and [`map_psd`], of places on a [`Lattice`] as they
+//! are.
 //!
 //! Places are mm in the part frame, deviations come in mm and leave in nm, slopes are µrad. Each figure
 //! carries its [`Definition`]. What the data cannot tell is an [`Unknown`] that says why, never a number.
@@ -42,8 +43,10 @@ mod definition;
 mod expansion;
 pub(crate) mod fourier;
 mod indication;
+mod interpolation;
 mod invariant;
 mod irregularity;
+mod lattice;
 mod least_squares;
 mod profile;
 mod psd_line;
@@ -60,13 +63,15 @@ pub use definition::{Definition, Figure, Unit};
 pub(crate) use expansion::fringe_orders;
 pub use expansion::{FringeCount, FringeFit, fringe_fit};
 pub use indication::{Comparison, Indication, IndicationError, LengthUnit};
+pub use interpolation::Interpolation;
 pub(crate) use irregularity::irregular;
 pub use irregularity::{Approximation, Irregularity, decompose};
+pub use lattice::Lattice;
 pub(crate) use least_squares::joined;
 pub use profile::{Heights, Ring, Sector, azimuthal_profile, radial_profile};
 pub use psd_line::{Band, HeightLine, LinePsd, Window, line_psd};
 pub use psd_map::{FrequencyRing, HeightGrid, MapPsd, map_psd};
-pub use q_spectrum::{QSpectrum, q_spectrum};
+pub use q_spectrum::{QSpectrum, SeriesSlope, q_spectrum};
 pub use removal::{Removed, Term, Terms, remove};
 pub use sample::{LeftOut, Sample, SampleError};
 pub use slope::{SlopeFigure, SlopeSettings, Slopes, slopes};

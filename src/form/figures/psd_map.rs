@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::fourier::{transform_map, transposed};
 use super::unknown::positive;
-use super::{Band, SettingError, Unknown, Window};
+use super::{Band, Interpolation, SettingError, Unknown, Window};
 
 /// Heights on a regular grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,9 @@ pub struct MapPsd {
     pub measured: f64,
     /// Window along rows and columns.
     pub window: Window,
+    /// Highest frequency in cycles per mm, whatever its direction, up to which the density is of the surface; infinite
+    /// where it is so to the end.
+    pub up_to_per_mm: f64,
 }
 
 /// Mean density of a ring of frequencies.
@@ -64,23 +67,25 @@ pub struct FrequencyRing {
 impl MapPsd {
     /// RMS in nm of the frequencies in a band, whatever their direction: each entry counts whole, by its
     /// own frequency, as the density times the cell of the frequencies. Over all frequencies this is the
-    /// RMS of the measured heights about their mean, under the window.
+    /// RMS of the measured heights about their mean, under the window. Nothing beyond [`MapPsd::up_to_per_mm`] counts.
     pub fn band_rms_nm(&self, band: &Band) -> f64 {
+        let counts = |frequency: f64| band.contains(frequency) && frequency <= self.up_to_per_mm;
         let rows = (0..self.rows).map(|row| {
-            let entries =
-                (0..self.columns).filter(|&column| band.contains(self.frequency(row, column)));
+            let entries = (0..self.columns).filter(|&column| counts(self.frequency(row, column)));
             entries.map(|column| self.density_nm2_mm2[row * self.columns + column]).sum::<f64>()
         });
         (rows.sum::<f64>() * self.step_per_mm[0] * self.step_per_mm[1]).sqrt()
     }
 
     /// Means over rings as wide as the coarser distance of the frequencies, the middle of the first at one
-    /// width, up to the lower of the two half sampling frequencies: beyond that rings are not whole.
+    /// width, up to the lower of the two half sampling frequencies and [`MapPsd::up_to_per_mm`]: beyond that rings are
+    /// not whole.
     pub fn rings(&self) -> Vec<FrequencyRing> {
         let width = self.step_per_mm[0].max(self.step_per_mm[1]);
         let half_x = 0.5 * self.columns as f64 * self.step_per_mm[0];
         let half_y = 0.5 * self.rows as f64 * self.step_per_mm[1];
-        let last = (half_x.min(half_y) / width - 0.5).floor().max(0.0) as usize;
+        let last =
+            (half_x.min(half_y).min(self.up_to_per_mm) / width - 0.5).floor().max(0.0) as usize;
         let mut sums = vec![(0.0, 0_usize); last + 1];
         for row in 0..self.rows {
             for column in 0..self.columns {
@@ -102,9 +107,32 @@ impl MapPsd {
 
     /// Frequency of an entry in cycles per mm, whatever its direction.
     pub fn frequency(&self, row: usize, column: usize) -> f64 {
-        let signed = |index: usize, count: usize| index.min(count - index) as f64;
-        (signed(column, self.columns) * self.step_per_mm[0])
-            .hypot(signed(row, self.rows) * self.step_per_mm[1])
+        let [x, y] = self.frequencies(row, column);
+        x.hypot(y)
+    }
+
+    /// Of heights that were interpolated between places on no raster: the density over the share of the power that the
+    /// interpolation leaves, up to where that is half.
+    pub fn without(mut self, interpolation: &Interpolation) -> MapPsd {
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let power = interpolation.power(self.frequencies(row, column));
+                self.density_nm2_mm2[row * self.columns + column] /= power.max(LEAST_POWER);
+            }
+        }
+        self.up_to_per_mm = self.up_to_per_mm.min(interpolation.half_power_per_mm());
+        self
+    }
+
+    /// Frequency of an entry along x and y in cycles per mm, negative ones after the positive.
+    fn frequencies(&self, row: usize, column: usize) -> [f64; 2] {
+        let signed = |index: usize, count: usize| {
+            if 2 * index > count { index as f64 - count as f64 } else { index as f64 }
+        };
+        [
+            signed(column, self.columns) * self.step_per_mm[0],
+            signed(row, self.rows) * self.step_per_mm[1],
+        ]
     }
 }
 
@@ -146,8 +174,11 @@ pub fn map_psd(grid: &HeightGrid<'_>, window: Window) -> Result<MapPsd, Unknown>
         density_nm2_mm2: values.iter().map(|value| value.norm_sqr() * scale).collect(),
         measured: used as f64 / (rows * columns) as f64,
         window,
+        up_to_per_mm: f64::INFINITY,
     })
 }
 
+/// Entries of which an interpolation leaves less lie beyond the last that is given.
+const LEAST_POWER: f64 = 1e-3;
 /// An eight by eight map; fewer heights have hardly a spectrum.
 const LEAST_HEIGHTS: usize = 64;

@@ -43,6 +43,26 @@ pub struct SlopeFigure {
     pub rms_urad: f64,
     /// The station of the largest, part frame, mm; of equal ones the first by y, then x.
     pub at_mm: [f64; 2],
+    /// RMS over the stations in µrad that independent noise of 1 nm at every point makes on the average.
+    pub noise_rms_urad: f64,
+    /// RMS in µrad of what such noise makes at the station where it makes most.
+    pub noise_most_urad: f64,
+}
+
+impl SlopeFigure {
+    /// The RMS slope in µrad without what independent noise of a point in nm adds to it, in squares, on the average; 0
+    /// where noise makes all of it.
+    pub fn rms_without_noise_urad(&self, noise_nm: f64) -> f64 {
+        let added = noise_nm * self.noise_rms_urad;
+        (self.rms_urad * self.rms_urad - added * added).max(0.0).sqrt()
+    }
+
+    /// What independent noise of a point in nm raises the largest slope by, at most, on the average: the largest slope of
+    /// noise alone at as many stations, s·√(2·ln 2n) with s of the worst (Boucheron, Lugosi & Massart, Concentration
+    /// Inequalities, theorem 2.5). Of a gradient both components.
+    pub fn noise_on_max_urad(&self, noise_nm: f64, stations: usize) -> f64 {
+        noise_nm * self.noise_most_urad * (2.0 * (2.0 * stations as f64).ln()).sqrt()
+    }
 }
 
 /// Slope errors of a deviation.
@@ -105,7 +125,7 @@ pub fn slopes(sample: &Sample, settings: SlopeSettings) -> Result<Slopes, Unknow
             let mut row = Row::default();
             for &x in xs.iter().filter(|&&x| sample.aperture().contains(x, y)) {
                 match cells.gradient([x, y]) {
-                    Some(gradient) => row.add([x, y], gradient),
+                    Some(plane) => row.add([x, y], &plane),
                     None => row.unmeasured += 1,
                 }
             }
@@ -152,17 +172,20 @@ struct Row {
 }
 
 impl Row {
-    fn add(&mut self, at_mm: [f64; 2], gradient: [f64; 2]) {
+    fn add(&mut self, at_mm: [f64; 2], plane: &Plane) {
+        let Plane { gradient, noise: [xx, xy, yy] } = plane;
         let steepest = gradient[0].hypot(gradient[1]);
         let radius_mm = at_mm[0].hypot(at_mm[1]);
-        let meridional = if radius_mm > 0.0 {
-            ((gradient[0] * at_mm[0] + gradient[1] * at_mm[1]) / radius_mm).abs()
+        let (meridional, noise) = if radius_mm > 0.0 {
+            let [x, y] = at_mm.map(|part| part / radius_mm);
+            let noise = x * x * xx + 2.0 * x * y * xy + y * y * yy;
+            ((gradient[0] * x + gradient[1] * y).abs(), noise)
         } else {
-            steepest
+            (steepest, xx + yy)
         };
         self.stations += 1;
-        self.meridional.add(at_mm, meridional);
-        self.gradient.add(at_mm, steepest);
+        self.meridional.add(at_mm, meridional, noise);
+        self.gradient.add(at_mm, steepest, xx + yy);
     }
 
     fn join(&mut self, other: &Row) {
@@ -177,16 +200,23 @@ impl Row {
 struct Summary {
     square: f64,
     largest: Option<(f64, [f64; 2])>,
+    /// Variances of the slopes for noise of 1 nm: their sum, and the largest.
+    noise: f64,
+    most_noise: f64,
 }
 
 impl Summary {
-    fn add(&mut self, at_mm: [f64; 2], slope: f64) {
+    fn add(&mut self, at_mm: [f64; 2], slope: f64, noise: f64) {
         self.square += slope * slope;
+        self.noise += noise;
+        self.most_noise = self.most_noise.max(noise);
         self.offer(Some((slope, at_mm)));
     }
 
     fn join(&mut self, other: &Summary) {
         self.square += other.square;
+        self.noise += other.noise;
+        self.most_noise = self.most_noise.max(other.most_noise);
         self.offer(other.largest);
     }
 
@@ -198,7 +228,13 @@ impl Summary {
 
     fn figure(&self, stations: usize) -> Option<SlopeFigure> {
         let (max_urad, at_mm) = self.largest?;
-        Some(SlopeFigure { max_urad, rms_urad: (self.square / stations as f64).sqrt(), at_mm })
+        Some(SlopeFigure {
+            max_urad,
+            rms_urad: (self.square / stations as f64).sqrt(),
+            at_mm,
+            noise_rms_urad: (self.noise / stations as f64).sqrt(),
+            noise_most_urad: self.most_noise.sqrt(),
+        })
     }
 }
 
@@ -255,8 +291,8 @@ impl Cells<'_> {
         at(1, self.rows) * self.columns + at(0, self.columns)
     }
 
-    /// Gradient in nm/mm of the plane through the points of the disc about a station, if they surround it.
-    fn gradient(&self, station: [f64; 2]) -> Option<[f64; 2]> {
+    /// Gradient of the plane through the points of the disc about a station, if they surround it.
+    fn gradient(&self, station: [f64; 2]) -> Option<Plane> {
         let mut sums = Sums::default();
         let near = |axis: usize, count: usize| {
             let cell = ((station[axis] - self.low_mm[axis]) / self.side_mm).floor();
@@ -283,8 +319,19 @@ impl Cells<'_> {
                 }
             }
         }
-        sums.gradient().map(|gradient| gradient.map(|slope| slope / self.radius_mm))
+        sums.plane().map(|Plane { gradient, noise }| Plane {
+            gradient: gradient.map(|slope| slope / self.radius_mm),
+            noise: noise.map(|square| square / (self.radius_mm * self.radius_mm)),
+        })
     }
+}
+
+/// The plane of least squares through the points of a disc.
+struct Plane {
+    /// Along x and y in nm/mm.
+    gradient: [f64; 2],
+    /// Its variances, xx, xy and yy, in (nm/mm)² for independent noise of 1 nm at every point.
+    noise: [f64; 3],
 }
 
 /// Moments of the points of a disc in units of its radius.
@@ -300,10 +347,14 @@ struct Sums {
     yy: f64,
     xz: f64,
     yz: f64,
+    /// With the squares of the areas: of 1, x, y, xx, xy, yy.
+    squared: [f64; 6],
 }
 
 impl Sums {
     fn add(&mut self, area: f64, x: f64, y: f64, z: f64) {
+        let products = [1.0, x, y, x * x, x * y, y * y];
+        self.squared.iter_mut().zip(products).for_each(|(sum, of)| *sum += area * area * of);
         self.count += 1;
         self.area += area;
         self.x += area * x;
@@ -316,7 +367,7 @@ impl Sums {
         self.yz += area * y * z;
     }
 
-    fn gradient(&self) -> Option<[f64; 2]> {
+    fn plane(&self) -> Option<Plane> {
         if self.count < LEAST_POINTS {
             return None;
         }
@@ -329,7 +380,17 @@ impl Sums {
             return None;
         }
         let determinant = xx * yy - xy * xy;
-        Some([(yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant])
+        let solved =
+            |x: f64, y: f64| [(yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant];
+        // The gradient is M⁻¹·Σ w·(x − x̄)·z with shares w of the area, so noise has M⁻¹·(Σ w²·(x − x̄)·(x − x̄)ᵀ)·M⁻¹.
+        let [one, of_x, of_y, of_xx, of_xy, of_yy] =
+            self.squared.map(|sum| sum / (self.area * self.area));
+        let noise_xx = of_xx - 2.0 * x * of_x + x * x * one;
+        let noise_xy = of_xy - x * of_y - y * of_x + x * y * one;
+        let noise_yy = of_yy - 2.0 * y * of_y + y * y * one;
+        let (column_x, column_y) = (solved(noise_xx, noise_xy), solved(noise_xy, noise_yy));
+        let (row_x, row_y) = (solved(column_x[0], column_y[0]), solved(column_x[1], column_y[1]));
+        Some(Plane { gradient: solved(xz, yz), noise: [row_x[0], row_x[1], row_y[1]] })
     }
 }
 

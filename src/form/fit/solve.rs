@@ -74,6 +74,11 @@ impl System {
         self.rows
     }
 
+    /// Length of a column of the tall matrix.
+    pub(crate) fn length(&self, column: usize) -> f64 {
+        self.lengths[column]
+    }
+
     /// Sum of the squares of the distances in mm².
     pub(crate) fn square(&self) -> f64 {
         self.square

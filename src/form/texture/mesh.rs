@@ -161,6 +161,10 @@ impl Mesh {
         self.triangles.iter().filter(whole).map(move |corners| corners.map(corner))
     }
 
+    pub(super) fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
     pub(super) fn total_mm2(&self) -> f64 {
         self.total_mm2
     }

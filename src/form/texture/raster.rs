@@ -2,12 +2,32 @@
 
 use super::cells::box_of;
 use super::{Grid, Mesh};
+use crate::figures::Lattice;
 
 impl Mesh {
-    /// The surface interpolated linearly on its measured triangles, at nodes as far apart as its vertices are on
+    /// The surface on a grid. Where its vertices lie on a raster, at the nodes of that, as they are; the grid is then turned
+    /// as the raster is. Else interpolated linearly on its measured triangles, at nodes as far apart as its vertices are on
     /// the average, or farther where that takes more than 4,000,000; nodes elsewhere are gaps. `None` without a
     /// measured triangle. Takes time in proportion to vertices, triangles and nodes.
     pub fn to_grid(&self) -> Option<Grid> {
+        self.to_turned_grid().map(|(grid, _)| grid)
+    }
+
+    /// As [`Mesh::to_grid`], with the angle in rad from +x towards +y of its rows.
+    pub(super) fn to_turned_grid(&self) -> Option<(Grid, f64)> {
+        let Some(lattice) = Lattice::of(self.places_mm(), self.triangles()) else {
+            return self.interpolated().map(|grid| (grid, 0.0));
+        };
+        self.whole_triangles().next()?;
+        let at = |place: Option<usize>| place.and_then(|place| self.at(place)).unwrap_or(f64::NAN);
+        let heights_nm: Vec<f64> = lattice.places().map(at).collect();
+        let (rows, columns) = (lattice.rows(), lattice.columns());
+        let grid = Grid::new(&heights_nm, rows, columns, lattice.spacing_mm())
+            .expect("a lattice has rows times columns nodes at positive distances");
+        Some((grid, lattice.turn_rad()))
+    }
+
+    fn interpolated(&self) -> Option<Grid> {
         let corners = self.whole_triangles().flatten().map(|(place, _)| place);
         let [low_mm, high_mm] = box_of(corners)?;
         let mut spacing_mm = self.mean_spacing_mm()?;

@@ -291,6 +291,16 @@ impl Uncertainty {
         self.source().figure(draws, figure)
     }
 
+    /// As [`Uncertainty::simulate`], of a figure to the square of which errors add, as to that of an RMS slope: what noise
+    /// adds is told by the squares.
+    pub fn simulate_of_squares(
+        &self,
+        draws: &Draws,
+        figure: impl Fn(&[f64]) -> Option<f64> + Sync,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        self.source().figure_of_squares(draws, figure)
+    }
+
     /// A figure that averages over the area by simulated measurements, of few points where there are many; `None` if
     /// the measurement or nearly all draws do not have it.
     ///

@@ -197,6 +197,19 @@ impl Source<'_> {
         Ok(Simulated::new(measured, &found, n))
     }
 
+    /// As [`Source::figure`], of one to the square of which errors add.
+    pub(super) fn figure_of_squares(
+        &self,
+        draws: &Draws,
+        figure: impl Fn(&[f64]) -> Option<f64> + Sync,
+    ) -> Result<Option<Simulated>, UncertaintyError> {
+        draws.validate()?;
+        let Some(measured) = figure(&self.linear.distances_mm) else { return Ok(None) };
+        let of_draw = |draw: u32| figure(&self.residuals_mm(draws.seed, draw));
+        let found: Vec<Option<f64>> = (0..draws.count).into_par_iter().map(of_draw).collect();
+        Ok(Simulated::of_squares(measured, &found, self.linear.len()))
+    }
+
     /// All residuals of one draw, in mm.
     fn residuals_mm(&self, seed: u64, draw: u32) -> Vec<f64> {
         let Source { linear, modes, budget, noise_mm2, .. } = self;

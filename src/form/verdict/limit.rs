@@ -189,6 +189,20 @@ impl Limit {
         }
     }
 
+    /// What noise may have raised a largest slope by, at most, on the average; `None` for other figures. Draws add noise to
+    /// what has some already, and so tell too little of it.
+    fn noise_on_largest_slope(&self, sample: &Sample, noise_nm: f64) -> Option<f64> {
+        let is_max =
+            matches!(self.definition, Definition::MeridionalSlopeMax | Definition::GradientMax);
+        let settings = self.slope.filter(|_| is_max)?;
+        let found = slopes(&*self.without_terms(sample).ok()?, settings).ok()?;
+        let figure = match self.definition {
+            Definition::MeridionalSlopeMax => found.meridional,
+            _ => found.gradient,
+        };
+        Some(figure.noise_on_max_urad(noise_nm, found.stations))
+    }
+
     /// The figure over a sample.
     fn figure(&self, sample: &Sample, approximation: Approximation) -> Result<Figure, Unknown> {
         if let Some(left) = self.ranged(sample, approximation) {
@@ -306,8 +320,11 @@ fn finding(
         let sample = Sample::new(places_mm, deviations_mm, Some(shares), &limit.zone).ok()?;
         limit.figure(&sample, approximation).ok()
     });
+    let noise_nm = uncertainty.noise.sigma_mm * 1e6;
+    let on_max = limit.noise_on_largest_slope(&sample, noise_nm);
     Ok(found.map(|(value, simulated)| {
         let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
+        let bias = on_max.map_or(bias, |on_max| on_max.min(value));
         // How far the figure is from that of the area is known, but not taken off.
         let moved = over_area.map_or(0.0, |figure| figure.value - value);
         Finding { value, u: u.map(|u| u.hypot(moved)), dof, bias, hidden: None }
@@ -352,11 +369,13 @@ fn of_any(
         let sample = Sample::new(places_mm, deviations_mm, None, &limit.zone).ok()?;
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
-    let simulated = match average(limit.definition) {
-        Some(kind) => uncertainty.simulate_average(draws, kind, of),
-        None => {
-            uncertainty.simulate(draws, |deviations_mm| of(uncertainty.places_mm(), deviations_mm))
+    let of_all = |deviations_mm: &[f64]| of(uncertainty.places_mm(), deviations_mm);
+    let simulated = match (average(limit.definition), limit.definition) {
+        (Some(kind), _) => uncertainty.simulate_average(draws, kind, of),
+        (None, Definition::MeridionalSlopeRms | Definition::GradientRms) => {
+            uncertainty.simulate_of_squares(draws, of_all)
         }
+        (None, _) => uncertainty.simulate(draws, of_all),
     };
     Ok(Ok((figure.value, simulated?)))
 }

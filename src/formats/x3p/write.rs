@@ -89,6 +89,24 @@ pub fn write_map(
     map: &HeightMap,
     metadata: &Metadata<'_>,
 ) -> Result<(), WriteError> {
+    write_turned_map(w, map, 0.0, metadata)
+}
+
+/// As [`write_map`], with x and y of the map turned about the origin by an angle from x towards y: the file has it as
+/// `Rotation`. Read back, such a map is a [`crate::Cloud`].
+///
+/// # Errors
+///
+/// As [`write_map`], and where the angle is not finite.
+pub fn write_turned_map(
+    w: impl Write,
+    map: &HeightMap,
+    turn_rad: f64,
+    metadata: &Metadata<'_>,
+) -> Result<(), WriteError> {
+    if !turn_rad.is_finite() {
+        return Err(WriteError::invalid("turn_rad", "a finite angle", turn_rad));
+    }
     let samples = map.nx.checked_mul(map.ny).filter(|&samples| samples > 0);
     if samples != Some(map.z_mm.len()) {
         let expected = format!("{} × {} heights, at least one", map.nx, map.ny);
@@ -102,16 +120,21 @@ pub fn write_map(
             return Err(WriteError::invalid(name, "a length above zero, a finite offset", found));
         }
     }
-    let axis = |(_, increment_mm, offset_mm): (&str, f64, f64)| {
+    let (sin, cos) = turn_rad.sin_cos();
+    // Offsets are not turned.
+    let [x0_mm, y0_mm] = [cos * map.x0_mm - sin * map.y0_mm, sin * map.x0_mm + cos * map.y0_mm];
+    let axis = |increment_mm: f64, offset_mm: f64| {
         axis_xml("I", increment_mm / MM_PER_M, offset_mm / MM_PER_M)
     };
+    let axes = [axis(map.dx_mm, x0_mm), axis(map.dy_mm, y0_mm), axis_xml("A", 1.0, 0.0)];
+    let turned = if turn_rad == 0.0 { String::new() } else { rotation_xml(sin, cos) };
     let data: Vec<u8> = map
         .z_mm
         .iter()
         .map(|&z_mm| if z_mm.is_finite() { z_mm / MM_PER_M } else { f64::NAN })
         .flat_map(f64::to_le_bytes)
         .collect();
-    let record1 = record1("SUR", &[axis(axes[0]), axis(axes[1]), axis_xml("A", 1.0, 0.0)]);
+    let record1 = record1("SUR", &axes, &turned);
     let size = format!(
         "<MatrixDimension><SizeX>{}</SizeX><SizeY>{}</SizeY><SizeZ>1</SizeZ></MatrixDimension>",
         map.nx, map.ny
@@ -141,7 +164,7 @@ pub fn write_cloud(
         points_mm.iter().flatten().flat_map(|mm| (mm / MM_PER_M).to_le_bytes()).collect();
     let axes = ["A"; 3].map(|axis_type| axis_xml(axis_type, 1.0, 0.0));
     let size = format!("<ListDimension>{}</ListDimension>", points_mm.len());
-    write_archive(w, &record1("PCL", &axes), metadata, &size, &data)
+    write_archive(w, &record1("PCL", &axes, ""), metadata, &size, &data)
 }
 
 fn axis_xml(axis_type: &str, increment_m: f64, offset_m: f64) -> String {
@@ -151,10 +174,19 @@ fn axis_xml(axis_type: &str, increment_m: f64, offset_m: f64) -> String {
     )
 }
 
-fn record1(feature: &str, [x, y, z]: &[String; 3]) -> String {
+/// A turn about z.
+fn rotation_xml(sin: f64, cos: f64) -> String {
+    format!(
+        "<Rotation><r11>{cos:e}</r11><r12>{:e}</r12><r13>0</r13><r21>{sin:e}</r21><r22>{cos:e}</r22>\
+         <r23>0</r23><r31>0</r31><r32>0</r32><r33>1</r33></Rotation>",
+        -sin
+    )
+}
+
+fn record1(feature: &str, [x, y, z]: &[String; 3], rotation: &str) -> String {
     format!(
         "<Record1><Revision>ISO5436 - 2000</Revision><FeatureType>{feature}</FeatureType>\
-         <Axes><CX>{x}</CX><CY>{y}</CY><CZ>{z}</CZ></Axes></Record1>"
+         <Axes><CX>{x}</CX><CY>{y}</CY><CZ>{z}</CZ>{rotation}</Axes></Record1>"
     )
 }
 

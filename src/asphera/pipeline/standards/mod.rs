@@ -11,7 +11,7 @@ use asphera_form::texture::Mesh;
 use asphera_form::{Fit, ZoneFit};
 use asphera_surface::{PointMm, VertexId};
 
-use super::measurement::DeviationMap;
+use super::deviation_map::DeviationMap;
 use crate::config::Part;
 use crate::report::FormFigures;
 
@@ -31,7 +31,11 @@ pub(super) struct Measured<'a> {
     pub(super) triangles: &'a [[VertexId; 3]],
     /// Whether each triangle is sampled densely enough.
     pub(super) covered: &'a [bool],
+    /// The area each point stands for.
+    pub(super) areas_mm2: &'a [f64],
     pub(super) map: Option<&'a DeviationMap>,
+    /// Noise of a point, where it is known.
+    pub(super) noise_nm: Option<f64>,
 }
 
 /// What the uncertainties of the figures need.
@@ -58,7 +62,12 @@ pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) -> Found {
     }
     if part.figures.psd {
         let map = map.ok_or("there is no map of the deviation".to_owned());
-        match map.and_then(|map| spectrum::psd(map).map_err(|why| why.to_string())) {
+        let found = map.and_then(|map| {
+            let noise =
+                measured.noise_nm.map(|nm| spectrum::noise_nm2_mm2(nm, map, measured.areas_mm2));
+            spectrum::psd(map, noise).map_err(|why| why.to_string())
+        });
+        match found {
             Ok(found) => standards.psd = Some(found),
             Err(why) => unknown.push(format!("PSD: {why}")),
         }
@@ -76,5 +85,7 @@ pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) -> Found {
     found
 }
 
+#[cfg(test)]
+mod spectra_tests;
 #[cfg(test)]
 mod tests;

@@ -87,6 +87,8 @@ fn told(Figure { definition, value }: Figure, variant: &str) -> FormFigure {
         u: None,
         expanded: None,
         simulated: None,
+        noise_adds: None,
+        without_noise: None,
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
     }

@@ -48,9 +48,9 @@ fn numbers(sample: &Sample) -> usize {
     if let Ok(removed) = remove(sample, &[Term::Piston, Term::Tilt, Term::Spherical]) {
         found.extend(removed.sample.values_nm());
     }
-    if let Ok(q) = q_spectrum(sample, Q_TERMS) {
+    if let Ok(q) = q_spectrum(sample, Q_TERMS, None) {
         found.extend(&q.coefficients_nm);
-        found.push(q.slope_rms_urad);
+        found.push(q.slope.fitted_urad);
     }
     if let Ok(slopes) = slopes(sample, SlopeSettings::new(0.5, 0.3).unwrap()) {
         found.extend(slopes.figures().map(|figure| figure.value));
@@ -122,7 +122,7 @@ fn one_radius_determines_no_sphere() {
     let unknown = decompose(&one, Approximation::Quadratic, None).unwrap_err();
     assert_eq!(unknown, Unknown::IndeterminateSphere);
     assert!(matches!(
-        q_spectrum(&one, Q_TERMS),
+        q_spectrum(&one, Q_TERMS, None),
         Err(Unknown::IndeterminateSeries { wanted: 9, .. })
     ));
     let free = sample(&places, &[1.0; 100], &Aperture::None);
@@ -137,7 +137,7 @@ fn points_on_the_axis_alone_have_no_radius() {
         decompose(&axis, Approximation::Quadratic, None).unwrap_err(),
         radial_profile(&axis, None).unwrap_err(),
         remove(&axis, &[Term::Power]).unwrap_err(),
-        q_spectrum(&axis, Q_TERMS).unwrap_err(),
+        q_spectrum(&axis, Q_TERMS, None).unwrap_err(),
     ] {
         assert_eq!(unknown, Unknown::OnePlace);
     }

@@ -228,13 +228,13 @@ fn q_spectrum_finds_its_coefficients() {
         let series = 30.0 - 12.0 * (13.0 - 16.0 * u) / 19.0_f64.sqrt();
         5.0 + 2.0 * x + 70.0 * u + u * (1.0 - u) * series
     });
-    let found = q_spectrum(&sample, NonZeroU8::new(6).unwrap()).unwrap();
+    let found = q_spectrum(&sample, NonZeroU8::new(6).unwrap(), None).unwrap();
     assert!((found.power_nm - 70.0).abs() < 1e-9);
     let expected = [30.0, -12.0, 0.0, 0.0, 0.0, 0.0];
     for (found, expected) in found.coefficients_nm.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-9, "{found}");
     }
-    assert!((found.slope_rms_urad - 30.0_f64.hypot(12.0) / 5.0).abs() < 1e-9);
+    assert!((found.slope.fitted_urad - 30.0_f64.hypot(12.0) / 5.0).abs() < 1e-9);
 }
 
 /// Bessel function J₂ by its integral, (1/π)·∫ cos(2τ − x·sin τ) dτ over half a turn.

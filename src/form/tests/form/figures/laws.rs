@@ -48,7 +48,7 @@ fn invariants(sample: &Sample) -> Vec<f64> {
     let fit = fringe_fit(sample, FringeCount::ThirtySix).unwrap();
     let removed = remove(sample, &[Term::Tilt, Term::Power, Term::Astigmatism]).unwrap().sample;
     let parts = decompose(sample, Approximation::Quadratic, rings).unwrap();
-    let q = q_spectrum(sample, NonZeroU8::new(4).unwrap()).unwrap();
+    let q = q_spectrum(sample, NonZeroU8::new(4).unwrap(), None).unwrap();
     let mut found = vec![
         peak_to_valley(sample).unwrap().value,
         rms(sample, Reference::Zero).unwrap().value,
@@ -57,7 +57,7 @@ fn invariants(sample: &Sample) -> Vec<f64> {
         pvr(sample, FringeCount::ThirtySix).unwrap().value,
         peak_to_valley(&removed).unwrap().value,
         q.power_nm.abs(),
-        q.slope_rms_urad,
+        q.slope.fitted_urad,
     ];
     found.extend(parts.figures().map(|figure| figure.value));
     found.extend(fit.spectrum().iter().map(|line| line.rms_nm));

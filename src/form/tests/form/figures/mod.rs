@@ -3,7 +3,9 @@
 mod degenerate;
 mod known;
 mod laws;
+mod noisy;
 mod oracle;
+mod raster;
 mod spectra;
 
 use asphera_form::Aperture;

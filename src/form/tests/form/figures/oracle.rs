@@ -82,7 +82,7 @@ fn removal_and_decomposition_agree_with_numpy() {
         let found = decompose(&sample, approximation, NonZeroU16::new(10)).unwrap();
         compare(name, &found.figures().map(|figure| figure.value));
     }
-    let found = q_spectrum(&sample, NonZeroU8::new(6).unwrap()).unwrap();
+    let found = q_spectrum(&sample, NonZeroU8::new(6).unwrap(), None).unwrap();
     compare("qbfs", &[&[found.power_nm], &found.coefficients_nm[..]].concat());
 }
 

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use asphera_form::texture::{
-    Datum, Gaussian, Mesh, Order, Robust, Threshold, Unknown, autocorrelation, height_parameters,
-    spatial_parameters,
+    Datum, Gaussian, Grid, Mesh, Order, Robust, Threshold, Unknown, autocorrelation,
+    height_parameters, spatial_parameters,
 };
 
 use super::mesh;
@@ -116,4 +116,40 @@ fn sal_and_str_of_a_mesh_are_those_of_its_surface() {
     let expected_um = 1e3 * 1.012 * 0.469_7 * 0.08;
     assert!((by_mesh.sal_um() - expected_um).abs() < 0.12 * expected_um, "{}", by_mesh.sal_um());
     assert!(by_mesh.str_ratio().unwrap() > 0.7 && autocorrelation(&grid).is_ok());
+}
+
+/// White heights on a turned raster with gaps: interpolated they would come out smooth, and Sal as long as a step.
+#[test]
+fn a_mesh_on_a_raster_is_that_raster() {
+    let (columns, rows, step_mm, turn_rad) = (60_usize, 50_usize, 0.1, 0.4_f64);
+    let mut noise = Noise::new(11);
+    let heights_nm: Vec<f64> = (0..columns * rows)
+        .map(|node| if node % 97 == 5 { f64::NAN } else { 30.0 * noise.next() })
+        .collect();
+    let (sin, cos) = turn_rad.sin_cos();
+    let point = |node: usize| {
+        let (u, v) = (step_mm * (node % columns) as f64, step_mm * (node / columns) as f64);
+        [2.0 + cos * u - sin * v, sin * u + cos * v - 7.0, heights_nm[node] * 1e-6]
+    };
+    let points: Vec<[f64; 3]> = (0..columns * rows).map(point).collect();
+    let cell = |node: usize| {
+        let [a, b, c, d] = [node, node + 1, node + columns, node + columns + 1].map(|n| n as u32);
+        [[a, b, d], [a, d, c]]
+    };
+    let inner = (0..columns * (rows - 1)).filter(|node| (node + 1) % columns != 0);
+    let triangles: Vec<[u32; 3]> = inner.flat_map(cell).collect();
+    let mesh = Mesh::new(&points, &triangles).unwrap().levelled(Datum::Mean);
+    let of_mesh = mesh.to_grid().unwrap();
+    let grid = Grid::new(&heights_nm, rows, columns, [step_mm; 2]).unwrap();
+    for (found, expected) in of_mesh.heights_nm().zip(mesh.heights_nm()) {
+        assert_eq!(found, expected);
+    }
+    let by_mesh = spatial_parameters((&mesh).into(), Threshold::DEFAULT).unwrap();
+    let by_grid =
+        spatial_parameters((&grid.levelled(Datum::Mean)).into(), Threshold::DEFAULT).unwrap();
+    assert!((by_mesh.sal_um() / by_grid.sal_um() - 1.0).abs() < 0.01, "{by_mesh:?} {by_grid:?}");
+    assert!(by_mesh.sal_um() < 100.0, "{}", by_mesh.sal_um());
+    let turn = by_mesh.fastest.direction_rad - by_grid.fastest.direction_rad;
+    let off = ((turn - turn_rad) / std::f64::consts::PI).rem_euclid(1.0);
+    assert!(!(0.01..0.99).contains(&off), "{off}");
 }
