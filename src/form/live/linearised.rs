@@ -54,6 +54,8 @@ struct Solved {
     /// The standard deviation that goes with the problem; `None` without degrees of freedom.
     sigma: Option<f64>,
     robust: Option<Robust>,
+    /// (Σw)²/Σw² of a robust loss.
+    effective_points: Option<f64>,
 }
 
 /// The points of one cell of the map.
@@ -309,7 +311,7 @@ impl Linearised {
         let step = problem.system.solve(&kept, 0.0);
         let dof = count - kept.len();
         let solved = self.solved(problem, &kept, dof);
-        let Solved { change, bends, sigma, robust } = solved;
+        let Solved { change, bends, sigma, robust, effective_points } = solved;
         let (pose, nominal) = self.moved(&change)?;
         let estimates = self.free.iter().zip(&step.variance_factors);
         let estimates = estimates.filter_map(|(&parameter, factor)| {
@@ -327,11 +329,9 @@ impl Linearised {
                 least *= SURE_LEAST;
             }
         }
-        let effective_points = match (&self.robust, &self.weighted) {
-            (Some(robust), _) => robust.effective_points(),
-            (None, Some(weighted)) => weighted.effective_points(),
-            (None, None) => count as f64,
-        };
+        let alike_points =
+            || self.weighted.as_ref().map_or(count as f64, Weighted::effective_points);
+        let effective_points = effective_points.unwrap_or_else(alike_points);
         Some(LiveEstimate {
             estimates: estimates.collect(),
             indeterminate: self.fit.indeterminate.clone(),
@@ -358,7 +358,7 @@ impl Linearised {
             let (change, bends) = self.change(problem, kept);
             let square = problem.square(&change, &bends);
             let sigma = (dof > 0).then(|| (square / dof as f64).sqrt());
-            return Solved { change, bends, sigma, robust: None };
+            return Solved { change, bends, sigma, robust: None, effective_points: None };
         };
         // Both count points by their uncertainties, but in units of their own.
         let unit = self.weighted.as_ref().map_or(1.0, Weighted::unit_mm) / robust.unit_mm();
@@ -368,10 +368,17 @@ impl Linearised {
             let bends = vec![0.0; self.cells.len() * (kept.len() + 1)];
             let known = self.is_fit && self.fit.covariance.is_some();
             let sigma = known.then_some(self.fit.sigma_mm * unit);
-            return Solved { change, bends, sigma, robust: self.fit.robust };
+            let effective_points = Some(robust.effective_points());
+            return Solved { change, bends, sigma, robust: self.fit.robust, effective_points };
         };
         let sigma = found.sigma.filter(|_| dof > 0).map(|sigma| sigma * unit);
-        Solved { change: found.change, bends: found.bends, sigma, robust: Some(found.robust) }
+        Solved {
+            change: found.change,
+            bends: found.bends,
+            sigma,
+            robust: Some(found.robust),
+            effective_points: Some(found.effective_points),
+        }
     }
 
     /// The solution by the robust loss, at the scale `fixed_mm` if there is one; `None` without such a loss, and where

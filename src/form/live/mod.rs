@@ -186,7 +186,7 @@ pub struct LiveEstimate {
     pub weights: Option<LiveWeights>,
     /// What the robust loss did, counts to the width of a class; `None` for least squares.
     pub robust: Option<Robust>,
-    /// As [`Fit::effective_points`](crate::Fit::effective_points); of a robust loss by the weights at the reference.
+    /// As [`Fit::effective_points`](crate::Fit::effective_points).
     pub effective_points: f64,
     /// The RMS in mm that would be left if all points counted alike and by squares: no pose leaves less. With a robust loss
     /// half a percent below that, for what a linear problem may miss.

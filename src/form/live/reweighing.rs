@@ -55,6 +55,8 @@ pub(crate) struct Reweighed {
     pub(crate) robust: Robust,
     /// The standard deviation that goes with (JᵀJ)⁻¹, in mm times the root of a weight by uncertainty.
     pub(crate) sigma: Option<f64>,
+    /// (Σw)²/Σw².
+    pub(crate) effective_points: f64,
 }
 
 /// What linearisation leaves out for each block, on the mean: one row of derivatives and distance a block.
@@ -267,7 +269,17 @@ impl Reweighing {
             rounds,
         };
         let sigma = moments.sigma_in_scales(parameters).map(|sigma| sigma * scale);
-        Some(Reweighed { change, bends: bent, first_change, robust, sigma })
+        // Exact at the reference, and changed as the classes tell.
+        let of_classes = |blocks: &Bends, change: &[f64], scale: f64| {
+            effective(loss, &classes, blocks, change, [self.at.scale, scale])
+        };
+        let still = vec![0.0; parameters];
+        let flat = Bends { blocks: vec![vec![0.0; parameters + 1]; self.classes.blocks()] };
+        let before = of_classes(&flat, &still, self.at.scale);
+        let grown = of_classes(&blocks, &change, scale) / before;
+        let effective_points =
+            self.effective_points() * if grown.is_finite() { grown } else { 1.0 };
+        Some(Reweighed { change, bends: bent, first_change, robust, sigma, effective_points })
     }
 
     /// 1.4826·MAD of the distances at a change.
@@ -445,6 +457,24 @@ fn counted(
         zero += class.count * beyond(distance.abs(), half, zero_from);
     }
     (moments, below_half.round() as usize, zero.round() as usize)
+}
+
+/// (Σw)²/Σw² as classes have it, whose points count alike by their uncertainties; `scales` as in [`counted`].
+fn effective(
+    loss: Loss,
+    classes: &[Occupied<'_>],
+    blocks: &Bends,
+    change: &[f64],
+    [from_scale, scale]: [f64; 2],
+) -> f64 {
+    let (mut sum, mut square) = (0.0, 0.0);
+    for class in classes {
+        let moved = class.mean_root * blocks.moved(class, change, from_scale);
+        let weight = loss.weight((class.distance + moved) * from_scale / scale);
+        sum += class.weight * weight;
+        square += class.weight * (class.mean_root * weight).powi(2);
+    }
+    sum * sum / square
 }
 
 /// The share of points spread evenly about a distance that lies beyond an edge.

@@ -117,7 +117,7 @@ proptest! {
         prop_assert_eq!((robust.loss, robust.scale_given), (of_full.loss, of_full.scale_given));
         prop_assert!(robust.below_half.abs_diff(of_full.below_half) <= 5 + moment / 200);
         prop_assert!(robust.zero.abs_diff(of_full.zero) <= 5 + moment / 200);
-        prop_assert!((found.effective_points / full.effective_points - 1.0).abs() < 0.2);
+        prop_assert!((found.effective_points / full.effective_points - 1.0).abs() < 0.05);
         for (found, full) in found.estimates.iter().zip(&full.estimates) {
             prop_assert!((found.u.unwrap() / full.u.unwrap() - 1.0).abs() < 0.03, "{found:?} {full:?}");
         }
