@@ -256,6 +256,38 @@ mod tests {
         }
     }
 
+    /// −R²·∂d/∂R against differences in the curvature, which are well scaled where those in the radius are nothing.
+    #[test]
+    fn derivatives_by_a_radius_are_those_by_its_curvature() {
+        for radius_mm in [10.0, -100.0, 1e4, -1e5, 1e7] {
+            for conic in [None, Some(-1.0), Some(0.7)] {
+                let with = |c: f64| match conic {
+                    None => Nominal::Sphere { radius_mm: c.recip() },
+                    Some(conic) => {
+                        Nominal::Asphere(Asphere::new(c.recip(), conic, &[]).expect("an asphere"))
+                    }
+                };
+                let nominal = with(1.0 / radius_mm);
+                let pose = Pose { tx_mm: 0.2, rx_rad: 1e-3, ..Pose::default() };
+                for r in [0.5, 2.0, 4.0] {
+                    let point = pose.to_measured([r, 0.1, nominal.sag_mm(r) + 1e-3]);
+                    let mut row = [0.0; 2];
+                    Model::new(&nominal, &pose, &[Parameter::Radius]).row(point, &mut row);
+                    let distance = |step: f64| {
+                        let nominal = with(1.0 / radius_mm + step);
+                        Model::new(&nominal, &pose, &[]).distance_mm(point).expect("a foot")
+                    };
+                    let found = numerical(distance, 1e-3);
+                    let analytic = -radius_mm * radius_mm * row[0];
+                    assert!(
+                        (found / analytic - 1.0).abs() < 1e-7,
+                        "{nominal} at {r}: {found:e}, {analytic:e}"
+                    );
+                }
+            }
+        }
+    }
+
     #[test]
     fn turn_about_the_axis_has_exactly_no_influence() {
         let nominal = steep();

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use crate::nominal::{HIGHEST_ORDER, LOWEST_ORDER, power_unit};
+use crate::shape::ShapeParameter;
 use crate::{Nominal, Pose};
 
 /// One parameter of a fit.
@@ -168,13 +169,15 @@ impl Nominal {
 
 /// Pose and nominal after a change of parameters, given as (parameter, step in its unit); `None` if that
 /// makes no pose or no nominal.
+///
+/// A radius is stepped in its curvature: see [`stepped_radius_mm`].
 pub(crate) fn moved(
     changes: impl IntoIterator<Item = (Parameter, f64)>,
     pose: &Pose,
     nominal: &Nominal,
 ) -> Option<(Pose, Nominal)> {
     let (mut pose, mut nominal) = (*pose, nominal.clone());
-    let mut values: Option<Vec<f64>> = None;
+    let mut values: Option<Vec<ShapeParameter>> = None;
     for (parameter, step) in changes {
         match (parameter, &mut nominal) {
             (Parameter::Tx, _) => pose.tx_mm += step,
@@ -183,17 +186,24 @@ pub(crate) fn moved(
             (Parameter::Rx, _) => pose.rx_rad += step,
             (Parameter::Ry, _) => pose.ry_rad += step,
             (Parameter::Rz, _) => pose.rz_rad += step,
-            (Parameter::Radius, Nominal::Sphere { radius_mm }) => *radius_mm += step,
-            (Parameter::Radius, Nominal::Asphere(asphere)) => asphere.radius_mm += step,
+            (Parameter::Radius, Nominal::Sphere { radius_mm }) => {
+                *radius_mm = stepped_radius_mm(*radius_mm, step);
+            }
+            (Parameter::Radius, Nominal::Asphere(asphere)) => {
+                asphere.radius_mm = stepped_radius_mm(asphere.radius_mm, step);
+            }
             (Parameter::Conic, Nominal::Asphere(asphere)) => asphere.conic += step,
             (Parameter::A(order), Nominal::Asphere(asphere)) => {
                 *asphere.coefficient_mut(order)? += step;
             }
             (Parameter::Shape(index), Nominal::Freeform(shape)) => {
-                let values = values.get_or_insert_with(|| {
-                    shape.parameters().iter().map(|parameter| parameter.value).collect()
-                });
-                *values.get_mut(usize::from(index))? += step;
+                let parameters = values.get_or_insert_with(|| shape.parameters());
+                let changed = parameters.get_mut(usize::from(index))?;
+                changed.value = if changed.is_radius() {
+                    stepped_radius_mm(changed.value, step)
+                } else {
+                    changed.value + step
+                };
             }
             (Parameter::Radius | Parameter::Conic | Parameter::A(_) | Parameter::Shape(_), _) => {
                 return None;
@@ -201,9 +211,18 @@ pub(crate) fn moved(
         }
     }
     if let (Some(values), Nominal::Freeform(shape)) = (values, &nominal) {
+        let values: Vec<f64> = values.iter().map(|parameter| parameter.value).collect();
         nominal = Nominal::Freeform(shape.with_parameters(&values).ok()?);
     }
     (pose.is_finite() && nominal.validate().is_ok()).then_some((pose, nominal))
+}
+
+/// The radius whose curvature is that of `radius_mm` after a step: 1/R − step/R², of which `step` is the first order.
+///
+/// Heights are nearly linear in the curvature, and a flat surface is no border of it. So a start with the wrong sign,
+/// or far too flat a one, arrives in a few steps, where steps of R would go to infinity.
+fn stepped_radius_mm(radius_mm: f64, step_mm: f64) -> f64 {
+    radius_mm / (1.0 - step_mm / radius_mm)
 }
 
 impl fmt::Display for Parameter {

@@ -79,6 +79,16 @@ pub struct ShapeParameter {
     pub value: f64,
 }
 
+impl ShapeParameter {
+    /// Whether it is a radius of curvature, of either sign: by its name `radius`, `radius_x`, `radius_y` or
+    /// `rotation_radius`. A fit steps it in its curvature.
+    pub fn is_radius(&self) -> bool {
+        // Parts of a sum have their number before the name.
+        let name = self.name.rsplit('.').next().unwrap_or_default();
+        matches!(name, "radius" | "radius_x" | "radius_y" | "rotation_radius")
+    }
+}
+
 /// A nominal surface as a graph over the x-y plane of the part frame.
 ///
 /// Implementations are exact to rounding, everywhere in their domain, the vertex included: no
@@ -107,6 +117,11 @@ pub trait Shape: fmt::Debug + Send + Sync {
 
     /// Distance from the origin within which every place has a height, in mm; infinite if all have.
     fn domain_mm(&self) -> f64;
+
+    /// A place on the axis of the parent and its direction, where this is a piece of another shape; its own frame, mm.
+    fn parent_axis_mm(&self) -> Option<[[f64; 3]; 2]> {
+        None
+    }
 }
 
 /// Why numbers make no shape.

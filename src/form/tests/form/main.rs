@@ -8,6 +8,7 @@
 
 mod bad_input;
 mod common;
+mod curvature;
 mod dabam;
 mod degenerate;
 mod figures;
