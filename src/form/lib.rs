@@ -39,9 +39,9 @@ pub mod verdict;
 pub use aperture::{Aperture, ApertureError};
 pub use deviation::{Figures, deviations};
 pub use fit::{
-    Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Loss, METHOD,
-    Residuals, Robust, Termination, Undetermined, Units, along_normal_mm, fit, fit_weighted,
-    suspected_units,
+    Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Freedoms,
+    Loss, METHOD, Residuals, Robust, Termination, Undetermined, Units, along_normal_mm, fit,
+    fit_weighted, suspected_units,
 };
 pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};
 pub use minimum_zone::{

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use crate::fit::freedoms::Held;
+use crate::fit::motion::words;
 use crate::fit::solve::System;
-use crate::{Nominal, Parameter};
+use crate::{Nominal, Parameter, Pose};
 
 /// Covariances of the estimates of a fit, in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,37 +96,46 @@ impl fmt::Display for Combination {
     }
 }
 
-/// A free parameter that stayed at its start.
+/// Something that points do not tell, and that stayed at its start: a free parameter, or a combination of motions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Undetermined {
-    /// Which.
+    /// The parameter, or the one that leads the combination.
     pub parameter: Parameter,
     /// Whether no points on this nominal could determine it beside the others: a cylinder does not feel a
     /// turn about its axis. Otherwise points elsewhere could.
     pub by_shape: bool,
+    /// Whether a combination was held, of which the other parameters have their parts: then all of them were estimated.
+    pub is_combined: bool,
     /// The combination with the estimated parameters that the points do not feel.
     pub combination: Combination,
+    /// What stayed at its start: the parameter's name, or of a combination the motion, "turn about the parent's axis".
+    pub what: String,
+    /// In a sentence: "the turn about the parent's axis cannot be found from these points: held at its start".
+    pub text: String,
 }
 
-/// What the free parameters that are not in `kept` lack.
+/// What the points do not feel, in words. `by_shape` says how many of each group of `order` no points on the nominal feel.
 pub(crate) fn undetermined(
     system: &System,
-    kept: &[usize],
+    held: &[Held],
     free: &[Parameter],
-    nominal: &Nominal,
-    by_shape: &[Parameter],
+    (nominal, pose): (&Nominal, &Pose),
+    by_shape: &[usize],
 ) -> Vec<Undetermined> {
-    let left = (0..free.len()).filter(|index| !kept.contains(index));
-    left.map(|index| {
-        let (shares, ratio) = system.combination(kept, index);
-        let parameters = kept.iter().copied().chain([index]).map(|index| free[index]);
+    let of_one = |held: &Held| {
+        let (shares, ratio) = system.combination(&held.against, held.left);
+        let parameters = held.against.iter().copied().chain([held.left]).map(|index| free[index]);
+        let (what, text) = words(held, free, nominal, pose);
         Undetermined {
-            parameter: free[index],
-            by_shape: by_shape.contains(&free[index]),
+            parameter: free[held.leading],
+            by_shape: held.number < by_shape[held.group],
+            is_combined: held.is_combined,
             combination: Combination::new(parameters, &shares, ratio, nominal),
+            what,
+            text,
         }
-    })
-    .collect()
+    };
+    held.iter().map(of_one).collect()
 }
 
 /// Shares of a combination that are not told.

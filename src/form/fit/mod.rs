@@ -3,8 +3,10 @@
 mod caution;
 pub(crate) mod covariance;
 mod error;
+pub(crate) mod freedoms;
 mod mirrored;
 pub(crate) mod model;
+mod motion;
 pub(crate) mod plane;
 pub(crate) mod refine;
 pub(crate) mod robust;
@@ -22,6 +24,7 @@ pub(crate) mod weight;
 pub use caution::{Caution, Units};
 pub use covariance::{Combination, Covariance, Undetermined};
 pub use error::FitError;
+pub use freedoms::Freedoms;
 pub use refine::Termination;
 pub use robust::{Loss, Robust};
 pub use scale::suspected as suspected_units;
@@ -29,7 +32,7 @@ pub use selection::Excluded;
 pub use slant::along_normal_mm;
 
 use crate::fit::covariance::undetermined;
-use crate::fit::refine::{Limits, Refined, refine};
+use crate::fit::refine::{Limits, Refined, priority, refine};
 use crate::fit::robust::refine_robustly;
 use crate::fit::selection::Selection;
 use crate::fit::solve::System;
@@ -131,7 +134,10 @@ pub struct Fit {
     /// Covariances of the estimates, under the assumption of [`Estimate::u`]; `None` without degrees of
     /// freedom.
     pub covariance: Option<Covariance>,
-    /// Free parameters the points do not determine; they stayed at their start.
+    /// The directions of the estimates in which the fit could move them.
+    pub freedoms: Freedoms,
+    /// Free parameters the points do not determine; they stayed at their start. Of a combination of shifts or of turns that
+    /// stayed at its start, the parameter that leads it.
     pub indeterminate: Vec<Parameter>,
     /// The same with the reason.
     pub undetermined: Vec<Undetermined>,
@@ -153,7 +159,7 @@ pub struct Fit {
     pub reduced_chi_square: Option<f64>,
     /// Figures of the distances.
     pub residuals: Residuals,
-    /// Degrees of freedom: points used less parameters estimated.
+    /// Degrees of freedom: points used less directions in which parameters were estimated.
     pub dof: usize,
     /// Points used.
     pub used: usize,
@@ -398,40 +404,41 @@ fn report(
     settings: &FitSettings,
 ) -> Fit {
     let Solved { refined, robust, sigma_mm: robust_sigma_mm, effective_points } = solved;
-    let Refined { pose, nominal, system, kept, last, termination, spread, .. } = refined;
+    let Refined { pose, nominal, system, freedoms, held, last, termination, spread, .. } = refined;
     let used = selection.points.len();
-    let dof = used - kept.len();
+    let dof = used - freedoms.count();
+    let moving = freedoms.moving();
     let mut change = vec![0.0; settings.free.len()];
-    kept.iter().zip(&last.change).for_each(|(&index, &step)| change[index] = step);
+    moving.iter().zip(&last.change).for_each(|(&index, &step)| change[index] = step);
     let sigma_mm = match (robust, dof) {
         (_, 0) => 0.0,
         (None, _) => (system.square_after(&change) / dof as f64).sqrt(),
         (Some(_), _) => robust_sigma_mm.unwrap_or(0.0),
     };
     let known = dof > 0 && (robust.is_none() || robust_sigma_mm.is_some());
-    let estimates = kept.iter().zip(&last.variance_factors).filter_map(|(&index, factor)| {
+    let estimates = moving.iter().zip(&last.variance_factors).filter_map(|(&index, factor)| {
         let parameter = settings.free[index];
         let value = parameter.value(&pose, &nominal)?;
         Some(Estimate { parameter, value, u: known.then(|| sigma_mm * factor.sqrt()) })
     });
     let estimates = estimates.collect();
-    let left = (0..settings.free.len()).filter(|index| !kept.contains(index));
-    let indeterminate: Vec<Parameter> = left.map(|index| settings.free[index]).collect();
-    let undetermined = if indeterminate.is_empty() {
+    let indeterminate: Vec<Parameter> =
+        held.iter().map(|held| settings.free[held.leading]).collect();
+    let undetermined = if held.is_empty() {
         Vec::new()
     } else {
         let reach_mm = selection.reach_mm(&pose);
         let felt = determined_by_shape(&nominal, &pose, &settings.free, reach_mm);
-        let by_shape = (0..settings.free.len()).filter(|index| !felt.contains(index));
-        let by_shape: Vec<Parameter> = by_shape.map(|index| settings.free[index]).collect();
-        undetermined(&system, &kept, &settings.free, &nominal, &by_shape)
+        let lacking = |group: &Vec<usize>| group.iter().filter(|&i| !felt.contains(i)).count();
+        let by_shape: Vec<usize> = priority(&settings.free, &nominal).iter().map(lacking).collect();
+        undetermined(&system, &held, &settings.free, (&nominal, &pose), &by_shape)
     };
-    let parameters = kept.iter().map(|&index| settings.free[index]);
-    let weakest = (!kept.is_empty())
+    let parameters = moving.iter().map(|&index| settings.free[index]);
+    let weakest = (!moving.is_empty())
         .then(|| Combination::new(parameters, &last.weakest, last.condition.recip(), &nominal));
     let mut cautions =
         cautions(points, selection, &pose, &nominal, last.condition, weakest.as_ref(), settings);
-    let estimated = kept.len();
+    let estimated = freedoms.count();
     if used >= ENOUGH * estimated && effective_points < (ENOUGH * estimated) as f64 {
         cautions.push(Caution::FewCount { effective: effective_points, used, estimated });
     }
@@ -441,7 +448,8 @@ fn report(
         iterations: refined.iterations,
         evaluations: refined.evaluations,
         estimates,
-        covariance: known.then(|| Covariance::new(kept.len(), &last.inverse_gram(), sigma_mm)),
+        covariance: known.then(|| Covariance::new(moving.len(), &last.inverse_gram(), sigma_mm)),
+        freedoms: freedoms.of_moving(),
         indeterminate,
         undetermined,
         weakest,

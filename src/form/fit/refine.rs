@@ -1,5 +1,6 @@
 //! Gauss-Newton steps, damped where they must be, on a fixed selection of points.
 
+use crate::fit::freedoms::{Chosen, Freedoms, Held};
 use crate::fit::model::Model;
 use crate::fit::solve::{Step, System};
 use crate::fit::triangle::{Spread, Triangle};
@@ -50,8 +51,10 @@ pub(crate) struct Refined {
     pub(crate) pose: Pose,
     pub(crate) nominal: Nominal,
     pub(crate) system: System,
-    /// Indices of the determinate parameters among the free ones.
-    pub(crate) kept: Vec<usize>,
+    /// The determinate directions of the free parameters.
+    pub(crate) freedoms: Freedoms,
+    /// What the points do not feel.
+    pub(crate) held: Vec<Held>,
     pub(crate) last: Step,
     pub(crate) termination: Termination,
     pub(crate) iterations: usize,
@@ -93,14 +96,16 @@ pub(crate) fn refine(
         Some(known) => known,
         None => linearise(points, roots, &pose, &nominal, free)?,
     };
-    let kept = system.determinate(&priority(free, &nominal), limits.rank_tolerance);
+    let order = priority(free, &nominal);
+    let Chosen { freedoms, held } =
+        Chosen::new(&system, free, &order, &pose, limits.rank_tolerance);
     let rounding_mm = rounding_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);
     let mut damping = limits.damping;
     let mut iterations = 0;
     let mut last_motion_mm = 0.0;
     let (termination, last) = loop {
-        let newton = system.solve(&kept, 0.0);
+        let newton = system.solve_along(&freedoms, 0.0);
         let motion_mm = newton.motion_mm;
         let slow = motion_mm > SLOW * last_motion_mm && motion_mm < HALVED * last_motion_mm;
         let polishes = limits.polish && slow && iterations < limits.iterations;
@@ -109,7 +114,7 @@ pub(crate) fn refine(
             // The step is below the tolerance but free of charge. One that is only coarsely below may be
             // long along a weak combination, and nobody has looked where it leads.
             if limits.polish {
-                (pose, nominal) = after(&kept, free, &newton, &pose, &nominal)?;
+                (pose, nominal) = after(&freedoms, free, &newton, &pose, &nominal)?;
             }
             break (Termination::Converged { motion_mm, tolerance_mm }, newton);
         }
@@ -127,9 +132,10 @@ pub(crate) fn refine(
         iterations += 1;
         // What begins to shorten the step along the weakest combination of parameters.
         let least = FIRST_DAMPING / (newton.condition * newton.condition);
-        let step = if damping > 0.0 { system.solve(&kept, damping) } else { newton.clone() };
+        let step =
+            if damping > 0.0 { system.solve_along(&freedoms, damping) } else { newton.clone() };
         let mut step_to = |step: &Step, pose: &Pose, nominal: &Nominal| {
-            let (pose, nominal) = after(&kept, free, step, pose, nominal)?;
+            let (pose, nominal) = after(&freedoms, free, step, pose, nominal)?;
             evaluations += 1;
             let (system, spread) = linearise(points, roots, &pose, &nominal, free)?;
             Some((pose, nominal, system, spread))
@@ -142,7 +148,7 @@ pub(crate) fn refine(
             // A long step along a curved valley ends on its slope: a tilt about the vertex lifts the rim by
             // the square of the angle. The next step from there goes down again, and must not go along the
             // valley once more: on the slope the way along it is not what it is in the valley.
-            let back = trial.2.solve(&kept, damping.max(ACROSS / newton.condition));
+            let back = trial.2.solve_along(&freedoms, damping.max(ACROSS / newton.condition));
             step_to(&back, &trial.0, &trial.1).filter(|next| next.2.square() <= enough)
         });
         match trial {
@@ -165,7 +171,8 @@ pub(crate) fn refine(
         pose,
         nominal,
         system,
-        kept,
+        freedoms,
+        held,
         last,
         termination,
         iterations,
@@ -178,8 +185,9 @@ pub(crate) fn refine(
 /// by its shifts first. The turn about the axis comes last on a rotational nominal; a freeform is laid by
 /// all six motions before its own parameters follow, in their order.
 ///
-/// On a rotational nominal each parameter is its own group. Which of its shifts or turns a freeform does not
-/// feel depends on how it lies, so it has the shifts across and the turns in one group each.
+/// On a rotational nominal each parameter is its own group. Which combination of its shifts or of its turns a freeform
+/// does not feel depends on how it lies, so it has the shifts across and the turns in one group each: see
+/// [`freedoms`](super::freedoms).
 pub(crate) fn priority(free: &[Parameter], nominal: &Nominal) -> Vec<Vec<usize>> {
     let plane = matches!(nominal, Nominal::Plane);
     let freeform = !nominal.is_rotational();
@@ -215,13 +223,14 @@ pub(crate) fn linearise(
 }
 
 fn after(
-    kept: &[usize],
+    freedoms: &Freedoms,
     free: &[Parameter],
     step: &Step,
     pose: &Pose,
     nominal: &Nominal,
 ) -> Option<(Pose, Nominal)> {
-    let changes = kept.iter().zip(&step.change).map(|(&index, &change)| (free[index], change));
+    let changes =
+        freedoms.moving().iter().zip(&step.change).map(|(&index, &change)| (free[index], change));
     moved(changes, pose, nominal)
 }
 

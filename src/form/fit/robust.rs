@@ -230,9 +230,9 @@ pub(crate) fn refine_robustly(
         zero: weights.iter().filter(|&&weight| weight == 0.0).count(),
         rounds,
     };
-    let sigma_mm = sigma_mm(&e_mm, loss, scale_mm, refined.kept.len());
+    let sigma_mm = sigma_mm(&e_mm, loss, scale_mm, refined.freedoms.count());
     let (system, spread) = linearise(points, base, &refined.pose, &refined.nominal, free)?;
-    refined.last = system.solve(&refined.kept, 0.0);
+    refined.last = system.solve_along(&refined.freedoms, 0.0);
     (refined.system, refined.spread) = (system, spread);
     let effective_points = if square > 0.0 { sum * sum / square } else { 0.0 };
     Some(RobustlyRefined { refined, robust, sigma_mm, effective_points })

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::fit::freedoms::Freedoms;
 use crate::fit::svd::Svd;
 use crate::fit::triangle::Triangle;
 
@@ -67,6 +68,16 @@ impl System {
             beyond: triangle.entry(p, p) * triangle.entry(p, p),
             rows: triangle.rows(),
         }
+    }
+
+    /// Some of the columns of the factor, of unit length.
+    pub(crate) fn columns(&self, some: &[usize]) -> DMatrix<f64> {
+        self.scaled.select_columns(some)
+    }
+
+    /// Length of a column of J.
+    pub(crate) fn length(&self, column: usize) -> f64 {
+        self.lengths[column]
     }
 
     /// Rows of the tall matrix.
@@ -152,6 +163,65 @@ impl System {
             root,
             condition: if kept.is_empty() { 1.0 } else { largest / smallest },
         }
+    }
+
+    /// As [`System::solve`], for the directions of `freedoms`, which must be determinate; the step is that of the
+    /// parameters these move.
+    pub(crate) fn solve_along(&self, freedoms: &Freedoms, damping: f64) -> Step {
+        let Some(directions) = freedoms.directions() else {
+            return self.solve(freedoms.moving(), damping);
+        };
+        let moving = freedoms.moving();
+        let turned = self.turned(freedoms);
+        let every: Vec<usize> = (0..directions.ncols()).collect();
+        let step = turned.solve(&every, damping);
+        let root = directions * &step.root;
+        let change = directions * DVector::from_column_slice(&step.change);
+        // In columns of unit length of the parameters.
+        let along = step.weakest.iter().zip(&turned.lengths).map(|(share, length)| share / length);
+        let weakest = directions * DVector::from_iterator(every.len(), along);
+        let mut weakest =
+            DVector::from_fn(moving.len(), |i, _| weakest[i] * self.lengths[moving[i]]);
+        let size = weakest.norm();
+        weakest /= if size > 0.0 { size } else { 1.0 };
+        Step {
+            change: change.iter().copied().collect(),
+            variance_factors: root.row_iter().map(|row| row.norm_squared()).collect(),
+            weakest: weakest.iter().copied().collect(),
+            root,
+            ..step
+        }
+    }
+
+    /// The problem with the directions for columns.
+    pub(crate) fn turned(&self, freedoms: &Freedoms) -> System {
+        let moving = freedoms.moving();
+        let mut columns = self.scaled.select_columns(moving);
+        for (mut column, &index) in columns.column_iter_mut().zip(moving) {
+            column *= self.lengths[index];
+        }
+        if let Some(directions) = freedoms.directions() {
+            columns *= directions;
+        }
+        let lengths: Vec<f64> = columns.column_iter().map(|column| column.norm()).collect();
+        for (mut column, &length) in columns.column_iter_mut().zip(&lengths) {
+            if length > 0.0 {
+                column /= length;
+            }
+        }
+        System { scaled: columns, lengths, ..self.clone() }
+    }
+
+    /// The change of `count` parameters, of some and one more, that moves the surface least.
+    pub(crate) fn least_felt(&self, some: &[usize], other: usize, count: usize) -> Vec<f64> {
+        let (shares, _) = self.combination(some, other);
+        let mut change = vec![0.0; count];
+        for (&index, share) in some.iter().chain([&other]).zip(shares) {
+            // A column of zeros stands alone in its combination.
+            let length = self.lengths[index];
+            change[index] = if length > 0.0 { share / length } else { share };
+        }
+        change
     }
 
     /// Sum of the squares of d + J·δ for a change of all parameters.

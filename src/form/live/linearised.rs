@@ -307,10 +307,9 @@ impl Linearised {
         };
         let count = alike.system.rows();
         let problem = by_weight.as_ref().unwrap_or(&alike);
-        let kept: Vec<usize> = (0..self.free.len()).collect();
-        let step = problem.system.solve(&kept, 0.0);
-        let dof = count - kept.len();
-        let solved = self.solved(problem, &kept, dof);
+        let step = problem.system.solve_along(&self.fit.freedoms, 0.0);
+        let dof = count - self.fit.freedoms.count();
+        let solved = self.solved(problem, dof);
         let Solved { change, bends, sigma, robust, effective_points } = solved;
         let (pose, nominal) = self.moved(&change)?;
         let estimates = self.free.iter().zip(&step.variance_factors);
@@ -322,7 +321,7 @@ impl Linearised {
         let whole = alike.square(&change, &bends);
         let mut least = whole;
         if self.weighted.is_some() || robust.is_some() {
-            let (change, bends) = self.change(&alike, &kept);
+            let (change, bends) = self.change(&alike);
             least = alike.square(&change, &bends).min(whole);
             // From where outliers do not count to where they do is far for a linear problem: it may end before.
             if robust.is_some() {
@@ -353,9 +352,9 @@ impl Linearised {
 
     /// The change of the parameters by squares or, from there on, by the robust loss. Where that is beyond the reach of
     /// linearisation, it stays at the reference.
-    fn solved(&self, problem: &Problem<'_>, kept: &[usize], dof: usize) -> Solved {
+    fn solved(&self, problem: &Problem<'_>, dof: usize) -> Solved {
         let Some(robust) = &self.robust else {
-            let (change, bends) = self.change(problem, kept);
+            let (change, bends) = self.change(problem);
             let square = problem.square(&change, &bends);
             let sigma = (dof > 0).then(|| (square / dof as f64).sqrt());
             return Solved { change, bends, sigma, robust: None, effective_points: None };
@@ -364,8 +363,8 @@ impl Linearised {
         let unit = self.weighted.as_ref().map_or(1.0, Weighted::unit_mm) / robust.unit_mm();
         let found = if self.is_fit { None } else { self.reweighed(None) };
         let Some(found) = found else {
-            let change = vec![0.0; kept.len()];
-            let bends = vec![0.0; self.cells.len() * (kept.len() + 1)];
+            let change = vec![0.0; self.free.len()];
+            let bends = vec![0.0; self.cells.len() * (self.free.len() + 1)];
             let known = self.is_fit && self.fit.covariance.is_some();
             let sigma = known.then_some(self.fit.sigma_mm * unit);
             let effective_points = Some(robust.effective_points());
@@ -387,7 +386,7 @@ impl Linearised {
         let robust = self.robust.as_ref()?;
         let bends = |change: &[f64]| self.bends(change);
         let means = |classes: &Classes, bends: &[f64]| self.mean_bends(classes, bends);
-        robust.solve(self.free.len(), fixed_mm, &bends, &means)
+        robust.solve(&self.fit.freedoms, fixed_mm, &bends, &means)
     }
 
     /// Where the robust loss lays the surface now; `None` for squares and beyond the reach of linearisation.

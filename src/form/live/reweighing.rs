@@ -12,6 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::fit::freedoms::Freedoms;
 use crate::fit::robust::{Moments, NORMAL, SETTLED};
 use crate::live::Grid;
 use crate::live::classes::{Classes, Occupied};
@@ -78,6 +79,7 @@ struct Stage<'a> {
     classes: &'a [Occupied<'a>],
     /// What each class has in the problem: Σψ over its roots, in scales, and the weight of the loss.
     known: Vec<[f64; 2]>,
+    freedoms: &'a Freedoms,
 }
 
 /// A step of one stage.
@@ -197,12 +199,13 @@ impl Reweighing {
     /// classes tell, uncalibrated. `None` where it is beyond the reach of linearisation.
     pub(crate) fn solve(
         &self,
-        parameters: usize,
+        freedoms: &Freedoms,
         fixed_mm: Option<f64>,
         bends: BendsAt<'_>,
         mean_bends: MeanBends<'_>,
     ) -> Option<Reweighed> {
         let classes = self.classes.occupied();
+        let parameters = freedoms.moving().len();
         let mut change = vec![0.0; parameters];
         let mut bent = bends(&change)?;
         let mut blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
@@ -213,7 +216,7 @@ impl Reweighing {
         let (mut rounds, mut told) = (0, scale);
         for (index, (loss, weighted)) in self.stages.iter().enumerate() {
             let problem = weighted.problem()?;
-            let stage = Stage::new(*loss, &problem, &classes, parameters);
+            let stage = Stage::new(*loss, &problem, &classes, freedoms);
             let is_last = index + 1 == self.stages.len();
             for bending in 0..BENDINGS {
                 let mut rounds_here = 0;
@@ -268,7 +271,7 @@ impl Reweighing {
             zero,
             rounds,
         };
-        let sigma = moments.sigma_in_scales(parameters).map(|sigma| sigma * scale);
+        let sigma = moments.sigma_in_scales(freedoms.count()).map(|sigma| sigma * scale);
         // Exact at the reference, and changed as the classes tell.
         let of_classes = |blocks: &Bends, change: &[f64], scale: f64| {
             effective(loss, &classes, blocks, change, [self.at.scale, scale])
@@ -307,8 +310,9 @@ impl<'a> Stage<'a> {
         loss: Loss,
         problem: &'a Problem<'a>,
         classes: &'a [Occupied<'a>],
-        parameters: usize,
+        freedoms: &'a Freedoms,
     ) -> Stage<'a> {
+        let parameters = freedoms.moving().len();
         let none = vec![0.0; parameters];
         let at_none = problem.system.gradient(&none);
         let mut gram = DMatrix::zeros(parameters, parameters);
@@ -321,7 +325,7 @@ impl<'a> Stage<'a> {
         let known = classes
             .iter()
             .map(|class| [mean_psi(loss, class.distance, class.half), loss.weight(class.distance)]);
-        Stage { loss, problem, gram, known: known.collect(), classes }
+        Stage { loss, problem, gram, known: known.collect(), classes, freedoms }
     }
 
     /// One step, by the weights or, if that is asked for and well determined, by the slopes of ψ: Newton's, which goes
@@ -361,16 +365,16 @@ impl<'a> Stage<'a> {
             }
         }
         // Where rounding leaves no sums of squares, those of the reference are some.
-        let mut step = match solved(&weights, &gradient) {
+        let mut step = match solved(&weights, &gradient, self.freedoms) {
             Some(step) => step,
             None => {
                 weights.copy_from(gram);
-                solved(&weights, &gradient)?
+                solved(&weights, &gradient, self.freedoms)?
             }
         };
         let square = |step: &DVector<f64>| step.dot(&(&weights * step));
         if by_slopes
-            && let Some(newton) = solved(&slopes, &gradient)
+            && let Some(newton) = solved(&slopes, &gradient, self.freedoms)
             && square(&newton) < LONGEST * LONGEST * square(&step)
         {
             step = newton;
@@ -399,8 +403,15 @@ fn add_square(gram: &mut DMatrix<f64>, row: &[f64], factor: f64) {
     }
 }
 
-/// The solution of a small system of equations; `None` if its matrix is not positive definite.
-fn solved(gram: &DMatrix<f64>, gradient: &[f64]) -> Option<DVector<f64>> {
+/// The solution of a small system of equations along the directions there are; `None` if its matrix is not positive definite.
+fn solved(gram: &DMatrix<f64>, gradient: &[f64], freedoms: &Freedoms) -> Option<DVector<f64>> {
+    let Some(directions) = freedoms.directions() else { return solved_by_each(gram, gradient) };
+    let along = directions.tr_mul(&DVector::from_column_slice(gradient));
+    let turned = directions.tr_mul(&(gram * directions));
+    Some(directions * solved_by_each(&turned, along.as_slice())?)
+}
+
+fn solved_by_each(gram: &DMatrix<f64>, gradient: &[f64]) -> Option<DVector<f64>> {
     let p = gradient.len();
     let lengths = DVector::from_fn(p, |j, _| gram[(j, j)].sqrt());
     if lengths.iter().any(|length| !length.is_normal()) {

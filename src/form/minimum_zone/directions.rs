@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::exchange::Rows;
 use super::residuals::Residuals;
 use super::scan::BLOCK;
+use crate::fit::freedoms::Freedoms;
 use crate::fit::solve::System;
 use crate::fit::svd::Svd;
 use crate::fit::triangle::Triangle;
@@ -24,12 +25,12 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// Directions at a place. Parameters are admitted in the order of `priority`, an offset, if wanted, after
-    /// them. `None` if a point has no distance or the numbers overflow. `O(n·p²)`.
+    /// Directions at a place, `within` those of a fit. Parameters are admitted in the order of `priority`, an offset, if
+    /// wanted, after them. `None` if a point has no distance or the numbers overflow. `O(n·p²)`.
     pub(super) fn new<R: Residuals>(
         problem: &R,
         at: &R::Place,
-        priority: &[Vec<usize>],
+        (within, priority): (&Freedoms, &[Vec<usize>]),
         offset: bool,
         rank_tolerance: f64,
     ) -> Option<Directions> {
@@ -38,21 +39,31 @@ impl Directions {
         let triangle = factor(problem, at, unknowns)?;
         let mut order = priority.to_vec();
         order.extend(offset.then(|| vec![parameters]));
-        let kept = System::new(&triangle).determinate(&order, rank_tolerance);
-        let length = |column: usize| triangle.column_square(column).sqrt();
-        let scaled = DMatrix::from_fn(unknowns, kept.len(), |i, k| {
-            triangle.entry(i, kept[k]) / length(kept[k])
-        });
-        let svd = Svd::new(scaled);
+        let system = System::new(&triangle);
+        let freedoms = within.with_offset(offset);
+        // Combinations that the fit has left out stay out; else parameters are admitted by themselves.
+        let (turned, order) = if freedoms.is_combined() {
+            let every = (0..freedoms.count()).map(|direction| vec![direction]).collect();
+            (system.turned(&freedoms), every)
+        } else {
+            (system, order)
+        };
+        let kept = turned.determinate(&order, rank_tolerance);
+        let svd = Svd::new(turned.columns(&kept));
         let root = (problem.len() as f64).sqrt();
-        let mut matrix = DMatrix::zeros(unknowns, kept.len());
-        for (i, &row) in kept.iter().enumerate() {
-            for k in 0..kept.len() {
-                matrix[(row, k)] = svd.v[(i, k)] * root / (svd.sigma[k] * length(row));
-            }
-        }
-        let indeterminate = (0..parameters).filter(|index| !kept.contains(index)).collect();
-        Some(Directions { matrix, indeterminate, floating: offset && kept.contains(&parameters) })
+        let along = DMatrix::from_fn(freedoms.count(), kept.len(), |i, k| {
+            kept.iter()
+                .position(|&column| column == i)
+                .map_or(0.0, |row| svd.v[(row, k)] * root / (svd.sigma[k] * turned.length(i)))
+        });
+        let matrix = match freedoms.directions() {
+            Some(directions) => directions * along,
+            None => along,
+        };
+        let changes = |row: usize| matrix.row(row).iter().any(|entry| *entry != 0.0);
+        let floating = offset && changes(parameters);
+        let indeterminate = (0..parameters).filter(|&index| !changes(index)).collect();
+        Some(Directions { matrix, indeterminate, floating })
     }
 
     /// Number of directions.

@@ -36,7 +36,8 @@ impl LinearZone {
         let order = priority(&free, &zone.nominal);
         let whole = Part { points: &all, free: &free };
         let offset = zone.criterion == Criterion::Range;
-        let directions = Directions::new(&whole, &place, &order, offset, rank_tolerance)?;
+        let within = (&zone.least_squares.freedoms, &order[..]);
+        let directions = Directions::new(&whole, &place, within, offset, rank_tolerance)?;
         let mut entries = Vec::new();
         let close = Part { points, free: &free };
         close.rows(&place, near.iter().copied(), &mut entries)?;

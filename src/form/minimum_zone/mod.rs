@@ -218,7 +218,8 @@ pub fn minimum_zone(
     let order = priority(&free, &start.nominal);
     let rank = settings.fit.rank_tolerance;
     let directions =
-        Directions::new(&part, &start, &order, by_range, rank).ok_or(overflow.clone())?;
+        Directions::new(&part, &start, (&least_squares.freedoms, &order), by_range, rank)
+            .ok_or(overflow.clone())?;
     let limits = Limits {
         tolerance: settings.tolerance,
         rounding_mm: rounding_mm(&selection.points),

@@ -8,6 +8,7 @@ use super::directions::Directions;
 use super::exchange::Rows;
 use super::residuals::Residuals;
 use super::search::{End, Found, Limits, search};
+use crate::fit::freedoms::Freedoms;
 
 /// y(x) less a polynomial with free coefficients.
 struct Polynomial {
@@ -63,7 +64,9 @@ fn approximate(
     let problem = Polynomial { y: x.iter().map(|&x| y(x)).collect(), x, coefficients };
     let start = vec![0.0; coefficients];
     let order: Vec<Vec<usize>> = (0..coefficients).map(|index| vec![index]).collect();
-    let directions = Directions::new(&problem, &start, &order, offset, 1e-10).unwrap();
+    let directions =
+        Directions::new(&problem, &start, (&Freedoms::each(coefficients), &order), offset, 1e-10)
+            .unwrap();
     let limits = Limits { tolerance: 1e-12, rounding_mm: 1e-15, scans: 50, by_range: offset };
     search(&problem, &directions, start, limits).unwrap()
 }
@@ -118,7 +121,8 @@ fn the_exponential_is_approximated_by_a_line() {
 fn without_parameters_the_offset_floats_alone() {
     let x: Vec<f64> = (0..=100).map(|i| f64::from(i) / 50.0 - 1.0).collect();
     let problem = Polynomial { y: x.iter().map(|x| x * x + 7.0).collect(), x, coefficients: 0 };
-    let directions = Directions::new(&problem, &Vec::new(), &[], true, 1e-10).unwrap();
+    let directions =
+        Directions::new(&problem, &Vec::new(), (&Freedoms::each(0), &[]), true, 1e-10).unwrap();
     assert!(directions.floating && directions.count() == 1);
     let limits = Limits { tolerance: 1e-12, rounding_mm: 1e-15, scans: 9, by_range: true };
     let found = search(&problem, &directions, Vec::new(), limits).unwrap();
@@ -174,7 +178,8 @@ impl Residuals for Valley {
 #[test]
 fn the_bottom_of_a_bent_valley_is_found() {
     let start = [-1.2, 1.0];
-    let directions = Directions::new(&Valley, &start, &[vec![0], vec![1]], false, 1e-10).unwrap();
+    let within = (&Freedoms::each(2), &[vec![0], vec![1]][..]);
+    let directions = Directions::new(&Valley, &start, within, false, 1e-10).unwrap();
     let limits = Limits { tolerance: 1e-8, rounding_mm: 1e-15, scans: 9, by_range: false };
     let found = search(&Valley, &directions, start, limits).unwrap();
     assert_eq!(found.end, End::Settled, "{found:?}");

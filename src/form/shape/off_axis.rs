@@ -214,6 +214,13 @@ impl Shape for OffAxis {
     fn domain_mm(&self) -> f64 {
         self.domain.or_find(|| self.find_domain_mm())
     }
+
+    fn parent_axis_mm(&self) -> Option<[[f64; 3]; 2]> {
+        let along = |of: [f64; 3]| {
+            self.axes.map(|axis| axis.iter().zip(of).map(|(a, b)| a * b).sum::<f64>())
+        };
+        Some([along(self.origin_mm.map(|entry| -entry)), along([0.0, 0.0, 1.0])])
+    }
 }
 
 impl OffAxis {

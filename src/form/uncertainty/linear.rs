@@ -129,8 +129,7 @@ impl Linear {
             linear.weights.push(weight);
         }
         triangle.flush();
-        let kept: Vec<usize> = (0..p).collect();
-        let step = System::new(&triangle).solve(&kept, 0.0);
+        let step = System::new(&triangle).solve_along(&fit.freedoms, 0.0);
         for place in 0..used {
             let weight = linear.weights[place];
             let gain = step.undo_gram(&linear.rows[place * p..][..p]);

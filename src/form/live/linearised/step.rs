@@ -31,19 +31,19 @@ impl Linearised {
     /// Where few points determine the parameters badly, the linear solution may lie beyond the reach of
     /// linearisation. Then damped steps are tried, down to none, until one does not make the sum of
     /// squares larger.
-    pub(super) fn change(&self, problem: &Problem<'_>, kept: &[usize]) -> (Vec<f64>, Vec<f64>) {
-        let still = vec![0.0; kept.len()];
-        let flat = vec![0.0; self.cells.len() * (kept.len() + 1)];
+    pub(super) fn change(&self, problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
+        let still = vec![0.0; self.free.len()];
+        let flat = vec![0.0; self.cells.len() * (self.free.len() + 1)];
         let most = problem.square(&still, &flat);
         let rows = problem.system.rows() as f64;
         let slack = (most.sqrt() + rows.sqrt() * CORRECTED_MM * problem.root_weight) * SLACK;
-        if let Some((change, bends)) = self.newton(problem, kept)
+        if let Some((change, bends)) = self.newton(problem)
             && problem.square(&change, &bends).sqrt() <= most.sqrt() + slack
         {
             return (change, bends);
         }
         for damping in DAMPINGS {
-            let change = problem.system.solve(kept, damping).change;
+            let change = problem.system.solve_along(&self.fit.freedoms, damping).change;
             let Some(bends) = self.bends(&change) else { continue };
             if problem.square(&change, &bends) <= most {
                 return (change, bends);
@@ -53,9 +53,9 @@ impl Linearised {
     }
 
     /// The linear solution with its corrections for the terms of second order; `None` if these grow.
-    fn newton(&self, problem: &Problem<'_>, kept: &[usize]) -> Option<(Vec<f64>, Vec<f64>)> {
+    fn newton(&self, problem: &Problem<'_>) -> Option<(Vec<f64>, Vec<f64>)> {
         let Problem { system, root_weight, .. } = problem;
-        let step = system.solve(kept, 0.0);
+        let step = system.solve_along(&self.fit.freedoms, 0.0);
         let mut change = step.change.clone();
         let mut bends = self.bends(&change)?;
         let mut before_mm = (step.motion_mm / root_weight).max(CORRECTED_MM);

@@ -20,6 +20,7 @@ mod live_robust;
 mod live_unknown;
 mod live_weighted;
 mod nominal;
+mod off_axis;
 mod real;
 mod reference;
 mod reference_pairs;

@@ -16,7 +16,7 @@ use crate::fit::weight::Weights;
 use crate::uncertainty::UncertaintyError;
 use crate::uncertainty::linear::Linear;
 use crate::uncertainty::philox::Numbers;
-use crate::{Aperture, Fit, PointMm};
+use crate::{Aperture, Fit, Freedoms, PointMm};
 
 /// As [`super::type_a`] by 64 to 128 patches in place of 256; `None` where the points make too few.
 ///
@@ -71,7 +71,7 @@ pub fn glance(
             (Patch { deviation_mm, place_mm: sums.mean_place_mm(), ..patch }, sums)
         })
         .unzip();
-    gains(&mut patches, &sums);
+    gains(&mut patches, &sums, &fit.freedoms);
     if patches.len() < p + LEAST_FREEDOM {
         return Ok(None);
     }
@@ -129,7 +129,7 @@ fn sums(
 
 /// What a fit to the means of the patches would take off the parameters: of smooth errors the same as that to all points,
 /// and without the chance in which points the derivatives were taken at.
-fn gains(patches: &mut [Patch], sums: &[Sums]) {
+fn gains(patches: &mut [Patch], sums: &[Sums], freedoms: &Freedoms) {
     let p = patches.first().map_or(0, |patch| patch.row.len());
     let mut triangle = Triangle::new(p + 1);
     for (patch, sums) in patches.iter().zip(sums) {
@@ -139,8 +139,7 @@ fn gains(patches: &mut [Patch], sums: &[Sums]) {
         triangle.push(&row);
     }
     triangle.flush();
-    let kept: Vec<usize> = (0..p).collect();
-    let step = System::new(&triangle).solve(&kept, 0.0);
+    let step = System::new(&triangle).solve_along(freedoms, 0.0);
     for (patch, sums) in patches.iter_mut().zip(sums) {
         patch.gain = step.undo_gram(&patch.row);
         patch.gain.iter_mut().for_each(|gain| *gain *= sums.weight);

@@ -42,7 +42,7 @@ use super::Expanded;
 use super::budget::{Kernel, UncertaintyError};
 use super::distribution::student_cdf;
 use super::linear::Linear;
-use crate::{Aperture, Covariance, Fit, Parameter, PointMm};
+use crate::{Aperture, Covariance, Fit, Freedoms, Parameter, PointMm};
 use patches::{MOST, Patch, Sums, groups, patch};
 
 pub use glance::glance;
@@ -136,7 +136,7 @@ pub fn type_a(
 fn found(fit: &Fit, patches: &[Patch], independence: Option<Independence>) -> TypeA {
     let p = fit.estimates.len();
     let deviations = DMatrix::from_fn(patches.len(), 1, |i, _| patches[i].deviation_mm);
-    let judged = Judge::new(patches).judge(&deviations);
+    let judged = Judge::new(patches, &fit.freedoms).judge(&deviations);
     let chances = chances(&judged, 0);
     let freedom = (patches.len() - p) as f64;
     let parameters = fit.estimates.iter().enumerate().map(|(index, estimate)| {
@@ -283,13 +283,16 @@ struct Judged {
 }
 
 impl Judge {
-    fn new(patches: &[Patch]) -> Judge {
+    fn new(patches: &[Patch], freedoms: &Freedoms) -> Judge {
         let (n, p) = (patches.len(), patches.first().map_or(0, |patch| patch.row.len()));
         let apart_mm = DMatrix::from_fn(n, n, |i, j| {
             let (a, b) = (patches[i].place_mm, patches[j].place_mm);
             (a[0] - b[0]).hypot(a[1] - b[1])
         });
         let mut rows = DMatrix::from_fn(n, p, |i, j| patches[i].row[j]);
+        if let Some(directions) = freedoms.directions() {
+            rows *= directions;
+        }
         for mut column in rows.column_iter_mut() {
             let length = column.norm();
             if length > 0.0 {
@@ -298,7 +301,7 @@ impl Judge {
         }
         Judge {
             candidates: candidates(&lengths_mm(&apart_mm)),
-            basis: if p == 0 { rows } else { rows.qr().q() },
+            basis: if rows.ncols() == 0 { rows } else { rows.qr().q() },
             gains: DMatrix::from_fn(n, p, |i, j| patches[i].gain[j]),
             apart_mm,
         }

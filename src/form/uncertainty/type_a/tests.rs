@@ -39,7 +39,7 @@ impl Bench {
             gain: gains.column(index).iter().copied().collect(),
         };
         let patches: Vec<Patch> = (0..places.len()).map(patch).collect();
-        Bench { judge: Judge::new(&patches), rows, gains }
+        Bench { judge: Judge::new(&patches, &Freedoms::each(PARAMETERS)), rows, gains }
     }
 
     /// Errors of some draws of a correlation, as they are; independent ones without a wave.
