@@ -18,6 +18,7 @@ mod verdict;
 
 use std::collections::BTreeMap;
 
+use asphera_form::Pose;
 use serde::{Deserialize, Serialize};
 
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
@@ -27,8 +28,8 @@ pub use fit_details::{
     ShareFigures, UndeterminedFigures,
 };
 pub use form::{
-    ExpandedFigures, FormFigure, HistogramFigures, RingFigures, SimulatedFigures, Source,
-    ZernikeFigures, ZernikeTerm,
+    ExpandedFigures, FormFigure, HistogramFigures, OriginFigures, RingFigures, SimulatedFigures,
+    Source, ZernikeFigures, ZernikeTerm,
 };
 pub use mesh::{
     MeshFigures, PlaneFigures, ProjectionFigures, RegionFigures, ReliefFigures, RepeatFigures,
@@ -106,6 +107,9 @@ pub struct FormFigures {
     pub reference: Option<ReferenceFigures>,
     /// How the nominal was laid into the points.
     pub fit: FitFigures,
+    /// Where places of the part, rings, Zernike terms and slopes along the meridian count from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<OriginFigures>,
     /// What remains.
     pub deviation: DeviationFigures,
     /// Whether these are running figures, to be replaced by a full fit at the end.
@@ -119,7 +123,7 @@ pub struct FormFigures {
     /// How many points have which deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histogram: Option<HistogramFigures>,
-    /// Mean deviation by distance from the axis, the innermost ring first; final only.
+    /// Mean deviation by distance from the origin, the innermost ring first; final only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rings: Vec<RingFigures>,
     /// Minimum zone, spectra, texture and the indication of the drawing; final only.
@@ -198,6 +202,14 @@ pub struct PoseFigures {
     pub ry_rad: f64,
     /// Rotation about z in rad.
     pub rz_rad: f64,
+}
+
+impl PoseFigures {
+    /// Takes a place of the part frame into the measured frame, both in mm.
+    pub fn to_measured(&self, part_mm: [f64; 3]) -> [f64; 3] {
+        let PoseFigures { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad } = *self;
+        Pose { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad }.to_measured(part_mm)
+    }
 }
 
 /// Form deviation: measured minus nominal along the nominal's normal, after alignment.

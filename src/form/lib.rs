@@ -27,6 +27,7 @@ pub mod figures;
 mod fit;
 pub mod form_error;
 mod live;
+mod middle;
 mod minimum_zone;
 mod nominal;
 mod pose;
@@ -44,6 +45,7 @@ pub use fit::{
     fit_weighted, suspected_units,
 };
 pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};
+pub use middle::middle_mm;
 pub use minimum_zone::{
     Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };

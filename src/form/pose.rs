@@ -1,5 +1,7 @@
 //! The rigid motion between the part frame and the measured frame.
 
+use std::f64::consts::{PI, TAU};
+
 use crate::PointMm;
 
 /// A rigid motion from the part frame into the measured frame: `p' = Rz·Ry·Rx·p + t`.
@@ -59,12 +61,24 @@ impl Pose {
         [[1.0, 0.0, 0.0], [0.0, cx, -sx], [-sy, cy * sx, cy * cx]]
     }
 
+    /// The same motion with every angle within half a turn either way; angles that are stay as they are.
+    pub(crate) fn within_half_turns(self) -> Pose {
+        let [rx_rad, ry_rad, rz_rad] =
+            [self.rx_rad, self.ry_rad, self.rz_rad].map(within_half_turn);
+        Pose { rx_rad, ry_rad, rz_rad, ..self }
+    }
+
     /// Whether all six numbers are finite.
     pub fn is_finite(&self) -> bool {
         [self.tx_mm, self.ty_mm, self.tz_mm, self.rx_rad, self.ry_rad, self.rz_rad]
             .iter()
             .all(|value| value.is_finite())
     }
+}
+
+/// The angle itself, or less or more whole turns, between −π and π.
+pub(crate) fn within_half_turn(rad: f64) -> f64 {
+    if rad.abs() <= PI { rad } else { (rad + PI).rem_euclid(TAU) - PI }
 }
 
 /// A [`Pose`] as matrix and shift.
@@ -114,6 +128,17 @@ mod tests {
         // y goes to z by rx, z to x by ry, x to y by rz: back where it began.
         let all = pose(FRAC_PI_2, FRAC_PI_2, FRAC_PI_2);
         assert!(near(all.to_measured([0., 1., 0.]), [0., 1., 0.]));
+    }
+
+    #[test]
+    fn angles_beyond_half_a_turn_come_back_as_the_same_motion() {
+        let pose = Pose { rx_rad: 3.5, ry_rad: -7.0, rz_rad: 0.1, ..Pose::default() };
+        let within = pose.within_half_turns();
+        assert_eq!((within.rz_rad, within.rx_rad), (0.1, 3.5 - TAU));
+        assert!((within.ry_rad + 7.0 - TAU).abs() < 1e-15);
+        let (a, b) = (pose.to_measured([1., 2., 3.]), within.to_measured([1., 2., 3.]));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14));
+        assert_eq!(within_half_turn(PI), PI);
     }
 
     proptest! {

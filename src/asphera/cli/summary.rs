@@ -94,23 +94,33 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         for lacks in form.fit.details.undetermined.iter().filter(|lacks| !lacks.by_shape) {
             writeln!(text, "  the points do not feel {}", lacks.combination.text)?;
         }
+        if let Some(origin) = &form.origin {
+            writeln!(text, "origin     {}, at {}", origin.place, place(&origin.at_mm))?;
+        }
         let deviation = &form.deviation;
+        let pose = &form.fit.pose;
         writeln!(
             text,
             "deviation  PV {:.1} nm, RMS {:.2} nm ({:+.1} nm at {}, {:+.1} nm at {})",
             deviation.pv_nm,
             deviation.rms_nm,
             deviation.max_nm,
-            place(&deviation.at_max_mm),
+            place(&pose.to_measured(deviation.at_max_mm)),
             deviation.min_nm,
-            place(&deviation.at_min_mm),
+            place(&pose.to_measured(deviation.at_min_mm)),
         )?;
         if let Some(known) = &deviation.uncertainty {
             let most = if known.pv_at_most { "at most " } else { "" };
             writeln!(
                 text,
-                "           u(PV) {most}{} nm, u(RMS) {} nm (k = 1, {})",
+                "           u(PV) {most}{} nm, {}u(RMS) {} nm (k = 1, {})",
                 short(known.u_pv_nm),
+                // The uncertainty is of what noise leaves of the RMS.
+                if (known.rms_95_nm[0]..=known.rms_95_nm[1]).contains(&deviation.rms_nm) {
+                    String::new()
+                } else {
+                    format!("RMS without noise {} nm, ", short(known.rms_without_noise_nm))
+                },
                 short(known.u_rms_nm),
                 known.model
             )?;
@@ -260,15 +270,25 @@ fn standards(text: &mut String, of: &StandardFigures) -> std::fmt::Result {
     if let Some(texture) = &of.texture {
         let heights =
             texture.figures.iter().filter(|figure| ["Sa", "Sq", "Sz"].contains(&&figure.name[..]));
-        let of = |figure: &FormFigure| {
-            figure.u.map_or(String::new(), |u| format!(" (u {} nm)", short(u)))
-        };
-        let heights = heights
-            .map(|figure| format!("{} {} nm{}", figure.name, short(figure.value), of(figure)));
+        let heights = heights.map(|figure| {
+            format!("{} {} nm{}", figure.name, short(figure.value), known_of(figure))
+        });
         let heights: Vec<String> = heights.collect();
         writeln!(text, "texture    {}: {}", texture.surface, heights.join(", "))?;
     }
     Ok(())
+}
+
+/// What is known of a figure: the interval is of what noise leaves of it where it does not hold the value.
+fn known_of(figure: &FormFigure) -> String {
+    let (Some(u), Some(of)) = (figure.u, &figure.simulated) else { return String::new() };
+    let without = if (of.low..=of.high).contains(&figure.value) {
+        String::new()
+    } else {
+        format!("without noise {} nm, ", short(of.without_noise))
+    };
+    let (u, low, high) = (short(u), short(of.low), short(of.high));
+    format!(" ({without}u {u} nm, {} %: {low} to {high} nm)", (100.0 * of.p).round())
 }
 
 /// How points were counted, and what a surface made from them is.
@@ -445,7 +465,8 @@ pub(super) fn features(text: &mut String, features: &FeatureFigures) -> std::fmt
 
 fn defect(found: &DefectFigures) -> String {
     let mut text = format!("{} {:+.1} nm", found.kind, found.height_nm);
-    match (found.length_mm, found.width_mm) {
+    let known = |mm: Option<f64>| mm.filter(|mm| mm.is_finite());
+    match (known(found.length_mm), known(found.width_mm)) {
         (Some(length), Some(width)) => {
             text.push_str(&format!(", {} × {} mm", short(length), short(width)));
         }
@@ -465,7 +486,7 @@ fn short(value: f64) -> String {
         return "0".to_owned();
     }
     if !value.is_finite() {
-        return format!("{value}");
+        return "not known".to_owned();
     }
     let places = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
     format!("{value:.places$}")

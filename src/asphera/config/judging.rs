@@ -406,7 +406,7 @@ mod tests {
         let judging = part.judging;
         let names: Vec<&str> = judging.limits.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["pvr_nm", "slope_max_urad", "rms_nm 0-4.5 mm"]);
-        assert_eq!(judging.limits[2].1.definition, Definition::RmsAboutZero);
+        assert_eq!(judging.limits[2].1.definition, Definition::RmsOverPoints);
         assert_eq!(judging.guard, Some(Guard::Probability(0.95)));
         let (budget, draws) = judging.uncertainty.unwrap();
         assert_eq!((budget.effects.len(), budget.long_waves.len()), (2, 1));

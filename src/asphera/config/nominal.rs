@@ -20,8 +20,12 @@ pub struct Part {
     pub nominal: Nominal,
     /// How the points make the surface, where no design is known.
     pub reference: Option<ReferenceSettings>,
-    /// The region that counts, in the part frame.
+    /// The region that counts, in the part frame, about its origin.
     pub aperture: Aperture,
+    /// Where the middle of the aperture lies, as the nominal file says: of a surface that slides (see
+    /// [`Nominal::slides`]) a place in the frame of the points, else beside the vertex. The part frame of a surface that
+    /// has a vertex has its origin there.
+    pub centre_mm: Option<[f64; 2]>,
     /// Parameters the fit may change.
     pub free: Vec<Parameter>,
     /// How much each deviation counts in the fit.
@@ -82,7 +86,11 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let surface = surface::read(&section, folder);
     section.finish();
     let section = table.section("aperture");
-    let aperture = aperture(&section);
+    let (aperture, centre_mm) = (aperture(&section), place_mm(&section, "centre_mm"));
+    let surface = match (surface, centre_mm) {
+        (Some(surface), Some(centre_mm)) => surface::about(surface, &section, centre_mm),
+        (surface, _) => surface,
+    };
     if let (Some(surface), Some(aperture)) = (&surface, aperture) {
         must_end_before(&section, aperture, surface);
     }
@@ -134,6 +142,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         nominal: surface?.nominal,
         reference: reference.map(|settings| ReferenceSettings { aperture, ..settings }),
         aperture,
+        centre_mm,
         free,
         criterion,
         pv_nm,
@@ -181,6 +190,18 @@ fn aperture(section: &Section<'_>) -> Option<Aperture> {
             None
         }
     }
+}
+
+/// A place, x and y in mm.
+pub(super) fn place_mm(section: &Section<'_>, key: &str) -> Option<[f64; 2]> {
+    let place: Vec<f64> = section.get(key)?;
+    let found = place.len();
+    let place: Option<[f64; 2]> = place.try_into().ok();
+    let place = place.filter(|place: &[f64; 2]| place.iter().all(|mm| mm.is_finite()));
+    if place.is_none() {
+        section.problem(key, "x and y in mm, as [x, y]", format!("{found} numbers"));
+    }
+    place
 }
 
 /// Where a surface ends, an aperture must have ended. Heights from a file may have gaps, which show in the coverage.

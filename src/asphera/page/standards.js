@@ -42,6 +42,6 @@ function uncertainty({ u, unit, simulated, noise_adds: adds, without_noise: with
   if (u === undefined) return undefined;
   const known = `u ${significant(u, 2)} ${unitText(unit)}`.trim();
   if (!simulated) return known;
-  const { low, high, p, model, covers, draws } = simulated;
-  return `${known}; ${significant(low, 4)} to ${significant(high, 4)}, ${significant(100 * p, 2)} % of ${covers ?? model} (${draws} draws)`;
+  const { low, high, p, model, covers, draws, without_noise } = simulated;
+  return `without noise ${significant(without_noise, 4)}, ${known}; ${significant(low, 4)} to ${significant(high, 4)}, ${significant(100 * p, 2)} % of ${covers ?? model} (${draws} draws)`;
 }

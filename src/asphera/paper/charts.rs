@@ -152,7 +152,7 @@ pub(super) fn histogram(
     }
 }
 
-/// Mean deviation by distance from the vertex, between smallest and largest.
+/// Mean deviation by distance from the origin, between smallest and largest.
 pub(super) fn rings(out: &mut String, rings: &[RingFigures]) -> Result {
     let known =
         || rings.iter().filter_map(|ring| Some((ring, ring.mean_nm?, ring.low_nm?, ring.high_nm?)));
@@ -168,8 +168,8 @@ pub(super) fn rings(out: &mut String, rings: &[RingFigures]) -> Result {
         [first.from_mm, last.to_mm],
         [low - margin, high + margin],
     );
-    open(out, 720.0, 246.0, "mean deviation by distance from the vertex")?;
-    axes.draw(out, "distance from the vertex / mm", "deviation / nm")?;
+    open(out, 720.0, 246.0, "mean deviation by distance from the origin")?;
+    axes.draw(out, "distance from the origin / mm", "deviation / nm")?;
     for (ring, _, low, high) in known() {
         let (x, y) = (axes.at_x(ring.from_mm), axes.at_y(high));
         let (width, height) = (axes.at_x(ring.to_mm) - x, axes.at_y(low) - y);

@@ -43,7 +43,7 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
             part(out, "Zernike terms", |out| {
                 writeln!(
                     out,
-                    "<p class=\"note\">{} order, {}, over a disc of {} mm radius about the vertex; fitted \
+                    "<p class=\"note\">{} order, {}, over a disc of {} mm radius about the origin; fitted \
                      together. They leave an RMS of {} nm.</p>",
                     text(&zernike.scheme),
                     text(&zernike.normalisation),
@@ -64,7 +64,7 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
             })?;
         }
         part(out, "Fit", |out| {
-            tables::fit(out, &form.fit)?;
+            tables::fit(out, form)?;
             tables::reference(out, form)
         })?;
     }
@@ -83,7 +83,7 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
 fn further(out: &mut String, form: &FormFigures) -> Result {
     let of = &form.standards;
     if let Some(zone) = &of.minimum_zone {
-        part(out, "Minimum zone", |out| standards::minimum_zone(out, zone))?;
+        part(out, "Minimum zone", |out| standards::minimum_zone(out, zone, &form.fit.pose))?;
     }
     if let Some(texture) = &of.texture {
         part(out, "Surface texture", |out| standards::texture(out, texture))?;
@@ -215,11 +215,11 @@ fn key_figures(out: &mut String, report: &Report) -> Result {
             "PV",
             about(deviation.pv_nm, known.map(|known| known.u_pv_nm)),
             format!(
-                "{} nm at {} to {} nm at {}, part frame",
+                "{} nm at {} to {} nm at {}",
                 short(deviation.min_nm),
-                place(&deviation.at_min_mm),
+                place(&form.fit.pose.to_measured(deviation.at_min_mm)),
                 short(deviation.max_nm),
-                place(&deviation.at_max_mm)
+                place(&form.fit.pose.to_measured(deviation.at_max_mm))
             ),
         ));
         cards.push((

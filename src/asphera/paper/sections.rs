@@ -1,4 +1,4 @@
-//! Two sections through the vertex: the deviation along x and along y.
+//! Two sections through the origin: the deviation along x and along y.
 
 use std::fmt::{self, Write as _};
 
@@ -22,13 +22,13 @@ pub(super) fn figures(out: &mut String, measurement: &Measurement) -> fmt::Resul
         let Some((section, columns)) = met.filter(|(_, columns)| !columns.s_mm.is_empty()) else {
             writeln!(
                 out,
-                "<p class=\"note\">Along {name} through the vertex nothing was measured.</p>"
+                "<p class=\"note\">Along {name} through the origin nothing was measured.</p>"
             )?;
             continue;
         };
         let places_mm = if axis == 0 { &columns.x_mm } else { &columns.y_mm };
         let centre_mm = [u, v][axis];
-        writeln!(out, "<h3>Along {name} through the vertex</h3>")?;
+        writeln!(out, "<h3>Along {name} through the origin</h3>")?;
         chart(out, name, columns, places_mm, centre_mm)?;
         if let Some(deviation) = &section.deviation {
             writeln!(
@@ -70,7 +70,7 @@ fn chart(
     let margin = 0.06 * (y[1] - y[0]);
     let axes = Axes::new([70.0, 8.0, 620.0, 150.0], x, [y[0] - margin, y[1] + margin]);
     open(out, 720.0, 202.0, "deviation along a section")?;
-    axes.draw(out, &format!("{name} from the vertex / mm"), "deviation / nm")?;
+    axes.draw(out, &format!("{name} from the origin / mm"), "deviation / nm")?;
     writeln!(
         out,
         r#"<path class="line" d="{}"/>"#,

@@ -4,7 +4,8 @@ use std::fmt::{Result, Write as _};
 
 use super::words::{count, minus, percent, place, short, text};
 use crate::report::{
-    FormFigure, IndicationFigures, MinimumZoneFigures, SimulatedFigures, TextureFigures,
+    FormFigure, IndicationFigures, MinimumZoneFigures, PoseFigures, SimulatedFigures,
+    TextureFigures,
 };
 
 /// What a drawing asks and what was found, in its own notation.
@@ -17,7 +18,11 @@ pub(super) fn indication(out: &mut String, indication: &IndicationFigures) -> Re
 }
 
 /// The zone, what it is beside the fit, and what shows that none near by is narrower.
-pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Result {
+pub(super) fn minimum_zone(
+    out: &mut String,
+    zone: &MinimumZoneFigures,
+    pose: &PoseFigures,
+) -> Result {
     writeln!(
         out,
         "<p>Every point lies within <b>{} nm</b> between two parallels of the nominal; at the least-squares fit the \
@@ -50,7 +55,7 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
         count(zone.passes)
     )?;
     out.push_str(
-        "<table><thead><tr><th>border</th><th>at, part frame</th><th class=\"n\">share in holding it</th></tr></thead>\
+        "<table><thead><tr><th>border</th><th>at</th><th class=\"n\">share in holding it</th></tr></thead>\
          <tbody>\n",
     );
     for contact in &zone.contacts {
@@ -58,7 +63,7 @@ pub(super) fn minimum_zone(out: &mut String, zone: &MinimumZoneFigures) -> Resul
             out,
             "<tr><th>{}</th><td>{}</td><td class=\"n\">{}</td></tr>",
             text(&contact.side),
-            place(&contact.at_mm),
+            place(&pose.to_measured(contact.at_mm)),
             percent(contact.share)
         )?;
     }
@@ -94,7 +99,11 @@ pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
         out,
         "<table class=\"wide\"><thead><tr><th>parameter</th><th class=\"n\">value</th>{}<th>definition</th></tr></thead>\
          <tbody>",
-        if simulated.is_some() { "<th class=\"n\">u (k = 1); 95 %</th>" } else { "" }
+        if simulated.is_some() {
+            "<th class=\"n\">without noise \u{b1} u (k = 1); 95 %</th>"
+        } else {
+            ""
+        }
     )?;
     for figure in &texture.figures {
         writeln!(
@@ -124,7 +133,8 @@ pub(super) fn texture(out: &mut String, texture: &TextureFigures) -> Result {
 fn uncertainty(figure: &FormFigure) -> String {
     match (figure.u, &figure.simulated) {
         (Some(u), Some(simulated)) => format!(
-            "<td class=\"n\">{}; {} to {}</td>",
+            "<td class=\"n\">{} \u{b1} {}; {} to {}</td>",
+            short(simulated.without_noise),
             short(u),
             short(simulated.low),
             short(simulated.high)

@@ -115,7 +115,7 @@ fn remainders(out: &mut String, removed: &[&FormFigure]) -> Result {
 }
 
 /// How the nominal was laid into the points.
-pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
+pub(super) fn fit(out: &mut String, FormFigures { fit, origin, .. }: &FormFigures) -> Result {
     writeln!(
         out,
         "<p>{}; {}, after {} steps. Free: {}.</p>",
@@ -151,6 +151,15 @@ pub(super) fn fit(out: &mut String, fit: &FitFigures) -> Result {
         errors::of_parameters(out, fit)?;
     }
     let pose = &fit.pose;
+    if let Some(origin) = origin {
+        writeln!(
+            out,
+            "<p>Places of the part, rings, Zernike terms and slopes along the meridian count from the {}, at {} of the \
+             measured frame.</p>",
+            text(&origin.place),
+            place(&origin.at_mm)
+        )?;
+    }
     writeln!(
         out,
         "<p class=\"note\">Pose of the part in the measured frame, p′ = Rz·Ry·Rx·p + t: t {}, \

@@ -34,7 +34,7 @@ pub(super) fn short(value: f64) -> String {
         return "0".to_owned();
     }
     if !value.is_finite() {
-        return "not a number".to_owned();
+        return "not known".to_owned();
     }
     let places = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
     minus(format!("{value:.places$}"))
@@ -76,7 +76,7 @@ pub(super) fn count(count: u64) -> String {
     grouped
 }
 
-/// A place in mm.
+/// A place of the measured frame in mm.
 pub(super) fn place([x, y, z]: &[f64; 3]) -> String {
     // Adding zero makes negative zero positive.
     let [x, y, z] = [x, y, z].map(|mm| (1e3 * mm).round() / 1e3 + 0.0);

@@ -1,25 +1,29 @@
 //! What the cells of the running map tell of the form: its cost depends on the cells, not on the points.
 
 use asphera_form::figures::{FringeCount, Sample, SampleError, fringe_fit};
-use asphera_form::{Aperture, Grid, Map};
+use asphera_form::{Aperture, Grid, Map, middle_mm};
 
 use super::details::{histogram_of, zernike};
+use crate::config::Part;
 use crate::report::{HistogramFigures, Source, ZernikeFigures};
 
 /// What a running report says of the form beside fit, PV and RMS.
 #[derive(Default)]
 pub(super) struct CellDetails {
+    /// Where these count from, beside the origin of the map.
+    pub(super) origin_mm: [f64; 2],
     pub(super) zernike: Option<ZernikeFigures>,
     pub(super) histogram: Option<HistogramFigures>,
     /// What is not known, and why.
     pub(super) unknown: Vec<String>,
 }
 
-/// The running details of a map of a part of this aperture.
-pub(super) fn details(map: &Map, aperture: &Aperture) -> CellDetails {
-    let mut details = CellDetails::default();
-    let samples = sample(map, aperture)
-        .and_then(|sample| Ok((sample, self::sample(&blocks(map), aperture)?)));
+/// The running details of a map of this part.
+pub(super) fn details(map: &Map, part: &Part) -> CellDetails {
+    let origin_mm = origin_mm(map, part);
+    let mut details = CellDetails { origin_mm, ..CellDetails::default() };
+    let sample_of = |map: &Map| sample(map, &part.aperture, origin_mm);
+    let samples = sample_of(map).and_then(|sample| Ok((sample, sample_of(&blocks(map))?)));
     let (sample, coarse) = match samples {
         Ok(samples) => samples,
         Err(error) => {
@@ -42,11 +46,26 @@ pub(super) fn details(map: &Map, aperture: &Aperture) -> CellDetails {
     details
 }
 
-/// The cells that hold points, at the mean place of these and with as much weight as there are.
-pub(super) fn sample(map: &Map, aperture: &Aperture) -> Result<Sample, SampleError> {
+/// The place of the map from which figures count: its origin, but where nothing else than the points says where their middle
+/// is, that of those there are.
+pub(super) fn origin_mm(map: &Map, part: &Part) -> [f64; 2] {
+    let slides = if part.reference.is_some() { [true; 2] } else { part.nominal.slides() };
+    let middle_mm = match part.aperture {
+        Aperture::None if slides != [false; 2] => middle_mm(&map.centroids_mm).unwrap_or_default(),
+        _ => [0.0; 2],
+    };
+    [0, 1].map(|axis| if slides[axis] { middle_mm[axis] } else { 0.0 })
+}
+
+/// The cells that hold points, at the mean place of these about the origin of figures, with as much weight as there are points.
+pub(super) fn sample(
+    map: &Map,
+    aperture: &Aperture,
+    [x_mm, y_mm]: [f64; 2],
+) -> Result<Sample, SampleError> {
     let weights: Vec<f64> = map.counts.iter().map(|count| *count as f64).collect();
-    let places_mm: Vec<[f64; 2]> =
-        map.centroids_mm.iter().map(|place_mm| into(aperture, *place_mm)).collect();
+    let about = |[x, y]: [f64; 2]| into(aperture, [x - x_mm, y - y_mm]);
+    let places_mm: Vec<[f64; 2]> = map.centroids_mm.iter().copied().map(about).collect();
     let deviations_mm: Vec<f64> = map.mean_nm.iter().map(|nm| nm * 1e-6).collect();
     // Points around a hole have their mean in it.
     let filled = match *aperture {

@@ -7,10 +7,11 @@ use asphera_form::figures::Definition;
 use asphera_form::uncertainty::{
     Budget, Draws, Noise, NoiseOnly, Places, UncertaintyError, uncertainty,
 };
-use asphera_form::verdict::{Guard, Judged, Limit, judge};
+use asphera_form::verdict::{Guard, Judged, Limit, Over, judge};
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_surface::{Plane, PointMm};
 
+use super::origin;
 use super::prospects::is_foreseen;
 use super::running::fit_settings;
 use super::uncertainties::{COVERAGE, in_plane};
@@ -270,8 +271,8 @@ fn correlated(
 ) -> Option<Correlated> {
     let some = points.len().min(SOME_POINTS);
     let some: Vec<PointMm> = (0..some).map(|index| points[index * points.len() / some]).collect();
-    let defaults = fit_settings(part);
-    let settings = FitSettings { rank_tolerance: RANK_TOLERANCE, ..defaults };
+    let start = origin::start_of(part, points);
+    let settings = FitSettings { start, rank_tolerance: RANK_TOLERANCE, ..fit_settings(part) };
     let fit = fit(&some, &part.nominal, &settings).ok()?;
     let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
     // The noise is that of all points, and not of these.
@@ -284,8 +285,9 @@ fn correlated(
         let named: Vec<&(String, Limit)> =
             part.judging.limits.iter().filter(|(_, limit)| is_foreseen(limit)).collect();
         let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
+        let over = Over { aperture: &part.aperture, areas_mm2: None };
         // A limit that cannot be judged was refused with the nominal file.
-        let judged = judge(&limits, &found, &part.nominal, &draws, Guard::None, |_| None);
+        let judged = judge(&limits, &found, &part.nominal, over, &draws, Guard::None, |_| None);
         let u_nm = |judged: Judged| judged.decision.ok()?.finding.u;
         let known = named.iter().zip(judged.unwrap_or_default());
         let limits = known.filter_map(|((name, _), judged)| Some((name.clone(), u_nm(judged)?)));

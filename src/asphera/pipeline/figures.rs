@@ -13,6 +13,7 @@ use super::details::FormDetails;
 use super::errors::Errors;
 use super::fit_details;
 use super::fitting::Fitted;
+use super::origin;
 use super::running::MadeReference;
 use crate::config::Part;
 use crate::report::{
@@ -52,6 +53,7 @@ pub(super) fn form(
             weights: weights(fitted),
             details: fit_details::of_fit(fit, reference.as_ref()),
         },
+        origin: Some(origin::figures(part, plane.from_plane(fit.pose.to_measured([0.0; 3])))),
         deviation: deviation(figures),
         provisional: false,
         figures: details.figures,
@@ -74,7 +76,9 @@ pub(super) fn running_form(
     let known = errors.of(&estimate.figures);
     let uncertainty =
         known.map(|known| known.figures(estimate.figures.pv_nm, errors.is_measured(part)));
-    let details = cells::details(&estimate.map, &part.aperture);
+    let details = cells::details(&estimate.map, part);
+    let [x_mm, y_mm] = details.origin_mm;
+    let origin_mm = estimate.pose.to_measured([x_mm, y_mm, 0.0]);
     // Of a surface made from the points, what is fitted by its parameters is the base.
     let (nominal, method, laid, free) = match reference {
         Some(made) => (unknown(made), made.method, &made.base_fit.nominal, free(made.base_fit)),
@@ -106,6 +110,7 @@ pub(super) fn running_form(
             }),
             details: fit_details::of_running(estimate, reference, part),
         },
+        origin: Some(origin::figures(part, plane.from_plane(origin_mm))),
         deviation: DeviationFigures { uncertainty, ..deviation(&estimate.figures) },
         provisional: true,
         figures: Vec::new(),

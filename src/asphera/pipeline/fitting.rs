@@ -1,12 +1,13 @@
 //! The final fit of a part: of its nominal, or of a surface made from the points where none is known.
 
 use asphera_form::{
-    Fit, FitError, Reference, ReferenceError, along_normal_mm, fit, fit_weighted, reference,
+    Fit, FitError, FitSettings, Reference, ReferenceError, along_normal_mm, fit_weighted, reference,
 };
 use asphera_surface::{Plane, PointMm};
 use thiserror::Error;
 
 use super::heights::{Heights, up};
+use super::origin;
 use super::running::fit_settings;
 use crate::config::{Part, Weights};
 
@@ -56,19 +57,34 @@ pub(super) fn fitted(
         let fit = reference.fit.clone();
         return Ok(Fitted { fit, reference: Some(reference), uncertainties_mm: None });
     }
-    let settings = fit_settings(part);
+    let start = origin::start_of(part, points);
+    let settings = FitSettings { start, ..fit_settings(part) };
+    let first = laid(points, None, part, &settings)?;
     match part.criterion.weights {
-        Weights::None => {
-            let fit = fit(points, &part.nominal, &settings)?;
-            Ok(Fitted { fit, reference: None, uncertainties_mm: None })
-        }
+        Weights::None => Ok(Fitted { fit: first, reference: None, uncertainties_mm: None }),
         Weights::Uncertainty => {
             let heights_mm = heights.of_all(points, plane).ok_or(NoFit::NoUncertainties)?;
-            let first = fit(points, &part.nominal, &settings)?;
             let u_mm = along_normal_mm(points, &heights_mm, up(plane), &first);
-            let fit = fit_weighted(points, Some(&u_mm), &part.nominal, &settings)?;
+            let fit = laid(points, Some(&u_mm), part, &settings)?;
             Ok(Fitted { fit, reference: None, uncertainties_mm: Some(u_mm) })
         }
+    }
+}
+
+/// The fit, with its origin where the settings start.
+fn laid(
+    points: &[PointMm],
+    u_mm: Option<&[f64]>,
+    part: &Part,
+    settings: &FitSettings,
+) -> Result<Fit, FitError> {
+    let first = fit_weighted(points, u_mm, &part.nominal, settings)?;
+    match origin::moved_along(part, &first, &settings.start) {
+        Some(start) => {
+            let settings = FitSettings { start, search: false, ..settings.clone() };
+            fit_weighted(points, u_mm, &part.nominal, &settings)
+        }
+        None => Ok(first),
     }
 }
 

@@ -136,7 +136,7 @@ pub(super) fn compare(
     for check in &plain.checks {
         let limit = match check.name {
             "pv_nm" => of_whole(Definition::PeakToValley, check.limit),
-            _ => of_whole(Definition::RmsAboutZero, check.limit),
+            _ => of_whole(Definition::RmsOverPoints, check.limit),
         };
         let hidden = unmeasured.hidden(&limit);
         let finding =

@@ -1,5 +1,6 @@
 //! The final figures of one part.
 
+use asphera_form::figures::Sample;
 use asphera_form::verdict::{Limit, forecast};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, deviations};
 use asphera_surface::{Mesh, PointMm};
@@ -15,6 +16,7 @@ use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
 use super::judgement::{compare, judge};
 use super::look::{Look, look};
+use super::origin;
 use super::projection::{Projector, measured};
 use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
@@ -72,7 +74,9 @@ pub(super) fn measure(
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();
     }
-    let pose = fitted.as_ref().map(|fitted| fitted.fit.pose).unwrap_or_default();
+    let pose = fitted
+        .as_ref()
+        .map_or_else(|_| origin::start_of(&part, mesh.points()), |fitted| fitted.fit.pose);
     let points_mm = measured(&mesh, &plane);
     let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
@@ -84,8 +88,11 @@ pub(super) fn measure(
     }
     let result = fitted.as_ref().map(|fitted| &fitted.fit);
     if result.is_err() && folded.is_none() && part.aperture != Aperture::None {
-        let why = "where the part lies is not known, as there is no fit: its aperture is laid about the origin";
-        look.sampling.unknown.push(why.to_owned());
+        let [x_mm, y_mm, _] = plane.from_plane([pose.tx_mm, pose.ty_mm, 0.0]);
+        let why = format!(
+            "where the part lies is not known, as there is no fit: its aperture is laid about x {x_mm:.3}, y {y_mm:.3} mm"
+        );
+        look.sampling.unknown.push(why);
     }
     let Look { triangles, covered, mesh: seen, sampling, zones, next, .. } = look;
     let (deviations_mm, found) = match result {
@@ -134,12 +141,13 @@ pub(super) fn measure(
             &part,
             fitted,
             found,
-            details(&part, &fitted.fit, &sample, &areas_mm2, noise_nm),
+            details(&part, &fitted.fit, &sample, &areas_mm2, found.rms_nm, noise_nm),
             &plane,
         )
     });
     // Without a fit no deviation is known.
     let counted = result.ok().and(sample.as_ref().ok());
+    let grid = grid.map(|grid| counted.map_or(grid, |sample| grid_of(sample, &part, grid)));
     let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
     let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
     let map =
@@ -216,7 +224,9 @@ pub(super) fn measure(
     let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
     let mut compared = match &assessed {
         None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
-        Some(Ok(assessed)) => uncertainties::compare(&part, assessed, &unmeasured, figures),
+        Some(Ok(assessed)) => {
+            uncertainties::compare(&part, assessed, &areas_mm2, &unmeasured, figures)
+        }
         Some(Err(error)) => uncertainties::unknown(error),
     };
     let noise_dof = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
@@ -272,4 +282,19 @@ pub(super) fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Optio
         }
     }
     (all_mm, found)
+}
+
+/// The cells of the maps: without an aperture those of the running maps lie where the points had come to, about another
+/// origin.
+fn grid_of(sample: &Sample, part: &Part, grid: MapGrid) -> MapGrid {
+    let side_mm = |axis: usize| {
+        sample.places_mm().iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
+            [low.min(place[axis]), high.max(place[axis])]
+        })
+    };
+    let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (side_mm(0), side_mm(1));
+    if part.aperture != Aperture::None || x_min_mm >= x_max_mm || y_min_mm >= y_max_mm {
+        return grid;
+    }
+    MapGrid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, ..grid }
 }

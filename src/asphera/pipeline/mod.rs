@@ -22,6 +22,7 @@ mod judgement;
 mod look;
 mod maps;
 mod measurement;
+mod origin;
 mod partition;
 mod profile;
 mod projection;
@@ -132,14 +133,16 @@ pub struct RunningFigures {
 struct Cells {
     map: asphera_form::Map,
     aperture: Aperture,
+    /// Where figures count from, beside the origin of the map.
+    origin_mm: [f64; 2],
     used: u64,
 }
 
 impl RunningFigures {
     /// The deviation without `terms`, of the cells of the map; `None` before the first fit.
     pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
-        let Cells { map, aperture, used } = self.cells.as_ref()?;
-        Some(removal::of_cells(map, aperture, *used, terms))
+        let Cells { map, aperture, origin_mm, used } = self.cells.as_ref()?;
+        Some(removal::of_cells((map, *origin_mm), aperture, *used, terms))
     }
 }
 
@@ -261,7 +264,10 @@ impl Pipeline {
         if counts.vertices >= self.next_sampling || may_tell_more {
             self.next_sampling = next_look(counts.vertices, self.expected_points);
             let estimate = self.running.estimate();
-            let pose = estimate.as_ref().map(|estimate| estimate.pose).unwrap_or_default();
+            let pose = estimate.as_ref().map_or_else(
+                || origin::start_of(&self.part, self.mesh.points()),
+                |estimate| estimate.pose,
+            );
             let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
             self.looks += 1;
             self.maps = self.running.grid().and_then(|grid| {
@@ -318,6 +324,7 @@ impl Pipeline {
             map: estimate.as_ref().map(figures::map),
             cells: estimate.map(|estimate| Cells {
                 aperture: self.part.aperture,
+                origin_mm: cells::origin_mm(&estimate.map, &self.part),
                 used: estimate.count as u64,
                 map: estimate.map,
             }),

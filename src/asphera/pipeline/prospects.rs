@@ -209,7 +209,7 @@ fn running<'a>(
 /// All limits but those of figures that are not formed of the deviations alone, with their names.
 fn limits(part: &Part) -> Vec<(String, Limit)> {
     let whole =
-        [(PV, Definition::PeakToValley, part.pv_nm), (RMS, Definition::RmsAboutZero, part.rms_nm)];
+        [(PV, Definition::PeakToValley, part.pv_nm), (RMS, Definition::RmsOverPoints, part.rms_nm)];
     let whole =
         whole.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
     whole.chain(part.judging.limits.iter().cloned()).collect()
@@ -217,7 +217,7 @@ fn limits(part: &Part) -> Vec<(String, Limit)> {
 
 /// Whether anything is said of a limit before the end: those of PV and RMS, over a zone and with terms removed too.
 pub(super) fn is_foreseen(limit: &Limit) -> bool {
-    matches!(limit.definition, Definition::PeakToValley | Definition::RmsAboutZero)
+    matches!(limit.definition, Definition::PeakToValley | Definition::RmsOverPoints)
 }
 
 fn is_whole(limit: &Limit) -> bool {

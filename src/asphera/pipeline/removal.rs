@@ -28,14 +28,14 @@ pub enum RemovalError {
 /// What is asked for and what came of it; `None` where there is no deviation yet.
 pub type FormViewAnswer = Option<Result<FormView, RemovalError>>;
 
-/// The deviation of the running map without `terms`; `used` points are in the fit.
+/// The deviation of the running map without `terms`, which count from a place of it; `used` points are in the fit.
 pub(super) fn of_cells(
-    map: &CellMap,
+    (map, origin_mm): (&CellMap, [f64; 2]),
     aperture: &Aperture,
     used: u64,
     terms: &[Term],
 ) -> Result<FormView, RemovalError> {
-    let removed = remove(&cells::sample(map, aperture)?, terms)?;
+    let removed = remove(&cells::sample(map, aperture, origin_mm)?, terms)?;
     let sample = &removed.sample;
     let mut left_nm = vec![f64::NAN; map.mean_nm.len()];
     for (&cell, &nm) in sample.indices().iter().zip(sample.values_nm()) {

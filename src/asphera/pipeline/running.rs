@@ -2,12 +2,13 @@
 
 use asphera_form::{
     Aperture, Base, Figures, Fit, FitSettings, Grid, Live, LiveEstimate, LiveReference,
-    LiveSettings, Pose, Reference, ReferenceSettings, SplineFit,
+    LiveSettings, Pose, Reference, ReferenceSettings, SplineFit, fit,
 };
 use asphera_surface::PointMm;
 
 use super::errors::Errors;
 use super::heights::Height;
+use super::origin;
 use crate::config::Part;
 use crate::snapshot::Convergence;
 
@@ -20,6 +21,8 @@ pub(super) struct Running {
     part: Part,
     live: Option<Estimator>,
     bounds: Bounds,
+    /// Where the origin of the part was found when the map was made, without an aperture, mm.
+    found_mm: [f64; 2],
     points: Vec<PointMm>,
     /// One for each of `points`, or none.
     uncertainties_mm: Vec<f64>,
@@ -53,6 +56,7 @@ impl Running {
             part: part.clone(),
             live: None,
             bounds: Bounds::of(&part.aperture).unwrap_or(Bounds::NONE),
+            found_mm: [0.0; 2],
             points: Vec::new(),
             uncertainties_mm: Vec::new(),
         }
@@ -67,10 +71,14 @@ impl Running {
             self.uncertainties_mm.extend(u_mm);
             if !self.bounds.contains(point) && self.points.len() >= FIRST_POINTS {
                 self.bounds = Bounds::around(&self.points);
+                self.found_mm = found_mm(&self.part, &self.bounds, &self.points);
+                let cells = self.cells();
                 self.live = match &self.part.reference {
                     // Made of all points at once, not of few, then more, up to all.
-                    Some(settings) => unknown(&self.part, settings, &self.bounds, &self.points),
-                    None => estimator(&self.part, &self.bounds, up).map(|mut live| {
+                    Some(settings) => {
+                        unknown((&self.part, cells), settings, &self.bounds, &self.points)
+                    }
+                    None => estimator((&self.part, cells), &self.bounds, up).map(|mut live| {
                         for (index, &point) in self.points.iter().enumerate() {
                             take(&mut live, point, self.uncertainties_mm.get(index).copied());
                         }
@@ -80,11 +88,10 @@ impl Running {
                 return;
             }
         } else if self.live.is_none() {
+            let of = (&self.part, self.cells());
             self.live = match &self.part.reference {
-                Some(settings) => unknown(&self.part, settings, &self.bounds, &[]),
-                None => {
-                    estimator(&self.part, &self.bounds, up).map(Box::new).map(Estimator::Nominal)
-                }
+                Some(settings) => unknown(of, settings, &self.bounds, &[]),
+                None => estimator(of, &self.bounds, up).map(Box::new).map(Estimator::Nominal),
             };
         }
         match &mut self.live {
@@ -98,7 +105,21 @@ impl Running {
     /// The cells of the map, once it is known how large the part is.
     pub(super) fn grid(&self) -> Option<Grid> {
         let Bounds { x_mm: [x_min, x_max], y_mm: [y_min, y_max], .. } = self.bounds;
-        (x_min < x_max && y_min < y_max).then(|| grid(&self.part, &self.bounds))
+        (x_min < x_max && y_min < y_max).then(|| self.cells())
+    }
+
+    /// The cells of the maps, in the part frame.
+    fn cells(&self) -> Grid {
+        let Bounds { x_mm: [x_min_mm, x_max_mm], y_mm: [y_min_mm, y_max_mm], .. } = self.bounds;
+        let [x_mm, y_mm] = self.found_mm;
+        Grid {
+            x_min_mm: x_min_mm - x_mm,
+            x_max_mm: x_max_mm - x_mm,
+            y_min_mm: y_min_mm - y_mm,
+            y_max_mm: y_max_mm - y_mm,
+            nx: CELLS,
+            ny: CELLS,
+        }
     }
 
     pub(super) fn estimate(&self) -> Option<LiveEstimate> {
@@ -134,13 +155,13 @@ impl<'a> From<&'a Reference> for MadeReference<'a> {
 
 /// Of a surface the points themselves make, of the points there are.
 fn unknown(
-    part: &Part,
+    (part, cells): (&Part, Grid),
     settings: &ReferenceSettings,
     bounds: &Bounds,
     points: &[PointMm],
 ) -> Option<Estimator> {
     let settings = ReferenceSettings { centre_mm: Some(centre_mm(part, bounds)), ..*settings };
-    let live = LiveReference::from_points(settings, grid(part, bounds), points.to_vec());
+    let live = LiveReference::from_points(settings, cells, points.to_vec());
     live.ok().map(Box::new).map(Estimator::Unknown)
 }
 
@@ -153,38 +174,38 @@ fn take(live: &mut Live, point: PointMm, u_mm: Option<f64>) {
 }
 
 /// Running fits are by the loss of the part, weighted where it asks for that and the points have uncertainties, along `up`.
-fn estimator(part: &Part, bounds: &Bounds, up: Option<[f64; 3]>) -> Option<Live> {
+fn estimator((part, cells): (&Part, Grid), bounds: &Bounds, up: Option<[f64; 3]>) -> Option<Live> {
     let [tx_mm, ty_mm] = centre_mm(part, bounds);
     let fit = FitSettings { start: Pose { tx_mm, ty_mm, ..Pose::default() }, ..fit_settings(part) };
-    let settings =
-        LiveSettings { uncertain_along: up, ..LiveSettings::new(fit, grid(part, bounds)) };
+    let settings = LiveSettings { uncertain_along: up, ..LiveSettings::new(fit, cells) };
     Live::new(part.nominal.clone(), settings).ok()
 }
 
 /// Where the part is looked for. The reference of an unknown surface is made in the middle of the points, if nothing else
-/// is said.
+/// is said, and there a surface has its origin that has no place of its own.
 fn centre_mm(part: &Part, bounds: &Bounds) -> [f64; 2] {
     match &part.reference {
-        None => [0.0; 2],
+        None => {
+            let Pose { tx_mm, ty_mm, .. } = origin::start(part, || bounds.middle_mm());
+            [tx_mm, ty_mm]
+        }
         Some(reference) => reference
             .centre_mm
             .unwrap_or_else(|| if bounds.fixed { [0.0; 2] } else { bounds.middle_mm() }),
     }
 }
 
-/// The cells of the maps, in the part frame.
-fn grid(part: &Part, bounds: &Bounds) -> Grid {
-    let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (bounds.x_mm, bounds.y_mm);
-    // Bounds that are fixed are those of the aperture, about the part.
-    let [x_mm, y_mm] = if bounds.fixed { [0.0; 2] } else { centre_mm(part, bounds) };
-    Grid {
-        x_min_mm: x_min_mm - x_mm,
-        x_max_mm: x_max_mm - x_mm,
-        y_min_mm: y_min_mm - y_mm,
-        y_max_mm: y_max_mm - y_mm,
-        nx: CELLS,
-        ny: CELLS,
+/// Where the origin of the part lies by the points so far, as far as the cells of the map must know it: without an aperture they
+/// lie about the points.
+fn found_mm(part: &Part, bounds: &Bounds, points: &[PointMm]) -> [f64; 2] {
+    let [tx_mm, ty_mm] = centre_mm(part, bounds);
+    if part.reference.is_some() {
+        return [tx_mm, ty_mm];
     }
+    let start = Pose { tx_mm, ty_mm, ..Pose::default() };
+    let settings = FitSettings { start, rank_tolerance: RANK_TOLERANCE, ..fit_settings(part) };
+    let found = fit(points, &part.nominal, &settings).map_or(start, |fit| fit.pose);
+    [found.tx_mm, found.ty_mm]
 }
 
 /// What is fitted.
@@ -271,4 +292,6 @@ const CELLS: usize = 96;
 /// Cells of a block along either side: 144 blocks.
 const BLOCK: usize = 8;
 const FIRST_POINTS: usize = 64;
+/// As of the running fit: a small patch tells tilt from shift too badly to go by it.
+const RANK_TOLERANCE: f64 = 2e-4;
 const MAX_ROWS: usize = 600;

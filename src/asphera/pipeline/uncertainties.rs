@@ -5,7 +5,7 @@ use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
     uncertainty,
 };
-use asphera_form::verdict::{Guard, Judged, Limit, LimitError, judge};
+use asphera_form::verdict::{Guard, Judged, Limit, LimitError, Over, judge};
 use asphera_form::{Aperture, Covariance, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
@@ -117,7 +117,7 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
     for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
         figure.u = match &figure.name[..] {
             "PV" => Some(pv.u),
-            "RMS about zero" => Some(rms.u_nm),
+            "RMS over the points" => Some(rms.u_nm),
             _ => None,
         };
     }
@@ -144,7 +144,7 @@ pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
     for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
         figure.u = match &figure.name[..] {
             "PV" => Some(known.u_pv_nm),
-            "RMS about zero" => Some(known.u_rms_nm),
+            "RMS over the points" => Some(known.u_rms_nm),
             _ => None,
         };
     }
@@ -156,12 +156,13 @@ pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
 pub(super) fn compare(
     part: &Part,
     assessed: &Assessed,
+    areas_mm2: &[f64],
     unmeasured: &Unmeasured,
     figures: &mut Vec<FormFigure>,
 ) -> Verdict {
     let plain = [
         ("pv_nm", Definition::PeakToValley, part.pv_nm),
-        ("rms_nm", Definition::RmsAboutZero, part.rms_nm),
+        ("rms_nm", Definition::RmsOverPoints, part.rms_nm),
     ];
     let plain =
         plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
@@ -171,7 +172,8 @@ pub(super) fn compare(
     let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
     let hidden = |limit: &Limit| unmeasured.hidden(limit);
     let model = errors::model(part);
-    match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
+    let over = Over { aperture: &part.aperture, areas_mm2: Some(areas_mm2) };
+    match judge(&limits, uncertainty, &part.nominal, over, draws, guard, hidden) {
         Ok(judged) => {
             judged.iter().for_each(|judged| beside(judged, figures));
             figures.extend(judged.iter().filter_map(of_zone));
@@ -214,8 +216,7 @@ pub(super) fn compare(
     }
 }
 
-/// Writes the uncertainty of a limited figure of the whole aperture where it stands already: there by area, where in the
-/// limit every point counts alike, which hardly matters to its uncertainty.
+/// Writes the uncertainty of a limited figure of the whole aperture where it stands already.
 fn beside(judged: &Judged, figures: &mut [FormFigure]) {
     let Limit { definition, zone, less, .. } = judged.limit;
     let Ok(decision) = judged.decision else { return };
@@ -244,7 +245,7 @@ fn of_zone(judged: &Judged) -> Option<FormFigure> {
     let definition = judged.limit.definition;
     Some(FormFigure {
         name: definition.to_string(),
-        variant: format!("from {inner_mm} to {outer_mm} mm, every point counted alike"),
+        variant: format!("from {inner_mm} to {outer_mm} mm"),
         value: finding.value,
         unit: definition.unit().to_string(),
         u: finding.u,

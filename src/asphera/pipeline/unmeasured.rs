@@ -293,7 +293,7 @@ impl Extent {
         let (Some(forecast), Some(share)) = (forecast, self.figures.share) else { return self };
         let laid = (laid.places_mm, laid.deviations_mm);
         let predicted = (share > 0.0)
-            .then(|| forecast.of(Definition::RmsAboutZero, &self.zone, &self.less, rms_nm, laid))
+            .then(|| forecast.of(Definition::RmsOverPoints, &self.zone, &self.less, rms_nm, laid))
             .flatten();
         let beyond_nm = predicted.map(|found| found.quantile_nm(self.figures.p) - rms_nm);
         let hidden =
@@ -369,7 +369,7 @@ fn steepest(limit: &Limit) -> Option<Limit> {
 fn is_rms(definition: Definition) -> bool {
     matches!(
         definition,
-        Definition::RmsAboutZero
+        Definition::RmsOverPoints
             | Definition::RmsAboutMean
             | Definition::RmsTotal
             | Definition::RmsIrregularity

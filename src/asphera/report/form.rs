@@ -64,6 +64,9 @@ pub struct SimulatedFigures {
     /// What interval and u cover, in words.
     #[serde(default)]
     pub covers: String,
+    /// The value less `bias`: what is left of the figure without noise. The interval is of this, and so is `u`.
+    #[serde(default)]
+    pub without_noise: f64,
     /// What noise adds to the value, as far as the draws tell; of a range or an extreme, the most it may add with a
     /// probability of one half.
     pub bias: f64,
@@ -73,6 +76,24 @@ pub struct SimulatedFigures {
     pub seed: u64,
 }
 
+/// The place from which places of the part, rings, Zernike terms and slopes along the meridian count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OriginFigures {
+    /// [`OriginFigures::VERTEX`], [`OriginFigures::MIDDLE_OF_APERTURE`] or [`OriginFigures::MIDDLE_OF_POINTS`].
+    pub place: String,
+    /// Where it lies in the measured frame, mm.
+    pub at_mm: [f64; 3],
+}
+
+impl OriginFigures {
+    /// The vertex of the surface, on its axis.
+    pub const VERTEX: &str = "vertex";
+    /// The middle of the aperture, for the surface has no axis of its own there or the aperture lies beside it.
+    pub const MIDDLE_OF_APERTURE: &str = "middle of the aperture";
+    /// The middle of the smallest circle about the points, for there is neither an axis nor an aperture.
+    pub const MIDDLE_OF_POINTS: &str = "middle of the points";
+}
+
 /// A deviation as a sum of Zernike terms, fitted together by area-weighted least squares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ZernikeFigures {
@@ -80,7 +101,7 @@ pub struct ZernikeFigures {
     pub scheme: String,
     /// What a coefficient of 1 means: `height 1 at the rim`.
     pub normalisation: String,
-    /// Radius in mm of the disc the terms refer to, about the vertex.
+    /// Radius in mm of the disc the terms refer to, about the origin.
     pub radius_mm: f64,
     /// The terms, by number.
     pub terms: Vec<ZernikeTerm>,
@@ -136,7 +157,7 @@ pub struct HistogramFigures {
     pub source: Source,
 }
 
-/// The mean deviation of one ring about the vertex.
+/// The mean deviation of one ring about the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RingFigures {
     /// Inner radius in mm; belongs to it.

@@ -119,7 +119,7 @@ pub struct QFigures {
     pub definition: String,
     /// Radius of the disc they refer to, mm.
     pub radius_mm: f64,
-    /// Rise of the power fitted beside them from the vertex to the rim, nm.
+    /// Rise of the power fitted beside them from the origin to the rim, nm.
     pub power_nm: f64,
     /// Terms asked for.
     #[serde(default)]

@@ -50,7 +50,9 @@ impl fmt::Display for Unit {
 pub enum Definition {
     /// Largest minus smallest deviation.
     PeakToValley,
-    /// Root of the mean square about zero.
+    /// Root of the mean square about the nominal, every point counted alike.
+    RmsOverPoints,
+    /// Root of the mean square about the nominal, by area.
     RmsAboutZero,
     /// Root of the mean square about the mean.
     RmsAboutMean,
@@ -104,6 +106,9 @@ impl Definition {
     pub fn text(&self) -> &'static str {
         match self {
             Definition::PeakToValley => "largest minus smallest deviation at the measured places",
+            Definition::RmsOverPoints => {
+                "root of the mean square about the nominal, every measured point counted alike"
+            }
             Definition::RmsAboutZero => "root of the area-weighted mean square about the nominal",
             Definition::RmsAboutMean => "root of the area-weighted mean square about the mean",
             Definition::RobustPeakToValley { .. } => {
@@ -154,6 +159,9 @@ impl Definition {
             Definition::PeakToValley | Definition::RmsAboutZero | Definition::RmsAboutMean => {
                 "ISO 14999-4:2015"
             }
+            Definition::RmsOverPoints => {
+                "no standard: of the measured places, however densely they lie"
+            }
             Definition::RobustPeakToValley { .. } => "no standard: share and rule as stated",
             Definition::Pvr { terms: 36 } => {
                 "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
@@ -184,8 +192,9 @@ impl fmt::Display for Definition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Definition::PeakToValley => "PV",
-            Definition::RmsAboutZero => "RMS about zero",
-            Definition::RmsAboutMean => "RMS about the mean",
+            Definition::RmsOverPoints => "RMS over the points",
+            Definition::RmsAboutZero => "RMS by area",
+            Definition::RmsAboutMean => "RMS about the mean, by area",
             Definition::RobustPeakToValley { share } => return write!(f, "PV{}%", percent(*share)),
             Definition::Pvr { terms } => return write!(f, "PVr (Fringe 1 to {terms})"),
             Definition::Sagitta => "A",

@@ -139,6 +139,21 @@ impl Sample {
         Ok(sample)
     }
 
+    /// As [`Sample::new`]; where no point has an area, all weigh the same.
+    pub fn by_area(
+        places_mm: &[[f64; 2]],
+        deviations_mm: &[f64],
+        areas_mm2: Option<&[f64]>,
+        aperture: &Aperture,
+    ) -> Result<Sample, SampleError> {
+        match Sample::new(places_mm, deviations_mm, areas_mm2, aperture) {
+            Err(SampleError::NoArea { .. }) => {
+                Sample::new(places_mm, deviations_mm, None, aperture)
+            }
+            found => found,
+        }
+    }
+
     /// How many points count.
     pub fn len(&self) -> usize {
         self.values_nm.len()

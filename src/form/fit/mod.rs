@@ -17,7 +17,7 @@ pub(crate) mod slant;
 pub(crate) mod solve;
 pub(crate) mod start;
 pub(crate) mod svd;
-mod symmetry;
+pub(crate) mod symmetry;
 pub(crate) mod triangle;
 pub(crate) mod weight;
 
@@ -405,6 +405,7 @@ fn report(
 ) -> Fit {
     let Solved { refined, robust, sigma_mm: robust_sigma_mm, effective_points } = solved;
     let Refined { pose, nominal, system, freedoms, held, last, termination, spread, .. } = refined;
+    let pose = pose.within_half_turns();
     let used = selection.points.len();
     let dof = used - freedoms.count();
     let moving = freedoms.moving();

@@ -3,6 +3,7 @@
 pub(crate) mod foot;
 pub(crate) mod freeform;
 pub(crate) mod parameter;
+mod slide;
 
 pub use foot::Foot;
 pub use parameter::{Parameter, ParameterError};

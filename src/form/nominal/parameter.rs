@@ -6,6 +6,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use crate::nominal::{HIGHEST_ORDER, LOWEST_ORDER, power_unit};
+use crate::pose::within_half_turn;
 use crate::shape::ShapeParameter;
 use crate::{Nominal, Pose};
 
@@ -183,9 +184,9 @@ pub(crate) fn moved(
             (Parameter::Tx, _) => pose.tx_mm += step,
             (Parameter::Ty, _) => pose.ty_mm += step,
             (Parameter::Tz, _) => pose.tz_mm += step,
-            (Parameter::Rx, _) => pose.rx_rad += step,
-            (Parameter::Ry, _) => pose.ry_rad += step,
-            (Parameter::Rz, _) => pose.rz_rad += step,
+            (Parameter::Rx, _) => pose.rx_rad = within_half_turn(pose.rx_rad + step),
+            (Parameter::Ry, _) => pose.ry_rad = within_half_turn(pose.ry_rad + step),
+            (Parameter::Rz, _) => pose.rz_rad = within_half_turn(pose.rz_rad + step),
             (Parameter::Radius, Nominal::Sphere { radius_mm }) => {
                 *radius_mm = stepped_radius_mm(*radius_mm, step);
             }

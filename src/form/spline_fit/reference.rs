@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::basis::{Product, Scale};
 use crate::fit::start::sample;
 use crate::fit::{FitSettings, solve};
+use crate::middle::middle_mm;
 use crate::shape::{Cells, Conic, LARGEST_SIDE, Series, Shape, SplineSurface, Sum};
 use crate::spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 use crate::{Aperture, ApertureError, Fit, FitError, Nominal, Parameter, PointMm, Pose};
@@ -246,7 +247,10 @@ pub(super) fn made(
             return Err(ReferenceError::Centre(centre));
         }
         Some(centre) => centre,
-        None if settings.aperture == Aperture::None => middle_mm(points),
+        None if settings.aperture == Aperture::None => {
+            let places: Vec<[f64; 2]> = points.iter().map(|&[x, y, _]| [x, y]).collect();
+            middle_mm(&places).unwrap_or_default()
+        }
         None => [0.0; 2],
     };
     let start = Pose { tx_mm, ty_mm, ..Pose::default() };
@@ -279,13 +283,6 @@ pub(super) fn dilated(surface: &SplineSurface) -> SplineSurface {
     };
     let defined: Vec<bool> = (0..cells.nx * cells.ny).map(touches).collect();
     SplineSurface::new(cells, surface.coefficients_mm(), &defined).expect("the splines of a fit")
-}
-
-/// The middle of the box about the finite points.
-fn middle_mm(points: &[PointMm]) -> [f64; 2] {
-    let (low, high) = extent_mm(points);
-    let middle = [0, 1].map(|axis| low[axis].midpoint(high[axis]));
-    if middle.iter().all(|place| place.is_finite()) { middle } else { [0.0; 2] }
 }
 
 /// Smallest and largest x and y of the finite points.

@@ -23,28 +23,28 @@ pub enum Average {
 }
 
 impl Source<'_> {
-    /// A figure in the unit that `figure` gives it, of places in mm and residuals in mm. `O(N·(p + m))` a draw.
+    /// A figure in the unit that `figure` gives it, of some of the points and their residuals in mm. `O(N·(p + m))` a draw.
     pub(super) fn average(
         &self,
         draws: &Draws,
         kind: Average,
-        figure: impl Fn(&[[f64; 2]], &[f64]) -> Option<f64> + Sync,
+        figure: impl Fn(&[usize], &[f64]) -> Option<f64> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         draws.validate()?;
         let linear = self.linear;
-        let Some(measured) = figure(&linear.places_mm, &linear.distances_mm) else {
+        let all: Vec<usize> = (0..linear.len()).collect();
+        let Some(measured) = figure(&all, &linear.distances_mm) else {
             return Ok(None);
         };
         let some: Vec<usize> =
             (0..linear.len()).step_by(linear.len().div_ceil(MOST_AVERAGED)).collect();
-        let places_mm: Vec<[f64; 2]> = some.iter().map(|&place| linear.places_mm[place]).collect();
         let distances_mm: Vec<f64> = some.iter().map(|&place| linear.distances_mm[place]).collect();
-        let Some(of_some) = figure(&places_mm, &distances_mm) else { return Ok(None) };
+        let Some(of_some) = figure(&some, &distances_mm) else { return Ok(None) };
         let of_draw = |draw: u32| {
             let [averaged_mm, whole_mm] = self.residuals_of(&some, draws.seed, draw);
-            let averaged = figure(&places_mm, &averaged_mm)?;
+            let averaged = figure(&some, &averaged_mm)?;
             let is_whole = kind == Average::OfHeights || some.len() == linear.len();
-            let whole = if is_whole { averaged } else { figure(&places_mm, &whole_mm)? };
+            let whole = if is_whole { averaged } else { figure(&some, &whole_mm)? };
             Some([averaged, whole])
         };
         let drawn: Vec<Option<[f64; 2]>> = (0..draws.count).into_par_iter().map(of_draw).collect();

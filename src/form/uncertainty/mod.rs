@@ -304,13 +304,13 @@ impl Uncertainty {
     /// A figure that averages over the area by simulated measurements, of few points where there are many; `None` if
     /// the measurement or nearly all draws do not have it.
     ///
-    /// `figure` is given places in mm, part frame, and deviations there in mm. A draw costs the same however many points
-    /// there are.
+    /// `figure` is given some of the points, by their places in the order of [`Uncertainty::indices`], and deviations there in
+    /// mm. A draw costs the same however many points there are.
     pub fn simulate_average(
         &self,
         draws: &Draws,
         kind: Average,
-        figure: impl Fn(&[[f64; 2]], &[f64]) -> Option<f64> + Sync,
+        figure: impl Fn(&[usize], &[f64]) -> Option<f64> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         self.source().average(draws, kind, figure)
     }

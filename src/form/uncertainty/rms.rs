@@ -256,7 +256,7 @@ fn by_measuring(trace: f64, best_dof: f64, dof: Option<f64>) -> f64 {
 }
 
 /// Probability within one standard deviation of a normal distribution.
-const ONE_SIGMA: f64 = 0.682_689_492_137_086;
+pub(super) const ONE_SIGMA: f64 = 0.682_689_492_137_086;
 /// Eigenvalues below this share of the largest are rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 /// ln of the widest range of sizes: 1e-9 to 1e9 times the residuals along the largest errors.

@@ -14,6 +14,7 @@ use super::extremes::{Datum, Errors, Extremes};
 use super::linear::{Linear, dot};
 use super::modes::Modes;
 use super::philox::Numbers;
+use super::rms::ONE_SIGMA;
 use crate::deviation::NM_PER_MM;
 
 /// How many measurements are simulated, and which.
@@ -30,7 +31,8 @@ pub struct Draws {
 pub struct Simulated {
     /// The figure of the measurement.
     pub measured: f64,
-    /// Its standard uncertainty: the standard deviation of the draws. Of a range or an extreme that of the places that may
+    /// Its standard uncertainty: the standard deviation of the draws. Where squares add up, that of the figure less `bias`,
+    /// which is the one the interval is of: half the width of its 68.27 % interval. Of a range or an extreme that of the places that may
     /// be the extreme, whichever of them is.
     pub u: f64,
     /// What noise adds to the figure, as far as the draws tell: their mean less the figure. Of a mean height or
@@ -129,7 +131,9 @@ impl Simulated {
         let plain = Simulated::new(measured, found, candidates)?;
         let left = 2.0 * measured * measured - mean_square(&plain.sorted);
         let bias = measured - left.max(0.0).sqrt();
-        Some(Simulated { bias, kind: Kind::Squares, ..plain })
+        let found = Simulated { bias, kind: Kind::Squares, ..plain };
+        let [low, high] = found.interval(ONE_SIGMA);
+        Some(Simulated { u: 0.5 * (high - low), ..found })
     }
 
     /// A range or an extreme: a lower limit of each draw, and values with standard deviations, of which one at least is the

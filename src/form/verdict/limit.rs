@@ -38,6 +38,36 @@ pub struct Judged {
     pub decision: Result<Decision, Unknown>,
 }
 
+/// What the figures of limits are formed over.
+#[derive(Clone, Copy, Debug)]
+pub struct Over<'a> {
+    /// The aperture of the part.
+    pub aperture: &'a Aperture,
+    /// The area each of the points stands for that the fit was made from, in mm² or any common unit; without it all
+    /// points weigh the same.
+    pub areas_mm2: Option<&'a [f64]>,
+}
+
+impl Over<'_> {
+    /// The deviations a limit is of, of some of the points used. An RMS over the points knows no areas.
+    fn sample(
+        &self,
+        limit: &Limit,
+        uncertainty: &Uncertainty,
+        (places, deviations_mm): (&[usize], &[f64]),
+    ) -> Result<Sample, SampleError> {
+        let all_mm = uncertainty.places_mm();
+        let places_mm: Vec<[f64; 2]> = places.iter().map(|&place| all_mm[place]).collect();
+        let by_area = self.areas_mm2.filter(|_| limit.definition != Definition::RmsOverPoints);
+        let areas = by_area.map(|areas| {
+            let indices = uncertainty.indices();
+            places.iter().map(|&place| areas[indices[place]]).collect::<Vec<f64>>()
+        });
+        let aperture = if limit.zone == Aperture::None { self.aperture } else { &limit.zone };
+        Sample::by_area(&places_mm, deviations_mm, areas.as_deref(), aperture)
+    }
+}
+
 /// Why a limit is refused, or cannot be judged.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LimitError {
@@ -103,7 +133,7 @@ impl Limit {
     pub fn named(name: &str) -> Result<Definition, LimitError> {
         Ok(match name {
             "pv" => Definition::PeakToValley,
-            "rms" => Definition::RmsAboutZero,
+            "rms" => Definition::RmsOverPoints,
             "rms_about_mean" => Definition::RmsAboutMean,
             "pv99" => Definition::RobustPeakToValley { share: Share::NINETY_NINE.value() },
             "pvr" => Definition::Pvr { terms: 36 },
@@ -215,6 +245,10 @@ impl Limit {
             *found.expect("the list has every definition of its kind")
         };
         match self.definition {
+            Definition::RmsOverPoints => {
+                let definition = self.definition;
+                rms(sample, Reference::Zero).map(|found| Figure { definition, ..found })
+            }
             Definition::RmsAboutZero => rms(sample, Reference::Zero),
             Definition::RmsAboutMean => rms(sample, Reference::Mean),
             Definition::RobustPeakToValley { share } => robust_peak_to_valley(
@@ -253,12 +287,13 @@ impl Limit {
 /// points at most, those of ranges of what least squares leave (B, and the PV over a zone or without terms) cost the same for
 /// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
 /// long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
-/// [`Finding::hidden`]. Points weigh the same; where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much
-/// a figure changes if they weigh by their areas counts in its uncertainty.
+/// [`Finding::hidden`]. Where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much a figure changes if
+/// points weigh by the shares of the area it knows counts in its uncertainty.
 pub fn judge(
     limits: &[Limit],
     uncertainty: &Uncertainty,
     nominal: &Nominal,
+    over: Over<'_>,
     draws: &Draws,
     guard: Guard,
     hidden: impl Fn(&Limit) -> Option<f64>,
@@ -267,7 +302,7 @@ pub fn judge(
     limits.iter().try_for_each(Limit::validate)?;
     let approximation = approximation(nominal);
     let of_limit = |limit: &Limit| {
-        let found = finding(limit, uncertainty, approximation, draws)?;
+        let found = finding(limit, uncertainty, approximation, over, draws)?;
         let decision = match found {
             Ok(found) => {
                 Ok(decide(&Finding { hidden: hidden(limit), ..found }, limit.value, guard)?)
@@ -293,11 +328,12 @@ fn finding(
     limit: &Limit,
     uncertainty: &Uncertainty,
     approximation: Approximation,
+    over: Over<'_>,
     draws: &Draws,
 ) -> Result<Result<Finding, Unknown>, LimitError> {
     let dof = uncertainty.noise.dof;
     if limit.zone == Aperture::None && limit.less == Terms::NONE {
-        if limit.definition == Definition::RmsAboutZero {
+        if limit.definition == Definition::RmsOverPoints {
             let rms = &uncertainty.rms;
             let bias = rms.measured_nm - rms.form_nm;
             let (value, u) = (rms.measured_nm, Some(rms.u_nm));
@@ -309,12 +345,12 @@ fn finding(
             return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
         }
     }
-    let (places_mm, deviations_mm) = (uncertainty.places_mm(), uncertainty.deviations_mm());
-    let sample = Sample::new(places_mm, deviations_mm, None, &limit.zone)?;
+    let all: Vec<usize> = (0..uncertainty.indices().len()).collect();
+    let sample = over.sample(limit, uncertainty, (&all, uncertainty.deviations_mm()))?;
     let found = match limit.ranged(&sample, approximation) {
         Some(Ok(whole)) => of_range(limit, uncertainty, approximation, draws, &whole)?,
         Some(Err(unknown)) => Err(unknown),
-        None => of_any(limit, uncertainty, approximation, draws, &sample)?,
+        None => of_any(limit, uncertainty, approximation, over, draws, &sample)?,
     };
     let over_area = uncertainty.shares().and_then(|shares| {
         let sample = Sample::new(places_mm, deviations_mm, Some(shares), &limit.zone).ok()?;
@@ -358,6 +394,7 @@ fn of_any(
     limit: &Limit,
     uncertainty: &Uncertainty,
     approximation: Approximation,
+    over: Over<'_>,
     draws: &Draws,
     sample: &Sample,
 ) -> Result<Drawn, LimitError> {
@@ -365,17 +402,21 @@ fn of_any(
         Ok(figure) => figure,
         Err(unknown) => return Ok(Err(unknown)),
     };
-    let of = |places_mm: &[[f64; 2]], deviations_mm: &[f64]| {
-        let sample = Sample::new(places_mm, deviations_mm, None, &limit.zone).ok()?;
+    let of = |places: &[usize], deviations_mm: &[f64]| {
+        let sample = over.sample(limit, uncertainty, (places, deviations_mm)).ok()?;
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
-    let of_all = |deviations_mm: &[f64]| of(uncertainty.places_mm(), deviations_mm);
+    let all = || (0..uncertainty.indices().len()).collect::<Vec<usize>>();
     let simulated = match (average(limit.definition), limit.definition) {
         (Some(kind), _) => uncertainty.simulate_average(draws, kind, of),
         (None, Definition::MeridionalSlopeRms | Definition::GradientRms) => {
-            uncertainty.simulate_of_squares(draws, of_all)
+            let all = all();
+            uncertainty.simulate_of_squares(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
         }
-        (None, _) => uncertainty.simulate(draws, of_all),
+        (None, _) => {
+            let all = all();
+            uncertainty.simulate(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
+        }
     };
     Ok(Ok((figure.value, simulated?)))
 }
@@ -384,7 +425,8 @@ fn of_any(
 /// points fill.
 fn average(definition: Definition) -> Option<Average> {
     match definition {
-        Definition::RmsAboutZero
+        Definition::RmsOverPoints
+        | Definition::RmsAboutZero
         | Definition::RmsAboutMean
         | Definition::RmsTotal
         | Definition::RmsIrregularity

@@ -15,6 +15,6 @@ mod tolerance;
 pub use decision::{Decision, Doubt, Finding, Guard, GuardError, decide};
 pub use forecast::{Forecast, Predicted, forecast};
 pub use least::{Least, least, least_square_nm2};
-pub use limit::{Judged, Limit, LimitError, judge};
+pub use limit::{Judged, Limit, LimitError, Over, judge};
 pub use prospect::{Prospect, Raised, Running, Zone, prospect, rms_of_whole_nm};
 pub use tolerance::{Check, Reason, Status, Tolerance, Verdict, verdict};

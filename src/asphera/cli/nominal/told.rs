@@ -44,7 +44,11 @@ fn write(text: &mut String, part: &Part, at_mm: &[f64]) -> std::fmt::Result {
             writeln!(text, "  ends {:.6} mm from the axis", nominal.domain_mm())?;
         }
     }
-    writeln!(text, "aperture   {}", aperture(&part.aperture))?;
+    write!(text, "aperture   {}", aperture(&part.aperture))?;
+    match part.centre_mm {
+        Some([x_mm, y_mm]) => writeln!(text, ", its middle at x {x_mm} y {y_mm} mm")?,
+        None => writeln!(text)?,
+    }
     if part.reference.is_none() {
         writeln!(text, "fit        {}", fit(part))?;
     }

@@ -147,6 +147,30 @@ fn off_axis(section: &Section<'_>, parent: Option<Nominal>) -> Option<Nominal> {
     freeform(section, "dx_mm", made)
 }
 
+/// The surface of which the middle of the aperture lies at `centre_mm`: where it has a vertex, its piece about that place,
+/// so that places count from there. Along a direction in which it slides, and of an unknown one, the points are what
+/// the place is of.
+pub(super) fn about(
+    surface: Surface,
+    aperture: &Section<'_>,
+    centre_mm: [f64; 2],
+) -> Option<Surface> {
+    if let Some(reference) = surface.reference {
+        if reference.centre_mm.is_some() {
+            let expected = "either surface.centre_mm or aperture.centre_mm";
+            aperture.problem("centre_mm", expected, "both");
+        }
+        let reference = ReferenceSettings { centre_mm: Some(centre_mm), ..reference };
+        return Some(Surface { reference: Some(reference), ..surface });
+    }
+    if surface.nominal.slides().contains(&true) || centre_mm == [0.0; 2] {
+        return Some(surface);
+    }
+    let [dx_mm, dy_mm] = centre_mm;
+    let piece = OffAxis::parallel(shape_of(&surface.nominal)?, dx_mm, dy_mm);
+    Some(Surface { nominal: freeform(aperture, "centre_mm", piece)?, ..surface })
+}
+
 /// The shape of any nominal.
 fn shape_of(nominal: &Nominal) -> Option<Arc<dyn Shape>> {
     let shape: Arc<dyn Shape> = match nominal {

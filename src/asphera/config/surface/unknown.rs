@@ -3,6 +3,7 @@
 use asphera_form::{Base, Knots, ReferenceSettings, Smoothing};
 
 use super::super::document::{OrAuto, Section};
+use super::super::nominal::place_mm;
 
 /// How the reference is made. The aperture is not known yet.
 pub(super) fn unknown(surface: &Section<'_>) -> ReferenceSettings {
@@ -16,7 +17,7 @@ pub(super) fn unknown(surface: &Section<'_>) -> ReferenceSettings {
         base: surface.word("base", None, &bases),
         knots: knots(surface),
         smoothing: smoothing(surface),
-        centre_mm: centre_mm(surface),
+        centre_mm: place_mm(surface, "centre_mm"),
         ..ReferenceSettings::default()
     }
 }
@@ -60,16 +61,6 @@ fn smoothing(surface: &Section<'_>) -> Smoothing {
             Smoothing::Relative { lambda }
         }
     }
-}
-
-fn centre_mm(surface: &Section<'_>) -> Option<[f64; 2]> {
-    let centre: Vec<f64> = surface.get("centre_mm")?;
-    let found = centre.len();
-    let centre: Option<[f64; 2]> = centre.try_into().ok();
-    if centre.is_none() {
-        surface.problem("centre_mm", "x and y in mm, as [x, y]", format!("{found} numbers"));
-    }
-    centre
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ impl Why<'_> {
         let name = words(name);
         if value_nm > limit_nm {
             let beyond = format!("{name} is {value_nm:.1} nm so far, {limit_nm} nm are allowed");
-            let of_rms = limit.definition == Definition::RmsAboutZero;
+            let of_rms = limit.definition == Definition::RmsOverPoints;
             let why = unsure.unwrap_or(if of_rms && now.expected_points.is_none() {
                 "how many points will come is not known"
             } else {

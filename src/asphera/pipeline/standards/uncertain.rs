@@ -62,6 +62,7 @@ pub(in crate::pipeline) fn beside(
         high,
         p: COVERAGE,
         covers: UncertaintyFigures::covers_places(errors::model(part)),
+        without_noise: simulated.measured - simulated.bias,
         bias: simulated.bias,
         draws: simulated.draws,
         seed: assessed.draws.seed,

@@ -1,17 +1,21 @@
 //! The minimum zone with its certificate.
 
 use asphera_form::figures::{Definition, Figure};
-use asphera_form::{Contact, FitError, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone};
+use asphera_form::{
+    Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+};
 
 use super::Measured;
 use crate::pipeline::details::told;
+use crate::pipeline::origin;
 use crate::pipeline::running::fit_settings;
 use crate::report::{ContactFigures, MinimumZoneFigures};
 
 /// With what its uncertainty needs. Some three times the time of the fit.
 pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit), FitError> {
     let Measured { part, fit, points, deviations_mm, .. } = *measured;
-    let settings = ZoneSettings { fit: fit_settings(part), ..ZoneSettings::default() };
+    let fit_settings = FitSettings { start: origin::start_of(part, points), ..fit_settings(part) };
+    let settings = ZoneSettings { fit: fit_settings, ..ZoneSettings::default() };
     let found = minimum_zone(points, &part.nominal, &settings)?;
     let [low_mm, high_mm] = deviations_mm
         .iter()

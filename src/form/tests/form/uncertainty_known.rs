@@ -8,7 +8,7 @@ use asphera_form::uncertainty::{
     Average, Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError,
     coverage_factor, glance, type_a, uncertainty,
 };
-use asphera_form::verdict::{Guard, Limit, judge, least};
+use asphera_form::verdict::{Guard, Limit, Over, judge, least};
 use asphera_form::{
     Aperture, Fit, FitSettings, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
     deviations, fit, fit_weighted, minimum_zone,
@@ -280,6 +280,9 @@ fn peak_to_valley_of_form_that_stands_out() {
     assert!(inside >= 450, "{inside} of 500");
 }
 
+/// All that there is, every point alike.
+const OVER: Over<'static> = Over { aperture: &Aperture::None, areas_mm2: None };
+
 #[test]
 fn limits_over_zones_are_judged_with_their_uncertainty() {
     let (points, _, fitted) = part(1500);
@@ -297,7 +300,8 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     limits.push(Limit { less: Terms::of(&terms), zone, ..limits[0] });
     let draws = Draws { count: 40, seed: 1 };
     let judged =
-        judge(&limits, &found, &fitted.nominal, &draws, Guard::default(), |_| Some(0.0)).unwrap();
+        judge(&limits, &found, &fitted.nominal, OVER, &draws, Guard::default(), |_| Some(0.0))
+            .unwrap();
     for (index, judged) in judged.iter().enumerate() {
         let decision = judged.decision.as_ref().unwrap();
         let expected = if index == 1 { Status::Fail } else { Status::Pass };
@@ -322,7 +326,7 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     assert!((value(9) - left).abs() < 1e-6 && left < 0.9 * value(1), "{} {left}", value(9));
     // Nothing can be accepted as long as anything may hide.
     let blind =
-        judge(&limits[..1], &found, &fitted.nominal, &draws, Guard::None, |_| None).unwrap();
+        judge(&limits[..1], &found, &fitted.nominal, OVER, &draws, Guard::None, |_| None).unwrap();
     assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
 }
 
@@ -388,7 +392,11 @@ fn averages_of_some_points_are_those_of_all() {
         ] {
             let places_mm = found.places_mm();
             let all = found.simulate(&draws, |d| figure(places_mm, d)).unwrap().unwrap();
-            let some = found.simulate_average(&draws, kind, figure).unwrap().unwrap();
+            let of_some = |some: &[usize], deviations_mm: &[f64]| {
+                let places_mm: Vec<[f64; 2]> = some.iter().map(|&index| places_mm[index]).collect();
+                figure(&places_mm, deviations_mm)
+            };
+            let some = found.simulate_average(&draws, kind, of_some).unwrap().unwrap();
             assert!((some.measured - all.measured).abs() <= 1e-12 * all.measured.abs());
             assert!(some.candidates < 17_000 && all.candidates == 50_000);
             // Either is known to 4 %.

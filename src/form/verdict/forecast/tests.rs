@@ -35,7 +35,7 @@ fn foreseen(points: &[PointMm], less: &Terms, missing: Option<f64>) -> ([Predict
     let whole =
         forecast(&places, &deviations_mm, &aperture, &found.nominal, &found.pose, &free, missing)
             .unwrap();
-    let of = [Definition::PeakToValley, Definition::RmsAboutZero];
+    let of = [Definition::PeakToValley, Definition::RmsOverPoints];
     let predicted = [0, 1].map(|figure| {
         let laid = (&places[..], &deviations_mm[..]);
         whole.of(of[figure], &Aperture::None, less, now[figure], laid).unwrap()
