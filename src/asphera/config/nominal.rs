@@ -25,7 +25,7 @@ pub struct Part {
     /// Where the middle of the aperture lies, as the nominal file says: of a surface that slides (see
     /// [`Nominal::slides`]) a place in the frame of the points, else beside the vertex. The part frame of a surface that
     /// has a vertex has its origin there.
-    pub centre_mm: Option<[f64; 2]>,
+    pub centre_mm: [f64; 2],
     /// Parameters the fit may change.
     pub free: Vec<Parameter>,
     /// How much each deviation counts in the fit.
@@ -142,7 +142,7 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         nominal: surface?.nominal,
         reference: reference.map(|settings| ReferenceSettings { aperture, ..settings }),
         aperture,
-        centre_mm,
+        centre_mm: centre_mm.unwrap_or_default(),
         free,
         criterion,
         pv_nm,

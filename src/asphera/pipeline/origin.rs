@@ -19,7 +19,7 @@ pub(super) fn start(part: &Part, middle_mm: impl FnOnce() -> [f64; 2]) -> Pose {
     }
     let [x_mm, y_mm] = match part.aperture {
         Aperture::None => middle_mm(),
-        _ => part.centre_mm.unwrap_or_default(),
+        _ => part.centre_mm,
     };
     // A shift that is held, and that moves the surface, stays as it is.
     let laid = |axis: usize, parameter: Parameter, at_mm: f64| {
@@ -59,7 +59,7 @@ pub(super) fn moved_along(part: &Part, fit: &Fit, start: &Pose) -> Option<Pose> 
 pub(super) fn figures(part: &Part, at_mm: PointMm) -> OriginFigures {
     let has_vertex = part.reference.is_none() && part.nominal.slides() == [false; 2];
     let place = match part.aperture {
-        _ if has_vertex && part.centre_mm.is_none() => OriginFigures::VERTEX,
+        _ if has_vertex && part.centre_mm == [0.0; 2] => OriginFigures::VERTEX,
         Aperture::None => OriginFigures::MIDDLE_OF_POINTS,
         _ => OriginFigures::MIDDLE_OF_APERTURE,
     };

@@ -199,7 +199,7 @@ fn centre_mm(part: &Part, bounds: &Bounds) -> [f64; 2] {
 /// lie about the points.
 fn found_mm(part: &Part, bounds: &Bounds, points: &[PointMm]) -> [f64; 2] {
     let [tx_mm, ty_mm] = centre_mm(part, bounds);
-    if part.reference.is_some() {
+    if part.reference.is_some() || part.nominal.slides() == [true; 2] {
         return [tx_mm, ty_mm];
     }
     let start = Pose { tx_mm, ty_mm, ..Pose::default() };

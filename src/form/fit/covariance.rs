@@ -72,7 +72,9 @@ impl Combination {
     ) -> Combination {
         let mut terms: Vec<(Parameter, f64)> =
             parameters.into_iter().zip(shares.iter().copied()).collect();
-        terms.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
+        // Shares that differ by rounding alone must not change places.
+        let size = |share: f64| (share.abs() / SAME_SHARE).round();
+        terms.sort_by(|a, b| size(b.1).total_cmp(&size(a.1)).then(a.0.cmp(&b.0)));
         // The sign of a direction is free: the largest share is positive.
         let sign = terms.first().map_or(1.0, |(_, share)| share.signum());
         terms.iter_mut().for_each(|(_, share)| *share *= sign);
@@ -140,6 +142,8 @@ pub(crate) fn undetermined(
 
 /// Shares of a combination that are not told.
 const LEAST_SHARE: f64 = 0.05;
+/// Shares nearer to each other count as the same.
+const SAME_SHARE: f64 = 1e-6;
 
 #[cfg(test)]
 mod tests {

@@ -46,8 +46,8 @@ fn write(text: &mut String, part: &Part, at_mm: &[f64]) -> std::fmt::Result {
     }
     write!(text, "aperture   {}", aperture(&part.aperture))?;
     match part.centre_mm {
-        Some([x_mm, y_mm]) => writeln!(text, ", its middle at x {x_mm} y {y_mm} mm")?,
-        None => writeln!(text)?,
+        [0.0, 0.0] => writeln!(text)?,
+        [x_mm, y_mm] => writeln!(text, ", its middle at x {x_mm} y {y_mm} mm")?,
     }
     if part.reference.is_none() {
         writeln!(text, "fit        {}", fit(part))?;
