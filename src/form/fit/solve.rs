@@ -75,11 +75,6 @@ impl System {
         self.scaled.select_columns(some)
     }
 
-    /// Length of a column of J.
-    pub(crate) fn length(&self, column: usize) -> f64 {
-        self.lengths[column]
-    }
-
     /// Rows of the tall matrix.
     pub(crate) fn rows(&self) -> usize {
         self.rows

@@ -56,15 +56,26 @@ impl Over<'_> {
         uncertainty: &Uncertainty,
         (places, deviations_mm): (&[usize], &[f64]),
     ) -> Result<Sample, SampleError> {
-        let all_mm = uncertainty.places_mm();
-        let places_mm: Vec<[f64; 2]> = places.iter().map(|&place| all_mm[place]).collect();
         let by_area = self.areas_mm2.filter(|_| limit.definition != Definition::RmsOverPoints);
         let areas = by_area.map(|areas| {
             let indices = uncertainty.indices();
             places.iter().map(|&place| areas[indices[place]]).collect::<Vec<f64>>()
         });
+        self.weighted(limit, uncertainty, (places, deviations_mm), areas.as_deref())
+    }
+
+    /// Those deviations with an area for each.
+    fn weighted(
+        &self,
+        limit: &Limit,
+        uncertainty: &Uncertainty,
+        (places, deviations_mm): (&[usize], &[f64]),
+        areas_mm2: Option<&[f64]>,
+    ) -> Result<Sample, SampleError> {
+        let all_mm = uncertainty.places_mm();
+        let places_mm: Vec<[f64; 2]> = places.iter().map(|&place| all_mm[place]).collect();
         let aperture = if limit.zone == Aperture::None { self.aperture } else { &limit.zone };
-        Sample::by_area(&places_mm, deviations_mm, areas.as_deref(), aperture)
+        Sample::by_area(&places_mm, deviations_mm, areas_mm2, aperture)
     }
 }
 
@@ -353,8 +364,9 @@ fn finding(
         None => of_any(limit, uncertainty, approximation, over, draws, &sample)?,
     };
     let over_area = uncertainty.shares().and_then(|shares| {
-        let sample = Sample::new(places_mm, deviations_mm, Some(shares), &limit.zone).ok()?;
-        limit.figure(&sample, approximation).ok()
+        let deviations_mm = uncertainty.deviations_mm();
+        let sample = over.weighted(limit, uncertainty, (&all, deviations_mm), Some(shares));
+        limit.figure(&sample.ok()?, approximation).ok()
     });
     let noise_nm = uncertainty.noise.sigma_mm * 1e6;
     let on_max = limit.noise_on_largest_slope(&sample, noise_nm);

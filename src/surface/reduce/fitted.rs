@@ -1,10 +1,10 @@
-//! A plane or a quadric laid through points about a place, by least squares.
+//! A height polynomial laid through points about a place, by least squares.
 
 use nalgebra::{SMatrix, SVector};
 
-/// A height polynomial about a place: `N` is 3 for a plane, 6 for a quadric.
+/// A height polynomial about a place: `N` is 3 for a plane, 6 for a quadric, 15 for a quartic.
 ///
-/// Its terms are 1, u, v, u², u·v, v², with u and v the offsets from the place, divided by
+/// Its terms are the monomials of u and v by their degree, with u and v the offsets from the place, divided by
 /// `scale_mm`.
 pub(super) struct Fitted<const N: usize> {
     coefficients: SVector<f64, N>,
@@ -27,8 +27,8 @@ impl<const N: usize> Fitted<N> {
         let mut right = SVector::<f64, N>::zeros();
         for &[u, v, w] in offsets_mm {
             let terms = terms::<N>(u / scale_mm, v / scale_mm);
-            normal += terms * terms.transpose();
-            right += terms * w;
+            normal.ger(1.0, &terms, &terms, 1.0);
+            right.axpy(w, &terms, 1.0);
         }
         let cholesky = normal.cholesky()?;
         // The squared pivots over the diagonal: what is left of each term beside those before it.
@@ -43,7 +43,7 @@ impl<const N: usize> Fitted<N> {
 
     /// The height at an offset from the place, over its zero, in mm.
     pub(super) fn height_at_mm(&self, u_mm: f64, v_mm: f64) -> f64 {
-        terms::<N>(u_mm / self.scale_mm, v_mm / self.scale_mm).dot(&self.coefficients)
+        self.terms_at(u_mm, v_mm).dot(&self.coefficients)
     }
 
     /// The height at the place over its zero, in mm.
@@ -57,9 +57,13 @@ impl<const N: usize> Fitted<N> {
         self.inverse[(0, 0)].sqrt()
     }
 
-    /// The slopes at the place along x and y.
-    pub(super) fn slopes(&self) -> [f64; 2] {
-        [self.coefficients[1] / self.scale_mm, self.coefficients[2] / self.scale_mm]
+    /// How much [`Fitted::height_mm`] rises with the height of a point it was fitted to.
+    fn height_weight(&self, u_mm: f64, v_mm: f64) -> f64 {
+        self.terms_at(u_mm, v_mm).dot(&self.inverse.column(0))
+    }
+
+    fn terms_at(&self, u_mm: f64, v_mm: f64) -> SVector<f64, N> {
+        terms(u_mm / self.scale_mm, v_mm / self.scale_mm)
     }
 }
 
@@ -79,8 +83,40 @@ impl Fitted<6> {
     }
 }
 
+impl Fitted<15> {
+    /// How far the height of `lower`, fitted to `offsets_mm`, would be off if the surface were this quartic, in mm;
+    /// and what the standard deviation of the heights is multiplied by to give that of it.
+    ///
+    /// The height of a fit is a sum over heights with weights w. So it is off by Σw·q - q(0), which is linear in the
+    /// coefficients of the quartic q.
+    pub(super) fn bias_of<const M: usize>(
+        &self,
+        lower: &Fitted<M>,
+        offsets_mm: &[[f64; 3]],
+    ) -> [f64; 2] {
+        let mut along = SVector::<f64, 15>::zeros();
+        for &[u, v, _] in offsets_mm {
+            along.axpy(lower.height_weight(u, v), &self.terms_at(u, v), 1.0);
+        }
+        along[0] -= 1.0;
+        let variance = along.dot(&(self.inverse * along));
+        [along.dot(&self.coefficients), variance.max(0.0).sqrt()]
+    }
+}
+
 fn terms<const N: usize>(u: f64, v: f64) -> SVector<f64, N> {
-    let all = [1.0, u, v, u * u, u * v, v * v];
+    let mut all = [1.0; 15];
+    let (mut term, mut before, mut degree) = (1, 0, 1);
+    while term < N {
+        // Those of the degree before times u, and the last of them times v.
+        for number in 0..degree {
+            all[term + number] = u * all[before + number];
+        }
+        all[term + degree] = v * all[before + degree - 1];
+        before = term;
+        degree += 1;
+        term += degree;
+    }
     SVector::from_fn(|term, _| all[term])
 }
 

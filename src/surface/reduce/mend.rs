@@ -23,12 +23,36 @@ pub(super) struct Mending<'a, L, N> {
     pub(super) narrowest_mm: N,
 }
 
+/// What mending did.
+pub(super) struct Mended {
+    /// The points that were added.
+    pub(super) added: Vec<VertexId>,
+    /// What it could not mend.
+    pub(super) shortfall: Option<Shortfall>,
+}
+
+/// Facets beyond ε where the measured points are dense enough for it: it is the reduction that falls short there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shortfall {
+    /// How many there are.
+    pub facets: u64,
+    /// The largest ratio of their gap to the local feature size.
+    pub epsilon_max: f64,
+}
+
+/// A facet that fails.
+struct Failing {
+    gap: Gap,
+    /// The smallest local feature size about it.
+    lfs_mm: f64,
+}
+
 impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
-    /// Adds to the `kept` points, ascending; gives those that were added.
-    pub(super) fn mend(&self, kept: &mut Vec<VertexId>) -> Vec<VertexId> {
+    /// Adds to the `kept` points, ascending.
+    pub(super) fn mend(&self, kept: &mut Vec<VertexId>) -> Mended {
         let mut added = Vec::new();
-        let mut dropped = None;
-        for _ in 0..ROUNDS {
+        let mut measured = None;
+        for round in 0.. {
             let mut mesh = Mesh::new();
             mesh.extend(kept.iter().map(|&index| self.points[index as usize]));
             mesh.flush();
@@ -36,37 +60,63 @@ impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
             if failing.is_empty() {
                 break;
             }
-            let mut is_kept = vec![false; self.points.len()];
-            kept.iter().for_each(|&index| is_kept[index as usize] = true);
-            let all = dropped.get_or_insert_with(|| WeightedTree::of_points(self.points));
-            let standing = WeightedTree::of_points(mesh.points());
-            let mut back: Vec<VertexId> = failing
-                .iter()
-                .filter_map(|gap| {
-                    let (index, away_mm) =
-                        all.nearest(gap.at_mm, |other| !is_kept[other as usize])?;
-                    let (_, from_kept_mm) =
-                        standing.nearest(self.points[index as usize], |_| true)?;
-                    let allowed = from_kept_mm >= (self.narrowest_mm)(index as usize);
-                    // A point farther off would not split the facet: there is a gap in the measured ones.
-                    (away_mm < gap.mm && allowed).then_some(index)
-                })
-                .collect();
-            back.sort_unstable();
-            back.dedup();
-            let back = self.apart(back);
+            let measured = measured.get_or_insert_with(|| WeightedTree::of_points(self.points));
+            let back = if round < ROUNDS {
+                self.back(&failing, measured, mesh.points(), kept)
+            } else {
+                Vec::new()
+            };
             if back.is_empty() {
-                break;
+                return Mended { added, shortfall: self.shortfall(&failing, measured) };
             }
             kept.extend(&back);
             kept.sort_unstable();
             added.extend(back);
         }
-        added
+        Mended { added, shortfall: None }
     }
 
-    /// The gaps of the facets that fail.
-    fn failing(&self, mesh: &Mesh) -> Vec<Gap> {
+    /// The dropped points that split the facets that fail, as far as noise allows.
+    fn back(
+        &self,
+        failing: &[Failing],
+        measured: &WeightedTree,
+        standing: &[PointMm],
+        kept: &[VertexId],
+    ) -> Vec<VertexId> {
+        let mut is_kept = vec![false; self.points.len()];
+        kept.iter().for_each(|&index| is_kept[index as usize] = true);
+        let standing = WeightedTree::of_points(standing);
+        let splits = |Failing { gap, .. }: &Failing| {
+            let (index, away_mm) = measured.nearest(gap.at_mm, |other| !is_kept[other as usize])?;
+            let (_, from_kept_mm) = standing.nearest(self.points[index as usize], |_| true)?;
+            let allowed = from_kept_mm >= (self.narrowest_mm)(index as usize);
+            // A point farther off would not split the facet: there is a gap in the measured ones.
+            (away_mm < gap.mm && allowed).then_some(index)
+        };
+        let mut back: Vec<VertexId> = failing.iter().filter_map(splits).collect();
+        back.sort_unstable();
+        back.dedup();
+        self.apart(back)
+    }
+
+    /// Of the facets that fail, those about a place with a measured point within ε.
+    fn shortfall(&self, failing: &[Failing], measured: &WeightedTree) -> Option<Shortfall> {
+        let is_measured = |&&Failing { gap, lfs_mm }: &&Failing| {
+            let nearest = measured.nearest(gap.at_mm, |_| true);
+            nearest.is_some_and(|(_, mm)| mm <= self.epsilon * lfs_mm)
+        };
+        let short = failing.iter().filter(is_measured);
+        short.fold(None, |so_far: Option<Shortfall>, &Failing { gap, lfs_mm }| {
+            let Shortfall { facets, epsilon_max } =
+                so_far.unwrap_or(Shortfall { facets: 0, epsilon_max: 0.0 });
+            let epsilon_max = epsilon_max.max(gap.mm / lfs_mm);
+            Some(Shortfall { facets: facets + 1, epsilon_max })
+        })
+    }
+
+    /// The facets that fail.
+    fn failing(&self, mesh: &Mesh) -> Vec<Failing> {
         let (points, triangles) = (mesh.points(), mesh.triangles());
         let at_points_mm: Vec<Option<f64>> =
             points.iter().map(|&point| (self.lfs_mm)(point)).collect();
@@ -77,8 +127,8 @@ impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
             let own = corners.map(|corner| at_points_mm[corner as usize]);
             let sizes_mm = own.into_iter().chain([(self.lfs_mm)(gap.at_mm)]);
             // Where a size is not known all points are kept.
-            let least_mm = sizes_mm.flatten().fold(f64::INFINITY, f64::min);
-            (gap.mm > self.epsilon * least_mm).then_some(gap)
+            let lfs_mm = sizes_mm.flatten().fold(f64::INFINITY, f64::min);
+            (gap.mm > self.epsilon * lfs_mm).then_some(Failing { gap, lfs_mm })
         });
         gaps.collect()
     }
@@ -102,4 +152,4 @@ impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
 }
 
 /// Most rounds; each at least halves what fails, so a few are enough where points are dense.
-const ROUNDS: usize = 16;
+const ROUNDS: u32 = 16;

@@ -72,6 +72,7 @@ mod whole;
 
 pub use average::{Averaged, AveragedPoint, average};
 pub use bend::{CurvatureBound, curvature_bound};
+pub use mend::Shortfall;
 pub use reducer::{Fate, Reducer, Split, Tally};
 pub use target::{About, Bound, Keep, Spacing, Target, TargetError};
 pub use whole::{Reduction, Spread, reduce, spread};

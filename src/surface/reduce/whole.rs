@@ -1,6 +1,6 @@
 //! Reduction of a finished mesh, with the gap of its sampling vertex by vertex.
 
-use super::mend::Mending;
+use super::mend::{Mended, Mending, Shortfall};
 use super::reducer::{Fate, Reducer, Tally};
 use super::{About, Keep, Spacing, Target};
 use crate::area::Sum;
@@ -20,6 +20,9 @@ pub struct Reduction {
     /// How many of the kept points were taken back because a facet between the others was longer than ε allows: on
     /// slopes the facets of a projected mesh are.
     pub mended: u64,
+    /// Facets that stay beyond ε although points were measured between, as noise keeps those apart; `None` where the
+    /// target is reached wherever the measured points reach it.
+    pub shortfall: Option<Shortfall>,
     /// Whether noise turned any facet by more than the limit before the reduction. If none, points
     /// are dropped only where ε asks for no more of them.
     pub overdense: bool,
@@ -150,10 +153,17 @@ pub fn reduce(
     };
     let lfs_mm = |place: PointMm| target.lfs_mm(lfs_anywhere_mm(place));
     let mending = Mending { points, epsilon: target.epsilon(), lfs_mm, narrowest_mm };
-    let mended = mending.mend(&mut kept);
-    mended.iter().for_each(|&index| tally.take_back(spacing(index as usize).bound()));
-    let mended = mended.len() as u64;
-    Reduction { kept, tally, mended, overdense, sparse_area_mm2: sparse.total(), sparse_triangles }
+    let Mended { added, shortfall } = mending.mend(&mut kept);
+    added.iter().for_each(|&index| tally.take_back(spacing(index as usize).bound()));
+    Reduction {
+        kept,
+        tally,
+        mended: added.len() as u64,
+        shortfall,
+        overdense,
+        sparse_area_mm2: sparse.total(),
+        sparse_triangles,
+    }
 }
 
 /// Keeps points at their spacings, those of the outline first.

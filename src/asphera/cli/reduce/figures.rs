@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use asphera_surface::reduce::{Split, Spread, Tally};
+use asphera_surface::Mesh;
+use asphera_surface::reduce::{Averaged, Reduction, Split, Spread, Tally};
 use serde::Serialize;
 
 /// Version of the layout.
@@ -17,7 +18,7 @@ pub(super) struct Figures {
     pub(super) input: Input,
     /// Largest share of the local feature size asked for.
     pub(super) epsilon: Option<f64>,
-    /// Largest share of the reach asked for: of the smallest local feature size, `lfs.range_mm.min_mm`.
+    /// Largest share of the reach asked for, `lfs.reach_mm`.
     pub(super) rho: Option<f64>,
     /// The largest tilt of a facet by noise.
     pub(super) tilt_limit_rad: f64,
@@ -35,6 +36,8 @@ pub(super) struct Figures {
     pub(super) spacing: Option<Spacings>,
     /// How many kept points were averaged; absent where averaging was not asked for.
     pub(super) averaged: Option<u64>,
+    /// What the averages are; absent with it.
+    pub(super) averages: Option<Averages>,
     pub(super) before: Condition,
     pub(super) after: Condition,
     /// The file that was written.
@@ -62,6 +65,8 @@ pub(super) struct Lfs {
     /// As used: where nothing bends, so large that the spacing is a fifth of the width. Absent where it is known
     /// nowhere.
     pub(super) range_mm: Option<Range>,
+    /// The reach: the smallest of the whole surface, measured or not. Absent where it is not known.
+    pub(super) reach_mm: Option<f64>,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -116,6 +121,18 @@ pub(super) struct Spacings {
     pub(super) max_mm: f64,
 }
 
+/// Heights that were averaged.
+#[derive(Serialize)]
+pub(super) struct Averages {
+    /// What was averaged: `heights`, or `deviations` from the nominal.
+    of: &'static str,
+    /// Half of the heights have this standard uncertainty or less, the bias included.
+    u_median_nm: f64,
+    u_max_nm: f64,
+    /// The largest bias that an uncertainty holds.
+    bias_max_nm: f64,
+}
+
 /// A mesh beside both conditions.
 #[derive(Serialize)]
 pub(super) struct Condition {
@@ -135,12 +152,47 @@ pub(super) struct Condition {
     pub(super) over_epsilon_area_mm2: f64,
 }
 
+impl Input {
+    /// That of a mesh, from a file with so many places without a height.
+    pub(super) fn of(mesh: &Mesh, missing: usize) -> Input {
+        let counts = mesh.counts();
+        Input {
+            points: counts.pushed,
+            vertices: counts.vertices,
+            missing: missing as u64,
+            duplicates: counts.duplicates,
+            conflicts: counts.conflicts,
+            not_meshable: counts.rejected,
+        }
+    }
+}
+
+impl Sparse {
+    pub(super) fn of(reduction: &Reduction) -> Sparse {
+        Sparse { triangles: reduction.sparse_triangles, area_mm2: reduction.sparse_area_mm2 }
+    }
+}
+
 impl Range {
     pub(super) fn of(sizes_mm: impl Iterator<Item = f64>) -> Option<Range> {
         sizes_mm.fold(None, |range: Option<Range>, mm| {
             let Range { min_mm, max_mm } = range.unwrap_or(Range { min_mm: mm, max_mm: mm });
             Some(Range { min_mm: min_mm.min(mm), max_mm: max_mm.max(mm) })
         })
+    }
+}
+
+impl Averages {
+    pub(super) fn of(averaged: &Averaged, with_nominal: bool) -> Averages {
+        let mut u_nm: Vec<f64> = averaged.points.iter().map(|point| 1e6 * point.u_mm).collect();
+        u_nm.sort_by(f64::total_cmp);
+        let biases_nm = averaged.points.iter().map(|point| 1e6 * point.bias_mm);
+        Averages {
+            of: if with_nominal { "deviations" } else { "heights" },
+            u_median_nm: u_nm.get(u_nm.len() / 2).copied().unwrap_or(0.0),
+            u_max_nm: u_nm.last().copied().unwrap_or(0.0),
+            bias_max_nm: biases_nm.fold(0.0, f64::max),
+        }
     }
 }
 
@@ -172,6 +224,10 @@ impl Figures {
             format!("noise {} nm ({})", self.noise.sigma_nm, self.noise.source),
             format!("tilt by noise up to {} rad, {} points", self.tilt_limit_rad, self.keep),
         ];
+        let short_mm2 = self.after.over_epsilon_area_mm2;
+        if short_mm2 > 0.0 {
+            remarks.push(format!("{short_mm2} mm2 were measured too coarsely for that"));
+        }
         remarks.push(match self.averaged {
             None => "each point as it was measured".to_owned(),
             Some(count) => format!("heights of {count} points averaged over those about them"),
@@ -229,7 +285,11 @@ impl fmt::Display for Figures {
             writeln!(f)?;
         }
         if let Some(count) = self.averaged {
-            writeln!(f, "averaged   {count} of {}", self.kept)?;
+            write!(f, "averaged   {count} of {}", self.kept)?;
+            if let Some(Averages { of, u_median_nm, u_max_nm, .. }) = &self.averages {
+                write!(f, ", {of}, u {u_median_nm:.3} nm, at most {u_max_nm:.3} nm")?;
+            }
+            writeln!(f)?;
         }
         for (split, what) in [
             (&self.by.noise, "points where the noise wants a wider spacing than ε allows"),
@@ -245,7 +305,7 @@ impl fmt::Display for Figures {
             let Sparse { triangles, area_mm2 } = self.sparse;
             writeln!(
                 f,
-                "           {triangles} measured triangles too wide for ε, {area_mm2:.4} mm²"
+                "           {triangles} measured triangles too wide for ε, {area_mm2:.4} mm²: `asphera sampling` says where"
             )?;
         }
         writeln!(f, "written    {}", self.output)

@@ -1,8 +1,11 @@
 //! The local feature size of a part: that of its nominal, kept for the next look, or that of the points.
+//!
+//! [`Remembered::look`] alone decides which of them stands for a part. The sampling report and `asphera reduce` both
+//! ask it, so that the one finds what the other made.
 
 use asphera_form::Pose;
 use asphera_surface::PointMm;
-use asphera_surface::noise::NoiseEstimate;
+use asphera_surface::noise::Noise;
 use rayon::prelude::*;
 
 use super::freeform::{Footprint, Freeform};
@@ -50,8 +53,37 @@ impl Remembered {
         }
     }
 
+    /// Looks for that of a part at its pose: of its nominal, unless that is known from before, else of the points.
+    /// Without a part it is of the points. Says where it comes from: `nominal`, or as [`Lfs::of_points`] does. Fails
+    /// with the reason in words; then nothing is known.
+    pub(super) fn look(
+        &mut self,
+        laid: Option<(&Part, &Pose)>,
+        sampled: Sampled<'_>,
+        noise: Result<Noise, String>,
+        reach_mm: Result<f64, String>,
+    ) -> Result<&'static str, String> {
+        let designed = laid.filter(|(part, _)| part.reference.is_none());
+        let looked = designed.map(|(part, pose)| {
+            let points = sampled.mesh.points();
+            (part.nominal.is_rotational(), self.look_at_nominal(part, points, pose))
+        });
+        let found = match looked {
+            Some((_, Ok(()))) => return Ok("nominal"),
+            Some((true, Err(why))) => Err(why),
+            // No design, or a freeform finer than a raster shows: the points tell more.
+            Some((false, Err(_))) | None => Lfs::of_points(sampled, noise, reach_mm),
+        };
+        let (known, source) = match found {
+            Ok((lfs, source)) => (Known::Points(lfs), Ok(source)),
+            Err(why) => (Known::Nothing, Err(why)),
+        };
+        self.0 = known;
+        source
+    }
+
     /// Looks for that of the nominal, unless it is known. Fails with the reason in words.
-    pub(super) fn look_at_nominal(
+    fn look_at_nominal(
         &mut self,
         part: &Part,
         points: &[PointMm],
@@ -96,20 +128,19 @@ impl Remembered {
 pub(super) enum Lfs {
     Cells(Cells),
     Everywhere(f64),
-    Unknown,
 }
 
 impl Lfs {
     /// What the points say, and where they say it from: `measured` of medial balls, `curvature` where noise
     /// leaves no more than a bound. Fails with the reason in words.
-    pub(super) fn of_points(
+    fn of_points(
         sampled: Sampled<'_>,
-        noise: &Result<NoiseEstimate, String>,
-        reach_mm: &Result<f64, String>,
+        noise: Result<Noise, String>,
+        reach_mm: Result<f64, String>,
     ) -> Result<(Lfs, &'static str), String> {
         let found = match (noise, reach_mm) {
             (Ok(noise), Ok(reach_mm)) => {
-                measured(sampled.mesh.points(), sampled.triangles, noise.noise, *reach_mm)
+                measured(sampled.mesh.points(), sampled.triangles, noise, reach_mm)
             }
             _ => Err("the noise is not known".to_owned()),
         };
@@ -121,11 +152,10 @@ impl Lfs {
     }
 
     /// At a place of the plane, in mm.
-    pub(super) fn at(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
+    fn at(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
         match self {
             Lfs::Cells(cells) => cells.at(x_mm, y_mm),
             Lfs::Everywhere(mm) => Some(*mm),
-            Lfs::Unknown => None,
         }
     }
 }

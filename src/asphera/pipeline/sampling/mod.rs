@@ -19,11 +19,11 @@ mod scale;
 mod wanted;
 mod zones;
 
-use asphera_form::{Nominal, Pose};
+use asphera_form::{Aperture, Nominal, Pose};
+use asphera_surface::noise::Noise;
 use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 
 use self::findings::Look;
-use self::lfs::{Known, Lfs};
 use self::places::Lifted;
 use self::scale::Scale;
 use super::defects::{self, Meshed};
@@ -131,25 +131,10 @@ pub(crate) fn of_part(
     };
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
-    let looked = match part.reference {
-        Some(_) => Err("no design is known".to_owned()),
-        None => remembered.look_at_nominal(part, points, pose).map(|()| "nominal"),
-    };
-    let found = looked.or_else(|why| {
-        if part.reference.is_none() && part.nominal.is_rotational() {
-            return Err(why);
-        }
-        // No design, or a freeform finer than a raster shows: the points tell more.
-        Lfs::of_points(sampled, &noise, &reach_mm).map(|(lfs, source)| {
-            remembered.0 = Known::Points(lfs);
-            source
-        })
-    });
-    let source = found
-        .map_err(|why| {
-            remembered.0 = Known::Nothing;
-            unknown.push(why);
-        })
+    let deviation = noise.as_ref().map(|found| found.noise).map_err(String::clone);
+    let source = remembered
+        .look(Some((part, pose)), sampled, deviation, reach_mm)
+        .map_err(|why| unknown.push(why))
         .ok();
     let reach_mm = remembered.reach_mm(&part.aperture, points, pose);
     let lfs_mm = remembered.lfs_mm(pose);
@@ -159,6 +144,24 @@ pub(crate) fn of_part(
         .findings(lfs_mm, &lifted)
 }
 
+/// The local feature size of a mesh with this noise, as the sampling report takes it: that of a part at its pose, or
+/// of the points. With where it comes from.
+///
+/// # Errors
+///
+/// Why it is not known, in words.
+pub(crate) fn feature_size(
+    sampled: Sampled<'_>,
+    laid: Option<(&Part, &Pose)>,
+    noise: Noise,
+) -> Result<(Remembered, &'static str), String> {
+    let scale = Scale::of(sampled, Wanted::default());
+    let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
+    let mut remembered = Remembered::default();
+    let source = remembered.look(laid, sampled, Ok(noise), reach_mm)?;
+    Ok((remembered, source))
+}
+
 /// Looks at the sampling of a surface of which nothing is known but the points.
 pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let scale = Scale::of(sampled, wanted);
@@ -166,15 +169,13 @@ pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise =
         reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true));
-    let (lfs, source) = match Lfs::of_points(sampled, &noise, &reach_mm) {
-        Ok((lfs, source)) => (lfs, Some(source)),
-        Err(why) => {
-            unknown.push(why);
-            (Lfs::Unknown, None)
-        }
-    };
-    let lfs_mm = |x: f64, y: f64| lfs.at(x, y);
-    let reach_mm = reach::least_at(sampled.mesh.points(), |_| true, lfs_mm);
+    let mut remembered = Remembered::default();
+    let deviation = noise.as_ref().map(|found| found.noise).map_err(String::clone);
+    let source =
+        remembered.look(None, sampled, deviation, reach_mm).map_err(|why| unknown.push(why)).ok();
+    let pose = Pose::default();
+    let reach_mm = remembered.reach_mm(&Aperture::None, sampled.mesh.points(), &pose);
+    let lfs_mm = remembered.lfs_mm(&pose);
     let lifted = Lifted::onto_mesh(*sampled.plane, sampled.mesh);
     let (aperture, zones) = (None, Vec::new());
     Look { sampled, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }

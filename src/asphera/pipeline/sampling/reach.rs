@@ -16,7 +16,7 @@ use super::{CHUNK, Remembered};
 impl Remembered {
     /// The reach of a part at `pose` over its aperture, in mm: infinite over a plane, `None` where it is not known.
     /// Takes time in proportion to the points only where it is theirs.
-    pub(super) fn reach_mm(
+    pub(crate) fn reach_mm(
         &self,
         aperture: &Aperture,
         points: &[PointMm],
@@ -45,7 +45,7 @@ impl Remembered {
 }
 
 /// The smallest local feature size at the points that count, in mm; `None` where it is known at none.
-pub(super) fn least_at(
+fn least_at(
     points: &[PointMm],
     counts: impl Fn(PointMm) -> bool + Sync,
     lfs_mm: impl Fn(f64, f64) -> Option<f64> + Sync,

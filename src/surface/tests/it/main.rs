@@ -1,5 +1,6 @@
 //! Tests of the mesh, its sampling and its raster through the public interface.
 
+mod average;
 mod batches;
 mod changes;
 mod coverage;

@@ -3,8 +3,8 @@
 
 use asphera_surface::noise::{Advice, Along, Noise, assess_spacing};
 use asphera_surface::reduce::{
-    About, Bound, Fate, Keep, Reducer, Spacing, Split, Target, TargetError, average,
-    curvature_bound, reduce, spread,
+    About, Bound, Fate, Keep, Reducer, Spacing, Split, Target, TargetError, curvature_bound,
+    reduce, spread,
 };
 use asphera_surface::{Criteria, Mesh, PointMm, Rejection, VertexId, assess};
 use proptest::prelude::*;
@@ -27,7 +27,7 @@ fn chosen(points: &[PointMm], kept: &[VertexId]) -> Vec<PointMm> {
     kept.iter().map(|&index| points[index as usize]).collect()
 }
 
-fn thinned(points: &[PointMm], spacing_mm: f64) -> Vec<PointMm> {
+pub(crate) fn thinned(points: &[PointMm], spacing_mm: f64) -> Vec<PointMm> {
     let spacing = Spacing::given(spacing_mm).expect("a length");
     let mut reducer = Reducer::new();
     points.iter().for_each(|&point| _ = reducer.take(point, spacing));
@@ -362,6 +362,8 @@ fn where_noise_and_epsilon_disagree_the_noise_prevails_and_is_counted() {
     let (overdense, reached) = condition(&kept, &target, lfs_mm);
     assert_eq!(overdense, 0.0);
     assert!(reached > 0.001, "{reached}");
+    let short = reduction.shortfall.unwrap();
+    assert!(short.facets > 0 && short.epsilon_max > 0.001, "{short:?}");
 }
 
 #[test]
@@ -371,6 +373,8 @@ fn a_cloud_not_dense_enough_is_kept_whole_and_said_so() {
     let target = Target::new(0.001, 100.0).unwrap();
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| Some(1.0));
     assert_eq!(reduction.kept.len(), points.len());
+    // Nothing was dropped that could mend it.
+    assert_eq!(reduction.shortfall, None);
     assert_eq!(reduction.tally.sparse, Split { kept: 2500, dropped: 0 });
     assert_eq!(reduction.sparse_triangles, mesh.counts().triangles);
     assert!((reduction.sparse_area_mm2 - mesh.area().projected_mm2).abs() < 1e-12);
@@ -528,62 +532,4 @@ fn over(side_mm: f64, height_mm: impl Fn(f64, f64) -> f64) -> Vec<PointMm> {
     let half_mm = 0.5 * side_mm;
     let sampled = Sampled::Raster { along: 160, across: 160 };
     over_square(sampled, side_mm, |x, y| height_mm(x - half_mm, y - half_mm))
-}
-
-#[test]
-fn averages_have_the_uncertainty_they_state() {
-    let sigma_mm = 50e-6;
-    let radius_mm = 50.0;
-    let truth = scattered(200_000, 2.0, 13);
-    let mut random = Random::new(14);
-    let noisy: Vec<PointMm> =
-        truth.iter().map(|&[x, y, z]| [x, y, z + sigma_mm * random.normal()]).collect();
-    for (spacing_mm, largest_u_mm) in [(0.02, 0.45 * sigma_mm), (0.2, 0.1 * sigma_mm)] {
-        let mut reducer = Reducer::new();
-        for &point in &noisy {
-            reducer.take(point, Spacing::given(spacing_mm).unwrap());
-        }
-        let kept = reducer.points();
-        let found = average(&noisy, kept, sigma_mm, |_| Some(radius_mm));
-        assert_eq!(found.points.iter().map(|p| p.measurements).sum::<u64>(), 200_000);
-        let mut squares = Vec::new();
-        for ((point, &before), &arrival) in found.points.iter().zip(kept).zip(reducer.arrivals()) {
-            assert_eq!(point.point_mm[..2], before[..2]);
-            let error_mm = point.point_mm[2] - truth[arrival as usize][2];
-            squares.push((error_mm / point.u_mm).powi(2));
-        }
-        let reduced = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        let allowed = 0.02 + 3.0 / (2.0 * squares.len() as f64).sqrt();
-        assert!((reduced - 1.0).abs() < allowed, "{spacing_mm}: {reduced}, {} kept", squares.len());
-        let mut u_mm: Vec<f64> = found.points.iter().map(|point| point.u_mm).collect();
-        u_mm.sort_by(f64::total_cmp);
-        assert!(u_mm[u_mm.len() / 2] < largest_u_mm, "{spacing_mm}: {}", u_mm[u_mm.len() / 2]);
-    }
-}
-
-#[test]
-fn averages_shift_a_smooth_surface_by_no_more_than_they_state() {
-    let radius_mm = 50.0;
-    let points = scattered(20_000, 2.0, 15);
-    for (spacing_mm, sigma_mm) in [(0.05, 1e-3), (0.3, 1e-3), (0.3, 0.0)] {
-        let kept = thinned(&points, spacing_mm);
-        let found = average(&points, &kept, sigma_mm, |_| Some(radius_mm));
-        assert!(found.averaged * 10 > 9 * kept.len() as u64);
-        for (point, before) in found.points.iter().zip(&kept) {
-            let shift_mm = (point.point_mm[2] - before[2]).abs();
-            // A quadric on the sphere leaves the fourth order alone.
-            let allowed_mm = point.bias_bound_mm.unwrap_or(1e-7);
-            assert!(shift_mm <= allowed_mm + 1e-13, "{spacing_mm}: {shift_mm} {point:?}");
-        }
-    }
-}
-
-#[test]
-fn a_point_without_surroundings_stays_as_it_was() {
-    let kept = [[0.0, 0.0, 1.0], [10.0, 0.0, 2.0]];
-    let points = [kept[0], kept[1], [0.1, 0.0, 5.0], [0.2, 0.0, 9.0]];
-    let found = average(&points, &kept, 1e-3, |_| None);
-    assert_eq!(found.averaged, 0);
-    assert_eq!(found.points.iter().map(|p| p.point_mm).collect::<Vec<_>>(), kept);
-    assert!(found.points.iter().all(|p| p.u_mm == 1e-3 && p.measurements == 1));
 }
