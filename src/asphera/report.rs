@@ -148,7 +148,7 @@ pub struct FitFigures {
     /// Every free parameter: value, unit and standard uncertainty (k = 1). Shifts and turns are those against
     /// the plane of projection, which along z is the measured frame.
     pub parameters: BTreeMap<String, ParameterFigures>,
-    /// Free parameters the points do not determine; they stayed at their start.
+    /// Free parameters the points do not determine, and motions of several of them in words; they stayed at their start.
     pub indeterminate: Vec<String>,
     /// Pose of the part in the measured frame.
     pub pose: PoseFigures,

@@ -163,7 +163,8 @@ pub(super) fn of_fit(out: &mut String, details: &FitDetails) -> Result {
             if caution.forbids_verdict { " No verdict can be given." } else { "" }
         )?;
     }
-    for lacks in &details.undetermined {
+    // Of a combination the caution says all.
+    for lacks in details.undetermined.iter().filter(|lacks| !lacks.combined) {
         writeln!(
             out,
             "<p class=\"note\"><b>{}</b> is not determined {}: the points do not feel {}.</p>",

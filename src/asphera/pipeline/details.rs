@@ -7,7 +7,7 @@ use asphera_form::figures::{
     radial_profile,
     remove, rms, robust_peak_to_valley, slopes,
 };
-use asphera_form::{Fit, Nominal, Pose};
+use asphera_form::{Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};
 
 use super::standards;
@@ -30,13 +30,21 @@ pub(super) struct FormDetails {
     noise_nm: Option<f64>,
 }
 
+/// The deviation that A, B, C and their RMS are formed of, and the nominal it is from.
+pub(super) struct Indicated<'a> {
+    pub(super) sample: &'a Sample,
+    pub(super) nominal: &'a Nominal,
+    /// Whether the shape was free and is held at the design here.
+    pub(super) from_design: bool,
+}
+
 /// Details of the deviations of `points`, in the frame the fit was made in. A point without a deviation has
 /// NaN; `rms_nm` is their RMS over the points. `noise_nm` is the noise of a point, where it is known. Takes time in
 /// proportion to the points, the most of it for the Fringe terms.
 pub(super) fn details(
     part: &Part,
-    fit: &Fit,
     sample: &Result<Sample, SampleError>,
+    indicated: Result<Indicated<'_>, String>,
     areas_mm2: &[f64],
     rms_nm: f64,
     noise_nm: Option<f64>,
@@ -46,7 +54,7 @@ pub(super) fn details(
         Ok(sample) => {
             // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
             let weighted = sample.indices().iter().any(|&index| areas_mm2[index] > 0.0);
-            details.fill(part, fit, sample, weighted, rms_nm);
+            details.fill(part, sample, indicated, weighted, rms_nm);
         }
         Err(error) => details.unknown.push(format!("figures of the form: {error}")),
     }
@@ -93,7 +101,14 @@ pub(super) fn areas_mm2(
 }
 
 impl FormDetails {
-    fn fill(&mut self, part: &Part, fit: &Fit, sample: &Sample, weighted: bool, rms_nm: f64) {
+    fn fill(
+        &mut self,
+        part: &Part,
+        sample: &Sample,
+        indicated: Result<Indicated<'_>, String>,
+        weighted: bool,
+        rms_nm: f64,
+    ) {
         let as_fitted = if weighted { "as fitted" } else { "as fitted, every point counted alike" };
         let fringe = fringe_fit(sample, part.figures.zernike);
         for (name, figure) in [
@@ -106,14 +121,7 @@ impl FormDetails {
         ] {
             self.take(name, figure, as_fitted);
         }
-        match decompose(sample, approximation(&fit.nominal), None) {
-            Ok(parts) => {
-                let asked = part.judging.indication.as_ref();
-                self.standards.indication = Some(standards::found(&parts, asked));
-                parts.figures().into_iter().for_each(|found| self.put(found, as_fitted.to_owned()));
-            }
-            Err(why) => self.lacks("A, B, C and their RMS", &why),
-        }
+        self.indication(part, indicated, as_fitted);
         self.slopes(sample, part);
         self.remainders(sample);
         if let Some(terms) = part.figures.q_terms {
@@ -139,6 +147,30 @@ impl FormDetails {
             Err(why) => self.lacks("radial profile", &why),
         }
         self.histogram = histogram(sample.values_nm());
+    }
+
+    fn indication(
+        &mut self,
+        part: &Part,
+        indicated: Result<Indicated<'_>, String>,
+        as_fitted: &str,
+    ) {
+        let found = indicated.and_then(|Indicated { sample, nominal, from_design }| {
+            let parts = decompose(sample, approximation(nominal), None);
+            parts.map(|parts| (parts, from_design)).map_err(|why| why.to_string())
+        });
+        match found {
+            Ok((parts, from_design)) => {
+                let asked = part.judging.indication.as_ref();
+                self.standards.indication = Some(standards::found(&parts, asked));
+                let variant = match from_design {
+                    true => as_fitted.replace("as fitted", "against the design, shape held"),
+                    false => as_fitted.to_owned(),
+                };
+                parts.figures().into_iter().for_each(|found| self.put(found, variant.clone()));
+            }
+            Err(why) => self.unknown.push(format!("A, B, C and their RMS: {why}")),
+        }
     }
 
     /// Slopes over the length that the nominal file states, else over a twentieth of the aperture's width: ISO
@@ -319,7 +351,7 @@ const MOST_BINS: f64 = 64.0;
 #[cfg(test)]
 mod tests {
     use asphera_form::basis::{Normalisation, zernike_value};
-    use asphera_form::{FitSettings, fit};
+    use asphera_form::{Fit, FitSettings, fit};
     use proptest::prelude::*;
 
     use super::*;
@@ -365,7 +397,12 @@ mod tests {
         // The fit must not move the part, whose deviations are given.
         let fit = Fit { pose: Pose::default(), ..fit };
         let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
-        details(part, &fit, &sample, areas_mm2, 0.0, None)
+        let indicated = sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
+            sample,
+            nominal: &fit.nominal,
+            from_design: false,
+        });
+        details(part, &sample, indicated, areas_mm2, 0.0, None)
     }
 
     fn value(details: &FormDetails, name: &str, variant: &str) -> f64 {

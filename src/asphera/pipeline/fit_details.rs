@@ -2,6 +2,7 @@
 
 use asphera_form::{Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Undetermined};
 
+use super::design;
 use super::figures::made_from_points;
 use super::running::MadeReference;
 use crate::config::{Criterion, Part, Weights};
@@ -11,14 +12,18 @@ use crate::report::{
 };
 
 /// Of the final fit.
-pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>) -> FitDetails {
+pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>, part: &Part) -> FitDetails {
     FitDetails {
         converged: Some(fit.termination.is_converged()),
         evaluations: Some(fit.evaluations as u64),
         condition: Some(fit.condition).filter(|condition| condition.is_finite()),
         dof: Some(fit.dof as u64),
         sigma_nm: (fit.dof > 0).then_some(1e6 * fit.sigma_mm),
-        cautions: fit.cautions.iter().map(caution).chain(of_reference(reference)).collect(),
+        cautions: (fit.cautions.iter().map(caution))
+            .chain(combinations(&fit.undetermined))
+            .chain(design::caution(part))
+            .chain(of_reference(reference))
+            .collect(),
         weakest: fit.weakest.as_ref().map(combination),
         undetermined: undetermined(&fit.undetermined, &fit.nominal),
         covariance: fit.covariance.as_ref().map(|found| covariance(found, fit)),
@@ -34,7 +39,11 @@ pub(super) fn of_running(
 ) -> FitDetails {
     let named = reference.map_or(&estimate.nominal, |reference| &reference.base_fit.nominal);
     FitDetails {
-        cautions: provisional(estimate, part).into_iter().chain(of_reference(reference)).collect(),
+        cautions: (provisional(estimate, part).into_iter())
+            .chain(combinations(&estimate.undetermined))
+            .chain(design::caution(part))
+            .chain(of_reference(reference))
+            .collect(),
         undetermined: undetermined(&estimate.undetermined, named),
         ..FitDetails::default()
     }
@@ -82,6 +91,8 @@ fn combination(combination: &Combination) -> CombinationFigures {
 fn undetermined(all: &[Undetermined], nominal: &Nominal) -> Vec<UndeterminedFigures> {
     let figures = |one: &Undetermined| UndeterminedFigures {
         parameter: one.parameter.name(nominal),
+        text: one.text.clone(),
+        combined: one.is_combined,
         by_shape: one.by_shape,
         combination: combination(&one.combination),
     };
@@ -118,6 +129,17 @@ pub(super) fn add(figures: &mut CovarianceFigures, further: &Covariance) {
             *entry = correlation.is_finite().then(|| correlation.clamp(-1.0, 1.0));
         }
     }
+}
+
+/// Combinations of motions at their start: the aperture's place rests on them.
+fn combinations(all: &[Undetermined]) -> impl Iterator<Item = CautionFigures> {
+    let combined = all.iter().filter(|one| one.is_combined);
+    combined.map(|one| mild("held_combination", one.text.clone()))
+}
+
+/// What stayed at its start, each in a few words.
+pub(super) fn held(all: &[Undetermined]) -> Vec<String> {
+    all.iter().map(|one| one.what.clone()).collect()
 }
 
 /// Of a surface that was made from the points.
@@ -171,7 +193,8 @@ mod tests {
         points[57][2] = 3.0;
         let free = vec![Parameter::Tx, Parameter::Tz, Parameter::Ry];
         let settings = FitSettings { free, loss: Loss::TUKEY, ..FitSettings::default() };
-        let told = of_fit(&fit(&points, &Nominal::Plane, &settings).unwrap(), None);
+        let part = Part::parse("flat.toml", "[surface]\nkind = \"plane\"\n").unwrap();
+        let told = of_fit(&fit(&points, &Nominal::Plane, &settings).unwrap(), None, &part);
         let [lacks] = &told.undetermined[..] else { panic!("{:?}", told.undetermined) };
         assert_eq!((&lacks.parameter[..], lacks.by_shape), ("tx", true));
         assert_eq!(lacks.combination.shares[0].parameter, "tx");

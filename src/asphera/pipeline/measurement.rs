@@ -8,7 +8,8 @@ use asphera_surface::{Mesh, PointMm};
 use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
 use super::defects::{self, Meshed};
-use super::details::{areas_mm2, details, places_mm, sample};
+use super::design::Design;
+use super::details::{Indicated, areas_mm2, details, places_mm, sample};
 use super::deviation_map::DeviationMap;
 use super::errors::Errors;
 use super::figures;
@@ -136,14 +137,19 @@ pub(super) fn measure(
         None => errors.noise_nm(),
     };
     let sample = sample(&part, &pose, mesh.points(), &deviations_mm, &areas_mm2);
+    let design =
+        fitted.as_ref().ok().and_then(|fitted| Design::new(&part, &mesh, fitted, &areas_mm2));
     let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        figures::form(
-            &part,
-            fitted,
-            found,
-            details(&part, &fitted.fit, &sample, &areas_mm2, found.rms_nm, noise_nm),
-            &plane,
-        )
+        let indicated = match &design {
+            Some(design) => design.as_ref().map_err(Clone::clone).and_then(Design::indicated),
+            None => sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
+                sample,
+                nominal: &fitted.fit.nominal,
+                from_design: false,
+            }),
+        };
+        let details = details(&part, &sample, indicated, &areas_mm2, found.rms_nm, noise_nm);
+        figures::form(&part, fitted, found, details, &plane)
     });
     // Without a fit no deviation is known.
     let counted = result.ok().and(sample.as_ref().ok());
@@ -175,12 +181,12 @@ pub(super) fn measure(
         let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
         correlated::tell(form, &part, fitted, (mesh.points(), &deviations_mm), assessed);
     }
-    let unmeasured = match (result.as_ref().ok(), found.as_ref()) {
-        (Some(fit), Some(found)) => {
+    let unmeasured_of = |fit: Option<&Fit>, deviations_mm: &[f64], found: Option<&Figures>| {
+        if let (Some(fit), Some(found)) = (fit, found) {
             let places_mm = places_mm(&fit.pose, mesh.points());
             let laid = Laid {
                 places_mm: &places_mm,
-                deviations_mm: &deviations_mm,
+                deviations_mm,
                 sampling: &sampling,
                 zones: &zones,
                 most_bent: usize::MAX,
@@ -193,7 +199,7 @@ pub(super) fn measure(
                 let (nominal, pose) = (&fit.nominal, &fit.pose);
                 forecast(
                     &places_mm,
-                    &deviations_mm,
+                    deviations_mm,
                     &part.aperture,
                     nominal,
                     pose,
@@ -203,9 +209,15 @@ pub(super) fn measure(
             });
             let limits: Vec<&Limit> = part.judging.limits.iter().map(|(_, limit)| limit).collect();
             Unmeasured::of(&part, &limits, &laid, found.rms_nm, forecast.as_ref())
+        } else {
+            Unmeasured::default()
         }
-        _ => Unmeasured::default(),
     };
+    let unmeasured = unmeasured_of(result.as_ref().ok().copied(), &deviations_mm, found.as_ref());
+    let of_design = design.as_ref().and_then(|design| design.as_ref().ok());
+    let unmeasured_of_design = of_design.map(|design| {
+        unmeasured_of(Some(design.fit), &design.deviations_mm, design.found.as_ref())
+    });
     if let Some(form) = &mut form {
         if let Some(known) = &known {
             uncertainties::tell_noise(form, known);
@@ -225,7 +237,8 @@ pub(super) fn measure(
     let mut compared = match &assessed {
         None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
         Some(Ok(assessed)) => {
-            uncertainties::compare(&part, assessed, &areas_mm2, &unmeasured, figures)
+            let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
+            uncertainties::compare(&part, assessed, &areas_mm2, [&unmeasured, hidden], figures)
         }
         Some(Err(error)) => uncertainties::unknown(error),
     };

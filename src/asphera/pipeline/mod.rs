@@ -8,6 +8,7 @@ mod cells;
 mod correlated;
 mod cutting;
 mod defects;
+mod design;
 mod details;
 mod deviation_map;
 mod errors;

@@ -1,11 +1,11 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::{Definition, Unit};
+use asphera_form::figures::{Definition, Subject, Treatment, Unit};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
-    uncertainty,
+    uncertainty as uncertainty_of,
 };
-use asphera_form::verdict::{Guard, Judged, Limit, LimitError, Over, judge};
+use asphera_form::verdict::{Decision, Guard, Judged, Limit, LimitError, Over, judge};
 use asphera_form::{Aperture, Covariance, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
@@ -22,6 +22,8 @@ use crate::report::{
 /// The uncertainties of a part.
 pub(super) struct Assessed {
     pub(super) uncertainty: Uncertainty,
+    /// Against the design, where the shape was free and limits refer to it; else why it is not known.
+    design: Option<Result<Uncertainty, String>>,
     pv: Simulated,
     pub(super) draws: Draws,
     /// Whether averages and parameters count the places that were taken.
@@ -32,6 +34,16 @@ impl Assessed {
     /// Covariance of the parameters by the whole budget.
     pub(super) fn covariance(&self) -> &Covariance {
         &self.uncertainty.covariance
+    }
+
+    /// The uncertainty that a limit is judged by, and whether it is against the design.
+    fn uncertainty_for(&self, limit: &Limit, part: &Part) -> Result<(&Uncertainty, bool), String> {
+        match (&self.design, limit.definition.subject().treatment(&part.free)) {
+            (Some(design), Treatment::FromDesign) => {
+                design.as_ref().map(|found| (found, true)).map_err(Clone::clone)
+            }
+            _ => Ok((&self.uncertainty, false)),
+        }
     }
 
     /// The part of it that long waves and the machine make.
@@ -73,15 +85,26 @@ pub(super) fn assess(
     };
     let budget = Budget { effects, noise, ..budget.clone() };
     let assessed = || {
-        let uncertainty = uncertainty(points, &fitted.fit, &part.aperture, weights, &budget)?;
-        let uncertainty = match places {
+        let over = |uncertainty: Uncertainty| match places {
             Some(places) => uncertainty.over(places),
             None => uncertainty,
         };
+        let uncertainty = uncertainty_of(points, &fitted.fit, &part.aperture, weights, &budget)?;
+        let uncertainty = over(uncertainty);
         let pv = uncertainty.peak_to_valley_nm(draws)?;
+        let refers = |limit: &Limit| {
+            limit.definition.subject().treatment(&part.free) == Treatment::FromDesign
+        };
+        let is_needed = part.judging.limits.iter().any(|(_, limit)| refers(limit));
+        let design = fitted.design.as_ref().filter(|_| is_needed).map(|_| {
+            let fit = fitted.fit_for(Subject::Indication, part)?;
+            uncertainty_of(points, fit, &part.aperture, weights, &budget)
+                .map(over)
+                .map_err(|error| error_chain(&error))
+        });
         let of_parameters = places.is_some_and(Places::is_of_fit);
         let places = [places.is_some(), of_parameters];
-        Ok(Assessed { uncertainty, pv, draws: *draws, places })
+        Ok(Assessed { uncertainty, design, pv, draws: *draws, places })
     };
     Some(assessed())
 }
@@ -101,7 +124,7 @@ pub(super) fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
 
 /// Writes the uncertainties beside the figures.
 pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
-    let Assessed { uncertainty, pv, draws, places: [of_averages, of_parameters] } = assessed;
+    let Assessed { uncertainty, pv, draws, places: [of_averages, of_parameters], .. } = assessed;
     let model = errors::model(part);
     if !uncertainty.parameters.is_empty() {
         let covers = FitDetails::covers_part(model, *of_parameters);
@@ -151,13 +174,14 @@ pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
     form.deviation.uncertainty = Some(known.figures(form.deviation.pv_nm, true));
 }
 
-/// The verdict by limits and guard band, what is not measured regarded.
+/// The verdict by limits and guard band, what is not measured regarded: of the deviation the fit leaves, and of that from
+/// the design.
 /// Figures of zones are added to `figures`; others that have a limit get their uncertainty there.
 pub(super) fn compare(
     part: &Part,
     assessed: &Assessed,
     areas_mm2: &[f64],
-    unmeasured: &Unmeasured,
+    unmeasured: [&Unmeasured; 2],
     figures: &mut Vec<FormFigure>,
 ) -> Verdict {
     let plain = [
@@ -167,52 +191,68 @@ pub(super) fn compare(
     let plain =
         plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
     let named: Vec<(String, Limit)> = plain.chain(part.judging.limits.iter().cloned()).collect();
-    let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
     let guard = part.judging.guard.unwrap_or(Guard::None);
-    let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
-    let hidden = |limit: &Limit| unmeasured.hidden(limit);
-    let model = errors::model(part);
     let over = Over { aperture: &part.aperture, areas_mm2: Some(areas_mm2) };
-    match judge(&limits, uncertainty, &part.nominal, over, draws, guard, hidden) {
-        Ok(judged) => {
-            judged.iter().for_each(|judged| beside(judged, figures));
-            figures.extend(judged.iter().filter_map(of_zone));
-            let found = named.into_iter().zip(judged.into_iter().map(|judged| judged.decision));
-            let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
-            for ((name, limit), decision) in found {
-                match decision {
-                    Ok(decision) => {
-                        if let Some(doubt) = decision.doubt {
-                            super::undecide(&mut verdict, said(&name, &limit, doubt, unmeasured));
-                        }
-                        if decision.status == FormStatus::Fail {
-                            verdict.status = Status::Fail;
-                        }
-                        let guarded = part.judging.guard.is_some();
-                        verdict.checks.push(Check {
-                            name,
-                            limit: decision.limit,
-                            value: decision.finding.value,
-                            ok: decision.status == FormStatus::Pass,
-                            u: decision.finding.u,
-                            u_covers: decision.finding.u.map(|_| {
-                                errors::covers(model, limit.definition, assessed.places[0])
-                            }),
-                            guard_band: decision.band.filter(|_| guarded),
-                            rule: guarded.then(|| guard.to_string()),
-                            hidden: decision.finding.hidden,
-                            doubt: decision.doubt.map(|doubt| doubt.to_string()),
-                        });
+    let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
+    if named.is_empty() && !part.judging.has_limits_of_standards() {
+        super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
+    }
+    for (name, limit) in named {
+        let (uncertainty, unmeasured) = match assessed.uncertainty_for(&limit, part) {
+            Ok((uncertainty, from_design)) => (uncertainty, unmeasured[usize::from(from_design)]),
+            Err(why) => {
+                super::undecide(&mut verdict, format!("{name}: {why}"));
+                continue;
+            }
+        };
+        let hidden = |limit: &Limit| unmeasured.hidden(limit);
+        let draws = &assessed.draws;
+        let judged = judge(&[limit], uncertainty, &part.nominal, over, draws, guard, hidden);
+        let judged = match judged {
+            Ok(judged) => judged,
+            Err(error) => return without(&error),
+        };
+        judged.iter().for_each(|judged| beside(judged, figures));
+        figures.extend(judged.iter().filter_map(of_zone));
+        for Judged { decision, .. } in judged {
+            match decision {
+                Ok(decision) => {
+                    if let Some(doubt) = decision.doubt {
+                        super::undecide(&mut verdict, said(&name, &limit, doubt, unmeasured));
                     }
-                    Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
+                    if decision.status == FormStatus::Fail {
+                        verdict.status = Status::Fail;
+                    }
+                    let covers = errors::covers(errors::model(part), limit.definition, assessed.places[0]);
+                    verdict.checks.push(check(&name, &decision, guard, part, covers));
                 }
+                Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
             }
-            if limits.is_empty() && !part.judging.has_limits_of_standards() {
-                super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
-            }
-            verdict
         }
-        Err(error) => without(&error),
+    }
+    verdict
+}
+
+/// A decision as a report has it.
+fn check(
+    name: &str,
+    decision: &Decision,
+    guard: Guard,
+    part: &Part,
+    covers: String,
+) -> Check {
+    let guarded = part.judging.guard.is_some();
+    Check {
+        name: name.to_owned(),
+        limit: decision.limit,
+        value: decision.finding.value,
+        ok: decision.status == FormStatus::Pass,
+        u: decision.finding.u,
+        u_covers: decision.finding.u.map(|_| covers),
+        guard_band: decision.band.filter(|_| guarded),
+        rule: guarded.then(|| guard.to_string()),
+        hidden: decision.finding.hidden,
+        doubt: decision.doubt.map(|doubt| doubt.to_string()),
     }
 }
 

@@ -103,7 +103,7 @@ pub struct CorrelationFigures {
 /// Something that makes the figures doubtful or surprising.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CautionFigures {
-    /// `upside_down`, `mirrored`, `beyond_domain`, `units`, `ill_conditioned` or `correlated`; of a surface without a design `made_from_points`
+    /// `upside_down`, `mirrored`, `beyond_domain`, `units`, `ill_conditioned`, `held_combination`, `free_shape` or `correlated`; of a surface without a design `made_from_points`
     /// and `coarse_knots`; of running figures `provisional`.
     pub kind: String,
     /// In a sentence, with its numbers.
@@ -133,11 +133,17 @@ pub struct ShareFigures {
     pub share: f64,
 }
 
-/// A free parameter that stayed at its start.
+/// A free parameter, or a combination of motions, that stayed at its start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UndeterminedFigures {
-    /// Its name.
+    /// Its name; of a combination that of the parameter with the largest part.
     pub parameter: String,
+    /// In a sentence, as the motion it is.
+    #[serde(default)]
+    pub text: String,
+    /// Whether it is a combination, in which other parameters have their parts.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub combined: bool,
     /// Whether no points on this nominal could determine it beside the others: a sphere does not feel a turn.
     /// Otherwise points elsewhere could.
     pub by_shape: bool,

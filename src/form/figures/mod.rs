@@ -55,6 +55,7 @@ mod q_spectrum;
 mod removal;
 mod sample;
 mod slope;
+mod subject;
 mod unknown;
 
 pub use aberration::{Aberrations, Directed, SpectrumLine};
@@ -75,4 +76,5 @@ pub use q_spectrum::{QSpectrum, SeriesSlope, q_spectrum};
 pub use removal::{Removed, Term, Terms, remove};
 pub use sample::{LeftOut, Sample, SampleError};
 pub use slope::{SlopeFigure, SlopeSettings, Slopes, slopes};
+pub use subject::{Subject, Treatment, is_motion};
 pub use unknown::{SettingError, Unknown};

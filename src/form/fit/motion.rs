@@ -103,7 +103,7 @@ impl Motion {
             }
         }
         let screw = if pitch.abs() > NEAR * (1.0 + length(place)) {
-            format!(", with a shift of {:.4} mm a rad along it,", pitch)
+            format!(", with a shift of {pitch:.4} mm a rad along it,")
         } else {
             String::new()
         };

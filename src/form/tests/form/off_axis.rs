@@ -69,7 +69,7 @@ fn truths() -> Vec<(Pose, f64)> {
     ]
 }
 
-/// Before, `ry` was held: the aperture slid by 0.40, 0.91, 4.2 and 0 mm.
+/// Before, `ry` was held: the aperture slid by 0.40, 0.91, 4.28 and 0 mm.
 #[test]
 fn the_turn_about_the_parents_axis_stays_at_its_start_and_the_aperture_on_the_part() {
     let [vertex, axis] = parent();
