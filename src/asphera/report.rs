@@ -300,6 +300,17 @@ impl UncertaintyFigures {
         }
     }
 
+    /// What an uncertainty by a model covers of a figure of points that is held against that of the area.
+    pub(crate) fn covers_difference(model: &str, counted: bool) -> String {
+        if !counted {
+            return UncertaintyFigures::covers_area(model, false);
+        }
+        format!(
+            "{}; of the places only how far the figure is from that of the area",
+            errors_of(model)
+        )
+    }
+
     fn budget() -> String {
         UncertaintyFigures::BUDGET.to_owned()
     }

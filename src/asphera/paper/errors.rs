@@ -94,13 +94,13 @@ pub(super) fn of_parameters(out: &mut String, fit: &FitFigures) -> Result {
             " It tells how far the best fit to this very part changes with the points that were taken of it.",
         );
     }
-    if let Some(covers) = &fit.details.expanded_covers {
-        write!(out, " Expanded uncertainties (95 %, report.json) cover {}.", text(covers))?;
-    }
     match &fit.details.correlation {
         Some(found) if found.counted => correlation(out, found)?,
         Some(found) => by_form(out, fit, found)?,
         None => {}
+    }
+    if let Some(covers) = &fit.details.expanded_covers {
+        write!(out, " Expanded uncertainties (95 %, report.json) cover {}.", text(covers))?;
     }
     out.push_str("</p>\n");
     Ok(())

@@ -103,9 +103,11 @@ fn compare(form: &mut FormFigures, part: &Part, seen: &TypeA) {
         return;
     }
     let told = |parameter: Parameter| form.fit.parameters.get(&parameter.name(&part.nominal));
-    let Some((parameter, ratio)) = largest_ratio(seen, |parameter| told(parameter)?.u) else {
-        return;
-    };
+    // Where the shape is free, it is what the deviations are about.
+    let shape_is_free = seen.parameters.iter().any(|of| is_of_shape(of.parameter));
+    let counts = |parameter: Parameter| is_of_shape(parameter) || !shape_is_free;
+    let of_those = |parameter| told(parameter).filter(|_| counts(parameter))?.u;
+    let Some((parameter, ratio)) = largest_ratio(seen, of_those) else { return };
     if ratio < LEAST_RATIO {
         return;
     }
@@ -357,9 +359,13 @@ mod tests {
         let both = measured(20.0, &format!("{rest}square_xz_arcsec = 2\n")).form.unwrap();
         let machine = measured(20.0, "[uncertainty]\nsquare_xz_arcsec = 2\nnoise_nm = 0\n");
         let machine = machine.form.unwrap();
+        // Beside the machine a budget counts the places; form error drawn anew does not.
+        let places = measured(20.0, "[uncertainty]\nnoise_nm = 1e-6\n").form.unwrap();
         for (name, of) in &both.fit.parameters {
-            let [a, b] = [&alone, &machine].map(|form| form.fit.parameters[name].u.unwrap());
-            assert!((of.u.unwrap() / a.hypot(b) - 1.0).abs() < 1e-9, "{name}");
+            let [a, b, c] =
+                [&alone, &machine, &places].map(|form| form.fit.parameters[name].u.unwrap());
+            let square = a * a + b * b - c * c;
+            assert!((of.u.unwrap() / square.sqrt() - 1.0).abs() < 1e-5, "{name}");
         }
         let model = both.fit.details.u_model.as_deref();
         assert_eq!(model, Some(FitDetails::BY_DEVIATIONS_AND_MACHINE));

@@ -92,7 +92,7 @@ pub struct CorrelationFigures {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub independent_p: Option<f64>,
     /// How many times u by the deviations is that of independent ones, of the parameter where it is the most; where it is not
-    /// counted, how many times that told.
+    /// counted, how many times that told, of those of the shape where any is free.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_ratio: Option<f64>,
     /// Which parameter.

@@ -96,6 +96,7 @@ impl Definition {
             | Definition::RmsIrregularity
             | Definition::RmsVariant => Subject::Indication,
             Definition::PeakToValley
+            | Definition::RmsOverPoints
             | Definition::RmsAboutZero
             | Definition::RmsAboutMean
             | Definition::RobustPeakToValley { .. }
