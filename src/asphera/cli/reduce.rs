@@ -17,8 +17,12 @@ use clap::{ArgGroup, Args, ValueEnum};
 use super::exit::Exit;
 use super::files::{part, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
+<<<<<<< ours
 use super::text::TextArgs;
 use crate::pipeline::{Sampled, feature_size};
+=======
+use crate::pipeline::{Readings, Sampled, feature_size};
+>>>>>>> theirs
 use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
 use laid::Laid;
 use limits::Limits;
@@ -116,6 +120,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         )
         .into());
     }
+    let readings = Readings { noise: deviation, wrong_share: noise.outlier_share.unwrap_or(0.0) };
     let designed = part.as_ref().filter(|part| part.reference.is_none());
     let laid = designed
         .map(|part| Laid::new(part, points))
@@ -123,7 +128,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
     let at = laid.as_ref().map(|laid| (laid.part, &laid.pose));
-    let (known, lfs_source) = feature_size(sampled, at, deviation)
+    let (known, lfs_source) = feature_size(sampled, at, readings)
         .map_err(|error| format!("{name}: {error}; give the surface with --nominal"))?;
     let (pose, aperture) = laid
         .as_ref()
@@ -176,7 +181,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// What is asked for where the local feature size is taken as no more than `lfs_max_mm`.
+/// The target where the local feature size is taken as no more than `lfs_max_mm`.
 fn target(args: &ReduceArgs, limits: &Limits, lfs_max_mm: f64) -> Result<Target, Failure> {
     let target = Target::new(limits.share, lfs_max_mm)?.keeping(args.keep.into());
     Ok(match args.tilt {

@@ -50,11 +50,11 @@ pub(crate) use judgement::{doubt, undecide};
 pub use measurement::Measurement;
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 pub use removal::{FormViewAnswer, RemovalError};
-pub(crate) use sampling::{Sampled, feature_size};
 pub use sampling::{
     MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
     sampling_of_points,
 };
+pub(crate) use sampling::{Readings, Sampled, feature_size};
 
 use crate::config::{Part, Weights};
 use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};

@@ -23,11 +23,11 @@ pub(super) struct Mending<'a, L, N> {
     pub(super) narrowest_mm: N,
 }
 
-/// What mending did.
+/// The outcome of mending.
 pub(super) struct Mended {
     /// The points that were added.
     pub(super) added: Vec<VertexId>,
-    /// What it could not mend.
+    /// The facets it could not mend.
     pub(super) shortfall: Option<Shortfall>,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct Figures {
     pub(super) spacing: Option<Spacings>,
     /// How many kept points were averaged; absent where averaging was not asked for.
     pub(super) averaged: Option<u64>,
-    /// What the averages are; absent with it.
+    /// Figures of the averages; absent with it.
     pub(super) averages: Option<Averages>,
     pub(super) before: Condition,
     pub(super) after: Condition,
@@ -124,7 +124,7 @@ pub(super) struct Spacings {
 /// Heights that were averaged.
 #[derive(Serialize)]
 pub(super) struct Averages {
-    /// What was averaged: `heights`, or `deviations` from the nominal.
+    /// `heights`, or `deviations` from the nominal.
     of: &'static str,
     /// Half of the heights have this standard uncertainty or less, the bias included.
     u_median_nm: f64,
@@ -153,7 +153,7 @@ pub(super) struct Condition {
 }
 
 impl Input {
-    /// That of a mesh, from a file with so many places without a height.
+    /// The input of a mesh from a file with so many places without a height.
     pub(super) fn of(mesh: &Mesh, missing: usize) -> Input {
         let counts = mesh.counts();
         Input {

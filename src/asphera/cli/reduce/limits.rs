@@ -1,4 +1,4 @@
-//! What a reduction is asked for, and what is said where it falls short of that.
+//! Limits of a reduction, and the refusal where its result falls short of them.
 
 use asphera_surface::reduce::{Shortfall, Target};
 
@@ -41,7 +41,7 @@ impl Limits {
         }
     }
 
-    /// Why a reduction that falls short of what was asked for is not written.
+    /// The refusal of a result that falls short: by how much, why, and the cure.
     pub(super) fn shortfall(&self, name: &str, target: &Target, found: Shortfall) -> Failure {
         let Shortfall { facets, epsilon_max } = found;
         let times = epsilon_max / self.share;

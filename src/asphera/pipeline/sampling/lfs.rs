@@ -5,11 +5,10 @@
 
 use asphera_form::Pose;
 use asphera_surface::PointMm;
-use asphera_surface::noise::Noise;
 use rayon::prelude::*;
 
 use super::freeform::{Footprint, Freeform};
-use super::measured::{Cells, Measured, measured};
+use super::measured::{Cells, Measured, Readings, measured};
 use super::meridian::Meridian;
 use super::{CHUNK, Sampled, border};
 use crate::config::Part;
@@ -60,7 +59,7 @@ impl Remembered {
         &mut self,
         laid: Option<(&Part, &Pose)>,
         sampled: Sampled<'_>,
-        noise: Result<Noise, String>,
+        readings: Result<Readings, String>,
         reach_mm: Result<f64, String>,
     ) -> Result<&'static str, String> {
         let designed = laid.filter(|(part, _)| part.reference.is_none());
@@ -72,7 +71,7 @@ impl Remembered {
             Some((_, Ok(()))) => return Ok("nominal"),
             Some((true, Err(why))) => Err(why),
             // No design, or a freeform finer than a raster shows: the points tell more.
-            Some((false, Err(_))) | None => Lfs::of_points(sampled, noise, reach_mm),
+            Some((false, Err(_))) | None => Lfs::of_points(sampled, readings, reach_mm),
         };
         let (known, source) = match found {
             Ok((lfs, source)) => (Known::Points(lfs), Ok(source)),
@@ -132,15 +131,15 @@ pub(super) enum Lfs {
 
 impl Lfs {
     /// What the points say, and where they say it from: `measured` of medial balls, `curvature` where noise
-    /// leaves no more than a bound. Fails with the reason in words.
+    /// or wrong readings leave no more than a bound. Fails with the reason in words.
     fn of_points(
         sampled: Sampled<'_>,
-        noise: Result<Noise, String>,
+        readings: Result<Readings, String>,
         reach_mm: Result<f64, String>,
     ) -> Result<(Lfs, &'static str), String> {
-        let found = match (noise, reach_mm) {
-            (Ok(noise), Ok(reach_mm)) => {
-                measured(sampled.mesh.points(), sampled.triangles, noise, reach_mm)
+        let found = match (readings, reach_mm) {
+            (Ok(readings), Ok(reach_mm)) => {
+                measured(sampled.mesh.points(), sampled.triangles, readings, reach_mm)
             }
             _ => Err("the noise is not known".to_owned()),
         };

@@ -3,15 +3,29 @@
 //! A thinned set of points, one a cell, with the normals their neighbours give, is enough for the medial balls
 //! (`asphera_surface::lfs`); what they say at each of these points stands for its cell. A local feature size
 //! changes by no more than the way gone, so that is off by at most the diagonal of a cell. Where the points are
-//! too noisy for that, the smallest radius of curvature over windows of an eighth of the extent stands for all
+//! too noisy for that, or too many of them wrong, the smallest radius of curvature over windows of an eighth of the extent stands for all
 //! of the surface: an upper bound, so that ε is a lower one.
 
 use asphera_surface::curvature::{Adjacency, LocalShape, ShapeSettings, local_shape};
 use asphera_surface::lfs::{Accuracy, LfsError, MeasuredLfs};
-use asphera_surface::noise::Noise;
+use asphera_surface::noise::{Noise, NoiseEstimate};
 use asphera_surface::reduce::curvature_bound;
 use asphera_surface::{PointMm, VertexId};
 use rayon::prelude::*;
+
+/// What is known of the readings that points are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Readings {
+    pub(crate) noise: Noise,
+    /// The share of them that stands off by more than noise does.
+    pub(crate) wrong_share: f64,
+}
+
+impl From<&NoiseEstimate> for Readings {
+    fn from(found: &NoiseEstimate) -> Readings {
+        Readings { noise: found.noise, wrong_share: found.outlier_share }
+    }
+}
 
 /// What the points say.
 pub(super) enum Measured {
@@ -52,10 +66,15 @@ impl Cells {
 pub(super) fn measured(
     points: &[PointMm],
     triangles: &[[VertexId; 3]],
-    noise: Noise,
+    Readings { noise, wrong_share }: Readings,
     reach_mm: f64,
 ) -> Result<Measured, String> {
-    let by_balls = balls(points, triangles, noise, reach_mm).map_err(|error| error.to_string())?;
+    // A reading off the surface pierces the balls about it, and tilts the normals.
+    let by_balls = if wrong_share > MOST_WRONG {
+        None
+    } else {
+        balls(points, triangles, noise, reach_mm).map_err(|error| error.to_string())?
+    };
     if let Some(cells) = by_balls {
         return Ok(Measured::Balls(cells));
     }
@@ -148,6 +167,8 @@ impl Grid {
     }
 }
 
+/// The largest share of wrong readings of which a tenth of all neighbourhoods, of some twenty each, holds one.
+const MOST_WRONG: f64 = 0.005;
 /// Cells of the grid, at most.
 const CELLS: usize = 10_000;
 /// A normal that noise tilts farther tells nothing.

@@ -20,7 +20,6 @@ mod wanted;
 mod zones;
 
 use asphera_form::{Aperture, Nominal, Pose};
-use asphera_surface::noise::Noise;
 use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
 
 use self::findings::Look;
@@ -36,6 +35,7 @@ use crate::report::{FeatureFigures, SamplingFigures};
 pub(crate) use self::current::Current;
 pub(crate) use self::findings::Findings;
 pub use self::lfs::Remembered;
+pub(crate) use self::measured::Readings;
 pub use self::next::{MOST_PLACES, Next, Waypoints};
 pub use self::wanted::Wanted;
 pub(crate) use self::zones::ZoneSampling;
@@ -131,9 +131,9 @@ pub(crate) fn of_part(
     };
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
-    let deviation = noise.as_ref().map(|found| found.noise).map_err(String::clone);
+    let readings = noise.as_ref().map(Readings::from).map_err(String::clone);
     let source = remembered
-        .look(Some((part, pose)), sampled, deviation, reach_mm)
+        .look(Some((part, pose)), sampled, readings, reach_mm)
         .map_err(|why| unknown.push(why))
         .ok();
     let reach_mm = remembered.reach_mm(&part.aperture, points, pose);
@@ -144,7 +144,7 @@ pub(crate) fn of_part(
         .findings(lfs_mm, &lifted)
 }
 
-/// The local feature size of a mesh with this noise, as the sampling report takes it: that of a part at its pose, or
+/// The local feature size of a mesh of these readings, as the sampling report takes it: that of a part at its pose, or
 /// of the points. With where it comes from.
 ///
 /// # Errors
@@ -153,12 +153,12 @@ pub(crate) fn of_part(
 pub(crate) fn feature_size(
     sampled: Sampled<'_>,
     laid: Option<(&Part, &Pose)>,
-    noise: Noise,
+    readings: Readings,
 ) -> Result<(Remembered, &'static str), String> {
     let scale = Scale::of(sampled, Wanted::default());
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
     let mut remembered = Remembered::default();
-    let source = remembered.look(laid, sampled, Ok(noise), reach_mm)?;
+    let source = remembered.look(laid, sampled, Ok(readings), reach_mm)?;
     Ok((remembered, source))
 }
 
@@ -170,9 +170,9 @@ pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let noise =
         reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true));
     let mut remembered = Remembered::default();
-    let deviation = noise.as_ref().map(|found| found.noise).map_err(String::clone);
+    let readings = noise.as_ref().map(Readings::from).map_err(String::clone);
     let source =
-        remembered.look(None, sampled, deviation, reach_mm).map_err(|why| unknown.push(why)).ok();
+        remembered.look(None, sampled, readings, reach_mm).map_err(|why| unknown.push(why)).ok();
     let pose = Pose::default();
     let reach_mm = remembered.reach_mm(&Aperture::None, sampled.mesh.points(), &pose);
     let lfs_mm = remembered.lfs_mm(&pose);

