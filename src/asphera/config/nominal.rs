@@ -368,6 +368,30 @@ mod tests {
     }
 
     #[test]
+    fn the_middle_of_an_aperture_is_a_place_of_the_points_or_beside_the_vertex() {
+        let circle = "[aperture]\nshape = \"circle\"\nradius_mm = 2\ncentre_mm = [3, -1.5]\n";
+        let read = |surface: &str, aperture: &str| {
+            Part::parse("n.toml", &format!("[surface]\n{surface}\n{aperture}"))
+                .map_err(|problems| problems.to_string())
+        };
+        let flat = read("kind = \"plane\"", circle).unwrap();
+        assert_eq!((flat.nominal, flat.centre_mm), (Nominal::Plane, [3.0, -1.5]));
+        let unknown = read("kind = \"unknown\"", circle).unwrap();
+        assert_eq!(unknown.reference.unwrap().centre_mm, Some([3.0, -1.5]));
+        // The piece about that place, whose middle is the origin.
+        let sphere = Nominal::Sphere { radius_mm: 20.0 };
+        let piece = read("kind = \"sphere\"\nradius_mm = 20", circle).unwrap();
+        let rise_mm =
+            |x: f64| sphere.sag_mm((3.0 + x).hypot(1.5)) - sphere.sag_mm(3.0_f64.hypot(1.5));
+        assert!((piece.nominal.height_mm(1.0, 0.0).unwrap() - rise_mm(1.0)).abs() < 1e-12);
+        assert_eq!(piece.free, Parameter::RIGID);
+        let both = read("kind = \"unknown\"\ncentre_mm = [1, 2]", circle).unwrap_err();
+        assert!(both.contains("aperture.centre_mm: expected either surface.centre_mm"), "{both}");
+        let one = read("kind = \"plane\"", &circle.replace(", -1.5", "")).unwrap_err();
+        assert!(one.contains("aperture.centre_mm: expected x and y in mm"), "{one}");
+    }
+
+    #[test]
     fn an_aperture_beyond_the_end_of_the_surface_is_refused() {
         let surface = "[surface]\nkind = \"asphere\"\nradius_mm = 11.65\nconic = 5\n[aperture]\n";
         let circle = "shape = \"circle\"\nradius_mm = 9\n";

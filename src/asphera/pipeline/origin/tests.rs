@@ -139,7 +139,8 @@ fn surfaces_with_a_vertex_and_cylinders_have_the_same_figures_everywhere() {
     let round = |x: f64, y: f64| sphere((x - 1.5).powi(2) + (y + 0.5).powi(2));
     let part = |_: [f64; 2]| format!("[surface]\nkind = \"sphere\"\nradius_mm = 40\n{LIMITS}");
     assert_eq!(stays(&part, round)["form"]["origin"]["place"], OriginFigures::VERTEX);
-    let aperture = "[aperture]\nshape = \"circle\"\nradius_mm = 2\ncentre_mm = [0.5, -0.5]\n";
+    let aperture = "[aperture]\nshape = \"circle\"\nradius_mm = 2\ncentre_mm = [0.5, -0.5]\n\
+         [fit]\nfree = [\"tx\", \"ty\", \"tz\"]\n";
     let part =
         |_: [f64; 2]| format!("[surface]\nkind = \"sphere\"\nradius_mm = 40\n{aperture}{LIMITS}");
     let report = stays(&part, round);
