@@ -17,12 +17,8 @@ use clap::{ArgGroup, Args, ValueEnum};
 use super::exit::Exit;
 use super::files::{part, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
-<<<<<<< ours
 use super::text::TextArgs;
-use crate::pipeline::{Sampled, feature_size};
-=======
 use crate::pipeline::{Readings, Sampled, feature_size};
->>>>>>> theirs
 use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
 use laid::Laid;
 use limits::Limits;

@@ -192,7 +192,6 @@ pub(super) fn compare(
         plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
     let named: Vec<(String, Limit)> = plain.chain(part.judging.limits.iter().cloned()).collect();
     let guard = part.judging.guard.unwrap_or(Guard::None);
-<<<<<<< ours
     let over = Over { aperture: &part.aperture, areas_mm2: Some(areas_mm2) };
     let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
     if named.is_empty() && !part.judging.has_limits_of_standards() {
@@ -220,48 +219,14 @@ pub(super) fn compare(
                 Ok(decision) => {
                     if let Some(doubt) = decision.doubt {
                         super::undecide(&mut verdict, said(&name, &limit, doubt, unmeasured));
-=======
-    let (uncertainty, draws) = (&assessed.uncertainty, &assessed.draws);
-    let hidden = |limit: &Limit| unmeasured.hidden(limit);
-    let model = errors::model(part);
-    match judge(&limits, uncertainty, &part.nominal, draws, guard, hidden) {
-        Ok(judged) => {
-            judged.iter().for_each(|judged| beside(judged, figures));
-            figures.extend(judged.iter().filter_map(of_zone));
-            let found = named.into_iter().zip(judged.into_iter().map(|judged| judged.decision));
-            let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
-            for ((name, limit), decision) in found {
-                match decision {
-                    Ok(decision) => {
-                        if let Some(doubt) = decision.doubt {
-                            super::undecide(&mut verdict, said(&name, &limit, doubt, unmeasured));
-                        }
-                        if decision.status == FormStatus::Fail {
-                            verdict.status = Status::Fail;
-                        }
-                        let guarded = part.judging.guard.is_some();
-                        verdict.checks.push(Check {
-                            name,
-                            limit: decision.limit,
-                            value: decision.finding.value,
-                            ok: decision.status == FormStatus::Pass,
-                            u: decision.finding.u,
-                            u_covers: decision.finding.u.map(|_| {
-                                let whole =
-                                    limit.zone == Aperture::None && limit.less.list().is_empty();
-                                errors::covers(model, limit.definition, whole, assessed.places[0])
-                            }),
-                            guard_band: decision.band.filter(|_| guarded),
-                            rule: guarded.then(|| guard.to_string()),
-                            hidden: decision.finding.hidden,
-                            doubt: decision.doubt.map(|doubt| doubt.to_string()),
-                        });
->>>>>>> theirs
                     }
                     if decision.status == FormStatus::Fail {
                         verdict.status = Status::Fail;
                     }
-                    let covers = errors::covers(errors::model(part), limit.definition, assessed.places[0]);
+                    let whole = limit.zone == Aperture::None && limit.less.list().is_empty();
+                    let places = assessed.places[0];
+                    let covers =
+                        errors::covers(errors::model(part), limit.definition, whole, places);
                     verdict.checks.push(check(&name, &decision, guard, part, covers));
                 }
                 Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
