@@ -4,8 +4,7 @@ use asphera_form::basis::{Counting, aberration};
 use asphera_form::figures::{
     Approximation, Definition, Figure, FringeCount, FringeFit, Reference, Ring, Sample,
     SampleError, Share, SlopeFigure, Slopes, Term, Unknown, decompose, fringe_fit, peak_to_valley,
-    radial_profile,
-    remove, rms, robust_peak_to_valley, slopes,
+    radial_profile, remove, rms, robust_peak_to_valley, slopes,
 };
 use asphera_form::{Nominal, Pose};
 use asphera_surface::{PointMm, VertexId};

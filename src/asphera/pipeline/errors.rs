@@ -248,7 +248,9 @@ pub(super) fn covers(model: &str, definition: Definition, whole: bool, places: b
         | Definition::MinimumZone
         | Definition::MeridionalSlopeMax
         | Definition::GradientMax => UncertaintyFigures::covers_places(model),
-        Definition::RmsOverPoints | Definition::RmsAboutZero if whole => UncertaintyFigures::covers_area(model, places),
+        Definition::RmsOverPoints | Definition::RmsAboutZero if whole => {
+            UncertaintyFigures::covers_area(model, places)
+        }
         _ => UncertaintyFigures::covers_difference(model, places),
     }
 }

@@ -238,7 +238,13 @@ pub(super) fn measure(
         None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
         Some(Ok(assessed)) => {
             let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
-            uncertainties::compare(&part, assessed, &areas_mm2, [&unmeasured, hidden], figures)
+            uncertainties::compare(
+                &part,
+                assessed,
+                Some(&areas_mm2),
+                [&unmeasured, hidden],
+                figures,
+            )
         }
         Some(Err(error)) => uncertainties::unknown(error),
     };

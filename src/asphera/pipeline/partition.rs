@@ -50,7 +50,8 @@ impl Patches {
         }
         let size = extent.map(|extent| (extent / side_mm) as usize + 1);
         // Squares lie about the middle of the points: a part that is turned or mirrored has the same ones.
-        let corner = [0, 1].map(|axis| low[axis] + 0.5 * (extent[axis] - size[axis] as f64 * side_mm));
+        let corner =
+            [0, 1].map(|axis| low[axis] + 0.5 * (extent[axis] - size[axis] as f64 * side_mm));
         let mut sums = vec![Sum::default(); size[0] * size[1]];
         // Heights over the first one, so that a far origin costs no digits.
         let datum_mm = points[chosen().next()?][2];

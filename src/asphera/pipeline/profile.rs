@@ -116,7 +116,8 @@ pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measur
     let judged = Part { judging: own_limits, ..part.clone() };
     // Effects of a machine and covariances are those of the frame of projection.
     let laid_as_is = fitted.as_ref().ok().filter(|_| !profile.turned);
-    let assessed = laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane));
+    let assessed =
+        laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None));
     if let Some(form) = &mut form {
         let known = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
         tell(form, &judged, laid_as_is, (mesh.points(), &deviations_mm), known);
@@ -124,8 +125,10 @@ pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measur
     let mut compared = match &assessed {
         None => compare(&judged, found.as_ref(), None, &unmeasured),
         Some(Ok(assessed)) => {
+            let mut none = Vec::new();
             let told = form.as_mut().map(|form| &mut form.figures);
-            uncertainties::compare(&judged, assessed, &unmeasured, told.unwrap_or(&mut Vec::new()))
+            let told = told.unwrap_or(&mut none);
+            uncertainties::compare(&judged, assessed, None, [&unmeasured; 2], told)
         }
         Some(Err(error)) => uncertainties::unknown(error),
     };
@@ -307,6 +310,8 @@ fn details(sample: Option<&Sample>, profile: &ProfileFigures) -> FormDetails {
             u: None,
             expanded: None,
             simulated: None,
+            noise_adds: None,
+            without_noise: None,
             definition: profile.slope_rule.clone(),
             source: "asphera".to_owned(),
         }));

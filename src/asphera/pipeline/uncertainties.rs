@@ -180,7 +180,7 @@ pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
 pub(super) fn compare(
     part: &Part,
     assessed: &Assessed,
-    areas_mm2: &[f64],
+    areas_mm2: Option<&[f64]>,
     unmeasured: [&Unmeasured; 2],
     figures: &mut Vec<FormFigure>,
 ) -> Verdict {
@@ -192,7 +192,7 @@ pub(super) fn compare(
         plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
     let named: Vec<(String, Limit)> = plain.chain(part.judging.limits.iter().cloned()).collect();
     let guard = part.judging.guard.unwrap_or(Guard::None);
-    let over = Over { aperture: &part.aperture, areas_mm2: Some(areas_mm2) };
+    let over = Over { aperture: &part.aperture, areas_mm2 };
     let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
     if named.is_empty() && !part.judging.has_limits_of_standards() {
         super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
@@ -237,13 +237,7 @@ pub(super) fn compare(
 }
 
 /// A decision as a report has it.
-fn check(
-    name: &str,
-    decision: &Decision,
-    guard: Guard,
-    part: &Part,
-    covers: String,
-) -> Check {
+fn check(name: &str, decision: &Decision, guard: Guard, part: &Part, covers: String) -> Check {
     let guarded = part.judging.guard.is_some();
     Check {
         name: name.to_owned(),

@@ -127,7 +127,8 @@ impl Comparison<'_> {
                 self.report(&path, &"present", &"absent");
                 continue;
             };
-            let (Value::Object(mut had), Value::Object(mut has)) = (had.clone(), has.clone()) else {
+            let (Value::Object(mut had), Value::Object(mut has)) = (had.clone(), has.clone())
+            else {
                 continue;
             };
             if ["tx", "ty", "tz", "rx", "ry", "rz"].contains(&name.as_str()) {
@@ -140,11 +141,13 @@ impl Comparison<'_> {
 
     /// Terms in cos mφ (m > 0) and sin mφ (m < 0) mix when the part is turned.
     fn zernike(&mut self, path: &Path<'_>, had: &[Value], has: &[Value]) {
-        let key = |term: &Value| {
-            (term["n"].as_i64().unwrap() as i32, term["m"].as_i64().unwrap() as i32)
-        };
+        let key =
+            |term: &Value| (term["n"].as_i64().unwrap() as i32, term["m"].as_i64().unwrap() as i32);
         let value = |terms: &[Value], wanted: (i32, i32)| {
-            terms.iter().find(|term| key(term) == wanted).map(|term| term["value_nm"].as_f64().unwrap())
+            terms
+                .iter()
+                .find(|term| key(term) == wanted)
+                .map(|term| term["value_nm"].as_f64().unwrap())
         };
         for term in had {
             let (n, m) = key(term);
@@ -184,7 +187,12 @@ impl Comparison<'_> {
         }
     }
 
-    fn report(&mut self, path: &Path<'_>, expected: &dyn std::fmt::Debug, found: &dyn std::fmt::Debug) {
+    fn report(
+        &mut self,
+        path: &Path<'_>,
+        expected: &dyn std::fmt::Debug,
+        found: &dyn std::fmt::Debug,
+    ) {
         self.wrong.push(format!("{}: expected {expected:?}, found {found:?}", joined(path)));
     }
 }

@@ -70,7 +70,9 @@ fn two_halves_make_the_whole() {
     let part = || Part::new(&SCENES[0]).held();
     let whole = part().report();
     let halves = [0, 1].map(|half| part().every_second(half).report());
-    let of = |key: &str| halves.each_ref().map(|report| number(report, &format!("/form/deviation/{key}")));
+    let of = |key: &str| {
+        halves.each_ref().map(|report| number(report, &format!("/form/deviation/{key}")))
+    };
     let deviation = |key: &str| number(&whole, &format!("/form/deviation/{key}"));
     assert_eq!(deviation("max_nm"), of("max_nm")[0].max(of("max_nm")[1]));
     assert_eq!(deviation("min_nm"), of("min_nm")[0].min(of("min_nm")[1]));
@@ -89,7 +91,8 @@ fn a_part_thinned_by_two() {
         let thin = Part::new(scene).every_second(0).report();
         let both = |place: &str| [&whole, &thin].map(|report| number(report, place));
         let name = scene.name;
-        for place in ["/sampling/gap_max_mm", "/sampling/gap_p99_mm", "/sampling/spacing_median_mm"] {
+        for place in ["/sampling/gap_max_mm", "/sampling/gap_p99_mm", "/sampling/spacing_median_mm"]
+        {
             let [had, has] = both(place);
             assert!(has > had, "{name} {place}: {has} after {had}");
         }

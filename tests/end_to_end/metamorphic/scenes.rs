@@ -150,7 +150,10 @@ impl<'a> Part<'a> {
 /// Limits and figures, every length times the scale.
 fn judging(scale: f64) -> String {
     let lengths = |names: &[(&str, f64)]| {
-        names.iter().map(|(name, value)| format!("{name} = {}\n", value * scale)).collect::<String>()
+        names
+            .iter()
+            .map(|(name, value)| format!("{name} = {}\n", value * scale))
+            .collect::<String>()
     };
     format!(
         "[tolerance]\n{}[figures]\nminimum_zone = true\npsd = true\nzernike_terms = 36\nq_terms = 8\n{}\

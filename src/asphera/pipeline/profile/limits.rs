@@ -81,6 +81,7 @@ fn hold_slope(
         value,
         ok: decision.status == FormStatus::Pass,
         u: None,
+        u_covers: None,
         guard_band: None,
         rule: part.judging.guard.map(|guard| guard.to_string()),
         hidden,

@@ -80,7 +80,8 @@ fn seeds(points: &[PointMm]) -> Vec<VertexId> {
         let distance = (way[0] - square[0] - 0.5).hypot(way[1] - square[1] - 0.5);
         let found = &mut nearest[(square[1] * size[0] + square[0]) as usize];
         let nearer = found.is_none_or(|(least, had)| {
-            distance < least || (distance == least && by_place(*point, points[had as usize]).is_lt())
+            distance < least
+                || (distance == least && by_place(*point, points[had as usize]).is_lt())
         });
         if nearer {
             *found = Some((distance, vertex));
