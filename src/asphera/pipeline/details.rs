@@ -416,7 +416,12 @@ mod tests {
         let (points, deviations_mm) =
             measured(|u, v| put_in.iter().map(|&(index, nm)| nm * fringe(index, u, v)).sum());
         let found = of(&flat(), &points, &deviations_mm, &vec![1.0; points.len()]);
-        assert_eq!(found.unknown, Vec::<String>::new());
+        // What is not rotational counts as noise of the Q spectrum, whose first terms it drowns.
+        assert!(
+            found.unknown.iter().all(|why| why.starts_with("Q spectrum")),
+            "{:?}",
+            found.unknown
+        );
         let zernike = found.zernike.as_ref().unwrap();
         assert_eq!((zernike.terms.len(), zernike.radius_mm), (36, RADIUS_MM));
         for term in &zernike.terms {

@@ -40,7 +40,7 @@ impl Change {
     }
 
     /// A small rotation vector, which a mirror turns the other way.
-    fn rotation(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    pub(super) fn rotation(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         match self.turn {
             Turn::Not => [x, y, z],
             Turn::Quarter => [-y, x, z],
@@ -49,7 +49,7 @@ impl Change {
     }
 
     /// An orientation in the plane in degrees, 0 to 180.
-    fn orientation_deg(&self, deg: f64) -> f64 {
+    pub(super) fn orientation_deg(&self, deg: f64) -> f64 {
         match self.turn {
             Turn::Not => deg,
             Turn::Quarter => (deg + 90.0).rem_euclid(180.0),
@@ -58,7 +58,7 @@ impl Change {
     }
 
     /// A pair of Zernike terms cos mφ and sin mφ, m > 0.
-    fn zernike(&self, m: i32, [cos, sin]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn zernike(&self, m: i32, [cos, sin]: [f64; 2]) -> [f64; 2] {
         match (self.turn, m.rem_euclid(4)) {
             (Turn::Not, _) | (Turn::Quarter, 0) => [cos, sin],
             (Turn::Quarter, 1) => [-sin, cos],

@@ -62,9 +62,12 @@ fn moved_by(path: &str) -> f64 {
     }
 }
 
-/// What hangs on ties: the defects a search finds at its threshold, and how far the autocorrelation is known where Str is not.
+/// How many steps a fit took, and what hangs on ties: the defects a search finds at its threshold, and how far the autocorrelation is known where Str is not.
 fn hangs_on_rounding(path: &str, value: &Value) -> bool {
-    path.starts_with("/defects") || value.as_str().is_some_and(|text| text.starts_with("Str:"))
+    let steps = ["/form/fit/iterations", "/form/fit/evaluations"];
+    path.starts_with("/defects")
+        || steps.contains(&path)
+        || value.as_str().is_some_and(|text| text.starts_with("Str:"))
 }
 
 fn differences(path: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
