@@ -23,6 +23,7 @@ pub(crate) fn words(
         );
         return (name, text);
     };
+    let motion = motion.without_slide(nominal);
     let what = motion.words(nominal);
     if !held.is_combined {
         let text =
@@ -70,6 +71,20 @@ impl Motion {
             turn.iter_mut().zip(axis).for_each(|(sum, entry)| *sum += change * entry);
         }
         Some(Motion { shift: pose.motion().turn_to_part(shift), turn })
+    }
+
+    /// Without the shift along the axis of the turn, where the surface slides along it: that is another motion, not felt
+    /// either.
+    fn without_slide(mut self, nominal: &Nominal) -> Motion {
+        if !self.is_shift() {
+            let along = direction(self.turn);
+            let slides = nominal.slides();
+            if (0..2).any(|axis| slides[axis] && along[axis].abs() > 1.0 - NEAR) {
+                let pitch = dot(along, self.shift);
+                self.shift.iter_mut().zip(along).for_each(|(shift, along)| *shift -= pitch * along);
+            }
+        }
+        self
     }
 
     /// How far the vertex moves across the part's axis for a turn of 1 rad; `None` without a turn.
