@@ -131,7 +131,7 @@ fn asphere_with_gaps_from_text() {
                 continue;
             }
             if (i, j) == (5, 5) {
-                text.push_str(&format!("{x} {y} nan\n"));
+                text.push_str(&format!("{x},{y},nan\n"));
                 gaps += 1;
                 continue;
             }

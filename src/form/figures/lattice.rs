@@ -218,9 +218,8 @@ impl Sums {
         for axis in 0..2 {
             self.node[axis] += node[axis];
             self.place[axis] += place[axis];
-            for other in 0..2 {
-                self.products[axis][other] += node[axis] * place[other];
-            }
+            let products = self.products[axis].iter_mut().zip(place);
+            products.for_each(|(sum, place)| *sum += node[axis] * place);
         }
         self.nodes[0] += node[0] * node[0];
         self.nodes[1] += node[0] * node[1];

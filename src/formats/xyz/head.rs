@@ -160,20 +160,18 @@ pub(super) fn remark(comment: &str) -> Remark {
         let before = index.checked_sub(1).map_or("", |index| words[index]).to_lowercase();
         let is_bracketed = word.starts_with(['[', '(']);
         let bare = word.trim_matches(['[', ']', '(', ')', '.']);
-        if before == "in"
+        let may_be_unit = before == "in"
             || is_bracketed
-            || names_unit && !["in", "of", "is", "are", "length"].contains(&bare)
-        {
-            if let Some(unit) = Unit::of(bare) {
-                remark.said.push(match &pending[..] {
-                    [] if names_unit => Said::All(unit),
-                    [] => Said::OfSomething(unit),
-                    roles => Said::Of(roles.iter().map(|&role| (role, unit)).collect()),
-                });
-                pending.clear();
-                names_unit = false;
-                continue;
-            }
+            || names_unit && !["in", "of", "is", "are", "length"].contains(&bare);
+        if let Some(unit) = Unit::of(bare).filter(|_| may_be_unit) {
+            remark.said.push(match &pending[..] {
+                [] if names_unit => Said::All(unit),
+                [] => Said::OfSomething(unit),
+                roles => Said::Of(roles.iter().map(|&role| (role, unit)).collect()),
+            });
+            pending.clear();
+            names_unit = false;
+            continue;
         }
         names_unit |= ["unit", "units"].contains(&bare.to_lowercase().as_str());
         let name = Name::of(word);

@@ -7,8 +7,8 @@ use crate::error::quoted;
 use crate::{Format, HeightMap, MAX_POINTS, ReadError, Source, Topography};
 
 /// Reads lines of heights as a map. The first line is the top row, as in an image; x begins at 0, and y at 0 in the last line.
-pub(super) fn read<'a>(
-    rows: &mut dyn Iterator<Item = (usize, &'a [u8])>,
+pub(super) fn read(
+    rows: &mut dyn Iterator<Item = (usize, &[u8])>,
     dialect: &mut Dialect,
     [dx_mm, dy_mm]: [f64; 2],
     options: &TextOptions,

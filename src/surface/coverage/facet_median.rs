@@ -5,7 +5,7 @@
 //! result is exact: should it lie outside after all, another pass looks there. Sums are made over fixed chunks
 //! and joined in their order: the result does not depend on how many threads there are.
 
-use super::block::{BLOCK, Block, Row, total};
+use super::block::{Block, Row, total};
 use crate::quantile::{value_holding, weight_of};
 
 /// From one value to another, both included.
@@ -91,10 +91,8 @@ impl Distribution {
         self.below_mm2 += total(|row| if areas[row] < window.low { areas[row] } else { 0.0 });
         let within = total(|row| if window.holds(areas[row]) { 1.0 } else { 0.0 });
         if within > 0.0 {
-            for row in 0..BLOCK {
-                if window.holds(areas[row]) && areas[row] > 0.0 {
-                    self.within.push(areas[row], areas[row]);
-                }
+            for &area in areas.iter().filter(|&&area| window.holds(area) && area > 0.0) {
+                self.within.push(area, area);
             }
         }
     }

@@ -84,7 +84,8 @@ pub(super) fn power_of_length(key: &str, unit: Option<&str>) -> Option<i32> {
 }
 
 /// Units as figures and parameters write them.
-const UNITS: [(&str, i32); 12] = [
+const UNITS: [(&str, i32); 13] = [
+    ("urad", 0),
     ("", 0),
     ("1", 0),
     ("%", 0),
@@ -168,4 +169,7 @@ const PURE_NUMBERS: &[&str] = &[
     "covered",
     "measured",
     "patches",
+    "number",
+    "asked",
+    "bridged",
 ];

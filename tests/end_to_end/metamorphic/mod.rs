@@ -103,6 +103,7 @@ fn a_part_thinned_by_two() {
         let [had, has] = both("/form/deviation/pv_nm");
         assert!(has <= 1.02 * had, "{name}: PV {has} nm after {had} nm");
         let [had, has] = both("/sampling/noise_sigma_nm");
-        assert!((has / had - 1.0).abs() < 0.25, "{name}: noise {has} nm after {had} nm");
+        // Waves that fewer points do not resolve count as noise.
+        assert!(has > 0.75 * had, "{name}: noise {has} nm after {had} nm");
     }
 }

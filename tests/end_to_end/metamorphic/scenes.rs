@@ -12,8 +12,9 @@ pub(super) struct Scene {
     sag_mm: fn(f64, f64) -> f64,
     /// Half the sides of the field of points, mm.
     half_mm: [f64; 2],
-    /// The tables `[surface]`, `[aperture]`, `[fit]`; lengths times the scale.
-    nominal: fn(f64) -> String,
+    /// The tables `[surface]`, `[aperture]`, `[fit]`; lengths times the scale. Where the aperture does not lie where the
+    /// surface does, about a place in mm.
+    nominal: fn(f64, [f64; 2]) -> String,
 }
 
 pub(super) const SCENES: [Scene; 4] = [
@@ -24,7 +25,7 @@ pub(super) const SCENES: [Scene; 4] = [
             r2 / RADIUS_MM / (1.0 + (1.0 + 0.1 * r2 / RADIUS_MM.powi(2)).sqrt()) + A4 * r2 * r2
         },
         half_mm: [6.6, 6.6],
-        nominal: |scale| {
+        nominal: |scale, _| {
             format!(
                 "[surface]\nkind = \"asphere\"\nradius_mm = {}\nconic = -1.1\nA4 = {}\n\
                  [aperture]\nshape = \"circle\"\nradius_mm = {}\n",
@@ -41,7 +42,7 @@ pub(super) const SCENES: [Scene; 4] = [
             r2 / 50.0 / (1.0 + (1.0 - r2 / 2500.0).sqrt())
         },
         half_mm: [6.6, 6.6],
-        nominal: |scale| {
+        nominal: |scale, _| {
             format!(
                 "[surface]\nkind = \"sphere\"\nradius_mm = {}\n[aperture]\nshape = \"circle\"\nradius_mm = {}\n\
                  [fit]\nfree = [\"tx\", \"ty\", \"tz\", \"radius\"]\n",
@@ -54,15 +55,16 @@ pub(super) const SCENES: [Scene; 4] = [
         name: "plane without an aperture",
         sag_mm: |_, _| 0.0,
         half_mm: [6.5, 5.0],
-        nominal: |_| "[surface]\nkind = \"plane\"\n".to_owned(),
+        nominal: |_, _| "[surface]\nkind = \"plane\"\n".to_owned(),
     },
     Scene {
         name: "plane with an aperture",
         sag_mm: |_, _| 0.0,
         half_mm: [5.5, 5.5],
-        nominal: |scale| {
+        nominal: |scale, [x_mm, y_mm]| {
             format!(
-                "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = {}\n",
+                "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = {}\n\
+                 centre_mm = [{x_mm:?}, {y_mm:?}]\n",
                 5.0 * scale
             )
         },
@@ -79,6 +81,7 @@ pub(super) struct Part<'a> {
     scene: &'a Scene,
     points_mm: Vec<[f64; 3]>,
     scale: f64,
+    centre_mm: [f64; 2],
     pose_held: bool,
 }
 
@@ -101,7 +104,7 @@ impl<'a> Part<'a> {
                 points_mm.push([x, y, (scene.sag_mm)(x, y) + 1e-6 * nm]);
             }
         }
-        Part { scene, points_mm, scale: 1.0, pose_held: false }
+        Part { scene, points_mm, scale: 1.0, centre_mm: [0.0; 2], pose_held: false }
     }
 
     /// The part after a change.
@@ -117,6 +120,8 @@ impl<'a> Part<'a> {
             }
         }
         self.scale *= change.scale;
+        let [x_mm, y_mm, _] = change.place_mm([self.centre_mm[0], self.centre_mm[1], 0.0]);
+        self.centre_mm = [x_mm, y_mm];
         self
     }
 
@@ -140,7 +145,7 @@ impl<'a> Part<'a> {
         std::fs::write(&points, rows.collect::<String>()).unwrap();
         let nominal = folder.path().join("nominal.toml");
         let fit = if self.pose_held { "[fit]\nfree = []\n" } else { "" };
-        let text = (self.scene.nominal)(self.scale) + fit + &judging(self.scale);
+        let text = (self.scene.nominal)(self.scale, self.centre_mm) + fit + &judging(self.scale);
         std::fs::write(&nominal, text).unwrap();
         let [points, nominal] = [&points, &nominal].map(|path| path.to_str().unwrap());
         json(&run(["measure", points, "--nominal", nominal, "--json"]))

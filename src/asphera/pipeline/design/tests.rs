@@ -91,7 +91,8 @@ fn whatever_is_free_of_the_shape_the_indication_is_of_the_design() {
     let conic = "kind = \"conic\"\nradius_mm = 50.0\nconic = -1.0\n";
     let asphere = "kind = \"asphere\"\nradius_mm = 50.0\nconic = -1.0\nA4 = 0.0\n";
     let of_toroid = "kind = \"toroid\"\nrotation_radius_mm = 60.0\nradius_mm = 80.0\n";
-    let cases: [(&str, &str, &dyn Fn(f64, f64) -> f64); 4] = [
+    type Sag<'a> = &'a dyn Fn(f64, f64) -> f64;
+    let cases: [(&str, &str, Sag<'_>); 4] = [
         (conic, "conic", &off),
         (asphere, "A4", &off),
         (asphere, "radius", &off),

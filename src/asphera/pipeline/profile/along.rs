@@ -111,7 +111,7 @@ pub(super) fn slopes_over(stations: &[Station], settings: &SlopeSettings) -> Vec
     let half_mm = 0.5 * settings.integration_mm();
     let (from, to) = (first.s_mm + half_mm, last.s_mm - half_mm);
     let steps = ((to - from) / settings.step_mm()).floor();
-    if steps.is_nan() || steps < 0.0 || steps > MOST_STATIONS {
+    if !(0.0..=MOST_STATIONS).contains(&steps) {
         return Vec::new();
     }
     let at = (0..=steps as usize).map(|step| from + step as f64 * settings.step_mm());

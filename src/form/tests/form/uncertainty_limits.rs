@@ -162,7 +162,12 @@ fn study(case: &Case) -> Vec<(String, f64, f64)> {
         });
         let share = inside.count() as f64 / count;
         let mean = of().map(|found| found.value).sum::<f64>() / count;
-        let square = of().map(|found| (found.value - mean).powi(2)).sum::<f64>();
+        // Of Sa and Sq u is that of the figure without noise.
+        let of_squares = ["Sa", "Sq"].contains(&&first.name[..]);
+        let meant =
+            |found: &Found| found.value - if of_squares { found.simulated.bias } else { 0.0 };
+        let middle = of().map(meant).sum::<f64>() / count;
+        let square = of().map(|found| (meant(found) - middle).powi(2)).sum::<f64>();
         let scatter = (square / (count - 1.0)).sqrt();
         let u = of().map(|found| found.simulated.u).sum::<f64>() / count;
         let bias = of().map(|found| found.simulated.bias).sum::<f64>() / count;

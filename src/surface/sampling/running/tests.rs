@@ -55,7 +55,8 @@ fn near(left: f64, right: f64, share: f64) -> bool {
 }
 
 /// Against the assessment of the whole: all is the same but for what is simplified to the safe side.
-fn assert_as_assessed(found: &Sampling, mesh: &Mesh) {
+/// `far` is how much larger ε p99 may be.
+fn assert_as_assessed(found: &Sampling, mesh: &Mesh, far: f64) {
     let expected = assessed(mesh);
     assert_eq!(found.gap_max_mm.is_some(), expected.gap_max_mm.is_some());
     assert!(near(found.area_mm2, expected.area_mm2, 1e-12), "{found:?} {expected:?}");
@@ -70,7 +71,7 @@ fn assert_as_assessed(found: &Sampling, mesh: &Mesh) {
         "{epsilon} far above {expected_epsilon}"
     );
     let (p99, expected_p99) = (found.epsilon_p99.unwrap(), expected.epsilon_p99.unwrap());
-    assert!((1.0 - 1e-12..1.3).contains(&(p99 / expected_p99)), "{p99}, {expected_p99}");
+    assert!((1.0 - 1e-12..far).contains(&(p99 / expected_p99)), "{p99}, {expected_p99}");
     let counts = found.triangles;
     assert_eq!(
         counts.good + counts.over_gap + counts.over_epsilon,
@@ -98,7 +99,7 @@ fn looked_at_in_between_or_not_the_figures_are_the_same_and_as_assessed() {
         }
         let found = often.update(&mesh, &CRITERIA, inside, lfs_mm);
         assert_eq!(found, RunningSampling::new().update(&mesh, &CRITERIA, inside, lfs_mm));
-        assert_as_assessed(&found, &mesh);
+        assert_as_assessed(&found, &mesh, 1.3);
     }
 }
 
@@ -126,7 +127,8 @@ fn points_in_no_order_withdrawals_and_heights_are_taken_in() {
         let once = RunningSampling::new().update(&mesh, &CRITERIA, inside, lfs_mm);
         assert_eq!(found, once);
     }
-    assert_as_assessed(&running.update(&mesh, &CRITERIA, inside, lfs_mm), &mesh);
+    // Spikes make long triangles, whose places the running figures take for those of halves of squares.
+    assert_as_assessed(&running.update(&mesh, &CRITERIA, inside, lfs_mm), &mesh, 1.4);
 }
 
 #[test]

@@ -60,7 +60,7 @@ impl Truth {
             held += it.1;
             held >= wanted
         });
-        found.unwrap().0
+        found.expect("places make up all of the area").0
     }
 
     fn share_within(&self, epsilon: f64) -> f64 {
@@ -137,12 +137,12 @@ fn found(
     epsilon: f64,
     lfs_mm: impl Fn(f64, f64) -> f64 + Sync,
 ) -> Coverage {
-    let aperture = Aperture::circle([0.0; 2], radius_mm).unwrap();
+    let aperture = Aperture::circle([0.0; 2], radius_mm).expect("a circle is an aperture");
     let target = Target::epsilon(epsilon);
     cover(mesh.points(), &mesh.triangles(), &[], Some(&aperture), &target, |x, y| {
         Some(lfs_mm(x, y))
     })
-    .unwrap()
+    .expect("the target is in range")
 }
 
 /// `tolerance` is what percentiles may be too large by, as a share, beside what the grid of places leaves open.
@@ -157,7 +157,10 @@ fn assert_as_place_by_place(
     // Limits that nearly all places meet, and that many do not.
     for epsilon in [0.55 * largest, 0.8 * largest, 1.01 * largest] {
         let coverage = found(mesh, RADIUS_MM, epsilon, lfs_mm);
-        let (gap, of_epsilon) = (coverage.gap_mm.unwrap(), coverage.epsilon.unwrap());
+        let (gap, of_epsilon) = (
+            coverage.gap_mm.expect("there are triangles"),
+            coverage.epsilon.expect("there are triangles"),
+        );
         let check = |what: &str, found: f64, expected: f64| {
             let share = found / expected;
             assert!(
@@ -169,7 +172,8 @@ fn assert_as_place_by_place(
         check("p99 gap", gap.p99, truth.percentile(0.99, |it| it[0]));
         check("median ε", of_epsilon.median, truth.percentile(0.5, |it| it[0] / it[1]));
         check("p99 ε", of_epsilon.p99, truth.percentile(0.99, |it| it[0] / it[1]));
-        let (share, expected) = (coverage.coverage().unwrap(), truth.share_within(epsilon));
+        let (share, expected) =
+            (coverage.coverage().expect("there is an aperture"), truth.share_within(epsilon));
         assert!(
             share <= expected + 0.002 && share >= expected - 0.003 - 0.6 * tolerance,
             "{name}, ε {epsilon}: {share} covered, place by place {expected}"

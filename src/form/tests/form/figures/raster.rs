@@ -9,11 +9,11 @@ use crate::common::Noise;
 const COLUMNS: usize = 40;
 const ROWS: usize = 30;
 
+/// Places, triangles by them, and the column and row of each place.
+type Raster = (Vec<[f64; 2]>, Vec<[u32; 3]>, Vec<[usize; 2]>);
+
 /// Nodes of a raster, moved by `place`, without those that `is_gap` names; and the halves of its cells.
-fn raster(
-    place: impl Fn(f64, f64) -> [f64; 2],
-    is_gap: impl Fn(usize, usize) -> bool,
-) -> (Vec<[f64; 2]>, Vec<[u32; 3]>, Vec<[usize; 2]>) {
+fn raster(place: impl Fn(f64, f64) -> [f64; 2], is_gap: impl Fn(usize, usize) -> bool) -> Raster {
     let (mut places, mut nodes) = (Vec::new(), Vec::new());
     let mut index = vec![None; COLUMNS * ROWS];
     for row in 0..ROWS {
@@ -39,6 +39,9 @@ fn raster(
     (places, triangles, nodes)
 }
 
+/// Where a node lies.
+type Placing<'a> = &'a dyn Fn(f64, f64) -> [f64; 2];
+
 fn turned(angle: f64, [x, y]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = angle.sin_cos();
     [1e3 + cos * x - sin * y, -500.0 + sin * x + cos * y]
@@ -48,7 +51,7 @@ fn turned(angle: f64, [x, y]: [f64; 2]) -> [f64; 2] {
 fn rasters_are_found_whatever_their_turn_steps_and_gaps() {
     let holes = |column: usize, row: usize| {
         let off = [column as f64 - 12.0, row as f64 - 9.0];
-        off[0].hypot(off[1]) < 4.0 || (column * 7 + row * 11) % 53 == 0 || column + row < 6
+        off[0].hypot(off[1]) < 4.0 || (column * 7 + row * 11).is_multiple_of(53) || column + row < 6
     };
     for degrees in [0.0, 1e-3, 17.0, 44.9, -44.0, 90.0, 200.0] {
         for steps in [[0.1, 0.1], [0.02, 0.3], [0.3, 0.05]] {
@@ -63,8 +66,8 @@ fn rasters_are_found_whatever_their_turn_steps_and_gaps() {
                 let size = if is_across { [ROWS, COLUMNS] } else { [COLUMNS, ROWS] };
                 assert_eq!([found.columns(), found.rows()], size, "{degrees}°");
                 let expected = if is_across { [steps[1], steps[0]] } else { steps };
-                for axis in 0..2 {
-                    let share = found.spacing_mm()[axis] / expected[axis];
+                for (found, expected) in found.spacing_mm().iter().zip(expected) {
+                    let share = found / expected;
                     assert!((share - 1.0).abs() < 1e-3 + tilt, "{share}");
                 }
                 assert_eq!(found.places().flatten().count(), nodes.len());
@@ -102,7 +105,7 @@ fn what_is_no_raster_is_none() {
     let shaken: Vec<[f64; 2]> = (0..COLUMNS * ROWS).map(|_| [off(), off()]).collect();
     let at = |i: f64, j: f64| shaken[j as usize * COLUMNS + i as usize];
     let odd = |j: f64| (j as usize % 2) as f64;
-    let kinds: [(&str, &dyn Fn(f64, f64) -> [f64; 2]); 5] = [
+    let kinds: [(&str, Placing<'_>); 5] = [
         ("jitter of a tenth", &|i, j| [i + at(i, j)[0], j + at(i, j)[1]]),
         ("every second line shifted by a tenth", &|i, j| [i + 0.1 * odd(j), j]),
         ("hexagonal", &|i, j| [i + 0.5 * odd(j), 0.75_f64.sqrt() * j]),
