@@ -11,7 +11,6 @@ mod faults;
 mod file_kinds;
 mod freeforms;
 mod measure;
-mod metamorphic;
 mod peers;
 mod profiles;
 mod projection;

@@ -307,11 +307,11 @@ fn a_target_in_rho_is_a_share_of_the_reach() {
     assert!((number(&needed, "/next/0/spacing_needed_mm") / spacing_mm - 1.0).abs() < 1e-9);
 
     let file_of_nominal = dir.path().join("rho.toml");
-    std::fs::write(&file_of_nominal, format!("{NOMINAL}rho_limit = 0.0013\n")).unwrap();
+    std::fs::write(&file_of_nominal, format!("{NOMINAL}rho_limit = 0.0008\n")).unwrap();
     let asked = figures(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
     assert_eq!(asked["next"], needed["next"]);
     let output = sampling(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let told = "largest ρ 0.001424, allowed 0.001300, reach 25.00 mm";
+    let told = "largest ρ 0.001424, allowed 0.000800, reach 25.00 mm";
     assert!(text.contains(told), "{text}");
 }

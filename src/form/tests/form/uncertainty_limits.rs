@@ -260,8 +260,9 @@ fn where_noise_makes_the_figure() {
         ..independent()
     });
     for (name, share, ratio) in &told {
-        // Draws of averages hold the noise twice, and so scatter more than measurements.
-        let largest = if ["Sa", "Sq"].contains(&&name[..]) { 1.4 } else { 3.2 };
+        // Draws of averages hold the noise twice, and so scatter more than measurements. What is left of them without noise is
+        // at least 0, which narrows its scatter.
+        let largest = if ["Sa", "Sq"].contains(&&name[..]) { 1.7 } else { 3.2 };
         assert!(*share >= 0.92 && (1.0..largest).contains(ratio), "{name}: {share} {ratio}");
     }
 }
