@@ -312,6 +312,6 @@ fn a_target_in_rho_is_a_share_of_the_reach() {
     assert_eq!(asked["next"], needed["next"]);
     let output = sampling(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let told = "largest ρ 0.001424, allowed 0.000800, reach 25.00 mm";
+    let told = "largest ρ 0.001424, allowed 0.0008000, reach 25.00 mm";
     assert!(text.contains(told), "{text}");
 }
