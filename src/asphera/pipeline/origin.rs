@@ -40,19 +40,31 @@ pub(super) fn start_of(part: &Part, points: &[PointMm]) -> Pose {
     })
 }
 
-/// The pose of a fit with its origin moved along the axis of a cylinder to where `start` says; `None` where it lies there. A
-/// fit that turned the part, or looked for it elsewhere, left it aside.
+/// The pose of a fit with its origin moved along the axis of a cylinder so far that the shift along it is that of `start`;
+/// `None` where it is. A fit
+/// that turned the part, or looked for it elsewhere, left it aside.
 pub(super) fn moved_along(part: &Part, fit: &Fit, start: &Pose) -> Option<Pose> {
     let axis = match part.nominal.slides() {
         [true, false] => 0,
         [false, true] => 1,
         _ => return None,
     };
-    let wanted_mm = fit.pose.to_part([start.tx_mm, start.ty_mm, fit.pose.tz_mm]);
-    let mut at_mm = [0.0; 3];
-    at_mm[axis] = wanted_mm[axis];
-    let [tx_mm, ty_mm, tz_mm] = fit.pose.to_measured(at_mm);
-    (wanted_mm[axis].abs() > ASIDE_MM).then_some(Pose { tx_mm, ty_mm, tz_mm, ..fit.pose })
+    let axis_to = |along_mm: f64| {
+        let mut at_mm = [0.0; 3];
+        at_mm[axis] = along_mm;
+        fit.pose.to_measured(at_mm)
+    };
+    let lies_mm = [fit.pose.tx_mm, fit.pose.ty_mm, fit.pose.tz_mm];
+    let [wanted_mm, there_mm] = [[start.tx_mm, start.ty_mm], [lies_mm[0], lies_mm[1]]];
+    let along = axis_to(1.0)[axis] - lies_mm[axis];
+    let aside_mm = if along.abs() > ACROSS {
+        (wanted_mm[axis] - there_mm[axis]) / along
+    } else {
+        // A part that was turned by a quarter: the place of its axis next to the start.
+        fit.pose.to_part([wanted_mm[0], wanted_mm[1], fit.pose.tz_mm])[axis]
+    };
+    let [tx_mm, ty_mm, tz_mm] = axis_to(aside_mm);
+    (aside_mm.abs() > ASIDE_MM).then_some(Pose { tx_mm, ty_mm, tz_mm, ..fit.pose })
 }
 
 /// What the origin of a part is; `at_mm` is where it lies in the measured frame.
@@ -66,6 +78,8 @@ pub(super) fn figures(part: &Part, at_mm: PointMm) -> OriginFigures {
     OriginFigures { place: place.to_owned(), at_mm }
 }
 
+/// An axis of a cylinder that goes less along the direction it started in has another.
+const ACROSS: f64 = 0.5;
 /// A shorter way is rounding.
 const ASIDE_MM: f64 = 1e-9;
 

@@ -6,11 +6,13 @@
 //! about that axis, and the aperture would slide over the part.
 //!
 //! Within a group a length is a length and an angle an angle, so that "at its start" has a meaning: no step has a part along
-//! the combination. Between groups the order of `priority` decides: shifts follow, turns are held. So the piece above is
+//! the combination. What the combination is, is asked at the pose the whole fit starts from: so a fit in several stages, over
+//! other points, ends at the same place. Between groups the order of `priority` decides: shifts follow, turns are held. So the piece above is
 //! found where it lies, if it was not turned about the axis; a sphere is found by its centre and a cylinder by its axis.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
+use crate::fit::motion::Motion;
 use crate::fit::solve::System;
 use crate::{Parameter, Pose};
 
@@ -96,12 +98,13 @@ impl Freedoms {
 }
 
 impl Chosen {
-    /// What the rows of a system determine of the `free` parameters, admitted by the groups of `priority`.
+    /// What the rows of a system at `pose` determine of the `free` parameters, admitted by the groups of `priority`. What
+    /// they do not is held where `start` has it.
     pub(crate) fn new(
         system: &System,
         free: &[Parameter],
         priority: &[Vec<usize>],
-        pose: &Pose,
+        [pose, start]: [&Pose; 2],
         tolerance: f64,
     ) -> Chosen {
         let kept = system.determinate(priority, tolerance);
@@ -129,16 +132,22 @@ impl Chosen {
                     }
                 })
                 .collect();
-            if !own.is_empty() && unfelt.iter().any(|held| held.combines(&own)) {
-                let metric = DMatrix::from_fn(group.len(), group.len(), |i, j| {
-                    product(free[group[i]], free[group[j]], pose)
-                });
+            let (held_along, metric) = along(group, &unfelt, free, [pose, start]);
+            let covectors: Vec<DVector<f64>> = held_along.iter().map(|one| &metric * one).collect();
+            let combines = unfelt.iter().zip(&covectors).any(|(held, covector)| {
+                let at = group.iter().position(|&index| index == held.left);
+                let size = at.map_or(0.0, |at| covector[at].abs());
+                let others =
+                    group.iter().zip(covector.iter()).filter(|(index, _)| own.contains(index));
+                others.into_iter().any(|(_, share)| share.abs() > SHARE * size)
+            });
+            if combines {
                 let mut taken = Vec::new();
                 for held in &mut unfelt {
                     held.lead(group, &taken);
                     taken.push(held.leading);
                 }
-                turned.push((group, left_to(group, &unfelt, &metric)));
+                turned.push((group, left_to(held_along, &metric)));
             }
             held.extend(unfelt);
             earlier.extend(own);
@@ -149,12 +158,6 @@ impl Chosen {
 }
 
 impl Held {
-    /// Whether it changes other members of its group beside the one left out.
-    fn combines(&self, own: &[usize]) -> bool {
-        let size = self.change[self.left].abs();
-        own.iter().any(|&other| self.change[other].abs() > SHARE * size)
-    }
-
     /// Names it by the member it changes most, of those that name no other.
     fn lead(&mut self, group: &[usize], taken: &[usize]) {
         let most = group
@@ -167,17 +170,47 @@ impl Held {
     }
 }
 
-/// Directions of a group across all that is unfelt, orthogonal in the metric (Gram and Schmidt, twice).
-fn left_to(group: &[usize], unfelt: &[Held], metric: &DMatrix<f64>) -> DMatrix<f64> {
-    let size = group.len();
-    let mut found: Vec<nalgebra::DVector<f64>> = Vec::new();
-    let own = unfelt.iter().map(|held| {
-        nalgebra::DVector::from_iterator(size, group.iter().map(|&index| held.change[index]))
-    });
-    let units = (0..size).map(|i| nalgebra::DVector::from_fn(size, |j, _| f64::from(i == j)));
-    let mut units: Vec<nalgebra::DVector<f64>> = units.collect();
-    let length = |vector: &nalgebra::DVector<f64>| vector.dot(&(metric * vector)).max(0.0).sqrt();
-    let across = |vector: &mut nalgebra::DVector<f64>, found: &[nalgebra::DVector<f64>]| {
+/// What a group does not feel, as changes of its parameters, and the product of such changes: at `start`, where the group has
+/// all that is needed to say it there, else at `pose`.
+fn along(
+    group: &[usize],
+    unfelt: &[Held],
+    free: &[Parameter],
+    [pose, start]: [&Pose; 2],
+) -> (Vec<DVector<f64>>, DMatrix<f64>) {
+    let metric_at = |pose: &Pose| {
+        DMatrix::from_fn(group.len(), group.len(), |i, j| {
+            product(free[group[i]], free[group[j]], pose)
+        })
+    };
+    let here =
+        |held: &Held| DVector::from_iterator(group.len(), group.iter().map(|&i| held.change[i]));
+    let now: Vec<DVector<f64>> = unfelt.iter().map(here).collect();
+    let metric = metric_at(start);
+    let moved =
+        unfelt.iter().map(|held| Motion::of(held, free, pose)?.as_changes(group, free, start));
+    let at_start: Option<Vec<DVector<f64>>> = moved.collect();
+    // Of a part that was turned far, what is held there says nothing of what is not felt here.
+    let tells = |one: &DVector<f64>, now: &DVector<f64>| {
+        let covector = &metric * one;
+        covector.dot(now).abs() > TELLS * covector.norm() * now.norm()
+    };
+    match at_start {
+        Some(at_start) if at_start.iter().zip(&now).all(|(one, now)| tells(one, now)) => {
+            (at_start, metric)
+        }
+        _ => (now, metric_at(pose)),
+    }
+}
+
+/// Directions across all that is held, orthogonal in the metric (Gram and Schmidt, twice).
+fn left_to(own: Vec<DVector<f64>>, metric: &DMatrix<f64>) -> DMatrix<f64> {
+    let (size, held) = (metric.nrows(), own.len());
+    let mut found: Vec<DVector<f64>> = Vec::new();
+    let units = (0..size).map(|i| DVector::from_fn(size, |j, _| f64::from(i == j)));
+    let mut units: Vec<DVector<f64>> = units.collect();
+    let length = |vector: &DVector<f64>| vector.dot(&(metric * vector)).max(0.0).sqrt();
+    let across = |vector: &mut DVector<f64>, found: &[DVector<f64>]| {
         for _ in 0..2 {
             for other in found {
                 let along = vector.dot(&(metric * other));
@@ -203,7 +236,7 @@ fn left_to(group: &[usize], unfelt: &[Held], metric: &DMatrix<f64>) -> DMatrix<f
         let left = length(&next);
         found.push(next / left);
     }
-    DMatrix::from_columns(&found[unfelt.len()..])
+    DMatrix::from_columns(&found[held..])
 }
 
 fn joined(kept: Vec<usize>, turned: &[(&[usize], DMatrix<f64>)]) -> Freedoms {
@@ -250,3 +283,5 @@ fn product(one: Parameter, other: Parameter, pose: &Pose) -> f64 {
 
 /// A share of the other members of a group that is rounding.
 const SHARE: f64 = 1e-7;
+/// What is held at the start goes along what is not felt by at least this share.
+const TELLS: f64 = 0.1;

@@ -245,6 +245,7 @@ pub(crate) fn solve(
             rank_tolerance: settings.rank_tolerance,
             polish: !coarse || last,
             damping: 0.0,
+            start: settings.start,
         };
         let mut solved = refine_by(&selection, pose, shape, settings, limits, known.take())
             .ok_or(FitError::Overflow { used })?;

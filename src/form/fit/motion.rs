@@ -1,10 +1,12 @@
 //! What points do not feel, in words: which turn, which shift.
 
+use nalgebra::{DVector, Matrix3, Vector3};
+
 use crate::fit::freedoms::Held;
 use crate::{Nominal, Parameter, Pose};
 
 /// A small rigid motion in the part frame: a place p moves by `shift + turn × p`.
-struct Motion {
+pub(super) struct Motion {
     shift: [f64; 3],
     turn: [f64; 3],
 }
@@ -45,7 +47,7 @@ pub(crate) fn words(
 
 impl Motion {
     /// `None` where parameters of the shape take part.
-    fn of(held: &Held, free: &[Parameter], pose: &Pose) -> Option<Motion> {
+    pub(super) fn of(held: &Held, free: &[Parameter], pose: &Pose) -> Option<Motion> {
         let axes = pose.turn_axes();
         let (mut shift, mut turn) = ([0.0; 3], [0.0; 3]);
         for (&parameter, &change) in free.iter().zip(&held.change) {
@@ -71,6 +73,35 @@ impl Motion {
             turn.iter_mut().zip(axis).for_each(|(sum, entry)| *sum += change * entry);
         }
         Some(Motion { shift: pose.motion().turn_to_part(shift), turn })
+    }
+
+    /// The changes of a group of shifts or turns that make it at `pose`; `None` where the group cannot. What others than the
+    /// group do is theirs.
+    pub(super) fn as_changes(
+        &self,
+        group: &[usize],
+        free: &[Parameter],
+        pose: &Pose,
+    ) -> Option<DVector<f64>> {
+        use Parameter::{Rx, Ry, Rz, Tx, Ty, Tz};
+        let turns = group.iter().all(|&index| matches!(free[index], Rx | Ry | Rz));
+        let all = if turns {
+            let axes = pose.turn_axes();
+            if group.len() < axes.len() {
+                return None;
+            }
+            let matrix = Matrix3::from_columns(&axes.map(Vector3::from));
+            matrix.lu().solve(&Vector3::from(self.turn))?
+        } else {
+            Vector3::from(pose.motion().turn_to_measured(self.shift))
+        };
+        let entries = group.iter().map(|&index| match free[index] {
+            Tx | Rx => Some(all[0]),
+            Ty | Ry => Some(all[1]),
+            Tz | Rz => Some(all[2]),
+            _ => None,
+        });
+        Some(DVector::from_vec(entries.collect::<Option<Vec<f64>>>()?))
     }
 
     /// Without the shift along the axis of the turn, where the surface slides along it: that is another motion, not felt

@@ -77,6 +77,8 @@ pub(crate) struct Limits {
     /// Damping of the first step, relative to columns of unit length: far from the solution a long step
     /// along a weak combination of parameters leads astray.
     pub(crate) damping: f64,
+    /// Where what the points do not feel is held.
+    pub(crate) start: Pose,
 }
 
 /// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot. With
@@ -98,7 +100,7 @@ pub(crate) fn refine(
     };
     let order = priority(free, &nominal);
     let Chosen { freedoms, held } =
-        Chosen::new(&system, free, &order, &pose, limits.rank_tolerance);
+        Chosen::new(&system, free, &order, [&pose, &limits.start], limits.rank_tolerance);
     let rounding_mm = rounding_mm(points);
     let tolerance_mm = limits.tolerance_mm.max(rounding_mm);
     let mut damping = limits.damping;

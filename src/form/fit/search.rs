@@ -104,6 +104,7 @@ impl Refiner<'_> {
             rank_tolerance: self.settings.rank_tolerance.max(RANK_TOLERANCE),
             polish: false,
             damping: DAMPING,
+            start: self.settings.start,
         };
         let mut nominal = self.nominal.clone();
         let mut selection = self.select(&pose, &nominal);
