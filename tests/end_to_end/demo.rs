@@ -64,6 +64,8 @@ fn hundred_thousand_points_agree_with_the_truth_and_replay_alike() {
         assert!((found - had).abs() < 6.0 * u, "{name}: {found} ± {u}, the simulator had {had}");
     }
     assert_eq!(report["verdict"]["status"], "pass");
+    // Its smooth ring is form.
+    assert_eq!(report["defects"], serde_json::json!([]));
     for name in ["report.json", "mesh.ply", "deviation.ply", "deviation.x3p"] {
         assert!(out.path().join(name).metadata().unwrap().len() > 1000, "{name}");
     }

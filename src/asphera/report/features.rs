@@ -74,11 +74,11 @@ pub struct DefectSearchFigures {
     pub window_mm: f64,
     /// Largest width of a defect in mm: what is wider is form.
     pub largest_mm: f64,
-    /// Standard deviation of single points that counts as noise, nm.
+    /// Standard deviation of single points that counts as noise, nm; where noise differs by place, of half of the surface.
     pub sigma_nm: f64,
-    /// Of how many of these a point, or that of a mean a mean, must stand off.
+    /// Of how many of these at its place a single point must stand off; of that of a mean, a mean of as many or fewer.
     pub threshold_sigmas: f64,
-    /// How many false ones are expected on the whole surface at that threshold, if noise is white.
+    /// How many false ones are expected on the whole surface at that threshold, if noise is not correlated.
     pub false_expected: f64,
     /// Smallest height that is listed, nm.
     pub min_height_nm: f64,

@@ -5,10 +5,11 @@
 //!    reference, which they share. Under white noise each is normal with deviation 1. Wide and
 //!    shallow defects show in the wider ones, single readings in the first. If half of all vertices
 //!    tell a larger deviation, because the noise is not white or the form not followed, it takes the
-//!    place of 1.
+//!    place of 1; beside the border half of the vertices as near to it, over some way along it (`rim_zones.rs`).
 //! 2. *Threshold.* With n vertices there are 3n statistics. Each may exceed ±k with probability
 //!    e/3n, so the expected number of false defects is at most e (C. E. Bonferroni's bound: however
-//!    the statistics depend on each other).
+//!    the statistics depend on each other). Where the tails of the noise are longer than normal, k is larger, of single
+//!    readings more than of means (`tail.rs`).
 //! 3. *Growth.* From a vertex above k its defect goes on along the edges over vertices of the same
 //!    sign above 2.5 (J. Canny, IEEE Trans. Pattern Anal. 8 (1986) 679-698, section VIII:
 //!    hysteresis).
@@ -17,13 +18,16 @@
 
 use rayon::prelude::*;
 
-use super::tail;
+use super::rim_zones::RimZones;
+use super::tail::{self, Tail};
 use crate::VertexId;
 use crate::curvature::Adjacency;
 use crate::sets::Sets;
 
 /// Ring numbers.
 pub(super) const SCALES: usize = 3;
+/// Samples within so many rings, on a surface of triangles.
+pub(super) const SAMPLES: [f64; SCALES] = [1.0, 7.0, 19.0];
 /// Where growth ends, in standard deviations.
 const GROWTH: f64 = 2.5;
 /// Vertices that are worked on with the same memory; fixed, so that threads do not show.
@@ -42,36 +46,44 @@ pub(super) struct Found {
 /// What was found, and above what.
 pub(super) struct Detection {
     pub(super) found: Vec<Found>,
-    /// In standard deviations.
+    /// For single readings, in standard deviations.
     pub(super) threshold: f64,
     /// By ring numbers, what the deviation of the statistics was taken for.
     pub(super) scales: [f64; SCALES],
 }
 
 /// `values` are residuals over σ for all vertices, NaN where not known; `shared` the variances of the reference there, over
-/// σ².
+/// σ²; `zones` which vertices lie alike beside the border; `colour` the least that counts as the
+/// deviation of the statistics.
 pub(super) fn detect(
     adjacency: &Adjacency,
     (values, shared): (&[f64], &[f64]),
+    (zones, tail, colour): (&RimZones, Tail, [f64; SCALES]),
     false_expected: f64,
 ) -> Detection {
     let known = values.iter().filter(|value| value.is_finite()).count();
     let tests = (SCALES * known) as f64;
-    let threshold = tail::two_sided((false_expected / tests).min(0.1));
+    let probability = (false_expected / tests).min(0.1);
     let statistics = statistics(adjacency, values, shared);
     let mut scales = [1.0; SCALES];
+    let mut factors = Vec::with_capacity(SCALES);
     let mut components = Vec::new();
     for (ring, scale) in scales.iter_mut().enumerate() {
         let mut sizes: Vec<f64> =
             statistics.iter().map(|of| of[ring].abs()).filter(|size| size.is_finite()).collect();
-        *scale = tail::scale(&mut sizes).unwrap_or(1.0).max(1.0);
-        let by_scale = |vertex: usize| statistics[vertex][ring] / *scale;
+        *scale = tail::scale(&mut sizes).unwrap_or(1.0).max(colour[ring]);
+        let factor = zones.factors(|vertex| statistics[vertex][ring] / *scale);
+        let by_scale =
+            |vertex: usize| statistics[vertex][ring] / (*scale * factor[zones.of(vertex)]);
+        let threshold = tail.threshold(probability, SAMPLES[ring]);
         grow(adjacency, by_scale, threshold, |raised, vertices| {
             components.push((ring, raised, vertices));
         });
+        factors.push(factor);
     }
-    let found = choose(&components, values, &scales);
-    Detection { found, threshold, scales }
+    let deviation = |ring: usize, vertex: usize| scales[ring] * factors[ring][zones.of(vertex)];
+    let found = choose(&components, values, deviation);
+    Detection { found, threshold: tail.threshold(probability, 1.0), scales }
 }
 
 fn statistics(adjacency: &Adjacency, values: &[f64], shared: &[f64]) -> Vec<[f64; SCALES]> {
@@ -168,7 +180,7 @@ fn grow(
 fn choose(
     components: &[(usize, bool, Vec<VertexId>)],
     values: &[f64],
-    scales: &[f64; SCALES],
+    deviation: impl Fn(usize, usize) -> f64,
 ) -> Vec<Found> {
     let mut sets = Sets::new(components.len());
     let mut holders: Vec<(VertexId, bool, usize)> = components
@@ -199,8 +211,10 @@ fn choose(
                         .flat_map(|component| component.2.iter().copied())
                         .collect();
                     vertices.sort_unstable();
-                    let sum: f64 = vertices.iter().map(|&vertex| values[vertex as usize]).sum();
-                    let significance = sum.abs() / (vertices.len() as f64).sqrt() / scales[ring];
+                    let parts = vertices.iter().map(|&vertex| vertex as usize);
+                    let sum: f64 =
+                        parts.map(|vertex| values[vertex] / deviation(ring, vertex)).sum();
+                    let significance = sum.abs() / (vertices.len() as f64).sqrt();
                     let raised = components[cluster[0].1].1;
                     (!vertices.is_empty()).then_some(Found { raised, vertices, significance })
                 })

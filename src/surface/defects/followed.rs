@@ -6,28 +6,18 @@
 //! while form that is not followed does so all about: the median tells it.
 
 use super::cells::Cells;
-use super::line::Line;
 use super::reference::Reference;
-use super::{DefectsUnknown, Samples, tail};
+use super::tail;
 
-/// What is missed about each cell, in mm along the normal; 0 where it does not stand out from the noise of the two
-/// references, and where there is none.
-///
-/// `O(n)`, as much again as the reference.
+/// What the first of two references misses about each cell, in mm along the normal; 0 where it does not stand out from the
+/// noise of the two, and where there is none. `window_mm` is the width of its windows, the other's are half as wide.
 pub(super) fn missed_mm(
-    samples: &Samples<'_>,
     cells: &Cells,
-    reference: &Reference,
-    (window_mm, steps): (f64, &[Line]),
-) -> Result<Vec<f64>, DefectsUnknown> {
-    let half = match Reference::new(samples, cells, 0.5 * window_mm, steps, false) {
-        Ok(half) => half,
-        // Too few cells for a smaller window tell nothing of a larger one.
-        Err(DefectsUnknown::NoReference { .. }) => return Ok(vec![0.0; cells.len()]),
-        Err(other) => return Err(other),
-    };
+    [reference, half]: [&Reference; 2],
+    window_mm: f64,
+) -> Vec<f64> {
     let apart: Vec<Option<Apart>> =
-        (0..cells.len()).map(|cell| Apart::of(cells, cell, [reference, &half])).collect();
+        (0..cells.len()).map(|cell| Apart::of(cells, cell, [reference, half])).collect();
     // Cells by the squares of a coarse grid, and by how near to a border they are.
     let side = ((window_mm / cells.side_mm).round() as u32).max(1);
     let size = cells.size.map(|count| count.div_ceil(side as usize) + 2);
@@ -62,7 +52,7 @@ pub(super) fn missed_mm(
     let of = |(cell, apart): (usize, &Option<Apart>)| {
         apart.map_or(0.0, |apart| medians[square(cell)][apart.zone])
     };
-    Ok(apart.iter().enumerate().map(of).collect())
+    apart.iter().enumerate().map(of).collect()
 }
 
 /// What two references differ by in a cell.

@@ -32,6 +32,8 @@ const FOLLOWED: f64 = 0.05;
 /// Standard deviation of an area that is counted out in samples, over the root of the number of
 /// samples along its perimeter, in areas of one: a boundary anywhere between two samples.
 const COUNTED: f64 = 0.29;
+/// How near a vertex of a defect is to a place on it, in spacings.
+const ON_IT: f64 = 1.5;
 /// Largest condition of a fit that is used.
 const CONDITION: f64 = 1e3;
 
@@ -136,7 +138,7 @@ impl Field<'_> {
         let by_level = 0.5 * (level(-shift_mm) - level(shift_mm)).abs();
         let counted = COUNTED * along.sqrt() * self.spacing_mm.powi(2);
         let axes = measured.axes;
-        let centre = self.centre(vertices);
+        let centre = self.centre(vertices, deepest(averaged).unwrap_or(single).1);
         Defect {
             kind,
             centre_mm: centre,
@@ -278,8 +280,8 @@ impl Field<'_> {
         Extent { above, core, axes }
     }
 
-    /// The middle of the residuals.
-    fn centre(&self, vertices: &[VertexId]) -> [f64; 3] {
+    /// The middle of the residuals, or the deepest place if that middle does not lie on the defect.
+    fn centre(&self, vertices: &[VertexId], deepest: VertexId) -> [f64; 3] {
         let (mut sum, mut total) = ([0.0; 3], 0.0);
         let origin = self.samples.points[vertices[0] as usize];
         for &vertex in vertices {
@@ -289,7 +291,13 @@ impl Field<'_> {
             (0..3).for_each(|axis| sum[axis] += weight * (point[axis] - origin[axis]));
             total += weight;
         }
-        [0, 1, 2].map(|axis| origin[axis] + if total > 0.0 { sum[axis] / total } else { 0.0 })
+        let middle =
+            [0, 1, 2].map(|axis| origin[axis] + if total > 0.0 { sum[axis] / total } else { 0.0 });
+        let on_it = vertices.iter().any(|&vertex| {
+            let [x, y] = self.place_mm(vertex);
+            (x - middle[0]).hypot(y - middle[1]) <= ON_IT * self.spacing_mm
+        });
+        if on_it { middle } else { self.samples.points[deepest as usize] }
     }
 
     fn bounds(&self, vertices: &[VertexId]) -> BoundsMm {

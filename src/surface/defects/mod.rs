@@ -4,11 +4,13 @@
 //! A defect is what stands off from a smooth reference by more than noise explains, over less than a
 //! largest width. [`find_defects`]
 //!
-//! 1. fits a *reference* that is wide against a defect and not moved by it (`reference.rs`, `fit.rs`);
+//! 1. fits a *reference* that is wide against a defect and not moved by it (`reference.rs`, `fit.rs`), less wide where
+//!    form that is long and smooth at the scale of the points asks for it (`windows.rs`);
 //! 2. looks for *steps* in what is left, and fits the reference again so that it may jump there
 //!    (`steps.rs`);
 //! 3. *detects* connected sets of vertices whose residuals are too large (`detect.rs`), so that the
-//!    number of false ones to be expected on a whole surface is the caller's choice;
+//!    number of false ones to be expected on a whole surface is the caller's choice, by the noise of the place
+//!    (`noise_field.rs`), as far as its tails were seen to go (`tail.rs`);
 //! 4. *measures* and names each (`measure.rs`).
 //!
 //! On a large surface with a nominal [`search_defects`] does so only where a quick look at its deviations hints at
@@ -17,7 +19,9 @@
 //! Depths are along the normal, areas and lengths in the plane of projection.
 //!
 //! **What it does not see.** Form and waviness that the reference does not follow raise the level from which
-//! on something is a defect, about where they are (`followed.rs`). Defects nearer
+//! on something is a defect, about where they are (`followed.rs`). What runs along the border, within six rings of
+//! neighbours, over more than some 60 spacings is taken for the form of the edge (`rim_zones.rs`). A groove or ridge that is
+//! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form. Defects nearer
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 
@@ -25,20 +29,28 @@ mod cells;
 mod detect;
 mod fit;
 mod followed;
+mod ground;
 mod line;
 mod measure;
+mod noise_field;
 mod partition;
+mod placed;
 mod profile;
 mod reference;
+mod residuals;
 mod rim;
+mod rim_zones;
 mod screen;
 mod search;
 mod settings;
 mod shape;
 mod steps;
+#[cfg(test)]
+mod study;
 mod tail;
 #[cfg(test)]
 mod tests;
+mod windows;
 
 use std::cmp::Ordering;
 
@@ -46,11 +58,13 @@ use rayon::prelude::*;
 
 use self::cells::Cells;
 use self::detect::{Detection, Found};
-use self::line::Line;
+use self::ground::Ground;
 use self::measure::{Field, Zone};
+use self::placed::{Looked, Placed};
 use self::reference::Reference;
-use self::steps::{Search, Step};
-use crate::noise::{Along, Noise, NoiseSettings, estimate_noise};
+use self::residuals::Residuals;
+use self::rim_zones::RimZones;
+use self::steps::Step;
 use crate::{BoundsMm, PointMm, VertexId};
 
 pub use self::partition::{
@@ -64,8 +78,6 @@ const WINDOW: f64 = 3.0;
 
 /// How near to a step what stands off is the step's own, in spacings.
 const OWN_SPACINGS: f64 = 2.0;
-/// What rounding makes of heights, over the largest of them.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// What a defect is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,8 +101,8 @@ pub enum DefectKind {
 pub struct Defect {
     /// What it is.
     pub kind: DefectKind,
-    /// Its middle, weighted by the residuals; of a step that of its line, at the height of the
-    /// nearest vertex.
+    /// Its middle, weighted by the residuals, or its highest vertex where that middle does not lie on it, as that of a
+    /// bent scratch; of a step the middle of its line, at the height of the nearest vertex.
     pub centre_mm: PointMm,
     /// The smallest rectangle about its vertices; of a step about its line.
     pub bounds_mm: BoundsMm,
@@ -128,9 +140,11 @@ pub struct Defects {
     /// The most significant first.
     pub defects: Vec<Defect>,
     /// Standard deviation in mm of the residuals along the normal that counts as noise: that of the
-    /// noise, or of half of all residuals if they tell of more.
+    /// noise, or of half of all residuals if they tell of more. Where noise differs by place it is that of half of the
+    /// surface.
     pub sigma_mm: f64,
-    /// Standard deviations from which on a residual, or the mean of some, is a defect.
+    /// Standard deviations from which on a single residual is a defect; of the mean of some it is as many, or fewer
+    /// where the tails of the noise are long.
     pub threshold: f64,
     /// Largest width of a defect in mm.
     pub largest_mm: f64,
@@ -153,8 +167,8 @@ impl Defects {
 
 /// Finds the defects of a surface.
 ///
-/// White noise of the whole surface is expected to make no more than
-/// [`DefectSettings::with_false_expected`] defects of its own. The vertices are shared out to rayon's
+/// Noise without correlation is expected to make no more than [`DefectSettings::with_false_expected`] defects of its own
+/// on the whole surface, also where it differs from place to place or has tails up to those of Laplace's distribution. The vertices are shared out to rayon's
 /// threads; the bits do not depend on how many there are, and on the order of the vertices by
 /// rounding alone if the noise is given, else by the choice of neighbourhoods that
 /// [`estimate_noise`] looks at.
@@ -191,6 +205,15 @@ pub fn find_defects(
     samples: &Samples<'_>,
     settings: &DefectSettings,
 ) -> Result<Defects, DefectsUnknown> {
+    find(samples, settings, None)
+}
+
+/// The same over a ground that is known, as where these samples are a part of a surface.
+fn find(
+    samples: &Samples<'_>,
+    settings: &DefectSettings,
+    ground: Option<&Ground>,
+) -> Result<Defects, DefectsUnknown> {
     let areas_mm2 = areas_mm2(samples)?;
     let used: Vec<bool> = (0..samples.points.len() as VertexId)
         .map(|vertex| {
@@ -211,43 +234,32 @@ pub fn find_defects(
     let largest_mm = settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
     let window_mm = WINDOW * largest_mm;
     let cells = Cells::new(samples, &used, reference::side_mm(window_mm, spacing_mm))?;
-    let mut reference = Reference::new(samples, &cells, window_mm, &[], false)?;
-    let noise = match settings.noise {
-        Some(noise) => noise,
-        None => noise_of(samples)?,
+    let looked = Looked { samples, cells: &cells, largest_mm, spacing_mm, settings, ground };
+    let Placed { steps, reference, missed_mm, residuals, tail } = looked.place()?;
+    let Residuals { normal_mm, cell, sigma_mm, cell_mm } = residuals;
+    let noise_at = |vertex: usize| match cell[vertex] {
+        cells::NONE => sigma_mm,
+        cell => cell_mm[cell as usize],
     };
-    let first = Residuals::new(&cells, &reference, samples.points.len(), noise);
-    let search = Search {
-        largest_mm,
-        spacing_mm,
-        sigma_mm: first.sigma_mm,
-        false_expected: settings.false_expected,
-    };
-    let mut steps = steps::find(samples.points, &cells, &reference, &search);
-    let residuals = if steps.is_empty() {
-        first
-    } else {
-        // A reference that may not jump bends towards a step, which then looks lower than it is.
-        let again = Reference::new(samples, &cells, window_mm, &lines(&steps), true)?;
-        steps = steps::find(samples.points, &cells, &again, &search);
-        reference = Reference::new(samples, &cells, window_mm, &lines(&steps), false)?;
-        Residuals::new(&cells, &reference, samples.points.len(), noise)
-    };
-    let Residuals { normal_mm, cell, sigma_mm } = residuals;
-    let values: Vec<f64> = normal_mm.iter().map(|residual| residual / sigma_mm).collect();
-    let missed_mm = followed::missed_mm(samples, &cells, &reference, (window_mm, &lines(&steps)))?;
+    let values: Vec<f64> =
+        normal_mm.iter().enumerate().map(|(at, residual)| residual / noise_at(at)).collect();
     let shared: Vec<f64> = cell
         .iter()
         .map(|&cell| match cell {
             cells::NONE => 0.0,
             cell => {
-                let missed = missed_mm[cell as usize] / sigma_mm;
+                let missed = missed_mm[cell as usize] / cell_mm[cell as usize];
                 reference.uncertainties[cell as usize].powi(2) + missed * missed
             }
         })
         .collect();
-    let Detection { mut found, threshold, scales } =
-        detect::detect(samples.adjacency, (&values, &shared), settings.false_expected);
+    let rim_zones = RimZones::new(samples.points, samples.adjacency, &used, spacing_mm);
+    let Detection { mut found, threshold, scales } = detect::detect(
+        samples.adjacency,
+        (&values, &shared),
+        (&rim_zones, tail, ground.map_or([1.0; detect::SCALES], |ground| ground.colour)),
+        settings.false_expected,
+    );
     // Which side the samples nearest to a step lie on is not known: those are its own.
     found.retain(|found| {
         !steps.iter().any(|step| {
@@ -258,16 +270,17 @@ pub fn find_defects(
         })
     });
     found.sort_by(|p, q| q.significance.total_cmp(&p.significance));
-    let field = Field {
+    let field_at = |zone: &Zone<'_>| Field {
         samples: *samples,
         residuals_mm: &normal_mm,
         areas_mm2: &areas_mm2,
-        sigma_mm: sigma_mm * scales[0],
+        sigma_mm: noise_at(zone.found.vertices[0] as usize) * scales[0],
         spacing_mm,
         threshold,
     };
-    let zones = zones(samples, &found, &cell, &reference, sigma_mm);
-    let mut defects: Vec<Defect> = zones.par_iter().map(|zone| field.measure(zone)).collect();
+    let zones = zones(samples, &found, &cell, &reference, &cell_mm);
+    let mut defects: Vec<Defect> =
+        zones.par_iter().map(|zone| field_at(zone).measure(zone)).collect();
     defects.extend(steps.iter().map(|step| of_step(samples, &used, step)));
     defects.sort_by(by_significance);
     let unreferenced =
@@ -292,68 +305,6 @@ fn by_significance(p: &Defect, q: &Defect) -> Ordering {
         .total_cmp(&p.significance)
         .then(a[0].total_cmp(&b[0]))
         .then(a[1].total_cmp(&b[1]))
-}
-
-fn lines(steps: &[Step]) -> Vec<Line> {
-    steps.iter().map(|step| step.line.clone()).collect()
-}
-
-fn noise_of(samples: &Samples<'_>) -> Result<Noise, DefectsUnknown> {
-    let settings = NoiseSettings::new(NoiseSettings::NEIGHBOURHOODS, Along::Z)
-        .expect("the default number is not too small");
-    let estimate = match samples.deviations_mm {
-        None => estimate_noise(samples.points, samples.adjacency, &settings),
-        Some(deviations_mm) => {
-            let lifted: Vec<PointMm> = samples
-                .points
-                .iter()
-                .zip(deviations_mm)
-                .map(|(&[x, y, _], &deviation)| [x, y, deviation])
-                .collect();
-            estimate_noise(&lifted, samples.adjacency, &settings)
-        }
-    };
-    Ok(estimate.map_err(DefectsUnknown::Noise)?.noise)
-}
-
-/// Residuals along the normal.
-struct Residuals {
-    /// By vertex; NaN where not known.
-    normal_mm: Vec<f64>,
-    /// By vertex the cell it lies in.
-    cell: Vec<u32>,
-    sigma_mm: f64,
-}
-
-impl Residuals {
-    fn new(cells: &Cells, reference: &Reference, points: usize, noise: Noise) -> Residuals {
-        let mut normal_mm = vec![f64::NAN; points];
-        let mut cell_of = vec![cells::NONE; points];
-        let mut sizes_mm = Vec::with_capacity(cells.all().len());
-        let mut farthest_mm = 0.0_f64;
-        for cell in 0..cells.len() {
-            let secant = reference.secants[cell];
-            let residuals = &reference.residuals_mm[cells.range(cell)];
-            for (&vertex, residual) in cells.members(cell).iter().zip(residuals) {
-                let residual = residual / secant;
-                normal_mm[vertex as usize] = residual;
-                cell_of[vertex as usize] = cell as u32;
-                if residual.is_finite() {
-                    sizes_mm.push(residual.abs());
-                }
-            }
-        }
-        for cell in 0..cells.len() {
-            farthest_mm = farthest_mm.max(cells.moments[cell].height_mm.abs());
-        }
-        let rounding_mm = ROUNDING * farthest_mm.max(f64::MIN_POSITIVE / f64::EPSILON);
-        let spread_mm = tail::scale(&mut sizes_mm).unwrap_or(0.0);
-        Residuals {
-            normal_mm,
-            cell: cell_of,
-            sigma_mm: spread_mm.max(noise.sigma_mm()).max(rounding_mm),
-        }
-    }
 }
 
 /// A third of the projected area of every triangle for each of its corners.
@@ -396,7 +347,7 @@ fn zones<'a>(
     found: &'a [Found],
     cell: &[u32],
     reference: &Reference,
-    sigma_mm: f64,
+    cell_mm: &[f64],
 ) -> Vec<Zone<'a>> {
     if found.is_empty() {
         return Vec::new();
@@ -419,7 +370,7 @@ fn zones<'a>(
                 vertices: found.vertices.clone(),
                 triangles: Vec::new(),
                 secant: reference.secants[cell],
-                reference_mm: sigma_mm * reference.uncertainties[cell],
+                reference_mm: cell_mm[cell] * reference.uncertainties[cell],
             }
         })
         .collect();

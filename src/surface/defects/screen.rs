@@ -18,7 +18,9 @@ use rayon::prelude::*;
 
 use super::DefectsUnknown;
 use super::cells::{NONE, QUARTIC, quartic};
+use super::detect::SAMPLES;
 use super::fit::{Row, TERMS, Work};
+use super::ground::{Ground, ground};
 use super::reference::CELL_SPACINGS;
 use super::tail;
 use crate::{BoundsMm, PointMm, VertexId};
@@ -48,6 +50,8 @@ pub(super) struct Parts {
     pub(super) threshold: f64,
     /// What the parts were cut out about.
     pub(super) suspects: Suspects,
+    /// The noise of the whole surface.
+    pub(super) ground: Ground,
 }
 
 /// Where a defect was suspected. Where a part was cut out of the surface, half a window away from there, nothing holds
@@ -73,10 +77,10 @@ impl Suspects {
 
 /// What the samples of a cell add up to.
 #[derive(Clone, Copy)]
-struct Tally {
-    count: u32,
-    sum: f64,
-    squares: f64,
+pub(super) struct Tally {
+    pub(super) count: u32,
+    pub(super) sum: f64,
+    pub(super) squares: f64,
     low: f64,
     high: f64,
 }
@@ -86,14 +90,14 @@ const EMPTY: Tally =
 
 /// Square cells in rows.
 #[derive(Clone, Copy)]
-struct Raster {
-    low_mm: [f64; 2],
-    per_mm: f64,
-    size: [usize; 2],
+pub(super) struct Raster {
+    pub(super) low_mm: [f64; 2],
+    pub(super) per_mm: f64,
+    pub(super) size: [usize; 2],
 }
 
 impl Raster {
-    fn slot(&self, [x, y, _]: PointMm) -> usize {
+    pub(super) fn slot(&self, [x, y, _]: PointMm) -> usize {
         let [column, row] = [(x, 0), (y, 1)].map(|(coordinate, axis)| {
             let cell = ((coordinate - self.low_mm[axis]) * self.per_mm) as usize;
             cell.min(self.size[axis] - 1)
@@ -107,17 +111,21 @@ impl Screen<'_> {
     pub(super) fn parts(&self) -> Result<Parts, DefectsUnknown> {
         let (raster, used) = self.raster()?;
         let tallies = self.tallies(&raster);
-        let threshold = tail::two_sided((self.false_expected / (3.0 * used as f64)).min(0.1));
+        let ground = ground(&raster, &tallies, || self.used(), used);
+        let probability = (self.false_expected / (3.0 * used as f64)).min(0.1);
+        let thresholds = SAMPLES.map(|samples| ground.tail.threshold(probability, samples));
+        let shapes = ground.shapes(&raster);
         let side_mm = raster.per_mm.recip();
         let coarseness = ((self.window_mm / ACROSS as f64 / side_mm).round() as usize).max(1);
         let coarse = Coarse::new(&raster, &tallies, coarseness);
         let residuals = coarse.residuals(&raster, &tallies);
-        let scales = Scales::of(&raster, &residuals, self.sigma_mm);
+        let scales = Scales::of((&raster, &shapes), &residuals, self.sigma_mm);
+        let ground = ground.with_colour((&raster, &shapes), &tallies, scales.single_mm);
         let mut suspect = vec![false; coarse.raster.size[0] * coarse.raster.size[1]];
         let flagged: Vec<usize> = (0..tallies.len())
             .into_par_iter()
             .with_min_len(4096)
-            .filter(|&slot| scales.flags(&raster, &residuals, slot, threshold))
+            .filter(|&slot| scales.flags((&raster, &shapes), &residuals, slot, thresholds))
             .collect();
         for slot in flagged {
             suspect[coarse.over(&raster, slot)] = true;
@@ -130,7 +138,8 @@ impl Screen<'_> {
             vertices: self.vertices(&coarse.raster, &parts),
             used,
             sigma_mm: scales.single_mm,
-            threshold,
+            threshold: thresholds[0],
+            ground,
             suspects: Suspects { raster: coarse.raster, cells: suspect },
         })
     }
@@ -409,13 +418,14 @@ struct Scales {
 }
 
 impl Scales {
-    fn of(raster: &Raster, residuals: &[Residual], sigma_mm: f64) -> Scales {
+    fn of((raster, shapes): (&Raster, &[f64]), residuals: &[Residual], sigma_mm: f64) -> Scales {
         let step = residuals.len() / MEDIAN_OF + 1;
         let chosen = || {
             (0..residuals.len()).step_by(step).filter(|&slot| residuals[slot].square.is_finite())
         };
         let filled = || chosen().filter(|&slot| residuals[slot].count > 1.0);
-        let mut squares: Vec<f64> = filled().map(|slot| residuals[slot].square).collect();
+        let mut squares: Vec<f64> =
+            filled().map(|slot| residuals[slot].square / shapes[slot].powi(2)).collect();
         let middle = squares.len() / 2;
         let single_mm = match squares.get(middle) {
             Some(_) => squares.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt(),
@@ -424,7 +434,9 @@ impl Scales {
         let single_mm = single_mm.max(sigma_mm).max(f64::MIN_POSITIVE);
         let blocks_mm = std::array::from_fn(|block| {
             let mut sizes: Vec<f64> = chosen()
-                .filter_map(|slot| Some(over_block(raster, residuals, slot, block)?.abs()))
+                .filter_map(|slot| {
+                    Some(over_block(raster, residuals, slot, block)?.abs() / shapes[slot])
+                })
                 .filter(|size| size.is_finite())
                 .collect();
             tail::scale(&mut sizes).unwrap_or(0.0).max(sigma_mm).max(f64::MIN_POSITIVE)
@@ -432,18 +444,28 @@ impl Scales {
         Scales { single_mm, blocks_mm }
     }
 
-    /// Whether a cell is suspect.
-    fn flags(&self, raster: &Raster, residuals: &[Residual], slot: usize, threshold: f64) -> bool {
+    /// Whether a cell is suspect. Thresholds are those of single readings, and of means of the sizes of rings.
+    fn flags(
+        &self,
+        (raster, shapes): (&Raster, &[f64]),
+        residuals: &[Residual],
+        slot: usize,
+        thresholds: [f64; BLOCKS],
+    ) -> bool {
         let residual = residuals[slot];
         if residual.count == 0.0 {
             return false;
         }
-        if !residual.sum.is_finite() || residual.extreme > (threshold - SLACK) * self.single_mm {
+        let shape = shapes[slot];
+        let single_mm = shape * self.single_mm;
+        if !residual.sum.is_finite() || residual.extreme > (thresholds[0] - SLACK) * single_mm {
             return true;
         }
         (0..BLOCKS).any(|block| {
+            // A cell has about as many samples as the first ring, blocks as many as the second, or more.
+            let threshold = SHARE * thresholds[(block + 1).min(BLOCKS - 1)];
             over_block(raster, residuals, slot, block)
-                .is_some_and(|sum| sum.abs() > SHARE * threshold * self.blocks_mm[block])
+                .is_some_and(|sum| sum.abs() > threshold * shape * self.blocks_mm[block])
         })
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cells::NONE;
 use super::screen::{Parts, Screen};
 use super::{
-    Defect, DefectSettings, DefectsUnknown, Samples, WINDOW, by_significance, find_defects,
+    Defect, DefectSettings, DefectsUnknown, Ground, Samples, WINDOW, by_significance, find,
 };
 use crate::curvature::{Adjacency, AdjacencyError};
 use crate::{PointMm, VertexId};
@@ -31,9 +31,10 @@ pub struct DeviatingSurface<'a> {
 pub struct DefectSearch {
     /// The most significant first.
     pub defects: Vec<Defect>,
-    /// Standard deviation in mm of the residuals that counts as noise.
+    /// Standard deviation in mm of the residuals that counts as noise, of half of the surface.
     pub sigma_mm: f64,
-    /// Standard deviations from which on a residual, or the mean of some, is a defect.
+    /// Standard deviations from which on a single residual is a defect; of the mean of some it is as many, or fewer
+    /// where the tails of the noise are long.
     pub threshold: f64,
     /// Largest width of a defect in mm.
     pub largest_mm: f64,
@@ -47,17 +48,17 @@ pub struct DefectSearch {
     pub unreferenced: u64,
 }
 
-/// Finds the defects of a surface with many vertices: as [`find_defects`] does, but only about those places at
+/// Finds the defects of a surface with many vertices: as [`find_defects`](super::find_defects) does, but only about those places at
 /// which the means and extremes of cells (`screen.rs`) hint at something.
 ///
 /// The number of false defects expected is that of the whole surface. On a surface with few defects this takes
-/// some 40 ns a vertex, and where half of it is suspect as long as [`find_defects`]. A defect that can be told by
+/// some 40 ns a vertex, and where half of it is suspect as long as [`find_defects`](super::find_defects). A defect that can be told by
 /// means only, and hardly, may be missed: from 1.3 times the threshold on it is not. What reaches beyond the part
 /// looked at is told by [`Defect::on_border`]; what lies in the rim of a part, where nothing was suspected, is none.
 ///
 /// # Errors
 ///
-/// As [`find_defects`]; a part without a reference or a known noise counts as [`DefectSearch::unreferenced`].
+/// As [`find_defects`](super::find_defects); a part without a reference or a known noise counts as [`DefectSearch::unreferenced`].
 pub fn search_defects(
     surface: &DeviatingSurface<'_>,
     settings: &DefectSettings,
@@ -80,7 +81,7 @@ pub fn search_defects(
         sigma_mm: settings.noise.map_or(0.0, |noise| noise.sigma_mm()),
         false_expected: settings.false_expected,
     };
-    let Parts { vertices: parts, used, sigma_mm, threshold, suspects } = screen.parts()?;
+    let Parts { vertices: parts, used, sigma_mm, threshold, suspects, ground } = screen.parts()?;
     let triangles = triangles_of(surface, &parts)?;
     let searched: Vec<Result<(Vec<Defect>, u64), DefectsUnknown>> = parts
         .par_iter()
@@ -93,7 +94,7 @@ pub fn search_defects(
                 false_expected: share * settings.false_expected,
                 ..*settings
             };
-            part(surface, vertices, triangles, &settings)
+            part(surface, (vertices, triangles), &settings, &ground)
         })
         .collect();
     let (mut defects, mut unreferenced) = (Vec::new(), 0);
@@ -148,9 +149,9 @@ fn triangles_of(
 /// The defects of a part, and how many of its vertices are not known.
 fn part(
     surface: &DeviatingSurface<'_>,
-    vertices: &[VertexId],
-    triangles: &[[VertexId; 3]],
+    (vertices, triangles): (&[VertexId], &[[VertexId; 3]]),
     settings: &DefectSettings,
+    ground: &Ground,
 ) -> Result<(Vec<Defect>, u64), DefectsUnknown> {
     let points: Vec<PointMm> =
         vertices.iter().map(|&vertex| surface.points[vertex as usize]).collect();
@@ -169,7 +170,7 @@ fn part(
         adjacency: &adjacency,
         deviations_mm: Some(&deviations_mm),
     };
-    match find_defects(&samples, settings) {
+    match find(&samples, settings, Some(ground)) {
         Ok(found) => Ok((found.defects, found.unreferenced)),
         Err(
             DefectsUnknown::NoArea

@@ -42,7 +42,7 @@ pub enum DefectSettingsError {
 }
 
 impl DefectSettings {
-    /// Default of the expected number of false defects on a whole surface of white noise.
+    /// Default of the expected number of false defects on a whole surface of uncorrelated noise.
     pub const FALSE_EXPECTED: f64 = 0.1;
     /// Default of the largest width, in spacings.
     pub const LARGEST_SPACINGS: f64 = 20.0;
@@ -60,7 +60,7 @@ impl DefectSettings {
         }
     }
 
-    /// The same with that many false defects expected on a whole surface of white noise, 1e-9 to 10.
+    /// The same with that many false defects expected on a whole surface of uncorrelated noise, 1e-9 to 10.
     pub fn with_false_expected(self, count: f64) -> Result<DefectSettings, DefectSettingsError> {
         if (1e-9..=10.0).contains(&count) {
             Ok(DefectSettings { false_expected: count, ..self })

@@ -37,10 +37,11 @@ pub(super) struct Step {
 
 /// What the search goes by.
 #[derive(Clone, Copy)]
-pub(super) struct Search {
+pub(super) struct Search<'a> {
     pub(super) largest_mm: f64,
     pub(super) spacing_mm: f64,
-    pub(super) sigma_mm: f64,
+    /// Noise of single samples by cell.
+    pub(super) sigma_mm: &'a [f64],
     pub(super) false_expected: f64,
 }
 
@@ -80,7 +81,7 @@ pub(super) fn find(
     points: &[PointMm],
     cells: &Cells,
     reference: &Reference,
-    search: &Search,
+    search: &Search<'_>,
 ) -> Vec<Step> {
     let jumps = jumps(cells, reference, search);
     let kept: Vec<bool> = (0..cells.len()).map(|cell| is_crest(cells, &jumps, cell)).collect();
@@ -97,7 +98,7 @@ pub(super) fn find(
 }
 
 /// The most significant jump at each cell, if it is significant.
-fn jumps(cells: &Cells, reference: &Reference, search: &Search) -> Vec<Option<Jump>> {
+fn jumps(cells: &Cells, reference: &Reference, search: &Search<'_>) -> Vec<Option<Jump>> {
     let means: Vec<f64> = (0..cells.len())
         .map(|cell| {
             let residuals = &reference.residuals_mm[cells.range(cell)];
@@ -106,10 +107,10 @@ fn jumps(cells: &Cells, reference: &Reference, search: &Search) -> Vec<Option<Ju
         .collect();
     let templates = templates();
     let offsets = offsets();
-    let mut found: Vec<Option<([f64; 2], Jump)>> = vec![None; cells.len()];
-    let mut sizes = Vec::new();
+    let mut sizes = vec![Vec::new(); DIRECTIONS];
+    let mut every: Vec<Option<[f64; DIRECTIONS]>> = vec![None; cells.len()];
     let mut about = Vec::with_capacity(offsets.len());
-    for (cell, found) in found.iter_mut().enumerate() {
+    for (cell, every) in every.iter_mut().enumerate() {
         let [column, row] = cells.places[cell].map(i64::from);
         about.clear();
         about.extend(offsets.iter().map_while(|&[i, j]| {
@@ -119,31 +120,35 @@ fn jumps(cells: &Cells, reference: &Reference, search: &Search) -> Vec<Option<Ju
         if about.len() < offsets.len() {
             continue;
         }
-        for (direction, weights) in templates.iter().enumerate() {
+        let mut significances = [0.0; DIRECTIONS];
+        for ((significance, sizes), weights) in
+            significances.iter_mut().zip(&mut sizes).zip(&templates)
+        {
             let (mut height_mm, mut variance) = (0.0, 0.0);
             for (weight, [mean, part]) in weights.iter().zip(&about) {
                 height_mm += weight * mean;
                 variance += weight * weight * part;
             }
-            let significance = height_mm / (search.sigma_mm * variance.sqrt());
-            if direction == 0 {
-                sizes.push(significance.abs());
-            }
-            if found.is_none_or(|(_, jump): (_, Jump)| significance.abs() > jump.significance) {
-                let sign = height_mm.signum();
-                let uphill = normal(direction).map(|part| sign * part);
-                let jump = Jump { significance: significance.abs(), uphill };
-                *found = Some((uphill, jump));
-            }
+            *significance = height_mm / (search.sigma_mm[cell] * variance.sqrt());
+            sizes.push(significance.abs());
         }
+        *every = Some(significances);
     }
-    let tests = (DIRECTIONS * sizes.len()) as f64;
-    let scale = tail::scale(&mut sizes).unwrap_or(1.0).max(1.0);
-    let limit = scale * tail::two_sided((search.false_expected / tests).min(0.1));
-    found
-        .into_iter()
-        .map(|found| found.map(|(_, jump)| jump).filter(|jump| jump.significance > limit))
-        .collect()
+    let tests = (DIRECTIONS * sizes[0].len()) as f64;
+    let limit = tail::two_sided((search.false_expected / tests).min(0.1));
+    // Lines of a scan may have levels of their own: jumps along them are then larger than others.
+    let scales: Vec<f64> = sizes
+        .iter_mut()
+        .map(|sizes| tail::scale(sizes).filter(|scale| scale.is_finite()).unwrap_or(1.0).max(1.0))
+        .collect();
+    let largest = |significances: [f64; DIRECTIONS]| {
+        let all = (0..DIRECTIONS).map(|direction| (direction, significances[direction]));
+        let scaled = all.map(|(direction, size)| (direction, size / scales[direction]));
+        let (direction, size) = scaled.reduce(|p, q| if q.1.abs() > p.1.abs() { q } else { p })?;
+        let uphill = normal(direction).map(|part| size.signum() * part);
+        (size.abs() > limit).then_some(Jump { significance: size.abs(), uphill })
+    };
+    every.into_iter().map(|every| every.and_then(largest)).collect()
 }
 
 fn normal(direction: usize) -> [f64; 2] {
@@ -250,7 +255,7 @@ fn measure(
     points: &[PointMm],
     cells: &Cells,
     reference: &Reference,
-    search: &Search,
+    search: &Search<'_>,
     jumps: &[Option<Jump>],
     crests: &[usize],
 ) -> Option<Step> {
@@ -357,7 +362,8 @@ fn measure(
     let squares: f64 =
         heights_mm.iter().map(|&(height, weight)| weight * (height - height_mm).powi(2)).sum();
     let scatter = squares / (heights_mm.len() as f64 - 1.0).max(1.0);
-    let uncertainty_mm = (search.sigma_mm.powi(2).max(scatter) / weights).sqrt();
+    let sigma_mm = search.sigma_mm[crests[crests.len() / 2]];
+    let uncertainty_mm = (sigma_mm.powi(2).max(scatter) / weights).sqrt();
     let line = Line { origin_mm, along, knots_mm };
     let on_border = [line.knots_mm[0], line.knots_mm[line.knots_mm.len() - 1]]
         .map(|end| line.place_mm(end))

@@ -4,6 +4,7 @@ use super::*;
 use crate::curvature::Adjacency;
 use crate::curvature::truth::*;
 use crate::curvature::{ShapeSettings, local_shapes};
+use crate::noise::{Along, Noise};
 
 /// 142² points, 2.8 mm wide.
 const PITCH_MM: f64 = 0.02;
@@ -143,6 +144,9 @@ fn a_bent_scratch_is_one() {
     let found = defects.defects[0];
     assert_eq!(found.kind, DefectKind::Scratch, "{found:?}");
     assert_eq!(found.direction, None);
+    // Its mark lies on it, not in the middle of the circle.
+    let [x, y, _] = found.centre_mm;
+    assert!(((x - 0.3).hypot(y + 0.2) - 0.7).abs() < 0.03 + PITCH_MM && y > -0.2, "{found:?}");
     let length_mm = 0.7 * std::f64::consts::PI;
     assert!((found.length_mm.unwrap() / length_mm - 1.0).abs() < 0.2, "{found:?}");
     assert!((found.area_mm2.unwrap() / (0.06 * length_mm) - 1.0).abs() < 0.1, "{found:?}");

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::*;
 use crate::Mesh;
 use crate::curvature::truth::{raster, roughen};
-use crate::defects::DefectKind;
+use crate::defects::{DefectKind, find_defects};
 use crate::noise::{Along, Noise};
 
 const PITCH_MM: f64 = 0.01;
