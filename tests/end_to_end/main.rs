@@ -11,6 +11,7 @@ mod faults;
 mod file_kinds;
 mod freeforms;
 mod measure;
+mod metamorphic;
 mod peers;
 mod profiles;
 mod projection;
