@@ -118,7 +118,8 @@ impl Windows {
                 })
             });
             let long = extent_mm(cells, &set) >= LONG * self.widths_mm[0];
-            let left = if long { share_left(&set, &taken, scatter) } else { None };
+            let most = FOLLOWED[(narrow - 1).min(FOLLOWED.len() - 1)];
+            let left = if long { share_left(&set, &taken, (scatter, most)) } else { None };
             if let Some(left) = left {
                 let size = |cell: usize| left.max(LEFT) * size(cell, &taken);
                 self.narrow(cells, &set, [wide, narrow], size);
@@ -232,9 +233,9 @@ impl Taken {
     }
 }
 
-/// What is left of a set of cells over what was taken off, by root mean squares, if it is a small share. `scatter` is the
-/// standard deviation of what noise leaves.
-fn share_left(set: &[usize], taken: &[Option<Taken>], scatter: f64) -> Option<f64> {
+/// What is left of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
+/// `most`. `scatter` is the standard deviation of what noise leaves.
+fn share_left(set: &[usize], taken: &[Option<Taken>], (scatter, most): (f64, f64)) -> Option<f64> {
     let all = || set.iter().filter_map(|&cell| taken[cell]);
     let off: f64 = all().map(|cell| cell.off * cell.off).sum();
     let mut left: Vec<f64> = all().map(|cell| cell.left * cell.left).collect();
@@ -243,7 +244,7 @@ fn share_left(set: &[usize], taken: &[Option<Taken>], scatter: f64) -> Option<f6
     let noise = scatter * scatter;
     let chance = CHANCE * noise * (2.0 * left.len() as f64).sqrt();
     let excess = left.iter().sum::<f64>() - KEPT * noise * left.len() as f64;
-    (excess <= FOLLOWED * off + chance).then(|| (excess.max(0.0) / off).sqrt())
+    (excess <= most * off + chance).then(|| (excess.max(0.0) / off).sqrt())
 }
 
 /// The cells that hang together with one.
@@ -291,9 +292,10 @@ const SHARE: f64 = 0.2;
 const BESIDE: i64 = 3;
 /// Shortest form in widest windows: a compact defect a third of a window wide is no longer.
 const LONG: f64 = 0.6;
-/// Most of what was taken off that may be left, in squares: of a ring as wide as half the window 0.002 is, of a scratch a
-/// third of the window wide 0.4, of a step 0.3.
-const FOLLOWED: f64 = 0.03;
+/// Most of what was taken off that may be left, in squares, by windows half and a quarter as wide as the widest: of a ring as
+/// wide as half the window 0.002 is, of a groove with steep walls a third of the window wide 0.4 of the half windows and
+/// 0.01 of the quarter ones, of a step 0.3.
+const FOLLOWED: [f64; 2] = [0.03, 0.005];
 /// Share of the cells whose leftovers do not count: small defects on the form.
 const SET_ASIDE: f64 = 0.03;
 /// Mean square of what then is left of normal noise.
