@@ -69,6 +69,24 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
     order
 }
 
+/// Such an order cut in rounds: every fourth, of those every fourth, and so on down to a few, the fewest first.
+pub(crate) fn in_rounds(order: &[usize]) -> Vec<Vec<usize>> {
+    let mut rounds = Vec::new();
+    let mut left = order.to_vec();
+    while left.len() > SPREAD * SPREAD {
+        let (next, round) =
+            left.iter().enumerate().partition::<Vec<_>, _>(|(at, _)| at % SPREAD == 0);
+        rounds.push(round.into_iter().map(|(_, &index)| index).collect());
+        left = next.into_iter().map(|(_, &index)| index).collect();
+    }
+    rounds.push(left);
+    rounds.reverse();
+    rounds
+}
+
+/// Points of a round for each of those before it, and one.
+const SPREAD: usize = 4;
+
 /// Such an order cut in two, below the y of the one in the middle and from there on.
 pub(crate) fn in_two(order: &[usize], place: impl Fn(usize) -> Place) -> (f64, [Vec<usize>; 2]) {
     let y = order.get(order.len() / 2).map_or(0.0, |&index| place(index)[1]);

@@ -86,17 +86,17 @@ impl Hints {
     pub(super) fn of<C: Cells>(
         points: &(impl Places + ?Sized),
         cells: &C,
-        extent: Extent,
+        (extent, room): (Extent, f64),
         count: usize,
     ) -> Hints {
-        let hints = Hints::none(count, extent, C::HINTS);
+        let hints = Hints::none(count, (extent, room), C::HINTS);
         cells.for_each_landmark(points, |place, slot| hints.note(place, slot));
         hints
     }
 
-    /// No hints yet.
-    pub(super) fn none(points: usize, extent: Extent, layout: Layout) -> Hints {
-        let slack = layout.slack.unwrap_or(1.0);
+    /// No hints yet. Where the layout has no slack of its own the table is `room` times as wide as the box.
+    pub(super) fn none(points: usize, (extent, room): (Extent, f64), layout: Layout) -> Hints {
+        let slack = layout.slack.unwrap_or(room);
         let size = extent.size_mm().map(|size| size * slack);
         let longest = size[0].max(size[1]);
         let wanted = (points / layout.points_a_cell).max(layout.least_cells) as f64;
@@ -184,7 +184,7 @@ impl Hints {
     }
 
     /// Whether the box around the points is wider than the table.
-    fn is_narrow(&self) -> bool {
+    pub(super) fn is_narrow(&self) -> bool {
         let size = self.extent.size_mm();
         let is_wider = |axis: usize| size[axis] * self.scale > (self.masks[axis] + 1) as f64;
         is_wider(0) || is_wider(1)
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn refined_hints_tell_what_they_told() {
-        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        let mut hints = Hints::none(64, (square(1.0), 1.0), LAYOUT);
         let places: Vec<Place> = (0..8)
             .flat_map(|i| (0..8).map(move |j| [i, j].map(|k| k as f64 / 4.0 - 0.9)))
             .collect();
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn it_is_refined_when_each_cell_has_its_points_and_not_before() {
-        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        let mut hints = Hints::none(64, (square(1.0), 1.0), LAYOUT);
         let enough = LAYOUT.points_a_cell * hints.bytes() / size_of::<Slot>();
         hints.expect(enough - 64, square(1.0));
         assert!(!hints.are_outgrown());
@@ -259,10 +259,19 @@ mod tests {
 
     #[test]
     fn a_table_that_is_too_narrow_is_not_refined() {
-        let mut hints = Hints::none(64, square(1.0), LAYOUT);
+        let mut hints = Hints::none(64, (square(1.0), 1.0), LAYOUT);
         hints.expect(64, square(1.1));
         assert!(hints.refine(), "there is some room beside the box");
         hints.expect(64, square(3.0));
         assert!(!hints.refine());
+    }
+
+    #[test]
+    fn room_is_for_points_beyond_the_box() {
+        let mut hints = Hints::none(64, (square(1.0), 1.5), LAYOUT);
+        hints.expect(64, square(1.45));
+        assert!(!hints.is_narrow());
+        hints.expect(64, square(3.5));
+        assert!(hints.is_narrow());
     }
 }

@@ -1,4 +1,10 @@
-//! Insertion of points that follow no line.
+//! Insertion of points that follow no line, or several by turns.
+//!
+//! Points near one another follow in the order they are inserted in, so what one met is at hand for the next. Along a
+//! curve that alone would tear down with each point what the one before it built. So the batch is taken in rounds, each
+//! of several times as many points as the one before and spread over all of it (N. Amenta, S. Choi, G. Rote,
+//! Incremental constructions con BRIO, Proc. 19th Symp. Comput. Geom. (2003) 211-219, doi:10.1145/777792.777824; here
+//! by every fourth point, without drawing any).
 
 use super::ahead::{Insert, insert_all};
 use super::cells::{Cells, Slot};
@@ -7,43 +13,35 @@ use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
 use crate::exact::Place;
-use crate::order::by_place;
+use crate::order::{by_place, in_rounds};
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
-    /// Inserts all points of the batch, those near one another together; by two threads where there
+    /// Inserts all points of the batch in rounds, in each those near one another together; by two threads where there
     /// are two and it pays.
     pub(super) fn insert_scattered(&mut self) {
         let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
+        for round in in_rounds(&order) {
+            self.insert_round(&round);
+        }
+    }
+
+    fn insert_round(&mut self, order: &[usize]) {
         match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
             (Some(points), Some(cells))
                 if order.len() >= self.for_two && rayon::current_num_threads() > 1 =>
             {
-                let order = self.insert_some_first(order);
                 let make_hints = self.make_hints();
                 let hints = self.plane.hints.get_or_init(make_hints);
                 let halves = Halves { points, cells, hints, first: self.first };
-                let Inserted { slots, duplicates, left } = halves.insert(&order, self.editor.work);
+                let Inserted { slots, duplicates, left } = halves.insert(order, self.editor.work);
                 for (index, slot) in slots {
                     self.slots[index] = slot;
                 }
                 self.duplicates.extend(duplicates);
                 insert_all(self, &left);
             }
-            _ => insert_all(self, &order),
+            _ => insert_all(self, order),
         }
-    }
-
-    /// Where there are next to no triangles, two threads would meet at most of them: so some points all
-    /// over are inserted first. The others.
-    fn insert_some_first(&mut self, order: Vec<usize>) -> Vec<usize> {
-        let there = self.vertices - self.slots.len();
-        if there > order.len() / FIRST {
-            return order;
-        }
-        let first: Vec<usize> = order.iter().copied().step_by(FIRST).collect();
-        insert_all(self, &first);
-        let others = order.chunks(FIRST).flat_map(|points| &points[1..]);
-        others.copied().collect()
     }
 }
 
@@ -73,6 +71,3 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
         self.plane.recent = slot;
     }
 }
-
-/// One point of so many is inserted before two threads start, if there are no more vertices than that.
-const FIRST: usize = 16;

@@ -57,6 +57,8 @@ pub(super) struct Plane {
     pub(super) run_start: Slot,
     /// None as long as nothing has asked for them.
     pub(super) hints: OnceLock<Hints>,
+    /// How much wider than the box about all places the next table is made.
+    pub(super) room: f64,
 }
 
 impl Sheet {
@@ -98,7 +100,7 @@ impl Sheet {
         place: Place,
     ) -> Option<Slot> {
         let plane = self.plane.as_ref()?;
-        let make = || Hints::of(points, cells, self.extent, self.vertices);
+        let make = || Hints::of(points, cells, (self.extent, plane.room), self.vertices);
         Some(plane.hints.get_or_init(make).near(place).unwrap_or(plane.recent))
     }
 
@@ -119,7 +121,8 @@ impl Sheet {
         let slot = self.line.span(points, vertex, cells, &mut self.work.spare);
         // A ghost at each place of the line, but for its two ends and with the vertex off it.
         self.work.ghosts = self.line.len() + 1;
-        self.plane = Some(Plane { recent: slot, run_start: slot, hints: OnceLock::new() });
+        self.plane =
+            Some(Plane { recent: slot, run_start: slot, hints: OnceLock::new(), room: 1.0 });
         self.line = Line::default();
     }
 
@@ -136,8 +139,12 @@ impl Sheet {
         let are_scattered = self.runs.len() > batch.len() / SCATTERED;
         if let Some(hints) = plane.hints.get_mut() {
             hints.expect(batch.len(), extent);
-            // Runs are as well off with an old one, which goes afterwards.
-            if are_scattered && hints.are_outgrown() && !hints.refine() {
+            // Runs are as well off with an old one, which goes afterwards. Scattered points beyond the table would be led to
+            // those on its other side.
+            if are_scattered && hints.is_narrow() {
+                plane.room = ROOM;
+                plane.hints.take();
+            } else if are_scattered && hints.are_outgrown() && !hints.refine() {
                 plane.hints.take();
             }
         }
@@ -188,16 +195,25 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         let Range { start, end } = run.points;
         let mut from = self.nearest(run);
         let mut done = 0;
-        if let Some(axis) = run.axis.filter(|_| self.editor.next_is_strip()) {
+        if let Some(axis) = run.axis {
             // Where the first points lie inside the hull, the rest may still lie outside.
-            while done < SKIPPED && start + done + 1 < end {
-                let [first, last] = [start + done, end].map(|index| self.first + index as VertexId);
+            let mut skipped = 0;
+            while skipped < SKIPPED && start + done + 1 < end {
+                let piece = self.editor.next_strip(end - start - done);
+                if piece < 2 {
+                    break;
+                }
+                let from_here = start + done..start + done + piece;
+                let [first, last] =
+                    [from_here.start, from_here.end].map(|index| self.first + index as VertexId);
                 if self.editor.insert_strip(first..last, axis, from) {
-                    self.slots[start + done..end].copy_from_slice(self.editor.strip_slots());
-                    done = end - start;
+                    self.slots[from_here.clone()].copy_from_slice(self.editor.strip_slots());
+                    from = self.slots[from_here.end - 1];
+                    done += piece;
                 } else {
                     from = self.insert(start + done, from);
                     done += 1;
+                    skipped += 1;
                 }
             }
         }
@@ -255,7 +271,8 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
     /// Makes such a table.
     pub(super) fn make_hints(&self) -> impl FnOnce() -> Hints + use<'a, P, C> {
         let Editor { points, cells, .. } = self.editor;
-        let (shares_cells, vertices, extent) = (self.shares_cells, self.vertices, self.extent);
+        let (shares_cells, vertices) = (self.shares_cells, self.vertices);
+        let extent = (self.extent, self.plane.room);
         move || {
             if shares_cells {
                 // A triangle of the other triangulation would lead astray.
@@ -273,6 +290,9 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
 
 /// Batches of which more than one point in so many starts a run follow no line.
 pub(super) const SCATTERED: usize = 8;
+
+/// How much wider than its points a table is made once they outgrew one.
+const ROOM: f64 = 1.5;
 
 /// How many points of a run are inserted alone before it is not tried as a strip any more.
 const SKIPPED: usize = 3;

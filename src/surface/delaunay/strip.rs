@@ -66,6 +66,8 @@ impl Path {
 pub(super) struct Plan {
     /// One for each triangle of the strip.
     steps: Vec<Step>,
+    /// How many of them are on a side of the hull.
+    of_hull: usize,
     /// Triangles and ghosts that make way.
     freed: Vec<Slot>,
     /// Sides of the hull after those triangles went, still to be passed, the next one last.
@@ -89,6 +91,8 @@ pub(super) struct Plan {
     left_alone: u32,
     /// How many that were the last time.
     setback: u32,
+    /// How many times as many points as at first the next strip may have.
+    trust: u32,
     /// The hull after the strip: vertices, and the triangle's side that ends at each.
     hull: Vec<(VertexId, Side)>,
 }
@@ -122,7 +126,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let ghost = self.hull_side_at(self.at(path.at(0)), axis, edge);
         let mut plan = std::mem::take(&mut self.work.strip);
         let planned = match ghost {
-            Some(ghost) if self.plan(&mut plan, path, axis, ghost) => {
+            Some(ghost) if self.plan(&mut plan, path, axis, ghost) && plan.is_sewn() => {
                 self.sew(&mut plan, path, ghost);
                 if backwards {
                     plan.slots.reverse();
@@ -143,12 +147,16 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         planned
     }
 
-    /// Whether the next run is to be tried as a strip: not where the last ones took many flips.
-    pub(super) fn next_is_strip(&mut self) -> bool {
+    /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
+    /// many flips, and few at first.
+    pub(super) fn next_strip(&mut self, points: usize) -> usize {
         let plan = &mut self.work.strip;
-        let tried = plan.left_alone == 0;
-        plan.left_alone -= u32::from(!tried);
-        tried
+        if plan.left_alone > 0 {
+            plan.left_alone -= 1;
+            return 0;
+        }
+        let most = FIRST_STRIP << plan.trust;
+        if points < 2 * most { points } else { most }
     }
 
     /// A ghost near a point: the one before which it lies or, inside the hull, one at the end of the
@@ -272,6 +280,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 && hull_is_next
             {
                 plan.steps.push(Step::Hull(inner));
+                plan.of_hull += 1;
                 if of_ghost {
                     self.pass_ghost(plan);
                 }
@@ -486,6 +495,13 @@ const NEAR_STEPS: f64 = 4.0;
 /// More flips a point are too many. A raster with 5 % jitter takes a third of one, lines at random places one or two.
 const MOST_FLIPS: usize = 8;
 
+/// More triangles for each side of the hull are fans.
+const FAN: usize = 16;
+
+/// Points of the first strip, each next one being four times as long as long as flips are few.
+const FIRST_STRIP: usize = 64;
+const MOST_TRUST: u32 = 24;
+
 /// How many runs are inserted point by point at most before a strip is tried again.
 const LONGEST_SETBACK: u32 = 127;
 
@@ -500,14 +516,22 @@ struct NextSide {
 impl Plan {
     /// Takes note of how many flips a run took. Along an outline that is traced sides are long and turn about far
     /// points: flips then are many times as many as triangles differ in the end, and insertion by bisection is
-    /// cheaper. More and more runs are spared the trial as long as that is so.
+    /// cheaper. More and more runs are spared the trial as long as that is so, and each trial is of few points.
     fn note_flips(&mut self, flips: usize, points: usize) {
         if flips > MOST_FLIPS * (points + MOST_FLIPS) {
             self.setback = (2 * self.setback + 1).min(LONGEST_SETBACK);
             self.left_alone = self.setback;
+            self.trust = 0;
         } else {
             self.setback = 0;
+            self.trust = (self.trust + 2).min(MOST_TRUST);
         }
+    }
+
+    /// Whether the run is sewn to a line of about as many points. A run about a few far points makes a fan at each, of which
+    /// flips leave next to nothing.
+    fn is_sewn(&self) -> bool {
+        self.steps.len() < FAN * (self.of_hull + FAN)
     }
 
     /// Whether the strip can end before `side`. What is left of the sides that came to light must lie
@@ -529,6 +553,7 @@ impl Plan {
 
     fn restart(&mut self, ghost: Slot) {
         self.dug = 0;
+        self.of_hull = 0;
         self.ghost = ghost;
         self.ghosts_passed = 0;
         self.steps.clear();

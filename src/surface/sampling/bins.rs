@@ -145,7 +145,7 @@ const ALL_AS_FAR: Nearness =
     Nearness { halves_mm: [0.0; 3], bluntness: 1.0, gap_mm: 1.0, area_mm2: 1.0 };
 
 /// Places of a bin are spread evenly over so many parts of it.
-const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+const PARTS: [f64; 8] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0];
 
 /// Places nearer than the bins of so many, two octaves, are put into the next one.
 const BINS_OF_PLACES: usize = 16;

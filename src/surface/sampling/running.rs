@@ -169,10 +169,20 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
             if !(self.inside)(x, y) {
                 continue;
             }
-            let [x, y, _] = self.points[corners[blunt] as usize];
-            let lfs_mm = sound((self.lfs_mm)(x, y) - 2.0 * gap_mm);
+            let lfs_at = |corner: usize, less_mm: f64| {
+                let [x, y, _] = self.points[corners[corner] as usize];
+                sound((self.lfs_mm)(x, y) - less_mm)
+            };
+            let mut lfs_mm = lfs_at(blunt, 2.0 * gap_mm);
+            let mut state = self.criteria.state(gap_mm, gap_mm / lfs_mm);
+            if state != State::Good {
+                // The nearest corner to a place is no farther than the gap, whichever of the three it is.
+                let nearest_mm =
+                    (0..3).map(|corner| lfs_at(corner, gap_mm)).fold(f64::INFINITY, f64::min);
+                lfs_mm = lfs_mm.max(nearest_mm);
+                state = self.criteria.state(gap_mm, gap_mm / lfs_mm);
+            }
             let epsilon = gap_mm / lfs_mm;
-            let state = self.criteria.state(gap_mm, epsilon);
             let beyond = if state == State::Good {
                 0.0
             } else {

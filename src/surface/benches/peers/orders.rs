@@ -57,6 +57,11 @@ pub(crate) enum Order {
     Outline,
     /// The same points in no order.
     OutlineShuffled,
+    /// Two circles of radius 1 mm whose middles lie 100 mm apart, traced by turns a point each: the worst order that was
+    /// found, as triangles reach from one to the other.
+    TwoOutlines,
+    /// The same points in no order.
+    TwoOutlinesShuffled,
 }
 
 impl Order {
@@ -139,8 +144,15 @@ impl Scan {
             }
             Order::Outline => outline(index as f64 / self.count as f64),
             Order::OutlineShuffled => outline(self.shuffled(index) as f64 / self.count as f64),
+            Order::TwoOutlines => self.of_two_outlines(index),
+            Order::TwoOutlinesShuffled => self.of_two_outlines(self.shuffled(index)),
         };
         [x, y, sag_mm(x, y)]
+    }
+
+    fn of_two_outlines(self, index: usize) -> [f64; 2] {
+        let [x, y] = polar(1.0, TAU * index as f64 / self.count as f64);
+        [x + 100.0 * (index % 2) as f64, y]
     }
 
     /// Another number below the count for each number: cycles of a permutation of the next power of four that lead
