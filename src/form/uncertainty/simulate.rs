@@ -14,7 +14,6 @@ use super::extremes::{Datum, Errors, Extremes};
 use super::linear::{Linear, dot};
 use super::modes::Modes;
 use super::philox::Numbers;
-use super::rms::ONE_SIGMA;
 use crate::deviation::NM_PER_MM;
 
 /// How many measurements are simulated, and which.
@@ -32,7 +31,7 @@ pub struct Simulated {
     /// The figure of the measurement.
     pub measured: f64,
     /// Its standard uncertainty: the standard deviation of the draws. Where squares add up, that of the figure less `bias`,
-    /// which is the one the interval is of: half the width of its 68.27 % interval. Of a range or an extreme that of the places that may
+    /// which is the one the interval is of: the standard deviation of what the draws leave of it. Of a range or an extreme that of the places that may
     /// be the extreme, whichever of them is.
     pub u: f64,
     /// What noise adds to the figure, as far as the draws tell: their mean less the figure. Of a mean height or
@@ -131,9 +130,15 @@ impl Simulated {
         let plain = Simulated::new(measured, found, candidates)?;
         let left = 2.0 * measured * measured - mean_square(&plain.sorted);
         let bias = measured - left.max(0.0).sqrt();
-        let found = Simulated { bias, kind: Kind::Squares, ..plain };
-        let [low, high] = found.interval(ONE_SIGMA);
-        Some(Simulated { u: 0.5 * (high - low), ..found })
+        // What each draw leaves of it: half an interval that is cut off at 0 would be up to half as much again.
+        let (left, mean) = (left.max(0.0), mean_square(&plain.sorted));
+        let left_of = |drawn: &f64| (left + mean - drawn * drawn).max(0.0).sqrt();
+        let count = plain.sorted.len() as f64;
+        let middle = plain.sorted.iter().map(left_of).sum::<f64>() / count;
+        let squares =
+            plain.sorted.iter().map(|drawn| (left_of(drawn) - middle).powi(2)).sum::<f64>();
+        let u = (squares / (count - 1.0)).sqrt();
+        Some(Simulated { u, bias, kind: Kind::Squares, ..plain })
     }
 
     /// A range or an extreme: a lower limit of each draw, and values with standard deviations, of which one at least is the
