@@ -171,7 +171,7 @@ impl Defects {
 /// on the whole surface, also where it differs from place to place or has tails up to those of Laplace's distribution. The vertices are shared out to rayon's
 /// threads; the bits do not depend on how many there are, and on the order of the vertices by
 /// rounding alone if the noise is given, else by the choice of neighbourhoods that
-/// [`estimate_noise`] looks at.
+/// [`estimate_noise`](crate::noise::estimate_noise) looks at.
 ///
 /// ```
 /// use asphera_surface::curvature::Adjacency;
