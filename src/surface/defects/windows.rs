@@ -295,7 +295,7 @@ const LONG: f64 = 0.6;
 /// Most of what was taken off that may be left, in squares, by windows half and a quarter as wide as the widest: of a ring as
 /// wide as half the window 0.002 is, of a groove with steep walls a third of the window wide 0.4 of the half windows and
 /// 0.01 of the quarter ones, of a step 0.3.
-const FOLLOWED: [f64; 2] = [0.03, 0.001];
+const FOLLOWED: [f64; 2] = [0.03, 0.003];
 /// Share of the cells whose leftovers do not count: small defects on the form.
 const SET_ASIDE: f64 = 0.03;
 /// Mean square of what then is left of normal noise.
