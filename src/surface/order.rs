@@ -126,6 +126,23 @@ mod tests {
         assert_eq!(by_place(std::iter::empty()), []);
     }
 
+    /// Every index once, rounds in the order given, and each about four times as long as those before it in all.
+    #[test]
+    fn rounds_have_every_index_once_and_grow_fourfold() {
+        assert_eq!(in_rounds(&[]), [[0_usize; 0]]);
+        let order: Vec<usize> = (0..1000).map(|index| 7 * index % 1000).collect();
+        let rounds = in_rounds(&order);
+        let at = |index: usize| order.iter().position(|&other| other == index).unwrap();
+        for round in &rounds {
+            assert!(round.is_sorted_by_key(|&index| at(index)));
+        }
+        let mut all = rounds.concat();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..1000));
+        let lengths: Vec<usize> = rounds.iter().map(Vec::len).collect();
+        assert_eq!(lengths, [16, 47, 187, 750]);
+    }
+
     #[test]
     fn takes_the_ends_first() {
         let order: Vec<usize> = by_bisection(6).map(|step| step.index).collect();
