@@ -194,7 +194,7 @@ impl ErrorsOfFigures {
 
     /// What the uncertainty of a limited figure covers, in words.
     pub(super) fn covers(&self, definition: Definition) -> String {
-        covers(self.model(), definition, true, self.places)
+        covers(self.model(), definition, self.places)
     }
 
     /// As reports write them, for a PV and an RMS in nm. `measured`: whether the noise is that of the points.
@@ -239,18 +239,21 @@ pub(super) fn model(part: &Part) -> &'static str {
     }
 }
 
-/// What the uncertainty of a figure by a model covers, in words. `whole`: whether it is of the whole aperture with nothing removed;
-/// `places`: whether averages count the places taken.
-pub(super) fn covers(model: &str, definition: Definition, whole: bool, places: bool) -> String {
+/// What the uncertainty of a figure by a model covers, in words. `places`: whether averages count the places taken.
+pub(super) fn covers(model: &str, definition: Definition, places: bool) -> String {
     match definition {
         Definition::PeakToValley
         | Definition::RobustPeakToValley { .. }
         | Definition::MinimumZone
         | Definition::MeridionalSlopeMax
         | Definition::GradientMax => UncertaintyFigures::covers_places(model),
-        Definition::RmsOverPoints | Definition::RmsAboutZero if whole => {
-            UncertaintyFigures::covers_area(model, places)
-        }
+        Definition::RmsOverPoints
+        | Definition::RmsAboutZero
+        | Definition::RmsAboutMean
+        | Definition::RmsTotal
+        | Definition::RmsIrregularity
+        | Definition::RmsVariant
+        | Definition::Sagitta => UncertaintyFigures::covers_area(model, places),
         _ => UncertaintyFigures::covers_difference(model, places),
     }
 }

@@ -223,10 +223,8 @@ pub(super) fn compare(
                     if decision.status == FormStatus::Fail {
                         verdict.status = Status::Fail;
                     }
-                    let whole = limit.zone == Aperture::None && limit.less.list().is_empty();
-                    let places = assessed.places[0];
-                    let covers =
-                        errors::covers(errors::model(part), limit.definition, whole, places);
+                    let model = errors::model(part);
+                    let covers = errors::covers(model, limit.definition, assessed.places[0]);
                     verdict.checks.push(check(&name, &decision, guard, part, covers));
                 }
                 Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),

@@ -7,6 +7,8 @@
 
 use std::num::NonZeroU16;
 
+use nalgebra::{Matrix4, Vector4};
+
 use super::invariant::{Invariant, usual_rings};
 use super::least_squares::least_squares;
 use super::{Definition, Figure, Sample, SettingError, Unknown};
@@ -140,6 +142,22 @@ pub fn decompose(
 /// The irregularity of [`decompose`] alone, as a sample of the same places. Linear in the deviations. `O(n)`.
 pub(crate) fn irregular(sample: &Sample, approximation: Approximation) -> Result<Sample, Unknown> {
     levelled(sample, approximation).map(|found| found.irregular)
+}
+
+/// What the deviation at each place of a sample is worth to the rise of the sphere ([`Irregularity::sagitta_nm`]): the rise is the
+/// mean over the area of deviation times gain. `None` where it is unknown. `O(n)`.
+pub(crate) fn sagitta_gains(sample: &Sample, approximation: Approximation) -> Option<Vec<f64>> {
+    let [near_mm, reach_mm] = sample.reach_mm();
+    let row = |place: usize| {
+        let [x, y] = sample.places_mm()[place];
+        let shape = approximation.shape(x.hypot(y), reach_mm);
+        Vector4::new(1.0, x / reach_mm, y / reach_mm, shape)
+    };
+    let gram = Matrix4::from_fn(|i, j| sample.mean(|place| row(place)[i] * row(place)[j]));
+    let at = |radius_mm| approximation.shape(radius_mm, reach_mm);
+    let rise = Vector4::new(0.0, 0.0, 0.0, at(reach_mm) - at(near_mm));
+    let weights = gram.cholesky()?.solve(&rise);
+    Some((0..sample.len()).map(|place| weights.dot(&row(place))).collect())
 }
 
 /// A deviation without piston, tilt and sphere.

@@ -62,7 +62,7 @@ impl Source<'_> {
             Some(square.max(0.0).sqrt())
         });
         let found: Vec<Option<f64>> = shifted.collect();
-        Ok(Simulated::of_squares(measured, &found, some.len()))
+        Ok(Simulated::of_squares(measured, &found, some.len(), 0.0))
     }
 
     /// Residuals of one draw at some places in mm: with noise as it averages out, and with all of it.

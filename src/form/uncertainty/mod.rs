@@ -35,6 +35,7 @@ mod rms;
 mod scatter;
 mod simulate;
 mod strata;
+mod taken;
 mod type_a;
 mod unmeasured;
 mod windows;
@@ -48,6 +49,7 @@ use crate::{Aperture, Covariance, Fit, Parameter, PointMm, ZoneFit};
 use linear::Linear;
 use modes::Modes;
 use simulate::Source;
+use taken::Taken;
 
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
 pub(crate) use distribution::student_quantile;
@@ -57,6 +59,7 @@ pub(crate) use philox::Numbers;
 pub use places::{Places, places};
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
+pub(crate) use taken::Worth;
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
 pub use unmeasured::{Hidden, largest_bend, largest_bend_of_windows, unmeasured};
 
@@ -76,8 +79,8 @@ pub struct Uncertainty {
     /// Share of the variance of each long-wave error, on the average over the points, whose correlation over
     /// short distances was neglected.
     pub neglected: Vec<f64>,
-    /// Share of the area that each point used stands for, where that counts: see [`Uncertainty::over`].
-    shares: Option<Vec<f64>>,
+    /// Where the points were taken, if that counts: see [`Uncertainty::over`].
+    taken: Option<Taken>,
     budget: Budget,
     linear: Linear,
     modes: Modes,
@@ -199,7 +202,7 @@ pub fn uncertainty(
         covariance: Covariance::new(p, total.as_slice(), 1.0),
         correlated: Covariance::new(p, by_modes.as_slice(), 1.0),
         neglected: modes.neglected(),
-        shares: None,
+        taken: None,
         noise,
         rms,
         budget: budget.clone(),
@@ -213,9 +216,9 @@ impl Uncertainty {
     /// The same of the area the points were taken of: the RMS is that over the area about its own best fit, and parameters
     /// count how far they are from that, and how places scatter. `places` must be of the same points and fit.
     pub fn over(mut self, places: &Places) -> Uncertainty {
-        let shares: Vec<f64> = self.linear.indices.iter().map(|&at| places.shares[at]).collect();
+        let taken = Taken::new(places, &self.linear.indices);
         let noise_mm2 = self.noise.sigma_mm * self.noise.sigma_mm;
-        self.rms = self.rms.over(places, &shares, &self.noise_mm2);
+        self.rms = self.rms.over(places, &taken.shares, &self.noise_mm2);
         if places.moved.len() == self.parameters.len() {
             let p = self.parameters.len();
             let moved = &places.moved;
@@ -235,13 +238,20 @@ impl Uncertainty {
                 of.add("places", moved.variance(noise_mm2));
             }
         }
-        self.shares = Some(shares);
+        self.taken = Some(taken);
         self
     }
 
     /// Share of the area of each point used, if it is known.
     pub(crate) fn shares(&self) -> Option<&[f64]> {
-        self.shares.as_deref()
+        self.taken.as_ref().map(|taken| &taken.shares[..])
+    }
+
+    /// Variance that the places leave a mean over the area, beside that by noise: 0 where the area is not known.
+    ///
+    /// `values` has what each point used is worth, and what share of the variance of its noise, in mm², it has of its own.
+    pub(crate) fn scatter_of_mean(&self, values: &[Worth]) -> f64 {
+        self.taken.as_ref().map_or(0.0, |taken| taken.scatter(values, &self.noise_mm2))
     }
 
     /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth

@@ -121,19 +121,27 @@ impl Simulated {
         })
     }
 
-    /// As [`Simulated::new`], for a figure to the square of which errors add.
+    /// As [`Simulated::new`], for a figure to the square of which errors add. `twice` is how much of the variance of the squares
+    /// of the draws is that of noise upon noise.
+    ///
+    /// u is that of one measurement, which holds the noise once. The interval counts it twice: where noise makes much of the
+    /// figure, a narrower one goes with low figures, and would hold the truth too seldom.
     pub(super) fn of_squares(
         measured: f64,
         found: &[Option<f64>],
         candidates: usize,
+        twice: f64,
     ) -> Option<Simulated> {
         let plain = Simulated::new(measured, found, candidates)?;
         let left = 2.0 * measured * measured - mean_square(&plain.sorted);
         let bias = measured - left.max(0.0).sqrt();
         // What each draw leaves of it: half an interval that is cut off at 0 would be up to half as much again.
         let (left, mean) = (left.max(0.0), mean_square(&plain.sorted));
-        let left_of = |drawn: &f64| (left + mean - drawn * drawn).max(0.0).sqrt();
         let count = plain.sorted.len() as f64;
+        let squares = plain.sorted.iter().map(|drawn| (drawn * drawn - mean).powi(2));
+        let variance = squares.sum::<f64>() / (count - 1.0);
+        let once = if variance > 0.0 { (1.0 - twice / variance).max(0.0).sqrt() } else { 1.0 };
+        let left_of = |drawn: &f64| (left + once * (mean - drawn * drawn)).max(0.0).sqrt();
         let middle = plain.sorted.iter().map(left_of).sum::<f64>() / count;
         let squares =
             plain.sorted.iter().map(|drawn| (left_of(drawn) - middle).powi(2)).sum::<f64>();
@@ -216,7 +224,7 @@ impl Source<'_> {
         let Some(measured) = figure(&self.linear.distances_mm) else { return Ok(None) };
         let of_draw = |draw: u32| figure(&self.residuals_mm(draws.seed, draw));
         let found: Vec<Option<f64>> = (0..draws.count).into_par_iter().map(of_draw).collect();
-        Ok(Simulated::of_squares(measured, &found, self.linear.len()))
+        Ok(Simulated::of_squares(measured, &found, self.linear.len(), 0.0))
     }
 
     /// All residuals of one draw, in mm.
@@ -311,9 +319,9 @@ const LEAST_DRAWS: u32 = 20;
 mod tests {
     use super::*;
 
-    fn drawn(measured: f64) -> Simulated {
+    fn drawn(measured: f64, twice: f64) -> Simulated {
         let found = [2.0, 2.1, 2.2, 2.3, 2.4].map(|square: f64| Some(square.sqrt()));
-        Simulated::of_squares(measured, &found, 5).unwrap()
+        Simulated::of_squares(measured, &found, 5, twice).unwrap()
     }
 
     fn agree(found: [f64; 2], squares: [f64; 2]) {
@@ -324,15 +332,24 @@ mod tests {
 
     #[test]
     fn squares_are_mirrored_at_what_was_measured() {
-        let simulated = drawn(2.0_f64.sqrt());
+        let simulated = drawn(2.0_f64.sqrt(), 0.0);
         // Noise adds 0.2 to a square of 2.
         agree([simulated.measured - simulated.bias, 0.0], [1.8, 0.0]);
         agree(simulated.interval(0.95), [1.6, 2.0]);
     }
 
     #[test]
+    fn noise_upon_noise_is_not_in_u() {
+        // Squares of 2.0 to 2.4 in steps of 0.1 have a variance of 0.025.
+        let [all, once, none] = [0.0, 0.016, 0.03].map(|twice| drawn(2.0, twice));
+        assert!((once.u / all.u - 0.6).abs() < 1e-3, "{} {}", once.u, all.u);
+        assert_eq!(once.interval(0.95), all.interval(0.95));
+        assert_eq!(none.u, 0.0);
+    }
+
+    #[test]
     fn where_noise_explains_more_than_there_is_the_draws_tell_what_may_be() {
-        let simulated = drawn(1.0);
+        let simulated = drawn(1.0, 0.0);
         assert_eq!(simulated.bias, 1.0);
         agree(simulated.interval(0.95), [0.0, 0.2]);
     }

@@ -13,7 +13,7 @@ use super::halve::{halve, longer_side};
 use crate::Aperture;
 
 /// Neighbours, and the share of the area they stand for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stratum {
     /// In ascending order.
     pub(super) members: Vec<usize>,
@@ -21,6 +21,21 @@ pub(super) struct Stratum {
     pub(super) weights: Vec<f64>,
     /// All shares add up to 1.
     pub(super) share: f64,
+}
+
+impl Stratum {
+    /// What a variance within the stratum makes of that of a mean over the area.
+    pub(super) fn weight(&self) -> f64 {
+        let crowding: f64 = self.weights.iter().map(|weight| weight * weight).sum();
+        self.share * self.share * crowding
+    }
+}
+
+/// Variance of some values about their mean, 0 of one.
+pub(super) fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    values.map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)
 }
 
 /// Strata of the places at `indices`. `areas_mm2` has the area of each place, and counts where there is no aperture; without
@@ -104,7 +119,7 @@ fn part(
         let middle = (share > 0.0).then(|| sum.map(|sum| sum / share));
         return vec![Stratum { weights: weights(&members, places_mm, middle), members, share }];
     }
-    let axis = longer_side(order, places_mm);
+    let (axis, _) = longer_side(order, places_mm);
     let (low, high) = halve(order, places_mm);
     let most = low.iter().fold(f64::NEG_INFINITY, |most, &at| most.max(places_mm[at][axis]));
     let least_high = high.iter().fold(f64::INFINITY, |least, &at| least.min(places_mm[at][axis]));

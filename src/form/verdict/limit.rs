@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use super::by_places::by_places;
 use super::decision::{Decision, Finding, Guard, GuardError, decide};
 use crate::figures::{
     Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
@@ -299,7 +300,7 @@ impl Limit {
 /// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
 /// long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
 /// [`Finding::hidden`]. Where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much a figure changes if
-/// points weigh by the shares of the area it knows counts in its uncertainty.
+/// points weigh by the shares of the area it knows counts in its uncertainty; of A and any RMS so does how places scatter.
 pub fn judge(
     limits: &[Limit],
     uncertainty: &Uncertainty,
@@ -363,10 +364,13 @@ fn finding(
         Some(Err(unknown)) => Err(unknown),
         None => of_any(limit, uncertainty, approximation, over, draws, &sample)?,
     };
+    // The figure over the area, and how its places scatter it.
     let over_area = uncertainty.shares().and_then(|shares| {
         let deviations_mm = uncertainty.deviations_mm();
-        let sample = over.weighted(limit, uncertainty, (&all, deviations_mm), Some(shares));
-        limit.figure(&sample.ok()?, approximation).ok()
+        let sample = over.weighted(limit, uncertainty, (&all, deviations_mm), Some(shares)).ok()?;
+        let value = limit.figure(&sample, approximation).ok()?.value;
+        let left = limit.without_terms(&sample).ok()?;
+        Some((value, by_places(limit, uncertainty, approximation, &left, value)))
     });
     let noise_nm = uncertainty.noise.sigma_mm * 1e6;
     let on_max = limit.noise_on_largest_slope(&sample, noise_nm);
@@ -374,7 +378,7 @@ fn finding(
         let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
         let bias = on_max.map_or(bias, |on_max| on_max.min(value));
         // How far the figure is from that of the area is known, but not taken off.
-        let moved = over_area.map_or(0.0, |figure| figure.value - value);
+        let moved = over_area.map_or(0.0, |(area, scatter)| scatter.hypot(area - value));
         Finding { value, u: u.map(|u| u.hypot(moved)), dof, bias, hidden: None }
     }))
 }

@@ -5,6 +5,7 @@
 //! still arrive: by [`least()`], which no more points can lower, and by a [`forecast()`] of the part that was not measured.
 //! [`rms_of_whole_nm`] says what that may add to a final RMS.
 
+mod by_places;
 mod decision;
 mod forecast;
 mod least;

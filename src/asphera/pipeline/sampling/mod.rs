@@ -130,7 +130,11 @@ pub(crate) fn of_part(
         part.aperture.contains(x, y)
     };
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
-    let noise = reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts));
+    let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
+    let known_mm = |place| lifted.height_mm(place);
+    let noise = reach_mm
+        .clone()
+        .and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, counts, known_mm));
     let readings = noise.as_ref().map(Readings::from).map_err(String::clone);
     let source = remembered
         .look(Some((part, pose)), sampled, readings, reach_mm)
@@ -138,7 +142,6 @@ pub(crate) fn of_part(
         .ok();
     let reach_mm = remembered.reach_mm(&part.aperture, points, pose);
     let lfs_mm = remembered.lfs_mm(pose);
-    let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
     let zones = zones::laid(part, pose);
     Look { sampled, wanted, scale, aperture, zones, noise, source, reach_mm, unknown }
         .findings(lfs_mm, &lifted)
@@ -167,8 +170,9 @@ pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let scale = Scale::of(sampled, wanted);
     let mut unknown = Vec::new();
     let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
-    let noise =
-        reach_mm.clone().and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true));
+    let noise = reach_mm
+        .clone()
+        .and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true, |_| 0.0));
     let mut remembered = Remembered::default();
     let readings = noise.as_ref().map(Readings::from).map_err(String::clone);
     let source =

@@ -14,7 +14,8 @@ use asphera_surface::{Mesh, PointMm, VertexId};
 use rayon::prelude::*;
 
 /// The noise of the part of a mesh that counts, along z of its frame. `reach_mm` is the length from which an
-/// edge bridges a gap.
+/// edge bridges a gap. `known_mm` is what is known of the height at a place: form that bends more than a cubic over two
+/// rings would count as noise.
 ///
 /// # Errors
 ///
@@ -23,6 +24,7 @@ pub(super) fn noise(
     mesh: &Mesh,
     reach_mm: f64,
     counts: impl Fn(PointMm) -> bool + Sync,
+    known_mm: impl Fn([f64; 2]) -> f64,
 ) -> Result<NoiseEstimate, String> {
     let points = mesh.points();
     let seeds: Vec<VertexId> =
@@ -46,7 +48,11 @@ pub(super) fn noise(
         .filter_map(|[a, b, c]| Some(from_smallest([number(a)?, number(b)?, number(c)?])))
         .collect();
     triangles.sort_unstable();
-    let points: Vec<PointMm> = vertices.iter().map(|&vertex| points[vertex as usize]).collect();
+    let lowered = |&vertex: &VertexId| {
+        let [x, y, z] = points[vertex as usize];
+        [x, y, z - known_mm([x, y])]
+    };
+    let points: Vec<PointMm> = vertices.iter().map(lowered).collect();
     let settings =
         NoiseSettings::new(NEIGHBOURHOODS, Along::Z).map_err(|error| error.to_string())?;
     let adjacency =

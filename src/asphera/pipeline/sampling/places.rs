@@ -34,14 +34,18 @@ impl<'a> Lifted<'a> {
 
     /// A place u, v in the measured frame.
     pub(super) fn at(&self, [u, v]: [f64; 2]) -> PointMm {
-        let w = match &self.heights {
+        self.plane.from_plane([u, v, self.height_mm([u, v])])
+    }
+
+    /// The height over a place u, v, in the frame of the plane.
+    pub(super) fn height_mm(&self, [u, v]: [f64; 2]) -> f64 {
+        match &self.heights {
             Heights::Nominal(nominal, pose) => height_in_plane_mm(nominal, pose, [u, v]),
             Heights::Mesh(mesh) => mesh
                 .interpolate_linear(u, v)
                 .or_else(|| Some(mesh.points()[mesh.nearest(u, v)? as usize][2]))
                 .unwrap_or(0.0),
-        };
-        self.plane.from_plane([u, v, w])
+        }
     }
 }
 

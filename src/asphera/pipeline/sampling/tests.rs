@@ -130,6 +130,16 @@ fn points_alone_tell_the_feature_size_of_a_sphere() {
     assert_eq!(found.coverage, Some(1.0), "{found:?}");
 }
 
+/// Over two rings of points 1 mm apart a sphere of 20 mm leaves a cubic by 100 nm and more.
+#[test]
+fn what_the_nominal_bends_is_not_noise() {
+    let part = SPHERE.replace("gap_limit_mm = 0.1", "gap_limit_mm = 2.0");
+    let wide = cap(|place| place.iter().all(|at| (at - at.round()).abs() < 1e-6))
+        .chain(cap(|[x, y]| (x - x.round()).abs() < 1e-6 && (y.fract().abs() - 0.5).abs() < 1e-6));
+    let found = measured(&part, wide).report.sampling;
+    assert!(found.noise_sigma_nm.unwrap() < 0.1, "{found:?}");
+}
+
 /// Noise so large that medial balls tell nothing: the curvature of windows stands for the local feature size, from
 /// above and not by much, though a hundredth of the readings is wrong.
 #[test]

@@ -262,11 +262,7 @@ fn where_noise_makes_the_figure() {
     for (name, share, ratio) in &told {
         // Draws of averages hold the noise twice, and so scatter more than measurements. What is left of them without noise is
         // at least 0, which narrows its scatter.
-        let largest = match &name[..] {
-            "Sa" => 1.4,
-            "Sq" => 1.6,
-            _ => 3.2,
-        };
+        let largest = if ["Sa", "Sq"].contains(&&name[..]) { 1.4 } else { 3.2 };
         assert!(*share >= 0.92 && (1.0..largest).contains(ratio), "{name}: {share} {ratio}");
     }
 }
