@@ -5,7 +5,8 @@
 //! largest width. [`find_defects`]
 //!
 //! 1. fits a *reference* that is wide against a defect and not moved by it (`reference.rs`, `fit.rs`), less wide where
-//!    form that is long and smooth at the scale of the points asks for it (`windows.rs`);
+//!    form that is long and smooth at the scale of the points asks for it (`windows.rs`), or an edge that is alike along
+//!    the border (`edges.rs`);
 //! 2. looks for *steps* in what is left, and fits the reference again so that it may jump there
 //!    (`steps.rs`);
 //! 3. *detects* connected sets of vertices whose residuals are too large (`detect.rs`), so that the
@@ -20,13 +21,16 @@
 //!
 //! **What it does not see.** Form and waviness that the reference does not follow raise the level from which
 //! on something is a defect, about where they are (`followed.rs`). What runs along the border, within six rings of
-//! neighbours, over more than some 60 spacings is taken for the form of the edge (`rim_zones.rs`). A groove or ridge that is
+//! neighbours, over more than some 60 spacings is taken for the form of the edge (`rim_zones.rs`). Where the form near a
+//! border is alike along it and moves narrower windows, these take over, up to 60 spacings inwards: pits and grooves wider than a
+//! third of them are then seen less well, and what is wide and runs along the border may be lost. A groove or ridge that is
 //! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form. Defects nearer
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 
 mod cells;
 mod detect;
+mod edges;
 mod fit;
 mod followed;
 mod ground;

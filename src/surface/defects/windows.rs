@@ -8,6 +8,9 @@
 //! 2. It is *smooth*: the narrower reference follows it, and what it leaves is a small share of what it takes off. A
 //!    scratch is steep at the scale of the points: no quartic over fifteen spacings follows it.
 //!
+//! An edge along a border is form too, even where a piece of it fails these tests: bands beside the border go to narrower
+//! windows as a whole, if these move them alike all along or already follow a part of them (`edges.rs`).
+//!
 //! What is compact or steep stays with the wider windows, with all about it that a window smears it over. What a reference of the chosen
 //! width may still miss is told by how far the next one is from it (`followed.rs`), and where there is none by a share of
 //! what it took off.
@@ -15,6 +18,7 @@
 use std::collections::BTreeSet;
 
 use super::cells::Cells;
+use super::edges::Edges;
 use super::line::Line;
 use super::reference::Reference;
 use super::{DefectsUnknown, Samples, followed, tail};
@@ -84,6 +88,9 @@ impl References {
             for narrow in wide + 1..levels {
                 windows.refine(cells, sigma_mm, wide, narrow);
             }
+            if wide + 1 < levels {
+                windows.follow_edges(cells, sigma_mm, wide);
+            }
         }
         windows.chosen(cells)
     }
@@ -136,6 +143,38 @@ impl Windows {
         }
     }
 
+    /// Gives bands along a border to windows half as wide where these follow form that is alike all along.
+    fn follow_edges(&mut self, cells: &Cells, sigma_mm: &[f64], wide: usize) {
+        let [from, to] = [wide, wide + 1].map(|level| &self.references[level]);
+        let taken: Vec<Option<Taken>> = (0..cells.len())
+            .map(|cell| Taken::of(cells, cell, [from, to], sigma_mm[cell]))
+            .collect();
+        let mut left: Vec<f64> = taken.iter().flatten().map(|taken| taken.left.abs()).collect();
+        let scatter = tail::scale(&mut left).unwrap_or(1.0);
+        let least = ALIKE * scatter.max(1.0);
+        let form = |rings: &[Vec<usize>]| {
+            let all = rings.iter().flatten();
+            let (narrower, count) = all.fold((0, 0), |(narrower, count), &cell| {
+                (narrower + usize::from(self.level[cell] > wide), count + 1)
+            });
+            f64::from(narrower as u32) > PART * f64::from(count)
+                || rings.iter().any(|ring| middle_off(ring, &taken).abs() > least)
+        };
+        let edges = Edges::new(cells, self.widths_mm[wide]);
+        for band in edges.inwards(form) {
+            let scale = |of: fn(&Taken) -> f64| {
+                let sizes = band.iter().filter_map(|&cell| taken[cell].as_ref());
+                tail::scale(&mut sizes.map(|taken| of(taken).abs()).collect::<Vec<_>>())
+                    .unwrap_or(0.0)
+            };
+            let [off, left] = [scale(|taken| taken.off), scale(|taken| taken.left)];
+            let left = (left * left - scatter * scatter).max(0.0).sqrt() / off;
+            let missed_mm =
+                |cell: usize| left.max(LEFT) * taken[cell].map_or(0.0, |taken| taken.size_mm);
+            self.narrow(cells, &band, [wide, wide + 1], missed_mm);
+        }
+    }
+
     /// Gives a set of cells, and those beside it, to narrower windows. `missed_mm` is what these may miss of the form there.
     fn narrow(
         &mut self,
@@ -185,17 +224,18 @@ impl Windows {
         }
         let narrower = self.references.split_off(1);
         let mut reference = self.references.remove(0);
-        for (cell, &level) in self.level.iter().enumerate().filter(|&(_, &level)| level > 0) {
+        for (cell, &level) in self.level.iter().enumerate() {
+            // The narrowest that there is: at a border there may be none so narrow.
+            let known = |level: &usize| narrower[level - 1].uncertainties[cell].is_finite();
+            let Some(level) = (1..=level).rev().find(known) else { continue };
             let other = &narrower[level - 1];
             let range = cells.range(cell);
-            if other.uncertainties[cell].is_finite() {
-                reference.residuals_mm[range.clone()].copy_from_slice(&other.residuals_mm[range]);
-                reference.secants[cell] = other.secants[cell];
-                reference.uncertainties[cell] = other.uncertainties[cell];
-                // Form runs away from a quartic towards the rim of its window as noise does.
-                let rim = (other.uncertainties[cell] / other.typical).max(1.0);
-                missed_mm[cell] = missed_mm[cell].hypot(rim * rim * self.missed_mm[cell]);
-            }
+            reference.residuals_mm[range.clone()].copy_from_slice(&other.residuals_mm[range]);
+            reference.secants[cell] = other.secants[cell];
+            reference.uncertainties[cell] = other.uncertainties[cell];
+            // Form runs away from a quartic towards the rim of its window as noise does.
+            let rim = (other.uncertainties[cell] / other.typical).max(1.0);
+            missed_mm[cell] = missed_mm[cell].hypot(rim * rim * self.missed_mm[cell]);
         }
         ByPlace { reference, missed_mm }
     }
@@ -207,7 +247,7 @@ struct Taken {
     size_mm: f64,
     /// Its size over its standard deviation.
     significance: f64,
-    /// The same over the deviation of a cell's mean.
+    /// The same with its sign, over the deviation of a cell's mean.
     off: f64,
     /// What is left over that.
     left: f64,
@@ -226,11 +266,22 @@ impl Taken {
         let taken = Taken {
             size_mm,
             significance: size_mm / (sigma_mm * deviation),
-            off: size_mm * per_mm,
+            off: (before - after) * per_mm,
             left: after * per_mm,
         };
         (taken.significance.is_finite() && taken.left.is_finite()).then_some(taken)
     }
+}
+
+/// The median of what was taken off some cells.
+fn middle_off(set: &[usize], taken: &[Option<Taken>]) -> f64 {
+    let mut off: Vec<f64> =
+        set.iter().filter_map(|&cell| taken[cell]).map(|taken| taken.off).collect();
+    if off.is_empty() {
+        return 0.0;
+    }
+    let middle = off.len() / 2;
+    *off.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// What is left of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
@@ -304,3 +355,8 @@ const KEPT: f64 = 0.83;
 const CHANCE: f64 = 0.5;
 /// The least a narrow window may miss of what it took off.
 const LEFT: f64 = 0.025;
+/// The median of what was taken off a ring along a border, from which on it is form, in deviations of a cell's mean: of white
+/// noise and single defects it is up to 0.25, of edges that leave false defects 0.3 to 20.
+const ALIKE: f64 = 0.3;
+/// Share of a band along a border from which on all of it goes to the windows that follow this share.
+const PART: f64 = 0.3;

@@ -2,16 +2,17 @@
 //!
 //! A small study runs always. The whole one, 50 parts of each kind of 20,000 to 1,000,000 points, takes some hours of a
 //! processor: `ASPHERA_DEFECT_STUDY=50 cargo test --release -p asphera-surface --lib study -- --nocapture`, where the
-//! number is that of the parts of each kind and size. `ASPHERA_DEFECT_SIZES=20000,100000` takes other sizes.
+//! number is that of the parts of each kind and size. `ASPHERA_DEFECT_SIZES=20000,100000` takes other sizes,
+//! `ASPHERA_DEFECT_KINDS=White,Edges` only some kinds of clean parts.
 
 mod ladder;
 mod parts;
 
-use self::parts::{KINDS, Part};
+use self::parts::{KINDS, Kind, Part};
 
 /// False defects of so many parts of each kind and size; all of one kind.
-fn false_ones(parts: u64, sizes: &[usize]) -> Vec<Vec<usize>> {
-    KINDS
+fn false_ones(kinds: &[Kind], parts: u64, sizes: &[usize]) -> Vec<Vec<usize>> {
+    kinds
         .iter()
         .map(|&kind| {
             let of = |&size: &usize| {
@@ -21,7 +22,7 @@ fn false_ones(parts: u64, sizes: &[usize]) -> Vec<Vec<usize>> {
                     for defect in &search.defects {
                         let [x, y, _] = defect.centre_mm;
                         eprintln!(
-                            "  {kind:?} {size} seed {seed}: {:?} r {:.2} h {:.1} nm, {:?} x {:?}, {} points, {:.1}{}",
+                            "  {kind:?} {size} seed {seed}: {:?} at {x:.2}, {y:.2}, r {:.2} h {:.1} nm, {:?} x {:?}, {} points, {:.1}{}",
                             defect.kind,
                             x.hypot(y),
                             1e6 * defect.height_mm,
@@ -55,12 +56,20 @@ fn wanted() -> (u64, Vec<usize>) {
     }
 }
 
+/// The kinds of clean parts that are looked at.
+fn wanted_kinds() -> Vec<Kind> {
+    let Ok(names) = std::env::var("ASPHERA_DEFECT_KINDS") else { return KINDS.to_vec() };
+    let of = |name: &str| KINDS.into_iter().find(|kind| format!("{kind:?}") == name);
+    names.split(',').map(|name| of(name).unwrap_or_else(|| panic!("no kind {name}"))).collect()
+}
+
 /// At most 0.1 a part are stated.
 #[test]
 fn clean_parts_have_no_defects() {
     let (parts, sizes) = wanted();
-    let found = false_ones(parts, &sizes);
-    for (kind, found) in KINDS.iter().zip(found) {
+    let kinds = wanted_kinds();
+    let found = false_ones(&kinds, parts, &sizes);
+    for (kind, found) in kinds.iter().zip(found) {
         let most = 0.1 * parts as f64 * sizes.len() as f64;
         let found: usize = found.iter().sum();
         assert!(found as f64 <= most.max(1.0), "{kind:?}: {found}, {most} are expected at most");
