@@ -153,11 +153,12 @@ impl Windows {
         let scatter = tail::scale(&mut left).unwrap_or(1.0);
         let least = ALIKE * scatter.max(1.0);
         let form = |rings: &[Vec<usize>]| {
-            let all = rings.iter().flatten();
-            let (narrower, count) = all.fold((0, 0), |(narrower, count), &cell| {
-                (narrower + usize::from(self.level[cell] > wide), count + 1)
-            });
-            f64::from(narrower as u32) > PART * f64::from(count)
+            let band = rings.concat();
+            let narrower = band.iter().filter(|&&cell| self.level[cell] > wide).count() as f64;
+            let part = narrower / band.len() as f64;
+            let moved = || quarter_moved(&band, &taken) > MOVED * scatter.max(1.0);
+            part > PART
+                || part > SOME && moved()
                 || rings.iter().any(|ring| middle_off(ring, &taken).abs() > least)
         };
         let edges = Edges::new(cells, self.widths_mm[wide]);
@@ -284,6 +285,17 @@ fn middle_off(set: &[usize], taken: &[Option<Taken>]) -> f64 {
     *off.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// The significance of what was taken off that all but a quarter of some cells exceed, over what it is of normal noise.
+fn quarter_moved(set: &[usize], taken: &[Option<Taken>]) -> f64 {
+    let mut sizes: Vec<f64> =
+        set.iter().filter_map(|&cell| taken[cell]).map(|taken| taken.significance).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let quarter = sizes.len() / 4;
+    *sizes.select_nth_unstable_by(quarter, f64::total_cmp).1 / QUARTER
+}
+
 /// What is left of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
 /// `most`. `scatter` is the standard deviation of what noise leaves.
 fn share_left(set: &[usize], taken: &[Option<Taken>], (scatter, most): (f64, f64)) -> Option<f64> {
@@ -360,3 +372,9 @@ const LEFT: f64 = 0.025;
 const ALIKE: f64 = 0.3;
 /// Share of a band along a border from which on all of it goes to the windows that follow this share.
 const PART: f64 = 0.3;
+/// Share from which on it does if the rest is moved, too, and by how much: noise alone moves it by 0.7, but several wide pits
+/// by up to 1.5, so that this alone tells no form.
+const SOME: f64 = 0.03;
+const MOVED: f64 = 1.2;
+/// The size that a quarter of normal values of deviation 1 falls short of.
+const QUARTER: f64 = 0.318_639;

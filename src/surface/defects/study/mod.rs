@@ -72,7 +72,7 @@ fn clean_parts_have_no_defects() {
     for (kind, found) in kinds.iter().zip(found) {
         let most = 0.1 * parts as f64 * sizes.len() as f64;
         let found: usize = found.iter().sum();
-        assert!(found as f64 <= most.max(1.0), "{kind:?}: {found}, {most} are expected at most");
+        assert!(found as f64 <= most, "{kind:?}: {found}, {most} are expected at most");
     }
 }
 
