@@ -157,8 +157,7 @@ impl Windows {
             let narrower = band.iter().filter(|&&cell| self.level[cell] > wide).count() as f64;
             let part = narrower / band.len() as f64;
             let moved = || quarter_moved(&band, &taken) > MOVED * scatter.max(1.0);
-            part > PART
-                || part > SOME && moved()
+            part > SOME && moved()
                 || rings.iter().any(|ring| middle_off(ring, &taken).abs() > least)
         };
         let edges = Edges::new(cells, self.widths_mm[wide]);
@@ -368,12 +367,10 @@ const CHANCE: f64 = 0.5;
 /// The least a narrow window may miss of what it took off.
 const LEFT: f64 = 0.025;
 /// The median of what was taken off a ring along a border, from which on it is form, in deviations of a cell's mean: of white
-/// noise and single defects it is up to 0.25, of edges that leave false defects 0.3 to 20.
-const ALIKE: f64 = 0.3;
-/// Share of a band along a border from which on all of it goes to the windows that follow this share.
-const PART: f64 = 0.3;
-/// Share from which on it does if the rest is moved, too, and by how much: noise alone moves it by 0.7, but several wide pits
-/// by up to 1.5, so that this alone tells no form.
+/// noise and single defects it is up to 0.25, of edges up to 20. Down to 0.3 hides defects beside wide rings.
+const ALIKE: f64 = 1.5;
+/// Share of a band along a border that follows form already, from which on all of it does if it is moved, and by how much:
+/// noise alone moves it by 0.7, but several wide pits by up to 1.5, so that this alone tells no form.
 const SOME: f64 = 0.03;
 const MOVED: f64 = 1.2;
 /// The size that a quarter of normal values of deviation 1 falls short of.
