@@ -38,6 +38,9 @@ pub enum ResultsError {
     },
 }
 
+/// The files of a measurement.
+pub(crate) const FILES: [&str; 4] = ["report.json", "mesh.ply", "deviation.ply", "deviation.x3p"];
+
 /// Writes `report.json`, `mesh.ply`, `deviation.ply` and `deviation.x3p` into `folder`, which is made if it
 /// is not there. `deviation.x3p` needs a fit; without one it is left out, and so is a stale one.
 ///
@@ -60,7 +63,7 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
         ply::write_mesh(w, points, triangles, None, &[UNITS]).map_err(format(path))
     })?;
     file(folder, "deviation.ply", |w, path| {
-        let scalar = Some(("deviation_nm", measurement.deviations_nm.as_slice()));
+        let scalar = Some(("scalar_deviation_nm", measurement.deviations_nm.as_slice()));
         ply::write_mesh(
             w,
             points,

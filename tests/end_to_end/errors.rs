@@ -103,9 +103,59 @@ fn a_limit_that_cannot_be_held_ends_with_eleven() {
         let [file, nominal, page] = [&file, &nominal, &page].map(|path| path.to_str().unwrap());
         let measured = run(["measure", file, "--nominal", nominal, "--json"]);
         assert_eq!(measured.status.code(), Some(code), "{limit}: {}", words(&measured));
-        let reported = run(["report", file, "--nominal", nominal, "-o", page]);
+        let reported = run(["report", file, "--nominal", nominal, "-o", page, "--force"]);
         assert_eq!(reported.status.code(), Some(code), "{limit}: {}", words(&reported));
     }
+}
+
+/// The results of another measurement may be the only ones there are.
+#[test]
+fn results_that_are_there_are_not_overwritten_unasked() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let [file, nominal, out, page, csv] =
+        ["p.xyz", "n.toml", "out", "page.html", "section.csv"].map(path);
+    std::fs::write(&nominal, "[surface]\nkind = \"plane\"\n").unwrap();
+    let points =
+        (0..900).map(|index| format!("{} {} 0\n", 0.1 * f64::from(index % 30), index / 30));
+    std::fs::write(&file, points.collect::<String>()).unwrap();
+    let commands = [
+        (vec!["measure", &file, "--nominal", &nominal, "--out", &out], "report.json"),
+        (vec!["report", &file, "--nominal", &nominal, "-o", &page], "page.html"),
+        (vec!["section", &file, "--line", "0,5,2,5", "-o", &csv], "section.csv"),
+    ];
+    for (mut command, written) in commands {
+        let first = run(&command);
+        assert_eq!(first.status.code(), Some(0), "{}", words(&first));
+        let again = run(&command);
+        assert_eq!(again.status.code(), Some(1), "{}", words(&again));
+        assert!(
+            words(&again).contains(&format!("{written} is there already; --force")),
+            "{}",
+            words(&again)
+        );
+        command.push("--force");
+        assert_eq!(run(&command).status.code(), Some(0));
+    }
+}
+
+#[test]
+fn without_limits_the_verdict_is_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let (nominal, file) = (dir.path().join("n.toml"), dir.path().join("p.xyz"));
+    std::fs::write(&nominal, "[surface]\nkind = \"plane\"\n").unwrap();
+    let points =
+        (0..900).map(|index| format!("{} {} 0\n", 0.1 * f64::from(index % 30), index / 30));
+    std::fs::write(&file, points.collect::<String>()).unwrap();
+    let arguments = ["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap()];
+    let output = run(arguments);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("verdict    none\n  no limits are given"), "{text}");
+    // Too few points for a fit: that no limits are given is no excuse.
+    std::fs::write(&file, "0 0 0\n").unwrap();
+    let output = run(arguments);
+    assert_eq!(output.status.code(), Some(11));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("UNDECIDED"));
 }
 
 #[test]

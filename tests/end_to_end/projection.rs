@@ -72,6 +72,7 @@ fn a_file_of_an_upright_part_is_measured_along_its_normal() {
             "--nominal",
             &path(&nominal),
             "--json",
+            "--force",
             "--out",
             &path(&out),
             "--along",

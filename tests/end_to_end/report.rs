@@ -30,6 +30,7 @@ fn a_recorded_demo_makes_the_same_report_every_time() {
             qif.to_str().unwrap(),
             "--part",
             "Lens <7>",
+            "--force",
         ]);
         assert!(
             matches!(output.status.code(), Some(0 | 10 | 11)),

@@ -10,7 +10,7 @@ use clap::Args;
 use tokio::time::interval;
 
 use super::exit::Exit;
-use super::output::{Failure, deliver, progress, say, write_json};
+use super::output::{Failure, deliver, progress, refuse_results, say, write_json};
 use super::serve::{Page, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
@@ -60,6 +60,7 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
 }
 
 async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
+    refuse_results(&args.output)?;
     let folder = args.output.out.clone().unwrap_or_else(default_folder);
     args.output.out = Some(folder.clone());
     std::fs::create_dir_all(&folder)
@@ -124,7 +125,7 @@ fn finish(finished: &Finished, args: &DemoArgs) -> Result<Exit, Failure> {
     if finished.recording.is_none() {
         say("the recording is not complete");
     }
-    Ok(Exit::of(&finished.measurement.report, true))
+    Ok(Exit::of(&finished.measurement.report))
 }
 
 /// Draws the progress on a terminal.

@@ -7,7 +7,7 @@ use crate::report::{Report, Status};
 /// Exit codes; the help text lists them. A wrong command line ends with 2, given by its parser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Exit {
-    /// Done; the part passed, or no limit was given.
+    /// Done; the part passed, or no limits are given.
     Done = 0,
     /// A file, a port or a configuration cannot be used.
     Failed = 1,
@@ -18,13 +18,12 @@ pub(super) enum Exit {
 }
 
 impl Exit {
-    /// The verdict as an exit code. Without a limit that is [`Exit::Done`], if there is a fit.
-    pub(super) fn of(report: &Report, tolerance_given: bool) -> Exit {
+    /// The verdict as an exit code.
+    pub(super) fn of(report: &Report) -> Exit {
         match report.verdict.status {
-            _ if report.form.is_none() => Exit::Undecided,
             Status::Fail => Exit::OutOfTolerance,
-            Status::Undecided if tolerance_given => Exit::Undecided,
-            Status::Pass | Status::Undecided => Exit::Done,
+            Status::Undecided => Exit::Undecided,
+            Status::Pass | Status::None => Exit::Done,
         }
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::OutputArgs;
 use super::exit::Exit;
 use super::files::{note_reading, part, pipeline, topography};
-use super::output::{Failure, deliver};
+use super::output::{Failure, deliver, refuse_results};
 use super::text::TextArgs;
 use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
@@ -41,6 +41,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
+    refuse_results(&args.output)?;
     let part = part(&args.nominal)?;
     let topography = topography(&args.file, &args.text)?;
 
@@ -63,7 +64,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     };
     note_reading(&mut measurement, &topography, check);
     deliver(&measurement, &args.output)?;
-    Ok(Exit::of(&measurement.report, measurement.has_limits))
+    Ok(Exit::of(&measurement.report))
 }
 
 /// Fisher and Yates's shuffle, driven by SplitMix64 (Steele, Lea, Flood, OOPSLA 2014).

@@ -40,7 +40,7 @@ struct Cli {
     log: String,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done (the part passed, or no limit was given); \
+const EXIT_CODES: &str = "Exit codes: 0 done (the part passed, or no limits are given); \
 1 a file, a port or a configuration cannot be used; 2 the command line is wrong; \
 10 the part is outside a limit; 11 the measurement ended but a verdict could not be given.";
 
@@ -88,6 +88,9 @@ struct OutputArgs {
     /// Write report.json, mesh.ply, deviation.ply and deviation.x3p into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Overwrite such files if they are there.
+    #[arg(long)]
+    force: bool,
 }
 
 /// How fast simulated or recorded time passes.

@@ -45,6 +45,17 @@ pub(super) fn progress(line: &str) {
     }
 }
 
+/// Fails where results of another measurement lie in the folder asked for, and are not to be overwritten.
+pub(super) fn refuse_results(args: &OutputArgs) -> Result<(), Failure> {
+    let Some(folder) = args.out.as_deref().filter(|_| !args.force) else { return Ok(()) };
+    match results::FILES.iter().map(|name| folder.join(name)).find(|path| path.exists()) {
+        Some(path) => {
+            Err(format!("{} is there already; --force overwrites it", path.display()).into())
+        }
+        None => Ok(()),
+    }
+}
+
 /// Prints and writes the figures as asked.
 pub(super) fn deliver(measurement: &Measurement, args: &OutputArgs) -> Result<(), Failure> {
     if let Some(folder) = &args.out {

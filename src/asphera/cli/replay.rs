@@ -6,7 +6,7 @@ use asphera_link::Nanos;
 use clap::Args;
 
 use super::exit::Exit;
-use super::output::{Failure, deliver};
+use super::output::{Failure, deliver, refuse_results};
 use super::{OutputArgs, Speed};
 use crate::clock::Clock;
 use crate::replay::{paced, replay};
@@ -24,6 +24,7 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
+    refuse_results(&args.output)?;
     let clock = Clock::start();
     let mut pace: Box<dyn FnMut(Nanos)> = match args.speed {
         Speed::Max => Box::new(|_| {}),
@@ -38,5 +39,5 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         points_per_s: report.points.received as f64 / total_s.max(1e-9),
     };
     deliver(&measurement, &args.output)?;
-    Ok(Exit::of(&measurement.report, measurement.has_limits))
+    Ok(Exit::of(&measurement.report))
 }

@@ -37,12 +37,15 @@ pub(super) struct ReportArgs {
     /// What was measured: a name or serial number for the head of the report.
     #[arg(long, value_name = "TEXT")]
     part: Option<String>,
+    /// Overwrite --out and --qif if they are there.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
-    refuse(&args.out, &args.source, true)?;
+    refuse(&args.out, &args.source, args.force)?;
     if let Some(qif) = &args.qif {
-        refuse(qif, &args.source, true)?;
+        refuse(qif, &args.source, args.force)?;
         if *qif == args.out {
             return Err(format!("--out and --qif are both {}", qif.display()).into());
         }
@@ -61,7 +64,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         write(path, &qif(&measurement.report, &provenance))?;
     }
     print(&summary::of(&measurement.report));
-    Ok(Exit::of(&measurement.report, measurement.has_limits))
+    Ok(Exit::of(&measurement.report))
 }
 
 fn recorded(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement, Failure> {

@@ -50,6 +50,9 @@ pub(super) struct SectionArgs {
     /// Where the CSV goes; without it, or with -, to stdout.
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Overwrite --out if it is there.
+    #[arg(long)]
+    force: bool,
     /// Print the figures as one JSON object on stdout; the CSV is written only where --out says.
     #[arg(long)]
     json: bool,
@@ -61,7 +64,7 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
         return Err("--json and --out - both want stdout; give --out a file".into());
     }
     if let Some(out) = to_file {
-        refuse(out, &args.file, true)?;
+        refuse(out, &args.file, args.force)?;
     }
     let mut report = cut(args)?;
     if report.pieces.is_empty() {

@@ -183,6 +183,7 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
         Status::Pass => "PASS",
         Status::Fail => "FAIL",
         Status::Undecided => "UNDECIDED",
+        Status::None => "none",
     };
     write!(text, "verdict    {verdict}")?;
     for check in &report.verdict.checks {

@@ -12,11 +12,14 @@ const WORDS = {
   pass: ["pass", "PASS", "Every limit holds."],
   fail: ["fail", "FAIL", "A limit is broken."],
   undecided: ["undecided", "UNDECIDED", "There is no answer."],
+  unlimited: ["idle", "NO LIMITS", "No limits are given: there is nothing to decide."],
 };
 
 /** What is shown: the answer once there is one, until then what the station does. */
-export const kindOf = ({ state, verdict }) =>
-  state === "complete" || state === "failed" ? verdict.status : state;
+export const kindOf = ({ state, verdict }) => {
+  if (state !== "complete" && state !== "failed") return state;
+  return verdict.status === "none" ? "unlimited" : verdict.status;
+};
 
 /** That in one word. */
 export const wordOf = (kind) => (WORDS[kind] ?? WORDS.none)[1];

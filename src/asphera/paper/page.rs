@@ -166,6 +166,7 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
         Status::Pass => ("pass", "\u{2713}", "PASS"),
         Status::Fail => ("fail", "\u{2715}", "FAIL"),
         Status::Undecided => ("undecided", "?", "UNDECIDED"),
+        Status::None => ("none", "\u{2013}", "NO LIMITS"),
     };
     writeln!(
         out,
@@ -190,9 +191,6 @@ fn verdict(out: &mut String, verdict: &Verdict) -> Result {
     }
     for reason in &verdict.reasons {
         writeln!(out, "<li>{}</li>", text(reason))?;
-    }
-    if verdict.checks.is_empty() && verdict.reasons.is_empty() {
-        out.push_str("<li>no tolerance was given</li>\n");
     }
     out.push_str("</ul></section>\n");
     Ok(())

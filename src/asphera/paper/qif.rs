@@ -143,7 +143,7 @@ fn results(
     let status = match report.verdict.status {
         Status::Pass => "PASS",
         Status::Fail => "FAIL",
-        Status::Undecided => "UNKNOWN",
+        Status::Undecided | Status::None => "UNKNOWN",
     };
     writeln!(
         out,

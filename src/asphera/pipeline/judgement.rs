@@ -2,7 +2,7 @@
 
 use asphera_form::figures::{Definition, Terms};
 use asphera_form::verdict::{Doubt, Finding, Guard, Limit, decide};
-use asphera_form::{Aperture, Figures, Status as FormStatus, Tolerance, verdict};
+use asphera_form::{Aperture, Figures, Reason, Status as FormStatus, Tolerance, verdict};
 use asphera_surface::Mesh;
 
 use super::errors::ErrorsOfFigures;
@@ -28,7 +28,7 @@ pub(super) fn judge(
         return verdict;
     }
     match fitted.map(|fitted| &fitted.fit) {
-        Err(error) => verdict.reasons.push(format!("no fit: {}", crate::error_chain(error))),
+        Err(error) => doubt(&mut verdict, format!("no fit: {}", crate::error_chain(error))),
         Ok(fit) if !fit.termination.is_converged() => {
             let why = figures::termination(&fit.termination);
             doubt(&mut verdict, format!("the fit did not converge: {why}"));
@@ -128,6 +128,7 @@ pub(super) fn compare(
         status: match plain.status {
             FormStatus::Pass => Status::Pass,
             FormStatus::Fail => Status::Fail,
+            FormStatus::Undecided if plain.reason == Some(Reason::NoTolerance) => Status::None,
             FormStatus::Undecided => Status::Undecided,
         },
         reasons: plain.reason.map(|reason| reason.to_string()).into_iter().collect(),

@@ -33,8 +33,6 @@ use crate::snapshot::Map;
 pub struct Measurement {
     /// The figures. Links, timing and session are still empty.
     pub report: Report,
-    /// Whether there was a limit of anything, and so a verdict to be given.
-    pub has_limits: bool,
     /// The mesh itself, in the frame of the plane of projection: to be cut, and mapped.
     pub surface: FinishedMesh,
     /// Vertices of the mesh, measured frame, mm.
@@ -253,7 +251,6 @@ pub(super) fn measure(
     standards::hold(&mut compared, &part, form.as_ref(), noise_dof, &unmeasured);
     let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
     let points_mm = points_mm.into_owned();
-    let has_limits = part.has_limits();
     let setting = Setting {
         part,
         plane,
@@ -279,7 +276,6 @@ pub(super) fn measure(
             timing: Timing::default(),
             session: None,
         },
-        has_limits,
         surface: FinishedMesh::new(mesh, setting),
         points_mm,
         triangles,

@@ -186,7 +186,6 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
         partition_unknown: Some(why.to_owned()),
         ..FeatureFigures::default()
     };
-    let has_limits = part.has_limits();
     let points_mm = measured(&mesh, &plane).into_owned();
     let setting = Setting {
         part,
@@ -213,7 +212,6 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
             timing: Timing::default(),
             session: None,
         },
-        has_limits,
         surface: FinishedMesh::new(mesh, setting),
         points_mm,
         triangles: Vec::new(),

@@ -6,7 +6,7 @@ use asphera_form::uncertainty::{
     uncertainty as uncertainty_of,
 };
 use asphera_form::verdict::{Decision, Guard, Judged, Limit, LimitError, Over, judge};
-use asphera_form::{Aperture, Covariance, Status as FormStatus};
+use asphera_form::{Aperture, Covariance, Reason, Status as FormStatus};
 use asphera_surface::{Plane, PointMm};
 
 use super::errors::{self, ErrorsOfFigures};
@@ -195,7 +195,8 @@ pub(super) fn compare(
     let over = Over { aperture: &part.aperture, areas_mm2 };
     let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
     if named.is_empty() && !part.judging.has_limits_of_standards() {
-        super::undecide(&mut verdict, asphera_form::Reason::NoTolerance.to_string());
+        verdict.status = Status::None;
+        verdict.reasons.push(Reason::NoTolerance.to_string());
     }
     for (name, limit) in named {
         let (uncertainty, unmeasured) = match assessed.uncertainty_for(&limit, part) {

@@ -29,6 +29,8 @@ pub enum Status {
     /// There is no answer; [`Verdict::reasons`] says why.
     #[default]
     Undecided,
+    /// Nothing was asked: no limits are given.
+    None,
 }
 
 /// One limit and the value held against it.

@@ -89,7 +89,7 @@ pub fn verdict(figures: Option<&Figures>, tolerance: &Tolerance) -> Verdict {
 impl std::fmt::Display for Reason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Reason::NoTolerance => "no tolerance is given",
+            Reason::NoTolerance => "no limits are given",
             Reason::NoFigures => "there are no figures",
             Reason::NotANumber => "a limit or a figure is not a number",
         })

@@ -35,7 +35,7 @@ pub(super) fn ground<I: Iterator<Item = (VertexId, PointMm, f64)>>(
     });
     let extent_mm = raster.size.map(|count| (count as f64 - 0.5) * side_mm);
     let field = NoiseField::of(cells, raster.low_mm, extent_mm, side_mm);
-    let mut pieces = vec![Vec::new(); PIECES * PIECES];
+    let mut pieces = tail::pieces();
     let step = (used as usize).div_ceil(TAIL_OF);
     for (_, point, deviation) in samples().step_by(step) {
         let slot = raster.slot(point);
@@ -45,9 +45,8 @@ pub(super) fn ground<I: Iterator<Item = (VertexId, PointMm, f64)>>(
         let level = plane.mean + x * plane.slope[0] + y * plane.slope[1];
         let unit = (1.0 - f64::from(tallies[slot].count).recip()).sqrt();
         let size = (deviation - level).abs() / (unit * field.at(middle_mm));
-        let [column, row] = [slot % raster.size[0], slot / raster.size[0]];
-        let piece = row * PIECES / raster.size[1] * PIECES + column * PIECES / raster.size[0];
-        pieces[piece].push(size);
+        let cell = [slot % raster.size[0], slot / raster.size[0]];
+        pieces[tail::piece_of(cell, raster.size)].push(size);
     }
     Ground { field, tail: Tail::of(pieces), colour: [1.0; SCALES] }
 }
@@ -165,7 +164,5 @@ const OF_MEDIAN: f64 = 1.06;
 const PLAIN: f64 = 1.15;
 /// Fewest samples of a cell that tell how they differ.
 const LEAST: u32 = 3;
-/// Pieces along a side of the surface by which tails are measured.
-const PIECES: usize = 4;
 /// Samples that are enough for that.
 const TAIL_OF: usize = 100_000;

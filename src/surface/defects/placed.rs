@@ -39,23 +39,21 @@ impl Looked<'_> {
             Some(noise) => noise,
             // Where there is no reference either, that is the reason to tell.
             None => self.noise().or_else(|why| {
-                let window_mm = WINDOW * self.largest_mm;
-                Reference::new(self.samples, self.cells, window_mm, &[], false).and(Err(why))
+                Reference::new(self.samples, self.cells, self.window_mm(), &[], false).and(Err(why))
             })?,
         };
         let points = self.samples.points.len();
-        let mut references = self.references(&[], false)?;
+        let mut references = self.references(&[])?;
         let [widest, narrowest] = references.ends();
         let mut cell_mm = self.residuals(narrowest, 0, noise).cell_mm;
         // What is long and smooth is no step: steps are looked for before any of it is taken off.
         let mut steps = self.steps(widest, &cell_mm);
         if !steps.is_empty() {
             // A reference that may not jump bends towards a step, which then looks lower than it is.
-            let window_mm = WINDOW * self.largest_mm;
             let jumping =
-                Reference::new(self.samples, self.cells, window_mm, &lines(&steps), true)?;
+                Reference::new(self.samples, self.cells, self.window_mm(), &lines(&steps), true)?;
             steps = self.steps(&jumping, &cell_mm);
-            references = self.references(&lines(&steps), false)?;
+            references = self.references(&lines(&steps))?;
             cell_mm = self.residuals(references.ends()[1], 0, noise).cell_mm;
         }
         let ByPlace { reference, missed_mm } = references.by_place(self.cells, &cell_mm);
@@ -67,8 +65,13 @@ impl Looked<'_> {
         Ok(Placed { steps, reference, missed_mm, residuals, tail })
     }
 
-    fn references(&self, steps: &[Line], kept: bool) -> Result<References, DefectsUnknown> {
-        References::new(self.samples, self.cells, WINDOW * self.largest_mm, (steps, kept))
+    fn references(&self, steps: &[Line]) -> Result<References, DefectsUnknown> {
+        References::new(self.samples, self.cells, self.window_mm(), steps)
+    }
+
+    /// Width of the widest windows.
+    fn window_mm(&self) -> f64 {
+        WINDOW * self.largest_mm
     }
 
     fn steps(&self, reference: &Reference, sigma_mm: &[f64]) -> Vec<Step> {

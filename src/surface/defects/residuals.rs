@@ -86,12 +86,11 @@ pub(super) fn noise_field(cells: &Cells, reference: &Reference) -> NoiseField {
 
 /// How far the noise goes.
 pub(super) fn tail_of(cells: &Cells, reference: &Reference, cell_mm: &[f64]) -> Tail {
-    let mut pieces = vec![Vec::new(); PIECES * PIECES];
+    let mut pieces = tail::pieces();
     for (cell, noise_mm) in cell_mm.iter().enumerate() {
         if let Some(sizes) = within(cells, reference, cell) {
-            let [column, row] =
-                [0, 1].map(|axis| cells.places[cell][axis] as usize * PIECES / cells.size[axis]);
-            pieces[row * PIECES + column].extend(sizes.map(|size| size.abs() / noise_mm));
+            let piece = tail::piece_of(cells.places[cell].map(|at| at as usize), cells.size);
+            pieces[piece].extend(sizes.map(|size| size.abs() / noise_mm));
         }
     }
     Tail::of(pieces)
@@ -99,7 +98,5 @@ pub(super) fn tail_of(cells: &Cells, reference: &Reference, cell_mm: &[f64]) -> 
 
 /// Fewest samples of a cell that tell how they differ.
 const WITHIN: f64 = 3.0;
-/// Pieces along a side of the surface by which tails are measured.
-const PIECES: usize = 4;
 /// What rounding makes of heights, over the largest of them.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;

@@ -87,6 +87,16 @@ impl Tail {
     }
 }
 
+/// Room for the sizes in each piece of a surface by which tails are measured.
+pub(super) fn pieces() -> Vec<Vec<f64>> {
+    vec![Vec::new(); PIECES * PIECES]
+}
+
+/// The piece that a cell of a grid lies in.
+pub(super) fn piece_of([column, row]: [usize; 2], [columns, rows]: [usize; 2]) -> usize {
+    row * PIECES / rows * PIECES + column * PIECES / columns
+}
+
 /// By how many standard deviations, as its median tells them, Laplace's distribution is exceeded.
 fn laplace(probability: f64) -> f64 {
     -probability.ln() / (NORMAL * std::f64::consts::LN_2)
@@ -100,6 +110,8 @@ fn quantile(sizes: &[f64], share: f64) -> f64 {
     sizes[below] + (at - below as f64) * (sizes[above] - sizes[below])
 }
 
+/// Pieces along a side of the surface.
+const PIECES: usize = 4;
 /// Probabilities at which tails are measured.
 const TAILS: [f64; 3] = [0.05, 0.01, 0.001];
 /// Sizes beyond a quantile that each piece needs.

@@ -53,9 +53,9 @@ impl References {
         samples: &Samples<'_>,
         cells: &Cells,
         window_mm: f64,
-        (steps, kept): (&[Line], bool),
+        steps: &[Line],
     ) -> Result<References, DefectsUnknown> {
-        let mut of = vec![Reference::new(samples, cells, window_mm, steps, kept)?];
+        let mut of = vec![Reference::new(samples, cells, window_mm, steps, false)?];
         let mut widths_mm = vec![window_mm];
         loop {
             let narrower_mm = 0.5 * widths_mm[widths_mm.len() - 1];
@@ -63,7 +63,7 @@ impl References {
             if of.len() > 1 && narrower_mm < CELLS_LEAST * cells.side_mm {
                 break;
             }
-            match Reference::new(samples, cells, narrower_mm, steps, kept) {
+            match Reference::new(samples, cells, narrower_mm, steps, false) {
                 Ok(reference) => of.push(reference),
                 Err(DefectsUnknown::NoReference { .. }) => break,
                 Err(other) => return Err(other),
