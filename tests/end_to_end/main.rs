@@ -19,5 +19,6 @@ mod qif;
 mod reduce;
 mod report;
 mod sampling;
+mod service;
 mod shapes;
 mod unknown;

@@ -81,7 +81,7 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     let config = Config::parse("the demo's configuration", &toml)?;
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let mut station = Station::start(config)?;
-    let page = Page::serve(station.handle(), listen, hosts).await?;
+    let page = Page::serve(station.handle(), listen, hosts, None).await?;
     station.handle().session(Command::Start).await?;
     say(&format!("results: {}", folder.display()));
 

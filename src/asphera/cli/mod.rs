@@ -6,6 +6,7 @@ mod exit;
 mod files;
 mod measure;
 mod nominal;
+mod notify;
 mod output;
 mod ports;
 mod reduce;
@@ -18,6 +19,7 @@ mod serve;
 mod simulate;
 mod summary;
 mod text;
+mod token;
 mod unit_doubt;
 
 use std::path::PathBuf;
@@ -49,7 +51,7 @@ enum Command {
     /// Measures a simulated part on a simulated bench, over real protocols.
     Demo(demo::DemoArgs),
     /// Runs a station.
-    Run(ConfigArgs),
+    Run(run::RunArgs),
     /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
     Check(ConfigArgs),
     /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF, Zemax grid sag.
@@ -123,7 +125,7 @@ pub fn main() -> ExitCode {
         .init();
     let done = match cli.command {
         Command::Demo(args) => demo::run(args),
-        Command::Run(args) => run::run(&args.config),
+        Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args.config),
         Command::Measure(args) => measure::run(&args),
         Command::Reduce(args) => reduce::run(&args),

@@ -1,32 +1,44 @@
 //! `asphera run`: a station until a signal.
 
-use std::path::Path;
-
 use asphera_link::Command;
+use clap::Args;
 
+use super::ConfigArgs;
 use super::exit::Exit;
+use super::notify;
 use super::output::{Failure, complain, print, say};
 use super::serve::{Page, interrupted, stop_session};
 use super::summary;
+use super::token::TokenArgs;
 use crate::config::Config;
 use crate::live::{Finished, Station, StationError};
 
-pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
-    let config = Config::load(path)?;
-    tokio::runtime::Runtime::new()?.block_on(station(config))
+#[derive(Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    token: TokenArgs,
 }
 
-async fn station(config: Config) -> Result<Exit, Failure> {
+pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
+    let config = Config::load(&args.config.config)?;
+    tokio::runtime::Runtime::new()?.block_on(station(config, &args.token))
+}
+
+async fn station(config: Config, token: &TokenArgs) -> Result<Exit, Failure> {
     let (listen, hosts, autostart) =
         (config.listen, config.allowed_hosts.clone(), config.autostart);
     let mut station = Station::start(config)?;
     // The page first: a port that is taken must not leave a recording behind.
-    let page = Page::serve(station.handle(), listen, hosts).await?;
+    let page = Page::serve(station.handle(), listen, hosts, token.token()?).await?;
     if autostart {
         station.handle().session(Command::Start).await?;
     } else {
         station.handle().watch_links().await;
     }
+    notify::ready(page.url());
+    let watchdog = notify::watch(station.handle().beats());
     let mut stop = std::pin::pin!(interrupted());
     loop {
         tokio::select! {
@@ -41,10 +53,12 @@ async fn station(config: Config) -> Result<Exit, Failure> {
             }
         }
     }
+    notify::stopping();
     if let Some(finished) = stop_session(&mut station).await? {
         show(&finished);
     }
     page.close().await?;
+    watchdog.abort();
     Ok(Exit::Done)
 }
 

@@ -16,27 +16,37 @@ use crate::publish::{Server, Token};
 
 /// The page of a station, being served.
 pub(super) struct Page {
+    url: String,
     shutdown: oneshot::Sender<()>,
     task: JoinHandle<std::io::Result<()>>,
 }
 
 impl Page {
-    /// Serves the page of a station and prints its address with the token.
+    /// Serves the page of a station and prints its address: with the token, unless its operator chose it and so knows it. What is
+    /// printed may end in a log.
     pub(super) async fn serve(
         station: Handle,
         listen: SocketAddr,
         allowed_hosts: Vec<String>,
+        chosen: Option<Token>,
     ) -> Result<Page, Failure> {
-        let server = Server::bind(listen, Token::random()?, station)
-            .await?
-            .with_allowed_hosts(allowed_hosts);
-        say(&format!("page: {}", server.url_with_token()));
+        let is_known = chosen.is_some();
+        let token = chosen.map_or_else(Token::random, Ok)?;
+        let server = Server::bind(listen, token, station).await?.with_allowed_hosts(allowed_hosts);
+        let url = server.url();
+        let address = if is_known { url.clone() } else { server.url_with_token() };
+        say(&format!("page: {address}"));
         let (shutdown, stop) = oneshot::channel::<()>();
         let task = tokio::spawn(server.serve(async {
             // A dropped sender stops the server too.
             let _ = stop.await;
         }));
-        Ok(Page { shutdown, task })
+        Ok(Page { url, shutdown, task })
+    }
+
+    /// Its address, without the token.
+    pub(super) fn url(&self) -> &str {
+        &self.url
     }
 
     /// Stops serving; open answers end first.

@@ -28,6 +28,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
     let (control, controls) = mpsc::channel(16);
     let (finished_sender, finished) = mpsc::channel(4);
     let (report_sender, report) = watch::channel(None);
+    let (beat, beats) = watch::channel(0);
     let (sender, events) = mpsc::channel(EVENTS);
     let view = View::new(&config);
     let snapshots = view.watch();
@@ -44,8 +45,10 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         finished: finished_sender,
         report: report_sender,
         awake_by: Instant::now(),
+        beat,
+        turns: 0,
     };
-    let handle = Handle { control, snapshots, report };
+    let handle = Handle { control, snapshots, report, beats };
     Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
 }
 
@@ -63,6 +66,10 @@ struct Core {
     report: watch::Sender<Option<Arc<Report>>>,
     /// When the task is to run again at the latest.
     awake_by: Instant,
+    /// Counts on while the station gets on with its work.
+    beat: watch::Sender<u64>,
+    /// Of the pipeline, when it was looked at last.
+    turns: u64,
 }
 
 /// What a running session needs.
@@ -106,6 +113,7 @@ impl Core {
                     self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
                         (session.worker.figures(), session.recording.failure())
                     }));
+                    self.beat();
                     next_view = Instant::now() + VIEW_PERIOD;
                 }
                 event = self.events.recv() => if let Some(event) = event {
@@ -118,6 +126,19 @@ impl Core {
                 }
             }
         }
+    }
+
+    /// Says that the station gets on, unless the pipeline has not come back for more since the last time. Final figures take as
+    /// long as they take.
+    fn beat(&mut self) {
+        let turns = match &self.session {
+            Some(session) if session.ending.is_none() => Some(session.worker.turns()),
+            _ => None,
+        };
+        if turns.is_none_or(|turns| turns != self.turns) {
+            self.beat.send_modify(|beats| *beats += 1);
+        }
+        self.turns = turns.unwrap_or(0);
     }
 
     /// The task runs: if it should have long before, the core is told that the host was held up.

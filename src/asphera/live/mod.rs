@@ -91,6 +91,7 @@ pub struct Handle {
     control: mpsc::Sender<Control>,
     snapshots: watch::Receiver<Arc<Snapshot>>,
     report: watch::Receiver<Option<Arc<Report>>>,
+    beats: watch::Receiver<u64>,
 }
 
 /// What a station is asked to do.
@@ -165,6 +166,12 @@ impl Handle {
         let (reply, answer) = oneshot::channel();
         self.control.send(Control::Asked(ask(reply))).await.ok()?;
         answer.await.ok()?
+    }
+
+    /// Counts on several times a second while the station gets on with its work: not where the pipeline hangs, nor where a disk
+    /// or a link holds everything up.
+    pub fn beats(&self) -> watch::Receiver<u64> {
+        self.beats.clone()
     }
 
     /// The newest snapshot, and when there is a newer one.

@@ -1,6 +1,7 @@
 //! The thread that makes figures of points.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use tokio::runtime::Handle;
@@ -18,6 +19,7 @@ use crate::station::Point;
 pub(super) struct Worker {
     work: mpsc::Sender<Work>,
     figures: watch::Receiver<Option<Arc<RunningFigures>>>,
+    turns: Arc<AtomicU64>,
 }
 
 /// The pipeline's thread has ended before it was told to finish.
@@ -44,15 +46,22 @@ impl Worker {
         let (sender, figures) = watch::channel(None);
         let runtime = Handle::current();
         let pipeline = Pipeline::along(part, along).expecting(expected_points);
+        let turns = Arc::new(AtomicU64::new(0));
+        let turned = turns.clone();
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(pipeline, clock, &runtime, receiver, &sender))?;
-        Ok(Worker { work, figures })
+            .spawn(move || run(pipeline, clock, &runtime, (receiver, &sender, &turned)))?;
+        Ok(Worker { work, figures, turns })
     }
 
     /// The newest running figures.
     pub(super) fn figures(&self) -> Option<Arc<RunningFigures>> {
         self.figures.borrow().clone()
+    }
+
+    /// How often the pipeline has come back for more: more than eight times a second, unless something holds it up.
+    pub(super) fn turns(&self) -> u64 {
+        self.turns.load(Ordering::Relaxed)
     }
 
     /// Hands over points; waits while the pipeline is behind, which holds the links back. Fails when the
@@ -88,12 +97,16 @@ fn run(
     mut pipeline: Pipeline,
     clock: Clock,
     runtime: &Handle,
-    mut work: mpsc::Receiver<Work>,
-    figures: &watch::Sender<Option<Arc<RunningFigures>>>,
+    (mut work, figures, turns): (
+        mpsc::Receiver<Work>,
+        &watch::Sender<Option<Arc<RunningFigures>>>,
+        &AtomicU64,
+    ),
 ) {
     let mut shown_at = clock.now();
     let mut shown = 0;
     loop {
+        turns.fetch_add(1, Ordering::Relaxed);
         let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
         match next {
             Ok(Some(Work::Points(points))) => points.iter().for_each(|point| pipeline.take(point)),

@@ -1,0 +1,104 @@
+//! The daemon under a service manager: a socket of our own in the place of systemd's.
+
+use std::os::unix::net::UnixDatagram;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use asphera_tests::{Running, asphera, http, root, skipped};
+
+/// A station whose instruments are not there, with its page at any port.
+fn configuration(folder: &Path) -> std::path::PathBuf {
+    let example = std::fs::read_to_string(root().join("config/examples/om30-line.toml")).unwrap();
+    let recordings = folder.join("recordings");
+    let text = format!(
+        "{example}\n[publish]\nlisten = \"127.0.0.1:0\"\n[session]\ndir = {:?}\n",
+        recordings.to_str().unwrap()
+    );
+    let nominal = root().join("config/examples");
+    let path = folder.join("station.toml");
+    std::fs::write(
+        &path,
+        text.replace("../nominals", nominal.join("../nominals").to_str().unwrap()),
+    )
+    .unwrap();
+    path
+}
+
+fn words(socket: &UnixDatagram) -> String {
+    let mut bytes = [0; 4096];
+    let length = socket.recv(&mut bytes).expect("the daemon says something in time");
+    String::from_utf8(bytes[..length].to_vec()).unwrap()
+}
+
+#[test]
+fn a_service_says_when_it_is_ready_that_it_gets_on_and_that_it_stops() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("notify");
+    let socket = UnixDatagram::bind(&place).unwrap();
+    socket.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["run", "--config"])
+            .arg(configuration(folder.path()))
+            .env("NOTIFY_SOCKET", &place)
+            .env("WATCHDOG_USEC", "800000")
+            .env("ASPHERA_TOKEN", "a-token-that-was-chosen"),
+    );
+    let line = daemon.line("page:", Duration::from_secs(60));
+    // A token that its operator knows is not printed: it would end in the journal.
+    assert!(!line.contains("token"), "{line}");
+    let ready = words(&socket);
+    let (_, address) = line.split_once("http://").unwrap();
+    assert_eq!(ready, format!("READY=1\nSTATUS=page: http://{address}\n"));
+    for _ in 0..5 {
+        assert_eq!(words(&socket), "WATCHDOG=1\n");
+    }
+    let address = address.trim_end_matches('/');
+    for (token, status) in [("a-token-that-was-chosen", 202), ("a-token-that-was-guessed", 403)] {
+        let bearer = format!("Bearer {token}");
+        let (found, _) =
+            http(address, "POST", "/api/v1/session/start", &[("Authorization", &bearer)]);
+        assert_eq!(found / 100, status / 100, "{token}: {found}");
+    }
+    daemon.signal("TERM");
+    let until_stopping = (0..50).map(|_| words(&socket)).find(|words| words != "WATCHDOG=1\n");
+    assert_eq!(until_stopping.as_deref(), Some("STOPPING=1\n"));
+    let output = daemon.wait(Duration::from_secs(20));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_token_that_is_none_is_refused_without_repeating_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("token");
+    std::fs::write(&file, "too short").unwrap();
+    let output = Command::new(asphera())
+        .args(["run", "--config"])
+        .arg(configuration(folder.path()))
+        .arg("--token-file")
+        .arg(&file)
+        .output()
+        .unwrap();
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        words.contains("16 to 128 characters, found 9") && !words.contains("too short"),
+        "{words}"
+    );
+}
+
+/// 2.0 of 10 and less is what systemd calls OK.
+#[test]
+fn the_units_leave_little_open() {
+    for unit in ["asphera.service", "asphera@.service"] {
+        let analysed = Command::new("systemd-analyze")
+            .args(["security", "--offline=true", "--threshold=20"])
+            .arg(root().join("systemd").join(unit))
+            .output();
+        let Ok(output) = analysed else { return skipped("there is no systemd-analyze") };
+        let words = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{unit}: {words}");
+        assert!(words.contains("Overall exposure level"), "{unit}: {words}");
+    }
+}
