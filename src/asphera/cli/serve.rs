@@ -18,7 +18,7 @@ use crate::publish::{Server, Token};
 pub(super) struct Page {
     url: String,
     shutdown: oneshot::Sender<()>,
-    task: JoinHandle<std::io::Result<()>>,
+    task: JoinHandle<()>,
 }
 
 impl Page {
@@ -53,7 +53,7 @@ impl Page {
     pub(super) async fn close(self) -> Result<(), Failure> {
         // The server may have ended by itself; then there is nothing to stop.
         let _ = self.shutdown.send(());
-        Ok(self.task.await??)
+        Ok(self.task.await?)
     }
 }
 

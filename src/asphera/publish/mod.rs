@@ -33,6 +33,7 @@
 
 mod api;
 mod assets;
+mod connections;
 mod encoder;
 mod guard;
 mod problem;

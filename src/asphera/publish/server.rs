@@ -5,14 +5,13 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::serve::ListenerExt as _;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::encoder::Encoder;
 use super::source::Source;
 use super::token::Token;
-use super::{api, guard};
+use super::{api, connections, guard};
 
 /// A bound port that is not served yet.
 pub struct Server {
@@ -27,9 +26,14 @@ pub struct Server {
 /// What clients may take.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
+    /// Connections at one time; one more is closed at once. Default 256. A stream no longer counts as one.
+    pub connections: usize,
+    /// How long a client may take for the head of a request, and stay silent before the next one, ms. Default 30,000.
+    pub head_ms: u64,
     /// Streams (WebSockets) at one time; one more is answered with 503. Default 50.
     pub streams: usize,
-    /// How long a client may take to receive a snapshot before its stream is closed, ms. Default 10,000.
+    /// How long a client may take to receive a snapshot before its stream is closed, or take nothing of an answer, ms. Default
+    /// 10,000.
     pub answer_ms: u64,
     /// After how long without a new snapshot a stream says that it is alive, ms. Default 2,000; the
     /// page takes a stream that is silent for 6 s for broken.
@@ -40,7 +44,14 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { streams: 50, answer_ms: 10_000, alive_ms: 2_000, shutdown_ms: 3_000 }
+        Limits {
+            connections: 256,
+            head_ms: 30_000,
+            streams: 50,
+            answer_ms: 10_000,
+            alive_ms: 2_000,
+            shutdown_ms: 3_000,
+        }
     }
 }
 
@@ -124,13 +135,7 @@ impl Server {
 
     /// Serves until `shutdown` resolves, then closes the streams and lets open answers end within
     /// [`Limits::shutdown_ms`].
-    ///
-    /// # Errors
-    /// Where the system no longer serves the socket.
-    pub async fn serve(
-        self,
-        shutdown: impl Future<Output = ()> + Send + 'static,
-    ) -> io::Result<()> {
+    pub async fn serve(self, shutdown: impl Future<Output = ()> + Send + 'static) {
         let (closing, _) = watch::channel(false);
         let shared = Arc::new(Shared {
             source: self.source,
@@ -144,22 +149,13 @@ impl Server {
         });
         let router = api::router(&shared)
             .layer(axum::middleware::from_fn_with_state(Arc::clone(&shared), guard::every));
-        let service = router.into_make_service_with_connect_info::<SocketAddr>();
-        let signal = {
-            let closing = closing.clone();
-            async move {
-                shutdown.await;
-                closing.send_replace(true);
-            }
+        let signal = closing.clone();
+        let ended = async move {
+            shutdown.await;
+            signal.send_replace(true);
+            std::future::pending::<()>().await;
         };
-        // Snapshots are small and followed by a wait for the answer: Nagle's algorithm against delayed
-        // acknowledgements would make that 40 ms each.
-        let listener = self.listener.tap_io(|socket| {
-            if let Err(error) = socket.set_nodelay(true) {
-                tracing::debug!(%error, "cannot set TCP_NODELAY");
-            }
-        });
-        let serving = axum::serve(listener, service).with_graceful_shutdown(signal);
+        let serving = connections::serve(self.listener, router, self.limits, closing.subscribe());
         let patience = async {
             let mut closing = closing.subscribe();
             // The sender lives in this function: waiting ends by the signal only.
@@ -168,16 +164,15 @@ impl Server {
         };
         let streams = u32::try_from(self.limits.streams).unwrap_or(u32::MAX);
         tokio::select! {
-            result = async {
-                serving.await?;
+            () = ended => unreachable!("it waits for the others"),
+            () = async {
+                serving.await;
                 // Every stream gives its permit back when its close frame is sent. The semaphore
                 // is never closed, so that acquiring cannot fail.
                 let _ = shared.streams.acquire_many(streams).await;
-                Ok(())
-            } => result,
+            } => {}
             () = patience => {
                 tracing::warn!("clients were cut off at shutdown: they did not finish in time");
-                Ok(())
             }
         }
     }

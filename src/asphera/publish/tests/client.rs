@@ -110,7 +110,7 @@ impl Source for Station {
 pub(super) struct Running {
     pub(super) addr: SocketAddr,
     shutdown: oneshot::Sender<()>,
-    task: JoinHandle<std::io::Result<()>>,
+    task: JoinHandle<()>,
 }
 
 impl Running {
@@ -143,7 +143,7 @@ impl Running {
     /// Ends the server and waits until it has ended.
     pub(super) async fn end(self) {
         self.shutdown.send(()).unwrap();
-        within(self.task).await.unwrap().unwrap();
+        within(self.task).await.unwrap();
     }
 
     /// One request with exactly these header lines beside `Connection`.
