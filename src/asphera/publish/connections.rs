@@ -6,7 +6,6 @@
 use std::io;
 use std::net::SocketAddr;
 use std::pin::{Pin, pin};
-use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
@@ -20,7 +19,7 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Sleep, sleep};
 use tower_service::Service as _;
@@ -34,7 +33,6 @@ pub(super) async fn serve(
     limits: Limits,
     mut closing: watch::Receiver<bool>,
 ) {
-    let free = Arc::new(Semaphore::new(limits.connections.min(Semaphore::MAX_PERMITS)));
     let mut connections = JoinSet::new();
     loop {
         let accepted = tokio::select! {
@@ -44,22 +42,21 @@ pub(super) async fn serve(
             accepted = listener.accept() => accepted,
         };
         match accepted {
-            Ok((socket, peer)) => match free.clone().try_acquire_owned() {
-                Ok(permit) => {
-                    let serving = connection(socket, peer, router.clone(), limits, closing.clone());
-                    connections.spawn(async move {
-                        serving.await;
-                        drop(permit);
-                    });
-                }
-                Err(_) => tracing::warn!(%peer, "a client was turned away: too many connections"),
-            },
+            Ok((_, peer)) if connections.len() >= limits.connections => {
+                tracing::warn!(%peer, "a client was turned away: too many connections");
+            }
+            Ok((socket, peer)) => {
+                let router = router.clone();
+                connections.spawn(connection(socket, peer, router, limits, closing.clone()));
+            }
             Err(error) => {
                 tracing::warn!(%error, "no connection can be accepted");
                 sleep(PAUSE).await;
             }
         }
     }
+    // Who comes now is refused at once.
+    drop(listener);
     while connections.join_next().await.is_some() {}
 }
 

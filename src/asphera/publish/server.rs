@@ -149,11 +149,9 @@ impl Server {
         });
         let router = api::router(&shared)
             .layer(axum::middleware::from_fn_with_state(Arc::clone(&shared), guard::every));
-        let signal = closing.clone();
-        let ended = async move {
+        let signal = async {
             shutdown.await;
-            signal.send_replace(true);
-            std::future::pending::<()>().await;
+            closing.send_replace(true);
         };
         let serving = connections::serve(self.listener, router, self.limits, closing.subscribe());
         let patience = async {
@@ -164,9 +162,8 @@ impl Server {
         };
         let streams = u32::try_from(self.limits.streams).unwrap_or(u32::MAX);
         tokio::select! {
-            () = ended => unreachable!("it waits for the others"),
             () = async {
-                serving.await;
+                tokio::join!(signal, serving);
                 // Every stream gives its permit back when its close frame is sent. The semaphore
                 // is never closed, so that acquiring cannot fail.
                 let _ = shared.streams.acquire_many(streams).await;
