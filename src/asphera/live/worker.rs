@@ -50,7 +50,7 @@ impl Worker {
         let turned = turns.clone();
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(pipeline, clock, &runtime, (receiver, &sender, &turned)))?;
+            .spawn(move || run(pipeline, clock, &runtime, receiver, &sender, &turned))?;
         Ok(Worker { work, figures, turns })
     }
 
@@ -97,11 +97,9 @@ fn run(
     mut pipeline: Pipeline,
     clock: Clock,
     runtime: &Handle,
-    (mut work, figures, turns): (
-        mpsc::Receiver<Work>,
-        &watch::Sender<Option<Arc<RunningFigures>>>,
-        &AtomicU64,
-    ),
+    mut work: mpsc::Receiver<Work>,
+    figures: &watch::Sender<Option<Arc<RunningFigures>>>,
+    turns: &AtomicU64,
 ) {
     let mut shown_at = clock.now();
     let mut shown = 0;

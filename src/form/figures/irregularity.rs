@@ -36,6 +36,11 @@ impl Approximation {
         }
     }
 
+    /// Piston, both tilts and sphere at a place.
+    fn row(self, [x, y]: [f64; 2], reach_mm: f64) -> [f64; 4] {
+        [1.0, x / reach_mm, y / reach_mm, self.shape(x.hypot(y), reach_mm)]
+    }
+
     /// Height at a distance from the axis, 0 on the axis and in units that leave it near 1 at `reach_mm`
     /// for flat surfaces.
     fn shape(self, r_mm: f64, reach_mm: f64) -> f64 {
@@ -148,11 +153,7 @@ pub(crate) fn irregular(sample: &Sample, approximation: Approximation) -> Result
 /// mean over the area of deviation times gain. `None` where it is unknown. `O(n)`.
 pub(crate) fn sagitta_gains(sample: &Sample, approximation: Approximation) -> Option<Vec<f64>> {
     let [near_mm, reach_mm] = sample.reach_mm();
-    let row = |place: usize| {
-        let [x, y] = sample.places_mm()[place];
-        let shape = approximation.shape(x.hypot(y), reach_mm);
-        Vector4::new(1.0, x / reach_mm, y / reach_mm, shape)
-    };
+    let row = |place: usize| Vector4::from(approximation.row(sample.places_mm()[place], reach_mm));
     let gram = Matrix4::from_fn(|i, j| sample.mean(|place| row(place)[i] * row(place)[j]));
     let at = |radius_mm| approximation.shape(radius_mm, reach_mm);
     let rise = Vector4::new(0.0, 0.0, 0.0, at(reach_mm) - at(near_mm));
@@ -189,7 +190,7 @@ fn levelled(sample: &Sample, approximation: Approximation) -> Result<Levelled, U
     }
     let shape = |[x, y]: [f64; 2]| approximation.shape(x.hypot(y), reach_mm);
     let solution = least_squares(sample, 4, |place, row| {
-        row.copy_from_slice(&[1.0, place[0] / reach_mm, place[1] / reach_mm, shape(place)]);
+        row.copy_from_slice(&approximation.row(place, reach_mm));
     });
     let curvature = solution.coefficients[3].ok_or(Unknown::IndeterminateSphere)?;
     let mean_shape = sample.mean(|i| shape(sample.places_mm()[i]));

@@ -249,9 +249,9 @@ impl Uncertainty {
 
     /// Variance that the places leave a mean over the area, beside that by noise: 0 where the area is not known.
     ///
-    /// `values` has what each point used is worth, and what share of the variance of its noise, in mm², it has of its own.
-    pub(crate) fn scatter_of_mean(&self, values: &[Worth]) -> f64 {
-        self.taken.as_ref().map_or(0.0, |taken| taken.scatter(values, &self.noise_mm2))
+    /// `worth` has an entry a point, in the order of [`Uncertainty::indices`]. In the square of its unit.
+    pub(crate) fn scatter_of_mean(&self, worth: &[Worth]) -> f64 {
+        self.taken.as_ref().map_or(0.0, |taken| taken.scatter(worth, &self.noise_mm2))
     }
 
     /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth

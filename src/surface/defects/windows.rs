@@ -275,24 +275,22 @@ impl Taken {
 
 /// The median of what was taken off some cells.
 fn middle_off(set: &[usize], taken: &[Option<Taken>]) -> f64 {
-    let mut off: Vec<f64> =
-        set.iter().filter_map(|&cell| taken[cell]).map(|taken| taken.off).collect();
-    if off.is_empty() {
-        return 0.0;
-    }
-    let middle = off.len() / 2;
-    *off.select_nth_unstable_by(middle, f64::total_cmp).1
+    part_of(set, taken, 2, |taken| taken.off)
 }
 
 /// The significance of what was taken off that all but a quarter of some cells exceed, over what it is of normal noise.
 fn quarter_moved(set: &[usize], taken: &[Option<Taken>]) -> f64 {
-    let mut sizes: Vec<f64> =
-        set.iter().filter_map(|&cell| taken[cell]).map(|taken| taken.significance).collect();
-    if sizes.is_empty() {
+    part_of(set, taken, 4, |taken| taken.significance) / QUARTER
+}
+
+/// The value that one in `parts` of some cells falls short of; 0 without any.
+fn part_of(set: &[usize], taken: &[Option<Taken>], parts: usize, of: impl Fn(Taken) -> f64) -> f64 {
+    let mut values: Vec<f64> = set.iter().filter_map(|&cell| taken[cell]).map(of).collect();
+    if values.is_empty() {
         return 0.0;
     }
-    let quarter = sizes.len() / 4;
-    *sizes.select_nth_unstable_by(quarter, f64::total_cmp).1 / QUARTER
+    let at = values.len() / parts;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
 /// What is left of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
