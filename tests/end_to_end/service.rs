@@ -84,6 +84,20 @@ fn a_token_that_is_none_is_refused_without_repeating_it() {
     );
 }
 
+/// They are one unit, but for what names the station.
+#[test]
+fn the_units_agree() {
+    let unit = |name: &str| std::fs::read_to_string(root().join("systemd").join(name)).unwrap();
+    let settings = |text: String| {
+        text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (one, several) = (settings(unit("asphera.service")), settings(unit("asphera@.service")));
+    assert_eq!(one.len(), several.len());
+    for (one, several) in one.iter().zip(&several) {
+        assert!(one == several || several.contains("%i"), "{one} {several}");
+    }
+}
+
 /// 2.0 of 10 and less is what systemd calls OK.
 #[test]
 fn the_units_leave_little_open() {
