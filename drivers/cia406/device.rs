@@ -37,7 +37,8 @@ use setup::{Learned, Progress, Setup};
 ///   it is operational on [`Command::Start`], and again after each restart of the node. Nothing in
 ///   CANopen confirms a start, and the next heartbeat may be a second away; so the node is asked for its
 ///   error register right after. Frames to a node keep their order: one that answers has had its start.
-///   Should it have refused it, its heartbeat says so, which is a fault.
+///   Should it have refused it, its heartbeats say so, which is a fault: the second one, for the first may
+///   have waited on the bus since before the start, where all answers and positions overtake it.
 /// - [`Event::Reopen`] never comes. A bus is shared: closing it would take the other nodes down for
 ///   the trouble of one. The node alone is set up anew instead, with a pause of 1 s, doubled up to
 ///   8 s, between attempts that fail.
@@ -84,8 +85,8 @@ enum State {
     Configured { learned: Learned },
     /// Told to start, not yet seen to have.
     Starting { learned: Learned, cycle: Cycle, until: Nanos, tries: u8 },
-    /// Operational.
-    Running { learned: Learned, cycle: Cycle },
+    /// Operational. `heard`: a heartbeat came since.
+    Running { learned: Learned, cycle: Cycle, heard: bool },
 }
 
 /// How often a request is sent before the node counts as silent.
@@ -183,7 +184,7 @@ impl Cia406 {
             State::Starting { learned, mut cycle, .. } => {
                 cycle.begin();
                 self.events.push_back(Event::Ready);
-                State::Running { learned, cycle }
+                State::Running { learned, cycle, heard: false }
             }
             other => other,
         };
@@ -246,6 +247,10 @@ impl Cia406 {
         if self.alive_until.is_some() {
             self.alive_until = Some(now + self.heartbeat_timeout());
         }
+        let first = match &mut self.state {
+            State::Running { heard, .. } => !std::mem::replace(heard, true),
+            _ => false,
+        };
         match (said, &self.state) {
             (NmtState::BootUp, State::Setup { setup, .. }) if !setup.is_identified() => {
                 self.begin_setup(now);
@@ -260,6 +265,8 @@ impl Cia406 {
             (NmtState::Operational, State::Configured { .. }) => {
                 self.tell_nmt(NmtCommand::EnterPreOperational);
             }
+            // It may be from before the start: heartbeats yield to answers and positions on the bus.
+            (NmtState::PreOperational, State::Running { .. }) if first => {}
             (NmtState::PreOperational | NmtState::Stopped, State::Running { .. }) => {
                 let detail = format!("node {} is {said}, though it was started", self.node);
                 self.lose(now, FaultKind::Device, detail);
@@ -288,7 +295,7 @@ impl Cia406 {
         if self.alive_until.is_some() {
             self.alive_until = Some(now + self.heartbeat_timeout());
         }
-        let State::Running { learned, cycle } = &mut self.state else {
+        let State::Running { learned, cycle, .. } = &mut self.state else {
             return self.discard(data);
         };
         let learned = *learned;

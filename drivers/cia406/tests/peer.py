@@ -22,8 +22,14 @@ def main():
     network.connect(
         interface="slcan", channel=f"socket://127.0.0.1:{port}", bitrate=500000, sleep_after_open=0)
     node = network.create_node(node_id, eds)
+    # A device that boots is deaf. This one would answer from another thread between the two states, and
+    # then go back to pre-operational, or beat with two hearts. What is lost meanwhile the master repeats.
+    for listener in network.listeners:
+        network.notifier.remove_listener(listener)
     node.nmt.send_command(129)
     node.nmt.send_command(128)
+    for listener in network.listeners:
+        network.notifier.add_listener(listener)
 
     while node.nmt.state != "OPERATIONAL":
         time.sleep(0.005)

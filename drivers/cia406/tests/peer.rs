@@ -127,8 +127,8 @@ fn an_independent_device_is_set_up_and_read() {
     let mut driver = Cia406::new(settings).expect("good settings");
     let events = run(&mut driver, &mut stream);
 
-    assert_eq!(events.iter().filter(|event| **event == Event::Online).count(), 1);
-    assert_eq!(events.iter().filter(|event| **event == Event::Ready).count(), 1);
+    assert_eq!(events.iter().filter(|event| **event == Event::Online).count(), 1, "{events:?}");
+    assert_eq!(events.iter().filter(|event| **event == Event::Ready).count(), 1, "{events:?}");
     let readings: Vec<Reading> = events
         .iter()
         .filter_map(|event| match event {

@@ -312,6 +312,30 @@ fn a_node_that_leaves_operational_is_brought_back() {
 }
 
 #[test]
+fn a_heartbeat_from_before_the_start_is_no_fault_but_a_second_one_is() {
+    let mut pair = Pair::new(vec![node(5)], vec![settings(5)]);
+    let now = pair.now;
+    pair.drivers[0].command(now, Command::Start);
+    pair.drivers[0].connected(now);
+    pair.settle(Vec::new());
+    assert_eq!(pair.count(0, &Event::Ready), 1);
+    // It waited on the bus while the answer to the start, of a higher priority, was sent.
+    let late = CanFrame::data_frame(CanId::Standard(0x705), &[0x7F]).unwrap();
+    pair.settle(vec![late]);
+    pair.advance(Duration::from_secs(2));
+    assert_eq!(pair.faults(0), []);
+    pair.settle(vec![late]);
+    let expected = "node 5 is pre-operational, though it was started".to_owned();
+    assert_eq!(pair.faults(0), [(FaultKind::Device, expected)]);
+    // And without one in between: not started at all.
+    pair.advance(Duration::from_millis(1));
+    pair.settle(vec![late]);
+    assert_eq!(pair.faults(0), []);
+    pair.settle(vec![late]);
+    assert_eq!(pair.faults(0).len(), 1);
+}
+
+#[test]
 fn another_profile_or_vendor_is_refused_by_name() {
     let drive = NodeConfig { device_type: 0x0002_0192, ..node(5) };
     let mut pair = Pair::started(drive, settings(5));
