@@ -3,6 +3,7 @@
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use asphera_sim_chrocodile as chrocodile;
 use asphera_sim_cia406::{Bus, NodeConfig, Simulator as StageSimulator};
@@ -10,6 +11,7 @@ use asphera_sim_modbus as modbus;
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
+use crate::pace::Deadline;
 use crate::port::Port;
 use crate::socket::Socket;
 use crate::{Fault, FaultError, Link, RigError, Scene, Trigger, thermal};
@@ -25,6 +27,8 @@ pub(crate) struct Bench {
     nodes: usize,
     intensity: f64,
     rate_hz: f64,
+    /// Until when a fault, not the host, may have disarmed the devices.
+    disturbed_until: Mutex<Option<Deadline>>,
     tasks: Mutex<JoinSet<()>>,
 }
 
@@ -84,6 +88,7 @@ impl Bench {
             nodes: scene.node_ids.len(),
             intensity: scene.intensity,
             rate_hz: scene.rate_hz,
+            disturbed_until: Mutex::new(None),
             tasks: Mutex::new(tasks),
         })
     }
@@ -97,6 +102,19 @@ impl Bench {
                 return;
             }
         }
+    }
+
+    /// Waits until no triggered device is armed.
+    pub(crate) async fn disarmed(&self) {
+        while self.probe.armed() || self.stage.armed() {
+            sleep(DISARMED_POLL).await;
+        }
+    }
+
+    /// Whether the host has disarmed every device, and no fault did.
+    pub(crate) fn is_left(&self) -> bool {
+        let disturbed = *self.disturbed_until.lock().unwrap_or_else(PoisonError::into_inner);
+        !self.probe.armed() && !self.stage.armed() && disturbed.is_none_or(|until| until.is_past())
     }
 
     /// Triggers every device. Waits while a host that is there does not read.
@@ -132,6 +150,10 @@ impl Bench {
             return Err(FaultError::Unsuitable { link, kind: fault.kind() });
         }
         tracing::info!(%link, kind = fault.kind(), "fault");
+        let recovered = Deadline::after(fault.outage() + RECOVERY);
+        let mut disturbed = self.disturbed_until.lock().unwrap_or_else(PoisonError::into_inner);
+        *disturbed = Some(disturbed.map_or(recovered, |until| until.max(recovered)));
+        drop(disturbed);
         match link {
             Link::Probe => self.fault_probe(fault, seed),
             Link::Stage => self.fault_stage(fault, seed),
@@ -262,3 +284,9 @@ pub(crate) const SYNC_OVERFLOW: u8 = 240;
 /// Exposures that may wait for the host, as many as batches of frames may on the stage's line: the
 /// two links stay together.
 const PROBE_QUEUE: usize = 64;
+
+/// How soon it is seen that a host has disarmed all.
+const DISARMED_POLL: Duration = Duration::from_millis(20);
+
+/// How long a host may take to set all devices up again after a fault.
+const RECOVERY: Duration = Duration::from_secs(10);

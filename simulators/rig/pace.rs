@@ -13,7 +13,7 @@ pub enum Speed {
     Max,
 }
 
-/// The rhythm of the triggers. The one place of the rig that reads the clock.
+/// The rhythm of the triggers. This file is the one place of the rig that reads the clock.
 ///
 /// Triggers are due at `start + k / rate`, whatever time each took, so the rate does not drift; the
 /// timer's resolution of a millisecond gathers them in small batches. A machine that was held up
@@ -49,6 +49,38 @@ impl Pace {
         }
     }
 }
+
+/// A moment to come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Deadline(Instant);
+
+impl Deadline {
+    pub(crate) fn after(duration: Duration) -> Deadline {
+        Deadline(Instant::now() + duration)
+    }
+
+    pub(crate) fn is_past(self) -> bool {
+        Instant::now() > self.0
+    }
+}
+
+/// Tells a host that has left from one that is about to arm again.
+#[derive(Debug, Default)]
+pub(crate) struct Absence(Option<Instant>);
+
+impl Absence {
+    /// Whether what is told has been true for longer than a host takes to set a device up.
+    pub(crate) fn is_long(&mut self, absent: bool) -> bool {
+        if !absent {
+            self.0 = None;
+            return false;
+        }
+        self.0.get_or_insert_with(Instant::now).elapsed() > ABSENT
+    }
+}
+
+/// Both devices disarmed for so long: the host wants no more of the scan.
+const ABSENT: Duration = Duration::from_millis(100);
 
 /// How far behind a machine may be and still catch up: the hiccups of a busy computer.
 const PATIENCE: Duration = Duration::from_millis(100);

@@ -9,7 +9,7 @@ use tokio::sync::watch;
 
 use crate::bench::Bench;
 use crate::fault::Scheduled;
-use crate::pace::Pace;
+use crate::pace::{Absence, Pace};
 use crate::{
     Fault, FaultError, Link, Plan, RigError, Scene, StationOptions, Trigger, Truth, station,
 };
@@ -42,7 +42,8 @@ struct Progress {
 impl Rig {
     /// Computes the scan of a scene, puts the bench up, and lets the scan begin when the host has
     /// armed every triggered device: the probe's data started, the stage's nodes operational with
-    /// their position switched on.
+    /// their position switched on. When the host has disarmed all and arms them again, another scan
+    /// begins, the same.
     ///
     /// The serial ports are the names `probe` and `stage` in `dir`, which is made if there is none.
     /// They are symbolic links that stay the same when the ports behind them change. To be called
@@ -60,7 +61,7 @@ impl Rig {
         let bench = Arc::new(Bench::start(&scene, dir).await?);
         let progress =
             Arc::new(Progress { triggers: AtomicU64::new(0), finished: watch::Sender::new(false) });
-        bench.spawn(scan(bench.clone(), scene.clone(), triggers, progress.clone()));
+        bench.spawn(scans(bench.clone(), scene.clone(), triggers, progress.clone()));
         Ok(Rig { scene, truth, bench, progress })
     }
 
@@ -74,12 +75,12 @@ impl Rig {
         &self.truth
     }
 
-    /// Triggers done so far.
+    /// Triggers done so far, of the scan that began last.
     pub fn progress(&self) -> u64 {
         self.progress.triggers.load(Ordering::Relaxed)
     }
 
-    /// Waits until every trigger has been handed to the simulators. The bench stays up.
+    /// Waits until every trigger of a scan has been handed to the simulators. The bench stays up.
     pub async fn finished(&self) {
         // The sender lives in `self`: waiting cannot fail.
         let _ = self.progress.finished.subscribe().wait_for(|&finished| finished).await;
@@ -144,25 +145,46 @@ impl Drop for Rig {
     }
 }
 
-/// Plays the scan, trigger by trigger.
-async fn scan(bench: Arc<Bench>, scene: Scene, triggers: Vec<Trigger>, progress: Arc<Progress>) {
-    bench.armed().await;
-    tracing::info!(scene = scene.name, points = scene.points, "the scan begins");
+/// Plays the scan whenever the host has armed every device: again from its first trigger when the host has disarmed them since.
+async fn scans(bench: Arc<Bench>, scene: Scene, triggers: Vec<Trigger>, progress: Arc<Progress>) {
+    loop {
+        bench.armed().await;
+        tracing::info!(scene = scene.name, points = scene.points, "a scan begins");
+        if scan(&bench, &scene, &triggers, &progress).await {
+            tracing::info!(scene = scene.name, points = scene.points, "the scan is done");
+            progress.finished.send_replace(true);
+        } else {
+            tracing::info!(scene = scene.name, "the scan was given up: the host has disarmed all");
+        }
+        bench.disarmed().await;
+    }
+}
+
+/// Plays the scan, trigger by trigger. Whether it came to its end: a host that stops a session in its middle wants no more of it.
+async fn scan(
+    bench: &Arc<Bench>,
+    scene: &Scene,
+    triggers: &[Trigger],
+    progress: &Progress,
+) -> bool {
     let mut faults = scene.faults.iter().peekable();
     let mut pace = Pace::new(scene.speed, scene.rate_hz);
-    for (k, trigger) in (0..).zip(&triggers) {
+    let mut left = Absence::default();
+    for (k, trigger) in (0..).zip(triggers) {
         pace.due(k).await;
         while let Some(Scheduled { link, fault, .. }) = faults.next_if(|next| next.at_point <= k) {
             // Whether it suits was checked with the scene.
-            if let Err(error) = bench.fault(*link, *fault, noise_seed(&scene, k)) {
+            if let Err(error) = bench.fault(*link, *fault, noise_seed(scene, k)) {
                 tracing::error!(%error, "a fault of the scene cannot happen");
             }
+        }
+        if left.is_long(bench.is_left()) {
+            return false;
         }
         bench.trigger(k, trigger).await;
         progress.triggers.store(k + 1, Ordering::Relaxed);
     }
-    tracing::info!(scene = scene.name, points = scene.points, "the scan is done");
-    progress.finished.send_replace(true);
+    true
 }
 
 /// The seed of noise at a trigger: the same for the same scene.

@@ -130,6 +130,13 @@ pub(crate) fn arm_stage(path: impl AsRef<Path>, nodes: &[u8]) -> Host {
     host
 }
 
+/// Ends the data of the probe and takes the nodes into pre-operational, as a host does that wants no more.
+pub(crate) fn disarm(probe: &mut Host, stage: &mut Host) {
+    probe.say("$STO\r");
+    probe.until(b"ready\r\n").unwrap();
+    stage.say("t00028000\r");
+}
+
 /// Opens the adapter's channel; it may be open already.
 pub(crate) fn open_stage(path: impl AsRef<Path>) -> Host {
     let mut host = Host::open(path);

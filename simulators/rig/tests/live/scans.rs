@@ -6,7 +6,7 @@ use asphera_rig::{Plan, Scene, Speed, Trigger};
 use tokio::time::{sleep, timeout};
 
 use crate::host::{
-    PATIENCE, Telegram, address, arm_probe, arm_stage, aside, cycle, start, telegram,
+    PATIENCE, Telegram, address, arm_probe, arm_stage, aside, cycle, disarm, start, telegram,
 };
 
 fn scene(points: u64) -> Scene {
@@ -103,6 +103,57 @@ async fn a_raster_has_both_axes_on_one_bus() {
         assert_eq!(telegrams[k].distance_um, trigger.distance_um);
     }
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_host_that_disarms_and_arms_again_gets_the_scan_again() {
+    let scene = scene(50);
+    let (_dir, rig) = start(scene.clone()).await;
+    let (probe, stage) = (address(&rig, "probe"), address(&rig, "stage"));
+    let triggers = Plan::new(&scene).unwrap();
+    for _ in 0..3 {
+        let (probe, stage) = (probe.clone(), stage.clone());
+        let hosts = aside(move || (arm_probe(probe), arm_stage(stage, &[5])));
+        let (mut probe, mut stage) = hosts.await;
+        let read = aside(move || {
+            let telegrams: Vec<_> = (0..50).map_while(|_| telegram(&mut probe)).collect();
+            let cycles: Vec<_> = (0..50).map_while(|_| cycle(&mut stage, 1)).collect();
+            disarm(&mut probe, &mut stage);
+            (telegrams, cycles)
+        });
+        let (telegrams, cycles) = read.await;
+        for (k, trigger) in triggers.triggers().iter().enumerate() {
+            let (probe, stage) = expected(k, trigger);
+            assert_eq!((telegrams[k], &cycles[k]), (probe, &stage), "trigger {k}");
+        }
+        sleep(AWAY).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_scan_whose_host_disarms_all_is_given_up_and_the_next_begins_at_its_start() {
+    let scene = Scene::built_in("asphere").unwrap().with_points(100_000);
+    let (_dir, rig) = start(scene).await;
+    let (probe, stage) = (address(&rig, "probe"), address(&rig, "stage"));
+    let again = (probe.clone(), stage.clone());
+    let (mut probe, mut stage) = aside(|| (arm_probe(probe), arm_stage(stage, &[5]))).await;
+    aside(move || {
+        assert_eq!((0..100).map_while(|_| telegram(&mut probe)).count(), 100);
+        disarm(&mut probe, &mut stage);
+    })
+    .await;
+    sleep(AWAY).await;
+    let given_up = rig.progress();
+    assert!((100..5_000).contains(&given_up), "{given_up}");
+    sleep(AWAY).await;
+    assert_eq!(rig.progress(), given_up, "nobody wants more of it");
+    let (mut probe, mut stage) = aside(|| (arm_probe(again.0), arm_stage(again.1, &[5]))).await;
+    let first = aside(move || (telegram(&mut probe).unwrap().exposure, cycle(&mut stage, 1)));
+    let (exposure, cycle) = first.await;
+    assert_eq!((exposure, cycle.unwrap().0), (0, 1));
+}
+
+/// Longer than it takes to see that a host has left.
+const AWAY: Duration = Duration::from_millis(500);
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn after_the_scan_devices_answer_until_the_rig_is_dropped() {
