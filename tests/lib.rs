@@ -214,10 +214,27 @@ pub fn page(line: &str) -> (String, String) {
 
 /// One request over HTTP: the status and the body.
 pub fn http(address: &str, method: &str, path: &str, headers: &[(&str, &str)]) -> (u16, Vec<u8>) {
+    request(address, method, path, headers, "")
+}
+
+/// A POST with the header `Authorization` and a body.
+pub fn post(address: &str, path: &str, authorization: &str, body: &str) -> (u16, Vec<u8>) {
+    request(address, "POST", path, &[("Authorization", authorization)], body)
+}
+
+fn request(
+    address: &str,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> (u16, Vec<u8>) {
     use std::io::{Read as _, Write as _};
     let mut stream = std::net::TcpStream::connect(address).expect("the page listens");
-    let mut request =
-        format!("{method} {path} HTTP/1.1\r\nConnection: close\r\nContent-Length: 0\r\n");
+    let mut request = format!(
+        "{method} {path} HTTP/1.1\r\nConnection: close\r\nContent-Length: {}\r\n",
+        body.len()
+    );
     if !headers.iter().any(|(name, _)| *name == "Host") {
         request.push_str(&format!("Host: {address}\r\n"));
     }
@@ -225,6 +242,7 @@ pub fn http(address: &str, method: &str, path: &str, headers: &[(&str, &str)]) -
         request.push_str(&format!("{name}: {value}\r\n"));
     }
     request.push_str("\r\n");
+    request.push_str(body);
     stream.write_all(request.as_bytes()).expect("the request can be sent");
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).expect("the answer can be read");

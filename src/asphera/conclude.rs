@@ -67,6 +67,12 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     if outcome.missing > 0 {
         undecide(verdict, format!("{} triggers of the scan never came", outcome.missing));
     }
+    if outcome.last_point.is_none() && outcome.session.ended == "idle" {
+        undecide(
+            verdict,
+            "no trigger came: every device was ready, and the scan was not started".to_owned(),
+        );
+    }
     if !matches!(outcome.session.ended.as_str(), "complete" | "idle") {
         undecide(verdict, format!("the session was {} before its end", outcome.session.ended));
     }
@@ -103,6 +109,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
         station: header.station.clone(),
         version: header.version.clone(),
         ended: ended.to_owned(),
+        label: header.label.clone(),
     }
 }
 

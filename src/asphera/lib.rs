@@ -21,6 +21,7 @@ pub mod report;
 pub mod results;
 pub mod section;
 pub mod session;
+pub mod sessions;
 pub mod snapshot;
 pub mod station;
 

@@ -7,6 +7,7 @@ mod features;
 mod fit;
 mod fit_details;
 mod form;
+mod label;
 mod mesh;
 mod profile;
 mod prospect;
@@ -31,6 +32,7 @@ pub use form::{
     ExpandedFigures, FormFigure, HistogramFigures, OriginFigures, RingFigures, SimulatedFigures,
     Source, ZernikeFigures, ZernikeTerm,
 };
+pub use label::Label;
 pub use mesh::{
     MeshFigures, PlaneFigures, ProjectionFigures, RegionFigures, ReliefFigures, RepeatFigures,
 };
@@ -403,4 +405,11 @@ pub struct SessionFigures {
     pub version: String,
     /// Why it ended: `complete`, `stopped`, `idle`, `interrupted`.
     pub ended: String,
+    /// What was measured, and by whom, as it was told at the start.
+    #[serde(default, skip_serializing_if = "is_unlabelled")]
+    pub label: Label,
+}
+
+fn is_unlabelled(label: &Label) -> bool {
+    *label == Label::default()
 }

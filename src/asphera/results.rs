@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use asphera_formats::{HeightMap, WriteError, ply, x3p};
 use thiserror::Error;
 
-use crate::pipeline::{Measurement, Pipeline};
+use crate::paper::{Provenance, html, qif};
+use crate::pipeline::{DeviationMap, Measurement, Pipeline};
 
 /// Why a result could not be written.
 #[derive(Debug, Error)]
@@ -38,8 +39,55 @@ pub enum ResultsError {
     },
 }
 
-/// The files of a measurement.
-pub(crate) const FILES: [&str; 4] = ["report.json", "mesh.ply", "deviation.ply", "deviation.x3p"];
+/// A file a measurement leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResultFile {
+    /// All figures as JSON.
+    Report,
+    /// The report to read and to print.
+    Html,
+    /// QIF 3.
+    Qif,
+    /// The mesh.
+    Mesh,
+    /// The mesh with the deviation of its points.
+    DeviationMesh,
+    /// The deviation on a grid; needs a fit.
+    DeviationMap,
+}
+
+impl ResultFile {
+    /// Every one.
+    pub const ALL: [ResultFile; 6] = [
+        ResultFile::Report,
+        ResultFile::Html,
+        ResultFile::Qif,
+        ResultFile::Mesh,
+        ResultFile::DeviationMesh,
+        ResultFile::DeviationMap,
+    ];
+
+    /// What `--out` writes.
+    pub const OUT: [ResultFile; 4] =
+        [ResultFile::Report, ResultFile::Mesh, ResultFile::DeviationMesh, ResultFile::DeviationMap];
+
+    /// Its name in a folder.
+    pub const fn name(self) -> &'static str {
+        match self {
+            ResultFile::Report => "report.json",
+            ResultFile::Html => "report.html",
+            ResultFile::Qif => "qif.xml",
+            ResultFile::Mesh => "mesh.ply",
+            ResultFile::DeviationMesh => "deviation.ply",
+            ResultFile::DeviationMap => "deviation.x3p",
+        }
+    }
+
+    /// The file of this name.
+    pub fn named(name: &str) -> Option<ResultFile> {
+        ResultFile::ALL.into_iter().find(|file| file.name() == name)
+    }
+}
 
 /// Writes `report.json`, `mesh.ply`, `deviation.ply` and `deviation.x3p` into `folder`, which is made if it
 /// is not there. `deviation.x3p` needs a fit; without one it is left out, and so is a stale one.
@@ -50,67 +98,99 @@ pub(crate) const FILES: [&str; 4] = ["report.json", "mesh.ply", "deviation.ply",
 ///
 /// On the first file that cannot be written.
 pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsError> {
+    write_files(folder, &ResultFile::OUT, measurement, &Provenance::default())
+}
+
+/// Writes files of a measurement; `provenance` stands in those that are papers. As [`write`] otherwise.
+///
+/// # Errors
+///
+/// On the first file that cannot be written.
+pub fn write_files(
+    folder: &Path,
+    files: &[ResultFile],
+    measurement: &Measurement,
+    provenance: &Provenance,
+) -> Result<(), ResultsError> {
     fs::create_dir_all(folder)
         .map_err(|source| ResultsError::File { path: folder.to_owned(), source })?;
-    let points = &measurement.points_mm;
-    let triangles = &measurement.triangles;
-    file(folder, "report.json", |w, path| {
-        serde_json::to_writer_pretty(&mut *w, &measurement.report)
-            .map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
-        w.write_all(b"\n").map_err(|source| ResultsError::File { path: path.to_owned(), source })
-    })?;
-    file(folder, "mesh.ply", |w, path| {
-        ply::write_mesh(w, points, triangles, None, &[UNITS]).map_err(format(path))
-    })?;
-    file(folder, "deviation.ply", |w, path| {
-        let scalar = Some(("scalar_deviation_nm", measurement.deviations_nm.as_slice()));
-        ply::write_mesh(
-            w,
-            points,
-            triangles,
-            scalar,
-            &[UNITS, "deviation in nm, nan where there is none"],
-        )
-        .map_err(format(path))
-    })?;
-    match &measurement.map {
-        Some(map) => file(folder, "deviation.x3p", |w, path| {
-            let heights = HeightMap {
-                nx: map.grid.nx,
-                ny: map.grid.ny,
-                dx_mm: map.grid.dx_mm,
-                dy_mm: map.grid.dy_mm,
-                x0_mm: map.grid.x0_mm,
-                y0_mm: map.grid.y0_mm,
-                z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
-            };
-            let session = measurement.report.session.as_ref();
-            let plane = measurement.report.mesh.projection.as_ref().map(|projection| {
-                format!("x and y lie in the plane of projection: {projection}; ")
-            });
-            let comment = format!("{}{}", plane.unwrap_or_default(), map.source);
-            let started = session.map_or(NO_DATE, |session| session.started.as_str());
-            let metadata = x3p::Metadata {
-                date: started,
-                calibration_date: NO_DATE,
-                creator: None,
-                manufacturer: "asphera",
-                model: session.map_or("file", |session| session.station.as_str()),
-                serial: session.map_or("none", |session| session.id.as_str()),
-                version: env!("CARGO_PKG_VERSION"),
-                probing: x3p::Probing::Software,
-                probe: "form deviation along the normal of the nominal, after alignment",
-                comment: Some(&comment),
-            };
-            x3p::write_turned_map(w, &heights, map.turn_rad, &metadata).map_err(format(path))
+    files.iter().try_for_each(|of| write_one(folder, *of, measurement, provenance))
+}
+
+fn write_one(
+    folder: &Path,
+    of: ResultFile,
+    measurement: &Measurement,
+    provenance: &Provenance,
+) -> Result<(), ResultsError> {
+    let (points, triangles) = (&measurement.points_mm, &measurement.triangles);
+    let name = of.name();
+    match of {
+        ResultFile::Report => file(folder, name, |w, path| {
+            serde_json::to_writer_pretty(&mut *w, &measurement.report)
+                .map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
+            w.write_all(b"\n")
+                .map_err(|source| ResultsError::File { path: path.to_owned(), source })
         }),
-        None => match fs::remove_file(folder.join("deviation.x3p")) {
-            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                Err(ResultsError::File { path: folder.join("deviation.x3p"), source })
-            }
-            _ => Ok(()),
+        ResultFile::Html => text(folder, name, &html(measurement, provenance)),
+        ResultFile::Qif => text(folder, name, &qif(&measurement.report, provenance)),
+        ResultFile::Mesh => file(folder, name, |w, path| {
+            ply::write_mesh(w, points, triangles, None, &[UNITS]).map_err(format(path))
+        }),
+        ResultFile::DeviationMesh => file(folder, name, |w, path| {
+            let scalar = Some(("scalar_deviation_nm", measurement.deviations_nm.as_slice()));
+            let comments = [UNITS, "deviation in nm, nan where there is none"];
+            ply::write_mesh(w, points, triangles, scalar, &comments).map_err(format(path))
+        }),
+        ResultFile::DeviationMap => match &measurement.map {
+            Some(map) => deviation_map(folder, name, measurement, map),
+            None => match fs::remove_file(folder.join(name)) {
+                Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                    Err(ResultsError::File { path: folder.join(name), source })
+                }
+                _ => Ok(()),
+            },
         },
     }
+}
+
+fn deviation_map(
+    folder: &Path,
+    name: &str,
+    measurement: &Measurement,
+    map: &DeviationMap,
+) -> Result<(), ResultsError> {
+    file(folder, name, |w, path| {
+        let heights = HeightMap {
+            nx: map.grid.nx,
+            ny: map.grid.ny,
+            dx_mm: map.grid.dx_mm,
+            dy_mm: map.grid.dy_mm,
+            x0_mm: map.grid.x0_mm,
+            y0_mm: map.grid.y0_mm,
+            z_mm: map.values_nm.iter().map(|value| value * 1e-6).collect(),
+        };
+        let session = measurement.report.session.as_ref();
+        let plane =
+            measurement.report.mesh.projection.as_ref().map(|projection| {
+                format!("x and y lie in the plane of projection: {projection}; ")
+            });
+        let comment = format!("{}{}", plane.unwrap_or_default(), map.source);
+        let started = session.map_or(NO_DATE, |session| session.started.as_str());
+        let metadata = x3p::Metadata {
+            date: started,
+            calibration_date: NO_DATE,
+            creator: None,
+            manufacturer: "asphera",
+            model: session.map_or("file", |session| session.station.as_str()),
+            serial: session.map_or("none", |session| session.id.as_str()),
+            version: env!("CARGO_PKG_VERSION"),
+            probing: x3p::Probing::Software,
+            probe: "form deviation along the normal of the nominal, after alignment",
+            comment: Some(&comment),
+        };
+        x3p::write_turned_map(w, &heights, map.turn_rad, &metadata).map_err(format(path))
+    })
 }
 
 /// The mesh so far as a PLY file; `None` without a vertex.
@@ -141,6 +221,13 @@ const UNITS: &str = "coordinates in mm, measured frame";
 fn format(path: &Path) -> impl FnOnce(WriteError) -> ResultsError + use<> {
     let path = path.to_owned();
     |source| ResultsError::Format { path, source }
+}
+
+fn text(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
+    file(folder, name, |w, path| {
+        w.write_all(text.as_bytes())
+            .map_err(|source| ResultsError::File { path: path.to_owned(), source })
+    })
 }
 
 /// Writes one file so that it appears whole or not at all.

@@ -49,8 +49,19 @@ pub struct Snapshot {
     pub maps: Option<MapsState>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
+    /// What the session left in its folder, once that is written.
+    pub outputs: Option<Outputs>,
     /// Every link.
     pub links: Vec<LinkState>,
+}
+
+/// What a session left in its folder.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Outputs {
+    /// Names of the files.
+    pub files: Vec<String>,
+    /// Why there are not all that were asked for.
+    pub problem: Option<String>,
 }
 
 /// What the station is doing.
@@ -85,6 +96,24 @@ pub struct Progress {
     pub eta_coverage_s: Option<f64>,
     /// Points received but not yet in the mesh.
     pub pending_points: u64,
+    /// What a session without a reading waits for; `None` once the scan has begun.
+    pub waiting: Option<Waiting>,
+}
+
+/// What a session without a reading waits for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "for", rename_all = "snake_case")]
+pub enum Waiting {
+    /// Devices that are not there, or not set up yet.
+    Devices {
+        /// The links they are on.
+        links: Vec<String>,
+    },
+    /// Every device is ready: the first trigger.
+    FirstTrigger {
+        /// Seconds until the session ends without one.
+        ends_in_s: Option<f64>,
+    },
 }
 
 /// Mean deviation over the aperture on a regular grid in the part frame.

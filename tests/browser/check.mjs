@@ -197,7 +197,7 @@ function judge(final) {
   }
   check(final.links.length > 0, "no link in the table");
   for (const link of final.links) {
-    check(/^(was )?(opening|waiting|connected|stale|closed)$/.test(link.state), `link ${link.name}: state "${link.state}"`);
+    check(/^(was )?(opening|waiting|connected|stale|closed|ended)$/.test(link.state), `link ${link.name}: state "${link.state}"`);
     check(link.shape, `link ${link.name}: state without a shape`);
     check(/^[\d.\u202f]+$|^–$/.test(link.rate), `link ${link.name}: rate "${link.rate}"`);
     for (const key of ["errors", "lost", "reconnects"]) {

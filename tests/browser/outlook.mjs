@@ -1,6 +1,6 @@
 // Looks at what the page says of the limits while points arrive, beside the word and in the light.
 
-const SAID = /^(Fail is certain: |Pass is certain at 95 % |Known at the end: |Open: )/;
+const SAID = /^(FAIL is certain: |No decision yet[.:] |No decision before the end: )/;
 
 /** Gives what was wrong; nothing where the station was done meanwhile. */
 export async function lookAtOutlook(page) {

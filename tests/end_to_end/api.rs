@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, http, page};
+use asphera_tests::{Running, asphera, http, page, post};
 use futures_util::StreamExt as _;
 use serde_json::Value;
 use tokio_tungstenite::tungstenite::Message;
@@ -24,6 +24,67 @@ fn until(address: &str, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
         std::thread::park_timeout(Duration::from_millis(100));
     }
     panic!("never {what}: {:#}", get(address, "/api/v1/snapshot"));
+}
+
+/// Starts a demo whose page stays, and waits for the end of its first session.
+fn finished_demo(out: &std::path::Path) -> (Running, String, String) {
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args([
+                "demo",
+                "--points",
+                "3000",
+                "--speed",
+                "max",
+                "--listen",
+                "127.0.0.1:0",
+                "--out",
+            ])
+            .arg(out)
+            .stdout(Stdio::null()),
+    );
+    let (address, token) = page(&daemon.line("page:", Duration::from_secs(60)));
+    until(&address, "complete", |snapshot| snapshot["outputs"].is_object());
+    (daemon, address, token)
+}
+
+#[test]
+fn a_demo_measures_again_and_again_and_earlier_results_stay() {
+    let out = tempfile::tempdir().unwrap();
+    let (_daemon, address, token) = finished_demo(out.path());
+    let bearer = format!("Bearer {token}");
+    let first = get(&address, "/api/v1/report");
+    let label = r#"{"part": "lens 7", "serial": "0815", "operator": "W"}"#;
+    let (status, body) = post(&address, "/api/v1/session/start", &bearer, label);
+    assert_eq!(status, 204, "{}", String::from_utf8_lossy(&body));
+    let again = until(&address, "complete again", |snapshot| {
+        snapshot["outputs"].is_object() && snapshot["session"]["id"] != first["session"]["id"]
+    });
+    assert_eq!(again["form"], get(&address, "/api/v1/report")["form"]);
+    for figure in ["form", "mesh", "points"] {
+        assert_eq!(again[figure], first[figure], "the same part by the same scan");
+    }
+    assert_eq!(again["outputs"]["files"], serde_json::json!(["report.json", "report.html"]));
+
+    let listed = get(&address, "/api/v1/sessions")["sessions"].clone();
+    let ids: Vec<_> = listed.as_array().unwrap().iter().map(|entry| entry["id"].clone()).collect();
+    assert_eq!(ids.len(), 2, "{listed:#}");
+    assert!(ids.contains(&first["session"]["id"]) && ids.contains(&again["session"]["id"]));
+    let newest =
+        listed.as_array().unwrap().iter().find(|entry| entry["id"] == again["session"]["id"]);
+    assert_eq!(newest.unwrap()["label"]["serial"], "0815");
+    assert_eq!(newest.unwrap()["verdict"], again["verdict"]["status"]);
+    for id in ids {
+        let path = format!("/api/v1/sessions/{}/report.html", id.as_str().unwrap());
+        let (status, html) = http(&address, "GET", &path, &[]);
+        let html = String::from_utf8(html).unwrap();
+        assert_eq!(status, 200);
+        assert_eq!(html.contains("lens 7, no. 0815"), id == again["session"]["id"]);
+    }
+    // The recording has the label, too.
+    let folder = out.path().join(again["session"]["id"].as_str().unwrap());
+    let replayed = asphera_tests::run(["replay", folder.to_str().unwrap(), "--json"]);
+    assert_eq!(asphera_tests::json(&replayed)["session"], again["session"]);
 }
 
 #[test]

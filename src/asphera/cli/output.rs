@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{OutputArgs, summary};
 use crate::error_chain;
 use crate::pipeline::Measurement;
-use crate::results;
+use crate::results::{self, ResultFile};
 
 /// Anything that stops a command, printed once, with its causes.
 pub(super) type Failure = Box<dyn Error + Send + Sync>;
@@ -48,7 +48,7 @@ pub(super) fn progress(line: &str) {
 /// Fails where results of another measurement lie in the folder asked for, and are not to be overwritten.
 pub(super) fn refuse_results(args: &OutputArgs) -> Result<(), Failure> {
     let Some(folder) = args.out.as_deref().filter(|_| !args.force) else { return Ok(()) };
-    match results::FILES.iter().map(|name| folder.join(name)).find(|path| path.exists()) {
+    match ResultFile::OUT.iter().map(|file| folder.join(file.name())).find(|path| path.exists()) {
         Some(path) => {
             Err(format!("{} is there already; --force overwrites it", path.display()).into())
         }

@@ -11,6 +11,7 @@ mod judging;
 mod links;
 mod motion;
 mod nominal;
+mod output;
 mod problem;
 mod projection;
 mod surface;
@@ -33,6 +34,7 @@ pub use judging::{CorrelationFrom, Judging};
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use nominal::Part;
+pub use output::OutputConfig;
 pub use problem::{Problem, Problems};
 
 use crate::pipeline::Along;
@@ -65,6 +67,8 @@ pub struct Config {
     pub recordings: PathBuf,
     /// How recordings are written.
     pub recording: session::Settings,
+    /// What is left beside a recording.
+    pub output: OutputConfig,
     /// Where the page and the API are.
     pub listen: SocketAddr,
     /// Names, beside those of the loopback interface, a browser may ask for.
@@ -291,9 +295,11 @@ fn read_root(
     nominal.finish();
 
     let scan = root.section("scan");
+    let idle_s = scan.within("idle_s", 10.0, 0.01..=86_400.0);
     let end = EndSettings {
         points: scan.has("points").then(|| scan.within("points", 1, 1..=10_000_000_000)),
-        idle: Some(Duration::from_secs_f64(scan.within("idle_s", 10.0, 0.01..=86_400.0))),
+        idle: Some(Duration::from_secs_f64(idle_s)),
+        first: Some(Duration::from_secs_f64(scan.within("first_s", idle_s, 0.01..=86_400.0))),
     };
     scan.finish();
 
@@ -301,6 +307,8 @@ fn read_root(
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
     let recording = recording(&session);
     session.finish();
+
+    let output = output::read(&root.section("output"));
 
     let publish = root.section("publish");
     let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
@@ -324,6 +332,7 @@ fn read_root(
         autostart,
         recordings,
         recording,
+        output,
         listen: listen?,
         allowed_hosts,
         text: text.to_owned(),

@@ -35,11 +35,14 @@ fn commented_keys_of_the_reference_are_known() {
     let plain = Config::parse("asphera.toml", &text).unwrap();
     let shown = Config::parse("asphera.toml", &shown).unwrap();
     assert_eq!(plain.end, shown.end);
+    assert_eq!(shown.output.command, ["/usr/local/bin/to-the-line", "--gate", "3"]);
+    assert_eq!(plain.output.command_timeout, shown.output.command_timeout);
     assert_eq!(plain.sync, shown.sync);
     assert_eq!(plain.part, shown.part);
     assert_eq!(plain.along, shown.along);
     assert_eq!(plain.recordings, shown.recordings);
     assert_eq!(plain.recording, shown.recording);
+    assert_eq!(plain.output.files, shown.output.files);
     assert_eq!((plain.listen, plain.autostart), (shown.listen, shown.autostart));
     for (plain, shown) in plain.links.iter().zip(&shown.links) {
         assert_eq!(plain.endpoint, shown.endpoint);

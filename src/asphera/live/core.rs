@@ -6,22 +6,23 @@ use std::time::Duration;
 use asphera_link::{Command, Nanos};
 use asphera_transport::{Link, LinkCommand, LinkEvent, LinkSettings, What as LinkWhat};
 use tokio::sync::{mpsc, oneshot, watch};
+use tokio::task::{JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until};
 use tracing::{debug, error, info, warn};
 
 use super::recording::Recording;
 use super::view::View;
 use super::worker::Worker;
-use super::{Asked, Control, Finished, Handle, Station, StationError};
+use super::{Asked, Control, Finished, Handle, Station, StationError, outputs};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
 use crate::pipeline::{Measurement, undecide};
-use crate::report::{Report, Timing};
+use crate::report::{Label, Report, Timing};
 use crate::results;
 use crate::session::{Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What};
-use crate::snapshot::State;
-use crate::station::{Action, Bench, Happening, assemble};
+use crate::snapshot::{Outputs, State};
+use crate::station::{Action, Bench, Ended, Happening, assemble};
 
 /// Starts a station's task.
 pub(super) fn start(config: Config) -> Result<Station, StationError> {
@@ -32,6 +33,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
     let (sender, events) = mpsc::channel(EVENTS);
     let view = View::new(&config);
     let snapshots = view.watch();
+    let recordings = config.recordings.as_path().into();
     let core = Core {
         bench: assemble(&config)?,
         config,
@@ -47,8 +49,9 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         awake_by: Instant::now(),
         beat,
         turns: 0,
+        leaving: JoinSet::new(),
     };
-    let handle = Handle { control, snapshots, report, beats };
+    let handle = Handle { control, snapshots, report, beats, recordings };
     Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
 }
 
@@ -70,6 +73,8 @@ struct Core {
     beat: watch::Sender<u64>,
     /// Of the pipeline, when it was looked at last.
     turns: u64,
+    /// Results of sessions that ended, being written.
+    leaving: JoinSet<(Arc<Finished>, Outputs)>,
 }
 
 /// What a running session needs.
@@ -108,6 +113,7 @@ impl Core {
                     None => return,
                 },
                 measurement = ended(&mut self.session) => self.conclude(measurement).await,
+                Some(left) = self.leaving.join_next() => self.left(left),
                 () = sleep_until(next_view) => {
                     self.awake().await;
                     self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
@@ -156,7 +162,7 @@ impl Core {
     /// When the core or the end of the scan wants the time.
     fn next_due(&self) -> Instant {
         let measuring = self.session.as_ref().is_some_and(|session| session.ending.is_none());
-        let idle = if measuring { self.bench.idle_at() } else { None };
+        let idle = self.bench.idle_at().or(self.bench.first_by()).filter(|_| measuring);
         let due = self.bench.poll_timeout().into_iter().chain(idle).min();
         due.map_or_else(|| Instant::now() + VIEW_PERIOD, |due| self.clock.instant(due).into())
     }
@@ -220,6 +226,8 @@ impl Core {
             self.end(now, "failed").await;
         } else if let Some(ended) = self.bench.ended(now) {
             self.end(now, ended.word()).await;
+        } else if self.bench.first_by().is_some_and(|due| due <= now) {
+            self.end(now, Ended::Idle.word()).await;
         }
     }
 
@@ -283,14 +291,14 @@ impl Core {
                 }
             },
             Control::Watch => self.open_links().await,
-            Control::Session(Command::Start, reply) => {
+            Control::Start(label, reply) => {
                 let started = match self.session {
                     Some(_) => Err(StationError::Running),
-                    None => self.begin().await,
+                    None => self.begin(label).await,
                 };
                 let _ = reply.send(started);
             }
-            Control::Session(Command::Stop, reply) => match &self.session {
+            Control::Stop(reply) => match &self.session {
                 Some(session) => {
                     let running = session.ending.is_none();
                     let _ = reply.send(Ok(()));
@@ -320,7 +328,7 @@ impl Core {
 
     /// Begins a session: everything starts anew, the clock, the core and the connections, so that the
     /// recording holds all that a replay needs.
-    async fn begin(&mut self) -> Result<(), StationError> {
+    async fn begin(&mut self, label: Label) -> Result<(), StationError> {
         let bench = assemble(&self.config)?;
         let clock = Clock::start();
         let header = Header {
@@ -339,6 +347,7 @@ impl Core {
                     address: link.endpoint.to_string(),
                 })
                 .collect(),
+            label,
         };
         let dir = &self.config.recordings;
         let folder = |source| StationError::Folder { folder: dir.display().to_string(), source };
@@ -445,6 +454,29 @@ impl Core {
         self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
         self.view.complete(finished.clone());
         ending.asked.into_iter().for_each(|asked| self.answer(asked));
+        let config = self.config.output.clone();
+        let folder = self.config.recordings.join(session.header.folder_name());
+        self.leaving.spawn_blocking(move || {
+            let outputs = outputs::write(&config, &finished, &folder);
+            outputs::run_command(&config, &finished, folder);
+            (finished, outputs)
+        });
+    }
+
+    /// The results of a session are written.
+    fn left(&mut self, left: Result<(Arc<Finished>, Outputs), JoinError>) {
+        let (finished, outputs) = match left {
+            Ok(left) => left,
+            Err(error) => {
+                error!(%error, "the results could not be written");
+                let Some(finished) = self.view.finished() else { return };
+                let problem = Some("the results could not be written: see the log".to_owned());
+                (finished, Outputs { problem, ..Outputs::default() })
+            }
+        };
+        if let Some(session) = &finished.measurement.report.session {
+            self.view.left(&session.id, outputs);
+        }
         // Whoever waited for the end of a session may have gone.
         let _ = self.finished.try_send(Ok(finished));
     }

@@ -5,10 +5,12 @@
 //! person sees is put together in `view`.
 
 mod core;
+mod outputs;
 mod recording;
 mod view;
 mod worker;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use asphera_form::figures::Term;
@@ -20,10 +22,12 @@ use tokio::task::JoinHandle;
 
 use crate::config::Config;
 use crate::pipeline::{FormViewAnswer, Measurement, Next, Waypoints};
-use crate::publish::{ControlError, Source};
-use crate::report::Report;
+use crate::publish::{ControlError, SessionFile, Source};
+use crate::report::{Label, Report};
+use crate::results::ResultFile;
 use crate::section::{Cut, SectionRequest};
 use crate::session::RecordError;
+use crate::sessions::{SessionEntry, file, list};
 use crate::snapshot::{SamplingMaps, Snapshot};
 use crate::station::AssembleError;
 
@@ -92,12 +96,14 @@ pub struct Handle {
     snapshots: watch::Receiver<Arc<Snapshot>>,
     report: watch::Receiver<Option<Arc<Report>>>,
     beats: watch::Receiver<u64>,
+    recordings: Arc<Path>,
 }
 
 /// What a station is asked to do.
 enum Control {
     Watch,
-    Session(Command, oneshot::Sender<Result<(), StationError>>),
+    Start(Label, oneshot::Sender<Result<(), StationError>>),
+    Stop(oneshot::Sender<Result<(), StationError>>),
     Asked(Asked),
 }
 
@@ -149,8 +155,27 @@ impl Handle {
     ///
     /// When one is running already, or none is, or it cannot be recorded.
     pub async fn session(&self, command: Command) -> Result<(), StationError> {
+        match command {
+            Command::Start => self.begin(Label::default()).await,
+            Command::Stop => self.told(Control::Stop).await,
+        }
+    }
+
+    /// Starts a session of a part that is named.
+    ///
+    /// # Errors
+    ///
+    /// As [`Handle::session`].
+    pub async fn begin(&self, label: Label) -> Result<(), StationError> {
+        self.told(|reply| Control::Start(label, reply)).await
+    }
+
+    async fn told(
+        &self,
+        control: impl FnOnce(oneshot::Sender<Result<(), StationError>>) -> Control,
+    ) -> Result<(), StationError> {
         let (reply, answer) = oneshot::channel();
-        let sent = self.control.send(Control::Session(command, reply)).await;
+        let sent = self.control.send(control(reply)).await;
         sent.map_err(|_| StationError::Ended)?;
         answer.await.map_err(|_| StationError::Ended)?
     }
@@ -213,14 +238,34 @@ impl Source for Handle {
         self.report.borrow().clone()
     }
 
-    fn start(&self) -> BoxFuture<'_, Result<(), ControlError>> {
-        Box::pin(async { self.session(Command::Start).await.map_err(control_error) })
+    fn sessions(&self) -> BoxFuture<'_, Vec<SessionEntry>> {
+        let recordings = Arc::clone(&self.recordings);
+        Box::pin(async move {
+            let listed = tokio::task::spawn_blocking(move || list(&recordings, LISTED));
+            listed.await.unwrap_or_default()
+        })
+    }
+
+    fn session_file(&self, id: String, of: ResultFile) -> BoxFuture<'_, Option<SessionFile>> {
+        let recordings = Arc::clone(&self.recordings);
+        Box::pin(async move {
+            let read = tokio::task::spawn_blocking(move || file(&recordings, &id, of));
+            let (bytes, session) = read.await.ok()??;
+            Some(SessionFile { bytes, session })
+        })
+    }
+
+    fn start(&self, label: Label) -> BoxFuture<'_, Result<(), ControlError>> {
+        Box::pin(async { self.begin(label).await.map_err(control_error) })
     }
 
     fn stop(&self) -> BoxFuture<'_, Result<(), ControlError>> {
         Box::pin(async { self.session(Command::Stop).await.map_err(control_error) })
     }
 }
+
+/// How many sessions are listed, the newest.
+const LISTED: usize = 100;
 
 fn control_error(error: StationError) -> ControlError {
     ControlError {
@@ -229,6 +274,9 @@ fn control_error(error: StationError) -> ControlError {
     }
 }
 
-fn place(recording: Option<&std::path::Path>) -> String {
+fn place(recording: Option<&Path>) -> String {
     recording.map_or_else(|| "no recording".to_owned(), |folder| folder.display().to_string())
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,9 @@ use asphera_surface::coverage::{Progress as Left, completion};
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
 use crate::report::{SamplingFigures, SessionFigures};
-use crate::snapshot::{Connection, FORMAT, LinkState, MapsState, Progress, Snapshot, State};
+use crate::snapshot::{
+    Connection, FORMAT, LinkState, MapsState, Outputs, Progress, Snapshot, State, Waiting,
+};
 use crate::station::{Bench, Line};
 
 /// Makes snapshots.
@@ -79,6 +81,7 @@ impl View {
             .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
         self.snapshot.verdict = report.verdict.clone();
         self.snapshot.progress.pending_points = 0;
+        self.snapshot.progress.waiting = None;
         self.snapshot.progress.eta_s = None;
         self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
@@ -93,6 +96,13 @@ impl View {
             );
         }
         self.finished = Some(finished);
+    }
+
+    /// The results of a session are written, unless the next one has begun.
+    pub(super) fn left(&mut self, session: &str, outputs: Outputs) {
+        if self.snapshot.session.as_ref().is_some_and(|shown| shown.id == session) {
+            self.snapshot.outputs = Some(outputs);
+        }
     }
 
     /// A session ended without figures.
@@ -146,6 +156,7 @@ impl View {
                 .map(|failure| format!("recording stopped: {failure}"))
                 .into_iter()
                 .collect();
+            let waiting = waiting(now, bench).filter(|_| snapshot.state == State::Measuring);
             let done = snapshot.points.received + snapshot.points.lost;
             snapshot.progress = progress(
                 self.points.rate_hz(now, snapshot.points.received),
@@ -154,6 +165,7 @@ impl View {
                 snapshot.progress.pending_points,
                 &snapshot.sampling,
             );
+            snapshot.progress.waiting = waiting;
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
     }
@@ -177,6 +189,7 @@ fn empty(station: &str) -> Snapshot {
         map: None,
         maps: None,
         convergence: Default::default(),
+        outputs: None,
         links: Vec::new(),
     }
 }
@@ -204,7 +217,22 @@ fn progress(
         eta_s: left.and_then(|left| left.by_plan_s),
         eta_coverage_s: left.and_then(|left| left.by_coverage_s),
         pending_points,
+        waiting: None,
     }
+}
+
+/// What the scan waits for, unless it has begun.
+fn waiting(now: Nanos, bench: &Bench) -> Option<Waiting> {
+    if bench.last_primary().is_some() {
+        return None;
+    }
+    let links: Vec<String> = bench.unready().map(str::to_owned).collect();
+    Some(match links.is_empty() {
+        true => Waiting::FirstTrigger {
+            ends_in_s: bench.first_by().map(|due| due.since(now).as_secs_f64()),
+        },
+        false => Waiting::Devices { links },
+    })
 }
 
 fn link_state(

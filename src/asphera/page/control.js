@@ -1,6 +1,7 @@
-// Start, stop and the files: the requests of the page.
+// Start, stop and the files of the session shown: the requests of the page.
 
 import { byId, setText } from "./dom.js";
+import { Files } from "./files.js";
 import { forgetToken } from "./token.js";
 
 const SURE_MS = 4000;
@@ -10,13 +11,17 @@ export class Control {
   #token;
   #sure = null;
   #said = null;
+  #files;
+  #shown = null;
 
   constructor(token) {
     this.#token = token;
-    byId("start").onclick = () => this.#command("start");
+    this.#files = new Files(token, (text, bad) => this.say(text, bad));
+    byId("start").onclick = () => this.#command("start", this.#label());
     byId("stop").onclick = () => this.#stop();
-    byId("get-report").onclick = () => this.#download("report", "report.json");
-    byId("get-mesh").onclick = () => this.#download("mesh.ply", "mesh.ply");
+    byId("get-report").onclick = () => this.#files.open(`sessions/${this.#shown}/report.html`);
+    byId("get-figures").onclick = () => this.#files.save("report");
+    byId("get-mesh").onclick = () => this.#files.save("mesh.ply");
     this.#showRole();
   }
 
@@ -24,7 +29,10 @@ export class Control {
     const running = snapshot.state === "measuring";
     byId("start").disabled = running || snapshot.state === "finishing";
     byId("stop").disabled = !running;
-    byId("get-report").disabled = snapshot.state !== "complete";
+    byId("label").disabled = byId("start").disabled;
+    byId("get-figures").disabled = snapshot.state !== "complete";
+    byId("get-report").disabled = !snapshot.outputs?.files.includes("report.html");
+    this.#shown = snapshot.session?.id ?? null;
     byId("get-mesh").disabled = snapshot.mesh.vertices === 0;
     if (!running) this.#ask(false);
   }
@@ -33,6 +41,7 @@ export class Control {
     const may = this.#token !== null;
     byId("start").hidden = !may;
     byId("stop").hidden = !may;
+    byId("label").hidden = !may;
     byId("read-only").hidden = may;
   }
 
@@ -51,34 +60,23 @@ export class Control {
     setText(byId("stop"), on ? "Press again to stop" : "Stop session");
   }
 
-  async #command(name) {
-    const answer = await this.#request(`session/${name}`, "POST");
-    if (answer) this.#say(`${name} accepted`);
+  /** What is on the machine, as far as it was entered. */
+  #label() {
+    const entry = (name) => byId(`label-${name}`).value.trim() || undefined;
+    return { part: entry("part"), serial: entry("serial"), operator: entry("operator") };
   }
 
-  async #download(path, fileName) {
-    const answer = await this.#request(path, "GET");
-    if (!answer) return;
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(await answer.blob());
-    link.download = fileName;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-    this.#say(`${fileName} saved`);
-  }
-
-  async #request(path, method) {
+  async #command(name, body) {
     const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
     try {
-      const answer = await fetch(`/api/v1/${path}`, { method, headers });
-      if (answer.ok) return answer;
+      const answer = await fetch(`/api/v1/session/${name}`, { method: "POST", headers, body: body && JSON.stringify(body) });
+      if (answer.ok) return this.say(`${name} accepted`);
       const problem = await answer.json();
-      if (method === "POST" && answer.status === 403) this.#lose();
-      this.#say([problem.error, problem.hint].filter(Boolean).join("; "), true);
+      if (answer.status === 403) this.#lose();
+      this.say([problem.error, problem.hint].filter(Boolean).join("; "), true);
     } catch (error) {
-      this.#say(`no answer from the station: ${error.message}`, true);
+      this.say(`no answer from the station: ${error.message}`, true);
     }
-    return null;
   }
 
   #lose() {
@@ -87,7 +85,8 @@ export class Control {
     this.#showRole();
   }
 
-  #say(text, bad = false) {
+  /** Tells the reader what became of a request. */
+  say(text, bad = false) {
     const line = byId("control-message");
     setText(line, text);
     line.className = bad ? "bad" : "";

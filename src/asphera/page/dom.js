@@ -23,7 +23,7 @@ export function make(tag, className = "", text = "") {
 }
 
 /** One of the symbols of index.html. */
-function icon(name) {
+export function icon(name) {
   const space = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(space, "svg");
   svg.setAttribute("aria-hidden", "true");

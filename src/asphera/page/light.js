@@ -3,7 +3,7 @@
 import { byId, setAttribute, setText } from "./dom.js";
 import { DASH, duration, known, nameAndUnit, nm, percent, sentence, significant, timeOfDay } from "./format.js";
 import { silent } from "./series.js";
-import { kindOf, wordOf } from "./verdict.js";
+import { kindOf, waitingFor, wordOf } from "./verdict.js";
 
 const SHAPES = { pass: "pass", fail: "fail", undecided: "undecided", measuring: "measuring", finishing: "measuring" };
 
@@ -92,6 +92,7 @@ export class Light {
 }
 
 function noteOf({ progress, verdict, state }, kind) {
+  if (kind === "waiting") return waitingFor(progress.waiting);
   if (state === "measuring") {
     const left = known(progress.eta_s) ? `, ${duration(progress.eta_s)} left` : "";
     const done = known(progress.fraction) ? `, ${percent(progress.fraction)} of the points${left}` : "";

@@ -16,6 +16,7 @@ import { showProgress } from "./progress.js";
 import { Regions } from "./regions.js";
 import { Removal } from "./removal.js";
 import { SectionView } from "./section.js";
+import { Sessions } from "./sessions.js";
 import { Spectrum } from "./spectrum.js";
 import { showStandards } from "./standards.js";
 import { Stream } from "./stream.js";
@@ -26,6 +27,7 @@ import { Zernike } from "./zernike.js";
 const root = document.documentElement;
 const token = takeToken();
 const control = new Control(token);
+const sessions = new Sessions(token, (text, bad) => control.say(text, bad));
 const links = new Links();
 const regions = new Regions();
 const defects = new Defects();
@@ -65,6 +67,7 @@ function draw() {
   root.dataset.sequence = snapshot.sequence;
   setText(byId("station"), snapshot.station);
   setText(byId("session"), snapshot.session?.id ?? DASH);
+  showLabel(snapshot.session?.label);
   setText(byId("elapsed"), snapshot.session ? duration(snapshot.elapsed_s) : DASH);
   byId("skipped").hidden = stream.skipped === 0;
   setText(byId("skipped"), `skipped ${count(stream.skipped)}`);
@@ -87,6 +90,15 @@ function draw() {
   links.draw(link.name === "live");
   showFigures(snapshot);
   control.update(snapshot);
+  sessions.update(snapshot);
+}
+
+function showLabel(label) {
+  const what = [label?.part, label?.serial && `no. ${label.serial}`].filter(Boolean).join(", ");
+  byId("part-shown").hidden = !what;
+  setText(byId("part"), what);
+  byId("operator-shown").hidden = !label?.operator;
+  setText(byId("operator"), label?.operator ?? "");
 }
 
 function showStream(state) {

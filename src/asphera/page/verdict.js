@@ -1,12 +1,13 @@
 // The answer in letters that are read from across the room, and what it rests on.
 
 import { byId, make, setAttribute, setRows, setText } from "./dom.js";
-import { DASH, count, nameAndUnit, nm, sentence, significant } from "./format.js";
+import { DASH, count, known, nameAndUnit, nm, sentence, significant } from "./format.js";
 import { COVERAGE } from "./series.js";
 
 const WORDS = {
   none: ["idle", DASH, "Waiting for the station."],
   idle: ["idle", "IDLE", "No session runs."],
+  waiting: ["idle", "WAITING", ""],
   measuring: ["measuring", "MEASURING", ""],
   finishing: ["measuring", "FINISHING", "The last point has landed; the final fit is being made."],
   pass: ["pass", "PASS", "Every limit holds."],
@@ -16,7 +17,8 @@ const WORDS = {
 };
 
 /** What is shown: the answer once there is one, until then what the station does. */
-export const kindOf = ({ state, verdict }) => {
+export const kindOf = ({ state, verdict, progress }) => {
+  if (state === "measuring" && progress.waiting) return "waiting";
   if (state !== "complete" && state !== "failed") return state;
   return verdict.status === "none" ? "unlimited" : verdict.status;
 };
@@ -45,7 +47,14 @@ export function showVerdict(snapshot) {
   );
 }
 
-function noteOf({ state, points, session }, note) {
+/** What a session without a reading waits for. */
+export function waitingFor({ for: what, links, ends_in_s: ends }) {
+  if (what === "devices") return `For ${links.length > 1 ? "the devices on links" : "the device on link"} ${links.join(", ")}.`;
+  return `For the first trigger${known(ends) ? `: without one the session ends in ${Math.ceil(ends)} s` : ""}.`;
+}
+
+function noteOf({ state, points, session, progress }, note) {
+  if (state === "measuring" && progress.waiting) return waitingFor(progress.waiting);
   if (state === "measuring") return `${count(points.received)} points received`;
   if (state === "failed") return "The session ended without a report.";
   const ended = session?.ended;
@@ -55,12 +64,12 @@ function noteOf({ state, points, session }, note) {
 
 /** ± of PV and RMS, k = 2, and what they are made of. */
 function showUncertainty(deviation) {
-  const known = deviation?.uncertainty;
-  setText(byId("pv-u"), known ? `± ${significant(COVERAGE * known.u_pv_nm, 2)}` : "");
-  setText(byId("rms-u"), known ? `± ${significant(COVERAGE * known.u_rms_nm, 2)}` : "");
-  const most = known?.pv_at_most ? ", of PV an upper bound" : "";
-  const covers = known?.rms_covers ? `; of RMS ${known.rms_covers}` : "";
-  setText(byId("u-model"), known ? `± k = ${COVERAGE}, ${known.model}${most}${covers}` : "");
+  const about = deviation?.uncertainty;
+  setText(byId("pv-u"), about ? `± ${significant(COVERAGE * about.u_pv_nm, 2)}` : "");
+  setText(byId("rms-u"), about ? `± ${significant(COVERAGE * about.u_rms_nm, 2)}` : "");
+  const most = about?.pv_at_most ? ", of PV an upper bound" : "";
+  const covers = about?.rms_covers ? `; of RMS ${about.rms_covers}` : "";
+  setText(byId("u-model"), about ? `± k = ${COVERAGE}, ${about.model}${most}${covers}` : "");
 }
 
 const OUTLOOKS = { fail_certain: "fail", pass_certain: "pass", pass_from: "pass_from", at_end: "at_end", open: "open" };

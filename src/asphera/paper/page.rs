@@ -141,11 +141,12 @@ fn head(out: &mut String, title: &str, date: &str) -> Result {
     Ok(())
 }
 
-/// Part, station or file.
+/// Part, as whoever asks for the paper or who started the session named it; station or file.
 fn title(report: &Report, provenance: &Provenance) -> String {
     let what = provenance
         .part
         .clone()
+        .or_else(|| report.session.as_ref().and_then(|session| session.label.title()))
         .or_else(|| report.session.as_ref().map(|session| session.station.clone()))
         .or_else(|| provenance.files.first().map(|file| file.name.clone()));
     match what {

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::results::ResultFile;
+
 /// What a paper says of its origin, beside what the report itself knows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
@@ -66,7 +68,7 @@ impl SourceFile {
         Ok(SourceFile { name: name(path), bytes, sha256 })
     }
 
-    /// All files of a recording's folder, by name; of one segment, that.
+    /// All files of a recording's folder, by name, without results that lie there; of one segment, that.
     ///
     /// # Errors
     ///
@@ -79,7 +81,9 @@ impl SourceFile {
         let mut files = Vec::new();
         for entry in fs::read_dir(path).map_err(failed)? {
             let entry = entry.map_err(failed)?.path();
-            if entry.is_file() {
+            // What was made of the recording lies beside it.
+            let is_result = ResultFile::named(&name(&entry)).is_some();
+            if entry.is_file() && !is_result {
                 files.push(entry);
             }
         }

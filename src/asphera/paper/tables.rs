@@ -370,6 +370,7 @@ pub(super) fn provenance(out: &mut String, report: &Report, provenance: &Provena
     if let Some(session) = &report.session {
         rows.push(("session", text(&session.id)));
         rows.push(("station", text(&session.station)));
+        rows.extend(session.label.entries().map(|(name, entry)| (name, text(entry))));
         rows.push(("began", text(&session.started)));
         rows.push(("ended", text(&session.ended)));
         rows.push(("recorded by", format!("asphera {}", text(&session.version))));

@@ -3,9 +3,10 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
+use axum::body::Bytes;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::{Path, State};
+use axum::extract::{DefaultBodyLimit, Path, State};
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -15,7 +16,9 @@ use serde_json::json;
 use super::problem::Problem;
 use super::server::Shared;
 use super::source::ControlError;
-use super::{assets, guard, query, stream};
+use super::{assets, files, guard, query, stream};
+use crate::report::Label;
+use crate::results::ResultFile;
 
 /// All routes, without the checks of [`guard::every`].
 pub(super) fn router(shared: &Arc<Shared>) -> Router {
@@ -28,11 +31,14 @@ pub(super) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/v1/form", get(form))
         .route("/api/v1/waypoints.csv", get(waypoints))
         .route("/api/v1/report", get(report))
+        .route("/api/v1/sessions", get(sessions))
+        .route("/api/v1/sessions/{id}/{file}", get(session_file))
         .route("/api/v1/links", get(links))
         .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
     let controls = Router::new()
         .route("/api/v1/session/start", post(start))
         .route("/api/v1/session/stop", post(stop))
+        .layer(DefaultBodyLimit::max(LABEL_BYTES))
         .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::controller));
     Router::new()
         .route("/", get(index))
@@ -72,7 +78,7 @@ async fn health(State(shared): State<Arc<Shared>>) -> Response {
 
 async fn snapshot(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.encoder.encode(&newest(&shared));
-    ([(header::CONTENT_TYPE, JSON)], axum::body::Bytes::from(text)).into_response()
+    ([(header::CONTENT_TYPE, JSON)], Bytes::from(text)).into_response()
 }
 
 async fn links(State(shared): State<Arc<Shared>>) -> Response {
@@ -82,7 +88,10 @@ async fn links(State(shared): State<Arc<Shared>>) -> Response {
 
 async fn report(State(shared): State<Arc<Shared>>) -> Response {
     match shared.source.report() {
-        Some(report) => Json(&*report).into_response(),
+        Some(report) => {
+            let name = files::disposition("attachment", "report.json", report.session.as_ref());
+            ([(header::CONTENT_DISPOSITION, name)], Json(&*report)).into_response()
+        }
         None => Problem::new(StatusCode::NOT_FOUND, "there is no report yet")
             .expected("a session that ended")
             .hint("/api/v1/snapshot has the running figures")
@@ -90,15 +99,37 @@ async fn report(State(shared): State<Arc<Shared>>) -> Response {
     }
 }
 
+async fn sessions(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    Json(json!({ "sessions": shared.source.sessions().await })).into_response()
+}
+
+async fn session_file(
+    State(shared): State<Arc<Shared>>,
+    Path((id, name)): Path<(String, String)>,
+) -> Response {
+    let unknown = |found: &str| {
+        let names: Vec<_> = ResultFile::ALL.iter().map(|file| file.name()).collect();
+        Problem::new(StatusCode::NOT_FOUND, "there is no such file of a session")
+            .expected(format!("a session of /api/v1/sessions and one of {}", names.join(", ")))
+            .found(found)
+            .hint("[output] of the configuration says which files a session leaves")
+            .into_response()
+    };
+    let Some(of) = ResultFile::named(&name) else { return unknown(&name) };
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.session_file(id.clone(), of).await {
+        Some(file) => files::answer(of, file.bytes, file.session.as_ref()),
+        None => unknown(&format!("{id}/{name}")),
+    }
+}
+
 async fn mesh(State(shared): State<Arc<Shared>>) -> Response {
     let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
     match shared.source.mesh_ply().await {
         Some(ply) => {
-            let headers = [
-                (header::CONTENT_TYPE, "application/octet-stream"),
-                (header::CONTENT_DISPOSITION, "attachment; filename=\"mesh.ply\""),
-            ];
-            (headers, ply).into_response()
+            let snapshot = newest(&shared);
+            files::answer(ResultFile::Mesh, ply, snapshot.session.as_ref())
         }
         None => no_mesh().into_response(),
     }
@@ -198,10 +229,28 @@ async fn open_stream(
     }
 }
 
-async fn start(State(shared): State<Arc<Shared>>) -> Response {
+async fn start(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
+    let label = match label(&body) {
+        Ok(label) => label,
+        Err(problem) => return problem.into_response(),
+    };
     // In a task of its own: a browser that hangs up must not leave a session half started.
     let source = Arc::clone(&shared.source);
-    controlled("start", tokio::spawn(async move { source.start().await }).await)
+    controlled("start", tokio::spawn(async move { source.start(label).await }).await)
+}
+
+/// What the body of a start says of the part; an empty one says nothing.
+fn label(body: &[u8]) -> Result<Label, Problem> {
+    if body.is_empty() {
+        return Ok(Label::default());
+    }
+    let refused = |why: String| {
+        Problem::new(StatusCode::BAD_REQUEST, format!("the label cannot be used: {why}"))
+            .expected("a JSON object with part, serial and operator, each a text or left out")
+            .found(&String::from_utf8_lossy(body))
+    };
+    let label: Label = serde_json::from_slice(body).map_err(|error| refused(error.to_string()))?;
+    label.tidied().map_err(refused)
 }
 
 async fn stop(State(shared): State<Arc<Shared>>) -> Response {
@@ -256,3 +305,5 @@ fn newest(shared: &Shared) -> Arc<crate::snapshot::Snapshot> {
 }
 
 const JSON: &str = "application/json";
+/// A label has three entries of at most 120 characters.
+const LABEL_BYTES: usize = 4096;

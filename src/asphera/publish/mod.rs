@@ -35,6 +35,7 @@ mod api;
 mod assets;
 mod connections;
 mod encoder;
+mod files;
 mod guard;
 mod problem;
 mod query;
@@ -47,5 +48,5 @@ mod token;
 mod tests;
 
 pub use server::{BindError, Limits, Server};
-pub use source::{ControlError, Source};
+pub use source::{ControlError, SessionFile, Source};
 pub use token::{Token, TokenError};

@@ -6,8 +6,10 @@ use futures_util::future::BoxFuture;
 use tokio::sync::watch;
 
 use crate::pipeline::{FormViewAnswer, Waypoints};
-use crate::report::Report;
+use crate::report::{Label, Report, SessionFigures};
+use crate::results::ResultFile;
 use crate::section::{Cut, SectionRequest};
+use crate::sessions::SessionEntry;
 use crate::snapshot::{SamplingMaps, Snapshot, Term};
 
 /// A station as the server sees it. Every method may be called at any time from any task.
@@ -34,11 +36,26 @@ pub trait Source: Send + Sync + 'static {
     /// The report of the last session; `None` before the first one ended.
     fn report(&self) -> Option<Arc<Report>>;
 
-    /// Starts a session. Runs to its end even where the client hangs up.
-    fn start(&self) -> BoxFuture<'_, Result<(), ControlError>>;
+    /// The sessions that lie in the folder of the recordings, the newest first.
+    fn sessions(&self) -> BoxFuture<'_, Vec<SessionEntry>>;
+
+    /// A result file of one of them; `None` where there is none.
+    fn session_file(&self, id: String, of: ResultFile) -> BoxFuture<'_, Option<SessionFile>>;
+
+    /// Starts a session of a part. Runs to its end even where the client hangs up.
+    fn start(&self, label: Label) -> BoxFuture<'_, Result<(), ControlError>>;
 
     /// Stops the session. Runs to its end even where the client hangs up.
     fn stop(&self) -> BoxFuture<'_, Result<(), ControlError>>;
+}
+
+/// A result file of a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionFile {
+    /// What it holds.
+    pub bytes: Vec<u8>,
+    /// The session, where its `report.json` tells.
+    pub session: Option<SessionFigures>,
 }
 
 /// Why a session could not be started or stopped.

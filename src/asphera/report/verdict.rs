@@ -1,5 +1,7 @@
 //! The verdict and the limits it stands on.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::Outlook;
@@ -31,6 +33,17 @@ pub enum Status {
     Undecided,
     /// Nothing was asked: no limits are given.
     None,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Status::Pass => "pass",
+            Status::Fail => "fail",
+            Status::Undecided => "undecided",
+            Status::None => "none",
+        })
+    }
 }
 
 /// One limit and the value held against it.

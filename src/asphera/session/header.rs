@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::format::{MAX_CONFIG_BYTES, MAX_LINKS};
 use super::{FormatVersion, RecordError};
+use crate::report::Label;
 
 /// What is known when a session begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,6 +26,9 @@ pub struct Header {
     pub config_toml: String,
     /// The links, in the order entries number them.
     pub links: Vec<LinkInfo>,
+    /// What is measured, and by whom, where that was told.
+    #[serde(default)]
+    pub label: Label,
 }
 
 /// One link of a session.
@@ -155,6 +159,7 @@ mod tests {
             started_wall_ns: (20_778 * 86_400 + 2406) * 1_000_000_000 + 500_000_000,
             config_toml: String::new(),
             links: Vec::new(),
+            label: Label::default(),
         }
     }
 

@@ -33,8 +33,11 @@ pub struct BenchSettings {
 pub struct EndSettings {
     /// After this many triggers.
     pub points: Option<u64>,
-    /// After this long without a reading of the primary device, once there was one.
+    /// After this long without a reading of the primary device.
     pub idle: Option<Duration>,
+    /// After this long without a first one, counted from when every device would answer a trigger. Counts while a session is
+    /// measured; that of a recording has its end in it.
+    pub first: Option<Duration>,
 }
 
 /// What happens to a station.
@@ -110,6 +113,8 @@ pub struct Bench {
     primary_held: Option<Nanos>,
     patience: Patience,
     last_primary: Option<Nanos>,
+    /// Since when every device of the trigger would answer one.
+    ready_since: Option<Nanos>,
     records: u64,
     joined: Vec<Record>,
     effects: Vec<Effect>,
@@ -130,6 +135,7 @@ impl Bench {
             primary_held: None,
             patience: Patience::default(),
             last_primary: None,
+            ready_since: None,
             records: 0,
             joined: Vec::new(),
             effects: Vec::new(),
@@ -247,6 +253,12 @@ impl Bench {
         Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
+    /// When a scan whose first trigger does not come will be given up; `None` once it came, and while a device is not ready.
+    pub fn first_by(&self) -> Option<Nanos> {
+        let since = self.ready_since.filter(|_| self.last_primary.is_none())?;
+        Some(self.patience.put_off(since + self.end.first?))
+    }
+
     /// No more readings will come: gives up what still waits.
     pub fn flush(&mut self) {
         self.synchronizer.flush(&mut self.joined);
@@ -256,6 +268,16 @@ impl Bench {
     /// Whether every device of the trigger is set up and would answer one.
     pub fn is_ready(&self) -> bool {
         self.streams.iter().all(|(line, device)| self.lines[*line].is_ready(*device))
+    }
+
+    /// Names of the links with a device of the trigger that would not answer one.
+    pub fn unready(&self) -> impl Iterator<Item = &str> {
+        let ready = |line: usize| {
+            let mut of_line = self.streams.iter().filter(move |(of, _)| *of == line);
+            of_line.all(|(line, device)| self.lines[*line].is_ready(*device))
+        };
+        let lines = self.lines.iter().enumerate();
+        lines.filter(move |(line, _)| !ready(*line)).map(|(_, line)| line.name())
     }
 
     /// The links.
@@ -372,6 +394,7 @@ impl Bench {
         }
         self.effects = effects;
         self.emit();
+        self.ready_since = self.is_ready().then(|| self.ready_since.unwrap_or(self.now));
         if self.primary_held.is_some() && self.companions_ready() {
             self.start_primary();
         }

@@ -71,7 +71,7 @@ fn a_part_that_fails_early_is_told_before_the_end_and_it_is_never_taken_back() {
             let first = first.unwrap_or_else(|| panic!("{limits}{guard}: {:?}", all.last()));
             assert!(first < 3 * all.len() / 4, "{limits}{guard}: only at {first} of {}", all.len());
             assert!(all[first..].iter().all(|one| one.state == ProspectState::FailCertain));
-            assert!(all[first].text.starts_with("fail is certain: "), "{}", all[first].text);
+            assert!(all[first].text.starts_with("FAIL is certain: "), "{}", all[first].text);
             let mut least = 0.0;
             for one in &all[first..] {
                 let promised = of(one, name).at_least.unwrap();
@@ -99,7 +99,11 @@ fn a_good_part_passes_from_a_coverage_that_comes_nearer_and_then_does() {
     // Either end may hold an extreme of the PV, so that needs 97.5 % at least.
     let from = of(last, "pv_nm").pass_from_coverage.unwrap();
     assert!((0.975..=1.0).contains(&from), "{from}");
-    assert!(last.text.contains("% coverage on"), "{}", last.text);
+    assert!(
+        last.text.contains("can be decided at") && last.text.contains("% coverage, now"),
+        "{}",
+        last.text
+    );
     assert_eq!(report.verdict.status, Status::Pass, "{:?}", report.verdict);
 }
 
@@ -124,13 +128,15 @@ fn what_cannot_be_said_is_open_and_says_why() {
     assert!(last.text.contains("made anew from all points at the end"), "{}", last.text);
     let other = text("[tolerance]\npvr_nm = 500\n").unwrap();
     assert_eq!(other.state, ProspectState::AtEnd);
-    assert_eq!(other.text, "known at the end: PVR");
+    assert_eq!(other.text, "No decision before the end: of all points comes PVR.");
     assert_eq!(other.limits[0].text, "known at the end: PVR is worked out from all points");
     // What is not foreseen is not passed over.
     let zone = text("[tolerance]\npv_nm = 1e4\nminimum_zone_nm = 1e4\n").unwrap();
     assert_eq!((zone.state, zone.limits.len()), (ProspectState::AtEnd, 2), "{zone:?}");
     assert!(
-        zone.text.starts_with("known at the end: minimum zone; for the rest pass is certain"),
+        zone.text.starts_with(
+            "No decision before the end: of all points comes minimum zone. On course for PASS"
+        ),
         "{}",
         zone.text
     );
@@ -139,7 +145,7 @@ fn what_cannot_be_said_is_open_and_says_why() {
     let (said, _) =
         followed(part("[tolerance]\npv_nm = 50\n"), &[&twice[..], &points[3000..]].concat());
     let last = outlooks(&said).last().unwrap();
-    assert_eq!(last.text, "open: places were measured more than once");
+    assert_eq!(last.text, "No decision yet: places were measured more than once");
     let nobody = Part::parse("p.toml", "[surface]\nkind = \"plane\"\n[tolerance]\nrms_nm = 500\n");
     let (said, _) = followed(nobody.unwrap(), &points);
     let last = outlooks(&said).last().unwrap();

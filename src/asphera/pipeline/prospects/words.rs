@@ -71,19 +71,19 @@ pub(super) fn fail_is_certain(found: &ProspectFigures) -> String {
 }
 
 pub(super) fn pass_is_certain() -> String {
-    format!("pass is certain at {} if the rest is like what is measured", percent(P))
+    format!("on course: {} certain if the rest is like what is measured", percent(P))
 }
 
 pub(super) fn pass_from(from: f64, coverage: Option<f64>) -> String {
     let now = coverage.map_or(String::new(), |now| format!(", now {}", percent(now)));
-    format!("pass is certain at {} from {} coverage on{now}", percent(P), percent(from))
+    format!("on course: can be decided at {} coverage{now}", percent(from))
 }
 
 pub(super) fn at_end(name: &str) -> String {
     format!("known at the end: {} is worked out from all points", words(name))
 }
 
-/// What all limits say together.
+/// What all limits say together: first whether there is a decision.
 pub(super) fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
     limits.first()?;
     let having = |state| limits.iter().filter(move |limit| limit.state == state);
@@ -94,19 +94,21 @@ pub(super) fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
         .max_by(|one, other| one.0.total_cmp(&other.0));
     let names: Vec<String> = having(ProspectState::AtEnd).map(|limit| words(&limit.name)).collect();
     let (state, text) = if let Some(text) = text(ProspectState::FailCertain) {
-        (ProspectState::FailCertain, text)
+        (ProspectState::FailCertain, text.replacen("fail is certain", "FAIL is certain", 1))
     } else if let Some(text) = text(ProspectState::Open) {
-        (ProspectState::Open, text)
+        (ProspectState::Open, text.replacen("open: ", "No decision yet: ", 1))
     } else {
         let passes = match latest {
             Some((from, now)) => Some((ProspectState::PassFrom, pass_from(from, now))),
             None => text(ProspectState::PassCertain).map(|text| (ProspectState::PassCertain, text)),
         };
+        let passes = passes.map(|(state, text)| (state, text.replacen("on course", ON_COURSE, 1)));
         // No more is certain of the part than of its last limit.
-        let later = format!("known at the end: {}", names.join(", "));
+        let later =
+            format!("No decision before the end: of all points comes {}.", names.join(", "));
         match passes {
-            Some(passes) if names.is_empty() => passes,
-            Some((_, text)) => (ProspectState::AtEnd, format!("{later}; for the rest {text}")),
+            Some((state, text)) if names.is_empty() => (state, format!("No decision yet. {text}.")),
+            Some((_, text)) => (ProspectState::AtEnd, format!("{later} {text}.")),
             None => (ProspectState::AtEnd, later),
         }
     };
@@ -118,6 +120,8 @@ fn words(name: &str) -> String {
     let (name, _, of) = words_of(name);
     of.map_or_else(|| name.clone(), |of| format!("{name} {of}"))
 }
+
+const ON_COURSE: &str = "On course for PASS";
 
 /// To a tenth of a percent, and 100 % only where nothing is missing.
 fn percent(share: f64) -> String {

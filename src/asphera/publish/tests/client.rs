@@ -1,8 +1,9 @@
 //! A station of fixed figures and a plain HTTP/1.1 client, for the tests.
 
 use std::net::{Ipv4Addr, SocketAddr};
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use futures_util::future::BoxFuture;
@@ -15,9 +16,11 @@ use tokio_tungstenite::tungstenite::handshake::client::Response;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, tungstenite};
 
 use crate::pipeline::{FormViewAnswer, Waypoints};
-use crate::publish::{ControlError, Limits, Server, Source, Token};
-use crate::report::{MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
+use crate::publish::{ControlError, Limits, Server, SessionFile, Source, Token};
+use crate::report::{Label, MeshFigures, Points, Report, SamplingFigures, Timing, Verdict};
+use crate::results::ResultFile;
 use crate::section::{Cut, SectionRequest, cut_points};
+use crate::sessions::{SessionEntry, file, list};
 use crate::snapshot::{
     self, Connection, Convergence, FormView, LinkState, Map, Progress, SamplingMaps, Snapshot,
     State, Term,
@@ -37,6 +40,10 @@ pub(super) struct Station {
     pub(super) waypoints: Option<Waypoints>,
     pub(super) report: Option<Arc<Report>>,
     pub(super) answer: Result<(), ControlError>,
+    /// Folder of the recordings.
+    pub(super) recordings: Option<PathBuf>,
+    /// Of the session that was started last.
+    pub(super) label: Arc<Mutex<Label>>,
     pub(super) started: Arc<AtomicUsize>,
     pub(super) stopped: Arc<AtomicUsize>,
 }
@@ -52,6 +59,8 @@ impl Station {
             waypoints: None,
             report: None,
             answer: Ok(()),
+            recordings: None,
+            label: Arc::default(),
             started: Arc::default(),
             stopped: Arc::default(),
         }
@@ -95,7 +104,21 @@ impl Source for Station {
         self.report.clone()
     }
 
-    fn start(&self) -> BoxFuture<'_, Result<(), ControlError>> {
+    fn sessions(&self) -> BoxFuture<'_, Vec<SessionEntry>> {
+        let recordings = self.recordings.clone();
+        Box::pin(async move { recordings.map_or(Vec::new(), |folder| list(&folder, 10)) })
+    }
+
+    fn session_file(&self, id: String, of: ResultFile) -> BoxFuture<'_, Option<SessionFile>> {
+        let recordings = self.recordings.clone();
+        Box::pin(async move {
+            let (bytes, session) = file(&recordings?, &id, of)?;
+            Some(SessionFile { bytes, session })
+        })
+    }
+
+    fn start(&self, label: Label) -> BoxFuture<'_, Result<(), ControlError>> {
+        *self.label.lock().unwrap() = label;
         self.started.fetch_add(1, Ordering::SeqCst);
         Box::pin(async { self.answer.clone() })
     }
@@ -148,11 +171,23 @@ impl Running {
 
     /// One request with exactly these header lines beside `Connection`.
     pub(super) async fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)]) -> Answer {
+        self.send(method, path, headers, "").await
+    }
+
+    /// The same with a body, whose length the headers tell.
+    pub(super) async fn send(
+        &self,
+        method: &str,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: &str,
+    ) -> Answer {
         let mut text = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
         for (name, value) in headers {
             text.push_str(&format!("{name}: {value}\r\n"));
         }
         text.push_str("\r\n");
+        text.push_str(body);
         let mut socket = TcpStream::connect(self.addr).await.unwrap();
         socket.write_all(text.as_bytes()).await.unwrap();
         let mut bytes = Vec::new();
@@ -270,6 +305,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         }),
         maps: None,
         convergence: Convergence::default(),
+        outputs: None,
         links: vec![LinkState {
             name: "probe".to_owned(),
             kind: "tcp".to_owned(),

@@ -24,6 +24,35 @@ async fn the_token_opens_both_controls() {
 }
 
 #[tokio::test]
+async fn a_start_may_name_the_part() {
+    let station = Station::new();
+    let server = Running::start(&station).await;
+    let token = format!("Bearer {TOKEN}");
+    let start = async |body: &str| {
+        let length = body.len().to_string();
+        let headers =
+            [("Host", &*server.host()), ("Authorization", &token), ("Content-Length", &length)];
+        server.send("POST", START, &headers, body).await
+    };
+    let said = r#"{"part": " lens 7 ", "serial": "0815", "operator": ""}"#;
+    assert_eq!(start(said).await.status, 204);
+    let label = station.label.lock().unwrap().clone();
+    assert_eq!(label.title().as_deref(), Some("lens 7, no. 0815"));
+    assert_eq!(label.operator, None);
+    for (body, status) in [
+        ("lens", 400),
+        (r#"{"prat": "lens"}"#, 400),
+        (&*format!(r#"{{"part": "{}"}}"#, "x".repeat(121)), 400),
+    ] {
+        let problem = start(body).await.problem(status);
+        assert!(problem.contains("label") && problem.contains("part, serial"), "{problem}");
+    }
+    assert_eq!(start(&"x".repeat(5000)).await.status, 413);
+    assert_eq!(station.started.load(Ordering::SeqCst), 1);
+    server.end().await;
+}
+
+#[tokio::test]
 async fn no_token_or_a_wrong_one_reaches_nothing() {
     let station = Station::new();
     let server = Running::start(&station).await;

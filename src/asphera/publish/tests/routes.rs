@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::client::{Running, Station, TOKEN, report, within};
 use crate::pipeline::Waypoints;
 use crate::publish::{BindError, Server, Token};
-use crate::report::{HistogramFigures, Source};
+use crate::report::{HistogramFigures, Label, SessionFigures, Source};
+use crate::results::ResultFile;
 use crate::snapshot::{
     FORM_VIEW_FORMAT, FormView, MAPS_FORMAT, Map, MapLayer, RemovedTerm, SamplingMaps, Unknown,
 };
@@ -38,6 +39,26 @@ async fn reads_answer_as_json() {
     server.end().await;
 }
 
+/// docs/api.md is the contract: it names every route, and every key of a report and a snapshot that a program may want.
+#[test]
+fn the_documentation_names_every_route_and_key() {
+    let docs = include_str!("../../../../docs/api.md");
+    let routes = include_str!("../api.rs").split(".route(\"/api/v1/").skip(1);
+    let routes: Vec<_> = routes.filter_map(|rest| rest.split_once('"')).collect();
+    assert!(routes.len() > 10, "{routes:?}");
+    for (route, rest) in routes {
+        let method = if rest.starts_with(", post") { "POST" } else { "GET" };
+        assert!(docs.contains(&format!("| `{method} /api/v1/{route}` |")), "{method} {route}");
+    }
+    let keys = serde_json::to_value(report()).unwrap();
+    for key in keys.as_object().unwrap().keys() {
+        assert!(docs.contains(&format!("`{key}`")), "key {key} of a report");
+    }
+    for file in ResultFile::ALL {
+        assert!(docs.contains(&format!("`{}`", file.name())), "{}", file.name());
+    }
+}
+
 #[tokio::test]
 async fn mesh_and_report_say_why_there_is_none() {
     let server = Running::start(&Station::new()).await;
@@ -58,6 +79,50 @@ async fn mesh_is_a_file_byte_for_byte() {
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("content-disposition"), Some("attachment; filename=\"mesh.ply\""));
     assert_eq!(answer.body, ply);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn sessions_are_listed_and_their_reports_open_under_a_policy_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let id = "session-20260504T030201Z-0badcafe";
+    std::fs::create_dir(folder.path().join(id)).unwrap();
+    let mut told = report();
+    told.session = Some(SessionFigures {
+        id: id.to_owned(),
+        started: "2026-05-04T03:02:01.5Z".to_owned(),
+        label: Label { serial: Some("0815".to_owned()), ..Label::default() },
+        ..SessionFigures::default()
+    });
+    let text = serde_json::to_string(&told).unwrap();
+    std::fs::write(folder.path().join(id).join("report.json"), text).unwrap();
+    std::fs::write(folder.path().join(id).join("report.html"), "<html></html>").unwrap();
+    let mut station = Station::new();
+    station.recordings = Some(folder.path().to_owned());
+    let server = Running::start(&station).await;
+    let listed = server.get("/api/v1/sessions").await.json();
+    assert_eq!(listed["sessions"][0]["id"], id);
+    assert_eq!(listed["sessions"][0]["label"]["serial"], "0815");
+    assert_eq!(listed["sessions"][0]["verdict"], "undecided");
+    assert_eq!(listed["sessions"][0]["files"], serde_json::json!(["report.json", "report.html"]));
+
+    let page = server.get(&format!("/api/v1/sessions/{id}/report.html")).await;
+    assert_eq!((page.status, &page.body[..]), (200, &b"<html></html>"[..]));
+    let policy = page.header("content-security-policy").unwrap();
+    assert!(policy.contains("default-src 'none'") && policy.contains("style-src 'unsafe-inline'"));
+    assert_eq!(page.header("x-content-type-options"), Some("nosniff"));
+    assert_eq!(
+        page.header("content-disposition"),
+        Some("inline; filename=\"0815_20260504T030201_report.html\"")
+    );
+    for path in [
+        "session-1/report.html",
+        "../report.json",
+        "%2e%2e/report.json",
+        &*format!("{id}/session.json"),
+    ] {
+        server.get(&format!("/api/v1/sessions/{path}")).await.problem(404);
+    }
     server.end().await;
 }
 

@@ -1,0 +1,121 @@
+//! A station whose probe is there and never triggered.
+
+use std::net::Ipv4Addr;
+use std::time::Duration;
+
+use asphera_link::Command;
+use asphera_sim_chrocodile::{Device, Simulator, tcp};
+use tokio::time::timeout;
+
+use super::Station;
+use crate::config::Config;
+use crate::report::Status;
+use crate::snapshot::{Snapshot, State, Waiting};
+
+fn station(address: &str, recordings: &str, first: &str) -> Config {
+    let text = format!(
+        r#"
+[station]
+name = "bench"
+[link.probe]
+kind = "tcp"
+address = "{address}"
+[device.probe]
+driver = "chrocodile2"
+link = "probe"
+[device.probe.settings]
+signals = [75, 76, 65, 256, 257]
+sample_rate_hz = 2000.0
+trigger = "each"
+[sync]
+devices = ["probe"]
+[kinematics]
+kind = "cartesian"
+x = {{ device = "probe", channel = "encoder_x", mm_per_count = 0.001 }}
+y = {{ constant_mm = 0.0 }}
+z = {{ device = "probe", channel = "distance1" }}
+[nominal]
+surface = {{ kind = "plane" }}
+[nominal.tolerance]
+pv_nm = 100
+[scan]
+{first}
+[session]
+dir = {recordings:?}
+[output]
+files = ["report.json", "report.html", "qif.xml"]
+command = ["/bin/sh", "-c", 'printf "%s %s" "$ASPHERA_VERDICT" "$ASPHERA_SESSION" > "$0/told"']
+"#
+    );
+    Config::parse("test", &text).unwrap_or_else(|problems| panic!("{problems}"))
+}
+
+/// Follows the snapshots until one is as wanted.
+async fn until(
+    snapshots: &mut tokio::sync::watch::Receiver<std::sync::Arc<Snapshot>>,
+    wanted: impl Fn(&Snapshot) -> bool,
+) -> std::sync::Arc<Snapshot> {
+    let found = timeout(Duration::from_secs(60), snapshots.wait_for(|now| wanted(now)));
+    found.await.expect("such a snapshot").expect("the station is there").clone()
+}
+
+#[tokio::test]
+async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let recordings = folder.path().to_str().unwrap();
+    let simulator = Simulator::new(Device::new(3000.0), 64);
+    // An address that is free until the probe is switched on.
+    let listening = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let address = listening.local_addr().unwrap();
+    drop(listening);
+    let config = station(&address.to_string(), recordings, "idle_s = 0.5\nfirst_s = 1.0");
+    let mut station = Station::start(config).unwrap();
+    let mut snapshots = station.handle().watch();
+    station.handle().session(Command::Start).await.unwrap();
+    let absent = until(&mut snapshots, |now| now.progress.waiting.is_some()).await;
+    assert_eq!(absent.progress.waiting, Some(Waiting::Devices { links: vec!["probe".to_owned()] }));
+
+    let (_, serving) = tcp(simulator, address).await.unwrap();
+    let serving = tokio::spawn(serving);
+    let is_ready =
+        |now: &Snapshot| matches!(now.progress.waiting, Some(Waiting::FirstTrigger { .. }));
+    let ready = until(&mut snapshots, is_ready).await;
+    let Some(Waiting::FirstTrigger { ends_in_s: Some(ends_in_s) }) = ready.progress.waiting else {
+        panic!("{:?}", ready.progress.waiting);
+    };
+    assert!((0.0..=1.0).contains(&ends_in_s), "{ends_in_s}");
+    assert_eq!((ready.state, ready.points.received), (State::Measuring, 0));
+
+    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let report = &finished.measurement.report;
+    assert_eq!(report.session.as_ref().unwrap().ended, "idle");
+    assert_eq!(report.verdict.status, Status::Undecided);
+    let reason = "no trigger came: every device was ready, and the scan was not started";
+    assert!(report.verdict.reasons.iter().any(|found| found == reason), "{:?}", report.verdict);
+    let ended = until(&mut snapshots, |now| now.outputs.is_some()).await;
+    assert_eq!((ended.state, &ended.progress.waiting), (State::Complete, &None));
+    let outputs = ended.outputs.as_ref().unwrap();
+    assert_eq!(
+        (&outputs.files[..], &outputs.problem),
+        (&["report.json", "report.html", "qif.xml"].map(str::to_owned)[..], &None)
+    );
+
+    // The command runs beside the station.
+    let folder = finished.recording.as_ref().unwrap();
+    let told = async {
+        loop {
+            match std::fs::read_to_string(folder.join("told")) {
+                Ok(told) if !told.is_empty() => return told,
+                _ => tokio::time::sleep(Duration::from_millis(20)).await,
+            }
+        }
+    };
+    let told = timeout(Duration::from_secs(60), told).await.unwrap();
+    assert_eq!(told, format!("undecided {}", report.session.as_ref().unwrap().id));
+
+    // The replay has its end from the recording.
+    let mut again = crate::replay::replay(folder, |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+    serving.abort();
+}
