@@ -39,6 +39,10 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
             tables::figures(out, form)
         })?;
         further(out, form)?;
+        part(out, "Fit", |out| {
+            tables::fit(out, form)?;
+            tables::reference(out, form)
+        })?;
         if let Some(zernike) = &form.zernike {
             part(out, "Zernike terms", |out| {
                 writeln!(
@@ -63,10 +67,6 @@ fn write(out: &mut String, measurement: &Measurement, provenance: &Provenance) -
                 Ok(())
             })?;
         }
-        part(out, "Fit", |out| {
-            tables::fit(out, form)?;
-            tables::reference(out, form)
-        })?;
     }
     part(out, "Sampling", |out| tables::sampling(out, &report.sampling))?;
     part(out, "Defects", |out| defects::features(out, &report.features))?;
@@ -115,8 +115,14 @@ fn part(out: &mut String, heading: &str, body: impl FnOnce(&mut String) -> Resul
     if inside.is_empty() {
         return Ok(());
     }
-    // A part stays on one sheet with its heading; only the figures may be longer than one.
-    let class = if heading == FIGURES { "" } else { " class=\"keep\"" };
+    // The map belongs on the first sheet; a part that is one drawing stays with its heading. All else may run on: kept together, it
+    // would leave sheets half empty.
+    let class = match heading {
+        "Deviation" => " class=\"keep first\"",
+        "Zernike terms" => " class=\"keep tall\"",
+        "Histogram" | "Radial profile" => " class=\"keep\"",
+        _ => "",
+    };
     writeln!(out, "<section{class}>\n<h2>{}</h2>\n{inside}</section>", text(heading))
 }
 
