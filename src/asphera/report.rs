@@ -56,7 +56,7 @@ pub const FORMAT: &str = "asphera.report/1";
 pub struct Report {
     /// [`FORMAT`].
     pub format: String,
-    /// Columns and units of a text file; absent for other files and sessions.
+    /// Columns and units of a file whose format leaves them open, such as text or PLY; absent for other files and sessions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<ReadingFigures>,
     /// What became of the points.

@@ -3,20 +3,25 @@
 use crate::error::quoted;
 use crate::scan::{is_utf16, without_bom};
 use crate::xyz::TextOptions;
-use crate::{Format, Place, ReadError, Topography, grid_sag, metropro, sdf, x3p, xyz};
+use crate::{
+    Format, Place, ReadError, Topography, grid_sag, las, metropro, npy, obj, ply, sdf, stl, x3p,
+    xyz, zemax,
+};
 
 /// Reads a file whose format is not known beforehand.
 ///
-/// The first bytes decide: `PK` is [`x3p`], a MetroPro magic number is [`metropro`], `aISO-1.0`,
-/// `bISO-1.0`, `aBCR-1.0` and `bBCR-1.0` are [`sdf`]; a line of seven numbers that can be the first of a [`grid_sag`] file, before
-/// one of at most five, is that. Only a file that starts otherwise is judged
-/// by the extension of `name`: text with the extension `xyz`, `txt`, `asc`, `csv`, `tsv`, `pts`,
+/// The content decides: `PK` is [`x3p`], a MetroPro magic number is [`metropro`], `aISO-1.0`,
+/// `bISO-1.0`, `aBCR-1.0` and `bBCR-1.0` are [`sdf`], `ply` alone on the first line is [`ply`], `LASF` is [`las`], `0x93 NUMPY` is
+/// [`npy`]; a file as long as its number of triangles asks for, or one that begins with `solid` before `facet`, is [`stl`];
+/// a line of seven numbers that can be the first of a [`grid_sag`] file, before
+/// one of at most five, is that; lines with keywords of [`obj`], one of them a vertex, are that. Only a file that starts otherwise is
+/// judged by the extension of `name`: text with the extension `xyz`, `txt`, `asc`, `csv`, `tsv`, `pts`,
 /// `dat` or none is [`xyz`]. `name` is used for nothing else and may hold any path.
 ///
 /// # Errors
 ///
-/// [`ReadError::Unknown`] where neither content nor extension tell the format, otherwise what the
-/// reader of the format reports.
+/// [`ReadError::Unknown`] where neither content nor extension tell the format, [`ReadError::Lens`] of a lens file, otherwise what
+/// the reader of the format reports.
 pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
     read_with(name, bytes, &TextOptions::default())
 }
@@ -28,21 +33,60 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
 /// As [`read`]; options for a file that is no text.
 pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let format = format(name, bytes)?;
-    if format != Format::Xyz && *options != TextOptions::default() {
-        return Err(ReadError::Unclear {
-            format,
-            place: Place::Byte(0),
-            found: "the file states its columns and units itself".into(),
-            cure: "leave out `--columns`, `--unit`, `--skip-lines` and `--pitch`".into(),
-        });
-    }
+    check(format, options)?;
     match format {
         Format::X3p => x3p::read(bytes),
         Format::MetroPro => metropro::read(bytes),
         Format::Sdf => sdf::read(bytes),
         Format::GridSag => grid_sag::read(bytes),
         Format::Xyz => xyz::read_with(bytes, options),
+        Format::Ply => ply::read(bytes, options),
+        Format::Stl => stl::read(bytes, options),
+        Format::Obj => obj::read(bytes, options),
+        Format::Las => las::read(bytes, options),
+        Format::Npy => npy::read(bytes, options),
     }
+}
+
+/// Refuses options that a format has no use for.
+fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
+    // What fits: columns, unit, lines to be skipped, pitch.
+    let fits = match format {
+        Format::Xyz => [true; 4],
+        Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 4],
+        Format::Ply | Format::Stl | Format::Obj | Format::Las => [false, true, false, false],
+        Format::Npy => [true, true, false, true],
+    };
+    let given = [
+        !options.columns.is_empty(),
+        !options.units.is_empty(),
+        options.skip_lines > 0,
+        options.pitch_mm.is_some(),
+    ];
+    if given.iter().zip(fits).all(|(given, fits)| !given || fits) {
+        return Ok(());
+    }
+    let listed = |wanted: bool| {
+        let options = ["`--columns`", "`--unit`", "`--skip-lines`", "`--pitch`"];
+        let named = options.into_iter().zip(fits).filter(|(_, fits)| *fits == wanted);
+        let named: Vec<&str> = named.map(|(name, _)| name).collect();
+        match &named[..] {
+            [] => "none".to_owned(),
+            [only] => (*only).to_owned(),
+            [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        }
+    };
+    let found = if fits[1] {
+        "the file states where its coordinates are"
+    } else {
+        "the file states its columns and units itself"
+    };
+    let cure = match listed(true).as_str() {
+        "none" => format!("leave out {}", listed(false)),
+        fitting => format!("leave out {}; of these options it takes {fitting}", listed(false)),
+    };
+    let place = Place::Byte(0);
+    Err(ReadError::Unclear { format, place, found: found.into(), cure })
 }
 
 fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
@@ -55,8 +99,17 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
     if sdf::is_sdf(without_bom(bytes)) {
         return Ok(Format::Sdf);
     }
+    if let Some(format) = by_start(bytes) {
+        return Ok(format);
+    }
+    if zemax::is_zemax(bytes) {
+        return Err(ReadError::Lens { name: name.into() });
+    }
     if grid_sag::is_grid_sag(bytes) {
         return Ok(Format::GridSag);
+    }
+    if obj::is_obj(bytes) {
+        return Ok(Format::Obj);
     }
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let extension = file.rsplit_once('.').map_or("", |(_, extension)| extension);
@@ -71,6 +124,12 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
     match extension.to_ascii_lowercase().as_str() {
         "x3p" => promised(Format::X3p, "a zip archive starting with PK"),
         "sdf" => promised(Format::Sdf, "aISO-1.0, bISO-1.0, aBCR-1.0 or bBCR-1.0"),
+        "ply" => promised(Format::Ply, "the word ply, alone on its line"),
+        "las" | "laz" => promised(Format::Las, "LASF"),
+        "npy" => promised(Format::Npy, "\\x93NUMPY"),
+        // Their readers say what is missing.
+        "stl" => Ok(Format::Stl),
+        "obj" if is_text(bytes) => Ok(Format::Obj),
         "dat" if !is_text(bytes) => {
             promised(Format::MetroPro, "a magic number 881B036F, 881B0370 or 881B0371")
         }
@@ -81,6 +140,20 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
         }
         _ => Err(ReadError::Unknown { name: name.into(), start: quoted(bytes) }),
     }
+}
+
+/// The formats of points and triangles that their first bytes tell, or their length.
+fn by_start(bytes: &[u8]) -> Option<Format> {
+    if ply::is_ply(bytes) {
+        return Some(Format::Ply);
+    }
+    if bytes.starts_with(las::MAGIC) {
+        return Some(Format::Las);
+    }
+    if npy::is_npy(bytes) {
+        return Some(Format::Npy);
+    }
+    (stl::is_binary(bytes) || stl::is_ascii(bytes)).then_some(Format::Stl)
 }
 
 /// Whether the start of a file looks like text of one byte a letter: no control characters but
@@ -109,6 +182,63 @@ mod tests {
     }
 
     #[test]
+    fn meshes_scans_and_arrays_are_told_by_their_content() {
+        let mut binary = b"solid by its first word".to_vec();
+        binary.resize(84 + 50, 0);
+        binary[80] = 1;
+        let cases: [(&[u8], Format); 8] = [
+            (b"ply\r\nformat ascii 1.0\r\n", Format::Ply),
+            (b"LASF\0\0", Format::Las),
+            (b"\x93NUMPY\x01\0", Format::Npy),
+            (b"solid\n facet normal 0 0 1\n", Format::Stl),
+            (&binary, Format::Stl),
+            (b"# Blender\nmtllib a.mtl\no Part\nv 0 0 1\n", Format::Obj),
+            (b"v 0 0 1 0.5 0.5 0.5\n", Format::Obj),
+            (b"v w x\n0 0 1\n", Format::Xyz),
+        ];
+        for (bytes, expected) in cases {
+            assert_eq!(format("a.txt", bytes), Ok(expected), "{}", bytes.escape_ascii());
+        }
+        // Files that are cut are still taken for what their names say.
+        assert_eq!(format("a.stl", &binary[..100]), Ok(Format::Stl));
+        assert_eq!(format("a.obj", b"# nothing\n"), Ok(Format::Obj));
+    }
+
+    #[test]
+    fn options_that_do_not_fit_are_refused_with_those_that_do() {
+        let options = TextOptions { skip_lines: 1, ..TextOptions::default() };
+        let said = |format| check(format, &options).unwrap_err().to_string();
+        assert_eq!(
+            said(Format::Stl),
+            "STL file, byte 0: the file states where its coordinates are: leave out `--columns`, `--skip-lines` and \
+             `--pitch`; of these options it takes `--unit`"
+        );
+        assert!(said(Format::Npy).ends_with("it takes `--columns`, `--unit` and `--pitch`"));
+        assert!(
+            said(Format::Sdf)
+                .ends_with("leave out `--columns`, `--unit`, `--skip-lines` and `--pitch`")
+        );
+        assert_eq!(check(Format::Xyz, &options), Ok(()));
+        assert_eq!(check(Format::Sdf, &TextOptions::default()), Ok(()));
+    }
+
+    #[test]
+    fn lens_files_are_named_whatever_their_encoding() {
+        let text = "VERS 140124 258 36214\r\nMODE SEQ\r\nUNIT MM X W X CM MR CPMM\r\nSURF 0\r\n  TYPE STANDARD\r\n";
+        let wide: Vec<u8> =
+            [0xFEFF].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+        let bare = wide[2..].to_vec();
+        for bytes in [text.as_bytes(), &wide, &bare] {
+            for name in ["lens.zmx", "lens.txt", "lens"] {
+                let message = format(name, bytes).unwrap_err().to_string();
+                let expected = format!("{name}: a Zemax lens file, which holds surfaces");
+                assert!(message.starts_with(&expected), "{message}");
+                assert!(message.contains("`asphera nominal"), "{message}");
+            }
+        }
+    }
+
+    #[test]
     fn extension_decides_for_text() {
         for name in ["a.xyz", "A.TXT", "dir.sdf/points", "c:\\dir.x3p\\a.dat", ".asc"] {
             assert_eq!(format(name, b"1 2 3\r\n"), Ok(Format::Xyz), "{name}");
@@ -123,10 +253,18 @@ mod tests {
             "X3P file, byte 0: expected a zip archive starting with PK, found \"1 2 3\""
         );
         assert_eq!(
-            message("part.stl", b"solid"),
-            "part.stl: expected an XYZ, X3P, MetroPro, SDF or Zemax grid sag file, found one starting with \"solid\""
+            message("part.step", b"ISO-10303-21"),
+            "part.step: expected a file of text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, LAS, \
+             LAZ or NumPy .npy; found one starting with \"ISO-10303-21\""
         );
+        for (name, expected) in [
+            ("a.ply", "PLY file, byte 0: expected the word ply"),
+            ("a.LAZ", "LAS file, byte 0: expected LASF"),
+            ("a.npy", "NumPy file, byte 0: expected \\x93NUMPY"),
+        ] {
+            assert!(message(name, b"1 2 3").starts_with(expected), "{}", message(name, b"1 2 3"));
+        }
         assert!(message("a.dat", b"\0\0").starts_with("MetroPro file, byte 0: expected a magic"));
-        assert!(message("a.xyz", b"1 2 3\0").starts_with("a.xyz: expected an XYZ"));
+        assert!(message("a.xyz", b"1 2 3\0").starts_with("a.xyz: expected a file of text"));
     }
 }

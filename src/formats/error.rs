@@ -9,6 +9,9 @@ use thiserror::Error;
 /// instruments have some 10⁷ points.
 pub const MAX_POINTS: u64 = 100_000_000;
 
+/// The kinds of files of points, in words.
+pub const KINDS: &str = "text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, LAS, LAZ or NumPy .npy";
+
 /// File formats this crate knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
@@ -22,6 +25,16 @@ pub enum Format {
     Sdf,
     /// Grid sag of Zemax, `.DAT` and `.GRD`.
     GridSag,
+    /// Stanford PLY.
+    Ply,
+    /// STL, binary and ASCII.
+    Stl,
+    /// Wavefront OBJ.
+    Obj,
+    /// LAS and LAZ of the ASPRS.
+    Las,
+    /// Arrays of NumPy, `.npy`.
+    Npy,
 }
 
 impl Format {
@@ -33,6 +46,11 @@ impl Format {
             Format::MetroPro => "MetroPro",
             Format::Sdf => "SDF",
             Format::GridSag => "Zemax grid sag",
+            Format::Ply => "PLY",
+            Format::Stl => "STL",
+            Format::Obj => "OBJ",
+            Format::Las => "LAS",
+            Format::Npy => "NumPy",
         }
     }
 }
@@ -55,6 +73,13 @@ pub enum Place {
         /// Column of the table, or 0 for the whole line.
         column: usize,
     },
+    /// Row and column of an array, both from 1; column 0 for the whole row.
+    Row {
+        /// Row of the array.
+        row: usize,
+        /// Column of the array, or 0.
+        column: usize,
+    },
     /// Path of an XML element below the root of `main.xml`.
     Element(String),
     /// Name of an entry of a zip archive.
@@ -67,6 +92,8 @@ impl fmt::Display for Place {
             Place::Byte(offset) => write!(f, "byte {offset}"),
             Place::Line { line, column: 0 } => write!(f, "line {line}"),
             Place::Line { line, column } => write!(f, "line {line}, column {column}"),
+            Place::Row { row, column: 0 } => write!(f, "row {row}"),
+            Place::Row { row, column } => write!(f, "row {row}, column {column}"),
             Place::Element(path) => write!(f, "element {path}"),
             Place::Entry(name) => write!(f, "zip entry {name}"),
         }
@@ -77,14 +104,21 @@ impl fmt::Display for Place {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum ReadError {
     /// The content belongs to no format known here.
-    #[error(
-        "{name}: expected an XYZ, X3P, MetroPro, SDF or Zemax grid sag file, found one starting with {start}"
-    )]
+    #[error("{name}: expected a file of {KINDS}; found one starting with {start}")]
     Unknown {
         /// Name of the file as given.
         name: String,
         /// Its first bytes, quoted.
         start: String,
+    },
+    /// A lens file, which holds surfaces and no points.
+    #[error(
+        "{name}: a Zemax lens file, which holds surfaces and no points: make a nominal of one with `asphera nominal {name} \
+         --surface N --out NOMINAL.toml`"
+    )]
+    Lens {
+        /// Name of the file as given.
+        name: String,
     },
     /// The content breaks the rules of its format.
     #[error("{format} file, {place}: expected {expected}, found {found}")]
@@ -171,6 +205,29 @@ pub enum WriteError {
         /// What was given.
         found: String,
     },
+}
+
+impl ReadError {
+    /// Whether the message names the file itself.
+    pub fn names_file(&self) -> bool {
+        matches!(self, ReadError::Unknown { .. } | ReadError::Lens { .. })
+    }
+
+    /// The same error in another format, its lines being rows of an array.
+    pub(crate) fn in_array(mut self, of: Format) -> ReadError {
+        if let ReadError::Malformed { format, place, .. }
+        | ReadError::Unsupported { format, place, .. }
+        | ReadError::Unclear { format, place, .. }
+        | ReadError::Checksum { format, place, .. }
+        | ReadError::TooLarge { format, place, .. } = &mut self
+        {
+            *format = of;
+            if let Place::Line { line, column } = *place {
+                *place = Place::Row { row: line, column };
+            }
+        }
+        self
+    }
 }
 
 impl WriteError {

@@ -7,7 +7,11 @@
 //! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
 //! | [`grid_sag`] | grid sag of Zemax OpticStudio, `.DAT` and `.GRD` | yes | no |
-//! | [`ply`] | Stanford PLY, binary little-endian | no | mesh |
+//! | [`ply`] | Stanford PLY, ASCII and binary | points | mesh |
+//! | [`stl`] | STL, ASCII and binary | points | no |
+//! | [`obj`] | Wavefront OBJ | points | no |
+//! | [`las`] | ASPRS LAS 1.0 to 1.4 | points | no |
+//! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
 //!
 //! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
@@ -23,20 +27,25 @@
 #![forbid(unsafe_code)]
 
 pub mod grid_sag;
+pub mod las;
 pub mod metropro;
+pub mod npy;
+pub mod obj;
 pub mod ply;
 pub mod sdf;
+pub mod stl;
 pub mod x3p;
 pub mod xyz;
 pub mod zemax;
 
 mod detect;
 mod error;
+mod lengths;
 mod scan;
 #[cfg(test)]
 mod test_data;
 mod topography;
 
 pub use detect::{read, read_with};
-pub use error::{Format, MAX_POINTS, Place, ReadError, WriteError};
+pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, WriteError};
 pub use topography::{Cloud, HeightMap, Source, Topography};

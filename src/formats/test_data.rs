@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::HeightMap;
+use crate::{HeightMap, ReadError, Topography};
 
 /// The bytes of a file of the shared data folder, or `None`, said on standard error, where it is
 /// absent. The folder is the environment variable `ASPHERA_DATA`, or `../shared/data` beside the
@@ -18,6 +18,37 @@ pub(crate) fn shared(path: &str) -> Option<Vec<u8>> {
         eprintln!("skipped: {} not found", path.display());
     }
     bytes
+}
+
+/// Holds a reader to it that a file which is cut at any byte is refused, or gives the same as the whole one, and that one with any
+/// byte changed is read or refused, without a panic.
+pub(crate) fn hold_against_damage(
+    whole: &[u8],
+    read: impl Fn(&[u8]) -> Result<Topography, ReadError>,
+) {
+    let expected = format!("{:?}", read(whole).unwrap());
+    for len in 0..whole.len() {
+        if let Ok(found) = read(&whole[..len]) {
+            assert_eq!(format!("{found:?}"), expected, "cut to {len} of {} bytes", whole.len());
+        }
+    }
+    hold_against_changes(whole, read);
+}
+
+/// The second half of [`hold_against_damage`].
+pub(crate) fn hold_against_changes(
+    whole: &[u8],
+    read: impl Fn(&[u8]) -> Result<Topography, ReadError>,
+) {
+    let mut changed = whole.to_vec();
+    for at in 0..whole.len() {
+        for value in [whole[at] ^ 1, whole[at] ^ 0x80, !whole[at], 0, 0xFF, b'9', b' ', b'\n'] {
+            changed[at] = value;
+            // Whatever it says, it says.
+            let _ = read(&changed);
+        }
+        changed[at] = whole[at];
+    }
 }
 
 /// Root mean square of a complete map about its least-squares polynomial of degree 1 or 2, in mm.

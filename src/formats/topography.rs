@@ -53,7 +53,7 @@ pub struct Source {
     pub date: Option<String>,
     /// Free text.
     pub comment: Option<String>,
-    /// Which columns and units were read, of a text file.
+    /// Which columns and units were read, of a file whose format leaves them open.
     pub taken: Option<Taken>,
 }
 

@@ -15,28 +15,33 @@
 //!   file is refused. Only `1,5,2,5,3,5` cannot be told from six whole numbers.
 //! - **Comments.** `#` and `%` at the start of a line or after white space or a separator, and `//`. Empty lines are passed over.
 //! - **Missing heights.** A point whose z is `NaN`, `BAD`, asterisks or empty was not measured: it is counted in
-//!   [`Cloud::missing`]. x and y must be numbers, unless they are missing with z. A number that stands for a missing
+//!   [`Cloud::missing`](crate::Cloud::missing). x and y must be numbers, unless they are missing with z. A number that stands for a missing
 //!   height, such as -9999, cannot be told from a height.
-//! - **Slopes** dz/dx of a profile are integrated by the trapezoidal rule, from z = 0 at the first; [`Cloud::slopes`] keeps them.
+//! - **Slopes** dz/dx of a profile are integrated by the trapezoidal rule, from z = 0 at the first; [`Cloud::slopes`](crate::Cloud::slopes) keeps them.
 //! - Lines end with LF, CR LF or CR. A UTF-8 byte order mark is passed over; one of UTF-16 says that the text is UTF-16.
 
 mod dialect;
 mod head;
 mod layout;
 mod matrix;
+mod rows;
 mod stated_units;
 mod unit;
 
 pub use layout::{By, Column, Taken, TakenColumn, TextOptions};
 pub use unit::Unit;
 
+pub(crate) use head::unit_in_comment;
+pub(crate) use matrix::{map_of_heights, unit_of_heights};
+
 use dialect::{Dialect, Field, fields};
 use head::Role;
 use layout::{Layout, Line};
+use rows::Rows;
 
 use crate::error::quoted;
 use crate::scan::{decoded, finite, is_utf16, lines, says_missing, without_bom};
-use crate::{Cloud, Format, MAX_POINTS, Place, ReadError, Source, Topography};
+use crate::{Format, MAX_POINTS, Place, ReadError, Topography};
 
 /// Reads columns of text as a cloud, in the order of the lines.
 ///
@@ -107,8 +112,7 @@ fn points<'a>(
     let has_end = columns.len() > 3 && columns.last().is_some_and(|last| last.is_empty());
     let width = columns.len() - usize::from(has_end);
     let layout = Layout::of(before, first, width, options)?;
-    let is_plain = layout.named_by == By::Default && width == 3;
-    let mut taken = Rows { cloud: Cloud::default(), counts_lines: is_plain, sense: 0.0 };
+    let mut taken = Rows::new(&layout, width);
     for (line, content) in rows {
         fields(content, dialect.separator, &mut columns);
         let fits = columns.len() == width
@@ -118,115 +122,36 @@ fn points<'a>(
             let expected = format!("{width} columns as in line {first}");
             return Err(malformed(line, 0, &expected, columns.len().to_string()));
         }
-        taken.row(line, &columns, &layout, &mut dialect)?;
+        taken.row(line, &layout, |column| columns[column], |text| dialect.number(text))?;
     }
-    let Rows { mut cloud, counts_lines, .. } = taken;
-    if counts_lines && cloud.points_mm.len() > 2 && cloud.missing == 0 {
-        let found = "the first of three columns without names counts the lines, as an index does";
-        return Err(unclear(
-            first,
-            found,
-            "add `--columns` with the columns of x, y, z, or of a profile x, z",
-        ));
-    }
-    integrate(&mut cloud);
-    let taken = Some(layout.taken(dialect.has_decimal_commas()));
-    Ok(Topography::Cloud(cloud, Source { taken, ..Source::new(Format::Xyz) }))
+    taken.finish(first, &layout, dialect.has_decimal_commas())
 }
 
-/// The lines read so far.
-struct Rows {
-    cloud: Cloud,
-    /// Whether the first column is 0, 1, 2, … or 1, 2, 3, …
-    counts_lines: bool,
-    /// Of slopes: which way x goes, by the last step.
-    sense: f64,
-}
-
-impl Rows {
-    fn row(
-        &mut self,
-        line: usize,
-        columns: &[&[u8]],
-        layout: &Layout,
-        dialect: &mut Dialect,
-    ) -> Result<(), ReadError> {
-        let cloud = &mut self.cloud;
-        let count = (cloud.points_mm.len() + cloud.missing) as u64;
-        if count >= MAX_POINTS {
-            return Err(too_large(line, count + 1));
-        }
-        let (mut place, mut z, mut gaps) = ([Some(0.0); 2], None, 0);
-        for slot in &layout.slots {
-            let text = columns[slot.column];
-            let value = match dialect.number(text) {
-                Field::Number(value) => {
-                    let scaled = Some(slot.unit.scaled(value)).filter(|scaled| scaled.is_finite());
-                    Some(scaled.ok_or_else(|| unreadable(line, slot, text))?)
-                }
-                Field::Missing => None,
-                // The uncertainty of a height that nobody weighs by may be anything.
-                Field::Unreadable if slot.role == Role::Uncertainty => None,
-                Field::Unreadable => return Err(unreadable(line, slot, text)),
-            };
-            match slot.role {
-                Role::X => place[0] = value,
-                Role::Y => place[1] = value,
-                Role::Z | Role::Slope => z = value,
-                Role::Uncertainty => cloud.uncertainties_mm.push(value.unwrap_or(f64::NAN)),
-            }
-            gaps += usize::from(value.is_none() && slot.role != Role::Uncertainty);
-        }
-        let has_uncertainty = layout.slots.iter().any(|slot| slot.role == Role::Uncertainty);
-        let asked = layout.slots.len() - usize::from(has_uncertainty);
-        let ([Some(x), Some(y)], Some(z)) = (place, z) else {
-            // A place without a height is a gap, and so is a line without either.
-            if z.is_none() && (gaps == 1 || gaps == asked) {
-                if layout.has_slopes() {
-                    let expected = "a slope, for heights are not integrated over a gap";
-                    return Err(malformed(line, 0, expected, "none".into()));
-                }
-                cloud.missing += 1;
-                if has_uncertainty {
-                    cloud.uncertainties_mm.pop();
-                }
-                return Ok(());
-            }
-            let slot = layout.slots.iter().find(|slot| {
-                slot.role != Role::Uncertainty
-                    && matches!(dialect.number(columns[slot.column]), Field::Missing)
-            });
-            let slot = slot.unwrap_or(&layout.slots[0]);
-            return Err(unreadable(line, slot, columns[slot.column]));
+/// Reads the rows of an array as lines of text with these names; without any they are told by their number, as in a text.
+/// `value` gives the number in a row and column, both from 0.
+///
+/// # Errors
+///
+/// As of a text whose first line is the first row.
+pub(crate) fn rows_of_array(
+    names: &[String],
+    [rows, width]: [usize; 2],
+    options: &TextOptions,
+    value: impl Fn(usize, usize) -> f64,
+) -> Result<Topography, ReadError> {
+    let head = Line { text: names.join("\t"), is_comment: false };
+    let before = if names.is_empty() { &[][..] } else { std::slice::from_ref(&head) };
+    let layout = Layout::of(before, 1, width, options)?;
+    let mut taken = Rows::new(&layout, width);
+    for row in 0..rows {
+        let field = |number: f64| match number {
+            number if number.is_nan() => Field::Missing,
+            number if number.is_finite() => Field::Number(number),
+            _ => Field::Unreadable,
         };
-        let at = cloud.points_mm.len() as f64;
-        self.counts_lines &=
-            cloud.points_mm.first().map_or(x == 0.0 || x == 1.0, |first| x == first[0] + at);
-        if !layout.has_slopes() {
-            cloud.points_mm.push([x, y, z]);
-            return Ok(());
-        }
-        if let Some([last_mm, ..]) = cloud.points_mm.last() {
-            let step_mm = x - last_mm;
-            if step_mm == 0.0 || step_mm * self.sense < 0.0 {
-                let found = format!("x {x} after {last_mm}, mm");
-                return Err(malformed(line, 0, "slopes in order of x, to be integrated", found));
-            }
-            self.sense = step_mm;
-        }
-        cloud.slopes.push(z);
-        cloud.points_mm.push([x, y, 0.0]);
-        Ok(())
+        taken.row(row + 1, &layout, |column| value(row, column), field)?;
     }
-}
-
-/// Heights of slopes by the trapezoidal rule, in the order of the lines, from 0 at the first.
-fn integrate(Cloud { points_mm, slopes, .. }: &mut Cloud) {
-    for index in 1..slopes.len() {
-        let step_mm = points_mm[index][0] - points_mm[index - 1][0];
-        let rise_mm = 0.5 * (slopes[index - 1] + slopes[index]) * step_mm;
-        points_mm[index][2] = points_mm[index - 1][2] + rise_mm;
-    }
+    taken.finish(1, &layout, false)
 }
 
 /// A line before the first point: it begins with a letter, a bracket or a quote about one, and holds a number at most. Points
@@ -273,16 +198,33 @@ fn words(content: &[u8]) -> String {
     decoded(&content[start..]).trim().to_owned()
 }
 
+/// A value as an error shows it.
+trait Shown {
+    fn shown(&self) -> String;
+}
+
+impl Shown for &[u8] {
+    fn shown(&self) -> String {
+        quoted(self)
+    }
+}
+
+impl Shown for f64 {
+    fn shown(&self) -> String {
+        self.to_string()
+    }
+}
+
 const DECIMAL_HINT: &str =
     "one kind of separator and decimal points (write 1.5 where a decimal comma says 1,5)";
 
-fn unreadable(line: usize, slot: &layout::Slot, text: &[u8]) -> ReadError {
+fn unreadable(line: usize, slot: &layout::Slot, text: &impl Shown) -> ReadError {
     let (name, unit) = (slot.role.name(), slot.unit);
     let expected = match slot.role {
         Role::Z => format!("{name} in {unit}, or NaN, BAD or *** where nothing was measured"),
         _ => format!("{name} in {unit}"),
     };
-    malformed(line, slot.column + 1, &expected, quoted(text))
+    malformed(line, slot.column + 1, &expected, text.shown())
 }
 
 fn too_large(line: usize, found: u64) -> ReadError {

@@ -115,6 +115,24 @@ impl LensSurface {
     }
 }
 
+/// Whether a file is one: the first line has a keyword that lens files begin with, and before long a surface follows.
+/// The text may be UTF-16, UTF-8 or Latin-1.
+pub fn is_zemax(bytes: &[u8]) -> bool {
+    const LOOKED_AT: usize = 65_536;
+    let text = decoded(&bytes[..bytes.len().min(LOOKED_AT)]);
+    let mut lines = lines(text.as_bytes()).map(|(_, line)| line.trim_ascii());
+    let begins = |line: &[u8], keywords: &[&[u8]]| {
+        let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        word.len() < line.len() && keywords.contains(&word)
+    };
+    let first = lines.by_ref().find(|line| !line.is_empty()).unwrap_or_default();
+    let is_surface = |line: &[u8]| {
+        let number = line.strip_prefix(b"SURF ").unwrap_or_default();
+        !number.is_empty() && number.iter().all(u8::is_ascii_digit)
+    };
+    begins(first, &[b"VERS", b"MODE", b"NAME", b"UNIT"]) && lines.any(is_surface)
+}
+
 /// Reads a lens file. `O(bytes)`.
 ///
 /// # Errors

@@ -3,20 +3,25 @@
 use std::fs;
 use std::path::Path;
 
-use asphera_formats::{ReadError, Topography};
+use asphera_formats::{KINDS, Topography};
 
 use super::output::{Failure, say};
 use super::summary;
 use super::text::{TextArgs, reading};
 use super::unit_doubt::UnitCheck;
-use crate::config::{Part, Weights};
+use crate::config::{Part, TOML, Weights, text_of};
 use crate::pipeline::{Along, Measurement, Pipeline};
+
+/// What the help says of an argument that is a file of points.
+pub(super) fn points_help() -> String {
+    format!("The points: {KINDS}")
+}
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {
     let name = path.display().to_string();
-    let text = String::from_utf8(read(path)?)
-        .map_err(|error| format!("{name}: expected UTF-8 text: {error}"))?;
+    let text = text_of(&name, read(path)?)
+        .map_err(|found| format!("{name}: expected {TOML}, found {found}"))?;
     Ok(Part::parse(&name, &text)?)
 }
 
@@ -24,10 +29,11 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
 pub(super) fn topography(path: &Path, text: &TextArgs) -> Result<Topography, Failure> {
     let name = path.display().to_string();
     let bytes = read(path)?;
-    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| match error {
-        // It names the file itself.
-        ReadError::Unknown { .. } => error.to_string().into(),
-        _ => format!("{name}: {}", crate::error_chain(&error)).into(),
+    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| {
+        match error.names_file() {
+            true => error.to_string().into(),
+            false => format!("{name}: {}", crate::error_chain(&error)).into(),
+        }
     })
 }
 
@@ -101,7 +107,7 @@ pub(super) fn note_reading(
     }
 }
 
-/// Says on stderr how a text file was read, where no report does.
+/// Says on stderr how a file was read that leaves columns or units open, where no report does.
 pub(super) fn say_reading(topography: &Topography) {
     if let Some(reading) = reading(topography) {
         say(summary::reading(&reading).trim_end());

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
-use super::files::{note_reading, part, pipeline, topography};
+use super::files::{note_reading, part, pipeline, points_help, topography};
 use super::output::{Failure, deliver, refuse_results};
 use super::text::TextArgs;
 use super::unit_doubt::UnitCheck;
@@ -16,7 +16,7 @@ use crate::report::Timing;
 
 #[derive(Args)]
 pub(super) struct MeasureArgs {
-    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    #[arg(help = points_help())]
     file: PathBuf,
     #[command(flatten)]
     text: TextArgs,

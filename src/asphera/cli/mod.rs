@@ -54,7 +54,7 @@ enum Command {
     Run(run::RunArgs),
     /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
     Check(ConfigArgs),
-    /// Measures the points of a file: .xyz, X3P, MetroPro .dat, SDF, Zemax grid sag.
+    /// Measures the points of a file: text, height maps, meshes, scans, arrays.
     Measure(measure::MeasureArgs),
     /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
     Reduce(reduce::ReduceArgs),

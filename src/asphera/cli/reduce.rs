@@ -15,7 +15,7 @@ use asphera_surface::{Criteria, Mesh, Plane, PointMm, StateCounts, assess};
 use clap::{ArgGroup, Args, ValueEnum};
 
 use super::exit::Exit;
-use super::files::{part, refuse, say_reading, topography};
+use super::files::{part, points_help, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
 use super::text::TextArgs;
 use crate::pipeline::{Readings, Sampled, feature_size};
@@ -27,7 +27,7 @@ use noise::NoiseWanted;
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
 pub(super) struct ReduceArgs {
-    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    #[arg(help = points_help())]
     file: PathBuf,
     #[command(flatten)]
     text: TextArgs,

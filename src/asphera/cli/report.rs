@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_formats::KINDS;
 use clap::Args;
 
 use super::exit::Exit;
@@ -16,8 +17,9 @@ use crate::replay::replay;
 
 #[derive(Args)]
 pub(super) struct ReportArgs {
-    /// A recording (a folder session-…, or one of its segments .mcap), or the points of a file: .xyz or other text,
-    /// X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    #[arg(help = format!(
+        "A recording (a folder session-…, or one of its segments .mcap), or the points of a file: {KINDS}"
+    ))]
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,

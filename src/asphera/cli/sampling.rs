@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::exit::Exit;
-use super::files::{measured, part, refuse, say_reading, topography};
+use super::files::{measured, part, points_help, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json};
 use super::summary;
 use super::text::TextArgs;
@@ -19,7 +19,7 @@ use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
-    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    #[arg(help = points_help())]
     file: PathBuf,
     #[command(flatten)]
     text: TextArgs,

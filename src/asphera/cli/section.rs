@@ -10,7 +10,7 @@ use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::files::{measured, part, refuse, say_reading, topography};
+use super::files::{measured, part, points_help, refuse, say_reading, topography};
 use super::output::{Failure, print, print_json, say};
 use super::text::TextArgs;
 use crate::pipeline::Along;
@@ -19,7 +19,7 @@ use crate::section::{Deviations, SectionReport, report, report_of_plane};
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
 pub(super) struct SectionArgs {
-    /// The points: .xyz or other text, X3P, Zygo MetroPro .dat, SDF or Zemax grid sag.
+    #[arg(help = points_help())]
     file: PathBuf,
     #[command(flatten)]
     text: TextArgs,

@@ -229,7 +229,7 @@ fn profile_lines(text: &mut String, profile: &ProfileFigures) -> std::fmt::Resul
     Ok(())
 }
 
-/// How the columns of a text file were read, in a line.
+/// How columns and units of a file were read, in a line.
 pub(super) fn reading(taken: &ReadingFigures) -> String {
     if let [only] = &taken.columns[..] {
         return format!("columns    a matrix of heights in {}, the top row first\n", only.unit);

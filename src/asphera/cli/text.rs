@@ -1,4 +1,4 @@
-//! What the command line says of the columns of a text file.
+//! What the command line says of the columns and units of a file that leaves them open.
 
 use std::str::FromStr;
 
@@ -8,21 +8,21 @@ use clap::Args;
 
 use crate::report::{ColumnFigures, ReadingFigures};
 
-/// Columns and units of a text file that does not state them.
+/// Columns and units of a file that does not state them.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct TextArgs {
-    /// The columns of a text file that hold x,y,z, or x,y,z,u_z, or of a profile x,z: names, or numbers from 1. Without
+    /// The columns of a text or NumPy file that hold x,y,z, or x,y,z,u_z, or of a profile x,z: names, or numbers from 1. Without
     /// it the file's own line of names says so, and three columns without names are x, y, z.
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',', value_parser = column)]
     columns: Vec<Column>,
-    /// The unit of a text file that states none: mm, um, nm, cm, m or in; one for all columns, or one for each, as
-    /// mm,mm,um. Slopes of a profile are in rad, mrad, urad or arcsec.
+    /// The unit of a file that states none (text, PLY, STL, OBJ, LAS, NumPy): mm, um, nm, cm, m or in; one for all
+    /// columns, or one for each, as mm,mm,um. Slopes of a profile are in rad, mrad, urad or arcsec.
     #[arg(long, value_name = "UNIT", value_delimiter = ',', value_parser = unit)]
     unit: Vec<Unit>,
     /// Lines at the start of a text file that are not read.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     skip_lines: usize,
-    /// The text file is a matrix of heights, the top row first: distance of its columns and rows in mm.
+    /// The text or NumPy file is a matrix of heights, the top row first: distance of its columns and rows in mm.
     #[arg(long, value_name = "DX[,DY]")]
     pitch: Option<Pitch>,
 }
@@ -57,7 +57,7 @@ impl TextArgs {
     }
 }
 
-/// What was read of a text file, as reports write it; `None` of other files.
+/// How columns and units of a file were read, as reports write it; `None` of files that state both for every reader.
 pub(super) fn reading(topography: &Topography) -> Option<ReadingFigures> {
     let Taken { columns, named_by, units_by, has_decimal_commas } =
         topography.source().taken.as_ref()?;

@@ -15,6 +15,7 @@ mod output;
 mod problem;
 mod projection;
 mod surface;
+mod text;
 
 use std::fs;
 use std::net::SocketAddr;
@@ -36,6 +37,7 @@ pub use motion::SyncConfig;
 pub use nominal::Part;
 pub use output::OutputConfig;
 pub use problem::{Problem, Problems};
+pub(crate) use text::{EXPECTED as TOML, text_of};
 
 use crate::pipeline::Along;
 use crate::session;
@@ -88,6 +90,14 @@ pub enum ConfigError {
         /// Why.
         source: std::io::Error,
     },
+    /// It is no text of the kind that is read here.
+    #[error("{}: expected {expected}, found {found}", path.display(), expected = text::EXPECTED)]
+    Text {
+        /// Which.
+        path: PathBuf,
+        /// What it is, and what to do.
+        found: String,
+    },
     /// Its content cannot be used.
     #[error("{} of the configuration cannot be used:\n{problems}", count(.problems))]
     Problems {
@@ -119,9 +129,17 @@ impl Config {
             return Ok(Config::parse(&path.display().to_string(), &text)?);
         };
         let nominal_path = path.parent().unwrap_or(Path::new(".")).join(nominal_file);
-        let nominal_text = fs::read_to_string(&nominal_path).unwrap_or_else(|error| {
-            let found = format!("{}: {error}", nominal_path.display());
-            nominal.problem("file", "a file that can be read", found);
+        let nominal_text = read(&nominal_path).unwrap_or_else(|error| {
+            let name = nominal_path.display();
+            match error {
+                ConfigError::Read { source, .. } => {
+                    nominal.problem("file", "a file that can be read", format!("{name}: {source}"));
+                }
+                ConfigError::Text { found, .. } => {
+                    nominal.problem("file", text::EXPECTED, format!("{name}: {found}"));
+                }
+                ConfigError::Problems { .. } => {}
+            }
             String::new()
         });
         let part = Part::parse(&nominal_path.display().to_string(), &nominal_text);
@@ -166,7 +184,10 @@ fn count(problems: &Problems) -> String {
 }
 
 fn read(path: &Path) -> Result<String, ConfigError> {
-    fs::read_to_string(path).map_err(|source| ConfigError::Read { path: path.to_owned(), source })
+    let at = || path.to_owned();
+    let bytes = fs::read(path).map_err(|source| ConfigError::Read { path: at(), source })?;
+    text_of(&path.display().to_string(), bytes)
+        .map_err(|found| ConfigError::Text { path: at(), found })
 }
 
 /// The configuration with the nominal file's tables in the place of its name. Both texts parse.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Columns and units as a text file was read.
+/// Columns and units as a file was read whose format leaves them open, such as text or PLY.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadingFigures {
     /// The columns that were read, x first.

@@ -187,6 +187,25 @@ pub(super) fn remark(comment: &str) -> Remark {
     remark
 }
 
+/// The unit that a comment states of all lengths: `units: um`, `x y z in metres`, `coordinates in mm`.
+pub(crate) fn unit_in_comment(comment: &str) -> Option<Unit> {
+    let lower = comment.to_lowercase();
+    let names_all = ["coordinate", "length", "vertices", "vertex", "points", "positions"]
+        .iter()
+        .any(|word| lower.contains(word));
+    let of_all = |said: Said| match said {
+        Said::All(unit) => Some(unit),
+        Said::OfSomething(unit) if names_all => Some(unit),
+        Said::Of(units) => {
+            let unit = units.first()?.1;
+            (units.len() == 3 && units.iter().all(|(_, other)| *other == unit)).then_some(unit)
+        }
+        Said::OfSomething(_) => None,
+    };
+    let found = remark(comment).said.into_iter().find_map(of_all);
+    found.filter(|unit| !unit.is_slope() && !lower.contains("wavelength"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -231,5 +250,15 @@ mod tests {
         assert_eq!(said("unit of length = m"), [Said::All(Unit::M)]);
         assert_eq!(said("wavelength in nm: 632.8"), [Said::OfSomething(Unit::Nm)]);
         assert!(said("pitch 5 um, made in 2024").is_empty());
+    }
+
+    #[test]
+    fn comments_of_meshes_state_one_unit_of_all_lengths() {
+        assert_eq!(unit_in_comment("coordinates in mm, measured frame"), Some(Unit::Mm));
+        assert_eq!(unit_in_comment("comment units: um"), Some(Unit::Um));
+        assert_eq!(unit_in_comment("x y z in metres"), Some(Unit::M));
+        assert_eq!(unit_in_comment("deviation in nm, nan where there is none"), None);
+        assert_eq!(unit_in_comment("wavelength in nm: 632.8"), None);
+        assert_eq!(unit_in_comment("VCGLIB generated"), None);
     }
 }

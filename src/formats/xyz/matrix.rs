@@ -2,7 +2,7 @@
 
 use super::dialect::{Dialect, Field, fields};
 use super::layout::{By, Taken, TakenColumn, TextOptions};
-use super::{malformed, too_large, unclear};
+use super::{Unit, malformed, too_large, unclear};
 use crate::error::quoted;
 use crate::{Format, HeightMap, MAX_POINTS, ReadError, Source, Topography};
 
@@ -16,17 +16,7 @@ pub(super) fn read(
     let mut heights_mm: Vec<f64> = Vec::new();
     let (mut nx, mut ny, mut first) = (0, 0, 1);
     let mut columns = Vec::new();
-    let unit = match &options.units[..] {
-        [unit] if !unit.is_slope() && options.columns.is_empty() => *unit,
-        _ => {
-            let found = "a matrix of heights has one unit of length, and no columns";
-            return Err(unclear(
-                1,
-                found,
-                "add `--unit` with that of the heights, and no `--columns`",
-            ));
-        }
-    };
+    let unit = unit_of_heights(options)?;
     for (line, content) in rows {
         fields(content, dialect.separator, &mut columns);
         if columns.last().is_some_and(|last| last.is_empty()) && (ny == 0 || columns.len() > nx) {
@@ -54,13 +44,36 @@ pub(super) fn read(
         }
         ny += 1;
     }
+    Ok(map_of_heights(&heights_mm, [nx, ny], [dx_mm, dy_mm], unit, dialect.has_decimal_commas()))
+}
+
+/// The unit of a matrix of heights, which the options must name.
+pub(crate) fn unit_of_heights(options: &TextOptions) -> Result<Unit, ReadError> {
+    match &options.units[..] {
+        [unit] if !unit.is_slope() && options.columns.is_empty() => Ok(*unit),
+        _ => {
+            let found = "a matrix of heights has one unit of length, and no columns";
+            let cure = "add `--unit` with that of the heights, and no `--columns`";
+            Err(unclear(1, found, cure))
+        }
+    }
+}
+
+/// The map of rows of heights, the top row first; NaN where there is none. `nx` columns, `ny` rows.
+pub(crate) fn map_of_heights(
+    heights_mm: &[f64],
+    [nx, ny]: [usize; 2],
+    [dx_mm, dy_mm]: [f64; 2],
+    unit: Unit,
+    has_decimal_commas: bool,
+) -> Topography {
     let z_mm = heights_mm.chunks(nx.max(1)).rev().flatten().copied().collect();
     let map = HeightMap { nx, ny, dx_mm, dy_mm, x0_mm: 0.0, y0_mm: 0.0, z_mm };
     let taken = Taken {
         columns: vec![TakenColumn { name: "z", number: 1, unit }],
         named_by: By::Options,
         units_by: By::Options,
-        has_decimal_commas: dialect.has_decimal_commas(),
+        has_decimal_commas,
     };
-    Ok(Topography::Map(map, Source { taken: Some(taken), ..Source::new(Format::Xyz) }))
+    Topography::Map(map, Source { taken: Some(taken), ..Source::new(Format::Xyz) })
 }

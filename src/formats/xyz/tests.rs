@@ -5,6 +5,7 @@ mod heads;
 use proptest::prelude::*;
 
 use super::*;
+use crate::Cloud;
 
 fn cloud(text: &str) -> Cloud {
     match read(text.as_bytes()) {

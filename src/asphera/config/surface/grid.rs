@@ -53,9 +53,8 @@ fn heights(surface: &Section<'_>, folder: &Path) -> Option<SagGrid> {
 
 /// An error of reading, with the file it is of.
 fn said(name: &impl std::fmt::Display, error: &ReadError) -> String {
-    match error {
-        // It names the file itself.
-        ReadError::Unknown { .. } => error.to_string(),
-        _ => format!("{name}: {}", crate::error_chain(error)),
+    match error.names_file() {
+        true => error.to_string(),
+        false => format!("{name}: {}", crate::error_chain(error)),
     }
 }

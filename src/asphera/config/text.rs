@@ -1,0 +1,43 @@
+//! The text of a file that a person wrote.
+
+use asphera_formats::zemax;
+
+/// The bytes of a TOML file as text. `Err` holds what they are instead, and what to do; `name` is the path of the file.
+pub(crate) fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, String> {
+    if zemax::is_zemax(&bytes) {
+        return Err(format!(
+            "a Zemax lens file: make a nominal of it with `asphera nominal {name} --surface N --out NOMINAL.toml`"
+        ));
+    }
+    let is_utf16 = matches!(bytes[..], [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..]);
+    String::from_utf8(bytes).map_err(|error| match is_utf16 {
+        true => "text in UTF-16: save it in UTF-8".to_owned(),
+        false => format!("{}: save it in UTF-8", error.utf8_error()),
+    })
+}
+
+/// What a file that a person wrote should be.
+pub(crate) const EXPECTED: &str = "a TOML file in UTF-8";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lens_files_and_other_encodings_are_named() {
+        let lens = "VERS 140124\r\nMODE SEQ\r\nUNIT MM\r\nSURF 0\r\n";
+        let wide = |text: &str| -> Vec<u8> {
+            [0xFEFF].into_iter().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
+        };
+        for bytes in [lens.as_bytes().to_vec(), wide(lens)] {
+            let found = text_of("a.zmx", bytes).unwrap_err();
+            assert!(found.starts_with("a Zemax lens file: make a nominal"), "{found}");
+            assert!(found.contains("`asphera nominal a.zmx --surface"), "{found}");
+        }
+        let toml = "[surface]\nkind = \"plane\"\n";
+        assert_eq!(text_of("a", toml.into()).unwrap(), toml);
+        assert_eq!(text_of("a", wide(toml)).unwrap_err(), "text in UTF-16: save it in UTF-8");
+        let found = text_of("a", b"\x80".to_vec()).unwrap_err();
+        assert!(found.ends_with("from index 0: save it in UTF-8"), "{found}");
+    }
+}
