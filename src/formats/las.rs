@@ -8,6 +8,7 @@
 //! | 24 | 2 × u8 | version, 1 and 0 to 4 |
 //! | 94 | u16 | length of the header |
 //! | 96 | u32 | where the points begin |
+//! | 100 | u32 | how many records of variable length follow the header |
 //! | 104 | u8 | format of the points, 0 to 10; bit 7 says that they are compressed |
 //! | 105 | u16 | length of a point |
 //! | 107 | u32 | how many points, up to 1.3 and in small files of 1.4 |
@@ -21,6 +22,8 @@
 //! Coordinates are metres in most files, feet in some, degrees in others, and mm in hardly any. Which one only a coordinate system
 //! says that many files lack. So the unit is never assumed: the options must name it.
 
+mod laz;
+
 use crate::error::quoted;
 use crate::lengths::{Lengths, Points, check_count};
 use crate::xyz::TextOptions;
@@ -33,7 +36,8 @@ use crate::{Format, Place, ReadError, Topography};
 /// # Errors
 ///
 /// No unit; a header that does not follow the specification, with its byte; fewer points than it says; more than
-/// [`MAX_POINTS`](crate::MAX_POINTS) of them; a coordinate that is not finite.
+/// [`MAX_POINTS`](crate::MAX_POINTS) of them; a coordinate that is not finite; compressed points that cannot be unpacked, or were
+/// packed by LASzip 1.
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let header = Header::read(bytes)?;
     if options.units.is_empty() {
@@ -45,6 +49,11 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
         });
     }
     let mut points = Points::new(Lengths::of(FORMAT, None, options)?);
+    if header.is_compressed {
+        let place = || Place::Byte(header.start as u64);
+        laz::each_record(&header, bytes, |record| header.take(record, &mut points, place))?;
+        return points.finish([1, 2, 3], Place::Byte(bytes.len() as u64));
+    }
     let records = header.records(bytes)?;
     for (index, record) in records.chunks_exact(header.record_len).enumerate() {
         let at = header.start + index * header.record_len;
@@ -57,7 +66,11 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
 struct Header {
     minor: u8,
     point_format: u8,
+    is_compressed: bool,
     record_len: usize,
+    /// Bytes of the header, after which records of variable length follow, and how many of these.
+    len: usize,
+    variable_records: u32,
     start: usize,
     count: u64,
     scales: [f64; 3],
@@ -89,15 +102,8 @@ impl Header {
             return Err(malformed(96, &expected, format!("at {start}")));
         }
         let [point_format] = at.bytes(104)?;
-        if point_format & COMPRESSED != 0 {
-            return Err(ReadError::Unsupported {
-                format: FORMAT,
-                place: Place::Byte(104),
-                expected: "LAS without compression (unpack the file with `laszip` or `las2las`)"
-                    .into(),
-                found: "LAZ".into(),
-            });
-        }
+        let is_compressed = point_format & COMPRESSED != 0;
+        let point_format = point_format & !COMPRESSED;
         let Some(&shortest) = SHORTEST.get(usize::from(point_format)) else {
             let expected = "a format of points from 0 to 10";
             return Err(malformed(104, expected, format!("{point_format}")));
@@ -123,6 +129,9 @@ impl Header {
         Ok(Header {
             minor,
             point_format,
+            is_compressed,
+            len: usize::from(len),
+            variable_records: u32::from_le_bytes(at.bytes(100)?),
             record_len: usize::from(record_len),
             start: start as usize,
             count,

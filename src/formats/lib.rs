@@ -10,7 +10,7 @@
 //! | [`ply`] | Stanford PLY, ASCII and binary | points | mesh |
 //! | [`stl`] | STL, ASCII and binary | points | no |
 //! | [`obj`] | Wavefront OBJ | points | no |
-//! | [`las`] | ASPRS LAS 1.0 to 1.4 | points | no |
+//! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
 //!

@@ -34,6 +34,45 @@ fn files_of_another_program_are_read_with_scale_and_offset() {
 }
 
 #[test]
+fn packed_points_are_the_same() {
+    for (packed, plain) in [(LAZ_0, LAS_0), (LAZ_6, LAS_6)] {
+        assert_eq!(in_metres(packed), in_metres(plain));
+    }
+}
+
+#[test]
+fn faults_of_packed_files_are_named() {
+    let table = LAZ_0.len() as u64 - 8;
+    let cases = [
+        (changed(LAZ_0, 107, &[4]), "expected 4 packed points in the chunks from here on, found"),
+        (changed(LAZ_0, 107, &[2]), "expected no bytes after 2 packed points"),
+        (changed(LAZ_0, 107, &[0, 0, 0, 1]), "expected room for 16777216 points"),
+        (
+            changed(LAZ_0, 229, b"X"),
+            "expected a record \"laszip encoded\" before compressed points, found none",
+        ),
+        (changed(LAZ_0, 227 + 54, &[9]), "is not supported, expected points packed by LASzip 2"),
+        (
+            changed(LAZ_0, 227 + 54 + 38, &[1]),
+            "an old or unknown version of LASzip is not supported",
+        ),
+        (changed(LAZ_0, 227 + 54 + 34, &[7]), "is not supported"),
+        (LAZ_0[..table as usize].to_vec(), "expected a table of chunks within"),
+        // The first layer claims 4 GB.
+        (changed(LAZ_6, layers_of(LAZ_6), &[0xFF; 4]), "expected a chunk of packed points"),
+    ];
+    for (file, expected) in cases {
+        assert!(message(&file).contains(expected), "{expected}: {}", message(&file));
+    }
+}
+
+/// Where the sizes of the layers begin in a file of format 6: after the place of the table, a point and the number of points.
+fn layers_of(file: &[u8]) -> usize {
+    let start = u32::from_le_bytes(*file[96..].first_chunk().unwrap());
+    start as usize + 8 + 30 + 4
+}
+
+#[test]
 fn without_a_unit_nothing_is_assumed() {
     let error = read(LAS_0, &TextOptions::default()).unwrap_err().to_string();
     assert!(error.contains("may be metres, feet or anything else"), "{error}");
@@ -83,6 +122,8 @@ fn the_mark_of_withheld_points_came_with_1_1() {
 fn damaged_files_are_refused_or_read_without_a_panic() {
     hold_against_damage(LAS_0, in_metres);
     hold_against_damage(LAS_6, in_metres);
+    hold_against_damage(LAZ_0, in_metres);
+    hold_against_damage(LAZ_6, in_metres);
 }
 
 proptest! {
@@ -136,3 +177,36 @@ const LAS_6: &[u8] =
       \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
       \0\0\0\0\0\x10'\0\0\x10'\0\0\xE8\x03\0\0\0\0\0\x04\0\0\0\0\0\0\0\0\0\0\0\0\0\0 N\0\0 N\0\0\
       \xD0\x07\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
+
+/// Written by laspy 2.7.0 with lazrs 0.8.2: the same, compressed.
+const LAZ_0: &[u8] =
+    b"LASF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x01\x02OTHER\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\0\0\0\0\0laspy 2.7.0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0G\x01\xEA\x07\xE3\0\
+      A\x01\0\0\x01\0\0\0\x80\x14\0\x03\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x8D\xED\xB5\
+      \xA0\xF7\xC6\xB0>\x8D\xED\xB5\xA0\xF7\xC6\xB0>\x8D\xED\xB5\xA0\xF7\xC6\xB0>\0\0\0\0\0\0\xE0?\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\xF0\xBF\xA4p=\n\
+      \xD7\xA3\xE0?\0\0\0\0\0\0\xE0?{\x14\xAEG\xE1z\x94?\0\0\0\0\0\0\0\0V\x0E-\xB2\x9D\xEF\xEF\xBF\
+      \0\0\0\0\0\0\xF0\xBF\0\0laszip encoded\0\0\xBCV(\0http://laszip.org\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\x02\0\0\0\x02\x02\0\0\0\0\0\0P\xC3\0\0\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\
+      \xFF\xFF\xFF\xFF\xFF\x01\0\x06\0\x14\0\x02\0q\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\"\x01u\x1F\x9E\xDC\x80\x17\xC1f\x13\x9F\xFE\x17\xC2Z(\0\0\0\0\0\0\0\x01\0\0\x003D\0\
+      \0\0";
+
+/// Written by laspy 2.7.0 with lazrs 0.8.2: the same, compressed.
+const LAZ_6: &[u8] =
+    b"LASF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x01\x04OTHER\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\0\0\0\0\0laspy 2.7.0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0G\x01\xEA\x07w\x01\
+      \xD5\x01\0\0\x01\0\0\0\x86\x1E\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x8D\xED\xB5\
+      \xA0\xF7\xC6\xB0>\x8D\xED\xB5\xA0\xF7\xC6\xB0>\x8D\xED\xB5\xA0\xF7\xC6\xB0>\0\0\0\0\0\0\xE0?\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\xF0\xBF\xA4p=\n\
+      \xD7\xA3\xE0?\0\0\0\0\0\0\xE0?{\x14\xAEG\xE1z\x94?\0\0\0\0\0\0\0\0V\x0E-\xB2\x9D\xEF\xEF\xBF\
+      \0\0\0\0\0\0\xF0\xBF\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x03\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0laszip encoded\0\0\xBCV(\0http://laszip.org\0\
+      \0\0\0\0\0\0\0\0\0\0\0\0\0\0\x03\0\0\0\x02\x02\0\0\0\0\0\0P\xC3\0\0\xFF\xFF\xFF\xFF\xFF\xFF\
+      \xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\x01\0\n\
+      \0\x1E\0\x03\0>\x02\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \x03\0\0\0\x0F\0\0\0\x07\0\0\0\0\0\0\0\x05\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\
+      \xE2spr\x8A\xA4\xA5\xD0\xAFa\xCA\0\0\0U#\x84\xCC\0\0\0\x10\0\0\0\0\0\0\0\0\x01\0\0\0<\x1E\0\
+      \0\0";
