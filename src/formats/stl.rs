@@ -48,11 +48,9 @@ use crate::{Format, Place, ReadError, Topography};
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let points = Points::new(Lengths::of(FORMAT, None, options)?);
     let corners = Corners { points, seen: HashSet::new() };
-    if !is_binary(bytes) && begins_solid(bytes) {
-        ascii(bytes, corners)
-    } else {
-        binary(bytes, corners)
-    }
+    // Of a binary file that was cut the length does not fit, but text holds no byte 0.
+    let is_text = begins_solid(bytes) && !bytes.iter().take(2 * HEADER).any(|&byte| byte == 0);
+    if !is_binary(bytes) && is_text { ascii(bytes, corners) } else { binary(bytes, corners) }
 }
 
 /// Whether the length is that of a binary file with as many triangles as it says.

@@ -5,6 +5,7 @@ mod told;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_formats::zemax;
 use clap::Args;
 
 use super::exit::Exit;
@@ -37,7 +38,11 @@ pub(super) struct NominalArgs {
 
 pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     let name = args.file.display().to_string();
-    if args.file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+    let bytes = read(&args.file)?;
+    let is_toml =
+        args.file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    // The content of a lens file counts for more than its name.
+    if is_toml && !zemax::is_zemax(&bytes) {
         if args.surface.is_some() {
             return Err(format!("{name} is a nominal file: --surface is for lens files").into());
         }
@@ -52,8 +57,7 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     if let Some(out) = &args.out {
         refuse(out, &args.file, args.force)?;
     }
-    let read = asphera_formats::zemax::read(&read(&args.file)?);
-    let lens = read.map_err(|error| format!("{name}: {error}"))?;
+    let lens = zemax::read(&bytes).map_err(|error| format!("{name}: {error}"))?;
     let Some(number) = args.surface else {
         print(&lens::list(&lens));
         return Ok(Exit::Done);

@@ -70,6 +70,9 @@ fn faults_are_named_with_their_place() {
     for (file, expected) in cases {
         assert!(message(file).contains(expected), "{}", message(file));
     }
+    let mut solid = BINARY.to_vec();
+    solid[..6].copy_from_slice(b"solid ");
+    assert!(message(&solid[..183]).contains("expected 184 bytes for 2 triangles, found 183"));
     let mut many = BINARY.to_vec();
     many[80..84].copy_from_slice(&[0xFF; 4]);
     assert!(message(&many).contains("expected 214748364834 bytes"), "{}", message(&many));

@@ -33,14 +33,15 @@ pub(super) fn read(
             return Err(too_large(line, (heights_mm.len() + nx) as u64));
         }
         for (column, text) in columns.iter().enumerate() {
-            heights_mm.push(match dialect.number(text) {
-                Field::Number(value) => unit.scaled(value),
-                Field::Missing => f64::NAN,
-                Field::Unreadable => {
-                    let expected = format!("a height in {unit}, or NaN, BAD or ***");
-                    return Err(malformed(line, column + 1, &expected, quoted(text)));
-                }
-            });
+            let height_mm = match dialect.number(text) {
+                Field::Number(value) => Some(unit.scaled(value)).filter(|mm| mm.is_finite()),
+                Field::Missing => Some(f64::NAN),
+                Field::Unreadable => None,
+            };
+            heights_mm.push(height_mm.ok_or_else(|| {
+                let expected = format!("a height in {unit}, or NaN, BAD or ***");
+                malformed(line, column + 1, &expected, quoted(text))
+            })?);
         }
         ny += 1;
     }

@@ -192,6 +192,13 @@ fn profiles_have_two_columns() {
 }
 
 #[test]
+fn heights_beyond_all_numbers_are_refused() {
+    let options = TextOptions { pitch_mm: Some([1.0; 2]), ..options("", &[Unit::M]) };
+    let error = read_with(b"1 2\n3 1e308\n", &options).unwrap_err().to_string();
+    assert!(error.contains("line 2, column 2: expected a height in m"), "{error}");
+}
+
+#[test]
 fn matrices_of_heights_are_read_with_their_pitch() {
     let matrix = TextOptions { pitch_mm: Some([0.5, 2.0]), ..options("", &[Unit::Um]) };
     let text = "# heights\n1 2 3\n4 NaN 6\n";
