@@ -13,7 +13,7 @@ pub(super) struct UnitCheck {
 }
 
 impl UnitCheck {
-    /// For the points of a text file that states no unit; `None` for others, and for surfaces without a design.
+    /// For the points of a file that states no unit; `None` for others, and for surfaces without a design.
     pub(super) fn of(topography: &Topography, part: &Part) -> Option<UnitCheck> {
         let is_assumed =
             topography.source().taken.as_ref().is_some_and(|taken| taken.units_by == By::Default);

@@ -1,4 +1,4 @@
-//! How the columns of a text file were read.
+//! How columns and units of a file were read that leaves them open.
 
 use serde::{Deserialize, Serialize};
 
