@@ -22,6 +22,7 @@ use super::projection::{Projector, measured};
 use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
 use super::standards::{self, Measured};
+use super::step::Step;
 use super::uncertainties::{self, assess, tell};
 use super::unmeasured::{Laid, Unmeasured};
 use crate::config::Part;
@@ -58,15 +59,30 @@ pub(super) struct Grids {
     pub(super) version: u64,
 }
 
+/// All that was gathered while points arrived.
+pub(super) struct Gathered {
+    /// The points, meshed.
+    pub(super) mesh: Mesh,
+    /// Their counts.
+    pub(super) points: Points,
+    /// How well their heights are known.
+    pub(super) heights: Heights,
+    /// The maps to come.
+    pub(super) grids: Grids,
+    /// Local feature sizes found before.
+    pub(super) remembered: Remembered,
+}
+
+/// The final figures of the points gathered; `begin` hears of each step.
 pub(super) fn measure(
-    mesh: Mesh,
+    gathered: Gathered,
     mut part: Part,
     projector: &Projector,
-    mut points: Points,
-    mut heights: Heights,
-    Grids { grid, version: maps_version }: Grids,
-    mut remembered: Remembered,
+    begin: &mut dyn FnMut(Step),
 ) -> Measurement {
+    let Gathered { mesh, mut points, mut heights, grids, mut remembered } = gathered;
+    let Grids { grid, version: maps_version } = grids;
+    begin(Step::Fit);
     let plane = projector.plane();
     let mut fitted = fitted(mesh.points(), &part, &plane, &mut heights);
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
@@ -77,6 +93,7 @@ pub(super) fn measure(
         .as_ref()
         .map_or_else(|_| origin::start_of(&part, mesh.points()), |fitted| fitted.fit.pose);
     let points_mm = measured(&mesh, &plane);
+    begin(Step::Sampling);
     let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
@@ -94,6 +111,7 @@ pub(super) fn measure(
         look.sampling.unknown.push(why);
     }
     let Look { triangles, covered, mesh: seen, sampling, zones, next, .. } = look;
+    begin(Step::Deviation);
     let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
@@ -149,6 +167,7 @@ pub(super) fn measure(
         let details = details(&part, &sample, indicated, &areas_mm2, found.rms_nm, noise_nm);
         figures::form(&part, fitted, found, details, &plane)
     });
+    begin(Step::Standards);
     // Without a fit no deviation is known.
     let counted = result.ok().and(sample.as_ref().ok());
     let grid = grid.map(|grid| counted.map_or(grid, |sample| grid_of(sample, &part, grid)));
@@ -211,6 +230,7 @@ pub(super) fn measure(
             Unmeasured::default()
         }
     };
+    begin(Step::Unmeasured);
     let unmeasured = unmeasured_of(result.as_ref().ok().copied(), &deviations_mm, found.as_ref());
     let of_design = design.as_ref().and_then(|design| design.as_ref().ok());
     let unmeasured_of_design = of_design.map(|design| {
@@ -224,12 +244,14 @@ pub(super) fn measure(
         }
         form.deviation.unmeasured = Some(unmeasured.figures());
     }
+    begin(Step::Defects);
     let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
     let deviating = form.as_ref().map(|_| &deviations_mm[..]);
     let features = match &folded {
         Some(why) => defects::of_folded(why),
         None => defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned())),
     };
+    begin(Step::Verdict);
     let mut without_form = Vec::new();
     let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
     let mut compared = match &assessed {

@@ -32,6 +32,7 @@ mod removal;
 mod running;
 pub(crate) mod sampling;
 mod standards;
+mod step;
 mod uncertainties;
 mod unmeasured;
 
@@ -55,6 +56,7 @@ pub use sampling::{
     sampling_of_points,
 };
 pub(crate) use sampling::{Readings, Sampled, feature_size};
+pub use step::Step;
 
 use crate::config::{Part, Weights};
 use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};
@@ -63,7 +65,7 @@ use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 use errors::Errors;
 use heights::Heights;
-use measurement::Grids;
+use measurement::{Gathered, Grids};
 use projection::Projector;
 use prospects::{Now, Prospects};
 use running::{History, Running};
@@ -377,7 +379,13 @@ impl Pipeline {
     }
 
     /// The final figures, from all points.
-    pub fn finish(mut self) -> Measurement {
+    pub fn finish(self) -> Measurement {
+        self.finish_by_steps(&mut |_| {})
+    }
+
+    /// The final figures, from all points; `begin` hears of each step. The figures do not depend on that.
+    pub fn finish_by_steps(mut self, begin: &mut dyn FnMut(Step)) -> Measurement {
+        begin(Step::Mesh);
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         self.projector.finish(|point, plane| accept(mesh, running, heights, point, plane));
         self.mesh.flush();
@@ -389,7 +397,8 @@ impl Pipeline {
             let taken = profile::Taken { mesh, line, points, heights, slopes, remembered };
             return profile::measure(taken, part, &projector);
         }
-        measurement::measure(mesh, part, &projector, points, heights, grids, remembered)
+        let gathered = Gathered { mesh, points, heights, grids, remembered };
+        measurement::measure(gathered, part, &projector, begin)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their

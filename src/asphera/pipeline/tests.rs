@@ -35,6 +35,34 @@ fn a_waffled_plane_gives_its_step() {
     assert!(map.values_nm.iter().all(|value| value.is_finite()));
 }
 
+/// Progress is shown by handing points over piece by piece and hearing of the steps: neither moves a bit.
+#[test]
+fn pieces_and_listeners_change_no_figure() {
+    let part = || Part::parse("part.toml", PLANE).unwrap();
+    let points: Vec<PointMm> = noisy_bowl().collect();
+    let whole = {
+        let mut pipeline = Pipeline::new(part());
+        pipeline.take_positions(points.iter().copied());
+        pipeline.finish()
+    };
+    for piece in [1, 777, 1024, 2000] {
+        let mut pipeline = Pipeline::new(part());
+        points.chunks(piece).for_each(|some| pipeline.take_positions(some.iter().copied()));
+        let mut steps = Vec::new();
+        let found = pipeline.finish_by_steps(&mut |step| steps.push(step));
+        assert_eq!(found.report, whole.report, "pieces of {piece}");
+        assert_eq!((&found.points_mm, &found.triangles), (&whole.points_mm, &whole.triangles));
+        let bits = |of: &Measurement| -> Vec<u64> {
+            of.deviations_nm.iter().map(|deviation| deviation.to_bits()).collect()
+        };
+        assert_eq!(bits(&found), bits(&whole));
+        assert_eq!((steps[0], steps[steps.len() - 1]), (Step::Mesh, Step::Verdict));
+        let once: std::collections::BTreeSet<&str> =
+            steps.iter().map(|step| step.words()).collect();
+        assert_eq!(once.len(), steps.len(), "{steps:?}");
+    }
+}
+
 /// A bowl of 200 nm with noise of about 10 nm: sums of four uniform numbers.
 fn noisy_bowl() -> impl Iterator<Item = PointMm> {
     let mut state = 1_u64;
