@@ -5,7 +5,7 @@
 use asphera_link::Nanos;
 
 use crate::pipeline::{Measurement, doubt, undecide};
-use crate::report::{DeviceFigures, LinkFigures, SessionFigures};
+use crate::report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 use crate::session::{Header, Recovery};
 use crate::station::Bench;
 
@@ -44,41 +44,10 @@ impl Outcome {
 pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     let report = &mut measurement.report;
     report.points.lost = outcome.lost + outcome.missing;
-    let verdict = &mut report.verdict;
-    for (name, slips) in devices(&outcome.links, |device| device.slips) {
-        doubt(
-            verdict,
-            format!(
-                "{name}: a whole cycle of the shared count was missing {slips} times; points in between may be misplaced"
-            ),
-        );
-    }
-    for (name, lost) in devices(&outcome.links, |device| device.lost) {
-        verdict.reasons.push(format!("{name}: {lost} triggers were lost"));
-    }
-    if let Some(first) = outcome.unreset {
-        doubt(
-            verdict,
-            format!(
-                "the counters were not reset before the scan: the first count was {first}; nothing could be joined"
-            ),
-        );
-    }
-    if outcome.missing > 0 {
-        undecide(verdict, format!("{} triggers of the scan never came", outcome.missing));
-    }
-    if outcome.last_point.is_none() && outcome.session.ended == "idle" {
-        undecide(
-            verdict,
-            "no trigger came: every device was ready, and the scan was not started".to_owned(),
-        );
-    }
-    if !matches!(outcome.session.ended.as_str(), "complete" | "idle") {
-        undecide(verdict, format!("the session was {} before its end", outcome.session.ended));
-    }
+    outcome.judge(&mut report.verdict);
     if report.profile.is_some() {
         undecide(
-            verdict,
+            &mut report.verdict,
             "all points of the session lie on a straight line: an axis may have stood still"
                 .to_owned(),
         );
@@ -87,9 +56,45 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     report.session = Some(outcome.session);
 }
 
+impl Outcome {
+    /// Adds to a verdict what was lost, and takes a pass back where that is in doubt.
+    pub(crate) fn judge(&self, verdict: &mut Verdict) {
+        for (name, slips) in devices(&self.links, |device| device.slips) {
+            doubt(
+                verdict,
+                format!(
+                    "{name}: a whole cycle of the shared count was missing {slips} times; points in between may be misplaced"
+                ),
+            );
+        }
+        for (name, lost) in devices(&self.links, |device| device.lost) {
+            verdict.reasons.push(format!("{name}: {lost} triggers were lost"));
+        }
+        if let Some(first) = self.unreset {
+            doubt(
+                verdict,
+                format!(
+                    "the counters were not reset before the scan: the first count was {first}; nothing could be joined"
+                ),
+            );
+        }
+        if self.missing > 0 {
+            undecide(verdict, format!("{} triggers of the scan never came", self.missing));
+        }
+        if self.last_point.is_none() && self.session.ended == "idle" {
+            undecide(
+                verdict,
+                "no trigger came: every device was ready, and the scan was not started".to_owned(),
+            );
+        }
+        if !matches!(self.session.ended.as_str(), "complete" | "idle") {
+            undecide(verdict, format!("the session was {} before its end", self.session.ended));
+        }
+    }
+}
+
 /// Notes what a recording lacks: its figures are those of a part of the session.
-pub fn note_recovery(measurement: &mut Measurement, recovery: &Recovery) {
-    let verdict = &mut measurement.report.verdict;
+pub fn note_recovery(verdict: &mut Verdict, recovery: &Recovery) {
     if recovery.lost_at_least > 0 || recovery.damaged_places > 0 {
         doubt(
             verdict,

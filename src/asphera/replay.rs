@@ -7,10 +7,11 @@ use asphera_link::Nanos;
 use thiserror::Error;
 
 use crate::conclude::{Outcome, conclude, note_recovery, session_figures};
-use crate::config::{Config, Problems};
-use crate::pipeline::{Measurement, Pipeline};
-use crate::session::{self, Session, What};
-use crate::station::{AssembleError, Bench, Happening, assemble};
+use crate::config::{Config, Part, Problems};
+use crate::pipeline::{Along, Measurement, Pipeline};
+use crate::report::{SessionFigures, Verdict};
+use crate::session::{self, Recovery, Session, What};
+use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 
 /// Why a session cannot be replayed.
 #[derive(Debug, Error)]
@@ -26,6 +27,125 @@ pub enum ReplayError {
     Assemble(#[from] AssembleError),
 }
 
+/// A recording whose configuration can be used, ready to be played.
+pub struct Playback {
+    session: Session,
+    config: Config,
+    bench: Bench,
+}
+
+/// The state of a recording that was played to its end: what its links delivered, and what it lacks.
+#[derive(Clone, Debug)]
+pub struct Played {
+    outcome: Outcome,
+    recovery: Recovery,
+}
+
+impl Playback {
+    /// Opens a recording: a session's folder, or one of its segments.
+    ///
+    /// # Errors
+    ///
+    /// When there is nothing to replay.
+    pub fn open(path: &Path) -> Result<Playback, ReplayError> {
+        let session = Session::open(path)?;
+        let config = Config::parse("config.toml of the recording", session.config_toml())
+            .map_err(ReplayError::Config)?;
+        let bench = assemble(&config)?;
+        Ok(Playback { session, config, bench })
+    }
+
+    /// The part as the recording names it.
+    pub fn part(&self) -> &Part {
+        &self.config.part
+    }
+
+    /// The direction of projection as the recording names it.
+    pub fn along(&self) -> Along {
+        self.config.along
+    }
+
+    /// Hands every point to `take`, good and flagged ones, in the order of the live run. `pace` is called before each
+    /// entry with its time, and may wait. Damage within a recording is passed over and counted.
+    pub fn play(self, mut pace: impl FnMut(Nanos), mut take: impl FnMut(&Point)) -> Played {
+        let Playback { session, config, mut bench } = self;
+        let mut epochs = vec![0; config.links.len()];
+        let mut ended = None;
+        let mut entries = session.entries();
+        while ended.is_none() {
+            let Some(entry) = entries.next() else { break };
+            // What cannot be read is counted by the reader and said at the end.
+            let Ok(entry) = entry else { continue };
+            pace(entry.at);
+            let now = entry.at;
+            match &entry.what {
+                What::Opened { link } => {
+                    epochs[*link] += 1;
+                    bench.happened(now, *link, Happening::Opened { epoch: epochs[*link] });
+                }
+                What::Received { link, bytes } => {
+                    bench.happened(now, *link, Happening::Received(bytes));
+                }
+                What::Closed { link, reason } => {
+                    bench.happened(now, *link, Happening::Closed(reason));
+                }
+                What::Command(command) => bench.command(now, *command),
+                What::HeldUp { until } => {
+                    // What had been due by then had been done.
+                    bench.advance(now);
+                    bench.held_up(*until);
+                }
+                What::Finish { reason } => {
+                    // Why it ended was decided then; the rest of the time only has to pass.
+                    bench.advance(now);
+                    settle(&mut bench, &mut take);
+                    ended = Some(reason.clone());
+                    break;
+                }
+                What::Sent { .. } | What::Results(_) => continue,
+            }
+            settle(&mut bench, &mut take);
+            if let Some(end) = bench.ended(now) {
+                ended = Some(end.word().to_owned());
+            }
+        }
+        let ended = ended.unwrap_or_else(|| {
+            // Killed: what a driver still held back is counted as it is when a link is lost.
+            for line in 0..config.links.len() {
+                bench.happened(bench.now(), line, Happening::Closed("the recording ends here"));
+            }
+            "interrupted".to_owned()
+        });
+        bench.flush();
+        settle(&mut bench, &mut take);
+        let outcome = Outcome::of(&bench, session_figures(session.header(), &ended));
+        // Reading on to the end shows whether the rest of the recording is whole.
+        entries.by_ref().for_each(drop);
+        Played { outcome, recovery: entries.recovery().clone() }
+    }
+}
+
+impl Played {
+    /// Adds to the figures of the points what the station and the recording know: links, session, losses.
+    pub fn conclude(self, measurement: &mut Measurement) {
+        conclude(measurement, self.outcome);
+        note_recovery(&mut measurement.report.verdict, &self.recovery);
+    }
+
+    /// Losses of the session and of its recording, in the words of the verdict.
+    pub fn losses(&self) -> Vec<String> {
+        let mut verdict = Verdict::default();
+        self.outcome.judge(&mut verdict);
+        note_recovery(&mut verdict, &self.recovery);
+        verdict.reasons
+    }
+
+    /// The session: id, start, station and end.
+    pub fn session(&self) -> &SessionFigures {
+        &self.outcome.session
+    }
+}
+
 /// Replays a recording. `pace` is called before each entry with its time, and may wait.
 ///
 /// The result is that of the live run, bit for bit, apart from its timing. What a damaged recording lacks
@@ -34,72 +154,19 @@ pub enum ReplayError {
 /// # Errors
 ///
 /// When there is nothing to replay. Damage within a recording is passed over and counted.
-pub fn replay(path: &Path, mut pace: impl FnMut(Nanos)) -> Result<Measurement, ReplayError> {
-    let session = Session::open(path)?;
-    let config = Config::parse("config.toml of the recording", session.config_toml())
-        .map_err(ReplayError::Config)?;
-    let mut bench = assemble(&config)?;
-    let mut pipeline = Pipeline::along(config.part, config.along);
-    let mut epochs = vec![0; config.links.len()];
-    let mut ended = None;
-    let mut entries = session.entries();
-    while ended.is_none() {
-        let Some(entry) = entries.next() else { break };
-        // What cannot be read is counted by the reader and said at the end.
-        let Ok(entry) = entry else { continue };
-        pace(entry.at);
-        let now = entry.at;
-        match &entry.what {
-            What::Opened { link } => {
-                epochs[*link] += 1;
-                bench.happened(now, *link, Happening::Opened { epoch: epochs[*link] });
-            }
-            What::Received { link, bytes } => {
-                bench.happened(now, *link, Happening::Received(bytes));
-            }
-            What::Closed { link, reason } => bench.happened(now, *link, Happening::Closed(reason)),
-            What::Command(command) => bench.command(now, *command),
-            What::HeldUp { until } => {
-                // What had been due by then had been done.
-                bench.advance(now);
-                bench.held_up(*until);
-            }
-            What::Finish { reason } => {
-                // Why it ended was decided then; the rest of the time only has to pass.
-                bench.advance(now);
-                settle(&mut bench, &mut pipeline);
-                ended = Some(reason.clone());
-                break;
-            }
-            What::Sent { .. } | What::Results(_) => continue,
-        }
-        settle(&mut bench, &mut pipeline);
-        if let Some(end) = bench.ended(now) {
-            ended = Some(end.word().to_owned());
-        }
-    }
-    let ended = ended.unwrap_or_else(|| {
-        // Killed: what a driver still held back is counted as it is when a link is lost.
-        for line in 0..config.links.len() {
-            bench.happened(bench.now(), line, Happening::Closed("the recording ends here"));
-        }
-        "interrupted".to_owned()
-    });
-    bench.flush();
-    settle(&mut bench, &mut pipeline);
-    let outcome = Outcome::of(&bench, session_figures(session.header(), &ended));
+pub fn replay(path: &Path, pace: impl FnMut(Nanos)) -> Result<Measurement, ReplayError> {
+    let playback = Playback::open(path)?;
+    let mut pipeline = Pipeline::along(playback.part().clone(), playback.along());
+    let played = playback.play(pace, |point| pipeline.take(point));
     let mut measurement = pipeline.finish();
-    conclude(&mut measurement, outcome);
-    // Reading on to the end shows whether the rest of the recording is whole.
-    entries.by_ref().for_each(drop);
-    note_recovery(&mut measurement, entries.recovery());
+    played.conclude(&mut measurement);
     Ok(measurement)
 }
 
-/// What the core wants done has been done, in the live run; its points go on.
-fn settle(bench: &mut Bench, pipeline: &mut Pipeline) {
+/// Actions are dropped, as the live run did them; points go on.
+fn settle(bench: &mut Bench, take: &mut impl FnMut(&Point)) {
     while bench.poll_action().is_some() {}
-    bench.take_points().iter().for_each(|point| pipeline.take(point));
+    bench.take_points().iter().for_each(take);
 }
 
 /// Waits so that entries come `speed` times as fast as they were recorded.
