@@ -20,5 +20,7 @@ mod reduce;
 mod report;
 mod sampling;
 mod service;
+mod sessions;
 mod shapes;
+mod terminal;
 mod unknown;

@@ -105,7 +105,7 @@ fn a_file_needs_its_nominal_and_a_recording_has_its_own() {
     let words = failure(&["report", file, "-o", out]);
     assert!(words.contains("--nominal"), "{words}");
     let words = failure(&["report", dir.path().to_str().unwrap(), "-o", out, "--nominal", nominal]);
-    assert!(words.contains("holds its own"), "{words}");
+    assert!(words.contains("expected a folder session-…"), "{words}");
     let words = failure(&["report", file, "--nominal", nominal, "-o", file]);
     assert!(words.contains("is the file that is read"), "{words}");
     let words = failure(&["report", file, "--nominal", nominal, "-o", out, "--qif", out]);

@@ -10,7 +10,7 @@ use clap::Args;
 use tokio::time::interval;
 
 use super::exit::Exit;
-use super::output::{Failure, deliver, progress, refuse_results, say, write_json};
+use super::output::{Failure, clear_progress, deliver, progress, refuse_results, say, write_json};
 use super::serve::{Page, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
@@ -96,7 +96,7 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
         }
     };
     drawn.abort();
-    progress("");
+    clear_progress();
     let Some(finished) = first else { return Err("stopped before the session began".into()) };
     let exit = finish(&finished, &args)?;
     if !args.exit && !interrupted {
@@ -121,7 +121,7 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
 }
 
 fn finish(finished: &Finished, args: &DemoArgs) -> Result<Exit, Failure> {
-    deliver(&finished.measurement, &args.output)?;
+    deliver(&finished.measurement, &args.output, None)?;
     if finished.recording.is_none() {
         say("the recording is not complete");
     }

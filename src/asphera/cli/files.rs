@@ -1,21 +1,19 @@
 //! Files the commands read, and those they must not write.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
-use asphera_formats::{KINDS, Topography};
+use asphera_surface::Mesh;
 
-use super::output::{Failure, say};
-use super::summary;
-use super::text::{TextArgs, reading};
+use super::output::Failure;
+use super::progress::Progress;
+use super::source::{Content, Source, is_recording};
 use super::unit_doubt::UnitCheck;
+use crate::clock::Clock;
 use crate::config::{Part, TOML, Weights, text_of};
 use crate::pipeline::{Along, Measurement, Pipeline};
-
-/// What the help says of an argument that is a file of points.
-pub(super) fn points_help() -> String {
-    format!("The points: {KINDS}")
-}
+use crate::report::Timing;
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {
@@ -25,21 +23,14 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
     Ok(Part::parse(&name, &text)?)
 }
 
-/// The points of a file.
-pub(super) fn topography(path: &Path, text: &TextArgs) -> Result<Topography, Failure> {
-    let name = path.display().to_string();
-    let bytes = read(path)?;
-    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| {
-        match error.names_file() {
-            true => error.to_string().into(),
-            false => format!("{name}: {}", crate::error_chain(&error)).into(),
-        }
-    })
-}
-
 /// The standard uncertainty of the height of every point of a file, mm, with its place.
-fn uncertainties(topography: &Topography, path: &Path) -> Result<Vec<([f64; 3], f64)>, Failure> {
-    let (name, uncertainties_mm) = (path.display(), topography.uncertainties_mm());
+fn uncertainties(source: &Source) -> Result<Vec<([f64; 3], f64)>, Failure> {
+    let name = source.path().display();
+    let topography = match source.content() {
+        Content::File(topography) => topography,
+        Content::Session(_) => return Err(no_uncertainties(source.path())),
+    };
+    let uncertainties_mm = topography.uncertainties_mm();
     if uncertainties_mm.is_empty() {
         return Err(format!(
             "{name}: expected a column u_z[mm], the standard uncertainty of each z, for the weights the nominal asks \
@@ -60,57 +51,139 @@ fn uncertainties(topography: &Topography, path: &Path) -> Result<Vec<([f64; 3], 
     Ok(topography.points().zip(uncertainties_mm.iter().copied()).collect())
 }
 
-/// A pipeline for the points of a file, which knows how well they are known where the nominal asks for it.
-pub(super) fn pipeline(
-    part: Part,
-    along: Along,
-    topography: &Topography,
-    path: &Path,
-) -> Result<Pipeline, Failure> {
-    let uncertain = match part.criterion.weights {
-        Weights::None => Vec::new(),
-        Weights::Uncertainty => uncertainties(topography, path)?,
-    };
-    let mut pipeline = Pipeline::along(part, along);
-    pipeline.know_uncertainties(uncertain);
-    let places = topography.points().map(|[x, ..]| x);
-    pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
-    Ok(pipeline)
+/// Why a nominal with weights by uncertainty cannot be used for a recording.
+fn no_uncertainties(recording: &Path) -> Failure {
+    format!(
+        "{}: expected weights = \"none\" in the nominal, for points of a station carry no uncertainties; found \
+         \"uncertainty\"",
+        recording.display()
+    )
+    .into()
 }
 
-/// Measures the points of a file against a part.
-pub(super) fn measured(
-    part: Part,
-    along: Along,
-    topography: &Topography,
-    path: &Path,
-) -> Result<Measurement, Failure> {
-    let check = UnitCheck::of(topography, &part);
-    let mut pipeline = pipeline(part, along, topography, path)?;
-    pipeline.take_positions(topography.points());
-    pipeline.take_gaps(topography.missing() as u64);
-    let mut measurement = pipeline.finish();
-    note_reading(&mut measurement, topography, check);
-    Ok(measurement)
-}
-
-/// Adds to a measurement how its file was read, and whether another unit is more likely.
-pub(super) fn note_reading(
-    measurement: &mut Measurement,
-    topography: &Topography,
-    check: Option<UnitCheck>,
-) {
-    measurement.report.reading = reading(topography);
-    if let Some(check) = check {
-        let points_mm: Vec<_> = topography.points().collect();
-        check.add(&points_mm, measurement);
+/// Fails where a nominal asks for what no recording holds.
+pub(super) fn refuse_weights(part: &Part, recording: &Path) -> Result<(), Failure> {
+    match part.criterion.weights {
+        Weights::None => Ok(()),
+        Weights::Uncertainty => Err(no_uncertainties(recording)),
     }
 }
 
-/// Says on stderr how a file was read that leaves columns or units open, where no report does.
-pub(super) fn say_reading(topography: &Topography) {
-    if let Some(reading) = reading(topography) {
-        say(summary::reading(&reading).trim_end());
+/// A pipeline for the points of a source, which knows how well they are known where the nominal asks for it.
+fn pipeline(part: Part, along: Along, source: &Source) -> Result<Pipeline, Failure> {
+    let uncertain = match part.criterion.weights {
+        Weights::None => Vec::new(),
+        Weights::Uncertainty => uncertainties(source)?,
+    };
+    let mut pipeline = Pipeline::along(part, along);
+    pipeline.know_uncertainties(uncertain);
+    if let Content::File(topography) = source.content() {
+        let places = topography.points().map(|[x, ..]| x);
+        pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
+    }
+    Ok(pipeline)
+}
+
+/// Measures the points of a source against a part.
+pub(super) fn measured(
+    part: Part,
+    along: Along,
+    source: &Source,
+    progress: &Progress,
+) -> Result<Measurement, Failure> {
+    timed(part, along, source, None, progress).map(|(measurement, _)| measurement)
+}
+
+/// Measures the points of a source, in an order drawn from `seed` if there is one, and tells how long it took.
+pub(super) fn timed(
+    part: Part,
+    along: Along,
+    source: &Source,
+    seed: Option<u64>,
+    progress: &Progress,
+) -> Result<(Measurement, Timing), Failure> {
+    let check = match source.content() {
+        Content::File(topography) => UnitCheck::of(topography, &part),
+        Content::Session(_) => None,
+    };
+    let mut pipeline = pipeline(part, along, source)?;
+    let clock = Clock::start();
+    let fed = feed(&mut pipeline, source, seed, progress);
+    let landed = clock.now();
+    let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));
+    let done = clock.now();
+    let timing = Timing {
+        total_s: done.as_secs_f64(),
+        after_last_point_s: done.since(landed).as_secs_f64(),
+        points_per_s: fed as f64 / done.as_secs_f64().max(1e-9),
+    };
+    match source.content() {
+        Content::File(_) => {
+            measurement.report.reading = source.reading();
+            if let Some(check) = check {
+                let points_mm: Vec<_> = source.points().collect();
+                check.add(&points_mm, &mut measurement);
+            }
+        }
+        Content::Session(session) => session.conclude(&mut measurement),
+    }
+    Ok((measurement, timing))
+}
+
+/// Hands all points of a source to a pipeline, piece by piece, and gives how many there were.
+fn feed(pipeline: &mut Pipeline, source: &Source, seed: Option<u64>, progress: &Progress) -> usize {
+    match source.content() {
+        Content::File(topography) => {
+            let mut points: Vec<[f64; 3]> = topography.points().collect();
+            shuffle(&mut points, seed);
+            progress.count("meshing", Some(points.len() as u64));
+            for piece in points.chunks(PIECE) {
+                pipeline.take_positions(piece.iter().copied());
+                progress.add(piece.len() as u64);
+            }
+            pipeline.take_gaps(topography.missing() as u64);
+            points.len()
+        }
+        Content::Session(session) => {
+            let mut points = Cow::Borrowed(session.points());
+            if seed.is_some() {
+                shuffle(points.to_mut(), seed);
+            }
+            progress.count("meshing", Some(points.len() as u64));
+            for piece in points.chunks(PIECE) {
+                piece.iter().for_each(|point| pipeline.take(point));
+                progress.add(piece.len() as u64);
+            }
+            points.len()
+        }
+    }
+}
+
+/// The mesh of the points of a source, without a nominal.
+pub(super) fn meshed(source: &Source, progress: &Progress) -> Mesh {
+    let points: Vec<[f64; 3]> = source.points().collect();
+    let mut mesh = Mesh::new();
+    progress.count("meshing", Some(points.len() as u64));
+    for piece in points.chunks(PIECE) {
+        mesh.extend(piece.iter().copied());
+        progress.add(piece.len() as u64);
+    }
+    mesh.flush();
+    mesh
+}
+
+/// Fisher and Yates's shuffle, driven by SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). Without a seed nothing moves.
+fn shuffle<T>(points: &mut [T], seed: Option<u64>) {
+    let Some(mut state) = seed else { return };
+    for last in (1..points.len()).rev() {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut draw = state;
+        draw = (draw ^ (draw >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        draw = (draw ^ (draw >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        draw ^= draw >> 31;
+        // A multiplication instead of a division: the bias is below 2^-32 for any file that fits memory.
+        let other = (u128::from(draw) * (last as u128 + 1)) >> 64;
+        points.swap(last, other as usize);
     }
 }
 
@@ -119,7 +192,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
-/// Fails where `out` must not be written: it is `source`, or it is there and not to be overwritten.
+/// Fails where `out` must not be written: it is `source` or a part of it, or it is there and not to be overwritten.
 pub(super) fn refuse(out: &Path, source: &Path, overwrite: bool) -> Result<(), Failure> {
     if !out.exists() {
         return Ok(());
@@ -129,8 +202,21 @@ pub(super) fn refuse(out: &Path, source: &Path, overwrite: bool) -> Result<(), F
     {
         return Err(format!("{} is the file that is read; expected another", out.display()).into());
     }
+    if let (Ok(out), Ok(source)) = (out.canonicalize(), source.canonicalize())
+        && out.parent() == Some(&source)
+        && is_recording(&source)
+    {
+        return Err(format!(
+            "{} belongs to the recording that is read; expected another file",
+            out.display()
+        )
+        .into());
+    }
     if !overwrite {
         return Err(format!("{} is there already; --force overwrites it", out.display()).into());
     }
     Ok(())
 }
+
+/// Points are handed over by so many, so that progress moves. As many as the pipeline hands to the mesh at once.
+const PIECE: usize = 65_536;

@@ -1,14 +1,17 @@
 //! The command line: one file a subcommand.
 
 mod check;
+mod columns;
 mod demo;
 mod exit;
+mod export;
 mod files;
 mod measure;
 mod nominal;
 mod notify;
 mod output;
 mod ports;
+mod progress;
 mod reduce;
 mod replay;
 mod report;
@@ -17,6 +20,7 @@ mod sampling;
 mod section;
 mod serve;
 mod simulate;
+mod source;
 mod summary;
 mod text;
 mod token;
@@ -38,7 +42,13 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     /// What is logged to stderr: error, warn, info, debug, trace, or a filter like asphera_transport=trace.
-    #[arg(long, global = true, env = "ASPHERA_LOG", default_value = "warn")]
+    #[arg(
+        long,
+        global = true,
+        env = "ASPHERA_LOG",
+        hide_env_values = true,
+        default_value = "warn"
+    )]
     log: String,
 }
 
@@ -54,16 +64,18 @@ enum Command {
     Run(run::RunArgs),
     /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
     Check(ConfigArgs),
-    /// Measures the points of a file: text, height maps, meshes, scans, arrays.
+    /// Measures the points of a file (text, height maps, meshes, scans, arrays) or of a recorded session.
     Measure(measure::MeasureArgs),
-    /// Reduces the points of a file to as few as ε needs, no denser than their noise allows.
+    /// Reduces the points of a file or a session to as few as ε needs, no denser than their noise allows.
     Reduce(reduce::ReduceArgs),
-    /// Cuts the surface of a file along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
+    /// Cuts a measured surface along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
     Section(section::SectionArgs),
-    /// Says how densely the points of a file sample their surface, and what to measure next.
+    /// Says how densely points sample their surface, and what to measure next.
     Sampling(sampling::SamplingArgs),
     /// Checks a nominal file and tells what it says, or makes one of a surface of a Zemax lens file.
     Nominal(nominal::NominalArgs),
+    /// Writes the points of a recorded session, or of any file that is read, as .xyz, .csv or .ply.
+    Export(export::ExportArgs),
     /// Replays a recorded session.
     Replay(replay::ReplayArgs),
     /// Writes the report of a recorded session or of a file: one HTML file to read and to print, and QIF 3.
@@ -120,7 +132,8 @@ impl FromStr for Speed {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
+        .with_writer(output::log_writer)
+        .with_ansi(output::has_colours())
         .with_env_filter(EnvFilter::try_new(&cli.log).unwrap_or_else(|_| EnvFilter::new("warn")))
         .init();
     let done = match cli.command {
@@ -132,6 +145,7 @@ pub fn main() -> ExitCode {
         Command::Section(args) => section::run(&args),
         Command::Sampling(args) => sampling::run(&args),
         Command::Nominal(args) => nominal::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Replay(args) => replay::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Simulate(args) => simulate::run(&args),

@@ -3,9 +3,11 @@
 use std::error::Error;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
+use super::progress::Progress;
 use super::{OutputArgs, summary};
 use crate::error_chain;
 use crate::pipeline::Measurement;
@@ -22,28 +24,65 @@ pub(super) fn complain(failure: &Failure) {
 /// A line on stderr.
 #[expect(clippy::print_stderr, reason = "the place where stderr is written")]
 pub(super) fn say(line: &str) {
+    let _nothing_is_drawn = cleared();
     eprintln!("{line}");
 }
 
 /// Text on stdout. A reader that went away ends the command quietly: there is nobody left to tell.
 pub(super) fn print(text: &str) {
+    let _nothing_is_drawn = cleared();
     let mut out = io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 
-/// Whether progress may be drawn.
-pub(super) fn is_terminal() -> bool {
-    io::stderr().is_terminal()
+/// Whether log lines may have colours: on a terminal, unless `NO_COLOR` (https://no-color.org) is set.
+pub(super) fn has_colours() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// Whether progress is drawn: on a terminal that can clear a line.
+pub(super) fn draws_progress() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|kind| kind != "dumb")
 }
 
 /// Progress on a terminal, over the line before.
 #[expect(clippy::print_stderr, reason = "the place where stderr is written")]
 pub(super) fn progress(line: &str) {
-    if is_terminal() {
-        eprint!("\r\x1b[K{line}");
+    if draws_progress() {
+        let mut is_drawn = IS_DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+        *is_drawn = true;
+        eprint!("\r{CLEAR_LINE}{line}");
         let _ = io::stderr().flush();
     }
 }
+
+/// Clears the line of progress, if there is one.
+pub(super) fn clear_progress() {
+    drop(cleared());
+}
+
+/// Clears the line of progress; none is drawn while the guard is held.
+#[expect(clippy::print_stderr, reason = "the place where stderr is written")]
+fn cleared() -> MutexGuard<'static, bool> {
+    let mut is_drawn = IS_DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if std::mem::take(&mut *is_drawn) {
+        eprint!("\r{CLEAR_LINE}");
+        let _ = io::stderr().flush();
+    }
+    is_drawn
+}
+
+/// Where log lines go: stderr, behind the line of progress.
+pub(super) fn log_writer() -> io::Stderr {
+    clear_progress();
+    io::stderr()
+}
+
+/// Whether a line of progress stands on the terminal.
+static IS_DRAWN: Mutex<bool> = Mutex::new(false);
+
+/// Clears the line to its end (ECMA-48, EL).
+const CLEAR_LINE: &str = "\x1b[K";
 
 /// Fails where results of another measurement lie in the folder asked for, and are not to be overwritten.
 pub(super) fn refuse_results(args: &OutputArgs) -> Result<(), Failure> {
@@ -56,11 +95,17 @@ pub(super) fn refuse_results(args: &OutputArgs) -> Result<(), Failure> {
     }
 }
 
-/// Prints and writes the figures as asked.
-pub(super) fn deliver(measurement: &Measurement, args: &OutputArgs) -> Result<(), Failure> {
+/// Writes and prints the figures as asked. Progress ends before anything is printed.
+pub(super) fn deliver(
+    measurement: &Measurement,
+    args: &OutputArgs,
+    progress: Option<Progress>,
+) -> Result<(), Failure> {
     if let Some(folder) = &args.out {
+        progress.iter().for_each(|progress| progress.stage("writing the results"));
         results::write(folder, measurement)?;
     }
+    drop(progress);
     if args.json {
         print_json(&measurement.report)?;
     } else {

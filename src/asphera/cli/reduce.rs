@@ -1,11 +1,11 @@
 //! `asphera reduce`: a dense cloud to the points that are enough.
 
 mod figures;
-mod file;
 mod laid;
 mod limits;
 mod noise;
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use asphera_form::{Aperture, Pose};
@@ -14,9 +14,12 @@ use asphera_surface::reduce::{Averaged, Keep, Target, average, reduce, spread};
 use asphera_surface::{Criteria, Mesh, Plane, PointMm, StateCounts, assess};
 use clap::{ArgGroup, Args, ValueEnum};
 
+use super::columns::{self, Style};
 use super::exit::Exit;
-use super::files::{part, points_help, refuse, say_reading, topography};
+use super::files::{meshed, part, refuse};
 use super::output::{Failure, print, print_json};
+use super::progress::Progress;
+use super::source::{Source, source_help};
 use super::text::TextArgs;
 use crate::pipeline::{Readings, Sampled, feature_size};
 use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
@@ -27,8 +30,8 @@ use noise::NoiseWanted;
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
 pub(super) struct ReduceArgs {
-    #[arg(help = points_help())]
-    file: PathBuf,
+    #[arg(help = source_help())]
+    source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
     /// Largest distance from the surface to a kept point, as a share of the local feature size; above 0, up to 1.
@@ -49,7 +52,8 @@ pub(super) struct ReduceArgs {
     /// How many points to keep, as far as both conditions leave a choice.
     #[arg(long, value_enum, default_value_t = KeepWanted::Fewest)]
     keep: KeepWanted,
-    /// The nominal, for the local feature size, as `asphera sampling` takes it; without it that follows from the points.
+    /// The nominal, for the local feature size, as `asphera sampling` takes it. A session without it has its own; of a
+    /// file without it the size follows from the points.
     /// Averages are then of the deviations from it.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
@@ -100,14 +104,18 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     // What can be wrong without the points is told before they are read.
     let limits = Limits::new(args.epsilon, args.rho)?;
     target(args, &limits, 1.0)?;
-    let style = file::Style::of(&args.out)?;
-    refuse(&args.out, &args.file, args.force)?;
-    let part = args.nominal.as_deref().map(part).transpose()?;
-    let name = args.file.display().to_string();
-    let topography = topography(&args.file, &args.text)?;
-    say_reading(&topography);
-    let mesh = meshed(topography.points(), &name)?;
+    let style = Style::of(&args.out)?;
+    refuse(&args.out, &args.source, args.force)?;
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    let name = args.source.display().to_string();
+    let progress = Progress::start("reduce");
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    source.say_reading();
+    let part = source.part(given);
+    let mesh = meshed(&source, &progress);
+    refuse_line(&mesh, &name)?;
     let (points, triangles) = (mesh.points(), mesh.triangles());
+    progress.stage("estimating the noise");
     let (deviation, noise) = noise::noise(points, &triangles, args.noise, &name)?;
     let sigma_mm = deviation.sigma_mm();
     if args.average && sigma_mm == 0.0 {
@@ -124,6 +132,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
     let at = laid.as_ref().map(|laid| (laid.part, &laid.pose));
+    progress.stage("local feature size");
     let (known, lfs_source) = feature_size(sampled, at, readings)
         .map_err(|error| format!("{name}: {error}; give the surface with --nominal"))?;
     let (pose, aperture) = laid
@@ -137,19 +146,25 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let range_mm = Range::of(points.iter().filter_map(|&point| known_mm(point)));
     let reach_mm = target.lfs_mm(known.reach_mm(&aperture, points, &pose));
     let limiting_mm = |at: PointMm| limits.limiting_mm(known_mm(at), reach_mm);
+    progress.stage("choosing points");
     let reduction = reduce(points, triangles.iter().copied(), &target, limiting_mm);
     if let Some(found) = reduction.shortfall {
         return Err(limits.shortfall(&name, &target, found));
     }
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
     let height_mm = |point| laid.as_ref().and_then(|laid: &Laid<'_>| laid.height_mm(point));
+    if args.average {
+        progress.stage("averaging heights");
+    }
     let averaged = args.average.then(|| average(points, &kept, sigma_mm, height_mm));
+    progress.stage("checking the result");
     let mut reduced = Mesh::new();
     reduced.insert(&kept);
     let figures = Figures {
         format: figures::FORMAT,
         source: name,
-        input: Input::of(&mesh, topography.missing()),
+        losses: source.losses(),
+        input: Input::of(&mesh, source.missing()),
         epsilon: args.epsilon,
         rho: args.rho,
         tilt_limit_rad: target.criteria().tilt_limit_rad(),
@@ -168,7 +183,11 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         after: condition(&reduced, &target, &limits, reach_mm, known_mm),
         output: args.out.display().to_string(),
     };
-    file::write(&args.out, style, &figures.remarks(), &columns(&kept, averaged.as_ref()))?;
+    progress.stage("writing");
+    columns::whole(&args.out, |writer| {
+        write(writer, style, &figures.remarks(), &kept, averaged.as_ref())
+    })?;
+    drop(progress);
     if args.json {
         print_json(&figures)?;
     } else {
@@ -186,11 +205,8 @@ fn target(args: &ReduceArgs, limits: &Limits, lfs_max_mm: f64) -> Result<Target,
     })
 }
 
-/// The mesh of points. Fails where they span no area.
-fn meshed(points: impl Iterator<Item = PointMm>, name: &str) -> Result<Mesh, Failure> {
-    let mut mesh = Mesh::new();
-    mesh.extend(points);
-    mesh.flush();
+/// Fails where points span no area.
+fn refuse_line(mesh: &Mesh, name: &str) -> Result<(), Failure> {
     let counts = mesh.counts();
     if counts.triangles == 0 {
         return Err(format!(
@@ -199,21 +215,26 @@ fn meshed(points: impl Iterator<Item = PointMm>, name: &str) -> Result<Mesh, Fai
         )
         .into());
     }
-    Ok(mesh)
+    Ok(())
 }
 
-/// The numbers of each line: a point, with its uncertainty if it was averaged.
-fn columns(kept: &[PointMm], averaged: Option<&Averaged>) -> file::Columns {
-    match averaged {
-        None => file::Columns::Points(kept.to_vec()),
-        Some(averaged) => {
-            let with_u = |point: &asphera_surface::reduce::AveragedPoint| {
-                let [x, y, z] = point.point_mm;
-                [x, y, z, point.u_mm]
-            };
-            file::Columns::WithUncertainty(averaged.points.iter().map(with_u).collect())
-        }
-    }
+/// Writes the points, each with its uncertainty if it was averaged.
+fn write(
+    writer: &mut impl Write,
+    style: Style,
+    remarks: &[String],
+    kept: &[PointMm],
+    averaged: Option<&Averaged>,
+) -> io::Result<()> {
+    let Some(averaged) = averaged else {
+        columns::head(writer, style, remarks, &["x[mm]", "y[mm]", "z[mm]"])?;
+        return kept.iter().try_for_each(|point| columns::row(writer, style, point));
+    };
+    columns::head(writer, style, remarks, &["x[mm]", "y[mm]", "z[mm]", "u_z[mm]"])?;
+    averaged.points.iter().try_for_each(|point| {
+        let [x, y, z] = point.point_mm;
+        columns::row(writer, style, &[x, y, z, point.u_mm])
+    })
 }
 
 /// The shorter side of the box about the places of points, in mm: what is kept of a narrow part must

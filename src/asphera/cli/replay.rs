@@ -6,10 +6,13 @@ use asphera_link::Nanos;
 use clap::Args;
 
 use super::exit::Exit;
+use super::files::{part, refuse_weights};
 use super::output::{Failure, deliver, refuse_results};
+use super::progress::Progress;
 use super::{OutputArgs, Speed};
 use crate::clock::Clock;
-use crate::replay::{paced, replay};
+use crate::pipeline::Pipeline;
+use crate::replay::{Playback, paced};
 use crate::report::Timing;
 
 #[derive(Args)]
@@ -19,18 +22,35 @@ pub(super) struct ReplayArgs {
     /// How many times as fast as it was recorded, or max. The result does not depend on it.
     #[arg(long, default_value = "max")]
     speed: Speed,
+    /// Hold the same points against this nominal instead of the recorded one.
+    #[arg(long, value_name = "FILE")]
+    nominal: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     refuse_results(&args.output)?;
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    if let Some(part) = &given {
+        refuse_weights(part, &args.session)?;
+    }
+    let progress = Progress::start("replay");
     let clock = Clock::start();
     let mut pace: Box<dyn FnMut(Nanos)> = match args.speed {
         Speed::Max => Box::new(|_| {}),
         Speed::Times(times) => Box::new(paced(times, clock)),
     };
-    let mut measurement = replay(&args.session, &mut pace)?;
+    let playback = Playback::open(&args.session)?;
+    let part = given.unwrap_or_else(|| playback.part().clone());
+    let mut pipeline = Pipeline::along(part, playback.along());
+    progress.count("replaying", None);
+    let played = playback.play(&mut pace, |point| {
+        pipeline.take(point);
+        progress.add(1);
+    });
+    let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));
+    played.conclude(&mut measurement);
     let total_s = clock.now().as_secs_f64();
     let report = &mut measurement.report;
     report.timing = Timing {
@@ -38,6 +58,6 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         after_last_point_s: 0.0,
         points_per_s: report.points.received as f64 / total_s.max(1e-9),
     };
-    deliver(&measurement, &args.output)?;
+    deliver(&measurement, &args.output, Some(progress))?;
     Ok(Exit::of(&measurement.report))
 }

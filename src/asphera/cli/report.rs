@@ -3,23 +3,21 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asphera_formats::KINDS;
 use clap::Args;
 
 use super::exit::Exit;
-use super::files::{measured, part, refuse, topography};
+use super::files::{measured, part, refuse};
 use super::output::{Failure, print};
+use super::progress::Progress;
+use super::source::{Content, Source, source_help};
 use super::summary;
 use super::text::TextArgs;
 use crate::paper::{Provenance, SourceFile, html, qif};
-use crate::pipeline::{Along, Measurement};
-use crate::replay::replay;
+use crate::pipeline::Along;
 
 #[derive(Args)]
 pub(super) struct ReportArgs {
-    #[arg(help = format!(
-        "A recording (a folder session-…, or one of its segments .mcap), or the points of a file: {KINDS}"
-    ))]
+    #[arg(help = source_help())]
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
@@ -29,11 +27,11 @@ pub(super) struct ReportArgs {
     /// Write the results as a QIF 3 document too.
     #[arg(long, value_name = "OUT.xml")]
     qif: Option<PathBuf>,
-    /// The nominal, for points of a file; a recording holds its own.
+    /// The nominal; a recording without it is held against its own.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
-    /// Along which direction the points of a file are projected for their mesh: z, nx,ny,nz, or fitted, from
-    /// the first 1000 of them.
+    /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first 1000 of
+    /// them. Without it that of the recording, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
     /// What was measured: a name or serial number for the head of the report.
@@ -56,51 +54,30 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     let mut provenance =
         Provenance { part: args.part.clone(), command: command.join(" "), ..Provenance::default() };
-    let measurement = if is_recording(&args.source) {
-        recorded(args, &mut provenance)?
-    } else {
-        of_file(args, &mut provenance)?
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    let progress = Progress::start("report");
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    let part = source.needed_part(given)?;
+    provenance.files = match source.content() {
+        Content::File(_) => vec![SourceFile::of(source.file())?],
+        Content::Session(_) => SourceFile::of_session(&args.source)?,
     };
+    if let Some(nominal) = &args.nominal {
+        provenance.files.push(SourceFile::of(nominal)?);
+    }
+    if let Some(origin) = source.origin() {
+        provenance.date = origin.date.clone();
+        provenance.instrument = origin.instrument.clone();
+    }
+    let measurement = measured(part, source.along(args.along), &source, &progress)?;
+    progress.stage("drawing the report");
     write(&args.out, &html(&measurement, &provenance))?;
     if let Some(path) = &args.qif {
         write(path, &qif(&measurement.report, &provenance))?;
     }
+    drop(progress);
     print(&summary::of(&measurement.report));
     Ok(Exit::of(&measurement.report))
-}
-
-fn recorded(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement, Failure> {
-    for (given, name) in [(args.nominal.is_some(), "--nominal"), (args.along.is_some(), "--along")]
-    {
-        if given {
-            return Err(format!(
-                "{name} is for points of a file; {} is a recording, which holds its own configuration",
-                args.source.display()
-            )
-            .into());
-        }
-    }
-    provenance.files = SourceFile::of_session(&args.source)?;
-    Ok(replay(&args.source, |_| {})?)
-}
-
-fn of_file(args: &ReportArgs, provenance: &mut Provenance) -> Result<Measurement, Failure> {
-    let Some(nominal) = &args.nominal else {
-        return Err(format!(
-            "{} is a file of points: --nominal FILE says what the part should be",
-            args.source.display()
-        )
-        .into());
-    };
-    let topography = topography(&args.source, &args.text)?;
-    provenance.files = vec![SourceFile::of(&args.source)?, SourceFile::of(nominal)?];
-    provenance.date = topography.source().date.clone();
-    provenance.instrument = topography.source().instrument.clone();
-    measured(part(nominal)?, args.along.unwrap_or(Along::Z), &topography, &args.source)
-}
-
-fn is_recording(source: &Path) -> bool {
-    source.is_dir() || source.extension().is_some_and(|extension| extension == "mcap")
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

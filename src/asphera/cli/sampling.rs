@@ -1,4 +1,4 @@
-//! `asphera sampling`: how densely the points of a file sample their surface, what to measure next, and what stands
+//! `asphera sampling`: how densely points sample their surface, what to measure next, and what stands
 //! off it.
 
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -9,8 +9,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::exit::Exit;
-use super::files::{measured, part, points_help, refuse, say_reading, topography};
+use super::files::{measured, part, refuse};
 use super::output::{Failure, print, print_json};
+use super::progress::Progress;
+use super::source::{Source, source_help};
 use super::summary;
 use super::text::TextArgs;
 use crate::config::Part;
@@ -19,12 +21,12 @@ use crate::report::{FeatureFigures, Report, SamplingFigures};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {
-    #[arg(help = points_help())]
-    file: PathBuf,
+    #[arg(help = source_help())]
+    source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
-    /// The nominal: surface, aperture, limits. Without it the local feature size follows from the points, and
-    /// their outline stands for the aperture.
+    /// The nominal: surface, aperture, limits. A session without it is held against its own. Of a file without it the
+    /// local feature size follows from the points, and their outline stands for the aperture.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// Largest distance from the surface to its nearest point, as a share of the local feature size; above 0,
@@ -45,9 +47,9 @@ pub(super) struct SamplingArgs {
     #[arg(long)]
     force: bool,
     /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first
-    /// 1000 of them.
-    #[arg(long, value_name = "DIRECTION", default_value = "z", allow_hyphen_values = true)]
-    along: Along,
+    /// 1000 of them. Without it that of the session, or z.
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
+    along: Option<Along>,
     /// Threads to use; results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -70,14 +72,16 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     if let Some(out) = &args.waypoints {
-        refuse(out, &args.file, args.force)?;
+        refuse(out, &args.source, args.force)?;
     }
-    let part = args.nominal.as_deref().map(part).transpose()?;
-    let name = args.file.display().to_string();
-    let topography = topography(&args.file, &args.text)?;
-    say_reading(&topography);
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    let name = args.source.display().to_string();
+    let progress = Progress::start("sampling");
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    source.say_reading();
+    let along = source.along(args.along);
     let gap_mm = args.spacing.map(|spacing_mm| FRAC_1_SQRT_2 * spacing_mm);
-    let PointsSampling { figures, features, waypoints } = match part {
+    let PointsSampling { mut figures, features, waypoints } = match source.part(given) {
         Some(part) => {
             // A share on the command line replaces both of the nominal.
             let (epsilon_limit, rho_limit) = match (args.epsilon, args.rho) {
@@ -86,7 +90,7 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
             };
             let gap_limit_mm = gap_mm.or(part.gap_limit_mm);
             let part = Part { epsilon_limit, rho_limit, gap_limit_mm, ..part };
-            let measurement = measured(part, args.along, &topography, &args.file)?;
+            let measurement = measured(part, along, &source, &progress)?;
             let next = measurement.next.as_ref().filter(|_| args.waypoints.is_some());
             let waypoints = next.map(Next::waypoints);
             let Report { sampling: figures, features, .. } = measurement.report;
@@ -94,9 +98,12 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
         }
         None => {
             let wanted = Wanted::new(args.epsilon, args.rho, gap_mm);
-            sampling_of_points(topography.points(), args.along, wanted)
+            progress.stage("meshing and assessing the sampling");
+            sampling_of_points(source.points(), along, wanted)
         }
     };
+    figures.unknown.extend(source.losses());
+    drop(progress);
     if let Some(out) = &args.waypoints {
         write(out, waypoints.as_ref(), &name)?;
     }

@@ -1,17 +1,18 @@
-//! `asphera section`: the profile of a file's surface along a line, a circle, a radius or in a plane.
+//! `asphera section`: the profile of a measured surface along a line, a circle, a radius or in a plane.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asphera_formats::Topography;
 use asphera_surface::sections::{CuttingPlane, SectionPath};
 use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::files::{measured, part, points_help, refuse, say_reading, topography};
+use super::files::{measured, meshed, part, refuse};
 use super::output::{Failure, print, print_json, say};
+use super::progress::Progress;
+use super::source::{Source, source_help};
 use super::text::TextArgs;
 use crate::pipeline::Along;
 use crate::section::{Deviations, SectionReport, report, report_of_plane};
@@ -19,8 +20,8 @@ use crate::section::{Deviations, SectionReport, report, report_of_plane};
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
 pub(super) struct SectionArgs {
-    #[arg(help = points_help())]
-    file: PathBuf,
+    #[arg(help = source_help())]
+    source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
     /// From one place to another, in mm of the measured frame.
@@ -40,7 +41,8 @@ pub(super) struct SectionArgs {
     /// points.
     #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true, conflicts_with_all = ["line", "circle", "plane"])]
     centre: Option<[f64; 2]>,
-    /// The nominal, fitted as by `measure`: the deviation from it is a further column.
+    /// The nominal, fitted as by `measure`: the deviation from it is a further column. A session without it is held
+    /// against its own.
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// The section breaks where the nearest point is farther than this, mm; without it that of the
@@ -64,16 +66,18 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
         return Err("--json and --out - both want stdout; give --out a file".into());
     }
     if let Some(out) = to_file {
-        refuse(out, &args.file, args.force)?;
+        refuse(out, &args.source, args.force)?;
     }
-    let mut report = cut(args)?;
+    let progress = Progress::start("section");
+    let mut report = cut(args, &progress)?;
     if report.pieces.is_empty() {
         return Err(format!(
             "the section meets no measured surface: it lies outside the points of {}, or in a gap of them",
-            args.file.display()
+            args.source.display()
         )
         .into());
     }
+    drop(progress);
     let columns = report.points.take().unwrap_or_default();
     if let Some(path) = to_file {
         fs::write(path, columns.csv())
@@ -90,22 +94,29 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// Meshes the file and cuts it.
-fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
+/// Meshes the points and cuts the surface.
+fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure> {
     let plane = args.plane.map(|[a, b, c, d]| CuttingPlane::new([a, b, c], d)).transpose()?;
-    let part = args.nominal.as_deref().map(part).transpose()?;
-    let topography = topography(&args.file, &args.text)?;
-    say_reading(&topography);
-    let measurement = part.map(|part| measured(part, Along::Z, &topography, &args.file));
-    let measurement = measurement.transpose()?;
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    let is_given = given.is_some();
+    let source = Source::open(&args.source, &args.text, progress)?;
+    source.say_reading();
+    // The section lies in the measured frame; so does the mesh it is cut from.
+    let measured = |part| measured(part, Along::Z, &source, progress);
+    let mut measurement = source.part(given).map(measured).transpose()?;
+    if !is_given && measurement.as_ref().is_some_and(|found| found.report.form.is_none()) {
+        say("the session's own nominal has no fit here: no deviation is told");
+        measurement = None;
+    }
     let unmeasured;
     let mesh = match &measurement {
         Some(measurement) => measurement.surface.mesh(),
         None => {
-            unmeasured = meshed(&topography);
+            unmeasured = meshed(&source, progress);
             &unmeasured
         }
     };
+    progress.stage("cutting");
     let form = measurement.as_ref().map(|measurement| {
         let reasons = || measurement.report.verdict.reasons.join("; ");
         measurement.report.form.as_ref().ok_or_else(|| format!("there is no fit: {}", reasons()))
@@ -122,8 +133,12 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
         }
     });
     let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
+    let with_losses = |mut report: SectionReport| {
+        report.reasons.extend(source.losses());
+        report
+    };
     if let Some(plane) = plane {
-        return Ok(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?);
+        return Ok(with_losses(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?));
     }
     let path = match (args.line, args.circle, args.radius) {
         (Some([x1, y1, x2, y2]), ..) => SectionPath::Segment { from_mm: [x1, y1], to_mm: [x2, y2] },
@@ -134,19 +149,12 @@ fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
             let fitted = form.map(|form| [form.fit.pose.tx_mm, form.fit.pose.ty_mm]);
             let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(mesh));
             SectionPath::Radius {
-                centre_mm: centre_mm.ok_or_else(|| no_points(&args.file))?,
+                centre_mm: centre_mm.ok_or_else(|| no_points(&args.source))?,
                 angle_rad: angle_deg.unwrap_or_default().to_radians(),
             }
         }
     };
-    Ok(report(mesh, &path, gap_limit_mm, deviations_nm)?)
-}
-
-fn meshed(topography: &Topography) -> Mesh {
-    let mut mesh = Mesh::new();
-    mesh.extend(topography.points());
-    mesh.flush();
-    mesh
+    Ok(with_losses(report(mesh, &path, gap_limit_mm, deviations_nm)?))
 }
 
 fn no_points(file: &Path) -> String {

@@ -47,6 +47,11 @@ impl FromStr for Pitch {
 }
 
 impl TextArgs {
+    /// Whether anything is said.
+    pub(super) fn is_given(&self) -> bool {
+        self.options() != TextOptions::default()
+    }
+
     pub(super) fn options(&self) -> TextOptions {
         TextOptions {
             columns: self.columns.clone(),

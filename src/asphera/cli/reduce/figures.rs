@@ -15,6 +15,9 @@ pub(super) struct Figures {
     pub(super) format: &'static str,
     /// The file that was read.
     pub(super) source: String,
+    /// Losses of a session that was read, and of its recording.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) losses: Vec<String>,
     pub(super) input: Input,
     /// Largest share of the local feature size asked for.
     pub(super) epsilon: Option<f64>,
@@ -224,6 +227,7 @@ impl Figures {
             format!("noise {} nm ({})", self.noise.sigma_nm, self.noise.source),
             format!("tilt by noise up to {} rad, {} points", self.tilt_limit_rad, self.keep),
         ];
+        remarks.extend(self.losses.iter().map(|loss| format!("source: {loss}")));
         let short_mm2 = self.after.over_epsilon_area_mm2;
         if short_mm2 > 0.0 {
             remarks.push(format!("{short_mm2} mm2 were measured too coarsely for that"));
@@ -249,6 +253,7 @@ impl Figures {
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "points     {} of {} kept", self.kept, self.input.points)?;
+        self.losses.iter().try_for_each(|loss| writeln!(f, "           {loss}"))?;
         let input = &self.input;
         for (count, what) in [
             (input.missing, "places without a height"),

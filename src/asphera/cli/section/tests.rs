@@ -19,6 +19,11 @@ fn arguments(words: &[&str]) -> SectionArgs {
     }
 }
 
+/// The section of these arguments.
+fn cut(args: &SectionArgs) -> Result<SectionReport, Failure> {
+    super::cut(args, &Progress::start("section"))
+}
+
 fn parse(words: &[&str]) -> Result<SectionArgs, String> {
     let words = ["asphera", "section"].iter().chain(words);
     match Cli::try_parse_from(words).map_err(|error| error.to_string())?.command {
@@ -40,8 +45,7 @@ fn path(folder: &Path, name: &str) -> String {
 
 #[test]
 fn help_is_as_it_was() {
-    // What the environment says is not part of it.
-    let mut cli = Cli::command().mut_arg("log", |arg| arg.hide_env_values(true));
+    let mut cli = Cli::command();
     cli.build();
     let help = cli.find_subcommand_mut("section").unwrap().render_help().to_string();
     assert_eq!(help, include_str!("help.txt"), "{help}");

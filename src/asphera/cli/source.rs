@@ -1,0 +1,274 @@
+//! The points that commands work on, whatever holds them: a file, a folder of results, a recorded session.
+
+mod recorded;
+
+use std::path::{Path, PathBuf};
+
+use asphera_formats::{KINDS, Source as Origin, Topography};
+use asphera_surface::PointMm;
+
+use super::files::read;
+use super::output::{Failure, say};
+use super::progress::Progress;
+use super::summary;
+use super::text::{TextArgs, reading};
+use crate::config::Part;
+use crate::error_chain;
+use crate::pipeline::Along;
+use crate::report::ReadingFigures;
+
+pub(super) use recorded::Recorded;
+
+/// The points of a file or of a recorded session.
+pub(super) struct Source {
+    path: PathBuf,
+    /// The file that holds the points; the same as `path`, unless that is a folder of results.
+    file: PathBuf,
+    content: Content,
+}
+
+/// What holds the points.
+pub(super) enum Content {
+    /// A file of points.
+    File(Topography),
+    /// A recording that was played to its end.
+    Session(Box<Recorded>),
+}
+
+/// What a path leads to.
+#[derive(Debug, PartialEq)]
+enum Place {
+    File(PathBuf),
+    Session,
+}
+
+impl Source {
+    /// Reads the points at `path`: a file, a folder with `mesh.ply` as `--out` writes it, a session's folder or one of its
+    /// segments. A session is played to its end.
+    pub(super) fn open(
+        path: &Path,
+        text: &TextArgs,
+        progress: &Progress,
+    ) -> Result<Source, Failure> {
+        let (file, content) = match place(path)? {
+            Place::File(file) => {
+                progress.stage("reading");
+                let topography = topography(&file, text)?;
+                (file, Content::File(topography))
+            }
+            Place::Session => {
+                if text.is_given() {
+                    return Err(format!(
+                        "{} is a recording, which states its columns and units itself: leave out `--columns`, \
+                         `--unit`, `--skip-lines` and `--pitch`",
+                        path.display()
+                    )
+                    .into());
+                }
+                (path.to_owned(), Content::Session(Box::new(Recorded::play(path, progress)?)))
+            }
+        };
+        Ok(Source { path: path.to_owned(), file, content })
+    }
+
+    /// The path as it was given.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file that holds the points: `mesh.ply` of a folder of results; of a session its path.
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// What holds the points.
+    pub(super) fn content(&self) -> &Content {
+        &self.content
+    }
+
+    /// The nominal of the command line, or else the one in the recording; `None` for a file without `--nominal`.
+    pub(super) fn part(&self, given: Option<Part>) -> Option<Part> {
+        given.or_else(|| match &self.content {
+            Content::Session(session) => Some(session.part().clone()),
+            Content::File(_) => None,
+        })
+    }
+
+    /// The same where a nominal is needed.
+    pub(super) fn needed_part(&self, given: Option<Part>) -> Result<Part, Failure> {
+        self.part(given).ok_or_else(|| {
+            let path = self.path.display();
+            format!("{path} is a file of points: --nominal FILE says what the part should be")
+                .into()
+        })
+    }
+
+    /// The direction of projection: that of the command line, of the recording, or z.
+    pub(super) fn along(&self, given: Option<Along>) -> Along {
+        given.unwrap_or(match &self.content {
+            Content::Session(session) => session.along(),
+            Content::File(_) => Along::Z,
+        })
+    }
+
+    /// The points that count, x, y, z in mm in the measured frame, in the order they were measured.
+    pub(super) fn points(&self) -> Box<dyn Iterator<Item = PointMm> + '_> {
+        match &self.content {
+            Content::File(topography) => Box::new(topography.points()),
+            Content::Session(session) => Box::new(session.good_points()),
+        }
+    }
+
+    /// How many points there are, gaps and flagged ones left out.
+    pub(super) fn len(&self) -> u64 {
+        self.points().count() as u64
+    }
+
+    /// How many places have no height: gaps of a file, flagged points of a session.
+    pub(super) fn missing(&self) -> usize {
+        match &self.content {
+            Content::File(topography) => topography.missing(),
+            Content::Session(session) => session.flagged(),
+        }
+    }
+
+    /// Where a file comes from; `None` for a session, whose report says so itself.
+    pub(super) fn origin(&self) -> Option<&Origin> {
+        match &self.content {
+            Content::File(topography) => Some(topography.source()),
+            Content::Session(_) => None,
+        }
+    }
+
+    /// Columns and units as they were read of a text file.
+    pub(super) fn reading(&self) -> Option<ReadingFigures> {
+        match &self.content {
+            Content::File(topography) => reading(topography),
+            Content::Session(_) => None,
+        }
+    }
+
+    /// Losses of a session and of its recording, in the words of its report; none of a file.
+    pub(super) fn losses(&self) -> Vec<String> {
+        match &self.content {
+            Content::File(_) => Vec::new(),
+            Content::Session(session) => session.losses(),
+        }
+    }
+
+    /// Says on stderr how the points were read, where no report does.
+    pub(super) fn say_reading(&self) {
+        match &self.content {
+            Content::File(_) => {
+                if let Some(reading) = self.reading() {
+                    say(summary::reading(&reading).trim_end());
+                }
+            }
+            Content::Session(session) => {
+                say(&session.told());
+                self.losses().iter().for_each(|loss| say(&format!("  {loss}")));
+            }
+        }
+    }
+}
+
+/// What the help says of an argument that is a source of points.
+pub(super) fn source_help() -> String {
+    format!(
+        "The points: a file ({KINDS}), a recorded session (its folder session-…, or a segment .mcap), or a folder of \
+         results with {MESH}"
+    )
+}
+
+/// What a path leads to. The one place that looks into a folder.
+fn place(path: &Path) -> Result<Place, Failure> {
+    if is_recording(path) {
+        return Ok(Place::Session);
+    }
+    if !path.is_dir() {
+        return Ok(Place::File(path.to_owned()));
+    }
+    let mesh = path.join(MESH);
+    if mesh.is_file() {
+        return Ok(Place::File(mesh));
+    }
+    let sessions = sessions_in(path)?;
+    let found = match &sessions[..] {
+        [] => "neither of them: give a file of points, or another folder".to_owned(),
+        [one] => format!("a session inside: give {}", one.display()),
+        [first, ..] => {
+            format!("{} sessions inside: give one, as {}", sessions.len(), first.display())
+        }
+    };
+    Err(format!(
+        "{}: expected a folder session-… with a recording, or one with {MESH} as --out writes it, found {found}",
+        path.display()
+    )
+    .into())
+}
+
+/// Whether a path is a session's folder or a segment of one. A folder that is called so, too: opening it says what it lacks.
+pub(super) fn is_recording(path: &Path) -> bool {
+    let is_segment = |path: &Path| path.extension().is_some_and(|extension| extension == "mcap");
+    if !path.is_dir() {
+        return is_segment(path);
+    }
+    let holds_segment = std::fs::read_dir(path)
+        .is_ok_and(|entries| entries.flatten().any(|entry| is_segment(&entry.path())));
+    holds_segment || is_session_name(path)
+}
+
+/// The sessions that lie in a folder, by name.
+fn sessions_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let entries = std::fs::read_dir(folder)
+        .map_err(|error| format!("cannot list {}: {error}", folder.display()))?;
+    let mut sessions: Vec<PathBuf> =
+        entries.flatten().map(|entry| entry.path()).filter(|path| is_recording(path)).collect();
+    sessions.sort();
+    Ok(sessions)
+}
+
+fn is_session_name(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("session-"))
+}
+
+/// The points of a file.
+fn topography(path: &Path, text: &TextArgs) -> Result<Topography, Failure> {
+    let name = path.display().to_string();
+    let bytes = read(path)?;
+    asphera_formats::read_with(&name, &bytes, &text.options()).map_err(|error| {
+        match error.names_file() {
+            true => error.to_string().into(),
+            false => format!("{name}: {}", error_chain(&error)).into(),
+        }
+    })
+}
+
+/// The file of a folder of results that holds its points.
+const MESH: &str = "mesh.ply";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_told_apart_and_a_stranger_is_told_what_is_expected() {
+        let dir = tempfile::tempdir().unwrap();
+        let [session, results, empty, demo] =
+            ["session-1", "results", "empty", "demo"].map(|name| dir.path().join(name));
+        for folder in [&session, &results, &empty, &demo.join("session-2"), &dir.path().join("s")] {
+            std::fs::create_dir_all(folder).unwrap();
+        }
+        std::fs::write(results.join(MESH), "ply\n").unwrap();
+        std::fs::write(dir.path().join("s/0000.mcap"), "").unwrap();
+        assert_eq!(place(&session).unwrap(), Place::Session);
+        assert_eq!(place(&dir.path().join("s")).unwrap(), Place::Session);
+        assert_eq!(place(&dir.path().join("s/0000.mcap")).unwrap(), Place::Session);
+        assert_eq!(place(&results).unwrap(), Place::File(results.join(MESH)));
+        assert_eq!(place(Path::new("a.xyz")).unwrap(), Place::File("a.xyz".into()));
+        let said = place(&empty).unwrap_err().to_string();
+        assert!(said.contains("expected a folder session-…") && said.contains("found neither"));
+        let said = place(&demo).unwrap_err().to_string();
+        assert!(said.contains("a session inside: give") && said.ends_with("session-2"), "{said}");
+    }
+}

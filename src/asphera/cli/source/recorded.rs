@@ -1,0 +1,102 @@
+//! A recorded session as a source of points.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use asphera_surface::PointMm;
+
+use super::super::output::Failure;
+use super::super::progress::Progress;
+use crate::config::Part;
+use crate::pipeline::{Along, Measurement};
+use crate::replay::{Playback, Played};
+use crate::report::SessionFigures;
+use crate::station::Point;
+
+/// The points of a session as its station took them, good and flagged ones, in order.
+pub(in crate::cli) struct Recorded {
+    part: Part,
+    along: Along,
+    points: Vec<Point>,
+    played: Played,
+}
+
+impl Recorded {
+    /// Plays a recording to its end.
+    pub(super) fn play(path: &Path, progress: &Progress) -> Result<Recorded, Failure> {
+        let playback = Playback::open(path)?;
+        let (part, along) = (playback.part().clone(), playback.along());
+        progress.count("replaying", None);
+        let mut points = Vec::new();
+        let played = playback.play(
+            |_| {},
+            |point| {
+                points.push(*point);
+                progress.add(1);
+            },
+        );
+        Ok(Recorded { part, along, points, played })
+    }
+
+    /// The part as the recording names it.
+    pub(super) fn part(&self) -> &Part {
+        &self.part
+    }
+
+    /// The direction of projection as the recording names it.
+    pub(super) fn along(&self) -> Along {
+        self.along
+    }
+
+    /// All points, in order.
+    pub(in crate::cli) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Id, start, station and end of the session.
+    pub(in crate::cli) fn session(&self) -> &SessionFigures {
+        self.played.session()
+    }
+
+    /// The points that may be used, mm.
+    pub(super) fn good_points(&self) -> impl Iterator<Item = PointMm> + '_ {
+        self.points.iter().filter(|point| point.is_good()).map(|point| point.position_mm)
+    }
+
+    /// How many points may not be used.
+    pub(super) fn flagged(&self) -> usize {
+        self.points.iter().filter(|point| !point.is_good()).count()
+    }
+
+    /// Losses of the session and of its recording, in the words of the report.
+    pub(super) fn losses(&self) -> Vec<String> {
+        self.played.losses()
+    }
+
+    /// The session in one line: whose points these are, and which are left out.
+    pub(super) fn told(&self) -> String {
+        let SessionFigures { id, station, .. } = self.session();
+        let mut text = format!("recording  {id} of {station}: {} points", self.points.len());
+        let mut flags = BTreeMap::<&str, u64>::new();
+        for point in self.points.iter().filter(|point| !point.is_good()) {
+            for name in point.flags.names() {
+                *flags.entry(name).or_default() += 1;
+            }
+        }
+        if !flags.is_empty() {
+            let named: Vec<_> =
+                flags.iter().map(|(name, count)| format!("{name} {count}")).collect();
+            text.push_str(&format!(
+                ", {} flagged and left out ({})",
+                self.flagged(),
+                named.join(", ")
+            ));
+        }
+        text
+    }
+
+    /// Adds to the figures of these points what the station and the recording know.
+    pub(in crate::cli) fn conclude(&self, measurement: &mut Measurement) {
+        self.played.clone().conclude(measurement);
+    }
+}
