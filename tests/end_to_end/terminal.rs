@@ -1,11 +1,11 @@
-//! What the command line shows beside results: progress on a terminal.
+//! What the command line shows beside results: progress on a terminal, completions, pages of the manual.
 
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use asphera_tests::{asphera, python, run};
+use asphera_tests::{asphera, python, run, skipped};
 
 /// Points of a cap of a sphere of 50 mm, as many as take some seconds to measure.
 fn points(folder: &Path) -> (PathBuf, PathBuf) {
@@ -122,4 +122,74 @@ fn no_color_is_respected() {
         assert!(shown.contains("INFO"), "{shown:?}");
         assert_eq!(shown.contains("\x1b[32m"), coloured, "{shown:?}");
     }
+}
+
+/// A program of this machine that says nothing about a text on its stdin; skipped where it is not there.
+fn accepts(program: &str, arguments: &[&str], text: &[u8]) -> bool {
+    let child = Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn();
+    let Ok(mut child) = child else {
+        skipped(&format!("no {program} here"));
+        return false;
+    };
+    child.stdin.take().unwrap().write_all(text).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.is_empty(), "{program}: {said}");
+    true
+}
+
+#[test]
+fn completions_are_accepted_by_their_shells() {
+    for (shell, program, arguments) in [
+        ("bash", "bash", vec!["-n"]),
+        ("zsh", "zsh", vec!["-n"]),
+        ("fish", "fish", vec!["--no-execute"]),
+    ] {
+        let output = run(["completions", shell]);
+        assert_eq!(output.status.code(), Some(0));
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        for verb in ["measure", "export", "replay", "completions"] {
+            assert!(script.contains(verb), "{shell}: {verb}");
+        }
+        accepts(program, &arguments, &output.stdout);
+    }
+    assert_eq!(run(["completions", "cmd"]).status.code(), Some(2));
+}
+
+#[test]
+fn every_verb_has_a_page_that_is_typeset_without_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let pages = folder.path().join("man1");
+    assert_eq!(run(["man", words(&pages)]).status.code(), Some(0));
+    let help = String::from_utf8(run(["--help"]).stdout).unwrap();
+    let commands = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let verbs: Vec<&str> = commands
+        .lines()
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|verb| *verb != "help")
+        .collect();
+    assert!(verbs.len() >= 15, "{verbs:?}");
+    let mut names: Vec<String> = verbs.iter().map(|verb| format!("asphera-{verb}.1")).collect();
+    names.push("asphera.1".to_owned());
+    for name in &names {
+        let page = fs::read(pages.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let text = String::from_utf8_lossy(&page);
+        assert!(text.contains(".TH") && text.contains("Example"), "{name}");
+        if !accepts("mandoc", &["-T", "lint", "-W", "warning"], &page) {
+            accepts("groff", &["-man", "-ww", "-T", "utf8", "-K", "utf8"], &page);
+        }
+    }
+    assert_eq!(fs::read_dir(&pages).unwrap().count(), names.len());
+    // The page alone is that of asphera; pages that are there stay unless told otherwise.
+    assert_eq!(run(["man"]).stdout, fs::read(pages.join("asphera.1")).unwrap());
+    let again = run(["man", words(&pages)]);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--force overwrites it"));
+    assert_eq!(run(["man", words(&pages), "--force"]).status.code(), Some(0));
 }

@@ -3,9 +3,11 @@
 mod check;
 mod columns;
 mod demo;
+mod examples;
 mod exit;
 mod export;
 mod files;
+mod manual;
 mod measure;
 mod nominal;
 mod notify;
@@ -30,14 +32,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::str::FromStr;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
 use exit::Exit;
 
 /// Measures optical surfaces on line: points in, form deviation out.
 #[derive(Parser)]
-#[command(name = "asphera", version, after_help = EXIT_CODES)]
+#[command(name = "asphera", version, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -52,38 +54,60 @@ struct Cli {
     log: String,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done (the part passed, or no limits are given); \
+const AFTER_HELP: &str = "Example:
+  asphera measure part.xyz --nominal sphere.toml
+
+Exit codes: 0 done (the part passed, or no limits are given); \
 1 a file, a port or a configuration cannot be used; 2 the command line is wrong; \
 10 the part is outside a limit; 11 the measurement ended but a verdict could not be given.";
 
 #[derive(Subcommand)]
 enum Command {
     /// Measures a simulated part on a simulated bench, over real protocols.
+    #[command(after_help = examples::DEMO)]
     Demo(demo::DemoArgs),
     /// Runs a station.
+    #[command(after_help = examples::RUN)]
     Run(run::RunArgs),
     /// Checks a configuration without opening anything: all errors at once, each with file, line and key.
+    #[command(after_help = examples::CHECK)]
     Check(ConfigArgs),
     /// Measures the points of a file (text, height maps, meshes, scans, arrays) or of a recorded session.
+    #[command(after_help = examples::MEASURE)]
     Measure(measure::MeasureArgs),
     /// Reduces the points of a file or a session to as few as ε needs, no denser than their noise allows.
+    #[command(after_help = examples::REDUCE)]
     Reduce(reduce::ReduceArgs),
     /// Cuts a measured surface along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
+    #[command(after_help = examples::SECTION)]
     Section(section::SectionArgs),
     /// Says how densely points sample their surface, and what to measure next.
+    #[command(after_help = examples::SAMPLING)]
     Sampling(sampling::SamplingArgs),
     /// Checks a nominal file and tells what it says, or makes one of a surface of a Zemax lens file.
+    #[command(after_help = examples::NOMINAL)]
     Nominal(nominal::NominalArgs),
     /// Writes the points of a recorded session, or of any file that is read, as .xyz, .csv or .ply.
+    #[command(after_help = examples::EXPORT)]
     Export(export::ExportArgs),
     /// Replays a recorded session.
+    #[command(after_help = examples::REPLAY)]
     Replay(replay::ReplayArgs),
     /// Writes the report of a recorded session or of a file: one HTML file to read and to print, and QIF 3.
+    #[command(after_help = examples::REPORT)]
     Report(report::ReportArgs),
     /// Runs the simulators of a bench alone.
+    #[command(after_help = examples::SIMULATE)]
     Simulate(simulate::SimulateArgs),
     /// Lists serial ports and CAN interfaces by their stable names.
+    #[command(after_help = examples::PORTS)]
     Ports,
+    /// Prints the completions of a shell.
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions(manual::CompletionsArgs),
+    /// Prints the page of the manual, or writes one for each command into a folder.
+    #[command(after_help = examples::MAN)]
+    Man(manual::ManArgs),
 }
 
 #[derive(Args)]
@@ -150,6 +174,8 @@ pub fn main() -> ExitCode {
         Command::Report(args) => report::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Ports => ports::run(),
+        Command::Completions(args) => manual::completions(&args, Cli::command()),
+        Command::Man(args) => manual::pages(&args, Cli::command()),
     };
     match done {
         Ok(exit) => exit.into(),
@@ -163,7 +189,6 @@ pub fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_consistent() {

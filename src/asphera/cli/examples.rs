@@ -1,0 +1,104 @@
+//! Command lines that work, for the end of each help text.
+
+pub(super) const DEMO: &str = "Examples:
+  asphera demo
+  asphera demo --exit --points 20000 --speed max --out results";
+
+pub(super) const RUN: &str = "Example:
+  asphera run --config config/asphera.toml";
+
+pub(super) const CHECK: &str = "Example:
+  asphera check --config config/asphera.toml";
+
+pub(super) const MEASURE: &str = "Examples:
+  asphera measure part.xyz --nominal sphere.toml
+  asphera measure session-20261121T004006Z-0badcafe --out results
+  asphera measure part.csv --columns 2,3,4 --unit um --nominal sphere.toml --json";
+
+pub(super) const REDUCE: &str = "Examples:
+  asphera reduce part.xyz --epsilon 0.05 -o fewer.xyz
+  asphera reduce part.xyz --epsilon 0.05 --average --nominal sphere.toml -o fewer.csv";
+
+pub(super) const SECTION: &str = "Examples:
+  asphera section part.xyz --line -5,0,5,0 -o section.csv
+  asphera section part.xyz --radius 45 --nominal sphere.toml --json";
+
+pub(super) const SAMPLING: &str = "Examples:
+  asphera sampling part.xyz --epsilon 0.05
+  asphera sampling part.xyz --nominal sphere.toml --waypoints next.csv";
+
+pub(super) const NOMINAL: &str = "Examples:
+  asphera nominal sphere.toml --sag 0,2.5,5
+  asphera nominal lens.zmx --surface 2 -o sphere.toml";
+
+pub(super) const EXPORT: &str = "Examples:
+  asphera export session-20261121T004006Z-0badcafe -o points.csv
+  asphera export part.x3p -o part.ply";
+
+pub(super) const REPLAY: &str = "Examples:
+  asphera replay session-20261121T004006Z-0badcafe
+  asphera replay session-20261121T004006Z-0badcafe --nominal sphere.toml --json";
+
+pub(super) const REPORT: &str = "Examples:
+  asphera report session-20261121T004006Z-0badcafe -o report.html
+  asphera report part.xyz --nominal sphere.toml --part \"Lens 7\" -o report.html --qif report.xml";
+
+pub(super) const SIMULATE: &str = "Example:
+  asphera simulate simulators/rig/scenes/asphere.toml";
+
+pub(super) const PORTS: &str = "Example:
+  asphera ports";
+
+pub(super) const COMPLETIONS: &str = "Examples:
+  asphera completions bash > /etc/bash_completion.d/asphera
+  asphera completions fish > ~/.config/fish/completions/asphera.fish";
+
+pub(super) const MAN: &str = "Examples:
+  asphera man | man -l -
+  asphera man /usr/local/share/man/man1";
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory as _, Parser as _};
+
+    use crate::cli::Cli;
+
+    /// Words as a shell parts them; what is redirected or piped is not the command's.
+    fn words(line: &str) -> Vec<String> {
+        let command = line.split(['|', '>']).next().unwrap_or_default();
+        // Within quotes spaces part nothing.
+        let pieces = command.split('"').enumerate();
+        let parted = pieces.flat_map(|(index, piece)| match index % 2 {
+            0 => piece.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![piece.to_owned()],
+        });
+        parted.collect()
+    }
+
+    #[test]
+    fn every_command_has_an_example_that_its_own_parser_takes() {
+        let mut cli = Cli::command();
+        cli.build();
+        let commands = cli.get_subcommands().filter(|command| command.get_name() != "help");
+        let mut seen = 0;
+        for command in commands {
+            let name = command.get_name().to_owned();
+            for help in [command.clone().render_help(), command.clone().render_long_help()] {
+                assert!(help.to_string().contains("Example"), "{name}: {help}");
+            }
+            let after = command.get_after_help().unwrap().to_string();
+            let lines: Vec<&str> = after.lines().skip(1).collect();
+            assert!((1..=3).contains(&lines.len()), "{name}");
+            for line in lines {
+                let words = words(line);
+                assert_eq!(words[..2], ["asphera", &name], "{line}");
+                if let Err(error) = Cli::try_parse_from(&words) {
+                    panic!("{line}\n{error}");
+                }
+            }
+            seen += 1;
+        }
+        assert!(seen >= 15, "{seen}");
+        assert!(cli.render_help().to_string().contains("Example"));
+    }
+}
