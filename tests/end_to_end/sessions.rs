@@ -22,6 +22,20 @@ fn session() -> &'static Path {
     path
 }
 
+/// A place within the entries of a recording, about its middle: MCAP's record 6 is a chunk of them. Its other records are
+/// indices, of which a loss costs nothing.
+fn middle_chunk(bytes: &[u8]) -> usize {
+    let (mut at, mut chunks) = (8, Vec::new());
+    while at + 17 < bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        if bytes[at] == 6 {
+            chunks.push(at + 9 + length / 2);
+        }
+        at += 9 + length;
+    }
+    chunks[chunks.len() / 2]
+}
+
 /// The same session with 200 bytes in its middle turned.
 fn damaged() -> &'static Path {
     static DAMAGED: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
@@ -35,7 +49,7 @@ fn damaged() -> &'static Path {
         }
         let segment = path.join("0000.mcap");
         let mut bytes = fs::read(&segment).unwrap();
-        let middle = bytes.len() / 2;
+        let middle = middle_chunk(&bytes);
         bytes[middle..middle + 200].iter_mut().for_each(|byte| *byte ^= 0x5A);
         fs::write(&segment, bytes).unwrap();
         (folder, path)
@@ -159,6 +173,17 @@ fn what_is_exported_has_the_bits_of_the_session() {
             }
             let units = again["reading"]["columns"].to_string();
             assert_eq!(units.matches("\"unit\":\"mm\"").count(), 3, "{units}");
+            assert_eq!(again["reading"]["units_by"], "the file");
+        }
+        // So have the vertices of the PLY file, and of the mesh in a folder of results.
+        let results = folder.path().join("results");
+        let written = ["--out", words(&results), "--force"];
+        figures(
+            &[&["measure", words(source), "--nominal", words(&nominal)], &written[..]].concat(),
+        );
+        for out in [&ply, &results] {
+            let again = figures(&["measure", words(out), "--nominal", words(&nominal)]);
+            assert_eq!(again["form"], whole["form"], "{}", out.display());
             assert_eq!(again["reading"]["units_by"], "the file");
         }
         let received = count(&whole, "/points/received");

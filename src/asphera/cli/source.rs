@@ -175,8 +175,8 @@ impl Source {
 /// What the help says of an argument that is a source of points.
 pub(super) fn source_help() -> String {
     format!(
-        "The points: a file ({KINDS}), a recorded session (its folder session-…, or a segment .mcap), or a folder of \
-         results with {MESH}"
+        "The points: {KINDS}; a recorded session (its folder session-…, or a segment .mcap); or a folder of results \
+         with {MESH}"
     )
 }
 
