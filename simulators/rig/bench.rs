@@ -114,7 +114,7 @@ impl Bench {
     /// Whether the host has disarmed every device, and no fault did.
     pub(crate) fn is_left(&self) -> bool {
         let disturbed = *self.disturbed_until.lock().unwrap_or_else(PoisonError::into_inner);
-        !self.probe.armed() && !self.stage.armed() && disturbed.is_none_or(|until| until.is_past())
+        !self.probe.armed() && !self.stage.armed() && disturbed.is_none_or(Deadline::is_past)
     }
 
     /// Triggers every device. Waits while a host that is there does not read.

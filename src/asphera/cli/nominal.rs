@@ -11,7 +11,7 @@ use clap::Args;
 use super::exit::Exit;
 use super::files::{part, read, refuse};
 use super::output::{Failure, print};
-use crate::config::Part;
+use crate::config::{Part, flipped};
 use crate::lens;
 
 #[derive(Args)]
@@ -28,8 +28,11 @@ pub(super) struct NominalArgs {
     /// Of a grid sag in a lens file: the file of heights that was imported into it, .DAT.
     #[arg(long, value_name = "FILE.DAT", requires = "surface")]
     grid: Option<PathBuf>,
+    /// Make the nominal of the other side: turned by half a turn about x, convex and concave exchanged.
+    #[arg(long, conflicts_with = "sag")]
+    flip: bool,
     /// Where the nominal goes; without it to stdout.
-    #[arg(short, long, value_name = "OUT.toml", requires = "surface")]
+    #[arg(short, long, value_name = "OUT.toml")]
     out: Option<PathBuf>,
     /// Overwrite it.
     #[arg(long)]
@@ -46,16 +49,29 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
         if args.surface.is_some() {
             return Err(format!("{name} is a nominal file: --surface is for lens files").into());
         }
-        print(&told::of(&part(&args.file)?, &args.sag)?);
-        return Ok(Exit::Done);
+        let part = part(&args.file)?;
+        return match (args.flip, &args.out) {
+            (true, _) => {
+                let text = String::from_utf8_lossy(&bytes);
+                write(args, &turned(&name, &text)?)
+            }
+            (false, Some(_)) => {
+                Err(format!("{name} is a nominal file already: -o is for --flip and --surface")
+                    .into())
+            }
+            (false, None) => {
+                print(&told::of(&part, &args.sag)?);
+                Ok(Exit::Done)
+            }
+        };
     }
     if !args.sag.is_empty() {
         return Err(
             format!("--sag is for nominal files, .toml; {name} is taken for a lens file").into()
         );
     }
-    if let Some(out) = &args.out {
-        refuse(out, &args.file, args.force)?;
+    if args.surface.is_none() && (args.flip || args.out.is_some()) {
+        return Err(format!("{name} is a lens file: --surface N says which surface").into());
     }
     let lens = zemax::read(&bytes).map_err(|error| format!("{name}: {error}"))?;
     let Some(number) = args.surface else {
@@ -66,14 +82,27 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
         args.grid.as_deref().map(|grid| heights(grid, args.out.as_deref())).transpose()?;
     let text = lens::nominal(&lens, number, &name, heights.as_deref())
         .map_err(|error| format!("{name}: {error}"))?;
+    let text = if args.flip { turned(&name, &text)? } else { text };
     // What is written can be read again: a surface that cannot be is told now, not when it is measured.
     let place = args.out.as_ref().map_or_else(|| name.clone(), |out| out.display().to_string());
     Part::parse(&place, &text)
         .map_err(|problems| format!("surface {number} of {name} is no surface:\n{problems}"))?;
+    write(args, &text)
+}
+
+fn turned(name: &str, text: &str) -> Result<String, Failure> {
+    flipped(text).map_err(|error| format!("{name}: {error}").into())
+}
+
+/// Writes a nominal where it was asked for.
+fn write(args: &NominalArgs, text: &str) -> Result<Exit, Failure> {
     match &args.out {
-        Some(out) => fs::write(out, text)
-            .map_err(|error| format!("cannot write {}: {error}", out.display()))?,
-        None => print(&text),
+        Some(out) => {
+            refuse(out, &args.file, args.force)?;
+            fs::write(out, text)
+                .map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+        }
+        None => print(text),
     }
     Ok(Exit::Done)
 }

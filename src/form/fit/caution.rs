@@ -94,13 +94,14 @@ impl fmt::Display for Caution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Caution::UpsideDown => f.write_str(
-                "the points only fit the part upside down: it was measured from below, or convex and concave \
-                 are exchanged in the nominal",
+                "the points only fit the part upside down: it was measured from its other side, or convex and concave are \
+                 exchanged in the nominal. Add `--along 0,0,-1` (of a station, `[projection] along = [0, 0, -1]`), or make the \
+                 nominal of the other side with `asphera nominal FILE --flip`",
             ),
             Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
                 f,
                 "the points fit the nominal with the sign of z exchanged to {mirrored_rms_mm:.1e} mm rms, the \
-                 nominal as given to {rms_mm:.1e} mm"
+                 nominal as given to {rms_mm:.1e} mm: make the nominal of the other side with `asphera nominal FILE --flip`"
             ),
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } if domain_mm.is_infinite() => write!(
                 f,
