@@ -101,7 +101,7 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
     write_files(folder, &ResultFile::OUT, measurement, &Provenance::default())
 }
 
-/// Writes files of a measurement; `provenance` stands in those that are papers. As [`write`] otherwise.
+/// Writes files of a measurement; `provenance` stands in those that are papers. As [`write()`] otherwise.
 ///
 /// # Errors
 ///

@@ -81,6 +81,8 @@ fn the_names_are_those_that_were_promised() {
         "noise_sigma_nm",
         "spacing_median_mm",
         "overdense_fraction",
+        "spacing_coarsest_mm",
+        "spacing_finest_mm",
         "spacing_recommended_mm",
         "next",
         "next_more",

@@ -384,16 +384,27 @@ pub(super) fn sampling(text: &mut String, sampling: &SamplingFigures) -> std::fm
         parts.extend(sampling.reach_mm.map(|mm| format!("reach {} mm", short(mm))));
         line(text, parts)?;
     }
-    let density = [
-        sampling.noise_sigma_nm.map(|nm| format!("noise {} nm", short(nm))),
-        sampling.spacing_median_mm.map(|mm| format!("spacing {} mm", short(mm))),
-        sampling
-            .overdense_fraction
-            .map(|share| format!("{} too dense for the noise", percent(share))),
-        sampling.spacing_recommended_mm.map(|mm| format!("{} mm recommended", short(mm))),
-    ];
-    line(text, density.into_iter().flatten().collect())?;
+    line(text, density(sampling))?;
     unknown.try_for_each(|why| writeln!(text, "           {why}"))
+}
+
+/// Noise and spacing, with the spacings that would do.
+fn density(sampling: &SamplingFigures) -> Vec<String> {
+    let noise = sampling.noise_sigma_nm.map(|nm| format!("noise {} nm", short(nm)));
+    let bounds = [
+        sampling.spacing_coarsest_mm.map(|mm| format!("coarsest that meets ε: {} mm", short(mm))),
+        sampling.spacing_finest_mm.map(|mm| format!("finest useful: {} mm", short(mm))),
+    ];
+    let bounds: Vec<String> = bounds.into_iter().flatten().collect();
+    let spacing = sampling.spacing_median_mm.map(|mm| {
+        let around =
+            if bounds.is_empty() { String::new() } else { format!(" ({})", bounds.join("; ")) };
+        format!("point spacing {} mm{around}", short(mm))
+    });
+    let share = sampling.overdense_fraction.filter(|share| *share > 0.0);
+    let dense = share.map(|share| format!("{} of the surface finer than that", percent(share)));
+    let said = [noise, spacing, dense].into_iter().flatten();
+    vec![said.collect::<Vec<_>>().join("; ")].into_iter().filter(|said| !said.is_empty()).collect()
 }
 
 /// The first regions to measure, one a line.

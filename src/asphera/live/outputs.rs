@@ -82,7 +82,7 @@ fn tell(program: &str, ended: std::io::Result<Option<ExitStatus>>, timeout: Dura
         Ok(Some(status)) if status.success() => info!(program, "the command of [output] is done"),
         Ok(Some(status)) => error!(program, %status, "the command of [output] failed"),
         Ok(None) => {
-            error!(program, ?timeout, "the command of [output] took too long and was ended")
+            error!(program, ?timeout, "the command of [output] took too long and was ended");
         }
         Err(error) => error!(program, %error, "the command of [output] was lost"),
     }

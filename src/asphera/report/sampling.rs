@@ -51,6 +51,12 @@ pub struct SamplingFigures {
     /// Share of the surface whose points are so near to each other that their noise turns facets by more than
     /// ε rad, or ρ rad if that is less.
     pub overdense_fraction: Option<f64>,
+    /// The largest spacing in mm that satisfies ε and ρ everywhere. Absent of a plane, and where the noise is not known.
+    #[serde(default)]
+    pub spacing_coarsest_mm: Option<f64>,
+    /// The smallest spacing in mm that is of use: with a smaller one, noise turns facets by more than ε rad.
+    #[serde(default)]
+    pub spacing_finest_mm: Option<f64>,
     /// The spacing in mm that satisfies ε, ρ and noise everywhere. Absent if there is none or any will do.
     pub spacing_recommended_mm: Option<f64>,
     /// What to measure next: regions that are not covered, those first that add most to the coverage.

@@ -28,8 +28,10 @@ pub(crate) fn words(
     let motion = motion.without_slide(nominal);
     let what = motion.words(nominal);
     if !held.is_combined {
-        let text =
-            format!("the {what} cannot be found from these points: {name} is held at its start");
+        let text = format!(
+            "{name} cannot be found from these points: {} changes nothing. It is held at its start",
+            moving(&what)
+        );
         return (name, text);
     }
     let rests = match motion.lever_mm() {
@@ -43,6 +45,13 @@ pub(crate) fn words(
     };
     let text = format!("the {what} cannot be found from these points: held at its start{rests}");
     (what, text)
+}
+
+/// A motion as what somebody does: "shift along … of the part" is "moving the part along …".
+fn moving(what: &str) -> String {
+    let done = what.replacen("shift along", "moving the part along", 1);
+    let done = done.replacen("turn about", "turning the part about", 1);
+    done.replacen(" of the part", "", 1)
 }
 
 impl Motion {

@@ -340,6 +340,7 @@ const BY_DRAWS: &[(&str, f64)] = &[
 const BY_CELLS: &[(&str, f64)] = &[
     ("sampling/noise_sigma_nm", 0.02),
     ("sampling/spacing_recommended_mm", 0.02),
+    ("sampling/spacing_finest_mm", 0.02),
     // Pixels of the ACF lie along the axes, and so do windows of the filters.
     ("form/texture/figures/*/simulated/bias", 0.2),
     ("form/texture/figures", 0.05),

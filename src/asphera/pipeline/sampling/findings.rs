@@ -129,6 +129,8 @@ impl Look<'_> {
             noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),
             spacing_median_mm: dense.and_then(|dense| dense.spacing_median_mm),
             overdense_fraction: dense.and_then(|dense| dense.overdense_fraction),
+            spacing_coarsest_mm: dense.and_then(|dense| bounds_mm(dense.advice?).1),
+            spacing_finest_mm: dense.and_then(|dense| bounds_mm(dense.advice?).0),
             spacing_recommended_mm: dense.and_then(|dense| recommended_mm(dense.advice?)),
             next: listed,
             next_more: more as u64 + coverage.remainder_patches,
@@ -186,6 +188,19 @@ impl Findings {
             otherwise_mm: scale.gap_mm.map(|gap_mm| SQRT_2 * gap_mm),
         }
     }
+}
+
+/// The smallest and the largest spacing that will do, as far as there are such bounds. Where they contradict each other both are told.
+fn bounds_mm(advice: Advice) -> (Option<f64>, Option<f64>) {
+    let (finest_mm, coarsest_mm) = match advice {
+        Advice::Between { noise_bound_mm, epsilon_bound_mm, .. }
+        | Advice::Conflict { noise_bound_mm, epsilon_bound_mm } => {
+            (noise_bound_mm, Some(epsilon_bound_mm))
+        }
+        Advice::AtLeast { noise_bound_mm } => (noise_bound_mm, None),
+    };
+    let told = |mm: &f64| mm.is_finite() && *mm > 0.0;
+    (Some(finest_mm).filter(told), coarsest_mm.filter(told))
 }
 
 /// The spacing to be recommended, if there is one.
