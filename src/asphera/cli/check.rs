@@ -2,11 +2,20 @@
 
 use std::path::Path;
 
+use toml_edit::DocumentMut;
+
 use super::exit::Exit;
+use super::files::part;
+use super::nominal;
 use super::output::{Failure, print};
 use crate::config::Config;
 
 pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
+    if is_nominal(path) {
+        let told = nominal::told(&part(path)?)?;
+        print(&format!("{}: a nominal file: fine\n{told}", path.display()));
+        return Ok(Exit::Done);
+    }
     let config = Config::load(path)?;
     print(&format!(
         "{}: station {:?}, {} links, {} devices: fine\n",
@@ -16,4 +25,11 @@ pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
         config.devices.len()
     ));
     Ok(Exit::Done)
+}
+
+/// Whether a file is a nominal, not the configuration of a station. What cannot be read is told by who reads it.
+fn is_nominal(path: &Path) -> bool {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.parse::<DocumentMut>()
+        .is_ok_and(|document| document.contains_key("surface") && !document.contains_key("station"))
 }

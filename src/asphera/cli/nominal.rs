@@ -90,6 +90,11 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     write(args, &text)
 }
 
+/// What a nominal says, as a person reads it.
+pub(super) fn told(part: &Part) -> Result<String, Failure> {
+    told::of(part, &[])
+}
+
 fn turned(name: &str, text: &str) -> Result<String, Failure> {
     flipped(text).map_err(|error| format!("{name}: {error}").into())
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use asphera_link::Command;
 use asphera_sim_chrocodile::{Device, Simulator, tcp};
+use tokio::io::AsyncWriteExt as _;
 use tokio::time::timeout;
 
 use super::Station;
@@ -118,4 +119,31 @@ async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one
     again.report.timing = report.timing.clone();
     assert_eq!(&again.report, report);
     serving.abort();
+}
+
+#[tokio::test]
+async fn a_link_to_another_device_says_what_came() {
+    let folder = tempfile::tempdir().unwrap();
+    let listening = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+    let address = listening.local_addr().unwrap();
+    let receiver = tokio::spawn(async move {
+        // A GPS receiver at the address of the probe.
+        while let Ok((mut socket, _)) = listening.accept().await {
+            tokio::spawn(async move {
+                while socket.write_all(b"$GPGGA,123519,4807.038,N,01131.000,E\r\n").await.is_ok() {
+                    tokio::time::sleep(Duration::from_millis(20)).await;
+                }
+            });
+        }
+    });
+    let config = station(&address.to_string(), folder.path().to_str().unwrap(), "");
+    let station = Station::start(config).unwrap();
+    let mut snapshots = station.handle().watch();
+    station.handle().watch_links().await;
+    let said = |now: &Snapshot| {
+        let error = now.links.first().and_then(|link| link.last_error.clone()).unwrap_or_default();
+        error.contains(" bytes of text, no telegram: wrong device or baud rate?")
+    };
+    until(&mut snapshots, said).await;
+    receiver.abort();
 }

@@ -7,6 +7,7 @@ use asphera_link::{
 };
 use asphera_slcan::{BitRate, Command as Adapter, Decoder, Item, Timestamps};
 
+use super::heard::Heard;
 use crate::report::{ChannelFigures, DeviceFigures, LinkFigures};
 
 /// How bytes of a link are framed.
@@ -32,6 +33,8 @@ pub struct Line {
     distrusted: bool,
     figures: LinkFigures,
     last_error: Option<String>,
+    /// What came on this connection while no device was known to be there.
+    heard: Heard,
     /// Commands and frames the adapter refused on this connection.
     refusals: u64,
     /// How often bytes were discarded.
@@ -101,6 +104,7 @@ impl Line {
             epoch: None,
             distrusted: false,
             last_error: None,
+            heard: Heard::default(),
             refusals: 0,
             discarded_runs: 0,
         }
@@ -189,6 +193,7 @@ impl Line {
         self.distrusted = false;
         self.figures.opened += 1;
         self.decoder = new_decoder();
+        self.heard = Heard::default();
         self.refusals = 0;
         if let Framing::Slcan(rate) = self.framing {
             let mut bytes = Vec::new();
@@ -228,6 +233,10 @@ impl Line {
         if self.epoch.is_none() || self.distrusted {
             self.figures.discarded_bytes += bytes.len() as u64;
             return;
+        }
+        // An adapter answers whatever the bus does.
+        if self.framing == Framing::Raw && !self.devices.iter().any(|device| device.online) {
+            self.heard.take(bytes);
         }
         match self.framing {
             Framing::Raw => {
@@ -326,6 +335,15 @@ impl Line {
         self.pump(out);
     }
 
+    /// Why a device cannot be used, and what came instead of its telegrams.
+    fn with_heard(&self, reason: &str) -> String {
+        let is_known = self.devices.iter().any(|device| device.online);
+        match self.heard.words().filter(|_| !is_known) {
+            Some(words) => format!("{reason} ({words})"),
+            None => reason.to_owned(),
+        }
+    }
+
     /// Nothing that comes on this connection counts any more.
     fn interrupt(&mut self, out: &mut Vec<Effect>) {
         if self.distrusted {
@@ -342,7 +360,7 @@ impl Line {
     fn pump(&mut self, out: &mut Vec<Effect>) {
         let Some(epoch) = self.epoch else { return };
         let mut sent = Vec::new();
-        let mut reopen = None;
+        let (mut failed, mut reopen) = (None, None);
         for (index, device) in self.devices.iter_mut().enumerate() {
             while let Some(output) = device.driver.poll_transmit() {
                 match (output, self.framing) {
@@ -369,7 +387,7 @@ impl Line {
                         self.figures.discarded_bytes += bytes;
                         self.discarded_runs += 1;
                     }
-                    Event::Fault(fault) => self.last_error = Some(device.fault(&fault)),
+                    Event::Fault(fault) => failed = Some(device.fault(&fault)),
                     Event::Reopen(fault) => reopen = Some(device.fault(&fault)),
                 }
             }
@@ -377,8 +395,10 @@ impl Line {
         if !sent.is_empty() {
             out.push(Effect::Send { epoch, bytes: sent });
         }
-        if let Some(reason) = reopen {
-            self.last_error = Some(reason);
+        if let Some(reason) = reopen.as_ref().or(failed.as_ref()) {
+            self.last_error = Some(self.with_heard(reason));
+        }
+        if reopen.is_some() {
             out.push(Effect::Reopen { epoch });
             self.interrupt(out);
             self.distrusted = true;

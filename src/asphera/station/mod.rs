@@ -3,6 +3,7 @@
 mod assemble;
 mod bench;
 mod gate;
+mod heard;
 mod hold_up;
 mod kinematics;
 mod line;
