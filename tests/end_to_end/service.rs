@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use asphera_rig::{Rig, Scene, Speed, StationOptions};
 use asphera_tests::{Running, asphera, http, root, skipped};
 
 /// A station whose instruments are not there, with its page at any port.
@@ -110,5 +111,44 @@ fn the_units_leave_little_open() {
         let words = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(output.status.success(), "{unit}: {words}");
         assert!(words.contains("Overall exposure level"), "{unit}: {words}");
+    }
+}
+
+/// One part, measured by a station that ends with its verdict: what a cell of a line asks for.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_station_measures_once_and_ends_with_the_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Scene::built_in("sphere").unwrap().with_points(3000).with_speed(Speed::Max);
+    let rig = Rig::start(scene, &folder.path().join("ports")).await.unwrap();
+    let recordings = folder.path().join("recordings");
+    let options =
+        StationOptions { recordings: recordings.clone(), listen: ([127, 0, 0, 1], 0).into() };
+    let config = folder.path().join("station.toml");
+    for (limit, code) in [("pv_nm = 1e6", 0), ("pv_nm = 1", 10)] {
+        let (before, after) =
+            rig.station_toml(&options).split_once("[nominal.tolerance]\n").map_or_else(
+                || panic!("the scene has limits"),
+                |(before, after)| (before.to_owned(), after.to_owned()),
+            );
+        let rest = after.find("\n[").map_or("", |at| &after[at..]).to_owned();
+        let text = format!(
+            "{before}[nominal.tolerance]\n{limit}\n{rest}\n[output]\nfiles = [\"report.json\", \"qif.xml\", \"deviation.x3p\"]\n"
+        );
+        std::fs::write(&config, text).unwrap();
+        let arguments = ["run", "--once", "--config", config.to_str().unwrap()].map(str::to_owned);
+        let output = tokio::task::spawn_blocking(move || {
+            Command::new(asphera()).args(arguments).output().unwrap()
+        });
+        let output = output.await.unwrap();
+        assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let sessions: Vec<_> =
+        std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(sessions.len(), 2);
+    for session in sessions {
+        for file in ["report.json", "qif.xml", "deviation.x3p"] {
+            assert!(session.join(file).is_file(), "{file} of {}", session.display());
+        }
+        assert!(!session.join("report.html").exists(), "it was not asked for");
     }
 }

@@ -4,8 +4,9 @@ pub(super) const DEMO: &str = "Examples:
   asphera demo
   asphera demo --exit --points 20000 --speed max --out results";
 
-pub(super) const RUN: &str = "Example:
-  asphera run --config config/asphera.toml";
+pub(super) const RUN: &str = "Examples:
+  asphera run --config config/asphera.toml
+  asphera run --config config/asphera.toml --once";
 
 pub(super) const CHECK: &str = "Example:
   asphera check --config config/asphera.toml";

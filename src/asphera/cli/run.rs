@@ -19,19 +19,22 @@ pub(super) struct RunArgs {
     config: ConfigArgs,
     #[command(flatten)]
     token: TokenArgs,
+    /// Measure one session at once, then end with the exit code of its verdict.
+    #[arg(long)]
+    once: bool,
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let config = Config::load(&args.config.config)?;
-    tokio::runtime::Runtime::new()?.block_on(station(config, &args.token))
+    tokio::runtime::Runtime::new()?.block_on(station(config, args))
 }
 
-async fn station(config: Config, token: &TokenArgs) -> Result<Exit, Failure> {
-    let (listen, hosts, autostart) =
-        (config.listen, config.allowed_hosts.clone(), config.autostart);
+async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
+    let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
+    let autostart = config.autostart || args.once;
     let mut station = Station::start(config)?;
     // The page first: a port that is taken must not leave a recording behind.
-    let page = Page::serve(station.handle(), listen, hosts, token.token()?).await?;
+    let page = Page::serve(station.handle(), listen, hosts, args.token.token()?).await?;
     if autostart {
         station.handle().session(Command::Start).await?;
     } else {
@@ -40,11 +43,19 @@ async fn station(config: Config, token: &TokenArgs) -> Result<Exit, Failure> {
     notify::ready(page.url());
     let watchdog = notify::watch(station.handle().beats());
     let mut stop = std::pin::pin!(interrupted());
+    let mut exit = Exit::Done;
     loop {
         tokio::select! {
             finished = station.finished() => match finished {
-                Ok(finished) => show(&finished),
+                Ok(finished) => {
+                    show(&finished);
+                    if args.once {
+                        exit = Exit::of(&finished.measurement.report);
+                        break;
+                    }
+                }
                 Err(StationError::Ended) => return Err(StationError::Ended.into()),
+                Err(error) if args.once => return Err(error.into()),
                 Err(error) => complain(&error.into()),
             },
             signal = &mut stop => {
@@ -56,10 +67,13 @@ async fn station(config: Config, token: &TokenArgs) -> Result<Exit, Failure> {
     notify::stopping();
     if let Some(finished) = stop_session(&mut station).await? {
         show(&finished);
+        if args.once {
+            exit = Exit::of(&finished.measurement.report);
+        }
     }
     page.close().await?;
     watchdog.abort();
-    Ok(Exit::Done)
+    Ok(exit)
 }
 
 fn show(finished: &Finished) {
