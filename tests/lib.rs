@@ -163,6 +163,11 @@ impl Running {
         }
     }
 
+    /// The number of its process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Sends a signal: `TERM`, `KILL`, `INT`.
     pub fn signal(&self, name: &str) {
         let status =
