@@ -212,7 +212,10 @@ impl Line {
 
     pub(crate) fn closed(&mut self, now: Nanos, reason: String, out: &mut Vec<Effect>) {
         self.figures.closed += 1;
-        self.last_error = Some(reason);
+        // Where a driver asked for a new connection, what it said then tells more than that this one closed.
+        if !self.distrusted {
+            self.last_error = Some(reason);
+        }
         self.figures.discarded_bytes += self.decoder.pending();
         self.decoder = new_decoder();
         if self.epoch.is_some() {
