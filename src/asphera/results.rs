@@ -83,6 +83,11 @@ impl ResultFile {
         }
     }
 
+    /// Whether it states where it comes from: with the checksums of its sources.
+    pub const fn is_paper(self) -> bool {
+        matches!(self, ResultFile::Html | ResultFile::Qif)
+    }
+
     /// The file of this name.
     pub fn named(name: &str) -> Option<ResultFile> {
         ResultFile::ALL.into_iter().find(|file| file.name() == name)

@@ -23,7 +23,12 @@ pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -
         Outputs { problem: Some(why), ..Outputs::default() }
     };
     let measurement = &finished.measurement;
-    let files = match SourceFile::of_session(folder) {
+    // Checksums cost a reading of the whole recording: only papers hold them.
+    let files = match config.files.iter().any(|file| file.is_paper()) {
+        true => SourceFile::of_session(folder),
+        false => Ok(Vec::new()),
+    };
+    let files = match files {
         Ok(files) => files,
         Err(error) => return failed(error_chain(&error)),
     };
