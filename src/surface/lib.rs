@@ -8,7 +8,8 @@
 //! well-sampled part has. [`coverage`] says what of an aperture is known and what should be measured next,
 //! [`lfs`] the local feature size, [`reduce`] which points are enough, [`curvature`] normals and
 //! curvatures at the vertices, [`noise`] the noise of the heights and what spacing it allows;
-//! [`sections`] cuts the surface. [`check`] proves a finished mesh right by exact arithmetic.
+//! [`sections`] cuts the surface. [`predicates`] decide questions about places exactly, and
+//! [`WeightedTree`] finds what is near. [`check`] proves a finished mesh right by exact arithmetic.
 //!
 //! Lengths are mm, areas mm². The crate deliberately holds no input or output, reads no clock and
 //! starts no thread of its own: where two help it works in the caller's rayon pool. The same calls give the
@@ -40,6 +41,7 @@ mod outcome;
 mod outline;
 mod paged;
 mod point;
+pub mod predicates;
 mod projection;
 mod quantile;
 mod raster;
@@ -62,6 +64,7 @@ pub use mesh::{
     BATCH_POINTS, BoundsMm, ChangedPart, Changes, EditError, HEIGHTS_REMEMBERED, Mesh, Neighbours,
     Revision,
 };
+pub use nearest::{BoxMm, WeightedTree};
 pub use outcome::{Counts, Outcome, VertexId};
 pub use outline::{Contour, Island, IslandCounts, islands};
 pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
@@ -75,3 +78,4 @@ pub use repeats::Repeats;
 pub use sampling::{
     Criteria, RunningSampling, RunningSpread, Sampling, State, StateCounts, Survey, assess,
 };
+pub use triangle::from_smallest;

@@ -14,11 +14,30 @@ use crate::PointMm;
 
 /// The tree. n·log n time to build, log n on average to ask, 40 bytes a point.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WeightedTree {
+pub struct WeightedTree {
     /// Points and weights; a node is a range, its left child the first half.
     entries: Vec<Entry>,
     /// The box and the least weight of each node with more than [`LEAF`] entries, in heap order.
     nodes: Vec<Node>,
+}
+
+/// A box along the axes, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxMm {
+    /// The least coordinates.
+    pub low_mm: PointMm,
+    /// The largest.
+    pub high_mm: PointMm,
+}
+
+impl BoxMm {
+    /// Square of the distance from a place to the nearest place of the box in mm², but for rounding.
+    pub fn squared_distance_mm2(&self, place: PointMm) -> f64 {
+        let [x, y, z] = std::array::from_fn(|axis| {
+            (self.low_mm[axis] - place[axis]).max(place[axis] - self.high_mm[axis]).max(0.0)
+        });
+        x * x + y * y + z * z
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +59,12 @@ const LEAF: usize = 8;
 
 impl WeightedTree {
     /// The tree of points without weights, fewer than 2³².
-    pub(crate) fn of_points(points: &[PointMm]) -> WeightedTree {
+    pub fn of_points(points: &[PointMm]) -> WeightedTree {
         WeightedTree::new(points.iter().map(|&point| (point, 0.0)))
     }
 
     /// The tree of points with weights below infinity.
-    pub(crate) fn new(points: impl Iterator<Item = (PointMm, f64)>) -> WeightedTree {
+    pub fn new(points: impl Iterator<Item = (PointMm, f64)>) -> WeightedTree {
         let mut entries: Vec<Entry> = points
             .zip(0..)
             .map(|((at_mm, weight_mm), index)| Entry { at_mm, weight_mm, index })
@@ -56,7 +75,7 @@ impl WeightedTree {
     }
 
     /// The least of weight + distance in mm; `None` without points.
-    pub(crate) fn least(&self, place: PointMm) -> Option<f64> {
+    pub fn least(&self, place: PointMm) -> Option<f64> {
         let mut best = f64::INFINITY;
         self.search(0, &self.entries, place, &mut best);
         (best < f64::INFINITY).then_some(best)
@@ -64,7 +83,7 @@ impl WeightedTree {
 
     /// The numbers, as they came, of the points with the `count` least sums, least first; of equal
     /// sums any.
-    pub(crate) fn least_few(&self, place: PointMm, count: usize) -> Vec<u32> {
+    pub fn least_few(&self, place: PointMm, count: usize) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::with_capacity(count + 1);
         self.gather(0, &self.entries, place, count, &mut found);
         found.into_iter().map(|(_, index)| index).collect()
@@ -72,11 +91,7 @@ impl WeightedTree {
 
     /// The number of the point with the least sum of those for which `wanted` is true, and that sum in mm; of equal
     /// sums the one of the smallest number.
-    pub(crate) fn nearest(
-        &self,
-        place: PointMm,
-        wanted: impl Fn(u32) -> bool,
-    ) -> Option<(u32, f64)> {
+    pub fn nearest(&self, place: PointMm, wanted: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let mut best = (f64::INFINITY, u32::MAX);
         self.seek(0, &self.entries, place, &wanted, &mut best);
         (best.0 < f64::INFINITY).then_some((best.1, best.0))
@@ -105,6 +120,37 @@ impl WeightedTree {
                 self.seek(child, half, place, wanted, best);
             }
         }
+    }
+
+    /// Visits points of boxes that `reaches` lets through, until `take` gives true; whether it did.
+    ///
+    /// `reaches` is asked with the box of points and the least of their weights in mm; where it gives false none of them is
+    /// visited. `take` is told the number of a point. The order of the visits depends on the points alone.
+    pub fn visit(
+        &self,
+        reaches: impl Fn(&BoxMm, f64) -> bool,
+        mut take: impl FnMut(u32) -> bool,
+    ) -> bool {
+        self.pass(0, &self.entries, &reaches, &mut take)
+    }
+
+    fn pass(
+        &self,
+        node: usize,
+        entries: &[Entry],
+        reaches: &impl Fn(&BoxMm, f64) -> bool,
+        take: &mut impl FnMut(u32) -> bool,
+    ) -> bool {
+        if entries.len() <= LEAF {
+            return entries.iter().any(|entry| take(entry.index));
+        }
+        let Node { low_mm, high_mm, weight_mm } = self.nodes[node];
+        if !reaches(&BoxMm { low_mm, high_mm }, weight_mm) {
+            return false;
+        }
+        let (left, right) = entries.split_at(entries.len() / 2);
+        self.pass(2 * node + 1, left, reaches, take)
+            || self.pass(2 * node + 2, right, reaches, take)
     }
 
     /// The children of a node with what none of their sums is below, the lower first.
@@ -172,12 +218,7 @@ impl WeightedTree {
             return f64::NEG_INFINITY;
         }
         let Node { low_mm, high_mm, weight_mm } = self.nodes[node];
-        let mut squared = 0.0;
-        for axis in 0..3 {
-            let beside = (low_mm[axis] - place[axis]).max(place[axis] - high_mm[axis]).max(0.0);
-            squared += beside * beside;
-        }
-        weight_mm + squared.sqrt()
+        weight_mm + BoxMm { low_mm, high_mm }.squared_distance_mm2(place).sqrt()
     }
 }
 
@@ -229,6 +270,28 @@ mod tests {
 
     use super::{WeightedTree, distance};
     use crate::regressions::beside_source;
+
+    #[test]
+    fn a_visit_sees_every_point_of_the_boxes_that_reach() {
+        let points: Vec<_> =
+            (0..1000).map(|index| [f64::from(index % 40), f64::from(index / 40), 0.0]).collect();
+        let tree = WeightedTree::of_points(&points);
+        let place = [11.0, 7.0, 0.0];
+        let mut within = Vec::new();
+        let ended = tree.visit(
+            |bounds, _| bounds.squared_distance_mm2(place) <= 9.0,
+            |number| {
+                if distance(points[number as usize], place) <= 3.0 {
+                    within.push(number);
+                }
+                false
+            },
+        );
+        within.sort_unstable();
+        let all = (0..1000).filter(|&number| distance(points[number as usize], place) <= 3.0);
+        assert_eq!(within, all.collect::<Vec<_>>());
+        assert!(!ended && tree.visit(|_, _| true, |number| number == 999));
+    }
 
     #[test]
     fn many_points_in_one_place_and_on_one_line() {

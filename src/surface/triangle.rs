@@ -238,7 +238,7 @@ pub(crate) fn greater(left: f64, right: f64) -> f64 {
 const THIN: f64 = (1_u64 << 24) as f64;
 
 /// A triangle with its smallest corner first, in the order it turns.
-pub(crate) fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
+pub fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
     if a < b && a < c {
         [a, b, c]
     } else if b < c {

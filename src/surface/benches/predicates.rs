@@ -10,6 +10,7 @@ use divan::counter::ItemsCount;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
+#[expect(dead_code, reason = "lengths and angles are not measured here")]
 #[path = "../exact/mod.rs"]
 mod exact;
 

@@ -12,6 +12,7 @@
 //! size, of which [`crate::TINY_MM`] is well inside. Products that overflow leave the decision to
 //! the whole numbers, which hold any finite doubles.
 
+pub(crate) mod lengths;
 pub(crate) mod limbs;
 pub(crate) mod unrounded;
 

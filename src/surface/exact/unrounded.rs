@@ -67,6 +67,32 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
     }
 }
 
+/// A form in coordinate differences, homogeneous so that its sign does not depend on their unit.
+///
+/// Differences are at most 2⁶⁴ᴰ⁻² in size; `P` is 2`D` and `Q` is 2`P`. A form must be below 2⁵·B⁴ for differences of
+/// at most B, which is at most 2²⁵⁶ᴰ⁻³ and fits 4D limbs; a part of the second degree must be at most 4B², which fits 2D.
+pub(crate) trait Form<const N: usize> {
+    /// The sign of the form.
+    fn sign<const D: usize, const P: usize, const Q: usize>(differences: [Limbs<D>; N])
+    -> Ordering;
+}
+
+/// The sign of a form for the differences `from - to` of each pair.
+#[inline(never)]
+pub(crate) fn decide<F: Form<N>, const N: usize>(pairs: [[f64; 2]; N]) -> Ordering {
+    if let Some(differences) = whole_differences(pairs) {
+        return F::sign::<1, 2, 4>(differences.map(Limbs::from));
+    }
+    let unit = Unit::of(&pairs);
+    if unit.bits <= BITS_OF_TWO {
+        F::sign::<2, 4, 8>(unit.differences(pairs))
+    } else if unit.bits <= BITS_OF_FOUR {
+        F::sign::<4, 8, 16>(unit.differences(pairs))
+    } else {
+        F::sign::<33, 66, 132>(unit.differences(pairs))
+    }
+}
+
 /// Whether `d` completes the others to a rectangle along the axes: no arithmetic is asked for.
 #[inline]
 fn is_rectangle([a, b, c]: [Place; 3], d: Place) -> bool {

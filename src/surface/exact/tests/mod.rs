@@ -2,6 +2,7 @@
 //!
 //! They stand beside the module, not inside, because the benchmark of the predicates includes it.
 
+mod lengths;
 mod limbs;
 mod signs;
 mod ties;
