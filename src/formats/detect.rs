@@ -4,8 +4,8 @@ use crate::error::quoted;
 use crate::scan::{is_utf16, without_bom};
 use crate::xyz::TextOptions;
 use crate::{
-    Format, Place, ReadError, Topography, grid_sag, las, metropro, npy, obj, ply, sdf, stl, x3p,
-    xyz, zemax,
+    Format, Place, ReadError, Topography, grid_sag, las, metropro, npy, obj, ply, sdf, stl, volume,
+    x3p, xyz, zemax,
 };
 
 /// Reads a file whose format is not known beforehand.
@@ -20,7 +20,8 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`ReadError::Unknown`] where neither content nor extension tell the format, [`ReadError::Lens`] of a lens file, otherwise what
+/// [`ReadError::Unknown`] where neither content nor extension tell the format, [`ReadError::Lens`] of a lens file,
+/// [`ReadError::Volume`] of a volume, otherwise what
 /// the reader of the format reports.
 pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
     read_with(name, bytes, &TextOptions::default())
@@ -45,6 +46,9 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
         Format::Obj => obj::read(bytes, options),
         Format::Las => las::read(bytes, options),
         Format::Npy => npy::read(bytes, options),
+        Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => {
+            Err(ReadError::Volume { name: name.into() })
+        }
     }
 }
 
@@ -54,6 +58,8 @@ fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
     let fits = match format {
         Format::Xyz => [true; 4],
         Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 4],
+        // What is wrong with a volume is that it is one.
+        Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => [true; 4],
         Format::Ply | Format::Stl | Format::Obj | Format::Las => [false, true, false, false],
         Format::Npy => [true, true, false, true],
     };
@@ -102,6 +108,9 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
     if let Some(format) = by_start(bytes) {
         return Ok(format);
     }
+    if let Some(format) = volume::format_of(name, bytes) {
+        return Ok(format);
+    }
     if zemax::is_zemax(bytes) {
         return Err(ReadError::Lens { name: name.into() });
     }
@@ -133,7 +142,7 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
         "dat" if !is_text(bytes) => {
             promised(Format::MetroPro, "a magic number 881B036F, 881B0370 or 881B0371")
         }
-        "xyz" | "txt" | "asc" | "csv" | "tsv" | "pts" | "dat" | ""
+        "xyz" | "xy" | "txt" | "asc" | "csv" | "tsv" | "pts" | "dat" | ""
             if is_text(bytes) || is_utf16(bytes) =>
         {
             Ok(Format::Xyz)

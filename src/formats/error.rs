@@ -1,5 +1,6 @@
 //! Why a file cannot be read or written.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 
@@ -11,6 +12,9 @@ pub const MAX_POINTS: u64 = 100_000_000;
 
 /// The kinds of files of points, in words.
 pub const KINDS: &str = "text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, LAS, LAZ or NumPy .npy";
+
+/// The kinds of files of volumes, in words.
+pub const VOLUME_KINDS: &str = ".vol, NRRD, MetaImage or NIfTI";
 
 /// File formats this crate knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,6 +39,14 @@ pub enum Format {
     Las,
     /// Arrays of NumPy, `.npy`.
     Npy,
+    /// Volumes of DGtal, `.vol`.
+    Vol,
+    /// Volumes of teem, `.nrrd` and `.nhdr`.
+    Nrrd,
+    /// Volumes of ITK, `.mha` and `.mhd`.
+    MetaImage,
+    /// NIfTI-1 and NIfTI-2.
+    Nifti,
 }
 
 impl Format {
@@ -51,6 +63,10 @@ impl Format {
             Format::Obj => "OBJ",
             Format::Las => "LAS",
             Format::Npy => "NumPy",
+            Format::Vol => "VOL",
+            Format::Nrrd => "NRRD",
+            Format::MetaImage => "MetaImage",
+            Format::Nifti => "NIfTI",
         }
     }
 }
@@ -94,8 +110,8 @@ impl fmt::Display for Place {
             Place::Line { line, column } => write!(f, "line {line}, column {column}"),
             Place::Row { row, column: 0 } => write!(f, "row {row}"),
             Place::Row { row, column } => write!(f, "row {row}, column {column}"),
-            Place::Element(path) => write!(f, "element {path}"),
-            Place::Entry(name) => write!(f, "zip entry {name}"),
+            Place::Element(path) => write!(f, "element {}", shown(path)),
+            Place::Entry(name) => write!(f, "zip entry {}", shown(name)),
         }
     }
 }
@@ -120,8 +136,24 @@ pub enum ReadError {
         /// Name of the file as given.
         name: String,
     },
+    /// The content is no volume.
+    #[error("{name}: expected a volume, {VOLUME_KINDS}; found a file starting with {start}")]
+    NoVolume {
+        /// Name of the file as given.
+        name: String,
+        /// Its first bytes, quoted.
+        start: String,
+    },
+    /// A volume where points are expected.
+    #[error(
+        "{name}: a volume, where points are expected: `asphera volume {name} --mesh MESH.ply` makes a surface of it"
+    )]
+    Volume {
+        /// Name of the file as given.
+        name: String,
+    },
     /// The content breaks the rules of its format.
-    #[error("{format} file, {place}: expected {expected}, found {found}")]
+    #[error("{format} file, {place}: expected {}, found {}", shown(.expected), shown(.found))]
     Malformed {
         /// Format of the file.
         format: Format,
@@ -133,7 +165,7 @@ pub enum ReadError {
         found: String,
     },
     /// The content may well be right, but this crate does not read it.
-    #[error("{format} file, {place}: {found} is not supported, expected {expected}")]
+    #[error("{format} file, {place}: {} is not supported, expected {}", shown(.found), shown(.expected))]
     Unsupported {
         /// Format of the file.
         format: Format,
@@ -145,7 +177,7 @@ pub enum ReadError {
         found: String,
     },
     /// The content may mean several things; what to add decides.
-    #[error("{format} file, {place}: {found}: {cure}")]
+    #[error("{format} file, {place}: {}: {}", shown(.found), shown(.cure))]
     Unclear {
         /// Format of the file.
         format: Format,
@@ -210,7 +242,13 @@ pub enum WriteError {
 impl ReadError {
     /// Whether the message names the file itself.
     pub fn names_file(&self) -> bool {
-        matches!(self, ReadError::Unknown { .. } | ReadError::Lens { .. })
+        matches!(
+            self,
+            ReadError::Unknown { .. }
+                | ReadError::Lens { .. }
+                | ReadError::NoVolume { .. }
+                | ReadError::Volume { .. }
+        )
     }
 
     /// The same error in another format, its lines being rows of an array.
@@ -244,6 +282,27 @@ impl WriteError {
     }
 }
 
+/// A text that may hold words of a file, as a message shows it: signs that move a terminal are escaped, and the middle of a text
+/// beyond 400 signs is left out.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    let is_long = text.len() > LONGEST_SHOWN;
+    if !is_long && !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut signs: Vec<char> = text.chars().collect();
+    if is_long && signs.len() > LONGEST_SHOWN {
+        signs.splice(LONGEST_SHOWN / 2..signs.len() - LONGEST_SHOWN / 4, " … ".chars());
+    }
+    let escaped = signs.into_iter().map(|sign| match sign.is_control() {
+        true => sign.escape_default().to_string(),
+        false => sign.to_string(),
+    });
+    Cow::Owned(escaped.collect())
+}
+
+/// Most signs of a text that a message shows whole.
+const LONGEST_SHOWN: usize = 400;
+
 /// Bytes of a file as an error message shows them: at most 24, quoted, with what is not printable
 /// ASCII escaped.
 pub(crate) fn quoted(bytes: &[u8]) -> String {
@@ -268,6 +327,14 @@ mod tests {
             error.to_string(),
             "XYZ file, line 3, column 2: expected a number, found \"1,5\""
         );
+    }
+
+    #[test]
+    fn words_of_a_file_move_no_terminal_and_are_not_repeated_without_end() {
+        assert_eq!(shown("x [mm]"), "x [mm]");
+        assert_eq!(shown("x\u{1b}[2J\0µ"), "x\\u{1b}[2J\\u{0}µ");
+        let long = shown(&"µ".repeat(1_000_000)).into_owned();
+        assert!(long.chars().count() < 310 && long.contains(" … "), "{long}");
     }
 
     #[test]

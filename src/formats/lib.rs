@@ -8,11 +8,12 @@
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
 //! | [`grid_sag`] | grid sag of Zemax OpticStudio, `.DAT` and `.GRD` | yes | no |
 //! | [`ply`] | Stanford PLY, ASCII and binary | points | mesh |
-//! | [`stl`] | STL, ASCII and binary | points | no |
+//! | [`stl`] | STL, ASCII and binary | points | mesh |
 //! | [`obj`] | Wavefront OBJ | points | no |
 //! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
+//! | [`volume`] | `.vol`, NRRD, MetaImage, NIfTI | volumes | no |
 //!
 //! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
 //! y up, z out of the surface towards the instrument. Missing data are gaps: NaN in a
@@ -34,6 +35,7 @@ pub mod obj;
 pub mod ply;
 pub mod sdf;
 pub mod stl;
+pub mod volume;
 pub mod x3p;
 pub mod xyz;
 pub mod zemax;
@@ -47,5 +49,5 @@ mod test_data;
 mod topography;
 
 pub use detect::{read, read_with};
-pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, WriteError};
+pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, VOLUME_KINDS, WriteError, shown};
 pub use topography::{Cloud, HeightMap, Source, Topography};

@@ -75,12 +75,12 @@ fn logical_lines(text: &[u8]) -> impl Iterator<Item = (usize, Cow<'_, [u8]>)> {
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
         let mut content = Cow::Borrowed(without_comment(first));
-        while let Some(begun) = content.strip_suffix(b"\\") {
+        while content.ends_with(b"\\") {
             let Some((_, next)) = lines.next() else { break };
-            let mut joined = begun.to_vec();
+            let joined = content.to_mut();
+            joined.pop();
             joined.push(b' ');
             joined.extend_from_slice(without_comment(next));
-            content = Cow::Owned(joined);
         }
         Some((number, content))
     })

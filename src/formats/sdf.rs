@@ -68,14 +68,20 @@ impl Header {
 
     /// The map of the stored values, of which there are as many as [`Header::samples`] says.
     fn into_topography(self, stored: Vec<f64>) -> Result<Topography, ReadError> {
-        let metres = |(scale_m, place): (f64, Place)| {
-            if scale_m.is_finite() && scale_m > 0.0 {
-                Ok(scale_m)
-            } else {
-                Err(malformed(place, "a scale in metres above zero", scale_m))
+        let metres = |(scale_m, place): (f64, Place), steps: u64| {
+            if !(scale_m.is_finite() && scale_m > 0.0) {
+                return Err(malformed(place, "a scale in metres above zero", scale_m));
             }
+            if !(scale_m * MM_PER_M * steps as f64).is_finite() {
+                return Err(malformed(
+                    place,
+                    "a scale that keeps all lengths finite in mm",
+                    scale_m,
+                ));
+            }
+            Ok(scale_m)
         };
-        let z_scale_m = metres(self.z_scale_m)?;
+        let z_scale_m = metres(self.z_scale_m, 1)?;
         let missing = self.data_type.missing();
         let mut z_mm = stored;
         for z in &mut z_mm {
@@ -85,8 +91,8 @@ impl Header {
         let map = HeightMap {
             nx: self.points.0 as usize,
             ny: self.profiles.0 as usize,
-            dx_mm: metres(self.x_scale_m)? * MM_PER_M,
-            dy_mm: metres(self.y_scale_m)? * MM_PER_M,
+            dx_mm: metres(self.x_scale_m, self.points.0)? * MM_PER_M,
+            dy_mm: metres(self.y_scale_m, self.profiles.0)? * MM_PER_M,
             x0_mm: 0.0,
             y0_mm: 0.0,
             z_mm,

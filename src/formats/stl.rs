@@ -17,6 +17,10 @@
 //!
 //! The format has no unit: it is taken from the options, or is mm.
 
+mod write;
+
+pub use write::write_mesh;
+
 use std::collections::HashSet;
 
 use crate::error::quoted;

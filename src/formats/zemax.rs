@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-use crate::error::quoted;
+use crate::error::{quoted, shown};
 use crate::scan::{decoded, finite, lines};
 
 /// The surfaces of a lens file.
@@ -86,7 +86,7 @@ pub enum LensAperture {
 
 /// Why a lens file cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("Zemax file, line {line}: expected {expected}, found {found}")]
+#[error("Zemax file, line {line}: expected {expected}, found {}", shown(.found))]
 pub struct LensError {
     /// Line of the file, from 1 on.
     pub line: usize,

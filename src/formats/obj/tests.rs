@@ -65,6 +65,15 @@ fn cut_files_are_refused_or_give_the_vertices_before_the_cut() {
     hold_against_changes(TRIMESH, plain);
 }
 
+/// Every line that goes on was once copied with all before it.
+#[test]
+fn a_line_that_goes_on_for_ever_is_read_in_one_pass() {
+    let file = "v \\\n".repeat(300_000) + "1 2 3\n";
+    assert!(message(file.as_bytes()).contains("line 1: expected v and three numbers"));
+    let file = "v ".to_owned() + &"\\\n".repeat(300_000) + "1 2 3\n";
+    assert_eq!(plain(file.as_bytes()).unwrap().points().next(), Some([1.0, 2.0, 3.0]));
+}
+
 proptest! {
     #[test]
     fn vertices_come_back_bit_for_bit(

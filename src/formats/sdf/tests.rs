@@ -56,6 +56,14 @@ fn text_and_binary_give_the_same_map() {
 }
 
 #[test]
+fn a_scale_of_which_no_length_can_be_made_is_refused() {
+    for scale in ["1.0E+306", "1.7E+308"] {
+        let said = message(&TEXT.replace("Xscale = 1.0E-6", &format!("Xscale = {scale}")));
+        assert!(said.contains("a scale that keeps all lengths finite in mm, found 1"), "{said}");
+    }
+}
+
+#[test]
 fn binary_data_types_have_their_sizes_and_gaps() {
     for (code, stored, expected) in [
         (0, &b"\x00\xFF"[..], [0.0, 255.0]),

@@ -1,0 +1,33 @@
+//! Methods that reconstruct curves from samples of them.
+//!
+//! The documentation of each says what it is proven for and how certain the description is that it follows. ε and ρ are
+//! sampling conditions: every place of the curve has a sample nearer than ε times the distance to the curve's medial axis
+//! there (local feature size), or than ρ times the least such distance between the two samples beside it (reach).
+
+mod connect2d;
+mod conservative;
+mod crawl;
+mod crust;
+mod gathan;
+mod hnn;
+mod lenz;
+mod nn;
+mod one_step;
+mod peel;
+mod regular;
+mod tree;
+mod vision;
+
+pub use connect2d::{connect2d, sig_connect2d};
+pub use conservative::conservative_crust;
+pub use crawl::crawl;
+pub use crust::crust;
+pub use gathan::gathan;
+pub use hnn::{hnn_crust, one_sided_hnn_crust};
+pub use lenz::lenz;
+pub use nn::nn_crust;
+pub use one_step::{OneStep, one_step_crust};
+pub use peel::peel;
+pub use regular::regular_shape;
+pub use tree::emst_curve;
+pub use vision::{discur, vicur};

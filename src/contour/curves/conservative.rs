@@ -1,0 +1,32 @@
+//! The conservative crust.
+
+use asphera_surface::WeightedTree;
+
+use crate::graphs::is_gabriel;
+use crate::{Graph, SampleId, Triangulation};
+
+/// The conservative crust: Gabriel edges pq for which the discs of radius |pq|/ρ about p and about q hold no Voronoi
+/// vertex.
+///
+/// Every edge has a reason in the samples: edges are left out rather than guessed, so curves may have ends and outliers
+/// stay alone. A smaller ρ is more conservative. T. K. Dey, K. Mehlhorn, E. A. Ramos, Computational Geometry 15 (2000)
+/// 229-244; the definition is known at second hand. The Voronoi vertices are rounded. n·log n time.
+///
+/// # Panics
+///
+/// If ρ is not above 0 or not finite.
+pub fn conservative_crust(triangulation: &Triangulation, rho: f64) -> Graph {
+    assert!(rho.is_finite() && rho > 0.0, "expected a finite ρ above 0, found {rho}");
+    let centres = triangulation.centres_mm().iter().map(|&[x, y]| ([x, y, 0.0], 0.0));
+    let tree = WeightedTree::new(centres.filter(|([x, y, _], _)| x.is_finite() && y.is_finite()));
+    let distance_mm = |sample: SampleId| {
+        let [x, y] = triangulation.place(sample);
+        tree.least([x, y, 0.0]).unwrap_or(f64::INFINITY)
+    };
+    let distances_mm: Vec<f64> = (0..triangulation.len() as SampleId).map(distance_mm).collect();
+    Graph::of_edges(triangulation, |edge| {
+        let reach_mm = triangulation.length_mm(edge) / rho;
+        is_gabriel(triangulation, edge)
+            && triangulation.ends(edge).iter().all(|&end| distances_mm[end as usize] >= reach_mm)
+    })
+}

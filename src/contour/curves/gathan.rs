@@ -1,0 +1,126 @@
+//! Gathan: curves with corners.
+
+use super::regular::angle_rad;
+use crate::samples::PlaceMm;
+use crate::triangulation::{EdgeId, distance_mm};
+use crate::{Graph, SampleId, Triangulation};
+
+/// Gathan: edges along the tangents of the samples, and edges that meet in corners.
+///
+/// The normal of a sample leads to the farthest vertex of its Voronoi cell; on the hull it is the mean of the outward
+/// normals. A Delaunay edge is a candidate if its Voronoi edge is at least ρ times as long. It agrees with an end if it is
+/// within α of the tangent there. Edges that agree with both ends come first, shortest first, then those that agree with one.
+/// An edge is taken if both ends have fewer than two, and if it meets the edge there at 90° or more, at an end that it does not
+/// agree with at 20° or more. T. K. Dey, R. Wenger, *Reconstructing curves with sharp corners*, Computational Geometry 19 (2001)
+/// 89-99; the text was not at hand: order, angles and defaults are ours. No condition is proven of it. Lengths are ordered
+/// exactly, angles and Voronoi vertices are rounded. n·log n time.
+///
+/// # Panics
+///
+/// If α is not above 0 and below 90 degrees, or ρ is negative or not finite.
+pub fn gathan(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Graph {
+    assert!(
+        alpha_deg > 0.0 && alpha_deg < 90.0,
+        "expected α above 0 and below 90, found {alpha_deg}"
+    );
+    assert!(rho.is_finite() && rho >= 0.0, "expected a finite ρ of at least 0, found {rho}");
+    let normals: Vec<PlaceMm> =
+        (0..triangulation.len() as SampleId).map(|sample| normal(triangulation, sample)).collect();
+    let most = alpha_deg.to_radians().sin();
+    let agrees = |edge: EdgeId, end: SampleId| {
+        let [p, q] = triangulation.ends_mm(edge);
+        let [x, y] = normals[end as usize];
+        let along = (q[0] - p[0]) * x + (q[1] - p[1]) * y;
+        along.abs() <= most * distance_mm(p, q) * (x * x + y * y).sqrt()
+    };
+    let is_candidate =
+        |&edge: &EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
+    let mut curve = Curve { triangulation, others: vec![[None; 2]; triangulation.len()] };
+    let candidates: Vec<EdgeId> =
+        triangulation.by_length().iter().copied().filter(is_candidate).collect();
+    for wanted in [2, 1] {
+        for &edge in &candidates {
+            let ends = triangulation.ends(edge);
+            let at_ends = ends.map(|end| agrees(edge, end));
+            if at_ends.into_iter().filter(|agrees| *agrees).count() == wanted {
+                curve.offer(ends, at_ends);
+            }
+        }
+    }
+    curve.graph()
+}
+
+/// Edges taken so far, at most two at a sample.
+struct Curve<'a> {
+    triangulation: &'a Triangulation,
+    others: Vec<[Option<SampleId>; 2]>,
+}
+
+impl Curve<'_> {
+    /// Takes an edge if both its ends allow it.
+    fn offer(&mut self, [p, q]: [SampleId; 2], [agrees_at_p, agrees_at_q]: [bool; 2]) {
+        if self.allows(p, q, agrees_at_p) && self.allows(q, p, agrees_at_q) {
+            for (at, to) in [(p, q), (q, p)] {
+                let others = &mut self.others[at as usize];
+                *(if others[0].is_none() { &mut others[0] } else { &mut others[1] }) = Some(to);
+            }
+        }
+    }
+
+    /// Whether a sample has room for an edge to another, at a wide enough angle to the one it has.
+    fn allows(&self, at: SampleId, to: SampleId, agrees: bool) -> bool {
+        let least_deg: f64 = if agrees { 90.0 } else { 20.0 };
+        match self.others[at as usize] {
+            [_, Some(_)] => false,
+            [None, None] => true,
+            [Some(other), None] => {
+                let [at, to, other] =
+                    [at, to, other].map(|sample| self.triangulation.place(sample));
+                other != to && angle_rad(at, to, other) >= least_deg.to_radians()
+            }
+        }
+    }
+
+    fn graph(&self) -> Graph {
+        let edges = (0..).zip(&self.others);
+        Graph::new(
+            edges.flat_map(|(at, others)| others.iter().flatten().map(move |&other| [at, other])),
+        )
+    }
+}
+
+/// The direction of the normal of a sample, of any length; zero where there are no triangles.
+fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm {
+    let fan = triangulation.fan(sample);
+    let at = triangulation.place(sample);
+    let is_on_hull = fan.sectors.contains(&None);
+    if is_on_hull {
+        let [Some(&first), Some(&last)] = [fan.edges.first(), fan.edges.last()] else {
+            return [0.0; 2];
+        };
+        let sides = [first, last].map(|edge| {
+            let [p, q] = triangulation.ends_mm(edge);
+            let other = if p == at { q } else { p };
+            let length_mm = distance_mm(at, other);
+            [(other[0] - at[0]) / length_mm, (other[1] - at[1]) / length_mm]
+        });
+        // Outwards is right of the first hull side, which has the triangles on its left, and left of the last.
+        return [sides[0][1] - sides[1][1], sides[1][0] - sides[0][0]];
+    }
+    let centres = triangulation.centres_mm();
+    let corners = fan.sectors.iter().flatten().map(|&triangle| centres[triangle as usize]);
+    let farthest = corners.fold((0.0, at), |best, corner| {
+        let distance_mm = distance_mm(at, corner);
+        if distance_mm > best.0 { (distance_mm, corner) } else { best }
+    });
+    [farthest.1[0] - at[0], farthest.1[1] - at[1]]
+}
+
+/// Length of the Voronoi edge of an edge in mm; infinite on the hull.
+fn dual_mm(triangulation: &Triangulation, edge: EdgeId) -> f64 {
+    let centres = triangulation.centres_mm();
+    match triangulation.edges()[edge as usize].triangles {
+        [Some(left), Some(right)] => distance_mm(centres[left as usize], centres[right as usize]),
+        _ => f64::INFINITY,
+    }
+}

@@ -1,0 +1,73 @@
+//! Curves that meet a proven condition are reconstructed rightly, every one.
+//!
+//! `ASPHERA_CURVES=1000` tries a thousand of each instead of forty.
+
+use asphera_contour::curves::{crust, hnn_crust, nn_crust, one_step_crust};
+use asphera_contour::{Graph, Triangulation};
+
+use crate::places::{Random, by_row, closed, triangulation};
+use crate::smooth::{Condition, Curve};
+
+/// How far a condition is kept from its bound: the medial axis is that of places, and cuts a bit.
+const SAFETY: f64 = 0.97;
+
+fn count() -> usize {
+    std::env::var("ASPHERA_CURVES").ok().and_then(|text| text.parse().ok()).unwrap_or(40)
+}
+
+#[expect(clippy::print_stdout, reason = "how many curves were tried, of how many samples")]
+fn all_right(name: &str, condition: Condition, method: impl Fn(&Triangulation) -> Graph) {
+    let mut random = Random::new(7);
+    let (mut tried, mut samples, mut wrong) = (0, 0, 0);
+    while tried < count() {
+        let curve = Curve::random(&mut random, 600);
+        let Some(points) = curve.samples(condition, &mut random) else { continue };
+        let set = triangulation(&points);
+        wrong += usize::from(by_row(&method(&set), &set) != closed(points.len()));
+        samples += points.len();
+        tried += 1;
+    }
+    println!("{name}: {wrong} wrong of {tried} curves, {} samples each", samples / tried);
+    assert_eq!(wrong, 0, "{name}");
+}
+
+#[test]
+fn crust_at_epsilon_a_quarter() {
+    all_right("crust", Condition::Epsilon(0.252 * SAFETY), crust);
+}
+
+#[test]
+fn nn_crust_at_epsilon_a_third() {
+    all_right("nn-crust", Condition::Epsilon(SAFETY / 3.0), nn_crust);
+}
+
+#[test]
+fn hnn_crust_at_rho_nine_tenths() {
+    all_right("hnn-crust", Condition::Rho(0.9 * SAFETY), hnn_crust);
+}
+
+#[test]
+fn hnn_crust_at_epsilon_047() {
+    all_right("hnn-crust", Condition::Epsilon(0.47 * SAFETY), hnn_crust);
+}
+
+#[test]
+fn the_one_step_crust_where_the_crust_is_proven() {
+    // Not proven for it, but it holds the crust and is as right here.
+    all_right("one-step-crust", Condition::Epsilon(0.252 * SAFETY), |set| {
+        one_step_crust(set).crust
+    });
+}
+
+#[test]
+fn a_condition_far_from_met_is_told_by_wrong_edges() {
+    let mut random = Random::new(8);
+    let mut wrong = 0;
+    for _ in 0..20 {
+        let curve = Curve::random(&mut random, 600);
+        let Some(points) = curve.samples(Condition::Epsilon(2.5), &mut random) else { continue };
+        let set = triangulation(&points);
+        wrong += usize::from(by_row(&nn_crust(&set), &set) != closed(points.len()));
+    }
+    assert!(wrong > 0, "the test of the guarantees could not fail");
+}

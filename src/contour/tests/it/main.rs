@@ -1,0 +1,14 @@
+//! Tests of graphs and curves from outside.
+
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
+mod compare;
+mod curves;
+mod degenerate;
+mod graphs;
+mod guarantees;
+mod invariance;
+mod outlines;
+mod peers;
+mod places;
+mod smooth;

@@ -1,0 +1,285 @@
+//! The exact Delaunay triangulation as a graph: edges with their triangles, neighbours, the order of lengths.
+
+mod edges;
+mod fan;
+mod nearby;
+
+use std::cmp::Ordering;
+use std::sync::OnceLock;
+
+use asphera_surface::predicates::compare_distances;
+use asphera_surface::{Mesh, WeightedTree, from_smallest};
+use rayon::prelude::*;
+
+use crate::samples::{PlaceMm, SampleId, Samples};
+
+/// Number of an edge of a triangulation: its index in [`Triangulation::edges`].
+pub type EdgeId = u32;
+
+/// Number of a triangle of a triangulation.
+pub type TriangleId = u32;
+
+/// An edge of the triangulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Its ends, the smaller number first.
+    pub ends: [SampleId; 2],
+    /// The triangle on the left of the way from the first end to the second, and that on the right; none beyond the hull.
+    pub triangles: [Option<TriangleId>; 2],
+}
+
+/// The Delaunay triangulation of samples, with what its edges and vertices meet.
+///
+/// It is that of the surface kernel: exact, and unique through its rule for ties. While all samples lie on one line it has no
+/// triangle, and an edge between each two that follow each other.
+pub struct Triangulation {
+    samples: Samples,
+    triangles: Vec<[SampleId; 3]>,
+    /// The edge from corner i to corner i + 1 of each triangle.
+    sides: Vec<[EdgeId; 3]>,
+    edges: Vec<Edge>,
+    /// The edges of sample i are `spokes[first_spoke[i]..first_spoke[i + 1]]`, by their other end.
+    first_spoke: Vec<u32>,
+    spokes: Vec<Spoke>,
+    lengths: OnceLock<Lengths>,
+    nearest: OnceLock<Vec<Option<Spoke>>>,
+    tree: OnceLock<WeightedTree>,
+    centres: OnceLock<Vec<PlaceMm>>,
+}
+
+/// An edge seen from one of its ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spoke {
+    /// The other end.
+    pub to: SampleId,
+    /// The edge.
+    pub edge: EdgeId,
+}
+
+/// The edges in the order of their lengths.
+struct Lengths {
+    /// All edges, shortest first, equal ones by their ends.
+    sorted: Vec<EdgeId>,
+    /// Rank of the length of each edge; edges of exactly the same length have the same.
+    classes: Vec<u32>,
+}
+
+impl Triangulation {
+    /// The triangulation of samples; n·log n time.
+    pub fn new(samples: Samples) -> Triangulation {
+        let triangles = triangles(samples.places());
+        let (edges, sides) = edges::edges(samples.len(), &triangles);
+        let (first_spoke, spokes) = edges::spokes(samples.len(), &edges);
+        Triangulation {
+            samples,
+            triangles,
+            sides,
+            edges,
+            first_spoke,
+            spokes,
+            lengths: OnceLock::new(),
+            nearest: OnceLock::new(),
+            tree: OnceLock::new(),
+            centres: OnceLock::new(),
+        }
+    }
+
+    /// The samples.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// The place of a sample in mm.
+    #[inline]
+    pub fn place(&self, sample: SampleId) -> PlaceMm {
+        self.samples.places()[sample as usize]
+    }
+
+    /// The triangles, counter-clockwise, each from its smallest corner on, in lexicographic order.
+    pub fn triangles(&self) -> &[[SampleId; 3]] {
+        &self.triangles
+    }
+
+    /// The edges of a triangle, from each corner to the next.
+    pub fn sides(&self, triangle: TriangleId) -> [EdgeId; 3] {
+        self.sides[triangle as usize]
+    }
+
+    /// The edges, sorted by their ends.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The ends of an edge, the smaller number first.
+    #[inline]
+    pub fn ends(&self, edge: EdgeId) -> [SampleId; 2] {
+        self.edges[edge as usize].ends
+    }
+
+    /// The places of the ends of an edge in mm.
+    #[inline]
+    pub fn ends_mm(&self, edge: EdgeId) -> [PlaceMm; 2] {
+        self.ends(edge).map(|end| self.place(end))
+    }
+
+    /// The corners opposite an edge, on its left and on its right; none beyond the hull.
+    pub fn opposite(&self, edge: EdgeId) -> [Option<SampleId>; 2] {
+        let Edge { ends, triangles } = self.edges[edge as usize];
+        triangles.map(|triangle| {
+            let corners = self.triangles[triangle? as usize];
+            corners.into_iter().find(|corner| !ends.contains(corner))
+        })
+    }
+
+    /// The edges of a sample, by the number of their other end.
+    #[inline]
+    pub fn spokes(&self, sample: SampleId) -> &[Spoke] {
+        let sample = sample as usize;
+        &self.spokes[self.first_spoke[sample] as usize..self.first_spoke[sample + 1] as usize]
+    }
+
+    /// The edge between two samples, if there is one.
+    pub fn edge_between(&self, p: SampleId, q: SampleId) -> Option<EdgeId> {
+        let spokes = self.spokes(p);
+        spokes.binary_search_by_key(&q, |spoke| spoke.to).ok().map(|index| spokes[index].edge)
+    }
+
+    /// Length of an edge in mm.
+    pub fn length_mm(&self, edge: EdgeId) -> f64 {
+        let [p, q] = self.ends_mm(edge);
+        distance_mm(p, q)
+    }
+
+    /// All edges, shortest first, those of equal length by their ends.
+    pub fn by_length(&self) -> &[EdgeId] {
+        &self.lengths().sorted
+    }
+
+    /// Rank of an edge's length: edges of exactly the same length have the same.
+    #[inline]
+    pub fn length_class(&self, edge: EdgeId) -> u32 {
+        self.lengths().classes[edge as usize]
+    }
+
+    /// The way to the nearest other sample, of equally near ones to that of the smallest number; none from a sample alone.
+    ///
+    /// The nearest sample is always a neighbour: the disc about the edge as diameter, its rim included, holds no other.
+    pub fn nearest(&self, sample: SampleId) -> Option<Spoke> {
+        self.nearest.get_or_init(|| {
+            let nearest = |sample: usize| {
+                let near = |spoke: &Spoke| (self.length_class(spoke.edge), spoke.to);
+                self.spokes(sample as SampleId).iter().copied().min_by_key(near)
+            };
+            (0..self.len()).map(nearest).collect()
+        })[sample as usize]
+    }
+
+    /// The other samples, nearest first, equally near ones by their numbers.
+    pub fn nearby(&self, sample: SampleId) -> impl Iterator<Item = SampleId> + '_ {
+        nearby::Nearby::new(self, sample)
+    }
+
+    /// A tree of the samples for questions about regions; the numbers it tells are those of the samples.
+    pub fn tree(&self) -> &WeightedTree {
+        self.tree.get_or_init(|| {
+            WeightedTree::new(self.samples.places().iter().map(|&[x, y]| ([x, y, 0.0], 0.0)))
+        })
+    }
+
+    /// The circumcentres of the triangles in mm: the Voronoi vertices. They are rounded.
+    ///
+    /// The centre is computed from the corner that lies first, in differences, so that places far from the origin lose
+    /// nothing but what their own coordinates hold. Of a triangle that is nearly a line it may lie anywhere far off.
+    pub fn centres_mm(&self) -> &[PlaceMm] {
+        self.centres.get_or_init(|| {
+            let centre =
+                |corners: &[SampleId; 3]| circumcentre_mm(corners.map(|corner| self.place(corner)));
+            self.triangles.par_iter().map(centre).collect()
+        })
+    }
+
+    fn lengths(&self) -> &Lengths {
+        self.lengths.get_or_init(|| {
+            let compare = |a: EdgeId, b: EdgeId| -> Ordering {
+                let ([p, q], [r, s]) = (self.ends_mm(a), self.ends_mm(b));
+                compare_distances(p, q, r, s)
+            };
+            let mut sorted: Vec<EdgeId> = (0..self.edges.len() as EdgeId).collect();
+            // Numbers of edges are in the order of their ends.
+            sorted.par_sort_unstable_by(|&a, &b| compare(a, b).then(a.cmp(&b)));
+            let mut classes = vec![0; sorted.len()];
+            let mut class = 0;
+            for pair in sorted.windows(2) {
+                class += u32::from(compare(pair[0], pair[1]).is_ne());
+                classes[pair[1] as usize] = class;
+            }
+            Lengths { sorted, classes }
+        })
+    }
+}
+
+/// The triangles of places in the order of their coordinates.
+///
+/// They are handed to the kernel in an order drawn from their numbers: points sorted along an axis would alternate
+/// between the branches of a curve, which its strips of scan lines are not made for, and this way the time does not depend
+/// on the order of arrival.
+fn triangles(places: &[PlaceMm]) -> Vec<[SampleId; 3]> {
+    let order = drawn(places.len());
+    let mut mesh = Mesh::new();
+    let points: Vec<[f64; 3]> = order
+        .iter()
+        .map(|&sample| {
+            let [x, y] = places[sample as usize];
+            [x, y, 0.0]
+        })
+        .collect();
+    mesh.insert(&points);
+    let mut triangles: Vec<[SampleId; 3]> = mesh
+        .triangles()
+        .into_iter()
+        .map(|corners| from_smallest(corners.map(|vertex| order[vertex as usize])))
+        .collect();
+    triangles.par_sort_unstable();
+    triangles
+}
+
+/// The numbers below `count` in an order that looks random but is always the same.
+fn drawn(count: usize) -> Vec<SampleId> {
+    let mut keyed: Vec<(u32, SampleId)> = (0..count as SampleId)
+        // Fibonacci hashing (D. E. Knuth, The Art of Computer Programming 3, section 6.4), mixed once.
+        .map(|number| {
+            let spread = u64::from(number).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            (
+                (spread ^ (spread >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9).rotate_left(32)
+                    as u32,
+                number,
+            )
+        })
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, number)| number).collect()
+}
+
+/// Distance of two places in mm.
+pub(crate) fn distance_mm(p: PlaceMm, q: PlaceMm) -> f64 {
+    let [x, y] = [p[0] - q[0], p[1] - q[1]];
+    (x * x + y * y).sqrt()
+}
+
+/// Centre of the circle through three places in mm.
+pub(crate) fn circumcentre_mm([a, b, c]: [PlaceMm; 3]) -> PlaceMm {
+    let [bx, by, cx, cy] = [b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]];
+    let twice = 2.0 * (bx * cy - by * cx);
+    let [b2, c2] = [bx * bx + by * by, cx * cx + cy * cy];
+    [a[0] + (cy * b2 - by * c2) / twice, a[1] + (bx * c2 - cx * b2) / twice]
+}

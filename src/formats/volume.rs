@@ -1,0 +1,205 @@
+//! Volumes: samples on a grid in space, as CT, OCT and confocal microscopes leave them.
+//!
+//! | format | source | read |
+//! |---|---|---|
+//! | `.vol` | DGtal, `VolReader` and `LongvolReader`: versions 2 (bytes) and 3 (zlib) | one byte a sample |
+//! | NRRD | teem, NRRD0001 to NRRD0005, attached and detached headers | raw, gzip, ascii |
+//! | MetaImage | ITK MetaIO, `.mha` and `.mhd` | raw, zlib |
+//! | NIfTI | NIfTI-1.1 and NIfTI-2, `.nii`, `.nii.gz`, `.hdr` with `.img` | one volume |
+//!
+//! Samples come with x fastest, then y, then z. The frame is that of the file, in mm. A sample that is not finite is missing.
+
+mod element;
+mod header;
+mod metaimage;
+mod nifti;
+mod nrrd;
+mod unpack;
+mod vol;
+
+#[cfg(test)]
+mod tests;
+
+use crate::{Format, Place, ReadError};
+
+/// Most samples of a volume that are read, 2³¹.
+pub const MAX_SAMPLES: u64 = 1 << 31;
+
+/// A volume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Columns, rows and slices.
+    pub size: [usize; 3],
+    /// The samples, x fastest.
+    pub values: Values,
+    /// Where they lie.
+    pub frame: Frame,
+    /// The format it was read from.
+    pub format: Format,
+}
+
+/// The samples of a volume.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Bytes, as they were.
+    Bytes(Vec<u8>),
+    /// Any other type, as single precision: whole numbers above 2²⁴ are rounded.
+    Floats(Vec<f32>),
+}
+
+impl Values {
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Values::Bytes(values) => values.len(),
+            Values::Floats(values) => values.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All samples in single precision.
+    pub fn to_floats(&self) -> Vec<f32> {
+        match self {
+            Values::Bytes(values) => values.iter().copied().map(f32::from).collect(),
+            Values::Floats(values) => values.clone(),
+        }
+    }
+}
+
+/// Where the samples of a volume lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The place of sample (0, 0, 0), mm.
+    pub origin_mm: [f64; 3],
+    /// The step from a sample to the next along x, y and z, mm.
+    pub steps_mm: [[f64; 3]; 3],
+    /// Whether the file states the length of the steps and their unit.
+    pub unit: UnitKnown,
+}
+
+/// How a volume's spacing is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnitKnown {
+    /// The file states spacing and unit.
+    Stated,
+    /// The file states a spacing without a unit: mm is assumed.
+    Assumed,
+    /// The file states no spacing: samples are 1 apart, and the caller must say how far that is.
+    Missing,
+}
+
+impl Frame {
+    /// A frame along the axes, at the origin.
+    pub fn aligned(spacing_mm: [f64; 3], unit: UnitKnown) -> Frame {
+        let mut steps_mm = [[0.0; 3]; 3];
+        (0..3).for_each(|axis| steps_mm[axis][axis] = spacing_mm[axis]);
+        Frame { origin_mm: [0.0; 3], steps_mm, unit }
+    }
+
+    /// The lengths of the steps, mm.
+    pub fn spacing_mm(&self) -> [f64; 3] {
+        self.steps_mm.map(|step| step.iter().map(|v| v * v).sum::<f64>().sqrt())
+    }
+
+    /// Whether the steps are at right angles, to a thousandth of a degree or so.
+    pub fn is_orthogonal(&self) -> bool {
+        let spacing = self.spacing_mm();
+        [(0, 1), (1, 2), (2, 0)].into_iter().all(|(a, b)| {
+            let dot: f64 = (0..3).map(|i| self.steps_mm[a][i] * self.steps_mm[b][i]).sum();
+            dot.abs() <= 2e-5 * spacing[a] * spacing[b]
+        })
+    }
+
+    /// The place of a point given in samples, mm.
+    pub fn place_mm(&self, at: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            self.origin_mm[i] + (0..3).map(|axis| at[axis] * self.steps_mm[axis][i]).sum::<f64>()
+        })
+    }
+
+    /// Whether the frame turns right hands into left hands.
+    pub fn is_mirror(&self) -> bool {
+        let [a, b, c] = self.steps_mm;
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
+            < 0.0
+    }
+
+    /// The frame, if all its figures are finite and its steps span space.
+    fn checked(self, format: Format, place: Place) -> Result<Frame, ReadError> {
+        let all = self.origin_mm.iter().chain(self.steps_mm.as_flattened());
+        let is_finite = all.clone().all(|value| value.is_finite() && value.abs() < 1e12);
+        let is_step = self.spacing_mm().iter().all(|step| *step > 1e-12);
+        if is_finite && is_step {
+            return Ok(self);
+        }
+        Err(ReadError::Malformed {
+            format,
+            place,
+            expected: "steps between samples above 0 and finite".into(),
+            found: format!("{:?}", self.steps_mm),
+        })
+    }
+}
+
+/// Gives the bytes of a file that lies beside the header, by its name without a folder, or says why there are none.
+pub type Beside<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
+
+/// The format of a volume, if the file is one: by its content, or where that is packed by its name.
+pub fn format_of(name: &str, bytes: &[u8]) -> Option<Format> {
+    if nrrd::is_nrrd(bytes) {
+        return Some(Format::Nrrd);
+    }
+    if nifti::is_nifti(bytes) || (unpack::is_gzip(bytes) && nifti::is_packed_name(name)) {
+        return Some(Format::Nifti);
+    }
+    if metaimage::is_metaimage(bytes) {
+        return Some(Format::MetaImage);
+    }
+    vol::is_vol(bytes).then_some(Format::Vol)
+}
+
+/// Reads a volume.
+///
+/// `name` tells a packed NIfTI file, and nothing else. Headers whose samples lie in another file ask `beside` for it.
+///
+/// # Errors
+///
+/// [`ReadError::Unknown`] where the content is no volume; otherwise what is wrong, and where. Nothing is allocated for a size that is
+/// only claimed.
+pub fn read(name: &str, bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError> {
+    match format_of(name, bytes) {
+        Some(Format::Nrrd) => nrrd::read(bytes, beside),
+        Some(Format::Nifti) => nifti::read(name, bytes, beside),
+        Some(Format::MetaImage) => metaimage::read(bytes, beside),
+        Some(Format::Vol) => vol::read(bytes),
+        _ => Err(ReadError::NoVolume { name: name.into(), start: crate::error::quoted(bytes) }),
+    }
+}
+
+/// How many samples a size asks for: at least one a side, at most [`MAX_SAMPLES`].
+fn sample_count(format: Format, place: Place, size: [u64; 3]) -> Result<usize, ReadError> {
+    if size.contains(&0) {
+        return Err(ReadError::Malformed {
+            format,
+            place,
+            expected: "at least one sample a side".into(),
+            found: format!("{} × {} × {}", size[0], size[1], size[2]),
+        });
+    }
+    let count = size.iter().fold(1_u64, |all, &side| all.saturating_mul(side));
+    if count > MAX_SAMPLES {
+        return Err(ReadError::TooLarge {
+            format,
+            place,
+            unit: "samples",
+            limit: MAX_SAMPLES,
+            found: count,
+        });
+    }
+    Ok(count as usize)
+}

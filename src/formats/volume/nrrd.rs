@@ -1,0 +1,251 @@
+//! NRRD, the nearly raw raster data of teem.
+//!
+//! Source: Definition of NRRD file format, <https://teem.sourceforge.net/nrrd/format.html>: fields `name: value` up to an empty line,
+//! then the samples, or a field that names the file with them.
+
+use super::element::Element;
+use super::header::{Entry, Header, MAX_HEADER, lines_with_ends};
+use super::unpack::{Packing, exactly, unpacked};
+use super::{Beside, Frame, UnitKnown, Values, Volume, sample_count};
+use crate::scan::says_missing;
+use crate::{Format, Place, ReadError};
+
+const FORMAT: Format = Format::Nrrd;
+
+pub(super) fn is_nrrd(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"NRRD000")
+}
+
+pub(super) fn read(bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError> {
+    let (header, attached) = header(bytes)?;
+    let dimension = header.require(&["dimension"])?;
+    if dimension.value != "3" {
+        return Err(header.unsupported(dimension, "3 dimensions of one number each"));
+    }
+    let sizes = header.require(&["sizes"])?;
+    let size: [u64; 3] = header.wholes(sizes)?;
+    let count = sample_count(FORMAT, Place::Line { line: sizes.line, column: 0 }, size)?;
+    let element = element(&header)?;
+    let frame = frame(&header)?;
+    let name = header.find(&["data file", "datafile"]);
+    let (data, start) = match name {
+        None => (attached.map(|start| bytes[start..].to_vec()), attached.unwrap_or_default()),
+        Some(entry) => {
+            let is_list = entry.value.starts_with("LIST") || entry.value.contains('%');
+            if is_list {
+                return Err(header.unsupported(entry, "the name of one file"));
+            }
+            let file = entry.value.rsplit(['/', '\\']).next().unwrap_or_default();
+            let bytes = beside(file).map_err(|why| ReadError::Malformed {
+                format: FORMAT,
+                place: Place::Line { line: entry.line, column: 0 },
+                expected: "the file with the samples beside the header".into(),
+                found: why,
+            })?;
+            (Some(bytes), 0)
+        }
+    };
+    let data = data.ok_or_else(|| ReadError::Malformed {
+        format: FORMAT,
+        place: Place::Byte(bytes.len() as u64),
+        expected: "an empty line and samples, or a field data file".into(),
+        found: "neither".into(),
+    })?;
+    let values = samples(&header, &data, start as u64, element, count)?;
+    Ok(Volume { size: size.map(|side| side as usize), values, frame, format: FORMAT })
+}
+
+/// The fields, and where what follows the empty line begins.
+fn header(bytes: &[u8]) -> Result<(Header, Option<usize>), ReadError> {
+    let mut header = Header { format: FORMAT, entries: Vec::new() };
+    for (line, text, end) in lines_with_ends(bytes) {
+        if line == 1 || text.starts_with('#') {
+            continue;
+        }
+        if text.is_empty() {
+            return Ok((header, Some(end)));
+        }
+        // `key:=value` are the user's own pairs.
+        if text.contains(":=") {
+            continue;
+        }
+        let Some((key, value)) = text.split_once(':') else {
+            return Err(ReadError::Malformed {
+                format: FORMAT,
+                place: Place::Line { line, column: 0 },
+                expected: "a field name: value, or an empty line at the end of the header".into(),
+                found: crate::error::quoted(text.as_bytes()),
+            });
+        };
+        let key = key.trim().to_ascii_lowercase();
+        header.entries.push(Entry { key, value: value.trim().into(), line });
+    }
+    if bytes.len() > MAX_HEADER {
+        return Err(ReadError::TooLarge {
+            format: FORMAT,
+            place: Place::Byte(0),
+            unit: "bytes of header",
+            limit: MAX_HEADER as u64,
+            found: bytes.len() as u64,
+        });
+    }
+    Ok((header, None))
+}
+
+fn element(header: &Header) -> Result<Element, ReadError> {
+    let entry = header.require(&["type"])?;
+    Ok(match entry.value.as_str() {
+        "signed char" | "int8" | "int8_t" => Element::I8,
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Element::U8,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
+            Element::I16
+        }
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Element::U16,
+        "int" | "signed int" | "int32" | "int32_t" => Element::I32,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Element::U32,
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => Element::I64,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => {
+            Element::U64
+        }
+        "float" => Element::F32,
+        "double" => Element::F64,
+        _ => return Err(header.unsupported(entry, "a type of whole numbers, float or double")),
+    })
+}
+
+fn frame(header: &Header) -> Result<Frame, ReadError> {
+    let units = header.find(&["space units", "units"]);
+    let scale = match units {
+        None => None,
+        Some(entry) => {
+            let names: Vec<&str> =
+                entry.value.split(['"', ' ']).filter(|name| !name.is_empty()).collect();
+            let first = names.first().copied().unwrap_or_default();
+            if names.iter().any(|name| *name != first) {
+                return Err(header.unsupported(entry, "one unit for all axes"));
+            }
+            match first {
+                "mm" | "millimeter" | "millimeters" | "millimetre" => Some(1.0),
+                "um" | "µm" | "micron" | "microns" | "micrometer" => Some(1e-3),
+                "nm" | "nanometer" => Some(1e-6),
+                "cm" | "centimeter" => Some(10.0),
+                "m" | "meter" => Some(1000.0),
+                _ => return Err(header.unsupported(entry, "mm, um, nm, cm or m")),
+            }
+        }
+    };
+    let unit = if scale.is_some() { UnitKnown::Stated } else { UnitKnown::Assumed };
+    let scale = scale.unwrap_or(1.0);
+    let frame = if let Some(entry) = header.find(&["space directions"]) {
+        let numbers: [f64; 9] = header.numbers(entry)?;
+        let mut frame = Frame::aligned([1.0; 3], unit);
+        for (axis, step) in numbers.chunks_exact(3).enumerate() {
+            frame.steps_mm[axis] = [0, 1, 2].map(|at| step[at] * scale);
+        }
+        if let Some(entry) = header.find(&["space origin"]) {
+            frame.origin_mm = header.numbers::<3>(entry)?.map(|at| at * scale);
+        }
+        frame
+    } else if let Some(entry) = header.find(&["spacings"]) {
+        Frame::aligned(header.numbers::<3>(entry)?.map(|step| step.abs() * scale), unit)
+    } else {
+        Frame::aligned([1.0; 3], UnitKnown::Missing)
+    };
+    let line = header.find(&["space directions", "spacings"]).map_or(1, |entry| entry.line);
+    frame.checked(FORMAT, Place::Line { line, column: 0 })
+}
+
+fn samples(
+    header: &Header,
+    data: &[u8],
+    start: u64,
+    element: Element,
+    count: usize,
+) -> Result<Values, ReadError> {
+    let expected = count * element.bytes();
+    let skipped_lines: [u64; 1] =
+        header.find(&["line skip", "lineskip"]).map_or(Ok([0]), |entry| header.wholes(entry))?;
+    let byte_skip = header.find(&["byte skip", "byteskip"]);
+    let is_tail = byte_skip.is_some_and(|entry| entry.value == "-1");
+    let [byte_skip] = match byte_skip {
+        Some(entry) if !is_tail => header.wholes::<1>(entry)?,
+        _ => [0],
+    };
+    let byte_skip = usize::try_from(byte_skip).unwrap_or(usize::MAX);
+    let mut rest = data;
+    for _ in 0..skipped_lines[0] {
+        let Some(end) = rest.iter().position(|&byte| byte == b'\n') else { break };
+        rest = &rest[end + 1..];
+    }
+    let encoding = header.require(&["encoding"])?;
+    let bytes = match encoding.value.to_ascii_lowercase().as_str() {
+        "raw" if is_tail => rest[rest.len().saturating_sub(expected)..].to_vec(),
+        "raw" => {
+            let rest = rest.get(byte_skip..).unwrap_or_default();
+            rest[..rest.len().min(expected)].to_vec()
+        }
+        "gzip" | "gz" if is_tail => {
+            return Err(header.unsupported(encoding, "raw samples where byte skip is -1"));
+        }
+        "gzip" | "gz" => {
+            // Bytes are skipped of what comes out.
+            let limit = (expected as u64).saturating_add(byte_skip as u64);
+            let out = unpacked(FORMAT, start, rest, Packing::Gzip, limit)?;
+            out.get(byte_skip..).unwrap_or_default().to_vec()
+        }
+        "ascii" | "text" | "txt" => {
+            let rest = rest.get(byte_skip..).unwrap_or_default();
+            return text_samples(rest, count, header.entries.last().map_or(1, |last| last.line));
+        }
+        _ => return Err(header.unsupported(encoding, "raw, gzip or ascii")),
+    };
+    let bytes = exactly(FORMAT, start, bytes, expected)?;
+    let is_big = match header.find(&["endian"]) {
+        _ if element.bytes() == 1 => false,
+        Some(entry) => match entry.value.as_str() {
+            "little" => false,
+            "big" => true,
+            _ => return Err(header.malformed(entry, "little or big")),
+        },
+        None => {
+            header.require(&["endian"])?;
+            false
+        }
+    };
+    Ok(element.decoded(bytes, is_big))
+}
+
+/// Samples as text, parted by anything that is no number.
+fn text_samples(bytes: &[u8], count: usize, header_lines: usize) -> Result<Values, ReadError> {
+    let mut values = Vec::new();
+    for (number, line) in crate::scan::lines(bytes) {
+        for word in line.split(|byte| byte.is_ascii_whitespace() || *byte == b',') {
+            if word.is_empty() || values.len() == count {
+                continue;
+            }
+            let value = std::str::from_utf8(word).ok().and_then(|word| word.parse::<f32>().ok());
+            let value = if says_missing(word) { Some(f32::NAN) } else { value };
+            values.push(value.ok_or_else(|| ReadError::Malformed {
+                format: FORMAT,
+                place: Place::Line { line: header_lines + 1 + number, column: 0 },
+                expected: "numbers".into(),
+                found: crate::error::quoted(word),
+            })?);
+        }
+    }
+    if values.len() < count {
+        return Err(ReadError::Malformed {
+            format: FORMAT,
+            place: Place::Line { line: header_lines + 2, column: 0 },
+            expected: format!("{count} samples"),
+            found: format!("{}", values.len()),
+        });
+    }
+    Ok(Values::Floats(values))
+}

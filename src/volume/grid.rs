@@ -1,0 +1,167 @@
+//! Whether the grid was fine enough for the part: the check by theorems 12 to 14.
+//!
+//! Source: Stelldinger, Latecki, Siqueira, IEEE PAMI 29 (2007). An r-regular solid (two balls of radius r touch every boundary
+//! point, one inside, one outside) on a cubic grid of spacing h < r / √3 has no forbidden cell, and its case-8 cells come in
+//! pairs. A violation proves that the grid was too coarse. No violation proves nothing by itself.
+
+use rayon::prelude::*;
+
+use crate::cells::{mixed_codes, mixed_words};
+use crate::codes::{Case, facts};
+use crate::{Histogram, Samples};
+
+/// Most places that a check lists.
+pub const PLACES: usize = 100;
+
+/// What the check found in the codes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridCheck {
+    /// Cells of case 8.
+    pub case8: u64,
+    /// Cells of case 8 without a partner across their C1 face.
+    pub case8_unpaired: u64,
+    /// Cells of the cases 9 to 14.
+    pub forbidden: u64,
+    /// Faces between cells whose two foreground samples are diagonal (C1).
+    pub c1: u64,
+    /// Cells in which two samples on a space diagonal stand against six (C2).
+    pub c2: u64,
+    /// Centres of the cells at fault, in samples, sorted by slice, row and column; [`PLACES`] at most.
+    pub places: Vec<Violation>,
+}
+
+/// A cell that no r-regular solid on a fine enough grid has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Violation {
+    /// Centre of the cell in samples: sample (x, y, z) lies at x, y, z.
+    pub centre: [f64; 3],
+    /// Its code.
+    pub code: u8,
+    /// Its case: [`Case::Paired`] stands for a cell of case 8 without its partner.
+    pub case: Case,
+}
+
+/// What can be said of the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// r is stated, h < r / √3, and nothing contradicts it.
+    Proved,
+    /// The codes, or the spacing, contradict what is stated.
+    Contradicted,
+    /// Neither.
+    Unknown,
+}
+
+impl GridCheck {
+    /// Checks the codes of a volume, by layers in the caller's pool; `histogram` is that of the same volume.
+    pub fn of(samples: &Samples, histogram: &Histogram) -> GridCheck {
+        let facts = facts();
+        let fact = |code: u8| facts[usize::from(code)];
+        let case8 = histogram.count_where(|code| fact(code).case == Case::Paired);
+        let forbidden = histogram.count_where(|code| fact(code).case == Case::Forbidden);
+        let c2 = histogram.count_where(|code| fact(code).is_c2);
+        // Two cells share every face between them.
+        let c1 = histogram.sum_whole(|code| i64::from(fact(code).c1_faces.count_ones())) as u64 / 2;
+        let mut unpaired = 0;
+        let mut places = Vec::new();
+        if case8 + forbidden > 0 {
+            let layers: Vec<(u64, Vec<Violation>)> =
+                (0..=samples.size()[2]).into_par_iter().map(|z| violations(samples, z)).collect();
+            for (count, found) in layers {
+                unpaired += count;
+                let room = PLACES - places.len();
+                places.extend(found.into_iter().take(room));
+            }
+        }
+        GridCheck { case8, case8_unpaired: unpaired, forbidden, c1, c2, places }
+    }
+
+    /// Whether the codes contradict a grid that is fine enough.
+    pub fn is_contradicted(&self) -> bool {
+        self.forbidden > 0 || self.case8_unpaired > 0
+    }
+
+    /// The verdict on a grid of spacing `spacing_mm` along x, y and z, with the reason in words.
+    ///
+    /// `regular_mm` is the r of the part, where the user states it: its least local feature size on both sides, mm.
+    pub fn verdict(&self, spacing_mm: [f64; 3], regular_mm: Option<f64>) -> (Verdict, String) {
+        if self.is_contradicted() {
+            let why = format!(
+                "no part whose radius r is above √3 times the spacing has these samples: {} forbidden cells and {} cells of \
+                 case 8 without a partner; scan finer, or filter noise",
+                self.forbidden, self.case8_unpaired
+            );
+            return (Verdict::Contradicted, why);
+        }
+        let is_cubic = spacing_mm.iter().all(|side| (side / spacing_mm[0] - 1.0).abs() <= CUBIC);
+        if !is_cubic {
+            return (
+                Verdict::Unknown,
+                "voxels are not cubes: the theorems hold for cubes only".into(),
+            );
+        }
+        let Some(regular_mm) = regular_mm else {
+            let why =
+                "nothing contradicts the grid, but r of the part is not stated: give --regular";
+            return (Verdict::Unknown, why.into());
+        };
+        let needed_mm = needed_spacing_mm(regular_mm);
+        if spacing_mm[0] < needed_mm {
+            let why = format!(
+                "the spacing of {:.4} mm is below r / √3 = {needed_mm:.4} mm, and no cell contradicts that",
+                spacing_mm[0]
+            );
+            (Verdict::Proved, why)
+        } else {
+            let why = format!(
+                "the spacing of {:.4} mm is not below r / √3 = {needed_mm:.4} mm: scan finer",
+                spacing_mm[0]
+            );
+            (Verdict::Contradicted, why)
+        }
+    }
+}
+
+/// The spacing that a part with radius `regular_mm` needs: samples must be nearer than r / √3.
+pub fn needed_spacing_mm(regular_mm: f64) -> f64 {
+    regular_mm / 3_f64.sqrt()
+}
+
+/// Sides that differ by less than this share count as equal: files round spacings to six digits.
+const CUBIC: f64 = 1e-5;
+
+/// The cells at fault in one layer, and how many of them are unpaired cells of case 8.
+fn violations(samples: &Samples, z: usize) -> (u64, Vec<Violation>) {
+    let facts = facts();
+    let mut unpaired = 0;
+    let mut places = Vec::new();
+    mixed_words(samples, z, |y, word, corners, mixed| {
+        mixed_codes(word, corners, mixed, |x, code| {
+            let case = facts[usize::from(code)].case;
+            let is_alone = case == Case::Paired && !has_partner(samples, [x, y, z], code);
+            unpaired += u64::from(is_alone);
+            if (is_alone || case == Case::Forbidden) && places.len() < PLACES {
+                let centre = [x, y, z].map(|place| place as f64 - 0.5);
+                places.push(Violation { centre, code, case });
+            }
+        });
+    });
+    (unpaired, places)
+}
+
+/// Whether the cell across the C1 face of a case-8 cell is of case 8 too, with 6 foreground samples for 2 and 2 for 6.
+fn has_partner(samples: &Samples, cell: [usize; 3], code: u8) -> bool {
+    let face = facts()[usize::from(code)].c1_faces.trailing_zeros() as usize;
+    let (axis, is_upper) = (face / 2, face % 2 == 1);
+    let mut other = cell;
+    // A C1 face has foreground samples, so the layer around the volume is not on it and there is a cell beyond.
+    if is_upper {
+        other[axis] += 1;
+    } else {
+        other[axis] -= 1;
+    }
+    let partner = samples.code(other);
+    facts()[usize::from(partner)].case == Case::Paired
+        && partner.count_ones() + code.count_ones() == 8
+        && facts()[usize::from(partner)].c1_faces == 1 << (face ^ 1)
+}

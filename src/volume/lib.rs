@@ -1,0 +1,64 @@
+//! Digitized volumes: what a binary grid tells of the part that was scanned.
+//!
+//! [`Samples`] holds a volume as bits. [`Histogram`] counts the 256 codes of its cells in one pass; [`Topology`] has Euler
+//! numbers, components, tunnels and cavities, and [`GridCheck`] says whether the grid was fine enough for the part.
+//! [`reconstruct`] makes a surface of it, [`VolumeBounds`] and the tables of fractions tell its volume, [`blurred_area`] its area.
+//!
+//! Lengths are in samples: neighbours along x, y and z are 1 apart, and sample (x, y, z) lies at that place. The crate
+//! deliberately holds no input or output, reads no clock and starts no thread of its own: where two help it works in the
+//! caller's rayon pool. The same samples give the same bits, whatever the threads.
+//!
+//! Source: Stelldinger, Latecki, Siqueira, Topological equivalence between a 3D object and the reconstruction of its digital
+//! image, IEEE PAMI 29 (2007).
+
+#![forbid(unsafe_code)]
+
+mod blur;
+mod cell;
+mod cells;
+mod codes;
+mod euler;
+mod fractions;
+mod grid;
+mod histogram;
+mod implicit;
+mod levels;
+mod majority;
+mod marching;
+mod parts;
+mod quadrature;
+mod reconstruct;
+mod refine;
+mod samples;
+mod smooth;
+mod surface;
+mod table;
+mod threshold;
+mod topology;
+mod tube;
+mod volumes;
+mod voxels;
+
+pub use blur::{BlurredArea, blurred_area, total_variation};
+pub use codes::{Case, CodeFacts, facts};
+pub use euler::{euler_6, euler_26};
+pub use fractions::{
+    Fractions, ball_fractions, majority_fractions, marching_fractions, trilinear_fractions,
+    voxel_fractions,
+};
+pub use grid::{GridCheck, PLACES, Verdict, Violation, needed_spacing_mm};
+pub use histogram::Histogram;
+pub use levels::{BINS, Levels};
+pub use majority::{Majority, majority};
+pub use marching::{Crossings, GREY_MARGIN, Grey, Middles, marching_cubes};
+pub use parts::{Parts, cavities};
+pub use reconstruct::{BALL_RADIUS, LEAST_BALL_RADIUS, Method, MethodError, reconstruct};
+pub use refine::MAX_REFINE;
+pub use samples::{MAX_SAMPLES, Samples, SizeError, SlabBuilder};
+pub use smooth::Blend;
+pub use surface::{Piece, Surface, SurfaceCheck};
+pub use table::Ambiguity;
+pub use topology::Topology;
+pub use tube::{area_bounds, difference_area, semi_local_area, tube_counts};
+pub use volumes::{VolumeBounds, counting_uncertainty};
+pub use voxels::voxel_surface;

@@ -1,0 +1,270 @@
+//! Marching cubes over a volume: one vertex a mixed edge, the triangles of a table.
+
+use rayon::prelude::*;
+
+use crate::cell::EDGES;
+use crate::cells::{mixed_codes, mixed_words};
+use crate::codes::facts;
+use crate::table::{Ambiguity, Table, hole};
+use crate::{Samples, Surface};
+
+/// Where the surface crosses the edges of the grid.
+pub trait Crossings: Sync {
+    /// The place on the edge from sample `from` to its neighbour along `axis` (0, 1, 2 for x, y, z), as a share of the edge: 0 at
+    /// `from`, 1 at the neighbour. Samples of the layer around the volume have −1 or the size as a coordinate.
+    fn share(&self, from: [i64; 3], axis: usize) -> f64;
+}
+
+/// Crossings at the middles of the edges.
+#[derive(Clone, Copy, Debug)]
+pub struct Middles;
+
+impl Crossings for Middles {
+    fn share(&self, _: [i64; 3], _: usize) -> f64 {
+        0.5
+    }
+}
+
+/// Grey values and their threshold: crossings where the values, interpolated along the edge, reach it.
+///
+/// Foreground must be what is at the threshold or above. Crossings keep [`GREY_MARGIN`] from the samples, so that grey values move
+/// vertices but never change a triangle. An edge to the layer around the volume, or to a value that is not finite, is cut in
+/// its middle.
+#[derive(Clone, Copy, Debug)]
+pub struct Grey<'a> {
+    /// One value a sample, x fastest, then y, then z.
+    pub values: &'a [f32],
+    /// Columns, rows and slices.
+    pub size: [usize; 3],
+    /// The value of the surface.
+    pub threshold: f32,
+}
+
+/// The least distance of a crossing of grey values from a sample.
+pub const GREY_MARGIN: f64 = 0.01;
+
+impl Crossings for Grey<'_> {
+    fn share(&self, from: [i64; 3], axis: usize) -> f64 {
+        let value = |place: [i64; 3]| {
+            let is_within =
+                |axis: usize| place[axis] >= 0 && (place[axis] as u64) < self.size[axis] as u64;
+            let [x, y, z] = place.map(|coordinate| coordinate as usize);
+            if !(0..3).all(is_within) {
+                return None;
+            }
+            let value = self.values[(z * self.size[1] + y) * self.size[0] + x];
+            value.is_finite().then(|| f64::from(value))
+        };
+        let mut to = from;
+        to[axis] += 1;
+        match (value(from), value(to)) {
+            (Some(a), Some(b)) if a != b => {
+                let share = (f64::from(self.threshold) - a) / (b - a);
+                share.clamp(GREY_MARGIN, 1.0 - GREY_MARGIN)
+            }
+            _ => 0.5,
+        }
+    }
+}
+
+/// The surface of a volume by marching cubes, by layers in the caller's pool.
+///
+/// Each mixed edge of the grid has one vertex, each cell the triangles that its code asks for; `rule` decides the faces whose
+/// foreground samples are diagonal. The mesh is a closed oriented 2-manifold for every volume. Vertices are numbered by slice, and
+/// within it by row; the result does not depend on threads.
+///
+/// With [`Ambiguity::Paired`] this is the modified marching cubes of the source: of an r-regular solid sampled at h < r / √3 the
+/// surface is homeomorphic to that of the solid (theorem 23).
+pub fn marching_cubes(samples: &Samples, rule: Ambiguity, crossings: &impl Crossings) -> Surface {
+    let table = Table::of(rule);
+    let layers = samples.size()[2] + 2;
+    // Vertices of slice z: first the edges within the slice, then those to the next one.
+    let counts: Vec<[u32; 2]> =
+        (0..layers).into_par_iter().map(|z| vertex_counts(samples, z)).collect();
+    let mut starts = Vec::with_capacity(layers + 1);
+    let mut total = 0_u32;
+    for [within, between] in counts {
+        starts.push([total, total + within]);
+        total += within + between;
+    }
+    let chunk = (layers - 1).div_ceil(CHUNKS).max(1);
+    let bands: Vec<usize> = (0..layers - 1).step_by(chunk).collect();
+    let parts: Vec<Surface> = bands
+        .into_par_iter()
+        .map(|first| {
+            band(samples, table, crossings, &starts, first..(first + chunk).min(layers - 1))
+        })
+        .collect();
+    let mut surface = Surface::default();
+    surface.vertices.reserve_exact(total as usize);
+    surface.triangles.reserve_exact(parts.iter().map(|part| part.triangles.len()).sum());
+    for part in parts {
+        surface.vertices.extend(part.vertices);
+        surface.triangles.extend(part.triangles);
+    }
+    surface
+}
+
+/// Bands of layers that threads share: enough for some tens of threads, few enough that each is worth its numbering.
+const CHUNKS: usize = 64;
+
+/// Calls `visit(direction, y, word, bits)` for every word of mixed edges of a slice: along x and y, or (`is_upward`) to the next slice.
+pub(crate) fn mixed_edges(
+    samples: &Samples,
+    z: usize,
+    is_upward: bool,
+    mut visit: impl FnMut(usize, usize, usize, u64),
+) {
+    let [_, ny, nz] = samples.size();
+    if is_upward && z > nz {
+        return;
+    }
+    for y in 0..ny + 2 {
+        let row = samples.row(y, z);
+        if is_upward {
+            for (word, (a, b)) in row.iter().zip(samples.row(y, z + 1)).enumerate() {
+                if a != b {
+                    visit(2, y, word, a ^ b);
+                }
+            }
+            continue;
+        }
+        for (word, &bits) in row.iter().enumerate() {
+            // The last bit of a row is the layer around the volume, so nothing is lost behind it.
+            let next = row.get(word + 1).map_or(0, |next| next << 63);
+            let mixed = bits ^ (bits >> 1 | next);
+            if mixed != 0 {
+                visit(0, y, word, mixed);
+            }
+        }
+        if y <= ny {
+            for (word, (a, b)) in row.iter().zip(samples.row(y + 1, z)).enumerate() {
+                if a != b {
+                    visit(1, y, word, a ^ b);
+                }
+            }
+        }
+    }
+}
+
+fn vertex_counts(samples: &Samples, z: usize) -> [u32; 2] {
+    [false, true].map(|is_upward| {
+        let mut count = 0;
+        mixed_edges(samples, z, is_upward, |_, _, _, bits| count += bits.count_ones());
+        count
+    })
+}
+
+/// Numbers of the vertices of one slice, by direction and place.
+struct Numbers {
+    columns: usize,
+    of: [Vec<u32>; 3],
+}
+
+impl Numbers {
+    fn new(samples: &Samples) -> Numbers {
+        let columns = samples.words_per_row() * 64;
+        let places = columns * (samples.size()[1] + 2);
+        Numbers { columns, of: std::array::from_fn(|_| vec![0; places]) }
+    }
+
+    /// Numbers the edges of a slice from `start`, and calls `visit(place, direction)` for each in turn. Entries of other edges
+    /// keep what was there before; none of them is read.
+    fn fill(
+        &mut self,
+        samples: &Samples,
+        z: usize,
+        is_upward: bool,
+        mut start: u32,
+        mut visit: impl FnMut([usize; 3], usize),
+    ) {
+        mixed_edges(samples, z, is_upward, |direction, y, word, mut bits| {
+            let row = &mut self.of[direction][y * self.columns..(y + 1) * self.columns];
+            while bits != 0 {
+                let x = word * 64 + bits.trailing_zeros() as usize;
+                row[x] = start;
+                start += 1;
+                visit([x, y, z], direction);
+                bits &= bits - 1;
+            }
+        });
+    }
+
+    fn get(&self, direction: usize, x: usize, y: usize) -> u32 {
+        self.of[direction][y * self.columns + x]
+    }
+}
+
+/// The vertices of the slices `layers`, and the triangles of the layers of cells above them.
+fn band(
+    samples: &Samples,
+    table: &Table,
+    crossings: &impl Crossings,
+    starts: &[[u32; 2]],
+    layers: std::ops::Range<usize>,
+) -> Surface {
+    let mut surface = Surface::default();
+    let (mut lower, mut upper) = (Numbers::new(samples), Numbers::new(samples));
+    let first = layers.start;
+    // The vertices of the last slice have no cells above them; it has none, being the layer around the volume.
+    for z in layers {
+        let vertices = &mut surface.vertices;
+        let mut add = |place: [usize; 3], direction: usize| {
+            let from = place.map(|coordinate| coordinate as i64 - 1);
+            let mut vertex = from.map(|coordinate| coordinate as f64);
+            vertex[direction] += crossings.share(from, direction);
+            vertices.push(vertex);
+        };
+        let [within, between] = starts[z];
+        if z == first {
+            lower.fill(samples, z, false, within, &mut add);
+        } else {
+            // Numbered already as the upper slice of the layer before.
+            mixed_edges(samples, z, false, |direction, y, word, mut bits| {
+                while bits != 0 {
+                    add([word * 64 + bits.trailing_zeros() as usize, y, z], direction);
+                    bits &= bits - 1;
+                }
+            });
+        }
+        lower.fill(samples, z, true, between, &mut add);
+        upper.fill(samples, z + 1, false, starts[z + 1][0], |_, _| ());
+        let triangles = &mut surface.triangles;
+        mixed_words(samples, z, |y, word, corners, mixed| {
+            mixed_codes(word, corners, mixed, |x, code| {
+                let number = |edge: usize| {
+                    let corner = EDGES[edge][0];
+                    let slice = if corner >> 2 & 1 == 1 { &upper } else { &lower };
+                    slice.get(edge / 4, x + (corner & 1), y + (corner >> 1 & 1))
+                };
+                let cut = table.cut(code);
+                triangles.extend(
+                    cut.triangles
+                        .iter()
+                        .map(|corners| corners.map(|edge| number(usize::from(edge)))),
+                );
+                let mut faces = facts()[usize::from(code)].c1_faces;
+                if table.joins(code) {
+                    return;
+                }
+                while faces != 0 {
+                    let face = faces.trailing_zeros() as usize;
+                    faces &= faces - 1;
+                    if table.joins(samples.code(beyond([x, y, z], face))) {
+                        let [a, b, c, d] = hole(code, face).map(number);
+                        triangles.extend([[a, b, c], [a, c, d]]);
+                    }
+                }
+            });
+        });
+        std::mem::swap(&mut lower, &mut upper);
+    }
+    surface
+}
+
+/// The cell across a face. A C1 face has foreground samples, so there is one.
+fn beyond(cell: [usize; 3], face: usize) -> [usize; 3] {
+    let mut other = cell;
+    other[face / 2] = if face % 2 == 1 { cell[face / 2] + 1 } else { cell[face / 2] - 1 };
+    other
+}

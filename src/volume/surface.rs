@@ -1,0 +1,164 @@
+//! A closed triangle mesh: the face that a reconstruction shows.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+/// A triangle mesh of the boundary of a solid.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Vertices in samples: sample (x, y, z) lies at x, y, z.
+    pub vertices: Vec<[f64; 3]>,
+    /// Corners of the triangles, counter-clockwise seen from outside the solid.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a mesh is as a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SurfaceCheck {
+    /// Every side of a triangle belongs to two triangles.
+    pub is_closed: bool,
+    /// These two run along it in opposite directions.
+    pub is_oriented: bool,
+    /// The triangles about every vertex make one ring.
+    pub is_manifold: bool,
+}
+
+/// Figures of one connected piece of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Vertices − sides + triangles.
+    pub euler: i64,
+    /// Handles: 1 − Euler number / 2.
+    pub genus: i64,
+    /// Area, in the square of the unit of the vertices.
+    pub area: f64,
+    /// Volume that the piece encloses, in the cube of the unit of the vertices: negative for the wall of a cavity.
+    pub volume: f64,
+}
+
+impl Surface {
+    /// The Euler number of the whole mesh, if it is closed.
+    pub fn euler(&self) -> i64 {
+        // Every triangle has three sides, every side two triangles.
+        self.vertices.len() as i64 - self.triangles.len() as i64 / 2
+    }
+
+    /// Checks that the mesh is a closed oriented 2-manifold.
+    pub fn check(&self) -> SurfaceCheck {
+        // Sides sorted by their corners, with the direction in which a triangle runs along them.
+        let mut sides: Vec<(u32, u32, bool)> = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .map(|(a, b)| (a.min(b), a.max(b), a < b))
+            .collect();
+        sides.par_sort_unstable();
+        let mut check = SurfaceCheck { is_closed: true, is_oriented: true, is_manifold: true };
+        for group in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            check.is_closed &= group.len() == 2 && group[0].0 != group[0].1;
+            check.is_oriented &= group.len() == 2 && group[0].2 != group[1].2;
+        }
+        check.is_manifold = check.is_closed && check.is_oriented && self.has_rings();
+        check
+    }
+
+    /// Whether the triangles about every vertex make one ring. The mesh is closed and oriented.
+    fn has_rings(&self) -> bool {
+        // For every corner of a triangle: the vertex, the one after it and the one before it.
+        let mut corners: Vec<(u32, u32, u32)> = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b, c), (b, c, a), (c, a, b)])
+            .collect();
+        corners.par_sort_unstable();
+        let mut vertices = 0;
+        let rings = corners.chunk_by(|a, b| a.0 == b.0).all(|fan| {
+            vertices += 1;
+            let mut steps = 0;
+            let mut at = fan[0].1;
+            loop {
+                let Ok(found) = fan.binary_search_by_key(&at, |corner| corner.1) else {
+                    return false;
+                };
+                at = fan[found].2;
+                steps += 1;
+                if at == fan[0].1 || steps > fan.len() {
+                    return steps == fan.len();
+                }
+            }
+        });
+        rings && vertices == self.vertices.len()
+    }
+
+    /// The connected pieces, the one with the lowest vertex number first.
+    pub fn pieces(&self) -> Vec<Piece> {
+        let mut parents: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        fn root(parents: &mut [u32], mut item: u32) -> u32 {
+            while parents[item as usize] != item {
+                parents[item as usize] = parents[parents[item as usize] as usize];
+                item = parents[item as usize];
+            }
+            item
+        }
+        for &[a, b, c] in &self.triangles {
+            for other in [b, c] {
+                let (a, b) = (root(&mut parents, a), root(&mut parents, other));
+                parents[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let mut pieces: BTreeMap<u32, (i64, i64, f64, f64)> = BTreeMap::new();
+        for vertex in 0..self.vertices.len() as u32 {
+            pieces.entry(root(&mut parents, vertex)).or_default().0 += 1;
+        }
+        for corners in &self.triangles {
+            let piece = pieces.entry(root(&mut parents, corners[0])).or_default();
+            let (area, volume) = self.area_and_volume(corners);
+            piece.1 += 1;
+            piece.2 += area;
+            piece.3 += volume;
+        }
+        let figures = |(vertices, triangles, area, volume): (i64, i64, f64, f64)| {
+            let euler = vertices - triangles / 2;
+            Piece { euler, genus: 1 - euler / 2, area, volume }
+        };
+        pieces.into_values().map(figures).collect()
+    }
+
+    /// The area of the mesh.
+    pub fn area(&self) -> f64 {
+        self.triangles.iter().map(|corners| self.area_and_volume(corners).0).sum()
+    }
+
+    /// The volume that the mesh encloses.
+    pub fn volume(&self) -> f64 {
+        self.triangles.iter().map(|corners| self.area_and_volume(corners).1).sum()
+    }
+
+    /// Area of a triangle, and the volume between it and the first vertex of the mesh.
+    fn area_and_volume(&self, corners: &[u32; 3]) -> (f64, f64) {
+        let origin = self.vertices[0];
+        let [a, b, c] = corners.map(|corner| {
+            let vertex = self.vertices[corner as usize];
+            [0, 1, 2].map(|axis| vertex[axis] - origin[axis])
+        });
+        let cross = |u: [f64; 3], v: [f64; 3]| {
+            [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        };
+        let minus = |u: [f64; 3], v: [f64; 3]| [0, 1, 2].map(|axis| u[axis] - v[axis]);
+        let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+        let normal = cross(minus(b, a), minus(c, a));
+        (dot(normal, normal).sqrt() / 2.0, dot(a, cross(b, c)) / 6.0)
+    }
+
+    /// The same mesh with every vertex moved by a rule, such as into the frame of a file.
+    ///
+    /// `is_mirror` says that the rule turns right hands into left hands: the triangles are then turned round.
+    pub fn moved(mut self, rule: impl Fn([f64; 3]) -> [f64; 3], is_mirror: bool) -> Surface {
+        self.vertices.iter_mut().for_each(|vertex| *vertex = rule(*vertex));
+        if is_mirror {
+            self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        }
+        self
+    }
+}

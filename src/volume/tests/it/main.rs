@@ -1,0 +1,11 @@
+//! Tests of the crate as others see it.
+
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
+mod betti;
+mod bodies;
+mod invariance;
+mod measures;
+mod meshes;
+mod noise;
+mod regular;
