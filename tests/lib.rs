@@ -95,6 +95,11 @@ pub fn data(name: &str) -> Option<PathBuf> {
     None
 }
 
+/// A number of repetitions: `in_full` where `./tests/run --long` asks for studies in full length, else `usual`.
+pub fn repetitions(usual: usize, in_full: usize) -> usize {
+    if std::env::var_os("ASPHERA_LONG").is_some() { in_full } else { usual }
+}
+
 /// Says that a test was skipped, and why.
 #[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
 pub fn skipped(why: &str) {
@@ -189,6 +194,10 @@ impl Running {
         if let Some(mut pipe) = self.child.stdout.take() {
             std::io::Read::read_to_end(&mut pipe, &mut stdout).expect("stdout can be read");
         }
+        // It has ended; what it started may hold the other end of the pipe still.
+        while let Ok(line) = self.lines.recv_timeout(Duration::from_millis(200)) {
+            self.seen.push(line);
+        }
         Output { status, stdout, stderr: self.seen.join("\n").into_bytes() }
     }
 }
@@ -201,8 +210,9 @@ impl Drop for Running {
     }
 }
 
+/// The time, for tests that wait for real programs.
 #[expect(clippy::disallowed_methods, reason = "tests wait for real programs")]
-fn now() -> Instant {
+pub fn now() -> Instant {
     Instant::now()
 }
 

@@ -15,6 +15,7 @@
 
 mod backoff;
 mod endpoint;
+mod holders;
 mod link;
 mod ports;
 mod serial;
@@ -23,6 +24,7 @@ mod stream;
 
 pub use backoff::{Backoff, BackoffError};
 pub use endpoint::{Endpoint, FlowControl, Parity, SerialSettings};
+pub use holders::{Holder, holder_of_file, holder_of_port};
 pub use link::{Link, LinkCommand, LinkEvent, LinkSettings, What};
 pub use ports::{CanInterface, SerialPort, can_interfaces, serial_ports};
 pub use stream::OpenError;

@@ -1,15 +1,22 @@
 //! Serial ports.
 
 use std::io;
+use std::path::Path;
 
 use serialport::{ClearBuffer, ErrorKind, SerialPort as _};
 use tokio_serial::{SerialPortBuilderExt as _, SerialStream};
 
-use crate::{FlowControl, OpenError, Parity, SerialSettings};
+use crate::{FlowControl, OpenError, Parity, SerialSettings, holder_of_file};
 
 /// Opens a serial port for this process alone and empties its input.
+///
+/// The system keeps other processes off a port that is open, but for those of the superuser: so it is looked up first
+/// who has it.
 pub(crate) fn open(settings: &SerialSettings) -> Result<SerialStream, OpenError> {
     let path = &settings.path;
+    if let Some(holder) = holder_of_file(Path::new(path)) {
+        return Err(OpenError::Held { path: path.clone(), holder });
+    }
     let stream = tokio_serial::new(path, settings.baud_bd)
         .parity(match settings.parity {
             Parity::None => tokio_serial::Parity::None,

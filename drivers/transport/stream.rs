@@ -9,7 +9,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use crate::socketcan::CanPort;
-use crate::{Endpoint, Parity, serial};
+use crate::{Endpoint, Holder, Parity, serial};
 
 /// Why an endpoint could not be opened.
 #[derive(Debug, Error)]
@@ -23,6 +23,14 @@ pub enum OpenError {
         path: String,
         /// What the system said.
         source: io::Error,
+    },
+    /// Another process has the port: what it reads would be missing here.
+    #[error("serial port {path} is in use by {holder}: end that, or give this link another port")]
+    Held {
+        /// The path tried.
+        path: String,
+        /// Who has it.
+        holder: Holder,
     },
     /// The port refuses this parity. Pseudo terminals do: they are 8N1 only.
     #[error(

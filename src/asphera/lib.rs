@@ -11,6 +11,9 @@ pub mod cli;
 pub mod clock;
 pub mod conclude;
 pub mod config;
+#[cfg(test)]
+mod corpora;
+pub mod holder;
 pub mod lens;
 pub mod live;
 pub mod paper;
@@ -26,3 +29,7 @@ pub mod snapshot;
 pub mod station;
 
 pub use asphera_link::error_chain;
+
+// The laws of the fuzz targets name this crate from outside and are tested inside it.
+#[cfg(test)]
+extern crate self as asphera;

@@ -102,7 +102,8 @@ impl Playback {
                     ended = Some(reason.clone());
                     break;
                 }
-                What::Sent { .. } | What::Results(_) => continue,
+                // Points are made anew of what was received.
+                What::Sent { .. } | What::Points(_) | What::Results(_) => continue,
             }
             settle(&mut bench, &mut take);
             if let Some(end) = bench.ended(now) {

@@ -144,6 +144,8 @@ async fn a_station_measures_once_and_ends_with_the_verdict() {
     }
     let sessions: Vec<_> =
         std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
+    // Beside them lies the lock of the folder.
+    let sessions: Vec<_> = sessions.into_iter().filter(|path| path.is_dir()).collect();
     assert_eq!(sessions.len(), 2);
     for session in sessions {
         for file in ["report.json", "qif.xml", "deviation.x3p"] {

@@ -273,3 +273,59 @@ fn what_cannot_be_a_source_or_a_target_is_told_with_its_cure() {
         assert!(said.contains("carry no uncertainties"), "{said}");
     }
 }
+
+/// The points as another program reads them: MCAP and the message of ROS 1, neither decoded by us.
+#[test]
+fn points_of_a_recording_are_read_by_other_programs() {
+    let Some(python) = asphera_tests::python("mcap_ros1") else { return };
+    let script = "
+import glob, struct, sys
+from mcap.reader import SeekingReader
+from mcap_ros1.decoder import DecoderFactory
+for segment in sorted(glob.glob(sys.argv[1] + '/*.mcap')):
+    reader = SeekingReader(open(segment, 'rb'), validate_crcs=True, decoder_factories=[DecoderFactory()])
+    for schema, channel, message, cloud in reader.iter_decoded_messages(topics=['/points']):
+        assert schema.name == 'sensor_msgs/PointCloud2' and channel.metadata['unit'] == 'mm'
+        assert [f.name for f in cloud.fields] == ['x', 'y', 'z', 'time_s', 'count', 'flags']
+        assert len(cloud.data) == cloud.row_step == cloud.width * cloud.point_step
+        for at in range(0, len(cloud.data), cloud.point_step):
+            x, y, z, time, count, flags = struct.unpack_from('<dddddI', cloud.data, at)
+            print(x.hex(), y.hex(), z.hex(), int(count), flags)
+";
+    let output =
+        std::process::Command::new(python).args(["-c", script]).arg(session()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = String::from_utf8(output.stdout).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.csv");
+    let export = run(["export", session().to_str().unwrap(), "-o", file.to_str().unwrap()]);
+    assert_eq!(export.status.code(), Some(0), "{}", String::from_utf8_lossy(&export.stderr));
+    let text = fs::read_to_string(&file).unwrap();
+    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let column = |name: &str| {
+        head.iter().position(|one| one.starts_with(name)).unwrap_or_else(|| panic!("{head:?}"))
+    };
+    let places = [column("x"), column("y"), column("z")];
+    let mut lines = read.lines();
+    let mut points = 0;
+    for row in rows {
+        let row: Vec<&str> = row.split(',').collect();
+        let line: Vec<&str> = lines.next().expect("as many points").split(' ').collect();
+        for (place, hex) in places.iter().zip(&line) {
+            let exported: f64 = row[*place].parse().unwrap();
+            assert_eq!(exported.to_bits(), from_hex(hex).to_bits(), "{row:?} {line:?}");
+        }
+        points += 1;
+    }
+    assert_eq!((lines.next(), points), (None, 12_000));
+}
+
+/// A number as Python's `float.hex` writes it.
+fn from_hex(text: &str) -> f64 {
+    let (sign, digits) = text.strip_prefix('-').map_or((1.0, text), |digits| (-1.0, digits));
+    let (digits, power) = digits.trim_start_matches("0x").split_once('p').unwrap();
+    let mantissa = u64::from_str_radix(&digits.replace('.', ""), 16).unwrap() as f64;
+    let places = digits.split_once('.').map_or(0, |(_, tail)| tail.len() as i32);
+    sign * mantissa * 2f64.powi(power.parse::<i32>().unwrap() - 4 * places)
+}

@@ -11,7 +11,7 @@ use tokio::time::interval;
 
 use super::exit::Exit;
 use super::output::{Failure, clear_progress, deliver, progress, refuse_results, say, write_json};
-use super::serve::{Page, interrupted, stop_session};
+use super::serve::{Page, block_on, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
 use crate::live::{Finished, Handle, Station};
@@ -56,7 +56,7 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
         Speed::Times(times) => asphera_rig::Speed::Times(times),
         Speed::Max => asphera_rig::Speed::Max,
     });
-    tokio::runtime::Runtime::new()?.block_on(demo(scene, args))
+    block_on(demo(scene, args))
 }
 
 async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {

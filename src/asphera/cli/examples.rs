@@ -24,9 +24,22 @@ pub(super) const SECTION: &str = "Examples:
   asphera section part.xyz --line -5,0,5,0 -o section.csv
   asphera section part.xyz --radius 45 --nominal sphere.toml --json";
 
+pub(super) const CONTOUR: &str = "Examples:
+  asphera contour edge.xyz -o edge.svg
+  asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json
+  asphera contour --methods";
+
+pub(super) const COMPARE: &str = "Example:
+  asphera compare found.json truth.json --json";
+
 pub(super) const SAMPLING: &str = "Examples:
   asphera sampling part.xyz --epsilon 0.05
   asphera sampling part.xyz --nominal sphere.toml --waypoints next.csv";
+
+pub(super) const VOLUME: &str = "Examples:
+  asphera volume part.nrrd --regular 0.5 --mesh part.ply
+  asphera volume scan.mha --threshold iso50 --part largest --check --json
+  asphera volume sphere.vol --spacing 0.02 --method balls --out results";
 
 pub(super) const NOMINAL: &str = "Examples:
   asphera nominal sphere.toml --sag 0,2.5,5

@@ -1,7 +1,6 @@
 //! Files the commands read, and those they must not write.
 
 use std::borrow::Cow;
-use std::fs;
 use std::path::Path;
 
 use asphera_surface::Mesh;
@@ -11,7 +10,7 @@ use super::progress::Progress;
 use super::source::{Content, Source, is_recording};
 use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
-use crate::config::{Part, TOML, Weights, text_of};
+use crate::config::{Part, TOML, Weights, bytes_of, text_of};
 use crate::pipeline::{Along, Measurement, Pipeline};
 use crate::report::Timing;
 
@@ -189,7 +188,7 @@ fn shuffle<T>(points: &mut [T], seed: Option<u64>) {
 
 /// The bytes of a file.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
+    bytes_of(path).map_err(|error| format!("cannot read {}: {error}", path.display()).into())
 }
 
 /// Fails where `out` must not be written: it is `source` or a part of it, or it is there and not to be overwritten.

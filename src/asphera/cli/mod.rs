@@ -2,6 +2,8 @@
 
 mod check;
 mod columns;
+mod compare;
+mod contour;
 mod demo;
 mod examples;
 mod exit;
@@ -27,6 +29,7 @@ mod summary;
 mod text;
 mod token;
 mod unit_doubt;
+mod volume;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -59,7 +62,7 @@ const AFTER_HELP: &str = "Example:
 
 Exit codes: 0 done (the part passed, or no limits are given); \
 1 a file, a port or a configuration cannot be used; 2 the command line is wrong; \
-10 the part is outside a limit; 11 the measurement ended but a verdict could not be given.";
+10 the part is outside a limit; 11 the measurement ended but a verdict could not be given, or `volume --check` found the grid too coarse.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -81,9 +84,18 @@ enum Command {
     /// Cuts a measured surface along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
     #[command(after_help = examples::SECTION)]
     Section(section::SectionArgs),
+    /// Finds the curve that points in the plane are samples of: outlines, edges, closed sections.
+    #[command(after_help = examples::CONTOUR)]
+    Contour(contour::ContourArgs),
+    /// Compares two contours: distances, areas, edges.
+    #[command(after_help = examples::COMPARE)]
+    Compare(compare::CompareArgs),
     /// Says how densely points sample their surface, and what to measure next.
     #[command(after_help = examples::SAMPLING)]
     Sampling(sampling::SamplingArgs),
+    /// Makes a surface of a volume (CT, OCT, confocal), says whether its grid was fine enough, and measures volume and area.
+    #[command(after_help = examples::VOLUME)]
+    Volume(volume::VolumeArgs),
     /// Checks a nominal file and tells what it says, or makes one of a surface of a Zemax lens file.
     #[command(after_help = examples::NOMINAL)]
     Nominal(nominal::NominalArgs),
@@ -167,7 +179,10 @@ pub fn main() -> ExitCode {
         Command::Measure(args) => measure::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Section(args) => section::run(&args),
+        Command::Contour(args) => contour::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Sampling(args) => sampling::run(&args),
+        Command::Volume(args) => volume::run(&args),
         Command::Nominal(args) => nominal::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Replay(args) => replay::run(&args),

@@ -21,7 +21,7 @@ use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use crate::pipeline::{Readings, Sampled, feature_size};
+use crate::pipeline::{Readings, Sampled, feature_size, no_area};
 use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
 use laid::Laid;
 use limits::Limits;
@@ -208,14 +208,15 @@ fn target(args: &ReduceArgs, limits: &Limits, lfs_max_mm: f64) -> Result<Target,
 /// Fails where points span no area.
 fn refuse_line(mesh: &Mesh, name: &str) -> Result<(), Failure> {
     let counts = mesh.counts();
-    if counts.triangles == 0 {
-        return Err(format!(
+    match (counts.triangles, counts.rejected) {
+        (0, 0) => Err(format!(
             "{name}: expected points that span an area, found {} places on no more than a line",
             counts.vertices
         )
-        .into());
+        .into()),
+        (0, _) => Err(format!("{name}: {}", no_area(mesh)).into()),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Writes the points, each with its uncertainty if it was averaged.

@@ -7,7 +7,7 @@ use super::ConfigArgs;
 use super::exit::Exit;
 use super::notify;
 use super::output::{Failure, complain, print, say};
-use super::serve::{Page, interrupted, stop_session};
+use super::serve::{Page, block_on, interrupted, stop_session};
 use super::summary;
 use super::token::TokenArgs;
 use crate::config::Config;
@@ -26,7 +26,7 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let config = Config::load(&args.config.config)?;
-    tokio::runtime::Runtime::new()?.block_on(station(config, args))
+    block_on(station(config, args))
 }
 
 async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
@@ -51,6 +51,10 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
                     show(&finished);
                     if args.once {
                         exit = Exit::of(&finished.measurement.report);
+                        tokio::select! {
+                            () = station.commands_ended() => {}
+                            signal = &mut stop => signal?,
+                        }
                         break;
                     }
                 }
@@ -65,14 +69,15 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
         }
     }
     notify::stopping();
-    if let Some(finished) = stop_session(&mut station).await? {
+    let stopped = stop_session(&mut station).await;
+    page.close().await?;
+    watchdog.abort();
+    if let Some(finished) = stopped? {
         show(&finished);
         if args.once {
             exit = Exit::of(&finished.measurement.report);
         }
     }
-    page.close().await?;
-    watchdog.abort();
     Ok(exit)
 }
 

@@ -14,7 +14,7 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use crate::pipeline::Along;
+use crate::pipeline::{Along, no_area};
 use crate::section::{Deviations, SectionReport, report, report_of_plane};
 
 #[derive(Args)]
@@ -116,6 +116,9 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
             &unmeasured
         }
     };
+    if mesh.counts().triangles == 0 {
+        return Err(format!("{}: {}", args.source.display(), no_area(mesh)).into());
+    }
     progress.stage("cutting");
     let form = measurement.as_ref().map(|measurement| {
         let reasons = || measurement.report.verdict.reasons.join("; ");

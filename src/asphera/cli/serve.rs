@@ -10,6 +10,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
+use super::exit::Exit;
 use super::output::{Failure, say};
 use crate::live::{Finished, Handle, Station, StationError};
 use crate::publish::{Server, Token};
@@ -49,12 +50,26 @@ impl Page {
         &self.url
     }
 
-    /// Stops serving; open answers end first.
-    pub(super) async fn close(self) -> Result<(), Failure> {
+    /// Stops serving. Open answers end first, if they do so soon: a browser may never read its own.
+    pub(super) async fn close(mut self) -> Result<(), Failure> {
         // The server may have ended by itself; then there is nothing to stop.
         let _ = self.shutdown.send(());
-        Ok(self.task.await?)
+        if let Ok(ended) = timeout(ANSWERS, &mut self.task).await {
+            return Ok(ended?);
+        }
+        self.task.abort();
+        Ok(())
     }
+}
+
+/// Runs a station to its end, on a runtime of its own. What then still works in the background is left to itself.
+pub(super) fn block_on(
+    station: impl Future<Output = Result<Exit, Failure>>,
+) -> Result<Exit, Failure> {
+    let runtime = tokio::runtime::Runtime::new()?;
+    let exit = runtime.block_on(station);
+    runtime.shutdown_timeout(BACKGROUND);
+    exit
 }
 
 /// Waits for SIGINT or SIGTERM.
@@ -67,18 +82,42 @@ pub(super) async fn interrupted() -> std::io::Result<()> {
 }
 
 /// Ends a running session in good order, so that its recording says why it ended; `None` if none ran.
+///
+/// # Errors
+///
+/// Where its figures are not there in time. Its recording is, and the words say how to make them of it.
 pub(super) async fn stop_session(station: &mut Station) -> Result<Option<Arc<Finished>>, Failure> {
-    match timeout(STOP, station.handle().session(Command::Stop)).await {
-        Ok(Ok(())) => {}
-        Ok(Err(StationError::NotRunning)) => return Ok(None),
-        Ok(Err(error)) => return Err(error.into()),
-        Err(_) => return Err(format!("the station did not stop within {STOP:?}").into()),
+    let handle = station.handle();
+    let ended = timeout(FIGURES, async {
+        match handle.session(Command::Stop).await {
+            Ok(()) => station.finished().await.map(Some),
+            Err(StationError::NotRunning) => Ok(None),
+            Err(error) => Err(error),
+        }
+    });
+    if let Ok(ended) = ended.await {
+        return Ok(ended?);
     }
-    let finished = timeout(STOP, station.finished())
-        .await
-        .map_err(|_| format!("the figures were not there within {STOP:?}"))?;
-    Ok(Some(finished?))
+    let words = match (timeout(RECORDING, handle.abandon()).await, handle.recording()) {
+        (Ok(Some(folder)), _) => {
+            format!("the recording is complete: asphera replay {}", folder.display())
+        }
+        (_, Some(folder)) => format!(
+            "what reached the disk is in the recording: asphera replay {}",
+            folder.display()
+        ),
+        (_, None) => "there is no recording".to_owned(),
+    };
+    Err(format!("ended without the figures, which were not there within {FIGURES:?}; {words}")
+        .into())
 }
 
-/// How long the end of a session may take: the disk, the links and the figures.
-const STOP: Duration = Duration::from_secs(30);
+// Together below the 5 s in which a signal ends a station.
+/// How long the figures of a session may take that a signal ends.
+const FIGURES: Duration = Duration::from_millis(3500);
+/// How long its recording may take that gets no figures.
+const RECORDING: Duration = Duration::from_millis(500);
+/// How long open answers may take.
+const ANSWERS: Duration = Duration::from_millis(300);
+/// How long threads may take that a signal found at work: at the disk, at a port, or waiting for a command.
+const BACKGROUND: Duration = Duration::from_millis(300);

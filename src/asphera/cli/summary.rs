@@ -493,7 +493,7 @@ fn defect(found: &DefectFigures) -> String {
 const SHOWN: usize = 3;
 
 /// Four significant digits.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();
     }

@@ -52,6 +52,13 @@ impl TextArgs {
         self.options() != TextOptions::default()
     }
 
+    /// The same for a file of two columns without names that are x and y of a plane: with the unit mm it is read as a profile,
+    /// whose heights are the second. `None` if columns or units are given.
+    pub(super) fn of_plane(&self) -> Option<TextArgs> {
+        let is_open = self.columns.is_empty() && self.unit.is_empty() && self.pitch.is_none();
+        is_open.then(|| TextArgs { unit: vec![Unit::Mm], ..self.clone() })
+    }
+
     pub(super) fn options(&self) -> TextOptions {
         TextOptions {
             columns: self.columns.clone(),

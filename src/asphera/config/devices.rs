@@ -156,6 +156,15 @@ fn words(problems: &[Problem]) -> String {
     words.collect::<Vec<_>>().join("; ")
 }
 
+/// Names with commas between; of many the first, for every device may be told them.
+fn listed(names: &[String]) -> String {
+    let rest = if names.len() > LISTED { ", …" } else { "" };
+    names[..names.len().min(LISTED)].join(", ") + rest
+}
+
+/// Most names that a problem lists.
+const LISTED: usize = 20;
+
 /// Reads one device; `links` are the names of the links there are.
 pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Option<DeviceConfig> {
     let kind = table.required_word("driver", &DRIVERS);
@@ -165,7 +174,7 @@ pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Optio
         if index.is_none() {
             table.problem(
                 "link",
-                format!("one of the links {}", links.join(", ")),
+                format!("one of the links {}", listed(links)),
                 format!("{link:?}"),
             );
         }

@@ -18,6 +18,8 @@ use super::problem::{Problem, Problems};
 pub(crate) struct File {
     name: String,
     document: Document<String>,
+    /// Where its lines end, ascending: thousands of keys are asked for their lines.
+    line_ends: Vec<usize>,
     problems: RefCell<Vec<Problem>>,
 }
 
@@ -31,13 +33,15 @@ impl File {
     pub(crate) fn parse(name: &str, text: &str) -> Result<File, Problems> {
         match Document::from_str(text) {
             Ok(document) => {
-                Ok(File { name: name.to_owned(), document, problems: RefCell::default() })
+                let line_ends = line_ends(text);
+                let name = name.to_owned();
+                Ok(File { name, document, line_ends, problems: RefCell::default() })
             }
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
                 Err(Problems(vec![Problem {
                     file: name.to_owned(),
-                    line: line_of(text, span.start),
+                    line: line_of(&line_ends(text), span.start),
                     key: String::new(),
                     expected: if is_zemax(text) {
                         "TOML, not a Zemax file: `asphera nominal FILE.zmx --surface N` makes one of it"
@@ -77,12 +81,16 @@ impl File {
     }
 
     fn line(&self, offset: usize) -> usize {
-        line_of(self.document.raw(), offset)
+        line_of(&self.line_ends, offset)
     }
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
-    text.as_bytes().iter().take(offset).filter(|byte| **byte == b'\n').count() + 1
+fn line_ends(text: &str) -> Vec<usize> {
+    text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at).collect()
+}
+
+fn line_of(line_ends: &[usize], offset: usize) -> usize {
+    line_ends.partition_point(|end| *end < offset) + 1
 }
 
 /// One table of a file, whether it is there or not.
@@ -398,6 +406,9 @@ const LONGEST_ARRAY: usize = 60;
 
 /// The known word nearest to `word`, if it is near enough to be a typing error or a unit left out.
 pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    if word.len() > LONGEST_MISTYPED {
+        return None;
+    }
     let without_unit =
         |known: &&&str| known.strip_prefix(word).is_some_and(|rest| rest.starts_with('_'));
     if let Some(known) = known.iter().find(without_unit) {
@@ -406,6 +417,9 @@ pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let (distance, nearest) = known.iter().map(|known| (edits(word, known), *known)).min()?;
     (distance <= 1 + word.len() / 4).then_some(nearest)
 }
+
+/// Bytes of a word that may be a known one mistyped; the known ones have some 20.
+const LONGEST_MISTYPED: usize = 64;
 
 /// Levenshtein's distance.
 fn edits(a: &str, b: &str) -> usize {
@@ -468,10 +482,21 @@ mod tests {
     }
 
     #[test]
+    fn lines_are_counted_from_one_wherever_a_key_stands() {
+        let text = "\na = 1\r\n[b]\nc = 1";
+        let ends = line_ends(text);
+        let plain = |offset| text[..offset].matches('\n').count() + 1;
+        for offset in 0..=text.len() {
+            assert_eq!(line_of(&ends, offset), plain(offset), "{offset}");
+        }
+    }
+
+    #[test]
     fn far_words_are_not_suggested() {
         assert_eq!(nearest("radius", &["radius_mm", "conic"]), Some("radius_mm"));
         assert_eq!(nearest("height", &["radius_mm", "conic"]), None);
         assert_eq!(nearest("radius_m", &["radius_mm", "conic"]), Some("radius_mm"));
         assert_eq!(nearest("x", &["conic"]), None);
+        assert_eq!(nearest(&"conic".repeat(20), &["conic"]), None);
     }
 }

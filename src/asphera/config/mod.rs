@@ -18,7 +18,7 @@ mod projection;
 mod surface;
 mod text;
 
-use std::fs;
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::str::FromStr as _;
@@ -36,10 +36,11 @@ pub use flip::{FlipError, flipped};
 pub use judging::{CorrelationFrom, Judging};
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
+pub(crate) use nominal::HIGHEST_MM;
 pub use nominal::Part;
 pub use output::OutputConfig;
 pub use problem::{Problem, Problems};
-pub(crate) use text::{EXPECTED as TOML, text_of};
+pub(crate) use text::{EXPECTED as TOML, bytes_of, text_of};
 
 use crate::pipeline::Along;
 use crate::session;
@@ -71,6 +72,8 @@ pub struct Config {
     pub recordings: PathBuf,
     /// How recordings are written.
     pub recording: session::Settings,
+    /// Whether points are recorded beside the bytes they were made of.
+    pub records_points: bool,
     /// What is left beside a recording.
     pub output: OutputConfig,
     /// Where the page and the API are.
@@ -187,7 +190,7 @@ fn count(problems: &Problems) -> String {
 
 fn read(path: &Path) -> Result<String, ConfigError> {
     let at = || path.to_owned();
-    let bytes = fs::read(path).map_err(|source| ConfigError::Read { path: at(), source })?;
+    let bytes = bytes_of(path).map_err(|source| ConfigError::Read { path: at(), source })?;
     text_of(&path.display().to_string(), bytes)
         .map_err(|found| ConfigError::Text { path: at(), found })
 }
@@ -251,6 +254,8 @@ fn read_root(
     if devices.is_empty() {
         root.problem("device", "at least one table [device.NAME]", "none");
     }
+    let mut on_link = vec![0_usize; links.len()];
+    devices.iter().flatten().for_each(|device| on_link[device.link] += 1);
     for ((_, table), device) in device_tables.iter().zip(&devices) {
         let Some(device) = device else { continue };
         let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
@@ -260,30 +265,29 @@ fn read_root(
                 if device.driver.is_can() { "a CAN link" } else { "a serial or tcp link" };
             table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
         }
-        let others = devices.iter().flatten().filter(|other| other.link == device.link).count();
+        let others = on_link[device.link];
         if !is_can && others > 1 {
             table.problem("link", "one device on a link that is no CAN bus", others);
         }
     }
-    for (index, (name, table)) in device_tables.iter().enumerate() {
+    let mut by_number = BTreeMap::new();
+    for ((name, table), device) in device_tables.iter().zip(&devices) {
         check_name("device", name, root);
-        let Some(device) = &devices[index] else { continue };
+        let Some(device) = device else { continue };
         let Some(number) = device.driver.bus_number() else { continue };
-        let earlier = devices[..index].iter().flatten().find(|earlier| {
-            earlier.link == device.link && earlier.driver.bus_number() == Some(number)
-        });
-        if let Some(earlier) = earlier {
+        let earlier = *by_number.entry((device.link, number)).or_insert(device);
+        if !std::ptr::eq(earlier, device) {
             let found = format!("{number}, which {} has", earlier.name);
             table.section("settings").problem("node_id", "a number of its own on this bus", found);
         }
     }
-    for (index, name) in link_names.iter().enumerate() {
+    let mut by_address = BTreeMap::new();
+    for (name, link) in link_names.iter().zip(&links) {
         check_name("link", name, root);
-        let Some(link) = &links[index] else { continue };
+        let Some(link) = link else { continue };
         let address = link.endpoint.to_string();
-        let earlier =
-            links[..index].iter().flatten().find(|earlier| earlier.endpoint.to_string() == address);
-        if let Some(earlier) = earlier {
+        let earlier = *by_address.entry(address.clone()).or_insert(link);
+        if !std::ptr::eq(earlier, link) {
             let found = format!("{address}, where link {} leads", earlier.name);
             root.section("link").section(name).problem(
                 "kind",
@@ -329,6 +333,7 @@ fn read_root(
     let session = root.section("session");
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
     let recording = recording(&session);
+    let records_points = session.or("points", true);
     session.finish();
 
     let output = output::read(&root.section("output"));
@@ -355,6 +360,7 @@ fn read_root(
         autostart,
         recordings,
         recording,
+        records_points,
         output,
         listen: listen?,
         allowed_hosts,

@@ -256,7 +256,7 @@ fn rim([x_mm, y_mm]: [f64; 2], is_round: bool) -> impl Iterator<Item = [f64; 2]>
 /// Places on the rim of an aperture that are asked, a multiple of eight.
 const RIM_PLACES: u32 = 360;
 /// What stands a kilometre above its vertex has a coefficient of another unit.
-const HIGHEST_MM: f64 = 1e6;
+pub(crate) const HIGHEST_MM: f64 = 1e6;
 /// Rounding is not to bring a place on the end of a surface beyond it.
 const INWARDS: f64 = 1.0 - 1e-9;
 

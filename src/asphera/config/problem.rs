@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use asphera_formats::shown;
+
 /// One thing that is wrong: place, expected, found.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Problem {
@@ -21,9 +23,9 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}: ", self.file, self.line)?;
         if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
+            write!(f, "{}: ", shown(&self.key))?;
         }
-        write!(f, "expected {}, found {}", self.expected, self.found)
+        write!(f, "expected {}, found {}", shown(&self.expected), shown(&self.found))
     }
 }
 
@@ -33,14 +35,41 @@ pub struct Problems(pub Vec<Problem>);
 
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, problem) in self.0.iter().enumerate() {
+        for (index, problem) in self.0.iter().take(MOST_SHOWN).enumerate() {
             if index > 0 {
                 f.write_str("\n")?;
             }
             write!(f, "{problem}")?;
         }
-        Ok(())
+        match self.0.len().saturating_sub(MOST_SHOWN) {
+            0 => Ok(()),
+            more => write!(f, "\n… and {more} more of the same file"),
+        }
     }
 }
 
 impl std::error::Error for Problems {}
+
+/// Problems that a person is told at once: more are most often one, such as a file of another kind.
+const MOST_SHOWN: usize = 100;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_beyond_what_a_person_reads_are_counted() {
+        let problem = |line| Problem {
+            file: "a.toml".to_owned(),
+            line,
+            key: "\u{1b}[2J".to_owned(),
+            expected: "a number".to_owned(),
+            found: "s".repeat(if line == 1 { 1_000_000 } else { 1000 }),
+        };
+        let all = Problems((1..=50_000).map(problem).collect()).to_string();
+        assert!(all.starts_with("a.toml:1: \\u{1b}[2J: expected a number, found sss"), "{all}");
+        assert!(all.ends_with("… and 49900 more of the same file"));
+        assert_eq!(all.lines().count(), 101);
+        assert!(all.len() < 50_000, "{} bytes", all.len());
+    }
+}

@@ -1,5 +1,7 @@
 //! The files of the project are read as a user's would be; mistakes are named all at once.
 
+use std::fs;
+
 use super::*;
 
 fn project(path: &str) -> PathBuf {

@@ -1,6 +1,20 @@
-//! The text of a file that a person wrote.
+//! The bytes and the text of a file that a person named.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::FileTypeExt as _;
+use std::path::Path;
 
 use asphera_formats::zemax;
+
+/// The bytes of a file or a pipe. A device such as `/dev/zero`, which may have no end, is an error.
+pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_char_device() || kind.is_block_device() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "expected a file, found a device"));
+    }
+    fs::read(path)
+}
 
 /// The bytes of a TOML file as text. `Err` holds what they are instead, and what to do; `name` is the path of the file.
 pub(crate) fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, String> {
@@ -22,6 +36,13 @@ pub(crate) const EXPECTED: &str = "a TOML file in UTF-8";
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_device_without_an_end_is_no_file() {
+        let error = bytes_of(Path::new("/dev/zero")).unwrap_err();
+        assert_eq!(error.to_string(), "expected a file, found a device");
+        assert!(bytes_of(Path::new("/proc/self/status")).is_ok_and(|bytes| !bytes.is_empty()));
+    }
 
     #[test]
     fn lens_files_and_other_encodings_are_named() {

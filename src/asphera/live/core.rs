@@ -1,5 +1,6 @@
 //! The task that holds the core: it decides the order of everything.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,6 +11,7 @@ use tokio::task::{JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until};
 use tracing::{debug, error, info, warn};
 
+use super::lock::Lock;
 use super::recording::Recording;
 use super::view::View;
 use super::worker::Worker;
@@ -20,16 +22,21 @@ use crate::config::Config;
 use crate::pipeline::{Measurement, undecide};
 use crate::report::{Label, Report, Timing};
 use crate::results;
-use crate::session::{Disk, Entry, Header, LinkInfo, Recorder, ResultsJson, SessionId, What};
+use crate::session::{
+    Disk, Entry, Header, LinkInfo, PointCloud, RecordedPoint, Recorder, ResultsJson, SessionId,
+    What,
+};
 use crate::snapshot::{Outputs, State};
-use crate::station::{Action, Bench, Ended, Happening, assemble};
+use crate::station::{Action, Bench, Ended, Happening, Point, assemble};
 
 /// Starts a station's task.
 pub(super) fn start(config: Config) -> Result<Station, StationError> {
+    let lock = Lock::take(&config.recordings, &config.name)?;
     let (control, controls) = mpsc::channel(16);
     let (finished_sender, finished) = mpsc::channel(4);
     let (report_sender, report) = watch::channel(None);
     let (beat, beats) = watch::channel(0);
+    let (commands, commands_running) = watch::channel(0);
     let (sender, events) = mpsc::channel(EVENTS);
     let view = View::new(&config);
     let snapshots = view.watch();
@@ -50,9 +57,12 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         beat,
         turns: 0,
         leaving: JoinSet::new(),
+        commands,
+        noted: Vec::new(),
+        _lock: lock,
     };
     let handle = Handle { control, snapshots, report, beats, recordings };
-    Ok(Station { handle, finished, task: tokio::spawn(core.run()) })
+    Ok(Station { handle, finished, commands_running, task: tokio::spawn(core.run()) })
 }
 
 struct Core {
@@ -75,6 +85,12 @@ struct Core {
     turns: u64,
     /// Results of sessions that ended, being written.
     leaving: JoinSet<(Arc<Finished>, Outputs)>,
+    /// How many commands of `[output]` run.
+    commands: watch::Sender<usize>,
+    /// Points that are not recorded yet.
+    noted: Vec<RecordedPoint>,
+    /// The folder of the recordings.
+    _lock: Lock,
 }
 
 /// What a running session needs.
@@ -117,8 +133,9 @@ impl Core {
                 () = sleep_until(next_view) => {
                     self.awake().await;
                     self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
-                        (session.worker.figures(), session.recording.failure())
+                        (session.worker.figures(), session.recording.trouble())
                     }));
+                    self.record_points(self.bench.now()).await;
                     self.beat();
                     next_view = Instant::now() + VIEW_PERIOD;
                 }
@@ -219,6 +236,7 @@ impl Core {
             }
         }
         let points = self.bench.take_points();
+        self.note_points(now, &points).await;
         let Some(session) = self.session.as_mut().filter(|session| session.ending.is_none()) else {
             return;
         };
@@ -234,6 +252,30 @@ impl Core {
     async fn record(&mut self, at: Nanos, what: What) {
         if let Some(session) = self.session.as_ref().filter(|session| session.ending.is_none()) {
             session.recording.append(Entry { at, what }).await;
+        }
+    }
+
+    /// Gathers points for the recording: a message for each of few would cost more than they do.
+    async fn note_points(&mut self, now: Nanos, points: &[Point]) {
+        if !self.config.records_points || self.session.is_none() {
+            return;
+        }
+        self.noted.extend(points.iter().map(|point| RecordedPoint {
+            at: point.host,
+            count: point.count,
+            position_mm: point.is_good().then_some(point.position_mm),
+            flags: point.flags,
+        }));
+        if self.noted.len() >= NOTED {
+            self.record_points(now).await;
+        }
+    }
+
+    async fn record_points(&mut self, now: Nanos) {
+        if !self.noted.is_empty() {
+            let cloud = PointCloud::of(now, &self.noted);
+            self.noted.clear();
+            self.record(now, What::Points(cloud)).await;
         }
     }
 
@@ -298,6 +340,9 @@ impl Core {
                 };
                 let _ = reply.send(started);
             }
+            Control::Abandon(reply) => {
+                let _ = reply.send(self.abandon().await);
+            }
             Control::Stop(reply) => match &self.session {
                 Some(session) => {
                     let running = session.ending.is_none();
@@ -324,6 +369,15 @@ impl Core {
             self.bench.advance(now);
             self.end(now, "stopped").await;
         }
+    }
+
+    /// Gives up the final figures of a session that is ending; gives its recording, which is whole but for them.
+    async fn abandon(&mut self) -> Option<PathBuf> {
+        let session = self.session.take_if(|session| session.ending.is_some())?;
+        let ending = session.ending?;
+        self.view.failed("the figures were given up: the station ends");
+        let reason = &ending.outcome.session.ended;
+        session.recording.finish(ending.at, reason, None).await.ok()
     }
 
     /// Begins a session: everything starts anew, the clock, the core and the connections, so that the
@@ -371,6 +425,7 @@ impl Core {
         let worker = Worker::start(part.clone(), *along, end.points, clock).map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
+        self.noted.clear();
         self.view.begin(session_figures(&header, ""));
         self.session = Some(Session { header, recording, worker, ending: None });
         // What the old connections still deliver must not reach the new core: a new channel.
@@ -407,6 +462,8 @@ impl Core {
         info!(ended, "scan over");
         self.bench.flush();
         let points = self.bench.take_points();
+        self.note_points(now, &points).await;
+        self.record_points(now).await;
         let Some(session) = &mut self.session else { return };
         if !points.is_empty() {
             // A pipeline that died is found when its figures do not come.
@@ -427,18 +484,16 @@ impl Core {
         let Some(mut measurement) = measurement else {
             error!("the pipeline ended without figures");
             self.view.failed("the figures could not be made: the pipeline ended");
-            let recording = session.recording.finish(ending.at, "failed", None).await;
+            let recording = session.recording.finish(ending.at, "failed", None).await.ok();
             let _ = self.finished.try_send(Err(StationError::Pipeline { recording }));
             return;
         };
         let last_point = ending.outcome.last_point.unwrap_or(ending.at);
         let reason = ending.outcome.session.ended.clone();
         conclude(&mut measurement, ending.outcome);
-        if let Some(failure) = session.recording.failure() {
-            undecide(
-                &mut measurement.report.verdict,
-                format!("the recording is not complete: {failure}"),
-            );
+        let failed = session.recording.stopped();
+        if let Some(failure) = &failed {
+            undecide(&mut measurement.report.verdict, incomplete(failure));
         }
         let now = self.clock.now();
         let report = &mut measurement.report;
@@ -450,15 +505,20 @@ impl Core {
         // A report is numbers and text; should it be no JSON, the recording still ends without it.
         let results = ResultsJson::of(&*report).ok();
         let recording = session.recording.finish(ending.at, &reason, results).await;
-        let finished = Arc::new(Finished { measurement, recording });
+        // The last writes may fail, too.
+        if let (Err(failure), None) = (&recording, &failed) {
+            undecide(&mut measurement.report.verdict, incomplete(failure));
+        }
+        let finished = Arc::new(Finished { measurement, recording: recording.ok() });
         self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
         self.view.complete(finished.clone());
         ending.asked.into_iter().for_each(|asked| self.answer(asked));
         let config = self.config.output.clone();
         let folder = self.config.recordings.join(session.header.folder_name());
+        let commands = self.commands.clone();
         self.leaving.spawn_blocking(move || {
             let outputs = outputs::write(&config, &finished, &folder);
-            outputs::run_command(&config, &finished, folder);
+            outputs::run_command(&config, &finished, folder, &commands);
             (finished, outputs)
         });
     }
@@ -482,6 +542,10 @@ impl Core {
     }
 }
 
+fn incomplete(failure: &str) -> String {
+    format!("the recording is not complete: {failure}")
+}
+
 /// The final figures, once a session is ending; never before.
 async fn ended(session: &mut Option<Session>) -> Option<Measurement> {
     match session.as_mut().and_then(|session| session.ending.as_mut()) {
@@ -495,5 +559,7 @@ const VIEW_PERIOD: Duration = Duration::from_millis(150);
 const HELD_UP: Duration = Duration::from_millis(100);
 /// Questions that may wait for the final figures.
 const ASKED: usize = 256;
+/// Points of a message of the recording, unless they come slowly.
+const NOTED: usize = 1024;
 /// Reads of ports that may wait for the core.
 const EVENTS: usize = 256;

@@ -5,12 +5,13 @@
 //! person sees is put together in `view`.
 
 mod core;
+mod lock;
 mod outputs;
 mod recording;
 mod view;
 mod worker;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use asphera_form::figures::Term;
@@ -37,7 +38,7 @@ pub struct Finished {
     /// All figures, mesh and map.
     pub measurement: Measurement,
     /// Where the recording is; `None` where recording failed.
-    pub recording: Option<std::path::PathBuf>,
+    pub recording: Option<PathBuf>,
 }
 
 /// Why a station cannot go on.
@@ -53,6 +54,16 @@ pub enum StationError {
         folder: String,
         /// Why.
         source: RecordError,
+    },
+    /// Another station records into the same folder.
+    #[error(
+        "the folder of the recordings {folder} is in use by {holder}: stop that, or give this station another [session] dir"
+    )]
+    Shared {
+        /// Where recordings go.
+        folder: String,
+        /// Who has it.
+        holder: String,
     },
     /// The folder of the recordings cannot be made.
     #[error("cannot make the folder {folder}")]
@@ -75,7 +86,7 @@ pub enum StationError {
     #[error("the figures could not be made; what was received is in {}", place(recording.as_deref()))]
     Pipeline {
         /// Where the recording is, if there is one.
-        recording: Option<std::path::PathBuf>,
+        recording: Option<PathBuf>,
     },
     /// The station has ended.
     #[error("the station has ended")]
@@ -86,6 +97,7 @@ pub enum StationError {
 pub struct Station {
     handle: Handle,
     finished: mpsc::Receiver<Result<Arc<Finished>, StationError>>,
+    commands_running: watch::Receiver<usize>,
     task: JoinHandle<()>,
 }
 
@@ -104,6 +116,7 @@ enum Control {
     Watch,
     Start(Label, oneshot::Sender<Result<(), StationError>>),
     Stop(oneshot::Sender<Result<(), StationError>>),
+    Abandon(oneshot::Sender<Option<PathBuf>>),
     Asked(Asked),
 }
 
@@ -139,6 +152,12 @@ impl Station {
     /// When its figures could not be made, or the station has ended.
     pub async fn finished(&mut self) -> Result<Arc<Finished>, StationError> {
         self.finished.recv().await.unwrap_or(Err(StationError::Ended))
+    }
+
+    /// Waits until no command of `[output]` runs.
+    pub async fn commands_ended(&mut self) {
+        // A station that has ended runs none.
+        let _ = self.commands_running.wait_for(|&running| running == 0).await;
     }
 }
 
@@ -178,6 +197,21 @@ impl Handle {
         let sent = self.control.send(control(reply)).await;
         sent.map_err(|_| StationError::Ended)?;
         answer.await.map_err(|_| StationError::Ended)?
+    }
+
+    /// Gives up the final figures of a session that is ending: its recording is ended without them, and its folder given.
+    /// `None` where no session is ending, or its recording is not complete.
+    pub async fn abandon(&self) -> Option<PathBuf> {
+        let (reply, folder) = oneshot::channel();
+        self.control.send(Control::Abandon(reply)).await.ok()?;
+        folder.await.ok()?
+    }
+
+    /// Where the session that runs is recorded, or the one that ended last.
+    pub fn recording(&self) -> Option<PathBuf> {
+        let snapshot = self.snapshots.borrow();
+        let session = snapshot.session.as_ref()?;
+        Some(self.recordings.join(&session.id))
     }
 
     /// Opens the links without a session, to show their state.

@@ -6,6 +6,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
+use tokio::sync::watch;
 use tracing::{error, info};
 
 use super::Finished;
@@ -42,8 +43,13 @@ pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -
     Outputs { files: names.map(str::to_owned).collect(), problem: None }
 }
 
-/// Runs the command of a session that ended, in a thread of its own: a daemon that ends waits for it.
-pub(super) fn run_command(config: &OutputConfig, finished: &Arc<Finished>, folder: PathBuf) {
+/// Runs the command of a session that ended, in a thread of its own. `running` counts those that run.
+pub(super) fn run_command(
+    config: &OutputConfig,
+    finished: &Arc<Finished>,
+    folder: PathBuf,
+    running: &watch::Sender<usize>,
+) {
     let Some((program, arguments)) = config.command.split_first() else { return };
     let mut command = Command::new(program);
     command.args(arguments).arg(&folder).stdin(Stdio::null());
@@ -55,9 +61,14 @@ pub(super) fn run_command(config: &OutputConfig, finished: &Arc<Finished>, folde
         command.stdout(Stdio::from(stderr));
     }
     let (program, timeout) = (program.clone(), config.command_timeout);
-    tokio::task::spawn_blocking(move || match command.spawn() {
-        Ok(child) => tell(&program, wait(child, timeout), timeout),
-        Err(error) => error!(%program, %error, "the command of [output] cannot be run"),
+    running.send_modify(|running| *running += 1);
+    let running = running.clone();
+    tokio::task::spawn_blocking(move || {
+        match command.spawn() {
+            Ok(child) => tell(&program, wait(child, timeout), timeout),
+            Err(error) => error!(%program, %error, "the command of [output] cannot be run"),
+        }
+        running.send_modify(|running| *running -= 1);
     });
 }
 

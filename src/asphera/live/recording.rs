@@ -1,11 +1,13 @@
 //! The thread that writes the recording.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use asphera_link::Nanos;
 use tokio::runtime::Handle;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
 use tracing::error;
 
@@ -16,7 +18,10 @@ use crate::session::{Entry, Recorder, ResultsJson};
 /// Hands entries to the recorder's thread.
 pub(super) struct Recording {
     entries: mpsc::Sender<Job>,
-    failure: tokio::sync::watch::Receiver<Option<String>>,
+    /// Why nothing is handed to the disk any more.
+    failure: watch::Sender<Option<String>>,
+    disk: Arc<Disk>,
+    clock: Clock,
 }
 
 enum Job {
@@ -29,81 +34,164 @@ enum Job {
     },
 }
 
+/// What is known of the disk beside its errors.
+struct Disk {
+    /// Time at which the call that runs began, or [`IDLE`].
+    busy_since: AtomicU64,
+}
+
+impl Disk {
+    fn hangs_for(&self, now: Nanos) -> Option<Duration> {
+        let since = self.busy_since.load(Ordering::Relaxed);
+        let hangs = (since != IDLE).then(|| now.since(Nanos::from_nanos(since)));
+        hangs.filter(|&hangs| hangs >= HANGS)
+    }
+}
+
 impl Recording {
     /// Starts the thread. It ends when it has finished, or the recording is dropped.
     pub(super) fn start(recorder: Recorder, clock: Clock) -> std::io::Result<Recording> {
         let (entries, receiver) = mpsc::channel(QUEUE);
-        let (failed, failure) = tokio::sync::watch::channel(None);
+        let (failure, _) = watch::channel(None);
+        let disk = Arc::new(Disk { busy_since: AtomicU64::new(IDLE) });
         let runtime = Handle::current();
+        let writer = Writer { recorder, clock, disk: Arc::clone(&disk), failure: failure.clone() };
         std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || run(recorder, clock, &runtime, receiver, &failed))?;
-        Ok(Recording { entries, failure })
+            .spawn(move || writer.run(&runtime, receiver))?;
+        Ok(Recording { entries, failure, disk, clock })
     }
 
-    /// Why recording stopped, if it did.
-    pub(super) fn failure(&self) -> Option<String> {
+    /// Why recording stopped for good, if it did.
+    pub(super) fn stopped(&self) -> Option<String> {
         self.failure.borrow().clone()
     }
 
-    /// Hands over an entry; waits while the disk is behind, which holds the links back.
-    pub(super) async fn append(&self, entry: Entry) {
-        // The thread ends only after it was told to finish.
-        let _ = self.entries.send(Job::Entry(entry)).await;
+    /// The same, or that the disk has not answered for some time, which may pass.
+    pub(super) fn trouble(&self) -> Option<String> {
+        self.stopped().or_else(|| self.disk.hangs_for(self.clock.now()).map(unanswered))
     }
 
-    /// Ends the recording; gives its folder once everything is on the disk, or nothing if that failed.
+    /// Hands over an entry; waits while the disk is behind, which holds the links back. A disk that takes nothing
+    /// at all for [`HANGS`] gets nothing any more: the measurement goes on without a recording.
+    pub(super) async fn append(&self, entry: Entry) {
+        if self.failure.borrow().is_some() {
+            return;
+        }
+        // The thread ends only after it was told to finish, so that only time can run out.
+        if timeout(HANGS, self.entries.send(Job::Entry(entry))).await.is_err() {
+            self.give_up();
+        }
+    }
+
+    /// Ends the recording once everything is on the disk, and gives its folder.
+    ///
+    /// # Errors
+    ///
+    /// Why the recording is not complete, in words: it stopped before, or the disk failed or gave no answer for [`HANGS`].
     pub(super) async fn finish(
         &self,
         at: Nanos,
         reason: &str,
         results: Option<ResultsJson>,
-    ) -> Option<PathBuf> {
+    ) -> Result<PathBuf, String> {
         let (reply, folder) = oneshot::channel();
         let job = Job::Finish { at, reason: reason.to_owned(), results, reply };
-        self.entries.send(job).await.ok()?;
-        folder.await.ok()?
+        let finished = timeout(HANGS, async {
+            // A disk that was given up takes no more, though there may be room again.
+            if self.failure.borrow().is_some() {
+                return None;
+            }
+            self.entries.send(job).await.ok()?;
+            folder.await.ok()?
+        });
+        match finished.await {
+            Ok(Some(folder)) => Ok(folder),
+            Ok(None) => Err(self.stopped().unwrap_or_else(|| "the recorder ended".to_owned())),
+            Err(_) => {
+                self.give_up();
+                Err(self.stopped().unwrap_or_else(|| unanswered(HANGS)))
+            }
+        }
+    }
+
+    fn give_up(&self) {
+        let hangs = self.disk.hangs_for(self.clock.now()).unwrap_or(HANGS);
+        let words = unanswered(hangs);
+        error!(error = %words, "recording stopped; the measurement goes on without it");
+        self.failure.send_if_modified(|failure| {
+            let first = failure.is_none();
+            if first {
+                *failure = Some(words);
+            }
+            first
+        });
     }
 }
 
-fn run(
-    mut recorder: Recorder,
+fn unanswered(hangs: Duration) -> String {
+    format!("the disk has not answered for {} s", hangs.as_secs())
+}
+
+/// What the thread has.
+struct Writer {
+    recorder: Recorder,
     clock: Clock,
-    runtime: &Handle,
-    mut jobs: mpsc::Receiver<Job>,
-    failed: &tokio::sync::watch::Sender<Option<String>>,
-) {
-    loop {
-        let wait = recorder.poll_timeout().map_or(IDLE, |due| due.since(clock.now()));
-        let job = runtime.block_on(async { timeout(wait, jobs.recv()).await });
-        let result = match job {
-            Ok(Some(Job::Entry(_))) if recorder.is_stopped() => Ok(()),
-            Ok(Some(Job::Entry(entry))) => recorder.append(&entry),
-            Ok(Some(Job::Finish { at, reason, results, reply })) => {
-                let stopped = recorder.is_stopped();
-                let folder = match recorder.finish(at, &reason, results.as_ref()) {
-                    Ok(summary) if !stopped => Some(summary.folder),
-                    Ok(_) => None,
-                    Err(error) => {
-                        error!(error = %error_chain(&error), "the recording could not be ended");
-                        None
-                    }
-                };
-                let _ = reply.send(folder);
-                return;
+    disk: Arc<Disk>,
+    failure: watch::Sender<Option<String>>,
+}
+
+impl Writer {
+    fn run(mut self, runtime: &Handle, mut jobs: mpsc::Receiver<Job>) {
+        loop {
+            let due = self.recorder.poll_timeout();
+            let wait = due.map_or(PATIENCE, |due| due.since(self.clock.now()));
+            let job = runtime.block_on(async { timeout(wait, jobs.recv()).await });
+            self.disk.busy_since.store(self.clock.now().as_nanos(), Ordering::Relaxed);
+            // What waited when the disk was given up is written still: it follows on what is there.
+            let stopped = self.recorder.is_stopped();
+            let result = match job {
+                Ok(Some(Job::Finish { at, reason, results, reply })) => {
+                    // Nobody waits any more where that took too long.
+                    let _ = reply.send(self.finish(at, &reason, results.as_ref()));
+                    return;
+                }
+                Ok(None) => return,
+                _ if stopped => Ok(()),
+                Ok(Some(Job::Entry(entry))) => self.recorder.append(&entry),
+                Err(_) => self.recorder.tick(self.clock.now()),
+            };
+            self.disk.busy_since.store(IDLE, Ordering::Relaxed);
+            if let Err(error) = result {
+                let words = error_chain(&error);
+                error!(error = %words, "recording stopped; the measurement goes on without it");
+                self.failure.send_replace(Some(words));
             }
-            Ok(None) => return,
-            Err(_) if recorder.is_stopped() => Ok(()),
-            Err(_) => recorder.tick(clock.now()),
-        };
-        if let Err(error) = result {
-            let words = error_chain(&error);
-            error!(error = %words, "recording stopped; the measurement goes on without it");
-            failed.send_replace(Some(words));
+        }
+    }
+
+    /// The folder, if the recording is whole.
+    fn finish(self, at: Nanos, reason: &str, results: Option<&ResultsJson>) -> Option<PathBuf> {
+        let stopped = self.recorder.is_stopped();
+        match self.recorder.finish(at, reason, results) {
+            Ok(summary) => (!stopped).then_some(summary.folder),
+            // Why it stopped was said when it did.
+            Err(_) if stopped => None,
+            Err(error) => {
+                let words = error_chain(&error);
+                error!(error = %words, "the recording could not be ended");
+                self.failure.send_replace(Some(words));
+                None
+            }
         }
     }
 }
 
-const IDLE: Duration = Duration::from_millis(500);
-/// Entries that may wait; each is at most one read of a port.
-const QUEUE: usize = 4096;
+/// How long a disk may take nothing before that is said; and then, with the queue full, before it is given up.
+const HANGS: Duration = Duration::from_secs(3);
+/// Stands for no call.
+const IDLE: u64 = u64::MAX;
+/// How long the thread waits for a job.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// Entries that may wait, each at most one read of a port (16 KiB): those of a disk that gives no answer for some seconds.
+const QUEUE: usize = 16_384;

@@ -135,7 +135,7 @@ impl View {
             .zip(&mut self.readings)
             .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
             .collect();
-        if let Some((figures, failure)) = session {
+        if let Some((figures, trouble)) = session {
             snapshot.elapsed_s = now.as_secs_f64();
             if let Some(figures) = figures {
                 snapshot.points = figures.points.clone();
@@ -152,8 +152,8 @@ impl View {
                 snapshot.progress.pending_points = figures.pending;
             }
             snapshot.points.lost = bench.lost();
-            snapshot.verdict.reasons = failure
-                .map(|failure| format!("recording stopped: {failure}"))
+            snapshot.verdict.reasons = trouble
+                .map(|trouble| format!("the recording is in trouble: {trouble}"))
                 .into_iter()
                 .collect();
             let waiting = waiting(now, bench).filter(|_| snapshot.state == State::Measuring);

@@ -96,7 +96,8 @@ function noteOf({ progress, verdict, state }, kind) {
   if (state === "measuring") {
     const left = known(progress.eta_s) ? `, ${duration(progress.eta_s)} left` : "";
     const done = known(progress.fraction) ? `, ${percent(progress.fraction)} of the points${left}` : "";
-    // What is certain of the part comes first: it is read from afar.
+    // A recording in trouble, then what is certain of the part: it is read from afar.
+    if (verdict.reasons.length > 0) return verdict.reasons[0];
     return verdict.outlook ? sentence(verdict.outlook.text) : `provisional figures${done}`;
   }
   if (kind === "fail") return verdict.checks.filter((check) => !check.ok).map(broken).join("; ");

@@ -55,7 +55,7 @@ pub use sampling::{
     MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
     sampling_of_points,
 };
-pub(crate) use sampling::{Readings, Sampled, feature_size};
+pub(crate) use sampling::{Readings, Sampled, feature_size, no_area};
 pub use step::Step;
 
 use crate::config::{Part, Weights};

@@ -18,7 +18,7 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Sleep, sleep};
@@ -46,6 +46,11 @@ pub(super) async fn serve(
                 tracing::warn!(%peer, "a client was turned away: too many connections");
             }
             Ok((socket, peer)) => {
+                // Snapshots are small and followed by a wait for the answer: Nagle's algorithm against delayed
+                // acknowledgements would make that 40 ms each.
+                if let Err(error) = socket.set_nodelay(true) {
+                    tracing::debug!(%error, "cannot set TCP_NODELAY");
+                }
                 let router = router.clone();
                 connections.spawn(connection(socket, peer, router, limits, closing.clone()));
             }
@@ -65,18 +70,16 @@ async fn closed(closing: &mut watch::Receiver<bool>) {
     let _ = closing.wait_for(|closing| *closing).await;
 }
 
-async fn connection(
-    socket: TcpStream,
+/// Serves one connection to its end, or until `closing` becomes true and the answer on its way has ended.
+pub(super) async fn connection<S>(
+    socket: S,
     peer: SocketAddr,
     router: Router,
     limits: Limits,
     mut closing: watch::Receiver<bool>,
-) {
-    // Snapshots are small and followed by a wait for the answer: Nagle's algorithm against delayed
-    // acknowledgements would make that 40 ms each.
-    if let Err(error) = socket.set_nodelay(true) {
-        tracing::debug!(%error, "cannot set TCP_NODELAY");
-    }
+) where
+    S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+{
     let service = service_fn(move |request: Request<Incoming>| {
         let mut request = request.map(Body::new);
         request.extensions_mut().insert(ConnectInfo(peer));
@@ -104,13 +107,13 @@ async fn connection(
 }
 
 /// A socket that gives up where nothing of what is written is taken for some time.
-struct Patient {
-    socket: TcpStream,
+struct Patient<S> {
+    socket: S,
     patience: Duration,
     gives_up: Option<Pin<Box<Sleep>>>,
 }
 
-impl Patient {
+impl<S> Patient<S> {
     /// The outcome of an attempt to write, or that it took too long.
     fn wait<T>(
         &mut self,
@@ -129,7 +132,7 @@ impl Patient {
     }
 }
 
-impl AsyncRead for Patient {
+impl<S: AsyncRead + Unpin> AsyncRead for Patient<S> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -139,7 +142,7 @@ impl AsyncRead for Patient {
     }
 }
 
-impl AsyncWrite for Patient {
+impl<S: AsyncWrite + Unpin> AsyncWrite for Patient<S> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,

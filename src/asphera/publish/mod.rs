@@ -37,6 +37,8 @@ mod connections;
 mod encoder;
 mod files;
 mod guard;
+#[cfg(any(test, feature = "fuzzing"))]
+mod in_process;
 mod problem;
 mod query;
 mod server;
@@ -47,6 +49,8 @@ mod token;
 #[cfg(test)]
 mod tests;
 
+#[cfg(any(test, feature = "fuzzing"))]
+pub use in_process::InProcess;
 pub use server::{BindError, Limits, Server};
 pub use source::{ControlError, SessionFile, Source};
 pub use token::{Token, TokenError};

@@ -5,6 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
@@ -12,6 +13,7 @@ use super::encoder::Encoder;
 use super::source::Source;
 use super::token::Token;
 use super::{api, connections, guard};
+use crate::holder::{Holder, holder_of_port};
 
 /// A bound port that is not served yet.
 pub struct Server {
@@ -59,13 +61,21 @@ impl Default for Limits {
 #[derive(Debug, thiserror::Error)]
 pub enum BindError {
     /// The system refused the address; the source says why.
-    #[error("cannot listen on {addr}")]
+    #[error("cannot listen on {addr}{}", held(holder.as_ref()))]
     Listen {
         /// The address asked for.
         addr: SocketAddr,
+        /// Who has it, where that is the reason and can be seen.
+        holder: Option<Holder>,
         /// The system's answer.
         source: io::Error,
     },
+}
+
+fn held(holder: Option<&Holder>) -> String {
+    holder.map_or_else(String::new, |holder| {
+        format!(": it is in use by {holder}; end that, or set another [publish] listen (--listen of demo)")
+    })
 }
 
 impl Server {
@@ -79,7 +89,11 @@ impl Server {
         token: Token,
         source: impl Source,
     ) -> Result<Server, BindError> {
-        let refused = |source| BindError::Listen { addr, source };
+        let refused = |source: io::Error| {
+            let taken = source.kind() == io::ErrorKind::AddrInUse;
+            let holder = taken.then(|| holder_of_port(addr)).flatten();
+            BindError::Listen { addr, holder, source }
+        };
         let listener = TcpListener::bind(addr).await.map_err(refused)?;
         let local_addr = listener.local_addr().map_err(refused)?;
         if !local_addr.ip().is_loopback() {
@@ -137,30 +151,21 @@ impl Server {
     /// [`Limits::shutdown_ms`].
     pub async fn serve(self, shutdown: impl Future<Output = ()> + Send + 'static) {
         let (closing, _) = watch::channel(false);
-        let shared = Arc::new(Shared {
-            source: self.source,
-            token: self.token,
-            allowed_hosts: self.allowed_hosts,
-            limits: self.limits,
-            encoder: Encoder::default(),
-            streams: Arc::new(Semaphore::new(self.limits.streams.min(Semaphore::MAX_PERMITS))),
-            meshes: Semaphore::new(1),
-            closing: closing.clone(),
-        });
-        let router = api::router(&shared)
-            .layer(axum::middleware::from_fn_with_state(Arc::clone(&shared), guard::every));
+        let Server { listener, token, source, allowed_hosts, limits, .. } = self;
+        let shared = Shared::new(source, token, allowed_hosts, limits, closing.clone());
+        let router = guarded(&shared);
         let signal = async {
             shutdown.await;
             closing.send_replace(true);
         };
-        let serving = connections::serve(self.listener, router, self.limits, closing.subscribe());
+        let serving = connections::serve(listener, router, limits, closing.subscribe());
         let patience = async {
             let mut closing = closing.subscribe();
             // The sender lives in this function: waiting ends by the signal only.
             let _ = closing.wait_for(|closing| *closing).await;
-            tokio::time::sleep(Duration::from_millis(self.limits.shutdown_ms)).await;
+            tokio::time::sleep(Duration::from_millis(limits.shutdown_ms)).await;
         };
-        let streams = u32::try_from(self.limits.streams).unwrap_or(u32::MAX);
+        let streams = u32::try_from(limits.streams).unwrap_or(u32::MAX);
         tokio::select! {
             () = async {
                 tokio::join!(signal, serving);
@@ -173,6 +178,12 @@ impl Server {
             }
         }
     }
+}
+
+/// All routes behind the checks that every request must pass.
+pub(super) fn guarded(shared: &Arc<Shared>) -> Router {
+    api::router(shared)
+        .layer(axum::middleware::from_fn_with_state(Arc::clone(shared), guard::every))
 }
 
 /// What every request handler sees.
@@ -188,4 +199,25 @@ pub(super) struct Shared {
     pub(super) meshes: Semaphore,
     /// Becomes true when the shutdown begins.
     pub(super) closing: watch::Sender<bool>,
+}
+
+impl Shared {
+    pub(super) fn new(
+        source: Arc<dyn Source>,
+        token: Token,
+        allowed_hosts: Vec<String>,
+        limits: Limits,
+        closing: watch::Sender<bool>,
+    ) -> Arc<Shared> {
+        Arc::new(Shared {
+            source,
+            token,
+            allowed_hosts,
+            limits,
+            encoder: Encoder::default(),
+            streams: Arc::new(Semaphore::new(limits.streams.min(Semaphore::MAX_PERMITS))),
+            meshes: Semaphore::new(1),
+            closing,
+        })
+    }
 }

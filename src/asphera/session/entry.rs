@@ -4,6 +4,8 @@ use asphera_link::{Command, Nanos};
 use serde::Serialize;
 use serde::de::IgnoredAny;
 
+use super::PointCloud;
+
 /// One thing that happened at one time.
 ///
 /// The order of the entries of a session is the order in which the station handled them, over all
@@ -54,6 +56,8 @@ pub enum What {
         /// Until when.
         until: Nanos,
     },
+    /// Points that were made of what was received.
+    Points(PointCloud),
     /// The measurement ended; only [`super::Recorder::finish`] writes it.
     Finish {
         /// Why, in words.
@@ -71,7 +75,11 @@ impl What {
             | What::Received { link, .. }
             | What::Sent { link, .. }
             | What::Closed { link, .. } => Some(link),
-            What::Command(_) | What::HeldUp { .. } | What::Finish { .. } | What::Results(_) => None,
+            What::Command(_)
+            | What::HeldUp { .. }
+            | What::Points(_)
+            | What::Finish { .. }
+            | What::Results(_) => None,
         }
     }
 }

@@ -22,6 +22,7 @@ pub struct MinorVersion(pub u16);
 ///
 /// - 1.0: first version.
 /// - 1.1: the event "held up".
+/// - 1.2: the channel `/points`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FormatVersion {
@@ -34,7 +35,7 @@ pub struct FormatVersion {
 impl FormatVersion {
     /// The version written.
     pub const CURRENT: FormatVersion =
-        FormatVersion { major: MajorVersion(1), minor: MinorVersion(1) };
+        FormatVersion { major: MajorVersion(1), minor: MinorVersion(2) };
 
     /// The oldest major version read.
     pub const OLDEST_READ: MajorVersion = MajorVersion(1);
@@ -105,6 +106,8 @@ pub(super) enum ChannelId {
     Events,
     /// `/results`, number 2.
     Results,
+    /// `/points`, number 60,000.
+    Points,
     /// `/raw/<link>`, number 3 + 2 × link.
     Raw(usize),
     /// `/sent/<link>`, number 4 + 2 × link.
@@ -118,6 +121,7 @@ impl ChannelId {
         match self {
             ChannelId::Events => 1,
             ChannelId::Results => 2,
+            ChannelId::Points => POINTS,
             ChannelId::Raw(link) => of_link(3, link),
             ChannelId::Sent(link) => of_link(4, link),
         }
@@ -129,12 +133,16 @@ impl ChannelId {
         match (number, link) {
             (1, _) => Some(ChannelId::Events),
             (2, _) => Some(ChannelId::Results),
+            (POINTS, _) => Some(ChannelId::Points),
             (_, Some(link)) if link < links && number % 2 == 1 => Some(ChannelId::Raw(link)),
             (_, Some(link)) if link < links => Some(ChannelId::Sent(link)),
             _ => None,
         }
     }
 }
+
+/// Beyond the channels of [`MAX_LINKS`] links.
+const POINTS: u16 = 60_000;
 
 /// File name of a segment.
 pub(super) fn segment_name(number: u32) -> String {
@@ -162,6 +170,8 @@ mod tests {
             assert_eq!(usize::from(channel.number()), index + 1);
             assert_eq!(ChannelId::from_number(channel.number(), links), Some(channel));
         }
+        assert_eq!(ChannelId::Points.number(), 60_000);
+        assert_eq!(ChannelId::from_number(60_000, links), Some(ChannelId::Points));
         assert_eq!(ChannelId::from_number(0, links), None);
         assert_eq!(ChannelId::from_number(5, 1), None);
     }

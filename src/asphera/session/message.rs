@@ -6,7 +6,7 @@ use asphera_link::{Command, Nanos};
 use serde::{Deserialize, Serialize};
 
 use super::format::ChannelId;
-use super::{LinkInfo, ResultsJson, What};
+use super::{LinkInfo, PointCloud, ResultsJson, What};
 
 /// JSON on the channel `/events`. Links are named, so that a person can read it.
 #[derive(Serialize, Deserialize)]
@@ -44,6 +44,7 @@ pub(super) fn encode<'a>(what: &'a What, links: &[LinkInfo]) -> (ChannelId, Cow<
     let event = match what {
         What::Received { link, bytes } => return (ChannelId::Raw(*link), bytes.into()),
         What::Sent { link, bytes } => return (ChannelId::Sent(*link), bytes.into()),
+        What::Points(points) => return (ChannelId::Points, points.as_bytes().into()),
         What::Results(results) => return (ChannelId::Results, results.as_str().as_bytes().into()),
         What::Opened { link } => Event::Opened { link: name(*link) },
         What::Closed { link, reason } => Event::Closed { link: name(*link), reason: reason.into() },
@@ -62,6 +63,7 @@ pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<Wh
     Some(match ChannelId::from_number(channel, links.len())? {
         ChannelId::Raw(link) => What::Received { link, bytes: data.to_vec() },
         ChannelId::Sent(link) => What::Sent { link, bytes: data.to_vec() },
+        ChannelId::Points => What::Points(PointCloud::read(data)?),
         ChannelId::Results => {
             What::Results(ResultsJson::new(String::from_utf8(data.to_vec()).ok()?).ok()?)
         }

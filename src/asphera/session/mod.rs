@@ -20,6 +20,7 @@
 //! |----------------|-------------------------------------------------------------|
 //! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes |
 //! | `/sent/<link>` | sent bytes                                                  |
+//! | `/points`      | `sensor_msgs/PointCloud2` of ROS 1: the points made of them, mm  |
 //! | `/events`      | JSON: opened, closed, command, held up, finish              |
 //! | `/results`     | JSON of the verdict                                         |
 //!
@@ -42,6 +43,7 @@ mod format;
 mod header;
 mod manifest;
 mod message;
+mod points;
 mod reader;
 mod recorder;
 mod records;
@@ -56,6 +58,7 @@ pub use error::{ReadError, RecordError};
 pub use format::{FormatVersion, MajorVersion, MinorVersion};
 pub use header::{Header, LinkInfo, SessionId};
 pub use manifest::{Ended, Manifest, ManifestEnd};
+pub use points::{PointCloud, RecordedPoint};
 pub use reader::{Entries, Recovery, Session};
 pub use recorder::{Counters, Recorder, Summary, Tally};
 pub use settings::Settings;

@@ -7,7 +7,7 @@ use std::mem;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use asphera_link::Nanos;
+use asphera_link::{Flags, Nanos};
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
@@ -16,6 +16,7 @@ use super::format::{
     CONFIG_ATTACHMENT, ChannelId, MESSAGE_OVERHEAD_BYTES, PROFILE, SEGMENT_ATTACHMENT,
 };
 use super::header::SegmentHeader;
+use super::points::{SCHEMA, SCHEMA_NAME};
 use super::{LinkInfo, RecordError, Storage, StorageFile};
 
 /// A segment being written.
@@ -146,6 +147,10 @@ fn begin(
     {
         writer.add_channel_with_id(channel.number(), 0, topic, encoding, &BTreeMap::new())?;
     }
+    let schema = writer.add_schema(SCHEMA_NAME, "ros1msg", SCHEMA.as_bytes())?;
+    let about =
+        BTreeMap::from([("unit".to_owned(), "mm".to_owned()), ("flags".to_owned(), flag_names())]);
+    writer.add_channel_with_id(ChannelId::Points.number(), schema, "/points", "ros1", &about)?;
     for (index, link) in session.links.iter().enumerate() {
         let about = BTreeMap::from([
             ("kind".to_owned(), link.kind.clone()),
@@ -159,6 +164,12 @@ fn begin(
         }
     }
     Ok(writer)
+}
+
+/// What the bits of a point's flags mean.
+fn flag_names() -> String {
+    let names = Flags::all().iter_names().map(|(name, flag)| format!("{} {name}", flag.bits()));
+    names.collect::<Vec<_>>().join(", ").to_lowercase()
 }
 
 /// What `mcap info` shows. Nothing reads it back: metadata records have no checksum.

@@ -62,7 +62,7 @@ pub enum FitError {
         found_mm: f64,
     },
     /// There is no finite point.
-    #[error("none of {given} points is finite")]
+    #[error("{}", no_points(*.given))]
     NoPoints {
         /// Points given.
         given: usize,
@@ -120,6 +120,14 @@ fn end(domain_mm: f64) -> String {
         return format!(", which ends {domain_mm:.6} mm from its axis");
     }
     ", which is too high or too steep there: correct its coefficients".to_owned()
+}
+
+/// What to say where no point can be fitted.
+fn no_points(given: usize) -> String {
+    match given {
+        0 => "there is no point to fit".to_owned(),
+        given => format!("none of {given} points is finite"),
+    }
 }
 
 /// A place as a person reads it.

@@ -32,7 +32,9 @@ pub(crate) fn foot(shape: &dyn Shape, part_mm: PointMm) -> Option<FreeFoot> {
         return None;
     }
     let mut here = start(shape, part_mm)?;
-    for _ in 0..MAX_STEPS {
+    let mut trials = MAX_TRIALS;
+    while trials > 0 {
+        trials -= 1;
         let tolerance = STEP_TOLERANCE * here.size_mm(part_mm);
         let full = here.newton();
         let length_mm = here.along_mm(full);
@@ -42,7 +44,7 @@ pub(crate) fn foot(shape: &dyn Shape, part_mm: PointMm) -> Option<FreeFoot> {
         let size_mm = here.size_mm(part_mm);
         let next = match here.moved(shape, part_mm, full, length_mm <= CLOSE * size_mm) {
             Some(next) => next,
-            None => here.downhill(shape, part_mm, tolerance)?,
+            None => here.downhill(shape, part_mm, tolerance, &mut trials)?,
         };
         // Newton's error is squared by a step: below this size the next one is within rounding.
         let last = length_mm <= SQUARED_AWAY * size_mm;
@@ -151,10 +153,17 @@ impl Trial {
     }
 
     /// The first of ever shorter steps of Gauss that ends nearer to the point. `None` if none does that is
-    /// longer than the tolerance: then the foot lies beyond the domain.
-    fn downhill(&self, shape: &dyn Shape, part_mm: PointMm, tolerance: f64) -> Option<Trial> {
+    /// longer than the tolerance, or none of those that may still be tried: then the foot lies beyond the domain.
+    fn downhill(
+        &self,
+        shape: &dyn Shape,
+        part_mm: PointMm,
+        tolerance: f64,
+        trials: &mut usize,
+    ) -> Option<Trial> {
         let mut step = self.gauss();
         while self.along_mm(step) > tolerance {
+            *trials = trials.checked_sub(1)?;
             if let Some(next) = self.moved(shape, part_mm, step, false) {
                 return Some(next);
             }
@@ -190,5 +199,77 @@ const SQUARED_AWAY: f64 = 1e-9;
 const DESCENT_SLACK: f64 = 16.0 * f64::EPSILON;
 /// A Hessian nearer to singular is none to divide by.
 const LEAST_DETERMINANT: f64 = 1e-12;
-/// Newton needs five or six; halved steps along a valley some dozens.
-const MAX_STEPS: usize = 200;
+/// Places that are tried for one foot. Newton needs five or six; halved steps along a valley some dozens. Towards the end of a
+/// domain, or down a slope of 10²⁰⁰, every step may be halved hundreds of times, for every point and every step of a fit.
+const MAX_TRIALS: usize = 400;
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::shape::{ConicSection, Cylinder, EvenAsphere, ShapeError, ShapeParameter};
+
+    /// A shape that counts how often it is asked.
+    #[derive(Debug)]
+    struct Counted<S> {
+        shape: S,
+        jets: AtomicUsize,
+    }
+
+    impl<S: Shape> Shape for Counted<S> {
+        fn kind(&self) -> &'static str {
+            self.shape.kind()
+        }
+
+        fn jet(&self, x_mm: f64, y_mm: f64) -> Option<Jet> {
+            self.jets.fetch_add(1, Ordering::Relaxed);
+            self.shape.jet(x_mm, y_mm)
+        }
+
+        fn parameters(&self) -> Vec<ShapeParameter> {
+            self.shape.parameters()
+        }
+
+        fn by_parameters(&self, x_mm: f64, y_mm: f64, derivatives: &mut [f64]) -> Option<()> {
+            self.shape.by_parameters(x_mm, y_mm, derivatives)
+        }
+
+        fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError> {
+            self.shape.with_parameters(values)
+        }
+
+        fn domain_mm(&self) -> f64 {
+            self.shape.domain_mm()
+        }
+    }
+
+    /// The foot, and how many places were tried for it.
+    fn tried<S: Shape>(shape: S, part_mm: PointMm) -> (Option<FreeFoot>, usize) {
+        let counted = Counted { shape, jets: AtomicUsize::new(0) };
+        let found = foot(&counted, part_mm);
+        (found, counted.jets.into_inner())
+    }
+
+    #[test]
+    fn a_foot_is_given_up_soon_where_the_surface_ends_far_inside_or_stands_on_end() {
+        let (found, few) = tried(Cylinder::new(50.0).unwrap(), [5.0, 3.0, 0.2]);
+        assert!(found.is_some() && few < 12, "{few}");
+        for radius_mm in [1e-5, 0.1, 1.0] {
+            for part_mm in [[5.0, 3.0, 0.3], [4.0, -4.0, -7.0], [-2.0, 0.1, 1e3]] {
+                let (_, jets) = tried(Cylinder::new(radius_mm).unwrap(), part_mm);
+                assert!(jets <= MAX_TRIALS + 2, "radius {radius_mm} mm, {part_mm:?}: {jets}");
+            }
+        }
+        // 7²⁵⁴ mm high beside a point of half a millimetre.
+        let steep = || {
+            let base = ConicSection::new(50.0, -1.0).unwrap();
+            EvenAsphere::new(base, &[(254, 1.0)]).unwrap()
+        };
+        for part_mm in [[5.0, 5.0, 0.5], [1.5, 0.0, 0.0], [9.0, -3.0, 1e6]] {
+            let (_, jets) = tried(steep(), part_mm);
+            assert!(jets <= MAX_TRIALS + 2, "{part_mm:?}: {jets}");
+        }
+    }
+}

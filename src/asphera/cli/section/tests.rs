@@ -186,6 +186,20 @@ fn the_report_is_json() {
 }
 
 #[test]
+fn points_out_of_range_are_named_for_what_they_are() {
+    in_folder(|folder| {
+        let far = path(folder, "far.xyz");
+        fs::write(&far, "1e15 0 0\n2e15 0 0\n1e15 1e15 0\n").unwrap();
+        let said = run(&arguments(&[&far, "--line", "0,0,2,0"])).unwrap_err().to_string();
+        assert!(
+            said.contains("far.xyz: the points span no area: 3 of 3 lie farther than"),
+            "{said}"
+        );
+        assert!(said.contains("check the unit of the file"), "{said}");
+    });
+}
+
+#[test]
 fn mistakes_are_named() {
     let failed = |words: &[&str]| {
         let mut said = String::new();

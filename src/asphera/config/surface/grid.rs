@@ -1,6 +1,5 @@
 //! A surface given by a file of heights.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -8,6 +7,7 @@ use asphera_form::Nominal;
 use asphera_form::shape::{ConicSection, Nodes, SagGrid};
 use asphera_formats::{ReadError, Topography};
 
+use super::super::bytes_of;
 use super::super::document::Section;
 use super::base::{base, even_powers, on_base};
 
@@ -24,7 +24,7 @@ fn heights(surface: &Section<'_>, folder: &Path) -> Option<SagGrid> {
     let path = folder.join(surface.required::<String>("file")?);
     let name = path.display();
     let expected = "a file of heights on a grid: X3P, SDF, MetroPro or Zemax grid sag";
-    let bytes = fs::read(&path)
+    let bytes = bytes_of(&path)
         .map_err(|error| surface.problem("file", expected, format!("{name}: {error}")))
         .ok()?;
     let map = match asphera_formats::read(&name.to_string(), &bytes) {

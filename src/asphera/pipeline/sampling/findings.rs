@@ -14,7 +14,7 @@ use super::places::Lifted;
 use super::scale::Scale;
 use super::wanted::Wanted;
 use super::zones::ZoneSampling;
-use super::{Sampled, nothing_spanned};
+use super::{Sampled, no_area};
 use crate::config::Part;
 use crate::report::SamplingFigures;
 
@@ -90,7 +90,7 @@ impl Look<'_> {
             }
         };
         let nothing = if triangles.is_empty() {
-            Some(nothing_spanned())
+            Some(no_area(self.sampled.mesh))
         } else if coverage.gap_mm.is_none() {
             Some("no point was measured in the aperture".to_owned())
         } else {

@@ -20,7 +20,7 @@ mod wanted;
 mod zones;
 
 use asphera_form::{Aperture, Nominal, Pose};
-use asphera_surface::{Mesh, Plane, PointMm, Relief, VertexId, topography};
+use asphera_surface::{Mesh, Plane, PointMm, RANGE_MM, Relief, VertexId, topography};
 
 use self::findings::Look;
 use self::places::Lifted;
@@ -129,7 +129,7 @@ pub(crate) fn of_part(
         let [x, y, _] = pose.to_part(point);
         part.aperture.contains(x, y)
     };
-    let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
+    let reach_mm = scale.reach_mm().ok_or_else(|| no_area(sampled.mesh));
     let lifted = Lifted::onto_nominal(*sampled.plane, &part.nominal, pose);
     let known_mm = |place| lifted.height_mm(place);
     let noise = reach_mm
@@ -159,7 +159,7 @@ pub(crate) fn feature_size(
     readings: Readings,
 ) -> Result<(Remembered, &'static str), String> {
     let scale = Scale::of(sampled, Wanted::default());
-    let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
+    let reach_mm = scale.reach_mm().ok_or_else(|| no_area(sampled.mesh));
     let mut remembered = Remembered::default();
     let source = remembered.look(laid, sampled, Ok(readings), reach_mm)?;
     Ok((remembered, source))
@@ -169,7 +169,7 @@ pub(crate) fn feature_size(
 pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
     let scale = Scale::of(sampled, wanted);
     let mut unknown = Vec::new();
-    let reach_mm = scale.reach_mm().ok_or_else(nothing_spanned);
+    let reach_mm = scale.reach_mm().ok_or_else(|| no_area(sampled.mesh));
     let noise = reach_mm
         .clone()
         .and_then(|reach_mm| noise::noise(sampled.mesh, reach_mm, |_| true, |_| 0.0));
@@ -186,8 +186,17 @@ pub(crate) fn of_points(sampled: Sampled<'_>, wanted: Wanted) -> Findings {
         .findings(lfs_mm, &lifted)
 }
 
-fn nothing_spanned() -> String {
-    "the points span no area".to_owned()
+/// Why the points of a mesh without triangles make no surface.
+pub(crate) fn no_area(mesh: &Mesh) -> String {
+    let counts = mesh.counts();
+    match counts.rejected {
+        0 => "the points span no area".to_owned(),
+        rejected => format!(
+            "the points span no area: {rejected} of {} lie farther than {RANGE_MM:e} mm from the origin and were left \
+             out; check the unit of the file, or leave out numbers that stand for missing points",
+            counts.pushed
+        ),
+    }
 }
 
 /// The height of a nominal over a place of the part in mm; beyond its domain that at the end of it, on the

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise};
-use asphera_surface::{Mesh, PointMm, VertexId};
+use asphera_surface::{Mesh, PointMm, VertexId, from_smallest};
 use rayon::prelude::*;
 
 /// The noise of the part of a mesh that counts, along z of its frame. `reach_mm` is the length from which an
@@ -108,17 +108,6 @@ fn patch(mesh: &Mesh, seed: VertexId) -> (Vec<VertexId>, Vec<[VertexId; 3]>) {
     let inner = mesh.within(seed, RINGS - 1).unwrap_or_default();
     let facets = inner.into_iter().chain([seed]).filter_map(|vertex| mesh.star(vertex)).flatten();
     (vertices, facets.map(from_smallest).collect())
-}
-
-/// A triangle from its smallest corner on, so that it is the same from whichever vertex it was found.
-fn from_smallest([a, b, c]: [VertexId; 3]) -> [VertexId; 3] {
-    if a < b && a < c {
-        [a, b, c]
-    } else if b < c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
 }
 
 /// Neighbourhoods that are looked at: enough for 1 %.

@@ -80,7 +80,9 @@ fn a_rectangle_of_missing_points_is_the_first_region_and_lies_where_it_is() {
 #[test]
 fn what_cannot_be_known_is_said_and_is_no_number() {
     let same = (0..50).map(|_| [1.0, 2.0, 3.0]);
-    let bad: [(Vec<PointMm>, &str); 3] = [
+    let far = (0..50).map(|index| [1e300, f64::from(index), f64::from(index % 7)]);
+    let bad: [(Vec<PointMm>, &str); 4] = [
+        (far.collect(), "50 of 50 lie farther than 1e12 mm from the origin"),
         (Vec::new(), "span no area"),
         (vec![[1.0, 2.0, 3.0]], "span no area"),
         (same.collect(), "span no area"),

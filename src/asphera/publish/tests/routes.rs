@@ -202,8 +202,13 @@ async fn a_taken_port_is_named_with_its_cause() {
     let token = Token::parse(TOKEN).unwrap();
     let second = Server::bind(server.addr, token, Station::new()).await;
     let Err(error) = second else { panic!("two servers on one port") };
-    assert_eq!(error.to_string(), format!("cannot listen on {}", server.addr));
-    let BindError::Listen { addr, ref source } = error;
+    let words = error.to_string();
+    assert!(
+        words.starts_with(&format!("cannot listen on {}: it is in use by", server.addr)),
+        "{words}"
+    );
+    let BindError::Listen { addr, ref holder, ref source } = error;
+    assert_eq!(holder.as_ref().unwrap().process, std::process::id());
     assert_eq!(addr, server.addr);
     assert_eq!(source.kind(), std::io::ErrorKind::AddrInUse);
     assert_eq!(error.source().unwrap().to_string(), source.to_string());

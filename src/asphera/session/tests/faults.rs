@@ -11,10 +11,10 @@ use super::{entries, header, read, recorded, settings};
 const COUNT: u64 = 150;
 
 /// Segments [`run`] makes of them; the manifest is written twice besides.
-const SEGMENTS: usize = 5;
+const SEGMENTS: usize = 7;
 
 fn small_settings() -> Settings {
-    // A segment lasts some 30 ms here, so each is synced in its course too.
+    // A segment lasts some 20 ms here, so each is synced in its course too.
     Settings { sync_ms: 12, segment_bytes: 3000, ..settings() }
 }
 

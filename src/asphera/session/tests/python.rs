@@ -29,6 +29,7 @@ fn python_reads_the_same_messages() {
     let topic = |channel| match channel {
         ChannelId::Events => "/events".to_owned(),
         ChannelId::Results => "/results".to_owned(),
+        ChannelId::Points => "/points".to_owned(),
         ChannelId::Raw(link) => format!("/raw/{}", header.links[link].name),
         ChannelId::Sent(link) => format!("/sent/{}", header.links[link].name),
     };

@@ -121,10 +121,10 @@ fn time_closes_chunks_and_makes_them_durable() {
     };
     assert_eq!(recorder.poll_timeout(), None);
     recorder.append(&entry(5)).unwrap();
-    assert_eq!(recorder.poll_timeout(), Some(Nanos::from_millis(255)));
-    recorder.tick(Nanos::from_millis(254)).unwrap();
+    assert_eq!(recorder.poll_timeout(), Some(Nanos::from_millis(130)));
+    recorder.tick(Nanos::from_millis(129)).unwrap();
     assert_eq!(counts(&recorder), [1, 0, 0]);
-    recorder.tick(Nanos::from_millis(255)).unwrap();
+    recorder.tick(Nanos::from_millis(130)).unwrap();
     assert_eq!(counts(&recorder), [1, 1, 0]);
     assert_eq!(recorder.poll_timeout(), Some(Nanos::from_millis(1005)));
     recorder.append(&entry(900)).unwrap();

@@ -17,6 +17,8 @@ use asphera_surface::lfs::{Jet, Lfs, LfsError, NominalLfs};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::config::HIGHEST_MM;
+
 /// Why there is no local feature size of a freeform.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(super) enum FreeformError {
@@ -37,6 +39,19 @@ pub(super) enum FreeformError {
         y_mm: f64,
         /// Step of the raster in mm.
         step_mm: f64,
+    },
+    /// It stands so high that it is no surface of a part.
+    #[error(
+        "at ({x_mm}, {y_mm}) mm the nominal is {height_mm:e} mm high: correct its coefficients, or give an aperture in \
+         which it is a surface"
+    )]
+    TooHigh {
+        /// x in mm.
+        x_mm: f64,
+        /// y in mm.
+        y_mm: f64,
+        /// Its height there in mm.
+        height_mm: f64,
     },
     /// The kernel found none.
     #[error(transparent)]
@@ -94,6 +109,24 @@ impl Footprint {
     }
 }
 
+/// Refuses a shape that is far higher on the border of its footprint than parts are: its medial balls would be looked for without
+/// an end. Where it has no height, it has none that is too large.
+fn must_be_level(shape: &dyn Shape, footprint: Footprint) -> Result<(), FreeformError> {
+    let [width_mm, length_mm] = footprint.size_mm();
+    let most_mm = HIGHEST_MM.max(width_mm + length_mm);
+    let [[x0, y0], [x1, y1]] = [footprint.low_mm, footprint.high_mm];
+    let [x, y] = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
+    for [x_mm, y_mm] in [[x0, y0], [x0, y1], [x1, y0], [x1, y1], [x0, y], [x1, y], [x, y0], [x, y1]]
+    {
+        let inwards = (footprint.rim_mm / x_mm.hypot(y_mm)).min(1.0);
+        let (x_mm, y_mm) = (inwards * x_mm, inwards * y_mm);
+        if let Some(height_mm) = shape.sag_mm(x_mm, y_mm).filter(|z_mm| z_mm.abs() > most_mm) {
+            return Err(FreeformError::TooHigh { x_mm, y_mm, height_mm });
+        }
+    }
+    Ok(())
+}
+
 /// The local feature size over a footprint.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Freeform {
@@ -117,6 +150,7 @@ impl Freeform {
         let Some(shape) = nominal.freeform() else {
             return Err(FreeformError::Rotational { kind: nominal.kind() });
         };
+        must_be_level(shape.as_ref(), footprint)?;
         let [width_mm, height_mm] = footprint.size_mm();
         let middle_mm = (width_mm * height_mm).sqrt();
         // Of a strip the raster is to see the width as well.

@@ -1,6 +1,8 @@
 //! Freeforms whose medial axis is known.
 
-use asphera_form::shape::{Biconic, Conic, ConicSection, Cylinder, Mirror, OffAxis, Toroid};
+use asphera_form::shape::{
+    Biconic, Conic, ConicSection, Cylinder, EvenAsphere, Mirror, OffAxis, Toroid,
+};
 
 use super::super::meridian::Meridian;
 use super::*;
@@ -176,4 +178,16 @@ fn the_least_is_where_the_surface_has_it() {
     // diagonal of 0.8 mm less.
     let found = least_mm(paraboloid, 7.0);
     assert!((6.1..7.03).contains(&found), "{found}");
+}
+
+/// 7²⁵⁴ mm high at the corners: balls that touch it were looked for over minutes.
+#[test]
+fn a_surface_as_high_as_none_is_refused_at_once() {
+    let steep = EvenAsphere::new(section(50.0, -1.0), &[(254, 1.0)]).unwrap();
+    let nominal = Nominal::Freeform(Arc::new(steep));
+    let error = Freeform::of(&nominal, rectangle(10.0, 10.0)).unwrap_err();
+    assert!(matches!(error, FreeformError::TooHigh { .. }), "{error}");
+    assert!(error.to_string().contains("mm high: correct its coefficients"), "{error}");
+    // Within 0.9 mm of the vertex the same surface is as flat as its base.
+    assert!(Freeform::of(&nominal, disc(0.5)).is_ok());
 }

@@ -1,0 +1,151 @@
+//! `asphera compare`: how far two contours differ.
+
+use std::path::{Path, PathBuf};
+
+use asphera_contour::{Agreement, Deviation, Graph, PlaceMm, agreement, intersection_over_union};
+use clap::Args;
+use serde::Serialize;
+
+use super::contour::places;
+use super::contour::report::{ContourReport, FORMAT};
+use super::exit::Exit;
+use super::files::read;
+use super::output::{Failure, print, print_json};
+use super::progress::Progress;
+use super::text::TextArgs;
+
+#[derive(Args)]
+pub(super) struct CompareArgs {
+    /// The contour that was found: a .json that `contour --json` wrote, or points in order round a closed line.
+    found: PathBuf,
+    /// The true one, of the same kinds.
+    truth: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
+    /// Print the figures as one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Figures of two contours. What cannot be told is absent, and `unknown` says why.
+#[derive(Debug, PartialEq, Serialize)]
+struct ComparisonReport {
+    format: &'static str,
+    /// Largest distance from a corner of either to the lines of the other, mm.
+    hausdorff_mm: f64,
+    /// Root mean square of those distances, mm.
+    rms_mm: f64,
+    /// Area in common over the area of either, of closed lines; a line within another is a hole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iou: Option<f64>,
+    /// Share of the edges found that are true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    precision: Option<f64>,
+    /// Share of the true edges that were found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recall: Option<f64>,
+    unknown: Vec<String>,
+}
+
+/// A contour to be compared.
+struct Contour {
+    /// Places in order, and whether the last is joined to the first.
+    lines: Vec<(Vec<PlaceMm>, bool)>,
+    /// Its edges by rows, and of how many points; none of points in order.
+    edges: Option<(usize, Graph)>,
+}
+
+pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
+    let report = compared(args)?;
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&summary(&report));
+    }
+    Ok(Exit::Done)
+}
+
+fn compared(args: &CompareArgs) -> Result<ComparisonReport, Failure> {
+    let [found, truth] = [&args.found, &args.truth].map(|path| contour(path, &args.text));
+    let (found, truth) = (found?, truth?);
+    let Some(Deviation { hausdorff_mm, rms_mm }) =
+        Deviation::between_lines(&found.lines, &truth.lines)
+    else {
+        let empty = if found.lines.is_empty() { &args.found } else { &args.truth };
+        return Err(format!("{} holds no line: expected one with points", empty.display()).into());
+    };
+    let mut unknown = Vec::new();
+    let [found_lines, true_lines] = [&found, &truth].map(closed_lines);
+    let iou = match (found_lines, true_lines) {
+        (Some(found), Some(truth)) => intersection_over_union(&found, &truth)
+            .map_err(|error| unknown.push(format!("iou: {error}")))
+            .ok(),
+        _ => {
+            unknown.push("iou: an open line encloses no area".to_owned());
+            None
+        }
+    };
+    let edges = match (&found.edges, &truth.edges) {
+        (Some((n, found)), Some((m, truth))) if n == m => Some(agreement(found, truth)),
+        (Some((n, _)), Some((m, _))) => {
+            unknown.push(format!(
+                "precision, recall: expected the same points in both, found {n} and {m}"
+            ));
+            None
+        }
+        _ => {
+            unknown.push(
+                "precision, recall: expected edges by rows, as contour --json writes them, in both"
+                    .to_owned(),
+            );
+            None
+        }
+    };
+    Ok(ComparisonReport {
+        format: "asphera-comparison 1",
+        hausdorff_mm,
+        rms_mm,
+        iou,
+        precision: edges.map(|Agreement { precision, .. }| precision),
+        recall: edges.map(|Agreement { recall, .. }| recall),
+        unknown,
+    })
+}
+
+/// The contour of a file.
+fn contour(path: &Path, text: &TextArgs) -> Result<Contour, Failure> {
+    if path.extension().is_none_or(|ending| ending != "json") {
+        let places = places(path, text, &Progress::start("compare"))?;
+        return Ok(Contour { lines: vec![(places, true)], edges: None });
+    }
+    let name = path.display();
+    let report: ContourReport = serde_json::from_slice(&read(path)?)
+        .map_err(|error| format!("{name}: expected what contour --json writes: {error}"))?;
+    if report.format != FORMAT {
+        return Err(format!("{name}: expected format {FORMAT}, found {}", report.format).into());
+    }
+    let edges = Graph::new(report.edges);
+    let lines = report.chains.into_iter().map(|chain| (chain.points_mm, chain.closed)).collect();
+    Ok(Contour { lines, edges: Some((report.input.points, edges)) })
+}
+
+/// The lines of a contour if all are closed.
+fn closed_lines(contour: &Contour) -> Option<Vec<Vec<PlaceMm>>> {
+    contour.lines.iter().map(|(places, closed)| closed.then(|| places.clone())).collect()
+}
+
+fn summary(report: &ComparisonReport) -> String {
+    let mut text =
+        format!("hausdorff  {:.6} mm\nrms        {:.6} mm\n", report.hausdorff_mm, report.rms_mm);
+    let shares = [("iou", report.iou), ("precision", report.precision), ("recall", report.recall)];
+    for (name, share) in shares {
+        if let Some(share) = share {
+            text.push_str(&format!("{name:<10} {share:.6}\n"));
+        }
+    }
+    report.unknown.iter().for_each(|unknown| text.push_str(&format!("unknown    {unknown}\n")));
+    text
+}
+
+#[cfg(test)]
+mod tests;

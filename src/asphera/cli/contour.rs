@@ -1,0 +1,181 @@
+//! `asphera contour`: the curve that points in the plane are samples of.
+
+mod draw;
+pub(super) mod report;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use asphera_contour::{Kind, Method, Parameters, PlaceMm, Samples, Triangulation};
+use asphera_surface::PointMm;
+use clap::Args;
+
+use self::report::ContourReport;
+use super::exit::Exit;
+use super::files::refuse;
+use super::output::{Failure, print, print_json, say};
+use super::progress::Progress;
+use super::source::{Content, Source, source_help};
+use super::text::TextArgs;
+
+#[derive(Args)]
+pub(super) struct ContourArgs {
+    #[arg(help = source_help(), required_unless_present = "methods")]
+    source: Option<PathBuf>,
+    #[command(flatten)]
+    text: TextArgs,
+    /// How the curve is found; --methods lists the names.
+    #[arg(long, value_name = "NAME", default_value = "hnn-crust")]
+    method: String,
+    /// Parameters of the method or graph, as delta=2.5 or gamma0=0.3,gamma1=-0.3.
+    #[arg(long, value_name = "KEY=VALUE,…", default_value = "", hide_default_value = true)]
+    set: String,
+    /// A proximity graph instead of a curve; --methods lists the names.
+    #[arg(long, value_name = "NAME", conflicts_with = "method")]
+    graph: Option<String>,
+    /// List all methods and graphs with parameters, guarantee and source, and end.
+    #[arg(long, exclusive = true)]
+    methods: bool,
+    /// Print the edges as CSV on stdout: pairs of rows of points, counted from 0.
+    #[arg(long)]
+    edges: bool,
+    /// Print the outcome as one JSON object on stdout.
+    #[arg(long, conflicts_with = "edges")]
+    json: bool,
+    /// Where the chains go: .csv, .svg or .dxf (R12); lengths in mm.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Overwrite --out if it is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn run(args: &ContourArgs) -> Result<Exit, Failure> {
+    let Some(source) = args.source.as_deref() else {
+        print(&listed());
+        return Ok(Exit::Done);
+    };
+    let drawing = args.out.as_deref().map(draw::drawing_of).transpose()?;
+    if let Some(out) = &args.out {
+        refuse(out, source, args.force)?;
+    }
+    let report = found(args, source)?;
+    if let Some((out, drawing)) = args.out.as_deref().zip(drawing) {
+        std::fs::write(out, drawing(&report))
+            .map_err(|error| format!("cannot write {}: {error}", out.display()))?;
+    }
+    if args.json {
+        print_json(&report)?;
+    } else if args.edges {
+        let mut text = "from,to\n".to_owned();
+        for [from, to] in &report.edges {
+            // Writing into a String cannot fail.
+            let _ = writeln!(text, "{from},{to}");
+        }
+        print(&text);
+        say(report.summary().trim_end());
+    } else {
+        print(&report.summary());
+    }
+    Ok(Exit::Done)
+}
+
+/// Reads the points and finds the curve.
+fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
+    let method = Method::from_name(args.graph.as_deref().unwrap_or(&args.method))?;
+    let (flag, kind) =
+        if args.graph.is_some() { ("--graph", Kind::Graph) } else { ("--method", Kind::Curve) };
+    if method.kind() != kind {
+        let other = if kind == Kind::Graph { "--method" } else { "--graph" };
+        let name = method.name();
+        return Err(
+            format!("{flag} {name}: expected {}; give {other} {name}", of_kind(kind)).into()
+        );
+    }
+    let parameters = Parameters::parse(&args.set)?;
+    let progress = Progress::start("contour");
+    let points = places(path, &args.text, &progress)?;
+    progress.stage("meshing");
+    let name = path.display();
+    let samples = Samples::new(&points).map_err(|error| format!("{name}: {error}"))?;
+    if samples.len() < 3 {
+        return Err(format!(
+            "{name}: expected three different places or more, found {} in {} points; measure more of the curve",
+            samples.len(),
+            samples.points()
+        )
+        .into());
+    }
+    let triangulation = Triangulation::new(samples);
+    if triangulation.triangles().is_empty() {
+        return Err(format!(
+            "{name}: expected points round a curve, found all {} on one straight line; asphera section and asphera measure \
+             work on profiles",
+            triangulation.len()
+        )
+        .into());
+    }
+    progress.stage(method.name());
+    let graph = method.run(&triangulation, &parameters)?;
+    Ok(ContourReport::new(&triangulation, method, &parameters, &graph))
+}
+
+/// The places of the points in the plane: x and y, or of two columns both.
+pub(super) fn places(
+    path: &Path,
+    text: &TextArgs,
+    progress: &Progress,
+) -> Result<Vec<PlaceMm>, Failure> {
+    let source = match Source::open(path, text, progress) {
+        Ok(source) => source,
+        // Two columns that nothing names are refused as a profile: heights or slopes. Here they are x and y.
+        Err(failure) => match text.of_plane() {
+            Some(plane) => Source::open(path, &plane, progress).map_err(|_| failure)?,
+            None => return Err(failure),
+        },
+    };
+    let is_profile = match source.content() {
+        Content::File(topography) => topography
+            .source()
+            .taken
+            .as_ref()
+            .is_some_and(|taken| taken.columns.iter().all(|column| column.name != "y")),
+        Content::Session(_) => false,
+    };
+    let place = |[x, y, z]: PointMm| if is_profile { [x, z] } else { [x, y] };
+    Ok(source.points().map(place).collect())
+}
+
+fn of_kind(kind: Kind) -> String {
+    let names = Method::ALL.iter().filter(|method| method.kind() == kind).map(Method::name);
+    format!("one of {}", names.collect::<Vec<_>>().join(", "))
+}
+
+/// The table of `--methods`.
+fn listed() -> String {
+    let mut text = String::new();
+    for (kind, title) in [(Kind::Curve, "Curves (--method)"), (Kind::Graph, "Graphs (--graph)")] {
+        // Writing into a String cannot fail.
+        let _ = writeln!(text, "{title}");
+        for method in Method::ALL.iter().filter(|method| method.kind() == kind) {
+            let _ = writeln!(text, "  {}", method.name());
+            let _ = writeln!(text, "    guarantee  {}", method.guarantee());
+            let _ = writeln!(text, "    source     {}", method.source());
+            for parameter in method.parameters() {
+                let _ = writeln!(
+                    text,
+                    "    {}={}  {} to {}: {}",
+                    parameter.name,
+                    parameter.default,
+                    parameter.low,
+                    parameter.high,
+                    parameter.meaning
+                );
+            }
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,92 @@
+//! Chains as CSV, SVG and DXF.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use asphera_contour::PlaceMm;
+
+use super::report::{ChainFigures, ContourReport};
+use crate::cli::output::Failure;
+
+/// What turns a contour into the text of a file.
+pub(super) type Drawing = fn(&ContourReport) -> String;
+
+/// The drawing that a file's name asks for.
+pub(super) fn drawing_of(path: &Path) -> Result<Drawing, Failure> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("csv") => Ok(csv),
+        Some("svg") => Ok(svg),
+        Some("dxf") => Ok(dxf),
+        _ => Err(format!(
+            "{}: expected a name that ends in .csv, .svg or .dxf, found none of them",
+            path.display()
+        )
+        .into()),
+    }
+}
+
+/// One place a line with the number of its chain, in order; of a closed chain the first place is not repeated.
+fn csv(report: &ContourReport) -> String {
+    let mut text = "chain,closed,x[mm],y[mm]\n".to_owned();
+    for (number, chain) in report.chains.iter().enumerate() {
+        for [x, y] in &chain.points_mm {
+            // Writing into a String cannot fail.
+            let _ = writeln!(text, "{number},{},{x},{y}", u8::from(chain.closed));
+        }
+    }
+    text
+}
+
+/// Scalable vector graphics (W3C SVG 1.1): one path a chain, y upwards, a unit of the picture is 1 mm.
+fn svg(report: &ContourReport) -> String {
+    let (low, high) = bounds(&report.chains);
+    let [width, height] = [high[0] - low[0], high[1] - low[1]];
+    let rim = 0.02 * width.max(height).max(f64::MIN_POSITIVE);
+    let [left, top] = [low[0] - rim, -high[1] - rim];
+    let [width, height] = [width + 2.0 * rim, height + 2.0 * rim];
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
+         viewBox=\"{left} {top} {width} {height}\">\n\
+         <g fill=\"none\" stroke=\"black\" stroke-width=\"{}\" stroke-linejoin=\"round\">\n",
+        0.1 * rim
+    );
+    for chain in &report.chains {
+        let places: Vec<String> =
+            chain.points_mm.iter().map(|[x, y]| format!("{x} {}", 0.0 - y)).collect();
+        let close = if chain.closed { " Z" } else { "" };
+        // Writing into a String cannot fail.
+        let _ = writeln!(text, "<path d=\"M {}{close}\"/>", places.join(" L "));
+    }
+    text.push_str("</g>\n</svg>\n");
+    text
+}
+
+/// Drawing exchange format of AutoCAD R12: one POLYLINE a chain, flag 1 where it is closed; lengths in mm.
+fn dxf(report: &ContourReport) -> String {
+    let mut text = "999\nlengths in mm\n0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n"
+        .to_owned();
+    for chain in &report.chains {
+        // Writing into a String cannot fail.
+        let _ = write!(
+            text,
+            "0\nPOLYLINE\n8\n0\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{}\n",
+            u8::from(chain.closed)
+        );
+        for [x, y] in &chain.points_mm {
+            let _ = write!(text, "0\nVERTEX\n8\n0\n10\n{x:?}\n20\n{y:?}\n30\n0.0\n");
+        }
+        text.push_str("0\nSEQEND\n8\n0\n");
+    }
+    text.push_str("0\nENDSEC\n0\nEOF\n");
+    text
+}
+
+/// The smallest box round all places, mm; zero without any.
+fn bounds(chains: &[ChainFigures]) -> (PlaceMm, PlaceMm) {
+    let mut places = chains.iter().flat_map(|chain| &chain.points_mm);
+    let Some(&first) = places.next() else { return ([0.0; 2], [0.0; 2]) };
+    places.fold((first, first), |(low, high), &[x, y]| {
+        ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)])
+    })
+}

@@ -1,0 +1,156 @@
+//! A contour as the command writes it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use asphera_contour::{Graph, Kind, Method, Parameters, PlaceMm, SampleId, Triangulation};
+use serde::{Deserialize, Serialize};
+
+use crate::cli::summary::short;
+
+/// What a file of this kind says of itself.
+pub(in crate::cli) const FORMAT: &str = "asphera-contour 1";
+
+/// The outcome of `asphera contour`. Lengths are mm; rows are those of points, counted from 0.
+#[derive(Debug, Deserialize, PartialEq, Serialize)]
+pub(in crate::cli) struct ContourReport {
+    /// [`FORMAT`].
+    pub(in crate::cli) format: String,
+    /// What was read.
+    pub(in crate::cli) input: InputFigures,
+    /// The method or graph.
+    pub(in crate::cli) method: String,
+    /// Its parameters with their values.
+    pub(in crate::cli) parameters: BTreeMap<String, f64>,
+    /// The condition under which its edges are proven to be those of the curve.
+    pub(in crate::cli) guarantee: String,
+    /// Pairs of rows, the smaller first, sorted. Of points in one place the first row stands for all.
+    pub(in crate::cli) edges: Vec<[u32; 2]>,
+    /// Runs of edges; none of a graph.
+    pub(in crate::cli) chains: Vec<ChainFigures>,
+    /// Rows with one edge.
+    pub(in crate::cli) ends: Vec<u32>,
+    /// Rows with more than two.
+    pub(in crate::cli) junctions: Vec<u32>,
+    /// Rows without any: what the method left out.
+    pub(in crate::cli) left_out: Vec<u32>,
+    /// What is not known, and why.
+    pub(in crate::cli) unknown: Vec<String>,
+}
+
+/// The points that were read.
+#[derive(Debug, Deserialize, PartialEq, Serialize)]
+pub(in crate::cli) struct InputFigures {
+    /// How many.
+    pub(in crate::cli) points: usize,
+    /// How many different places.
+    pub(in crate::cli) distinct: usize,
+    /// Median of the distances of places to their nearest one, mm.
+    pub(in crate::cli) spacing_median_mm: f64,
+}
+
+/// A run of edges.
+#[derive(Debug, Deserialize, PartialEq, Serialize)]
+pub(in crate::cli) struct ChainFigures {
+    /// Whether its last place is joined to its first.
+    pub(in crate::cli) closed: bool,
+    /// Its length in mm, the closing edge included.
+    pub(in crate::cli) length_mm: f64,
+    /// Its places in order; of a closed one the first is not repeated.
+    pub(in crate::cli) points_mm: Vec<PlaceMm>,
+}
+
+impl ContourReport {
+    /// The report of a graph that a method made.
+    pub(super) fn new(
+        triangulation: &Triangulation,
+        method: Method,
+        parameters: &Parameters,
+        graph: &Graph,
+    ) -> ContourReport {
+        let samples = triangulation.samples();
+        let rows = |found: Vec<SampleId>| {
+            let mut rows: Vec<u32> =
+                found.into_iter().map(|sample| samples.row_of(sample)).collect();
+            rows.sort_unstable();
+            rows
+        };
+        let is_curve = method.kind() == Kind::Curve;
+        let chains = if is_curve { graph.chains(samples.len()) } else { Vec::new() };
+        let mut distances_mm: Vec<f64> = (0..samples.len() as SampleId)
+            .filter_map(|sample| triangulation.nearest(sample))
+            .map(|spoke| triangulation.length_mm(spoke.edge))
+            .collect();
+        distances_mm.sort_by(f64::total_cmp);
+        let value = |name: &str| (name.to_owned(), parameters.value(&method, name));
+        ContourReport {
+            format: FORMAT.to_owned(),
+            input: InputFigures {
+                points: samples.points(),
+                distinct: samples.len(),
+                spacing_median_mm: distances_mm[distances_mm.len() / 2],
+            },
+            method: method.name().to_owned(),
+            parameters: method.parameters().iter().map(|parameter| value(parameter.name)).collect(),
+            guarantee: method.guarantee().to_owned(),
+            edges: graph.edges_by_row(samples),
+            chains: chains
+                .iter()
+                .map(|chain| ChainFigures {
+                    closed: chain.closed,
+                    length_mm: chain.length_mm(samples),
+                    points_mm: chain.places_mm(samples),
+                })
+                .collect(),
+            ends: rows(graph.ends(samples.len())),
+            junctions: rows(graph.junctions(samples.len())),
+            left_out: rows(graph.alone(samples.len())),
+            unknown: match is_curve {
+                true => vec![
+                    "sampling: whether the points meet the method's condition is not checked"
+                        .to_owned(),
+                    "kind: points are taken for samples of a curve, not of an area".to_owned(),
+                ],
+                false => Vec::new(),
+            },
+        }
+    }
+
+    /// The outcome as a person reads it.
+    pub(super) fn summary(&self) -> String {
+        let mut text = String::new();
+        // Writing into a String cannot fail.
+        let _ = self.write_summary(&mut text);
+        text
+    }
+
+    fn write_summary(&self, text: &mut String) -> std::fmt::Result {
+        let InputFigures { points, distinct, spacing_median_mm } = &self.input;
+        writeln!(
+            text,
+            "points     {points}, {distinct} places, spacing {} mm (median)",
+            short(*spacing_median_mm)
+        )?;
+        write!(text, "method     {}", self.method)?;
+        for (name, value) in &self.parameters {
+            write!(text, " {name}={value}")?;
+        }
+        writeln!(text, "; proven for: {}", self.guarantee)?;
+        writeln!(text, "edges      {}", self.edges.len())?;
+        if !self.chains.is_empty() {
+            let closed = self.chains.iter().filter(|chain| chain.closed).count();
+            let length_mm: f64 = self.chains.iter().map(|chain| chain.length_mm).sum();
+            let open = self.chains.len() - closed;
+            let length = short(length_mm);
+            writeln!(text, "curves     {closed} closed, {open} open, {length} mm together")?;
+        }
+        writeln!(
+            text,
+            "unjoined   {} ends, {} junctions, {} points left out",
+            self.ends.len(),
+            self.junctions.len(),
+            self.left_out.len()
+        )?;
+        self.unknown.iter().try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))
+    }
+}

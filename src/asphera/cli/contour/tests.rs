@@ -1,0 +1,108 @@
+//! Contours of small files, through the command line's own parser.
+
+use clap::Parser as _;
+
+use super::super::{Cli, Command};
+use super::*;
+
+pub(in crate::cli) fn arguments(words: &[&str]) -> ContourArgs {
+    let words = ["asphera", "contour"].iter().chain(words);
+    match Cli::try_parse_from(words).map(|cli| cli.command) {
+        Ok(Command::Contour(args)) => args,
+        Ok(_) => panic!("another command"),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A circle of 24 points and, apart from it, an arc of four.
+fn points() -> String {
+    let circle = (0..24).map(|index| (f64::from(index) * 0.261_799_387_799_149_4).sin_cos());
+    let circle = circle.map(|(sin, cos)| format!("{} {}\n", 5.0 * cos, 5.0 * sin));
+    let arc = [[20.0, 0.0], [21.0, 0.2], [22.0, 0.25], [23.0, 0.2]];
+    circle.chain(arc.map(|[x, y]| format!("{x} {y}\n"))).collect()
+}
+
+fn contour_of(text: &str, words: &[&str]) -> Result<ContourReport, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edge.xyz");
+    std::fs::write(&path, text).unwrap();
+    let name = path.display().to_string();
+    let args = arguments(&[&[name.as_str()], words].concat());
+    found(&args, &path).map_err(|failure| failure.to_string().replace(&name, "edge.xyz"))
+}
+
+#[test]
+fn two_columns_and_three_give_the_same_curve() {
+    let report = contour_of(&points(), &[]).unwrap();
+    assert_eq!((report.input.points, report.input.distinct), (28, 28));
+    let circle_then_arc: Vec<(bool, usize)> =
+        report.chains.iter().map(|chain| (chain.closed, chain.points_mm.len())).collect();
+    assert_eq!(circle_then_arc, [(false, 4), (true, 24)]);
+    assert_eq!(
+        (report.ends.clone(), report.junctions.len(), report.left_out.len()),
+        (vec![24, 27], 0, 0)
+    );
+    assert!((report.chains[1].length_mm - 240.0 * 0.130_526_192_220_051_6).abs() < 1e-9);
+    let three = points().replace('\n', " 7.5\n");
+    assert_eq!(contour_of(&three, &[]).unwrap(), report);
+    let named = format!("# x y z in mm\n{three}");
+    assert_eq!(contour_of(&named, &[]).unwrap(), report);
+    let summary = report.summary();
+    assert!(summary.contains("curves     1 closed, 1 open"), "{summary}");
+    assert!(summary.contains("unjoined   2 ends, 0 junctions, 0 points left out"), "{summary}");
+}
+
+#[test]
+fn methods_graphs_and_parameters() {
+    let report = contour_of(&points(), &["--method", "peel", "--set", "delta=1.5"]).unwrap();
+    assert_eq!(report.parameters.get("delta"), Some(&1.5));
+    let report = contour_of(&points(), &["--graph", "emst"]).unwrap();
+    assert_eq!((report.edges.len(), report.chains.len()), (27, 0));
+    let refused = |words: &[&str]| contour_of(&points(), words).unwrap_err();
+    assert!(refused(&["--method", "emst"]).starts_with("--method emst: expected one of crust"));
+    assert!(refused(&["--method", "emst"]).ends_with("give --graph emst"));
+    assert!(refused(&["--method", "x"]).starts_with("no method is called `x`: expected one of"));
+    assert_eq!(
+        refused(&["--set", "rho=1"]),
+        "hnn-crust has no parameter `rho`: expected one_sided"
+    );
+    let listed = listed();
+    assert!(Method::ALL.iter().all(|method| listed.contains(&format!("  {}\n", method.name()))));
+    assert!(listed.contains("guarantee  smooth closed curves, ε < 1/3"));
+}
+
+#[test]
+fn points_that_no_curve_can_be_found_of_are_refused() {
+    assert_eq!(
+        contour_of("1 2\n1 2\n3 4\n", &[]).unwrap_err(),
+        "edge.xyz: expected three different places or more, found 2 in 3 points; measure more of the curve"
+    );
+    let line = contour_of("0 0\n1 1\n2 2\n5 5\n", &[]).unwrap_err();
+    assert!(
+        line.starts_with(
+            "edge.xyz: expected points round a curve, found all 4 on one straight line"
+        )
+    );
+    assert!(contour_of("a b\nc d\n", &[]).is_err());
+    let four = contour_of("1 2 3 4\n5 6 7 8\n", &[]).unwrap_err();
+    assert!(four.contains("--columns"), "{four}");
+}
+
+#[test]
+fn files_hold_the_chains() {
+    let report = contour_of("0 0\n2 0\n2 1\n0 1\n", &["--method", "connect2d"]).unwrap();
+    let text = |name: &str| drawing_text(name, &report);
+    assert_eq!(text("a.csv"), "chain,closed,x[mm],y[mm]\n0,1,0,0\n0,1,0,1\n0,1,2,1\n0,1,2,0\n");
+    assert!(text("a.svg").contains("<path d=\"M 0 0 L 0 -1 L 2 -1 L 2 0 Z\"/>"));
+    let dxf = text("a.DXF");
+    assert_eq!(dxf.matches("0\nVERTEX\n").count(), 4);
+    assert!(
+        dxf.contains("66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n1\n")
+            && dxf.ends_with("0\nENDSEC\n0\nEOF\n")
+    );
+    assert!(draw::drawing_of(Path::new("a.txt")).is_err());
+}
+
+fn drawing_text(name: &str, report: &ContourReport) -> String {
+    draw::drawing_of(Path::new(name)).unwrap()(report)
+}

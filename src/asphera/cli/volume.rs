@@ -1,0 +1,248 @@
+//! `asphera volume`: a volume becomes a surface, with what is certain of it.
+
+mod figures;
+mod opened;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use asphera_formats::{ply, stl};
+use asphera_volume::{
+    Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method, Surface, Verdict,
+};
+use clap::{Args, ValueEnum};
+
+use super::exit::Exit;
+use super::files::refuse;
+use super::output::{Failure, print, print_json, write_json};
+use super::progress::Progress;
+
+#[derive(Args)]
+pub(super) struct VolumeArgs {
+    /// The volume: .vol, NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz, .hdr).
+    file: PathBuf,
+    /// What is material: this value and above; `otsu`, or `iso50`, halfway between the modes of background and material. Without it
+    /// the middle of two values, or of more Otsu's.
+    #[arg(long, value_name = "T|otsu|iso50", allow_hyphen_values = true)]
+    threshold: Option<Threshold>,
+    /// The spacing of the samples, one length or three, for what the file says, or does not.
+    #[arg(long, value_name = "MM[,MM,MM]", value_parser = spacing)]
+    spacing: Option<[f64; 3]>,
+    /// The radius r of the part: balls of this radius touch every point of its boundary from inside and outside. It is its smallest
+    /// radius of curvature, or half its thinnest wall or gap.
+    #[arg(long, value_name = "R_MM", value_parser = length)]
+    regular: Option<f64>,
+    /// How the samples become a surface: modified marching cubes, majority interpolation, its complement, balls about the samples,
+    /// trilinear interpolation, the same blended, or the faces of voxels.
+    #[arg(long, value_enum, default_value = "mmc")]
+    method: MethodName,
+    /// Pieces a side of a cell is cut into, for balls, trilinear and smooth.
+    #[arg(long, value_name = "K", default_value_t = 3, value_parser = refinement)]
+    refine: usize,
+    /// How pieces are blended by --method smooth.
+    #[arg(long, value_enum, default_value = "infinite")]
+    blend: BlendName,
+    /// Which of the connected parts: all of them, the largest, or one by its number, the largest first.
+    #[arg(long, value_name = "all|largest|N", default_value = "all")]
+    part: Part,
+    /// End with exit code 11 where the grid is contradicted.
+    #[arg(long)]
+    check: bool,
+    /// Write the surface, in mm of the file's frame.
+    #[arg(long, value_name = "OUT.ply|OUT.stl")]
+    mesh: Option<PathBuf>,
+    /// Write volume.json and mesh.ply into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite such files if they are there.
+    #[arg(long)]
+    force: bool,
+    /// Threads to use; results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print the figures as one JSON object on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Threshold {
+    Value(f64),
+    Otsu,
+    Iso50,
+}
+
+impl FromStr for Threshold {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Threshold, String> {
+        match word {
+            "otsu" => Ok(Threshold::Otsu),
+            "iso50" => Ok(Threshold::Iso50),
+            _ => match word.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(Threshold::Value(value)),
+                _ => Err(format!("expected a number, otsu or iso50, found `{word}`")),
+            },
+        }
+    }
+}
+
+/// Which of the parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    All,
+    /// Counted from 1, the largest first.
+    Number(usize),
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Part, String> {
+        match (word, word.parse()) {
+            ("all", _) => Ok(Part::All),
+            ("largest", _) => Ok(Part::Number(1)),
+            (_, Ok(number @ 1..)) => Ok(Part::Number(number)),
+            _ => Err(format!("expected all, largest or a number from 1, found `{word}`")),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum MethodName {
+    Mmc,
+    Mi,
+    Cmi,
+    Balls,
+    Trilinear,
+    Smooth,
+    Voxels,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum BlendName {
+    Linear,
+    Cubic,
+    Infinite,
+}
+
+impl VolumeArgs {
+    fn method(&self) -> Method {
+        let refine = self.refine;
+        match self.method {
+            MethodName::Mmc => Method::Marching(Ambiguity::Paired),
+            MethodName::Mi => Method::Majority(Majority::Foreground),
+            MethodName::Cmi => Method::Majority(Majority::Complement),
+            MethodName::Balls => Method::Balls { radius: BALL_RADIUS, refine },
+            MethodName::Trilinear => Method::Trilinear { refine },
+            MethodName::Voxels => Method::Voxels,
+            MethodName::Smooth => {
+                let blend = match self.blend {
+                    BlendName::Linear => Blend::Linear,
+                    BlendName::Cubic => Blend::Cubic,
+                    BlendName::Infinite => Blend::Infinite,
+                };
+                Method::Smooth { blend, refine }
+            }
+        }
+    }
+}
+
+pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
+    let meshes = [args.mesh.clone(), args.out.as_deref().map(|folder| folder.join("mesh.ply"))];
+    let meshes: Vec<PathBuf> = meshes.into_iter().flatten().collect();
+    let report_file = args.out.as_deref().map(|folder| folder.join("volume.json"));
+    for path in meshes.iter().chain(&report_file) {
+        refuse(path, &args.file, args.force)?;
+    }
+    meshes.iter().try_for_each(|path| mesh_kind(path).map(|_| ()))?;
+    let progress = Progress::start("volume");
+    let work = || -> Result<(figures::VolumeReport, Surface), Failure> {
+        progress.stage("reading");
+        let opened = opened::open(args)?;
+        progress.stage("measuring");
+        figures::of(args, &opened)
+    };
+    let (report, surface) = match args.threads {
+        None => work()?,
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
+            pool.install(work)?
+        }
+    };
+    progress.stage("writing");
+    if let Some(folder) = &args.out {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    }
+    meshes.iter().try_for_each(|path| write_mesh(path, &surface))?;
+    if let Some(path) = &report_file {
+        write_json(path, &report)?;
+    }
+    drop(progress);
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&summary::of(&report));
+    }
+    if args.check && report.verdict() == Verdict::Contradicted {
+        return Ok(Exit::Undecided);
+    }
+    Ok(Exit::Done)
+}
+
+/// The formats that surfaces are written in.
+enum MeshKind {
+    Ply,
+    Stl,
+}
+
+fn mesh_kind(path: &Path) -> Result<MeshKind, Failure> {
+    match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
+        Some("ply") => Ok(MeshKind::Ply),
+        Some("stl") => Ok(MeshKind::Stl),
+        _ => Err(format!("{}: expected a name that ends with .ply or .stl", path.display()).into()),
+    }
+}
+
+fn write_mesh(path: &Path, surface: &Surface) -> Result<(), Failure> {
+    let kind = mesh_kind(path)?;
+    let file =
+        File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    let file = BufWriter::new(file);
+    let (vertices, triangles) = (&surface.vertices, &surface.triangles);
+    match kind {
+        MeshKind::Ply => ply::write_mesh(file, vertices, triangles, None, &["lengths in mm"])?,
+        MeshKind::Stl => stl::write_mesh(file, vertices, triangles)?,
+    }
+    Ok(())
+}
+
+fn length(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("expected a length in mm above 0, found `{word}`")),
+    }
+}
+
+fn spacing(word: &str) -> Result<[f64; 3], String> {
+    let lengths: Vec<f64> = word.split(',').map(length).collect::<Result<_, _>>()?;
+    match lengths[..] {
+        [all] => Ok([all; 3]),
+        [x, y, z] => Ok([x, y, z]),
+        _ => Err(format!("expected one length or three, found {}", lengths.len())),
+    }
+}
+
+fn refinement(word: &str) -> Result<usize, String> {
+    match word.parse() {
+        Ok(pieces) if (1..=MAX_REFINE).contains(&pieces) => Ok(pieces),
+        _ => Err(format!("expected 1 to {MAX_REFINE}, found `{word}`")),
+    }
+}

@@ -1,0 +1,410 @@
+//! The figures of a volume as JSON writes them: `asphera.volume/1`.
+
+use asphera_formats::volume::UnitKnown;
+use asphera_volume::{
+    Ambiguity, BALL_RADIUS, Grey, GridCheck, Histogram, Majority, Middles, Parts, Surface,
+    Topology, Verdict, VolumeBounds, area_bounds, ball_fractions, blurred_area,
+    counting_uncertainty, difference_area, majority_fractions, marching_fractions,
+    needed_spacing_mm, reconstruct, semi_local_area, trilinear_fractions, tube_counts,
+    voxel_fractions,
+};
+use clap::ValueEnum as _;
+use serde::Serialize;
+
+use super::super::output::Failure;
+use super::VolumeArgs;
+use super::opened::Opened;
+
+/// All figures of a volume. Lengths are mm of the file's frame.
+#[derive(Debug, Serialize)]
+pub(super) struct VolumeReport {
+    format: &'static str,
+    pub(super) file: String,
+    pub(super) volume: VolumeFigures,
+    pub(super) grid: GridFigures,
+    pub(super) topology: TopologyFigures,
+    pub(super) measures: Measures,
+    pub(super) mesh: MeshFigures,
+    /// What the figures must be read with.
+    pub(super) reasons: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct VolumeFigures {
+    pub(super) size: [usize; 3],
+    pub(super) spacing_mm: [f64; 3],
+    pub(super) threshold: f64,
+    pub(super) threshold_source: &'static str,
+    pub(super) foreground: u64,
+    /// Samples without a value.
+    pub(super) missing: u64,
+    /// Whether material touches the border of the volume.
+    pub(super) touches_border: bool,
+    /// Connected parts of the volume; the figures are of those that `--part` asks for.
+    pub(super) parts: usize,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct GridFigures {
+    pub(super) verdict: &'static str,
+    pub(super) why: String,
+    pub(super) regular_mm: Option<f64>,
+    pub(super) needed_spacing_mm: Option<f64>,
+    /// Needed over real spacing: the grid is fine enough where this is above 1.
+    pub(super) margin: Option<f64>,
+    pub(super) case8: u64,
+    pub(super) case8_unpaired: u64,
+    pub(super) forbidden: u64,
+    pub(super) c1: u64,
+    pub(super) c2: u64,
+    pub(super) places: Vec<PlaceFigures>,
+    #[serde(skip)]
+    known: Verdict,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct PlaceFigures {
+    centre_mm: [f64; 3],
+    code: u8,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct TopologyFigures {
+    pub(super) euler_6: i64,
+    pub(super) euler_26: i64,
+    pub(super) components: u64,
+    pub(super) cavities: u64,
+    pub(super) tunnels: i64,
+    pub(super) surfaces: Vec<SurfaceFigures>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct SurfaceFigures {
+    euler: i64,
+    genus: i64,
+    area_mm2: f64,
+    /// Below 0 for the wall of a cavity.
+    volume_mm3: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Measures {
+    pub(super) volume_mm3: VolumeMeasure,
+    pub(super) area_mm2: AreaMeasure,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct VolumeMeasure {
+    /// Foreground samples times the volume of a voxel.
+    pub(super) value: f64,
+    /// Certain bounds, where r is stated and nothing contradicts the grid.
+    pub(super) low: Option<f64>,
+    pub(super) high: Option<f64>,
+    /// Standard uncertainty from the place of the grid alone.
+    pub(super) u: Option<f64>,
+    pub(super) by: ByMethod,
+    /// The value at the threshold moved by −1 % and +1 % of the contrast; of grey values only.
+    pub(super) at_threshold_moved: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ByMethod {
+    voxels: f64,
+    mi: f64,
+    cmi: f64,
+    balls: f64,
+    mmc: f64,
+    trilinear: f64,
+    mesh: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct AreaMeasure {
+    pub(super) value: f64,
+    pub(super) low: Option<f64>,
+    pub(super) high: Option<f64>,
+    pub(super) estimator: &'static str,
+    /// The order with which blur takes area away: 2 for smooth bodies, 1 for edges.
+    pub(super) order: Option<f64>,
+    pub(super) has_edges: Option<bool>,
+    pub(super) others: OtherAreas,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct OtherAreas {
+    mesh: f64,
+    semi_local: Option<f64>,
+    difference: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct MeshFigures {
+    pub(super) method: String,
+    pub(super) vertices: usize,
+    pub(super) triangles: usize,
+    pub(super) euler: i64,
+    pub(super) closed: bool,
+    pub(super) oriented: bool,
+}
+
+impl VolumeReport {
+    pub(super) fn verdict(&self) -> Verdict {
+        self.grid.known
+    }
+}
+
+/// Measures a volume, and makes its surface in mm.
+pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Surface), Failure> {
+    let Opened { samples, frame, .. } = opened;
+    let histogram = Histogram::of(samples);
+    let topology = Topology::of_parts(samples, &histogram, &Parts::of(samples));
+    let method = args.method();
+    let surface = match &opened.grey {
+        Some(values) => {
+            let grey = Grey { values, size: samples.size(), threshold: opened.threshold as f32 };
+            reconstruct(samples, &method, &grey)?
+        }
+        None => reconstruct(samples, &method, &Middles)?,
+    };
+    let checked = surface.check();
+    let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
+    let spacing_mm = frame.spacing_mm();
+    let grid = grid(args, opened, &GridCheck::of(samples, &histogram));
+    let pieces = surface.pieces();
+    let surfaces = pieces.iter().map(|piece| SurfaceFigures {
+        euler: piece.euler,
+        genus: piece.genus,
+        area_mm2: piece.area,
+        volume_mm3: piece.volume,
+    });
+    let topology = TopologyFigures {
+        euler_6: topology.euler_6,
+        euler_26: topology.euler_26,
+        components: topology.components,
+        cavities: topology.cavities,
+        tunnels: topology.tunnels,
+        surfaces: surfaces.collect(),
+    };
+    let measures = measures(args, opened, &histogram, &surface, &grid, topology.euler_6);
+    let report = VolumeReport {
+        format: "asphera.volume/1",
+        file: args.file.display().to_string(),
+        volume: VolumeFigures {
+            size: samples.size(),
+            spacing_mm,
+            threshold: opened.threshold,
+            threshold_source: opened.threshold_source,
+            foreground: samples.foreground(),
+            missing: opened.levels.missing,
+            touches_border: samples.touches_border(),
+            parts: opened.parts,
+        },
+        reasons: reasons(opened, &topology),
+        grid,
+        topology,
+        measures,
+        mesh: MeshFigures {
+            method: args
+                .method
+                .to_possible_value()
+                .map_or_else(String::new, |value| value.get_name().to_owned()),
+            vertices: surface.vertices.len(),
+            triangles: surface.triangles.len(),
+            euler: surface.euler(),
+            closed: checked.is_closed,
+            oriented: checked.is_oriented,
+        },
+    };
+    Ok((report, surface))
+}
+
+fn grid(args: &VolumeArgs, opened: &Opened, check: &GridCheck) -> GridFigures {
+    let spacing_mm = opened.frame.spacing_mm();
+    let (mut known, mut why) = check.verdict(spacing_mm, args.regular);
+    if known == Verdict::Proved {
+        let doubt = if opened.levels.missing > 0 {
+            Some("samples are missing: what lies there is not known")
+        } else if opened.samples.touches_border() {
+            Some("the part touches the border of the volume: what lies beyond is not known")
+        } else if !opened.frame.is_orthogonal() {
+            Some("the axes are not at right angles: the theorems hold for cubes only")
+        } else {
+            None
+        };
+        if let Some(doubt) = doubt {
+            (known, why) = (Verdict::Unknown, doubt.into());
+        }
+    }
+    let needed = args.regular.map(needed_spacing_mm);
+    let coarsest = spacing_mm.iter().copied().fold(0.0, f64::max);
+    let places = check.places.iter().map(|place| PlaceFigures {
+        centre_mm: opened.frame.place_mm(place.centre),
+        code: place.code,
+    });
+    GridFigures {
+        verdict: match known {
+            Verdict::Proved => "proved",
+            Verdict::Contradicted => "contradicted",
+            Verdict::Unknown => "unknown",
+        },
+        why,
+        regular_mm: args.regular,
+        needed_spacing_mm: needed,
+        margin: needed.map(|needed| needed / coarsest),
+        case8: check.case8,
+        case8_unpaired: check.case8_unpaired,
+        forbidden: check.forbidden,
+        c1: check.c1,
+        c2: check.c2,
+        places: places.collect(),
+        known,
+    }
+}
+
+fn measures(
+    args: &VolumeArgs,
+    opened: &Opened,
+    histogram: &Histogram,
+    surface: &Surface,
+    grid: &GridFigures,
+    euler: i64,
+) -> Measures {
+    let Opened { samples, frame, .. } = opened;
+    let [a, b, c] = frame.steps_mm;
+    let voxel_mm3 = (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+        + a[2] * (b[0] * c[1] - b[1] * c[0]))
+        .abs();
+    let by = ByMethod {
+        voxels: voxel_mm3 * histogram.volume(&voxel_fractions()),
+        mi: voxel_mm3 * histogram.volume(&majority_fractions(Majority::Foreground)),
+        cmi: voxel_mm3 * histogram.volume(&majority_fractions(Majority::Complement)),
+        balls: voxel_mm3 * histogram.volume(&ball_fractions(BALL_RADIUS)),
+        mmc: voxel_mm3 * histogram.volume(&marching_fractions(Ambiguity::Paired)),
+        trilinear: voxel_mm3 * histogram.volume(&trilinear_fractions()),
+        mesh: if surface.triangles.is_empty() { 0.0 } else { surface.volume() },
+    };
+    let h_mm = frame.spacing_mm()[0];
+    let is_cubic = frame.is_orthogonal()
+        && frame.spacing_mm().iter().all(|side| (side / h_mm - 1.0).abs() < 1e-5);
+    let regular = args.regular.filter(|_| grid.known == Verdict::Proved).map(|r| r / h_mm);
+    let bounds = regular.map(|r| VolumeBounds::of(samples, Some(r)));
+    let mesh = surface.area();
+    let area = if is_cubic {
+        cubic_area(opened, h_mm, regular, 2 * euler, mesh)
+    } else {
+        let others = OtherAreas { mesh, semi_local: None, difference: None };
+        AreaMeasure {
+            value: mesh,
+            low: None,
+            high: None,
+            estimator: "mesh",
+            order: None,
+            has_edges: None,
+            others,
+        }
+    };
+    let volume_mm3 = VolumeMeasure {
+        value: by.voxels,
+        low: bounds.map(|bounds| bounds.low * voxel_mm3),
+        high: bounds.map(|bounds| bounds.high * voxel_mm3),
+        u: is_cubic.then(|| counting_uncertainty(area.value / (h_mm * h_mm)) * voxel_mm3),
+        by,
+        at_threshold_moved: opened
+            .moved_foreground
+            .map(|counts| counts.map(|count| count as f64 * voxel_mm3)),
+    };
+    Measures { volume_mm3, area_mm2: area }
+}
+
+/// Area where voxels are cubes. The distances from the surface are looked at in volumes of up to [`TUBE_SAMPLES`].
+fn cubic_area(
+    opened: &Opened,
+    h_mm: f64,
+    regular: Option<f64>,
+    surface_euler: i64,
+    mesh: f64,
+) -> AreaMeasure {
+    let samples = &opened.samples;
+    let square_mm2 = h_mm * h_mm;
+    let blurred = blurred_area(samples);
+    let mut others = OtherAreas { mesh, semi_local: None, difference: None };
+    let (mut low, mut high) = (None, None);
+    if samples.len() <= TUBE_SAMPLES {
+        // Distances between 2r′ and r − 2r′, where the bounds hold; without r only the one of the plain estimate.
+        let mut radii = vec![PLAIN_REACH, QUOTIENT_REACH / 2.0, QUOTIENT_REACH];
+        if let Some(r) = regular {
+            let (from, to) = (3_f64.sqrt(), (r - 3_f64.sqrt()).min(FARTHEST));
+            radii.extend((1..=9).map(|step| from + (to - from) * f64::from(step) / 10.0));
+        } else {
+            radii.truncate(1);
+        }
+        if let Some(counts) = tube_counts(samples, &radii) {
+            others.semi_local = Some(semi_local_area(counts[0], PLAIN_REACH) * square_mm2);
+            if let Some(r) = regular {
+                let is_far = r > QUOTIENT_REACH + 1.0;
+                others.difference = is_far.then(|| {
+                    difference_area(counts[2], counts[1], QUOTIENT_REACH, surface_euler)
+                        * square_mm2
+                });
+                for (&s, &count) in radii.iter().zip(&counts).skip(3) {
+                    if let Some([least, most]) = area_bounds(count, s, surface_euler, r) {
+                        low = Some(low.map_or(least, |low: f64| low.max(least)));
+                        high = Some(high.map_or(most, |high: f64| high.min(most)));
+                    }
+                }
+            }
+        }
+    }
+    AreaMeasure {
+        value: blurred.area * square_mm2,
+        low: low.map(|low| low * square_mm2),
+        high: high.map(|high| high * square_mm2),
+        estimator: "blurred boundary",
+        order: blurred.order,
+        has_edges: Some(blurred.has_edges),
+        others,
+    }
+}
+
+/// Samples up to which distances from the surface are looked at: some ten seconds.
+const TUBE_SAMPLES: u64 = 1 << 25;
+
+/// s of the plain semi-local estimate, spacings.
+const PLAIN_REACH: f64 = 4.0;
+
+/// s of the difference quotient, spacings: s / 2 should be 7 or more.
+const QUOTIENT_REACH: f64 = 14.0;
+
+/// The largest s that bounds are looked for at, spacings.
+const FARTHEST: f64 = 24.0;
+
+fn reasons(opened: &Opened, topology: &TopologyFigures) -> Vec<String> {
+    let mut reasons = Vec::new();
+    if opened.frame.unit == UnitKnown::Assumed {
+        reasons.push(
+            "the file states no unit of length: mm is assumed; --spacing overrides it".into(),
+        );
+    }
+    if opened.samples.touches_border() {
+        reasons.push(
+            "the material touches the border of the volume: the surface is closed there, one sample beyond; figures are of what was \
+             scanned"
+                .into(),
+        );
+    }
+    if opened.levels.missing > 0 {
+        reasons.push(format!(
+            "{} samples have no value: they count as background",
+            opened.levels.missing
+        ));
+    }
+    if topology.euler_6 != topology.euler_26 {
+        reasons.push(
+            "the Euler numbers 6 and 26 differ: the grid does not determine the topology".into(),
+        );
+    }
+    if opened.is_chosen {
+        reasons.push(format!("one of {} parts was chosen", opened.parts));
+    }
+    reasons
+}

@@ -1,0 +1,120 @@
+//! A volume file read, its threshold found, its part chosen.
+
+use asphera_formats::volume::{self, Frame, UnitKnown, Values};
+use asphera_volume::{Levels, Parts, Samples, SlabBuilder};
+
+use super::super::files::read;
+use super::super::output::Failure;
+use super::{Part, Threshold, VolumeArgs};
+
+/// A volume, ready to be measured.
+pub(super) struct Opened {
+    pub(super) samples: Samples,
+    /// Values, where they are more than two: they place the vertices.
+    pub(super) grey: Option<Vec<f32>>,
+    pub(super) frame: Frame,
+    pub(super) threshold: f64,
+    pub(super) threshold_source: &'static str,
+    pub(super) levels: Levels,
+    /// Foreground samples at the threshold moved down and up by 1 % of the contrast.
+    pub(super) moved_foreground: Option<[u64; 2]>,
+    /// Parts there are, before one was chosen.
+    pub(super) parts: usize,
+    /// Whether one of several parts was chosen.
+    pub(super) is_chosen: bool,
+}
+
+pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
+    let name = args.file.display().to_string();
+    let bytes = read(&args.file)?;
+    let folder = args.file.parent().unwrap_or_else(|| std::path::Path::new(""));
+    let mut beside =
+        |file: &str| std::fs::read(folder.join(file)).map_err(|error| format!("{file}: {error}"));
+    let volume = volume::read(&name, &bytes, &mut beside).map_err(|error| -> Failure {
+        if error.names_file() { error.into() } else { format!("{name}: {error}").into() }
+    })?;
+    drop(bytes);
+    let frame = spaced(&name, volume.frame, args.spacing)?;
+    let floats = volume.values.to_floats();
+    let Some(levels) = Levels::of(&floats) else {
+        return Err(format!(
+            "{name}: expected samples of at least two values, inside and outside; found one value all over"
+        )
+        .into());
+    };
+    let (threshold, threshold_source) = threshold(&name, args.threshold, &levels)?;
+    let all = match &volume.values {
+        // Whole numbers are at the threshold or above from the next whole number on.
+        Values::Bytes(bytes) => {
+            Samples::from_bytes(volume.size, bytes, threshold.ceil().clamp(0.0, 255.0) as u8)?
+        }
+        Values::Floats(_) => {
+            let mut builder = SlabBuilder::new(volume.size)?;
+            builder.push_values(&floats, threshold as f32)?;
+            builder.finish()?
+        }
+    };
+    let step = (levels.material - levels.background) / 100.0;
+    let count =
+        |threshold: f64| floats.iter().filter(|&&v| f64::from(v) >= threshold).count() as u64;
+    let moved_foreground =
+        (!levels.are_two).then(|| [count(threshold - step), count(threshold + step)]);
+    let parts = Parts::of(&all);
+    let (samples, is_chosen) = match args.part {
+        Part::All => (all, false),
+        Part::Number(number) => {
+            let part = parts.volume_of(number - 1).ok_or_else(|| {
+                format!("--part {number}: expected a part of the volume, found {}", parts.count())
+            })?;
+            (part, parts.count() > 1)
+        }
+    };
+    Ok(Opened {
+        samples,
+        grey: (!levels.are_two).then_some(floats),
+        frame,
+        threshold,
+        threshold_source,
+        levels,
+        moved_foreground: moved_foreground.filter(|_| !is_chosen),
+        parts: parts.count(),
+        is_chosen,
+    })
+}
+
+/// The frame with the spacing that was asked for, if one was.
+fn spaced(name: &str, frame: Frame, spacing: Option<[f64; 3]>) -> Result<Frame, Failure> {
+    let Some(spacing) = spacing else {
+        return match frame.unit {
+            UnitKnown::Missing => Err(format!(
+                "{name}: the file states no spacing: give --spacing MM, the distance of neighbouring samples"
+            )
+            .into()),
+            UnitKnown::Stated | UnitKnown::Assumed => Ok(frame),
+        };
+    };
+    let own = frame.spacing_mm();
+    let mut spaced = Frame { unit: UnitKnown::Stated, ..frame };
+    for (step, (from, to)) in spaced.steps_mm.iter_mut().zip(own.into_iter().zip(spacing)) {
+        *step = step.map(|side| side / from * to);
+    }
+    Ok(spaced)
+}
+
+fn threshold(
+    name: &str,
+    asked: Option<Threshold>,
+    levels: &Levels,
+) -> Result<(f64, &'static str), Failure> {
+    let (low, high) = (f64::from(levels.low), f64::from(levels.high));
+    match asked {
+        Some(Threshold::Value(value)) if value > low && value <= high => Ok((value, "given")),
+        Some(Threshold::Value(value)) => Err(format!(
+            "{name}: expected a threshold above the smallest value {low} and up to the largest {high}, found {value}"
+        )
+        .into()),
+        None if levels.are_two => Ok((f64::midpoint(low, high), "two values")),
+        Some(Threshold::Iso50) => Ok((levels.iso_50(), "iso50")),
+        None | Some(Threshold::Otsu) => Ok((levels.otsu, "otsu")),
+    }
+}

@@ -1,0 +1,92 @@
+//! The figures of a volume in words.
+
+use std::fmt::Write as _;
+
+use super::figures::VolumeReport;
+use crate::cli::summary::short;
+
+/// Lines for a terminal.
+pub(super) fn of(report: &VolumeReport) -> String {
+    let mut text = String::new();
+    let [nx, ny, nz] = report.volume.size;
+    let [hx, hy, hz] = report.volume.spacing_mm;
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<10} {value}");
+    };
+    line(
+        "volume",
+        format!(
+            "{nx} × {ny} × {nz} samples, spacing {} × {} × {} mm",
+            short(hx),
+            short(hy),
+            short(hz)
+        ),
+    );
+    line(
+        "threshold",
+        format!(
+            "{} ({}): {} samples of material",
+            report.volume.threshold, report.volume.threshold_source, report.volume.foreground
+        ),
+    );
+    line("grid", format!("{}: {}", report.grid.verdict.to_uppercase(), report.grid.why));
+    if let (Some(needed), Some(margin)) = (report.grid.needed_spacing_mm, report.grid.margin) {
+        line("", format!("needed spacing below {} mm, margin {margin:.2}", short(needed)));
+    }
+    let topology = &report.topology;
+    line(
+        "topology",
+        format!(
+            "components {}, tunnels {}, cavities {}; Euler number {} (6), {} (26)",
+            topology.components,
+            topology.tunnels,
+            topology.cavities,
+            topology.euler_6,
+            topology.euler_26
+        ),
+    );
+    let measure = &report.measures.volume_mm3;
+    let mut value = format!("{} mm³", short(measure.value));
+    if let Some(u) = measure.u {
+        let _ = write!(value, ", u {} mm³ from the place of the grid", short(u));
+    }
+    if let (Some(low), Some(high)) = (measure.low, measure.high) {
+        let _ = write!(value, "; certainly {} to {}", short(low), short(high));
+    }
+    line("V", value);
+    if let Some([low, high]) = measure.at_threshold_moved {
+        line(
+            "",
+            format!(
+                "{} and {} mm³ at the threshold − 1 % and + 1 % of the contrast",
+                short(low),
+                short(high)
+            ),
+        );
+    }
+    let area = &report.measures.area_mm2;
+    let mut value = format!("{} mm² by the {}", short(area.value), area.estimator);
+    if area.has_edges == Some(true) {
+        value.push_str(", edges or fine detail found");
+    }
+    if let (Some(low), Some(high)) = (area.low, area.high) {
+        let _ = write!(value, "; certainly {} to {}", short(low), short(high));
+    }
+    line("A", value);
+    let mesh = &report.mesh;
+    line(
+        "mesh",
+        format!(
+            "{}: {} vertices, {} triangles, Euler number {}{}",
+            mesh.method,
+            mesh.vertices,
+            mesh.triangles,
+            mesh.euler,
+            if mesh.closed && mesh.oriented { ", closed and oriented" } else { ", NOT closed" }
+        ),
+    );
+    for reason in &report.reasons {
+        line("note", reason.clone());
+    }
+    text
+}

@@ -1,0 +1,122 @@
+//! The command from its arguments to its figures.
+
+use clap::Parser as _;
+use serde_json::Value;
+
+use super::{figures, opened};
+use crate::cli::{Cli, Command};
+
+/// The figures of a volume file with more arguments.
+fn figures_of(bytes: &[u8], extension: &str, more: &[&str]) -> Result<Value, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(format!("part.{extension}"));
+    std::fs::write(&file, bytes).unwrap();
+    let mut words = vec!["asphera", "volume", file.to_str().unwrap()];
+    words.extend(more);
+    let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
+    let Command::Volume(args) = cli.command else { panic!("another command") };
+    let opened = opened::open(&args).map_err(|error| error.to_string())?;
+    let (report, surface) = figures::of(&args, &opened).map_err(|error| error.to_string())?;
+    assert_eq!(surface.vertices.len(), report.mesh.vertices);
+    Ok(serde_json::to_value(&report).unwrap())
+}
+
+/// A ball of radius 9 spacings, one byte a sample.
+fn ball() -> Vec<u8> {
+    let mut file = b"X: 24\nY: 24\nZ: 24\nVersion: 2\n.\n".to_vec();
+    for index in 0..24 * 24 * 24 {
+        let at = [index % 24, index / 24 % 24, index / 576].map(|place| f64::from(place) - 11.3);
+        let square: f64 = at.iter().map(|place| place * place).sum();
+        file.push(if square < 81.0 { 255 } else { 0 });
+    }
+    file
+}
+
+#[test]
+fn a_ball_has_its_volume_area_and_topology() {
+    let found = figures_of(&ball(), "vol", &["--spacing", "0.1", "--regular", "0.9"]).unwrap();
+    assert_eq!(found["format"], "asphera.volume/1");
+    assert_eq!(found["grid"]["verdict"], "proved");
+    assert_eq!(found["topology"]["euler_6"], 1);
+    assert_eq!(found["mesh"]["euler"], 2);
+    assert_eq!(found["mesh"]["closed"], true);
+    let near = |value: &Value, truth: f64, share: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value / truth - 1.0).abs() < share, "{value} {truth}");
+    };
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.729;
+    let area = 4.0 * std::f64::consts::PI * 0.81;
+    let measures = &found["measures"];
+    near(&measures["volume_mm3"]["value"], volume, 0.01);
+    near(&measures["area_mm2"]["value"], area, 0.01);
+    for (figure, truth) in [("volume_mm3", volume), ("area_mm2", area)] {
+        let [low, high] = ["low", "high"].map(|bound| measures[figure][bound].as_f64().unwrap());
+        assert!(low < truth && truth < high, "{figure} {low} {high}");
+    }
+}
+
+#[test]
+fn methods_share_the_topology() {
+    for method in ["mmc", "mi", "cmi", "balls", "trilinear", "smooth", "voxels"] {
+        let found = figures_of(&ball(), "vol", &["--spacing", "0.1", "--method", method]).unwrap();
+        assert_eq!(found["mesh"]["method"], method);
+        assert_eq!(found["topology"]["surfaces"][0]["genus"], 0);
+        assert_eq!(found["grid"]["verdict"], "unknown");
+    }
+}
+
+#[test]
+fn a_coarse_grid_is_contradicted() {
+    // Two samples on a space diagonal: C2.
+    let file = b"X: 2\nY: 2\nZ: 2\nVersion: 2\n.\n\x01\0\0\0\0\0\0\x01";
+    let found = figures_of(file, "vol", &["--spacing", "1", "--regular", "5"]).unwrap();
+    assert_eq!(found["grid"]["verdict"], "contradicted");
+    assert_eq!(found["grid"]["forbidden"], 1);
+    assert_eq!(found["grid"]["places"][0]["centre_mm"], serde_json::json!([0.5, 0.5, 0.5]));
+    assert_eq!(found["volume"]["parts"], 2);
+    let found = figures_of(file, "vol", &["--spacing", "1", "--part", "2"]).unwrap();
+    assert_eq!(found["volume"]["foreground"], 1);
+    let found = figures_of(&ball(), "vol", &["--spacing", "0.1", "--regular", "0.17"]).unwrap();
+    assert_eq!(found["grid"]["verdict"], "contradicted");
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let message = |bytes: &[u8], more: &[&str]| figures_of(bytes, "vol", more).unwrap_err();
+    assert!(message(&ball(), &[]).contains("give --spacing MM"));
+    let flat = b"X: 2\nY: 1\nZ: 1\nVersion: 2\n.\n\x07\x07";
+    assert!(message(flat, &["--spacing", "1"]).contains("found one value all over"));
+    let above = message(&ball(), &["--spacing", "1", "--threshold", "300"]);
+    assert!(above.contains("up to the largest 255, found 300"), "{above}");
+    assert!(message(&ball(), &["--spacing", "1", "--part", "2"]).contains("--part 2"));
+    assert!(message(b"1 2 3", &["--spacing", "1"]).contains("expected a volume"));
+    for more in [["--spacing", "0"], ["--regular", "-1"], ["--refine", "9"], ["--part", "0"]] {
+        assert!(figures_of(&ball(), "vol", &more).is_err(), "{more:?}");
+    }
+}
+
+#[test]
+fn grey_values_unequal_spacing_and_missing_samples_are_told() {
+    let mut file =
+        b"NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: raw\nendian: little\n\
+        spacings: 0.1 0.1 0.2\n\n"
+            .to_vec();
+    for index in 0..1728 {
+        let at = [index % 12, index / 12 % 12, index / 144].map(|place| place as f32 - 5.5);
+        let distance = at.iter().map(|place| place * place).sum::<f32>().sqrt();
+        let value = if index == 0 { f32::NAN } else { 4.2 - distance };
+        file.extend(value.to_le_bytes());
+    }
+    let found = figures_of(&file, "nrrd", &["--threshold", "0", "--regular", "1"]).unwrap();
+    assert_eq!(found["grid"]["verdict"], "unknown");
+    assert_eq!(found["volume"]["missing"], 1);
+    assert_eq!(found["measures"]["area_mm2"]["estimator"], "mesh");
+    let [low, high] = [0, 1]
+        .map(|at| found["measures"]["volume_mm3"]["at_threshold_moved"][at].as_f64().unwrap());
+    assert!(low >= high);
+    // Flat triangles cut the ball a little.
+    let truth = 4.0 / 3.0 * std::f64::consts::PI * 4.2_f64.powi(3) * 0.002;
+    let mesh = found["measures"]["volume_mm3"]["by"]["mesh"].as_f64().unwrap();
+    assert!((mesh / truth - 1.0).abs() < 0.05, "{mesh} {truth}");
+    assert!(found["reasons"].to_string().contains("mm is assumed"));
+}

@@ -1,0 +1,3 @@
+//! Who holds a port: for messages that say what to end.
+
+pub use asphera_transport::{Holder, holder_of_port};

@@ -1,0 +1,134 @@
+//! Many sessions in a row, and one with very many points: what they leave behind.
+
+use std::process::Command;
+use std::time::Duration;
+
+use asphera_rig::{Rig, Scene, Speed, StationOptions};
+use asphera_tests::{Running, asphera, http, now, page, repetitions};
+use serde_json::Value;
+
+/// What a process holds.
+#[derive(Debug)]
+struct Held {
+    files: usize,
+    threads: u64,
+    memory_kib: u64,
+}
+
+fn held(process: u32) -> Held {
+    let of = format!("/proc/{process}");
+    let status = std::fs::read_to_string(format!("{of}/status")).unwrap();
+    let number = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap();
+        line.trim().trim_end_matches(" kB").parse().unwrap()
+    };
+    Held {
+        files: std::fs::read_dir(format!("{of}/fd")).unwrap().count(),
+        threads: number("Threads:"),
+        memory_kib: number("VmRSS:"),
+    }
+}
+
+fn snapshot(address: &str) -> Value {
+    let (_, body) = http(address, "GET", "/api/v1/snapshot", &[]);
+    serde_json::from_slice(&body).unwrap()
+}
+
+/// Runs a session to its end; gives the most memory seen.
+fn measure(address: &str, token: &str, process: u32) -> u64 {
+    let before = snapshot(address)["session"]["id"].clone();
+    start(address, token);
+    let by = now() + Duration::from_secs(3600);
+    let mut most_kib = 0;
+    loop {
+        let snapshot = snapshot(address);
+        most_kib = most_kib.max(held(process).memory_kib);
+        let is_new = snapshot["session"]["id"] != before;
+        if is_new && snapshot["state"] == "complete" && !snapshot["outputs"].is_null() {
+            return most_kib;
+        }
+        assert!(now() < by, "{:#}", snapshot["progress"]);
+        std::thread::park_timeout(Duration::from_millis(50));
+    }
+}
+
+/// A station at a rig, with the address of its page and its token.
+async fn station(folder: &std::path::Path, points: u64) -> (Rig, Running, String, String) {
+    let scene = Scene::built_in("sphere").unwrap().with_points(points).with_speed(Speed::Max);
+    let rig = Rig::start(scene, &folder.join("ports")).await.unwrap();
+    let options = StationOptions {
+        recordings: folder.join("recordings"),
+        listen: ([127, 0, 0, 1], 0).into(),
+    };
+    let config = folder.join("station.toml");
+    let text = rig.station_toml(&options).replace("[station]\n", "[station]\nautostart = false\n");
+    std::fs::write(&config, text).unwrap();
+    let (daemon, address, token) = tokio::task::spawn_blocking(move || {
+        let mut daemon =
+            Running::start(Command::new(asphera()).args(["run", "--config"]).arg(config));
+        let (address, token) = page(&daemon.line("page:", Duration::from_secs(60)));
+        (daemon, address, token)
+    })
+    .await
+    .unwrap();
+    (rig, daemon, address, token)
+}
+
+fn start(address: &str, token: &str) {
+    let bearer = format!("Bearer {token}");
+    let (status, body) =
+        http(address, "POST", "/api/v1/session/start", &[("Authorization", &bearer)]);
+    assert_eq!(status / 100, 2, "{}", String::from_utf8_lossy(&body));
+}
+
+/// 1,000 sessions in full length: as many as ten hours of a line that measures a part every 36 s.
+#[tokio::test(flavor = "multi_thread")]
+async fn sessions_in_a_row_leave_nothing_behind() {
+    let sessions = repetitions(15, 1000);
+    let folder = tempfile::tempdir().unwrap();
+    let (rig, daemon, address, token) = station(folder.path(), 2000).await;
+    tokio::task::spawn_blocking(move || {
+        let process = daemon.id();
+        // The allocator and its threads have what they need after some.
+        let warm = sessions / 3;
+        let mut before = None;
+        for session in 0..sessions {
+            measure(&address, &token, process);
+            if session + 1 == warm {
+                before = Some(held(process));
+            }
+        }
+        let (before, after) = (before.unwrap(), held(process));
+        assert!(after.files <= before.files, "{before:?} {after:?}");
+        assert!(after.threads <= before.threads + 1, "{before:?} {after:?}");
+        let more_kib = after.memory_kib.saturating_sub(before.memory_kib);
+        assert!(more_kib < 8 * 1024, "{more_kib} KiB more: {before:?} {after:?}");
+    })
+    .await
+    .unwrap();
+    drop(rig);
+}
+
+/// 10,000,000 points in full length.
+#[tokio::test(flavor = "multi_thread")]
+async fn memory_grows_with_the_points_and_is_given_back() {
+    let points = repetitions(200_000, 10_000_000) as u64;
+    let folder = tempfile::tempdir().unwrap();
+    let (rig, daemon, address, token) = station(folder.path(), points).await;
+    tokio::task::spawn_blocking(move || {
+        let process = daemon.id();
+        let base_kib = held(process).memory_kib;
+        let peaks_kib: Vec<u64> = (0..3).map(|_| measure(&address, &token, process)).collect();
+        let a_point = (peaks_kib[0] - base_kib) * 1024 / points;
+        assert!(a_point < BYTES_A_POINT, "{a_point} bytes a point; {peaks_kib:?} KiB");
+        // The result of the session before is there while the next one runs.
+        let bound_kib = base_kib + 2 * points * BYTES_A_POINT / 1024;
+        assert!(peaks_kib.iter().all(|&peak| peak < bound_kib), "{base_kib} {peaks_kib:?} KiB");
+    })
+    .await
+    .unwrap();
+    drop(rig);
+}
+
+/// What a point costs a daemon at most, its final figures and the recorder included.
+const BYTES_A_POINT: u64 = 1000;
