@@ -1,4 +1,7 @@
-//! What the fuzz targets share: scans as a fuzzer can write them, and what must hold for a mesh.
+//! What the fuzz targets share: inputs as a fuzzer can write them, and what must hold for what is made of them.
 
+pub mod http;
 pub mod laws;
+pub mod readers;
 pub mod scan;
+pub mod toml;
