@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it.
-const ALLOWED: [(&str, &[&str]); 17] = [
+const ALLOWED: [(&str, &[&str]); 19] = [
     (
         "asphera",
         &[
@@ -17,7 +17,9 @@ const ALLOWED: [(&str, &[&str]); 17] = [
             "asphera-contour",
             "asphera-form",
             "asphera-formats",
+            "asphera-geometry",
             "asphera-link",
+            "asphera-mesh",
             "asphera-modbus",
             "asphera-rig",
             "asphera-slcan",
@@ -26,8 +28,10 @@ const ALLOWED: [(&str, &[&str]); 17] = [
             "asphera-volume",
         ],
     ),
-    ("asphera-surface", &[]),
-    ("asphera-contour", &["asphera-surface"]),
+    ("asphera-geometry", &[]),
+    ("asphera-mesh", &["asphera-geometry"]),
+    ("asphera-surface", &["asphera-geometry", "asphera-mesh"]),
+    ("asphera-contour", &["asphera-geometry", "asphera-mesh"]),
     ("asphera-volume", &[]),
     ("asphera-form", &[]),
     ("asphera-formats", &[]),
@@ -57,7 +61,9 @@ const ALLOWED: [(&str, &[&str]); 17] = [
 ];
 
 /// Crates that do no input or output and read no clock may not even link what does.
-const PURE: [&str; 9] = [
+const PURE: [&str; 11] = [
+    "asphera-geometry",
+    "asphera-mesh",
     "asphera-surface",
     "asphera-contour",
     "asphera-volume",

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use asphera_surface::{Mesh, Outcome, PointMm, VertexId, check};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::{Mesh, Outcome, check};
 
 use crate::scan::shuffle;
 

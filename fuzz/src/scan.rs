@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use arbitrary::Arbitrary;
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 /// A scan of at most [`MOST_POINTS`] points.
 #[derive(Arbitrary, Debug)]

@@ -2,11 +2,12 @@
 //!
 //! Nothing here reads a file or a clock: it is for whoever has a mesh, finished or still growing.
 
+use asphera_geometry::VertexId;
+use asphera_mesh::Mesh;
 use asphera_surface::sections::{
     CircleFit, CuttingPlane, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError,
     SectionPath, cut, section,
 };
-use asphera_surface::{Mesh, VertexId};
 use serde::Serialize;
 
 /// Version of the layout.

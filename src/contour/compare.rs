@@ -3,11 +3,10 @@
 mod overlap;
 mod polylines;
 
-use asphera_surface::WeightedTree;
-
-use self::polylines::Polylines;
+use asphera_geometry::WeightedTree;
 
 pub use self::overlap::{IouError, intersection_over_union};
+use self::polylines::Polylines;
 use crate::{Graph, PlaceMm};
 
 /// Distances between two sets of places, each to the nearest place of the other set.

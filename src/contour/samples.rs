@@ -1,7 +1,7 @@
 //! The points a curve is looked for in: admitted, each place once, in the order of their coordinates.
 
-use asphera_surface::predicates::by_x_then_y;
-use asphera_surface::{RANGE_MM, TINY_MM};
+use asphera_geometry::predicates::by_x_then_y;
+use asphera_geometry::{RANGE_MM, TINY_MM};
 use rayon::prelude::*;
 use thiserror::Error;
 

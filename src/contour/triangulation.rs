@@ -7,8 +7,9 @@ mod nearby;
 use std::cmp::Ordering;
 use std::sync::OnceLock;
 
-use asphera_surface::predicates::compare_distances;
-use asphera_surface::{Mesh, WeightedTree, from_smallest};
+use asphera_geometry::predicates::compare_distances;
+use asphera_geometry::{WeightedTree, from_smallest};
+use asphera_mesh::Mesh;
 use rayon::prelude::*;
 
 use crate::samples::{PlaceMm, SampleId, Samples};

@@ -3,10 +3,11 @@
 //! A triangle counts in the cell its centre lies in, and in every cell whose own centre it holds. So
 //! triangles smaller than a cell all count, and larger ones leave no cell between them empty.
 
+use asphera_geometry::{PointMm, Triangle, VertexId};
+
 use crate::noise::{Noise, facet_tilt_rad};
 use crate::rim::refined_gaps;
-use crate::triangle::Triangle;
-use crate::{Criteria, Grid, PointMm, RasterError, State, VertexId};
+use crate::{Criteria, Grid, RasterError, State};
 
 /// The sampling in the cells about the nodes of a grid, x fastest; `None` where there is no triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -237,8 +238,9 @@ const MOST_NODES: usize = 1 << 20;
 
 #[cfg(test)]
 mod tests {
+    use asphera_mesh::Mesh;
+
     use super::*;
-    use crate::Mesh;
     use crate::noise::Along;
 
     const GRID: Grid = Grid { x0_mm: 0.5, y0_mm: 0.5, dx_mm: 1.0, dy_mm: 1.0, nx: 8, ny: 8 };

@@ -2,11 +2,9 @@
 
 use std::cmp::Ordering;
 
+use asphera_geometry::predicates::{Place, orientation};
+use asphera_geometry::{PointMm, VertexId, place};
 use thiserror::Error;
-
-use crate::exact::{Place, orientation};
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
 /// A regular grid of nodes in the x-y plane.
 ///
@@ -71,7 +69,7 @@ pub enum RasterError {
 /// one. No value leaves the range of the three it is interpolated from; a triangle with a NaN value
 /// covers nothing.
 ///
-/// Triangles must be counter-clockwise seen from +z, as [`crate::Mesh::triangles`] gives them;
+/// Triangles must be counter-clockwise seen from +z, as [`asphera_mesh::Mesh::triangles`] gives them;
 /// others cover nothing. Takes time in proportion to the triangles, the grid rows they cross and the
 /// nodes they cover.
 ///

@@ -17,12 +17,11 @@
 
 mod meshed;
 
+use asphera_geometry::{Gap, PointMm, Triangle, VertexId};
 use rayon::prelude::*;
 
 pub(crate) use self::meshed::Rim;
 use crate::relief::sides;
-use crate::triangle::{Gap, Triangle};
-use crate::{PointMm, VertexId};
 
 /// The triangles, by ascending index, whose gap is smaller than their corners alone tell, and that
 /// gap. Linear time.
@@ -366,8 +365,9 @@ fn refine<S: Sides>(
 
 #[cfg(test)]
 mod tests {
+    use asphera_mesh::Mesh;
+
     use super::*;
-    use crate::Mesh;
 
     #[test]
     fn the_outline_of_a_fan() {

@@ -26,12 +26,11 @@
 mod bins;
 mod running;
 
+use asphera_geometry::nearness::{Entry, Nearness, quantile};
+use asphera_geometry::{Gap, PointMm, Sum, Triangle, VertexId};
+
 pub use self::running::{RunningSampling, RunningSpread};
-use crate::area::Sum;
-use crate::nearness::{Entry, Nearness, quantile};
 use crate::rim::refined_gaps;
-use crate::triangle::{Gap, Triangle};
-use crate::{PointMm, VertexId};
 
 /// When a triangle is sampled densely enough. Without a limit every triangle is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use asphera::clock::Clock;
 use asphera::config::Part;
 use asphera::pipeline::Pipeline;
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
 fn main() {

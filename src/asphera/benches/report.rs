@@ -12,7 +12,9 @@ use asphera::clock::Clock;
 use asphera::config::Part;
 use asphera::pipeline::{Remembered, features_of_mesh, sampling_of_mesh};
 use asphera_form::{Pose, deviations};
-use asphera_surface::{Mesh, Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use asphera_surface::Plane;
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
 fn main() {

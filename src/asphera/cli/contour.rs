@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use asphera_contour::{Kind, Method, Parameters, PlaceMm, Samples, Triangulation};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use clap::Args;
 
 use self::report::ContourReport;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asphera_formats::{Topography, ply};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use clap::Args;
 
 use super::columns::{self, FileError, Style};

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use asphera_surface::Mesh;
+use asphera_mesh::Mesh;
 
 use super::output::Failure;
 use super::progress::Progress;

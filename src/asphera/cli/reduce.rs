@@ -9,10 +9,16 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use asphera_form::{Aperture, Pose};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::noise::assess_spacing;
 use asphera_surface::reduce::{Averaged, Keep, Target, average, reduce, spread};
-use asphera_surface::{Criteria, Mesh, Plane, PointMm, StateCounts, assess};
+use asphera_surface::{Criteria, Plane, StateCounts, assess};
 use clap::{ArgGroup, Args, ValueEnum};
+use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
+use laid::Laid;
+use limits::Limits;
+use noise::NoiseWanted;
 
 use super::columns::{self, Style};
 use super::exit::Exit;
@@ -22,10 +28,6 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use crate::pipeline::{Readings, Sampled, feature_size, no_area};
-use figures::{Averages, Condition, Figures, Input, Lfs, Range, Spacings, Sparse};
-use laid::Laid;
-use limits::Limits;
-use noise::NoiseWanted;
 
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]

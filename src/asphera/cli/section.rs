@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_geometry::VertexId;
+use asphera_mesh::Mesh;
 use asphera_surface::sections::{CuttingPlane, SectionPath};
-use asphera_surface::{Mesh, VertexId};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;

@@ -5,7 +5,8 @@ mod recorded;
 use std::path::{Path, PathBuf};
 
 use asphera_formats::{KINDS, Source as Origin, Topography};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
+pub(super) use recorded::Recorded;
 
 use super::files::read;
 use super::output::{Failure, say};
@@ -16,8 +17,6 @@ use crate::config::Part;
 use crate::error_chain;
 use crate::pipeline::Along;
 use crate::report::ReadingFigures;
-
-pub(super) use recorded::Recorded;
 
 /// The points of a file or of a recorded session.
 pub(super) struct Source {

@@ -2,7 +2,7 @@
 
 use asphera_form::uncertainty::{TypeA, UncertaintyError, glance, type_a};
 use asphera_form::{Covariance, Parameter, Pose};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::errors;
 use super::fit_details;

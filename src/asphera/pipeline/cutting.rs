@@ -5,8 +5,10 @@ use std::sync::{Arc, OnceLock};
 
 use asphera_form::figures::Term;
 use asphera_form::{Aperture, Grid as MapGrid, Nominal, Pose, deviations};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
+use asphera_surface::Plane;
 use asphera_surface::sections::SectionError;
-use asphera_surface::{Mesh, Plane, PointMm, VertexId};
 
 use super::details::sample;
 use super::look::look;

@@ -1,12 +1,14 @@
 //! What stands off a part: defects from the deviation where there is a nominal, from the points where there is none.
 
+use asphera_geometry::VertexId;
+use asphera_mesh::Mesh;
+use asphera_surface::Plane;
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::defects::{
     Defect, DefectKind, DefectSettings, DefectsUnknown, DeviatingSurface, Samples, find_defects,
     search_defects,
 };
 use asphera_surface::noise::{Along, Noise};
-use asphera_surface::{Mesh, Plane, VertexId};
 
 use super::partition::{self, Patches};
 use crate::config::{DefectLimits, Part};

@@ -2,7 +2,7 @@
 
 use asphera_form::figures::{Sample, SampleError, Subject, Treatment, is_motion};
 use asphera_form::{Figures, Fit, Parameter};
-use asphera_surface::Mesh;
+use asphera_mesh::Mesh;
 
 use super::details::{Indicated, sample};
 use super::fitting::Fitted;

@@ -7,7 +7,7 @@ use asphera_form::figures::{
     radial_profile, remove, rms, robust_peak_to_valley, slopes,
 };
 use asphera_form::{Nominal, Pose};
-use asphera_surface::{PointMm, VertexId};
+use asphera_geometry::{PointMm, VertexId};
 
 use super::standards;
 use crate::config::Part;

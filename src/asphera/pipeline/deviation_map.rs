@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::fmt;
 
 use asphera_form::figures::{Interpolation, Lattice};
-use asphera_surface::{Grid, Mesh, PointMm, VertexId, rasterize};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
+use asphera_surface::{Grid, rasterize};
 
 /// A deviation map on a regular grid.
 #[derive(Clone, Debug, PartialEq)]

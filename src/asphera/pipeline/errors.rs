@@ -9,7 +9,8 @@ use asphera_form::uncertainty::{
 };
 use asphera_form::verdict::{Guard, Judged, Limit, Over, judge};
 use asphera_form::{Figures, FitSettings, fit};
-use asphera_surface::{Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_surface::Plane;
 
 use super::origin;
 use super::prospects::is_foreseen;

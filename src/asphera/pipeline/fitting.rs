@@ -5,7 +5,8 @@ use asphera_form::{
     Fit, FitError, FitSettings, Parameter, Reference, ReferenceError, along_normal_mm,
     fit_weighted, reference,
 };
-use asphera_surface::{Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_surface::Plane;
 use thiserror::Error;
 
 use super::figures::termination;

@@ -3,7 +3,9 @@
 //! A mesh in the plane holds one height at a place. Of a surface with two sheets there, such as a closed body, it joins
 //! points of both, and its areas, gaps and defects are those of nothing.
 
-use asphera_surface::{Kind, Mesh, Plane, PointMm, Relief, Topography, projectable_along};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use asphera_surface::{Kind, Plane, Relief, Topography, projectable_along};
 
 /// Why a mesh is none of its surface, or none if nothing says so. `relief` is what was found steep of it.
 pub(super) fn folded(mesh: &Mesh, relief: &Topography, plane: &Plane) -> Option<String> {

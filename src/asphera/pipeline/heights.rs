@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use asphera_surface::{Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_surface::Plane;
 
 /// Standard uncertainties of the heights of points, where they carry some.
 #[derive(Debug, Default)]

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use asphera_form::figures::{Approximation, Definition, Reference, Sample, decompose, rms};
 use asphera_form::{Aperture, FitSettings, deviations, fit};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use super::Pipeline;

@@ -3,7 +3,7 @@
 use asphera_form::figures::{Definition, Terms};
 use asphera_form::verdict::{Doubt, Finding, Guard, Limit, decide};
 use asphera_form::{Aperture, Figures, Reason, Status as FormStatus, Tolerance, verdict};
-use asphera_surface::Mesh;
+use asphera_mesh::Mesh;
 
 use super::errors::ErrorsOfFigures;
 use super::figures;

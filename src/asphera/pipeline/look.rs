@@ -1,9 +1,9 @@
 //! The mesh looked at as a whole: folds, sampling, area. What takes time in proportion to the triangles.
 
 use asphera_form::Pose;
-use asphera_surface::{
-    Kind, Mesh, Plane, PointMm, Region, Relief, Topography, VertexId, topography,
-};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
+use asphera_surface::{Kind, Plane, Region, Relief, Topography, topography};
 
 use super::folded::{folded, still_true};
 use super::sampling::{self, Findings, Next, Remembered, Sampled, Wanted, ZoneSampling};

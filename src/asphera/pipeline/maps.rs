@@ -1,8 +1,10 @@
 //! Maps of the sampling: what was seen of the mesh, on the cells of the deviation map.
 
 use asphera_form::{Aperture, Grid as MapGrid, Pose};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 use asphera_surface::noise::{Along, Noise};
-use asphera_surface::{Criteria, Grid, Mesh, PointMm, RasterError, VertexId, chart};
+use asphera_surface::{Criteria, Grid, RasterError, chart};
 
 use super::look::Look;
 use crate::config::Part;

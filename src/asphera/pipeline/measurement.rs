@@ -3,7 +3,8 @@
 use asphera_form::figures::Sample;
 use asphera_form::verdict::{Limit, forecast};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, deviations};
-use asphera_surface::{Mesh, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 
 use super::correlated;
 use super::cutting::{FinishedMesh, Setting};

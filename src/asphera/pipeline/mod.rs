@@ -42,15 +42,23 @@ use std::sync::Arc;
 
 use asphera_form::figures::Term;
 use asphera_form::{Aperture, LiveEstimate};
-use asphera_surface::{BATCH_POINTS, Mesh, Plane, PointMm};
-
+use asphera_geometry::PointMm;
+use asphera_mesh::{BATCH_POINTS, Mesh};
+use asphera_surface::Plane;
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
+use errors::Errors;
+use heights::Heights;
 pub(crate) use judgement::{doubt, undecide};
 pub use measurement::Measurement;
+use measurement::{Gathered, Grids};
+use projection::Projector;
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+use prospects::{Now, Prospects};
 pub use removal::{FormViewAnswer, RemovalError};
+use running::{History, Running};
+use sampling::Current;
 pub use sampling::{
     MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
     sampling_of_points,
@@ -63,13 +71,6 @@ use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};
 use crate::section::{Cut, SectionRequest};
 use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
-use errors::Errors;
-use heights::Heights;
-use measurement::{Gathered, Grids};
-use projection::Projector;
-use prospects::{Now, Prospects};
-use running::{History, Running};
-use sampling::Current;
 
 /// Takes the points of one part.
 pub struct Pipeline {

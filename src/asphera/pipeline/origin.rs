@@ -6,7 +6,7 @@
 //! not depend on where its file counts from.
 
 use asphera_form::{Aperture, Fit, Parameter, Pose, middle_mm};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 use crate::report::OriginFigures;

@@ -7,10 +7,11 @@
 
 use std::collections::BTreeMap;
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shapes};
 use asphera_surface::defects::{Bands, Class, Partition, partition};
 use asphera_surface::noise::Noise;
-use asphera_surface::{Mesh, PointMm};
 
 use crate::report::{FeatureFigures, PartitionFigures};
 

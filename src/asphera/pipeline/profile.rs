@@ -11,9 +11,16 @@ mod limits;
 mod line;
 mod sampled;
 
+use along::{Coverage, Station};
 use asphera_form::Fit;
 use asphera_form::figures::{Reference, Sample, Share, peak_to_valley, rms, robust_peak_to_valley};
-use asphera_surface::{Mesh, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use laid::{in_plane, laid};
+use limits::hold_others;
+pub(super) use line::Line;
+use line::Way;
+use sampled::sampled;
 
 use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
@@ -33,12 +40,6 @@ use crate::report::{
     FORMAT, FeatureFigures, FitDetails, FormFigure, FormFigures, MeshFigures, Points,
     ProfileFigures, Report, SamplingFigures, Timing, Verdict,
 };
-use along::{Coverage, Station};
-use laid::{in_plane, laid};
-use limits::hold_others;
-pub(super) use line::Line;
-use line::Way;
-use sampled::sampled;
 
 /// Measured slopes dz/dx along x, where a file has these instead of heights.
 #[derive(Debug, Default)]

@@ -12,7 +12,9 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-use asphera_surface::{Mesh, Plane, PlaneError, PointMm, RANGE_MM};
+use asphera_geometry::{PointMm, RANGE_MM};
+use asphera_mesh::Mesh;
+use asphera_surface::{Plane, PlaneError};
 use thiserror::Error;
 
 use crate::report::{PlaneFigures, ProjectionFigures};

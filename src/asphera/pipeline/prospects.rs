@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use asphera_form::figures::{Definition, Terms};
 use asphera_form::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
 use asphera_form::{Aperture, FitSettings, LiveEstimate, ZoneSettings, minimum_zone};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 pub(super) use self::seen::Look;
 use self::seen::{OfLimit, Seen};

@@ -4,7 +4,7 @@ use asphera_form::{
     Aperture, Base, Figures, Fit, FitSettings, Grid, Live, LiveEstimate, LiveReference,
     LiveSettings, Pose, Reference, ReferenceSettings, SplineFit, fit,
 };
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::errors::Errors;
 use super::heights::Height;

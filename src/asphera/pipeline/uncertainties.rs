@@ -7,7 +7,8 @@ use asphera_form::uncertainty::{
 };
 use asphera_form::verdict::{Decision, Guard, Judged, Limit, LimitError, Over, judge};
 use asphera_form::{Aperture, Covariance, Reason, Status as FormStatus};
-use asphera_surface::{Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_surface::Plane;
 
 use super::errors::{self, ErrorsOfFigures};
 use super::fitting::Fitted;

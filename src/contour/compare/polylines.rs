@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use asphera_surface::WeightedTree;
+use asphera_geometry::WeightedTree;
 
 use crate::PlaceMm;
 use crate::triangulation::distance_mm;

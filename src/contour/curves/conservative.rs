@@ -1,6 +1,6 @@
 //! The conservative crust.
 
-use asphera_surface::WeightedTree;
+use asphera_geometry::WeightedTree;
 
 use crate::graphs::is_gabriel;
 use crate::{Graph, SampleId, Triangulation};

@@ -1,6 +1,6 @@
 //! HNN-Crust.
 
-use asphera_surface::predicates::compare_distances;
+use asphera_geometry::predicates::compare_distances;
 
 use crate::{Graph, SampleId, Triangulation};
 

@@ -1,6 +1,6 @@
 //! NN-Crust.
 
-use asphera_surface::predicates::scalar_product;
+use asphera_geometry::predicates::scalar_product;
 
 use crate::{Graph, SampleId, Triangulation};
 

@@ -1,6 +1,6 @@
 //! The one-step crust, and with it the medial axis.
 
-use asphera_surface::predicates::{compare_angle_sum, scalar_product};
+use asphera_geometry::predicates::{compare_angle_sum, scalar_product};
 
 use crate::triangulation::EdgeId;
 use crate::{Graph, PlaceMm, Triangulation};

@@ -1,6 +1,6 @@
 //! The r-regular shape.
 
-use asphera_surface::predicates::{compare_angle_sum, scalar_product};
+use asphera_geometry::predicates::{compare_angle_sum, scalar_product};
 
 use crate::{Graph, PlaceMm, Triangulation};
 

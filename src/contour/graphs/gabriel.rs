@@ -1,6 +1,6 @@
 //! The Gabriel graph.
 
-use asphera_surface::predicates::scalar_product;
+use asphera_geometry::predicates::scalar_product;
 
 use crate::triangulation::EdgeId;
 use crate::{Graph, Triangulation};

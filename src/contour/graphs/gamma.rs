@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use asphera_surface::predicates::{orientation, scalar_product};
+use asphera_geometry::predicates::{orientation, scalar_product};
 
 use crate::samples::{PlaceMm, SampleId};
 use crate::{Graph, Triangulation};

@@ -1,6 +1,6 @@
 //! Graphs whose edges have an empty lune: the relative neighbourhood graph and the lune-based β-skeleton.
 
-use asphera_surface::predicates::compare_distances;
+use asphera_geometry::predicates::compare_distances;
 
 use super::is_gabriel;
 use crate::samples::PlaceMm;

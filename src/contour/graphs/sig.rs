@@ -1,7 +1,7 @@
 //! The sphere-of-influence graph.
 
-use asphera_surface::WeightedTree;
-use asphera_surface::predicates::compare_with_sum;
+use asphera_geometry::WeightedTree;
+use asphera_geometry::predicates::compare_with_sum;
 
 use crate::samples::SampleId;
 use crate::triangulation::distance_mm;

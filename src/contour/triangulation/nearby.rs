@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use asphera_surface::predicates::compare_distances;
+use asphera_geometry::predicates::compare_distances;
 
 use super::Triangulation;
 use crate::samples::{PlaceMm, SampleId};

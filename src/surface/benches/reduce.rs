@@ -2,9 +2,11 @@
 //!
 //! `cargo bench -p asphera-surface --bench reduce` runs them at full size.
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::noise::{Along, Noise, assess_spacing};
 use asphera_surface::reduce::{About, Keep, Reducer, Target, average, reduce, spread};
-use asphera_surface::{Criteria, Mesh, PointMm, assess};
+use asphera_surface::{Criteria, assess};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 

@@ -8,7 +8,9 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use asphera_surface::{Criteria, Mesh, PointMm, RunningSampling};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use asphera_surface::{Criteria, RunningSampling};
 
 const PITCH_MM: f64 = 0.01;
 const RADIUS_MM: f64 = 20.0;

@@ -6,16 +6,17 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 use asphera_surface::coverage::{Aperture, Target, cover};
 use asphera_surface::sections::{CuttingPlane, Profile, SectionPath, cut, section};
 use asphera_surface::{
-    Criteria, Grid, Mesh, PointMm, Relief, VertexId, assess, islands, projectable_along, rasterize,
-    topography,
+    Criteria, Grid, Relief, assess, islands, projectable_along, rasterize, topography,
 };
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 
-#[path = "../tests/it/patterns.rs"]
+#[path = "../../mesh/tests/it/patterns.rs"]
 mod patterns;
 
 #[expect(clippy::print_stdout, reason = "a figure without its size and seed says nothing")]

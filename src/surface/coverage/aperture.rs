@@ -3,13 +3,12 @@
 use std::cmp::Ordering;
 use std::f64::consts::PI;
 
+use asphera_geometry::predicates::{Place, orientation};
+use asphera_geometry::{RANGE_MM, Sum};
 use thiserror::Error;
 
 use super::border::Whereabouts;
 use super::simple;
-use crate::RANGE_MM;
-use crate::area::Sum;
-use crate::exact::{Place, orientation};
 
 /// A region of the x-y plane, in the frame of the points: what is to be covered by samples. Its
 /// border belongs to it.

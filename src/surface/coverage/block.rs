@@ -3,10 +3,10 @@
 //! The coordinates of the corners are first gathered from wherever they are; all else is then the same few
 //! operations for one triangle after the other, without a branch, so that the compiler does several at once.
 
+use asphera_geometry::nearness::Nearness;
+use asphera_geometry::{PointMm, VertexId, lesser, sizes};
+
 use super::target::Target;
-use crate::nearness::Nearness;
-use crate::triangle::{lesser, sizes};
-use crate::{PointMm, VertexId};
 
 /// Triangles of a block: its figures stay in the nearest cache.
 pub(super) const BLOCK: usize = 64;
@@ -14,7 +14,7 @@ pub(super) const BLOCK: usize = 64;
 /// One figure of each triangle.
 pub(super) type Row = [f64; BLOCK];
 
-/// The figures of some triangles; they differ by rounding from those of [`crate::triangle::Triangle`]. Beyond
+/// The figures of some triangles; they differ by rounding from those of [`asphera_geometry::Triangle`]. Beyond
 /// the last triangle, and where one was taken out, stands what counts for nothing.
 pub(super) struct Block {
     /// x, y and z of the first corners, then of the second and the third.
@@ -196,11 +196,11 @@ const LANES: usize = 4;
 
 #[cfg(test)]
 mod tests {
+    use asphera_geometry::Triangle;
     use proptest::prelude::*;
 
     use super::*;
     use crate::regressions::beside_source;
-    use crate::triangle::Triangle;
 
     proptest! {
         #![proptest_config(beside_source())]

@@ -8,10 +8,11 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::predicates::Place;
+
 use super::aperture::{Aperture, Shape, side_right_of, signed_area_mm2};
 use super::clip::{cross, minus};
 use super::draw::Line;
-use crate::exact::Place;
 
 /// How far, as a share of its radius, a circle's drawn border may lie inside it.
 pub(super) const SAGITTA: f64 = 1e-5;

@@ -1,10 +1,9 @@
 //! Which triangles that are not covered bridge what nobody scanned.
 
+use asphera_geometry::{Gap, PointMm, Triangle, VertexId};
 use rayon::prelude::*;
 
 use super::gauge::{Gauged, Standing};
-use crate::triangle::{Gap, Triangle};
-use crate::{PointMm, VertexId};
 
 /// Tells which open triangles are bridges: for each vertex the smallest gap of a triangle there tells how far
 /// apart samples are about it. A bridge has a large gap, but of the triangles at a sample on the rim of a

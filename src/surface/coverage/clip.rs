@@ -11,9 +11,10 @@
 //! three half planes; those under sides that run towards -x count positive, as their line has the
 //! polygon below it, the others negative. Nothing is decided, so nothing jumps where lines coincide.
 
+use asphera_geometry::predicates::Place;
+
 use super::aperture::{Aperture, Shape};
 use super::border::Border;
-use crate::exact::Place;
 
 /// The area of the counter-clockwise triangle inside the aperture in mm².
 ///

@@ -4,12 +4,11 @@
 //! convex, so it is largest at a corner of such a piece: at the circumcentre, where a bisector or the border meets a
 //! side, where a bisector meets the border, or where the border has a corner. The border is the drawn one.
 
+use asphera_geometry::predicates::Place;
+use asphera_geometry::{Gap, PointMm, Triangle, place};
+
 use super::border::Border;
 use super::clip::{cross, minus};
-use crate::PointMm;
-use crate::exact::Place;
-use crate::point::place;
-use crate::triangle::{Gap, Triangle};
 
 /// The gap of a triangle across the border, whose gap as a whole is `whole`.
 pub(super) fn clipped_gap(triangle: &Triangle, whole: Gap, border: &Border) -> Gap {

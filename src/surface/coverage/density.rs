@@ -3,10 +3,10 @@
 //! The conditions and the advice are those of [`crate::noise::assess_spacing`], found in the same pass
 //! over the triangles as the coverage and for one noise all over.
 
+use asphera_geometry::{Sum, Triangle, greater};
+
 use super::block::{BLOCK, Block, Row, largest, total};
-use crate::area::Sum;
 use crate::noise::{Advice, Noise, SpacingCriteria};
-use crate::triangle::{Triangle, greater};
 
 /// The noise of the heights, where it is known, and what is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

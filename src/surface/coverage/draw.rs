@@ -8,16 +8,15 @@
 
 use std::cmp::Ordering;
 
+use asphera_geometry::predicates::{Place, orientation};
+use asphera_geometry::{PointMm, Sets, VertexId, place};
+
 use super::border::{Border, Whereabouts};
 use super::clip::{cross, minus};
 use super::frame::Frame;
 use super::gauge::Standing;
-use crate::exact::{Place, orientation};
 use crate::outline::{Loop, Starts, loops};
-use crate::point::place;
 use crate::relief::sides;
-use crate::sets::Sets;
-use crate::{PointMm, VertexId};
 
 /// A triangle that is not covered.
 #[derive(Clone, Copy, Debug)]

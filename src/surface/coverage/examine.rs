@@ -1,5 +1,7 @@
 //! All that is told of the triangles of a mesh, step by step.
 
+use asphera_geometry::{PointMm, Triangle, VertexId};
+
 use super::aperture::Aperture;
 use super::border::Border;
 use super::density::{Density, Facet};
@@ -11,8 +13,6 @@ use super::target::Target;
 use super::{CoverageError, Examination, Reference, without};
 use crate::outline::island_counts;
 use crate::rim::Rim;
-use crate::triangle::Triangle;
-use crate::{PointMm, VertexId};
 
 /// The triangles of a mesh.
 pub(super) struct Meshed<'a, R> {

@@ -5,8 +5,9 @@
 //! result is exact: should it lie outside after all, another pass looks there. Sums are made over fixed chunks
 //! and joined in their order: the result does not depend on how many threads there are.
 
+use asphera_geometry::quantile::{value_holding, weight_of};
+
 use super::block::{Block, Row, total};
-use crate::quantile::{value_holding, weight_of};
 
 /// From one value to another, both included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,10 +165,10 @@ const MANY: usize = 1 << 12;
 
 #[cfg(test)]
 mod tests {
+    use asphera_geometry::quantile::weighted_quantile;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::quantile::weighted_quantile;
     use crate::regressions::beside_source;
 
     /// The median looked for within a window first; and how many passes that took.

@@ -17,9 +17,8 @@
 
 use std::cmp::Ordering;
 
-use crate::exact::{Place, orientation};
-use crate::point::place;
-use crate::{PointMm, VertexId};
+use asphera_geometry::predicates::{Place, orientation};
+use asphera_geometry::{PointMm, VertexId, place};
 
 /// The triangles about a mesh.
 pub(super) struct Frame {
@@ -93,8 +92,9 @@ impl Frame {
 
 #[cfg(test)]
 mod tests {
+    use asphera_mesh::Mesh;
+
     use super::*;
-    use crate::Mesh;
     use crate::rim::{Outline, hull};
 
     #[test]

@@ -3,6 +3,7 @@
 //! One pass over the triangles in chunks of a fixed size, which rayon's threads share: sums are made chunk
 //! by chunk and joined in their order, so the figures do not depend on how many threads there are.
 
+use asphera_geometry::{Gap, PointMm, Sum, Triangle, VertexId, place};
 use rayon::prelude::*;
 
 use super::aperture::Aperture;
@@ -16,10 +17,6 @@ use super::facet_median::{Distribution, Window};
 use super::percentiles::{Placed, Places, Values, values_of};
 use super::tally::Tally;
 use super::target::Target;
-use crate::area::Sum;
-use crate::point::place;
-use crate::triangle::{Gap, Triangle};
-use crate::{PointMm, VertexId};
 
 /// What a triangle is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

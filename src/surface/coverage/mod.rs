@@ -48,6 +48,8 @@ mod tally;
 mod target;
 mod without;
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 use thiserror::Error;
 
 pub use self::aperture::{Aperture, ApertureError};
@@ -62,7 +64,6 @@ pub use self::polygon::{Polygon, Ring};
 pub use self::target::{Reach, Spacing, Target, TargetError};
 use crate::outline::IslandCounts;
 use crate::rim::Rim;
-use crate::{Mesh, PointMm, VertexId};
 
 /// What the areas of a coverage refer to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

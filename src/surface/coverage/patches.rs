@@ -1,14 +1,14 @@
 //! The regions that are not covered, with what is known of each.
 
+use asphera_geometry::predicates::Place;
+use asphera_geometry::{Sum, Triangle};
+
 use super::aperture::Aperture;
 use super::border::Border;
 use super::draw::{Drawing, Line, Open, Scene};
 use super::gauge::{Gauged, Standing, sound_lfs};
 use super::polygon::{Polygon, place_inside, polygons};
 use super::target::{Spacing, Target};
-use crate::area::Sum;
-use crate::exact::Place;
-use crate::triangle::Triangle;
 
 /// A region of the aperture that is not covered.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,9 @@
 //! not near enough. Sums are made over fixed chunks and joined in their order: the result does not depend on how many
 //! threads there are.
 
+use asphera_geometry::nearness::{self, Entry, Held, Nearness, Search};
+
 use super::block::{Block, total};
-use crate::nearness::{self, Entry, Held, Nearness, Search};
 
 /// How a figure is distributed over an area.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,12 +3,12 @@
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
+use asphera_geometry::predicates::Place;
 use thiserror::Error;
 
 use super::clip::{cross, minus};
 use super::patches::Patch;
 use super::polygon::Polygon;
-use crate::exact::Place;
 
 /// A place to be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,9 @@
 //! Polygons with holes, as regions are drawn.
 
+use asphera_geometry::predicates::Place;
+
 use super::aperture::ring_contains;
 use super::draw::Line;
-use crate::exact::Place;
 
 /// A closed line of a region.
 #[derive(Clone, Debug, PartialEq)]

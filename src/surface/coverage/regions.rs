@@ -1,5 +1,7 @@
 //! From triangles that are not covered to regions.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::CoverageError;
 use super::aperture::Aperture;
 use super::border::{Border, Whereabouts};
@@ -9,7 +11,6 @@ use super::frame::Frame;
 use super::gauge::{Gauged, Standing, sound_lfs};
 use super::patches::{Patches, patches};
 use super::target::Target;
-use crate::{PointMm, VertexId};
 
 /// A mesh against a target.
 pub(super) struct Measured<'a> {
@@ -130,10 +131,11 @@ const ATTEMPTS: u32 = 8;
 
 #[cfg(test)]
 mod tests {
+    use asphera_geometry::place;
+    use asphera_mesh::Mesh;
+
     use super::*;
-    use crate::Mesh;
     use crate::coverage::cover;
-    use crate::point::place;
     use crate::rim::{Outline, hull};
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use crate::exact::{Place, orientation};
+use asphera_geometry::predicates::{Place, orientation};
 
 /// A side of a closed line.
 struct Side {

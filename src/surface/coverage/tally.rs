@@ -1,13 +1,12 @@
 //! The figures of a coverage, summed over triangles in their order.
 
+use asphera_geometry::{Gap, PointMm, Sum};
+
 use super::density::{Crumpled, Crumpling, Density, Facet};
 use super::gauge::{Gauged, Plain, Standing};
 use super::patches::Patches;
 use super::percentiles::{Percentiles, Spread};
 use super::{Coverage, CoverageCounts, CoveredAreas, Reference};
-use crate::PointMm;
-use crate::area::Sum;
-use crate::triangle::Gap;
 
 /// What the figures are made of.
 #[derive(Default)]

@@ -1,10 +1,10 @@
 //! The outline of the data, where no aperture is given.
 
+use asphera_geometry::{Sets, VertexId};
+
 use super::gauge::{Gauged, Standing};
-use crate::VertexId;
 use crate::outline::Starts;
 use crate::relief::sides;
-use crate::sets::Sets;
 
 /// The bridges that reach to the hull, across bridges, ascending; and the sides of other triangles
 /// beyond which there is such a bridge or nothing, ascending. `open` are the triangles that are not

@@ -1,8 +1,7 @@
 //! Which vertices are neighbours on the surface: joined by an edge of it that bridges no gap.
 
+use asphera_geometry::{PointMm, VertexId};
 use thiserror::Error;
-
-use crate::{PointMm, VertexId};
 
 /// The neighbours of every vertex along the edges of a set of triangles.
 ///

@@ -16,8 +16,9 @@
 //! of the lines matters to the normal equations. One step of iterative refinement takes back what
 //! squaring the matrix costs.
 
+use asphera_geometry::{PointMm, RANGE_MM};
+
 use super::Undetermined;
-use crate::{PointMm, RANGE_MM};
 
 /// The terms up to the second order.
 pub(crate) const QUADRIC: usize = 6;

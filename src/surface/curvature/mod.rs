@@ -22,6 +22,7 @@ pub(crate) mod truth;
 
 use std::ops::Range;
 
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -32,7 +33,6 @@ pub(crate) use self::rings::Rings;
 pub use self::rings::Surroundings;
 pub use self::shape::{LocalShape, ShapeUncertainty};
 use crate::noise::Noise;
-use crate::{PointMm, VertexId};
 
 /// How wide the neighbourhoods are, and how large the noise is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +105,7 @@ pub enum Undetermined {
         /// How many there are, the vertex included.
         vertices: usize,
     },
-    /// A coordinate of the neighbourhood is not finite, or larger than [`crate::RANGE_MM`].
+    /// A coordinate of the neighbourhood is not finite, or larger than [`asphera_geometry::RANGE_MM`].
     #[error("a coordinate of the neighbourhood is not finite or out of range")]
     NotFinite,
 }

@@ -1,7 +1,8 @@
 //! The neighbourhood of a vertex: rings of neighbours of neighbours.
 
+use asphera_geometry::VertexId;
+
 use super::Adjacency;
-use crate::VertexId;
 
 /// How many samples a neighbourhood should have: fewer make another ring worth its width.
 const ENOUGH: usize = 16;

@@ -1,10 +1,10 @@
 //! Normals and curvatures against surfaces of which they are known.
 
+use asphera_mesh::Mesh;
 use proptest::prelude::*;
 
 use super::truth::*;
 use super::*;
-use crate::Mesh;
 use crate::noise::{Along, NoiseSettings, estimate_noise};
 use crate::regressions::beside_source;
 

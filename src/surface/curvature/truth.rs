@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::Adjacency;
-use crate::{Mesh, PointMm, VertexId};
 
 /// Height in mm, slopes along x and y, and principal curvatures in 1/mm, the larger first.
 pub(crate) struct Truth {

@@ -1,7 +1,8 @@
 //! The samples by the cells of a grid over the surface, and the moments of each cell.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::{DefectsUnknown, Samples};
-use crate::{PointMm, VertexId};
 
 /// Most cells of the grid for each point: beyond, nearly all are empty.
 const CELLS_PER_POINT: f64 = 16.0;

@@ -16,13 +16,12 @@
 //! 4. *Which rings.* The same defect seen at several ring numbers is told by those that make its sum
 //!    the most significant.
 
+use asphera_geometry::{Sets, VertexId};
 use rayon::prelude::*;
 
 use super::rim_zones::RimZones;
 use super::tail::{self, Tail};
-use crate::VertexId;
 use crate::curvature::Adjacency;
-use crate::sets::Sets;
 
 /// Ring numbers.
 pub(super) const SCALES: usize = 3;

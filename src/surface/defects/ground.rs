@@ -1,10 +1,11 @@
 //! The noise of a whole surface, from one visit to its samples and a few of them once more.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::detect::SCALES;
 use super::noise_field::{CellNoise, NoiseField};
 use super::screen::{Raster, Tally};
 use super::tail::{self, Tail};
-use crate::{PointMm, VertexId};
 
 /// How the noise differs by place, and how far it goes.
 #[derive(Clone, Debug)]

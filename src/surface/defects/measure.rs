@@ -16,12 +16,13 @@
 //! half of the area their ellipse would have, it is bent, and half its perimeter is its length; of a
 //! scratch of few samples across the perimeter is rough, and the length up to a fifth too large.
 
+use asphera_geometry::{BoundsMm, VertexId};
+
 use super::detect::Found;
 use super::profile;
 use super::shape::{Above, above, principal};
 use super::{Defect, DefectKind, Samples};
 use crate::curvature::{CUBIC, Local, QUADRIC, Rings, System, derivatives, terms_at};
-use crate::{BoundsMm, VertexId};
 
 /// Length over width from which on a defect is a scratch.
 pub(super) const ELONGATED: f64 = 4.0;

@@ -58,24 +58,23 @@ mod windows;
 
 use std::cmp::Ordering;
 
+use asphera_geometry::{BoundsMm, PointMm, VertexId};
 use rayon::prelude::*;
 
 use self::cells::Cells;
 use self::detect::{Detection, Found};
 use self::ground::Ground;
 use self::measure::{Field, Zone};
+pub use self::partition::{
+    Bands, BandsError, Class, CurvatureRegion, Partition, PartitionError, partition,
+};
 use self::placed::{Looked, Placed};
 use self::reference::Reference;
 use self::residuals::Residuals;
 use self::rim_zones::RimZones;
-use self::steps::Step;
-use crate::{BoundsMm, PointMm, VertexId};
-
-pub use self::partition::{
-    Bands, BandsError, Class, CurvatureRegion, Partition, PartitionError, partition,
-};
 pub use self::search::{DefectSearch, DeviatingSurface, search_defects};
 pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Samples};
+use self::steps::Step;
 
 /// Windows of the reference in largest widths.
 const WINDOW: f64 = 3.0;

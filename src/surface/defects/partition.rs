@@ -5,12 +5,10 @@
 //! 167-192, label surfaces so by mean and Gaussian curvature), or by the band in which its mean curvature
 //! lies. Neighbours of one class are one region.
 
+use asphera_geometry::{PointMm, Sets, Sum, VertexId};
 use thiserror::Error;
 
-use crate::area::Sum;
 use crate::curvature::{Adjacency, LocalShape, Undetermined};
-use crate::sets::Sets;
-use crate::{PointMm, VertexId};
 
 /// What a vertex belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -266,7 +264,7 @@ fn areas_mm2(
         let [a, b, c] = corners;
         let near = adjacency.neighbours(a);
         if near.contains(&b) && near.contains(&c) && adjacency.neighbours(b).contains(&c) {
-            let area_mm2 = crate::triangle::Triangle::new(points, corners).area_mm2();
+            let area_mm2 = asphera_geometry::Triangle::new(points, corners).area_mm2();
             if area_mm2.is_finite() {
                 corners.iter().for_each(|&corner| areas_mm2[corner as usize] += area_mm2 / 3.0);
             }

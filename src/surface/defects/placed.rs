@@ -1,5 +1,7 @@
 //! The reference with its steps, and what it leaves.
 
+use asphera_geometry::PointMm;
+
 use super::cells::Cells;
 use super::ground::Ground;
 use super::line::Line;
@@ -9,7 +11,6 @@ use super::steps::{self, Search, Step};
 use super::tail::Tail;
 use super::windows::{ByPlace, References};
 use super::{DefectSettings, DefectsUnknown, Samples, WINDOW};
-use crate::PointMm;
 use crate::noise::{Along, Noise, NoiseSettings, estimate_noise};
 
 /// A surface that is looked at closely.

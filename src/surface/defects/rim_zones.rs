@@ -3,9 +3,10 @@
 //! An edge that is turned down over a few spacings is form no window follows. It is alike along the border, so what
 //! stands off there is held against the vertices as near to the border, over some way along it.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::tail;
 use crate::curvature::Adjacency;
-use crate::{PointMm, VertexId};
 
 /// Vertices by how near to the border they are and by squares of the plane.
 pub(super) struct RimZones {

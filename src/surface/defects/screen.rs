@@ -14,6 +14,7 @@
 //! What it may miss: the means of `detect.rs` are about each vertex, those of cells lie anywhere. A shallow
 //! defect that is seen by means only is sure to make a cell suspect from some 1.3 times the threshold on.
 
+use asphera_geometry::{BoundsMm, PointMm, VertexId};
 use rayon::prelude::*;
 
 use super::DefectsUnknown;
@@ -23,7 +24,6 @@ use super::fit::{Row, TERMS, Work};
 use super::ground::{Ground, ground};
 use super::reference::CELL_SPACINGS;
 use super::tail;
-use crate::{BoundsMm, PointMm, VertexId};
 
 /// What is looked at, and how.
 #[derive(Clone, Copy)]

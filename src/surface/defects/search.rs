@@ -1,5 +1,6 @@
 //! Defects of a surface that deviates from a nominal, looked for closely only where a quick look finds something.
 
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 
 use super::cells::NONE;
@@ -8,7 +9,6 @@ use super::{
     Defect, DefectSettings, DefectsUnknown, Ground, Samples, WINDOW, by_significance, find,
 };
 use crate::curvature::{Adjacency, AdjacencyError};
-use crate::{PointMm, VertexId};
 
 /// A measured surface and what it deviates from its nominal.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,10 @@
 //! What is looked for, and what is given.
 
+use asphera_geometry::{PointMm, RANGE_MM, VertexId};
 use thiserror::Error;
 
 use crate::curvature::Adjacency;
 use crate::noise::{Noise, NoiseUnknown};
-use crate::{PointMm, RANGE_MM, VertexId};
 
 /// A measured surface: its vertices, its triangles and who is whose neighbour.
 #[derive(Clone, Copy, Debug)]

@@ -16,11 +16,12 @@
 //! Steps that come within four cells of the border, or each other, are not seen there; a line goes on
 //! straight where it ends.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::cells::Cells;
 use super::line::{Line, local_mm};
 use super::reference::Reference;
 use super::tail;
-use crate::{PointMm, VertexId};
 
 /// A step, its line and what the jump is.
 pub(super) struct Step {

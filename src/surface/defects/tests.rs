@@ -459,7 +459,7 @@ fn a_torus_is_parted_at_its_ridge() {
     };
     let within =
         triangles.iter().copied().filter(|&[p, q, r]| near(p, q) && near(q, r) && near(r, p));
-    let mesh_mm2 = crate::area(&points, within).lifted_mm2;
+    let mesh_mm2 = asphera_mesh::area(&points, within).lifted_mm2;
     let parts_mm2: f64 = signs.regions.iter().map(|region| region.area_mm2).sum();
     assert!((parts_mm2 / mesh_mm2 - 1.0).abs() < 1e-12, "{parts_mm2} {mesh_mm2}");
     assert_eq!(signs.regions.iter().map(|region| region.vertices).sum::<u64>(), 6400);

@@ -1,9 +1,9 @@
 //! Medial balls and the distance to their centres.
 
+use asphera_geometry::{PointMm, WeightedTree};
+
 use super::value::{Lfs, Why};
 use super::vector::along;
-use crate::PointMm;
-use crate::nearest::WeightedTree;
 
 /// The side of the surface a ball lies on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -24,9 +24,10 @@
 //! is smooth on that scale hides no more of itself between such points than second order:
 //! 0.4 % of the radius.
 
+use asphera_geometry::PointMm;
+
 use super::octree::{Cube, Octree};
 use super::vector::{dot, minus};
-use crate::PointMm;
 
 /// The radius of a ball over the side of the cubes its search looks at.
 pub(super) const FINENESS: f64 = 16.0;

@@ -15,7 +15,7 @@ pub enum LfsError {
         /// What is allowed.
         allowed: &'static str,
     },
-    /// A coordinate of a point is not finite or above [`RANGE_MM`](crate::RANGE_MM).
+    /// A coordinate of a point is not finite or above [`RANGE_MM`](asphera_geometry::RANGE_MM).
     #[error("point {index} is ({x}, {y}, {z}) mm, but coordinates must be within ±1e12 mm")]
     Point {
         /// Its place in the list given.

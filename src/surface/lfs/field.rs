@@ -11,12 +11,11 @@
 //! no matter how they were had; those of a nominal and those of curvature go together. Places that lie
 //! a fraction f of lfs apart add at most f·lfs to what is left open.
 
+use asphera_geometry::{PointMm, WeightedTree, admit};
+
 use super::error::LfsError;
 use super::octree::{Cube, Octree};
 use super::value::Lfs;
-use crate::PointMm;
-use crate::nearest::WeightedTree;
-use crate::point::admit;
 
 /// What is known of the local feature size at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]

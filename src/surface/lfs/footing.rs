@@ -6,12 +6,12 @@
 //! than one point. It is used where it is better: where the surface bends too much for it, its
 //! residuals tell.
 
+use asphera_geometry::PointMm;
 use nalgebra::{SMatrix, SVector};
 
 use super::measured::Accuracy;
 use super::octree::{Cube, Octree};
 use super::vector::{along, cross, dot, minus, unit};
-use crate::PointMm;
 
 /// Measured points in their tree.
 #[derive(Clone, Copy)]

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use asphera_geometry::{PointMm, admit};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::axis::{Limits, MedialAxis, MedialBall, Side, entered_mm};
@@ -11,8 +12,6 @@ use super::footing::{Footing, Oriented, footing};
 use super::octree::{Cube, Octree};
 use super::value::Why;
 use super::vector::{minus, unit};
-use crate::PointMm;
-use crate::point::admit;
 
 /// How well the points show the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

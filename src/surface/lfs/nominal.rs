@@ -9,6 +9,7 @@
 //!
 //! The surface ends where its domain ends; what an optic looks like beyond its aperture does not count.
 
+use asphera_geometry::PointMm;
 use nalgebra::{Matrix2, SymmetricEigen};
 
 use super::axis::{Limits, MedialAxis, MedialBall, Side, entered_mm};
@@ -17,7 +18,6 @@ use super::error::{LfsError, positive};
 use super::octree::Octree;
 use super::value::{Lfs, Why};
 use super::vector::{along, distance, dot, minus};
-use crate::PointMm;
 
 /// A nominal z(x, y) over a domain of any shape.
 pub trait Nominal {

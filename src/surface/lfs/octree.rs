@@ -7,7 +7,7 @@
 //! Points may be added at any time. A cube knows the newest point in it, so that a search may be
 //! confined to what came since.
 
-use crate::PointMm;
+use asphera_geometry::PointMm;
 
 /// The tree. It holds no coordinates; the caller passes the same points each time.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Vectors in space, as far as medial balls need them.
 
-use crate::PointMm;
+use asphera_geometry::PointMm;
 
 pub(super) fn minus(p: PointMm, q: PointMm) -> [f64; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]

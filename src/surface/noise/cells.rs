@@ -1,9 +1,10 @@
 //! The noise region by region.
 
+use asphera_geometry::{BoundsMm, PointMm, VertexId};
+
 use super::estimate::{chosen, estimate_from};
 use super::{Noise, NoiseEstimate, NoiseSettings, NoiseUnknown};
 use crate::curvature::Adjacency;
-use crate::{BoundsMm, PointMm, VertexId};
 
 /// The noise in the cells of a grid over the points.
 #[derive(Clone, Debug)]

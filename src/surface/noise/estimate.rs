@@ -18,13 +18,13 @@
 //! was filtered, or drifts, is smooth over a neighbourhood and not seen. Form finer than two rings is
 //! taken for noise: the figure is then an upper bound.
 
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use super::residuals::Residuals;
 use super::{Along, Noise};
 use crate::curvature::{Adjacency, Rings};
-use crate::{PointMm, VertexId};
 
 /// How many neighbourhoods are looked at, and which noise is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

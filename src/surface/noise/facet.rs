@@ -1,8 +1,8 @@
 //! How far noise turns a facet.
 
+use asphera_geometry::{PointMm, Triangle};
+
 use super::Noise;
-use crate::PointMm;
-use crate::triangle::Triangle;
 
 /// By what angle in rad noise turns the facet of these three corners, root mean square, to first
 /// order: a value that is not small against 1 says that its direction is lost.

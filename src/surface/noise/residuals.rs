@@ -1,7 +1,8 @@
 //! Residuals of one neighbourhood from its own polynomial, freed of wrong readings.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use crate::curvature::{CUBIC, Local, QUADRIC, System, derivatives, dot, terms_at};
-use crate::{PointMm, VertexId};
 
 /// Fewest degrees of freedom that say something of the noise.
 pub(super) const FREEDOM_MIN: usize = 3;

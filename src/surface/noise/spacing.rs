@@ -39,14 +39,12 @@
 
 use std::f64::consts::SQRT_2;
 
+use asphera_geometry::quantile::weighted_quantile;
+use asphera_geometry::{PointMm, Sum, Triangle, VertexId};
 use thiserror::Error;
 
 use super::{Noise, facet_tilt_rad};
-use crate::area::Sum;
-use crate::quantile::weighted_quantile;
 use crate::rim::cut_by_outline;
-use crate::triangle::Triangle;
-use crate::{PointMm, VertexId};
 
 /// The limits of both conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,12 @@
 //! Noise that was put on known surfaces, and what it does to facets.
 
+use asphera_geometry::{BoundsMm, PointMm, VertexId};
 use proptest::prelude::*;
 
 use super::*;
-use crate::BoundsMm;
 use crate::curvature::Adjacency;
 use crate::curvature::truth::*;
 use crate::regressions::beside_source;
-use crate::{PointMm, VertexId};
 
 type Surface = fn(f64, f64) -> Truth;
 

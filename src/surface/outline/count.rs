@@ -7,11 +7,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 
 use super::loops::walks;
 use crate::relief::sides;
-use crate::{PointMm, VertexId};
 
 /// How many islands and holes there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -129,10 +129,10 @@ fn signed_area_mm2(points: &[PointMm], vertices: &[VertexId]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use asphera_mesh::Mesh;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Mesh;
     use crate::outline::islands;
     use crate::regressions::beside_source;
     use crate::rim::{Outline, hull};

@@ -15,11 +15,10 @@
 
 use std::cmp::Ordering;
 
-use crate::area::Sum;
-use crate::exact::orientation;
+use asphera_geometry::predicates::orientation;
+use asphera_geometry::{PointMm, Sum, VertexId, place};
+
 use crate::outline::Contour;
-use crate::point::place;
-use crate::{PointMm, VertexId};
 
 /// A closed line with its area, positive if it runs counter-clockwise.
 #[derive(Clone)]

@@ -10,12 +10,12 @@ mod loops;
 
 use std::cmp::Ordering;
 
+use asphera_geometry::{PointMm, Sets, VertexId};
+
 pub use self::count::IslandCounts;
 pub(crate) use self::count::island_counts;
 pub(crate) use self::loops::{Loop, loops};
 use crate::relief::sides;
-use crate::sets::Sets;
-use crate::{PointMm, VertexId};
 
 /// A part of the mesh in one piece, seen in the plane of projection.
 #[derive(Clone, Debug, PartialEq)]

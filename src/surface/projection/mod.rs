@@ -6,11 +6,14 @@ mod principal;
 
 use std::fmt;
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
+
 use self::directions::{over_half_sphere, upwards};
 use self::plane::principal;
 pub use self::plane::{Plane, PlaneError};
 use crate::relief::sides;
-use crate::{Kind, Mesh, PointMm, Region, Relief, VertexId, topography};
+use crate::{Kind, Region, Relief, topography};
 
 /// In which plane points are projectable.
 #[derive(Clone, Copy, Debug, PartialEq)]

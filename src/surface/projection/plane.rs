@@ -2,16 +2,16 @@
 
 use std::fmt;
 
+use asphera_geometry::PointMm;
 use thiserror::Error;
 
 use super::directions::upwards;
 use super::principal::Principal;
-use crate::PointMm;
 use crate::relief::legible;
 
 /// A plane to project on, with a right-handed frame u, v, w: w is its normal.
 ///
-/// In the frame a surface is a height w(u, v), as [`crate::Mesh`] takes it.
+/// In the frame a surface is a height w(u, v), as [`asphera_mesh::Mesh`] takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     origin_mm: PointMm,

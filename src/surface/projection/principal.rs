@@ -1,9 +1,7 @@
 //! Principal axes of points in space.
 
+use asphera_geometry::{PointMm, Sum};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-
-use crate::PointMm;
-use crate::area::Sum;
 
 /// Centre and principal axes of a set of points.
 pub(crate) struct Principal {

@@ -1,7 +1,8 @@
 //! Curvature of a measured surface, as far as a reduction needs it.
 
+use asphera_geometry::PointMm;
+
 use super::fitted::Fitted;
-use crate::PointMm;
 
 /// How strongly a surface bends, seen over windows of its extent.
 #[derive(Clone, Copy, Debug, PartialEq)]

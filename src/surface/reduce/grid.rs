@@ -1,7 +1,8 @@
 //! Points hashed by the cells of one grid in space.
 
+use asphera_geometry::PointMm;
+
 use super::target::squared_mm2;
-use crate::PointMm;
 
 /// A grid of cubes in which points are found from their cells.
 ///

@@ -8,10 +8,10 @@
 //! its corners is taken back; that splits the facet. This is done again with the new mesh until none fails that
 //! a point could mend.
 
-use crate::nearest::WeightedTree;
+use asphera_geometry::{Gap, PointMm, Triangle, VertexId, WeightedTree};
+use asphera_mesh::Mesh;
+
 use crate::rim::refined_gaps;
-use crate::triangle::{Gap, Triangle};
-use crate::{Mesh, PointMm, VertexId};
 
 /// What is mended, and within which limits.
 pub(super) struct Mending<'a, L, N> {

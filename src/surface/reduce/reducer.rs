@@ -1,10 +1,10 @@
 //! Points kept or dropped as they arrive.
 
+use asphera_geometry::{PointMm, Rejection, TINY_MM, admit};
+
 use super::grid::Grid;
 use super::target::squared_mm2;
 use super::{Bound, Spacing};
-use crate::point::admit;
-use crate::{PointMm, Rejection, TINY_MM};
 
 /// Keeps each point that arrives unless one kept before lies nearer than its spacing.
 ///

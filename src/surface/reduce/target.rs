@@ -1,9 +1,9 @@
 //! The spacing that is asked for: wide enough for the noise, narrow enough for ε.
 
+use asphera_geometry::{PointMm, RANGE_MM};
 use thiserror::Error;
 
 use crate::noise::{Noise, SpacingCriteria, truest_mm};
-use crate::{PointMm, RANGE_MM};
 
 /// What a reduced cloud must hold.
 #[derive(Clone, Copy, Debug, PartialEq)]

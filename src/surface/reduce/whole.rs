@@ -1,14 +1,13 @@
 //! Reduction of a finished mesh, with the gap of its sampling vertex by vertex.
 
+use asphera_geometry::{PointMm, Sum, Triangle, VertexId, WeightedTree};
+use asphera_mesh::Mesh;
+
 use super::mend::{Mended, Mending, Shortfall};
 use super::reducer::{Fate, Reducer, Tally};
 use super::{About, Keep, Spacing, Target};
-use crate::area::Sum;
-use crate::nearest::WeightedTree;
 use crate::noise::assess_spacing;
 use crate::rim::{cut_by_outline, on_outline, refined_gaps};
-use crate::triangle::Triangle;
-use crate::{Mesh, PointMm, VertexId};
 
 /// What a reduction keeps.
 #[derive(Clone, Debug, PartialEq)]

@@ -24,6 +24,8 @@ mod region;
 mod steep;
 mod tears;
 
+use asphera_geometry::{PointMm, Sets, VertexId};
+use asphera_mesh::Mesh;
 use thiserror::Error;
 
 use self::pieces::standing_off;
@@ -33,8 +35,6 @@ use self::region::{Tally, lexicographic};
 pub(crate) use self::steep::sides;
 use self::steep::{Spokes, Steep, Steepness, numbered, steep};
 use self::tears::Tears;
-use crate::sets::Sets;
-use crate::{Mesh, PointMm, VertexId};
 
 /// What counts as steep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +145,7 @@ impl Topography {
 /// - An overhang whose shadow is narrower than a spacing or two is taken for a wall, which it is but
 ///   for its foot.
 /// - Samples exactly above each other never come to lie in one mesh: look at
-///   [`crate::Counts::conflicts`].
+///   [`asphera_mesh::Counts::conflicts`].
 /// - A sheet with less than about a seventh of the samples looks like scattered wrong readings, and
 ///   wrong readings, from about a sixth of all, look like a sheet.
 /// - A grating or a saw-tooth whose flanks are one sample apart looks like a fold, with equal right.

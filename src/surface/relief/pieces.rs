@@ -1,9 +1,9 @@
 //! Pieces that stand off: samples on one level, shut in on all sides by samples on another.
 
+use asphera_geometry::{PointMm, Sets};
+
 use super::steep::Spokes;
 use super::tears::Tears;
-use crate::PointMm;
-use crate::sets::Sets;
 
 /// For each slot of `spokes`: whether its vertex belongs to a piece that stands off.
 ///

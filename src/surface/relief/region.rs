@@ -3,8 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use crate::PointMm;
-use crate::area::Sum;
+use asphera_geometry::{PointMm, Sum};
 
 /// What a region of steep triangles looks like, the gravest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

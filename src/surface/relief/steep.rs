@@ -12,9 +12,8 @@
 
 use std::ops::Range;
 
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
-
-use crate::{PointMm, VertexId};
 
 /// How many spacings a steep side must rise.
 ///

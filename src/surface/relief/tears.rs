@@ -25,8 +25,9 @@
 //! q = 0.14, a fifth at q = 0.1; if the samples off the first level have all kinds of heights, as
 //! many at q = 0.23 and half as many at q = 0.18.
 
+use asphera_geometry::{PointMm, VertexId};
+
 use super::steep::Spokes;
-use crate::{PointMm, VertexId};
 
 /// What the rings of the vertices with spokes say.
 pub(crate) struct Tears {

@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use asphera_geometry::{Gap, PointMm, Triangle, VertexId, from_smallest};
+use asphera_mesh::{About, Mesh};
+
 use super::{Outline, Sides, Unseen, hull, refine, refined_gaps_along};
-use crate::delaunay::About;
-use crate::triangle::{Gap, Triangle, from_smallest};
-use crate::{Mesh, PointMm, VertexId};
 
 /// What lies along the outline of the triangles of a mesh.
 pub(crate) struct Rim {

@@ -1,6 +1,6 @@
 //! An area by the values of a figure, in bins of an eighth of an octave: a distribution that can be added up.
 
-use crate::nearness::{Entry, Nearness, quantile};
+use asphera_geometry::nearness::{Entry, Nearness, quantile};
 
 /// Areas by value. Bins before the first and after the last that are kept are empty.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -16,14 +16,13 @@
 //! - Thin triangles along the outline count with their own gap, though samples that are no corners of
 //!   theirs may be nearer.
 
+use asphera_geometry::nearness::Nearness;
+use asphera_geometry::{Gap, PointMm, Sizes, Triangle, VertexId, sizes};
+use asphera_mesh::Mesh;
 use rayon::prelude::*;
 
 use super::bins::Bins;
 use super::{Criteria, Sampling, State, StateCounts, sound};
-use crate::delaunay::FlatCells;
-use crate::nearness::Nearness;
-use crate::triangle::{Gap, Sizes, Triangle, sizes};
-use crate::{Mesh, PointMm, VertexId};
 
 /// The sampling of a growing mesh.
 #[derive(Clone, Debug, Default)]
@@ -79,9 +78,8 @@ impl RunningSampling {
         inside: impl Fn(f64, f64) -> bool + Sync,
         lfs_mm: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Sampling {
-        let cells = mesh.cells();
-        let seen = self.seen.replace(cells.now());
-        let written = cells.written();
+        let seen = self.seen.replace(mesh.now());
+        let written = mesh.written();
         self.chunks.resize_with(written.len(), Tally::default);
         let mut changed: Vec<(&mut Tally, usize)> = self
             .chunks
@@ -91,7 +89,7 @@ impl RunningSampling {
             .filter(|&(_, moment)| seen.is_none_or(|seen| moment > seen))
             .map(|((chunk, tally), _)| (tally, chunk))
             .collect();
-        let gauge = Gauge { points: mesh.points(), cells, criteria, inside, lfs_mm };
+        let gauge = Gauge { points: mesh.points(), mesh, criteria, inside, lfs_mm };
         let mut regrouped: Vec<usize> = changed.iter().map(|(_, chunk)| chunk / A_GROUP).collect();
         regrouped.dedup();
         let make = |work: &mut Work, (tally, chunk): &mut (&mut Tally, usize)| {
@@ -129,7 +127,7 @@ impl RunningSampling {
     /// How many triangles the next update would look at, at most: what it would cost. Some operations for every
     /// 1,024 triangles there are.
     pub fn outdated(&self, mesh: &Mesh) -> usize {
-        let written = mesh.cells().written();
+        let written = mesh.written();
         let known = self.chunks.len();
         let is_outdated = |(chunk, moment): &(usize, u32)| {
             *chunk >= known || self.seen.is_none_or(|seen| *moment > seen)
@@ -141,7 +139,7 @@ impl RunningSampling {
 /// Looks at triangles.
 struct Gauge<'a, I, L> {
     points: &'a [PointMm],
-    cells: &'a FlatCells,
+    mesh: &'a Mesh,
     criteria: &'a Criteria,
     inside: I,
     lfs_mm: L,
@@ -152,7 +150,7 @@ impl<I: Fn(f64, f64) -> bool, L: Fn(f64, f64) -> f64> Gauge<'_, I, L> {
         let Work { measured, bins } = work;
         measured.clear();
         // In two steps, each of which is short enough that the processor works on several triangles at a time.
-        measured.extend(self.cells.triangles_of(chunk).map(|corners| {
+        measured.extend(self.mesh.triangles_of(chunk).map(|corners| {
             // One by one: as an array they would go through memory.
             let [p, q, r] = corners;
             let (p, q, r) =

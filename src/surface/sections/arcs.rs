@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::VertexId;
+use asphera_geometry::predicates::Place;
+use asphera_mesh::Mesh;
+
 use super::circle::{Arc, Circuit, follow};
 use super::disc::Disc;
 use super::pieces::{Builder, Limit, SectionPoint, Source};
-use crate::exact::Place;
-use crate::{Mesh, VertexId};
 
 /// Adds the section over a circle that starts in the direction `start` from the centre, which has
 /// the angle `start_rad`.

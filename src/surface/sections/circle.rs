@@ -18,12 +18,13 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
+use asphera_geometry::predicates::{Place, left_of};
+use asphera_geometry::{VertexId, from_smallest};
+use asphera_mesh::{Location, Mesh};
+
 use super::disc::Disc;
 use super::pieces::Source;
 use super::walk::Walk;
-use crate::exact::{Place, left_of};
-use crate::triangle::from_smallest;
-use crate::{Location, Mesh, VertexId};
 
 /// What the circle meets.
 pub(super) enum Circuit {
@@ -229,9 +230,15 @@ impl Follower<'_, '_> {
             (false, false) => {
                 let [p, q] = [a, b].map(|end| self.walk.at(end));
                 // The line comes nearest between the ends, and near enough.
-                let between = crate::distance::compare_with_right_angle(p, q, self.disc.centre)
-                    .is_gt()
-                    && crate::distance::compare_with_right_angle(q, p, self.disc.centre).is_gt();
+                let between =
+                    asphera_geometry::predicates::compare_with_right_angle(p, q, self.disc.centre)
+                        .is_gt()
+                        && asphera_geometry::predicates::compare_with_right_angle(
+                            q,
+                            p,
+                            self.disc.centre,
+                        )
+                        .is_gt();
                 if !between || !self.disc.meets_line(p, q) {
                     return [None, None];
                 }
@@ -243,7 +250,9 @@ impl Follower<'_, '_> {
     /// Where the circle crosses an edge with only one end inside or on it.
     fn crossing(&self, inside: VertexId, outside: VertexId) -> Source {
         let [p, q] = [inside, outside].map(|end| self.walk.at(end));
-        let away = || !crate::distance::compare_with_right_angle(p, q, self.disc.centre).is_gt();
+        let away = || {
+            !asphera_geometry::predicates::compare_with_right_angle(p, q, self.disc.centre).is_gt()
+        };
         if self.disc.side(p).is_eq() && away() {
             return Source::Vertex { vertex: inside };
         }

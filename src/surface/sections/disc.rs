@@ -6,10 +6,11 @@
 
 use std::cmp::Ordering;
 
+use asphera_geometry::predicates::Limbs;
+use asphera_geometry::predicates::Place;
+use asphera_geometry::{RANGE_MM, TINY_MM};
+
 use super::SectionError;
-use crate::exact::Place;
-use crate::exact::limbs::Limbs;
-use crate::{RANGE_MM, TINY_MM};
 
 /// A disc with the circle around it.
 pub(super) struct Disc {

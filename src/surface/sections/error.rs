@@ -1,8 +1,7 @@
 //! Why a mesh cannot be cut as asked.
 
+use asphera_geometry::Rejection;
 use thiserror::Error;
-
-use crate::Rejection;
 
 /// Why a mesh cannot be cut as asked.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

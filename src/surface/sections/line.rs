@@ -15,10 +15,12 @@
 
 use std::cmp::Ordering;
 
+use asphera_geometry::VertexId;
+use asphera_geometry::predicates::{Place, orientation};
+use asphera_mesh::{Location, Mesh};
+
 use super::pieces::{Builder, Limit, SectionPoint, Source};
 use super::walk::Walk;
-use crate::exact::{Place, orientation};
-use crate::{Location, Mesh, VertexId};
 
 /// A straight way from `p` through `q`.
 pub(super) struct Way {

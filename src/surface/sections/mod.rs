@@ -27,6 +27,10 @@ mod polynomial_fit;
 mod profile;
 mod walk;
 
+use asphera_geometry::predicates::Place;
+use asphera_geometry::{PointMm, Triangle, VertexId, admit, place};
+use asphera_mesh::Mesh;
+
 pub use self::circle_fit::CircleFit;
 pub use self::error::SectionError;
 use self::pieces::Builder;
@@ -34,10 +38,6 @@ pub use self::pieces::{Limit, Piece, Section, SectionPoint, Source};
 pub use self::plane::{CuttingPlane, cut};
 pub use self::polynomial_fit::{MAX_DEGREE, PolynomialFit};
 pub use self::profile::{Profile, ProfileError, ProfileFigures, Sample};
-use crate::exact::Place;
-use crate::point::{admit, place};
-use crate::triangle::Triangle;
-use crate::{Mesh, PointMm, VertexId};
 
 /// A line in the plane of projection along which a mesh is cut. Lengths in mm, angles in rad,
 /// counter-clockwise from the direction of x.

@@ -14,11 +14,11 @@
 
 use std::collections::BTreeMap;
 
+use asphera_geometry::VertexId;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::pieces::Source;
 use super::profile::{Profile, ProfileError};
-use crate::VertexId;
 
 /// The sums of a fit.
 pub(super) struct NormalEquations {

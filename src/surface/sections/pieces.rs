@@ -1,6 +1,6 @@
 //! The pieces of a section, and how they are put together.
 
-use crate::{PointMm, VertexId};
+use asphera_geometry::{PointMm, VertexId};
 
 /// The line in which a mesh is cut.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -125,7 +125,7 @@ impl Source {
         first + weights.map(|(vertex, weight)| weight * (value(vertex) - first)).sum::<f64>()
     }
 
-    /// From what [`crate::Mesh::linear_coordinates`] gives; none without a vertex.
+    /// From what [`asphera_mesh::Mesh::linear_coordinates`] gives; none without a vertex.
     pub(super) fn of_weights(weights: &[(VertexId, f64)]) -> Option<Source> {
         match *weights {
             [(vertex, _)] => Some(Source::Vertex { vertex }),
@@ -182,7 +182,7 @@ impl<'a, K: FnMut([VertexId; 3]) -> bool> Builder<'a, K> {
     /// Whether one of the triangles beside a chord is kept; their corners begin anywhere.
     pub(super) fn keeps(&mut self, beside: [Option<[VertexId; 3]>; 2]) -> bool {
         let keep = &mut self.keep;
-        beside.into_iter().flatten().any(|corners| keep(crate::triangle::from_smallest(corners)))
+        beside.into_iter().flatten().any(|corners| keep(asphera_geometry::from_smallest(corners)))
     }
 
     /// Adds a chord that begins where the one before ended, from one point to the next ones; if it

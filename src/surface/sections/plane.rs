@@ -13,9 +13,11 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+use asphera_geometry::{PointMm, RANGE_MM, VertexId};
+use asphera_mesh::Mesh;
+
 use super::pieces::{Limit, Piece, Section, SectionPoint, Source};
 use super::{SectionError, within_gap};
-use crate::{Mesh, PointMm, RANGE_MM, VertexId};
 
 /// A plane in space: the places p with n·p = d.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
+use asphera_geometry::VertexId;
 use thiserror::Error;
 
 use super::pieces::{Section, Source};
-use crate::VertexId;
 
 /// A value in mm, such as a height or a deviation, against the arc position of a section.
 #[derive(Clone, Debug, PartialEq)]
@@ -205,7 +205,7 @@ impl Profile {
 
     /// The mean over the arc position of what has the mean `of` between two samples.
     fn mean(&self, length_mm: f64, of: impl Fn(f64, f64) -> f64) -> f64 {
-        let mut sum = crate::area::Sum::default();
+        let mut sum = asphera_geometry::Sum::default();
         for pair in self.pieces().flat_map(|piece| piece.windows(2)) {
             sum.add((pair[1].s_mm - pair[0].s_mm) * of(pair[0].value_mm, pair[1].value_mm));
         }

@@ -1,8 +1,8 @@
 //! From triangle to triangle of a mesh.
 
-use crate::exact::Place;
-use crate::point::place;
-use crate::{Mesh, Neighbours, VertexId};
+use asphera_geometry::predicates::Place;
+use asphera_geometry::{VertexId, place};
+use asphera_mesh::{Mesh, Neighbours};
 
 /// A mesh seen by one who walks over it and remembers the last vertices that were passed.
 ///

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use asphera_surface::Mesh;
+use asphera_mesh::Mesh;
 use asphera_surface::reduce::{Averaged, Reduction, Split, Spread, Tally};
 use serde::Serialize;
 

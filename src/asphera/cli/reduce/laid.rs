@@ -1,7 +1,7 @@
 //! A part where it lies among the points.
 
 use asphera_form::{FitSettings, Nominal, Pose, fit};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 

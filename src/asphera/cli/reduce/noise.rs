@@ -2,11 +2,11 @@
 
 use std::str::FromStr;
 
+use asphera_geometry::{PointMm, VertexId};
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{
     Along, Noise as Deviation, NoiseEstimate, NoiseSettings, estimate_noise,
 };
-use asphera_surface::{PointMm, VertexId};
 
 use super::figures::Noise;
 use crate::cli::output::Failure;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
+use asphera_geometry::PointMm;
+
 use super::*;
 use crate::pipeline::{Measurement, Pipeline, Wanted, sampling_of_points};
-use asphera_surface::PointMm;
 
 const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 20\n\
     [aperture]\nshape = \"rectangle\"\nwidth_mm = 3.5\nheight_mm = 3.5\n";

@@ -1,7 +1,7 @@
 //! Surfaces made from the points, losses and weights, through the whole pipeline.
 
 use asphera_form::reference;
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline};

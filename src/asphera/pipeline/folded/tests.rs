@@ -1,6 +1,6 @@
 //! Bodies that close on themselves get no figure of a mesh, steep surfaces that do project get all of them.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline, Wanted, sampling_of_points};

@@ -1,7 +1,7 @@
 //! The fit of a profile: what a line feels, and the turn of an oblique one.
 
 use asphera_form::{Aperture, Parameter, Pose};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::line::{Line, Way};
 use crate::config::{Part, Weights};

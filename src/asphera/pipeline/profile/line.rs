@@ -1,7 +1,7 @@
 //! A straight line in the plane of projection: whether points lie on one, and its part inside an aperture.
 
 use asphera_form::Aperture;
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 /// The line that all points lie on, seen along the direction of projection.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! The sampling of a profile: how much of its line in the aperture is covered.
 
 use asphera_form::{Aperture, Fit};
-use asphera_surface::{Mesh, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 
 use super::WHY;
 use super::along::{self, Coverage, Station};

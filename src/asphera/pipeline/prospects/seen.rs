@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asphera_form::figures::Definition;
 use asphera_form::verdict::{Forecast, Limit, Predicted, forecast, least, least_square_nm2};
 use asphera_form::{Aperture, LiveEstimate, Parameter, deviations};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use super::{figure_nm, is_foreseen, is_whole, limits};

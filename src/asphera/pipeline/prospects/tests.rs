@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 use crate::pipeline::{Pipeline, RunningFigures};

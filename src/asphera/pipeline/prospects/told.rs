@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::truth::{ORDERS, Random, arrive};
 use super::{Now, Prospects};

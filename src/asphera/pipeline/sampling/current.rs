@@ -5,7 +5,8 @@
 //! where it lay and the limits as they were at the last look.
 
 use asphera_form::Pose;
-use asphera_surface::{Criteria, Mesh, RunningSampling};
+use asphera_mesh::Mesh;
+use asphera_surface::{Criteria, RunningSampling};
 
 use super::Remembered;
 use crate::config::Part;
@@ -123,8 +124,9 @@ const MOST_TRIANGLES: u64 = 1 << 16;
 
 #[cfg(test)]
 mod tests {
+    use asphera_geometry::PointMm;
+
     use super::*;
-    use asphera_surface::PointMm;
 
     const PART: &str = "[surface]\nkind = \"asphere\"\nradius_mm = 200\n\
         [aperture]\nshape = \"circle\"\nradius_mm = 30\n\
@@ -174,7 +176,7 @@ mod tests {
         let spacing = share(found.spacing_median_mm, seen.spacing_median_mm);
         assert!((spacing - 1.0).abs() < 0.0625, "{spacing}");
         assert_eq!(found.dense_fraction, Some(1.0));
-        let whole = asphera_surface::area(mesh.points(), mesh.triangles()).lifted_mm2;
+        let whole = asphera_mesh::area(mesh.points(), mesh.triangles()).lifted_mm2;
         assert!((current.whole_area_mm2().unwrap() / whole - 1.0).abs() < 1e-12);
     }
 

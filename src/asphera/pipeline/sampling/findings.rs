@@ -182,7 +182,7 @@ impl Findings {
                 ..SamplingFigures::default()
             },
             covered: vec![false; sampled.triangles.len()],
-            area_mm2: asphera_surface::area(points, sampled.triangles.iter().copied()).lifted_mm2,
+            area_mm2: asphera_mesh::area(points, sampled.triangles.iter().copied()).lifted_mm2,
             coverage: None,
             zones: Vec::new(),
             otherwise_mm: scale.gap_mm.map(|gap_mm| SQRT_2 * gap_mm),

@@ -4,7 +4,7 @@
 //! ask it, so that the one finds what the other made.
 
 use asphera_form::Pose;
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use super::freeform::{Footprint, Freeform};

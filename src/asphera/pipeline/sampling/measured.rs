@@ -6,11 +6,11 @@
 //! too noisy for that, or too many of them wrong, the smallest radius of curvature over windows of an eighth of the extent stands for all
 //! of the surface: an upper bound, so that ε is a lower one.
 
+use asphera_geometry::{PointMm, VertexId};
 use asphera_surface::curvature::{Adjacency, LocalShape, ShapeSettings, local_shape};
 use asphera_surface::lfs::{Accuracy, LfsError, MeasuredLfs};
 use asphera_surface::noise::{Noise, NoiseEstimate};
 use asphera_surface::reduce::curvature_bound;
-use asphera_surface::{PointMm, VertexId};
 use rayon::prelude::*;
 
 /// What is known of the readings that points are.

@@ -20,25 +20,26 @@ mod wanted;
 mod zones;
 
 use asphera_form::{Aperture, Nominal, Pose};
-use asphera_surface::{Mesh, Plane, PointMm, RANGE_MM, Relief, VertexId, topography};
+use asphera_geometry::{PointMm, RANGE_MM, VertexId};
+use asphera_mesh::Mesh;
+use asphera_surface::{Plane, Relief, topography};
 
+pub(crate) use self::current::Current;
+pub(crate) use self::findings::Findings;
 use self::findings::Look;
+pub use self::lfs::Remembered;
+pub(crate) use self::measured::Readings;
+pub use self::next::{MOST_PLACES, Next, Waypoints};
 use self::places::Lifted;
 use self::scale::Scale;
+pub use self::wanted::Wanted;
+pub(crate) use self::zones::ZoneSampling;
 use super::defects::{self, Meshed};
 use super::folded::{folded, still_true};
 use super::look::look;
 use super::projection::{Along, Projector, measured as in_measured_frame};
 use crate::config::Part;
 use crate::report::{FeatureFigures, SamplingFigures};
-
-pub(crate) use self::current::Current;
-pub(crate) use self::findings::Findings;
-pub use self::lfs::Remembered;
-pub(crate) use self::measured::Readings;
-pub use self::next::{MOST_PLACES, Next, Waypoints};
-pub use self::wanted::Wanted;
-pub(crate) use self::zones::ZoneSampling;
 
 /// A mesh in the frame of its plane of projection.
 #[derive(Clone, Copy)]

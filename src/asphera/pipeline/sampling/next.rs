@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use asphera_surface::coverage::{Coverage, Patch, PlanError, Polygon, Ring, waypoints};
 
 use super::places::Lifted;

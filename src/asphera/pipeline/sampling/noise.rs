@@ -8,9 +8,10 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
+use asphera_geometry::{PointMm, VertexId, from_smallest};
+use asphera_mesh::Mesh;
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise};
-use asphera_surface::{Mesh, PointMm, VertexId, from_smallest};
 use rayon::prelude::*;
 
 /// The noise of the part of a mesh that counts, along z of its frame. `reach_mm` is the length from which an

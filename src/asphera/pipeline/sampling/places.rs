@@ -3,7 +3,9 @@
 use std::fmt;
 
 use asphera_form::{Nominal, Pose};
-use asphera_surface::{Mesh, Plane, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use asphera_surface::Plane;
 
 /// Gives places of the plane their height.
 #[derive(Clone)]

@@ -7,7 +7,7 @@
 //! known of: no less than the true one but for the errors of the values, so that ρ is a lower bound.
 
 use asphera_form::{Aperture, Pose};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use super::lfs::Known;

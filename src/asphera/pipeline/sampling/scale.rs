@@ -1,6 +1,6 @@
 //! The scale of the samples: what counts as a gap where nothing is said.
 
-use asphera_surface::{PointMm, VertexId};
+use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 
 use super::wanted::Wanted;

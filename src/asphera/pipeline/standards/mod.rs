@@ -9,16 +9,15 @@ mod zone;
 
 use asphera_form::texture::Mesh;
 use asphera_form::{Fit, ZoneFit};
-use asphera_surface::{PointMm, VertexId};
-
-use super::deviation_map::DeviationMap;
-use crate::config::Part;
-use crate::report::FormFigures;
-
+use asphera_geometry::{PointMm, VertexId};
 pub(super) use indication::found;
 pub(super) use limits::hold;
 pub(super) use spectrum::q_spectrum;
 pub(super) use uncertain::tell;
+
+use super::deviation_map::DeviationMap;
+use crate::config::Part;
+use crate::report::FormFigures;
 
 /// What they are made from, in the frame the fit was made in.
 #[derive(Clone, Copy)]

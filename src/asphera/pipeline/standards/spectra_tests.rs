@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use asphera_formats::{Topography, x3p};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::config::Part;
 use crate::pipeline::{Along, MapSource, Measurement, Pipeline};

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use asphera_mesh::Mesh;
+
 use super::*;
-use crate::Mesh;
 use crate::curvature::truth::{raster, roughen};
 use crate::defects::{DefectKind, find_defects};
 use crate::noise::{Along, Noise};

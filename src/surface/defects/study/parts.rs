@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
+
 use crate::curvature::Adjacency;
 use crate::curvature::truth::Random;
 use crate::defects::{DefectSearch, DefectSettings, DeviatingSurface, search_defects};
 use crate::noise::{Noise, NoiseSettings, estimate_noise};
-use crate::{Mesh, PointMm, VertexId};
 
 pub(super) const RADIUS_MM: f64 = 9.0;
 /// Noise of a single reading where the kind has no other.

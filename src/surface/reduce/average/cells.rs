@@ -1,9 +1,7 @@
 //! Which measured points belong to which kept one.
 
+use asphera_geometry::{PointMm, WeightedTree};
 use rayon::prelude::*;
-
-use crate::PointMm;
-use crate::nearest::WeightedTree;
 
 /// The measured points nearest to each kept one, and the kept ones about it.
 pub(super) struct Cells {

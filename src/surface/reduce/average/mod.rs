@@ -17,12 +17,12 @@ mod cells;
 mod choice;
 mod ladder;
 
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 
 use self::cells::Cells;
 use self::choice::Choosing;
 use self::ladder::Ladder;
-use crate::PointMm;
 
 /// The averages of kept points.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,9 @@
+use asphera_geometry::VertexId;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::{VertexId, assess};
+use crate::assess;
 
 fn unit(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64

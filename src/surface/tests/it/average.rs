@@ -1,11 +1,12 @@
 //! Averaged heights against surfaces that are known: what they are off by, and what they state.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use asphera_surface::reduce::{Averaged, Reducer, Spacing, average};
 
 use crate::patterns::scattered;
+use crate::random::Random;
 use crate::reduce::thinned;
-use crate::shapes::{Random, Sampled, over_square};
+use crate::shapes::{Sampled, over_square};
 
 /// A height in mm over x and y in mm, about the middle of a square.
 type Surface = fn(f64, f64) -> f64;

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::coverage::{
     Aperture, Coverage, CoverageError, CoveredAreas, Patch, Polygon, Reference, Spacing, Target,
     Waypoint, cover, waypoints,
 };
-use asphera_surface::{Mesh, PointMm};
 use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;

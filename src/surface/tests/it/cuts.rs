@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 use asphera_surface::sections::{CuttingPlane, Limit, Section, SectionPath, Source, cut, section};
-use asphera_surface::{Mesh, PointMm, VertexId};
 use proptest::prelude::*;
 
 use crate::patterns::jittered_raster;

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use asphera_surface::{Kind, PointMm, Relief, ReliefError, Topography, VertexId, topography};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_surface::{Kind, Relief, ReliefError, Topography, topography};
 use proptest::prelude::*;
 
-use crate::shapes::{
-    Random, Sampled, cylinder, leaning_sheet, meshed, over_square, sphere, surveyed,
-};
+use crate::random::Random;
+use crate::shapes::{Sampled, cylinder, leaning_sheet, meshed, over_square, sphere, surveyed};
 
 /// Some `side`² samples: square and oblong rasters, and scattered.
 fn samplings(side: usize) -> [Sampled; 4] {

@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use asphera_surface::{Kind, Mesh, Outcome, Relief, VertexId, check, topography};
+use asphera_geometry::VertexId;
+use asphera_mesh::{Mesh, Outcome, check};
+use asphera_surface::{Kind, Relief, topography};
 
 /// Where reference data is kept: beside the repository, or where `ASPHERA_DATA` says.
 fn data_folder() -> PathBuf {

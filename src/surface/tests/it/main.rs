@@ -1,30 +1,23 @@
-//! Tests of the mesh, its sampling and its raster through the public interface.
+//! Tests of the sampling and of what a mesh tells through the public interface.
 
 mod average;
-mod batches;
-mod changes;
 mod coverage;
 mod cuts;
 mod folds;
-mod lattice;
 mod lenses;
 mod lfs;
 mod lidar;
-mod natural;
-mod oracle;
 mod outline;
-mod paged;
+#[expect(dead_code, reason = "the tests of the mesh use all of them")]
+#[path = "../../../mesh/tests/it/patterns.rs"]
 mod patterns;
 mod places;
 mod profiles;
 mod projection;
-mod queries;
+#[path = "../../../mesh/tests/it/random.rs"]
+mod random;
 mod raster;
 mod reduce;
 mod sampling;
-mod scans;
 mod sections;
 mod shapes;
-mod stream;
-mod threads;
-mod withdrawn;

@@ -2,10 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::{Criteria, Island, PointMm, State, VertexId, area, assess, islands};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::area;
+use asphera_surface::{Criteria, Island, State, assess, islands};
 use proptest::prelude::*;
 
-use crate::shapes::{Random, Sampled, meshed, over_square};
+use crate::random::Random;
+use crate::shapes::{Sampled, meshed, over_square};
 
 /// Two triangles for each cell of a picture, '#' kept: squares of 1 mm, the first line on top.
 fn picture(lines: &[&str]) -> (Vec<PointMm>, Vec<[VertexId; 3]>, Vec<bool>) {

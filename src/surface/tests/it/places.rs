@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::coverage::{Aperture, Coverage, Target, cover};
-use asphera_surface::{Mesh, PointMm};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 

@@ -1,12 +1,13 @@
 //! Figures and fits of profiles, against values known by formula and against repeated measurement.
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::sections::{
     MAX_DEGREE, Profile, ProfileError, SectionPath, section, section_where,
 };
-use asphera_surface::{Mesh, PointMm};
 
 use crate::patterns::{jittered_raster, raster};
-use crate::shapes::Random;
+use crate::random::Random;
 
 const PATH: SectionPath = SectionPath::Segment { from_mm: [0.05, 0.1013], to_mm: [0.25, 0.1217] };
 

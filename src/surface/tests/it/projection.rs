@@ -2,9 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use asphera_surface::{
-    Obstacle, Plane, PlaneError, PointMm, Projectability, Relief, projectable_along,
-};
+use asphera_geometry::PointMm;
+use asphera_surface::{Obstacle, Plane, PlaneError, Projectability, Relief, projectable_along};
 
 use crate::shapes::{Sampled, cylinder, leaning_sheet, over_square, sphere, surveyed};
 

@@ -1,6 +1,8 @@
 //! Interpolation on a grid against fields that linear interpolation reproduces exactly.
 
-use asphera_surface::{Criteria, Grid, Mesh, PointMm, RasterError, assess, rasterize};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
+use asphera_surface::{Criteria, Grid, RasterError, assess, rasterize};
 use proptest::prelude::*;
 
 use crate::patterns::scattered;

@@ -1,17 +1,20 @@
 //! Reduction against its rule taken literally, against ε and noise as they are defined, and against
 //! surfaces whose figures are known.
 
+use asphera_geometry::{PointMm, Rejection, VertexId};
+use asphera_mesh::Mesh;
 use asphera_surface::noise::{Advice, Along, Noise, assess_spacing};
 use asphera_surface::reduce::{
     About, Bound, Fate, Keep, Reducer, Spacing, Split, Target, TargetError, curvature_bound,
     reduce, spread,
 };
-use asphera_surface::{Criteria, Mesh, PointMm, Rejection, VertexId, assess};
+use asphera_surface::{Criteria, assess};
 use proptest::prelude::*;
 
 use crate::lenses::{grid_lens, lfs_mm, rastered_lens, spiral_lens, whole_lens};
 use crate::patterns::{PITCH_MM, jittered_raster, raster, scattered};
-use crate::shapes::{Random, Sampled, over_square};
+use crate::random::Random;
+use crate::shapes::{Sampled, over_square};
 
 fn meshed(points: &[PointMm]) -> Mesh {
     let mut mesh = Mesh::new();

@@ -1,8 +1,8 @@
 //! Gap, ε and coverage against surfaces whose figures are known.
 
-use asphera_surface::{
-    Criteria, Mesh, PointMm, Sampling, State, StateCounts, VertexId, area, assess,
-};
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::{Mesh, area};
+use asphera_surface::{Criteria, Sampling, State, StateCounts, assess};
 use proptest::prelude::*;
 
 use crate::patterns::{PITCH_MM, jittered_raster, raster, scattered};

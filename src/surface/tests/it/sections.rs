@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
+use asphera_geometry::{PointMm, RANGE_MM, Rejection, VertexId};
+use asphera_mesh::{Location, Mesh};
 use asphera_surface::sections::{
     CuttingPlane, Limit, Section, SectionError, SectionPath, SectionPoint, Source, cut, section,
     section_where,
 };
-use asphera_surface::{Location, Mesh, PointMm, RANGE_MM, Rejection, VertexId};
 use proptest::prelude::*;
 
 use crate::patterns::{PITCH_MM, jittered_raster, raster, scattered};
-use crate::shapes::Random;
+use crate::random::Random;
 
 type Node = [i64; 2];
 

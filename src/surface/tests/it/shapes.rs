@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::{Mesh, PointMm, Relief, Topography, VertexId, topography};
-use rand_core::{Rng, SeedableRng};
-use rand_pcg::Pcg64;
+use asphera_surface::{Relief, Topography, topography};
+
+use crate::random::Random;
+use asphera_geometry::{PointMm, VertexId};
+use asphera_mesh::Mesh;
 
 /// How a surface is sampled over its two parameters.
 #[derive(Clone, Copy, Debug)]
@@ -28,25 +30,6 @@ impl Sampled {
                 (0..count).map(|_| [random.unit(), random.unit()]).collect()
             }
         }
-    }
-}
-
-/// Seeded random numbers.
-pub(crate) struct Random(Pcg64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
-        Random(Pcg64::seed_from_u64(seed))
-    }
-
-    /// Evenly distributed from 0 to below 1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Normally distributed with deviation 1 (Box and Muller).
-    pub(crate) fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (TAU * self.unit()).cos()
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::SQRT_2;
 
-use asphera_surface::{Mesh, PointMm};
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 
 use crate::config::Part;
 use crate::pipeline::sampling::current::Current;

@@ -1,6 +1,6 @@
 //! Bounds everywhere from a few places, and bounds from curvature.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use asphera_surface::lfs::{Curvature, Lfs, LfsField, LfsNode, reach_floor_mm};
 use proptest::prelude::*;
 

@@ -5,8 +5,9 @@
 
 use std::f64::consts::PI;
 
+use asphera_geometry::PointMm;
+use asphera_mesh::Mesh;
 use asphera_surface::lfs::{Accuracy, Lfs, MeasuredLfs, MedialAxis, MedialBall, Why};
-use asphera_surface::{Mesh, PointMm};
 
 use super::bodies::{
     Random, Sample, Sampled, cylinder, ellipsoid, paraboloid, paraboloid_at, sheets, sphere, torus,

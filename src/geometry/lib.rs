@@ -1,0 +1,33 @@
+//! Geometry that every kernel crate of asphera stands on.
+//!
+//! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
+//! nearest of a set of points ([`WeightedTree`]), disjoint [`Sets`], sums that do not lose what is small
+//! ([`Sum`]), weighted [`quantile`]s, and single triangles in space.
+//!
+//! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
+
+#![forbid(unsafe_code)]
+
+mod bounds;
+mod distance;
+mod exact;
+#[cfg(test)]
+#[path = "exact/tests/mod.rs"]
+mod exact_tests;
+mod nearest;
+pub mod nearness;
+mod point;
+pub mod predicates;
+pub mod quantile;
+#[cfg(test)]
+mod regressions;
+mod sets;
+mod sum;
+mod triangle;
+
+pub use bounds::BoundsMm;
+pub use nearest::{BoxMm, WeightedTree};
+pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
+pub use sets::Sets;
+pub use sum::Sum;
+pub use triangle::{Gap, Sizes, Triangle, from_smallest, greater, lesser, sizes};

@@ -1,0 +1,51 @@
+//! Disjoint sets of numbered things (union-find).
+
+/// A partition of 0..n.
+pub struct Sets {
+    parent: Vec<u32>,
+}
+
+impl Sets {
+    /// `count` sets of one each.
+    ///
+    /// # Panics
+    ///
+    /// When `count` is above 2³².
+    pub fn new(count: usize) -> Sets {
+        let parent = (0..count)
+            .map(|index| u32::try_from(index).expect("what is joined is numbered with u32"))
+            .collect();
+        Sets { parent }
+    }
+
+    /// Joins the sets of `a` and `b`.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        // The smallest member is the root, so that it does not depend on the order of joining.
+        self.parent[a.max(b)] = a.min(b) as u32;
+    }
+
+    /// The smallest member of the set of `member`. Amortised logarithmic time (path halving).
+    pub fn root(&mut self, mut member: usize) -> usize {
+        while self.parent[member] as usize != member {
+            let parent = self.parent[member] as usize;
+            self.parent[member] = self.parent[parent];
+            member = parent;
+        }
+        member
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joins_in_any_order() {
+        for pairs in [[(1, 4), (4, 2), (5, 3)], [(3, 5), (2, 1), (1, 4)]] {
+            let mut sets = Sets::new(6);
+            pairs.into_iter().for_each(|(a, b)| sets.join(a, b));
+            assert_eq!([0, 1, 2, 3, 4, 5].map(|member| sets.root(member)), [0, 1, 1, 3, 1, 3]);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Insertion of points that follow no line, or several by turns.
+//!
+//! Points near one another follow in the order they are inserted in, so what one met is at hand for the next. Along a
+//! curve that alone would tear down with each point what the one before it built. So the batch is taken in rounds, each
+//! of several times as many points as the one before and spread over all of it (N. Amenta, S. Choi, G. Rote,
+//! Incremental constructions con BRIO, Proc. 19th Symp. Comput. Geom. (2003) 211-219, doi:10.1145/777792.777824; here
+//! by every fourth point, without drawing any).
+
+use asphera_geometry::predicates::Place;
+
+use super::ahead::{Insert, insert_all};
+use super::cells::{Cells, Slot};
+use super::editor::Editor;
+use super::halves::{Halves, Inserted};
+use super::places::Places;
+use super::sheet::Inserter;
+use crate::order::{by_place, in_rounds};
+
+impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
+    /// Inserts all points of the batch in rounds, in each those near one another together; by two threads where there
+    /// are two and it pays.
+    pub(super) fn insert_scattered(&mut self) {
+        let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
+        for round in in_rounds(&order) {
+            self.insert_round(&round);
+        }
+    }
+
+    fn insert_round(&mut self, order: &[usize]) {
+        match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
+            (Some(points), Some(cells))
+                if order.len() >= self.for_two && rayon::current_num_threads() > 1 =>
+            {
+                let make_hints = self.make_hints();
+                let hints = self.plane.hints.get_or_init(make_hints);
+                let halves = Halves { points, cells, hints, first: self.first };
+                let Inserted { slots, duplicates, left } = halves.insert(order, self.editor.work);
+                for (index, slot) in slots {
+                    self.slots[index] = slot;
+                }
+                self.duplicates.extend(duplicates);
+                insert_all(self, &left);
+            }
+            _ => insert_all(self, order),
+        }
+    }
+}
+
+impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
+    type Places = P;
+    type Cells = C;
+
+    fn place(&self, index: usize) -> Place {
+        Inserter::place(self, index)
+    }
+
+    fn fetch_near(&self, place: Place) {
+        self.hints().fetch(place);
+    }
+
+    fn near(&self, place: Place) -> Slot {
+        self.hints().near(place).unwrap_or(self.plane.recent)
+    }
+
+    fn editor(&self) -> &Editor<'_, P, C> {
+        &self.editor
+    }
+
+    fn insert(&mut self, index: usize, near: Slot) {
+        let slot = Inserter::insert(self, index, near);
+        self.hints().note(self.place(index), slot);
+        self.plane.recent = slot;
+    }
+}

@@ -1,0 +1,299 @@
+//! One triangulation that grows, its triangles among cells that another may share.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use asphera_geometry::VertexId;
+use asphera_geometry::predicates::Place;
+
+use super::Duplicate;
+use super::cells::{Cells, Slot};
+use super::editor::{Editor, Work};
+use super::hints::{Extent, Hints};
+use super::insert::Placed;
+use super::line::Line;
+use super::places::Places;
+use super::runs::{Run, runs};
+use crate::order::by_bisection;
+
+/// A growing triangulation, but for its cells.
+#[derive(Default)]
+pub(super) struct Sheet {
+    pub(super) work: Work,
+    /// The places, while all lie on one line.
+    pub(super) line: Line,
+    /// Once there are triangles.
+    pub(super) plane: Option<Plane>,
+    /// How many different places there are.
+    pub(super) vertices: usize,
+    /// The box around all places there have been.
+    pub(super) extent: Extent,
+    /// Whether another triangulation grows among the cells.
+    pub(super) shares_cells: bool,
+    pub(super) for_two: ForTwo,
+    runs: Vec<Run>,
+    /// A triangle at each of the last points of the batch, those before it had any left out.
+    pub(super) slots: Vec<Slot>,
+    pub(super) duplicates: Vec<Duplicate>,
+}
+
+/// How many points a batch must have to be worth a second thread.
+#[derive(Clone, Copy)]
+pub(super) struct ForTwo {
+    pub(super) lines: usize,
+    pub(super) scattered: usize,
+}
+
+impl Default for ForTwo {
+    fn default() -> ForTwo {
+        ForTwo { lines: 8192, scattered: 256 }
+    }
+}
+
+/// Where insertions start from.
+pub(super) struct Plane {
+    /// A triangle at the place inserted last.
+    pub(super) recent: Slot,
+    /// A triangle at the start of the last run: the next line of a scan in one direction starts there.
+    pub(super) run_start: Slot,
+    /// None as long as nothing has asked for them.
+    pub(super) hints: OnceLock<Hints>,
+    /// How much wider than the box about all places the next table is made.
+    pub(super) room: f64,
+}
+
+impl Sheet {
+    /// An empty one, among the same cells.
+    pub(super) fn beside(&self) -> Sheet {
+        Sheet { shares_cells: true, for_two: self.for_two, ..Sheet::default() }
+    }
+
+    /// Inserts the points `batch`. There must be two spare cells for each, and for each vertex there is
+    /// as long as all lie on one line.
+    pub(super) fn insert(
+        &mut self,
+        points: &(impl Places + ?Sized),
+        cells: &impl Cells,
+        batch: Range<VertexId>,
+    ) {
+        let duplicates = self.duplicates.len();
+        let mut extent = Extent::default();
+        batch.clone().for_each(|vertex| extent.add(points.place(vertex)));
+        self.extent.join(extent);
+        let mut rest = batch.clone();
+        while self.plane.is_none()
+            && let Some(vertex) = rest.next()
+        {
+            self.insert_on_line(points, cells, vertex);
+        }
+        self.slots.clear();
+        if !rest.is_empty() {
+            self.insert_in_plane(points, cells, rest, extent);
+        }
+        self.vertices += batch.len() - (self.duplicates.len() - duplicates);
+    }
+
+    /// A triangle from which it should not be far to a place, once there are triangles.
+    pub(super) fn near(
+        &self,
+        points: &(impl Places + ?Sized),
+        cells: &impl Cells,
+        place: Place,
+    ) -> Option<Slot> {
+        let plane = self.plane.as_ref()?;
+        let make = || Hints::of(points, cells, (self.extent, plane.room), self.vertices);
+        Some(plane.hints.get_or_init(make).near(place).unwrap_or(plane.recent))
+    }
+
+    fn insert_on_line(
+        &mut self,
+        points: &(impl Places + ?Sized),
+        cells: &impl Cells,
+        vertex: VertexId,
+    ) {
+        let place = points.place(vertex);
+        if self.line.contains(place) {
+            let there = self.line.insert(place, vertex);
+            if there != vertex {
+                self.duplicates.push(Duplicate { point: vertex, of: there });
+            }
+            return;
+        }
+        let slot = self.line.span(points, vertex, cells, &mut self.work.spare);
+        // A ghost at each place of the line, but for its two ends and with the vertex off it.
+        self.work.ghosts = self.line.len() + 1;
+        self.plane =
+            Some(Plane { recent: slot, run_start: slot, hints: OnceLock::new(), room: 1.0 });
+        self.line = Line::default();
+    }
+
+    fn insert_in_plane(
+        &mut self,
+        points: &(impl Places + ?Sized),
+        cells: &impl Cells,
+        batch: Range<VertexId>,
+        extent: Extent,
+    ) {
+        let Some(plane) = &mut self.plane else { return };
+        runs(batch.clone().map(|vertex| points.place(vertex)), &mut self.runs);
+        self.slots.resize(batch.len(), plane.recent);
+        let are_scattered = self.runs.len() > batch.len() / SCATTERED;
+        if let Some(hints) = plane.hints.get_mut() {
+            hints.expect(batch.len(), extent);
+            // Runs are as well off with an old one, which goes afterwards. Scattered points beyond the table would be led to
+            // those on its other side.
+            if are_scattered && hints.is_narrow() {
+                plane.room = ROOM;
+                plane.hints.take();
+            } else if are_scattered && hints.are_outgrown() && !hints.refine() {
+                plane.hints.take();
+            }
+        }
+        let mut inserter = Inserter {
+            editor: Editor { points, cells, work: &mut self.work },
+            plane,
+            first: batch.start,
+            slots: &mut self.slots,
+            duplicates: &mut self.duplicates,
+            extent: self.extent,
+            vertices: self.vertices + batch.len(),
+            shares_cells: self.shares_cells,
+            for_two: self.for_two.scattered,
+        };
+        if are_scattered {
+            inserter.insert_scattered();
+        } else {
+            for run in &self.runs {
+                inserter.insert_run(run);
+            }
+        }
+        // The next one to ask gets a finer one.
+        if plane.hints.get().is_some_and(Hints::are_outgrown) {
+            plane.hints.take();
+        }
+    }
+}
+
+/// Inserts one batch.
+pub(super) struct Inserter<'a, P: ?Sized, C> {
+    pub(super) editor: Editor<'a, P, C>,
+    pub(super) plane: &'a mut Plane,
+    /// The first point of the batch.
+    pub(super) first: VertexId,
+    /// A triangle at each point of the batch, once inserted.
+    pub(super) slots: &'a mut [Slot],
+    pub(super) duplicates: &'a mut Vec<Duplicate>,
+    /// The box around all places, those of the batch among them, and about how many there are.
+    extent: Extent,
+    pub(super) vertices: usize,
+    shares_cells: bool,
+    /// How many points must be left to be worth a second thread, if they are scattered.
+    pub(super) for_two: usize,
+}
+
+impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
+    fn insert_run(&mut self, run: &Run) {
+        let Range { start, end } = run.points;
+        let mut from = self.nearest(run);
+        let mut done = 0;
+        if let Some(axis) = run.axis {
+            // Where the first points lie inside the hull, the rest may still lie outside.
+            let mut skipped = 0;
+            while skipped < SKIPPED && start + done + 1 < end {
+                let piece = self.editor.next_strip(end - start - done);
+                if piece < 2 {
+                    break;
+                }
+                let from_here = start + done..start + done + piece;
+                let [first, last] =
+                    [from_here.start, from_here.end].map(|index| self.first + index as VertexId);
+                if self.editor.insert_strip(first..last, axis, from) {
+                    self.slots[from_here.clone()].copy_from_slice(self.editor.strip_slots());
+                    from = self.slots[from_here.end - 1];
+                    done += piece;
+                } else {
+                    from = self.insert(start + done, from);
+                    done += 1;
+                    skipped += 1;
+                }
+            }
+        }
+        for step in by_bisection(end - start - done) {
+            let from = step.near.map_or(from, |near| self.slots[start + done + near]);
+            self.insert(start + done + step.index, from);
+        }
+        self.plane.run_start = self.slots[start];
+        self.plane.recent = self.slots[end - 1];
+        if let Some(hints) = self.plane.hints.get() {
+            for index in start..end {
+                hints.note(self.place(index), self.slots[index]);
+            }
+        }
+    }
+
+    /// Inserts a point of the batch from a triangle; returns one at the point.
+    pub(super) fn insert(&mut self, index: usize, from: Slot) -> Slot {
+        let point = self.first + index as VertexId;
+        let slot = match self.editor.insert(point, from) {
+            Placed::New(slot) => slot,
+            Placed::Occupied(of, slot) => {
+                self.duplicates.push(Duplicate { point, of });
+                slot
+            }
+        };
+        self.slots[index] = slot;
+        slot
+    }
+
+    /// The nearest known triangle to the start of a run.
+    ///
+    /// Next to the start or the end of the last run, no farther than this one is long, no other is
+    /// looked for: the walk costs less than the run.
+    fn nearest(&self, run: &Run) -> Slot {
+        let [start, end] = [run.points.start, run.points.end - 1].map(|index| self.place(index));
+        let distance = |place: Place| (place[0] - start[0]).hypot(place[1] - start[1]);
+        let to = |slot: Slot| distance(self.editor.at(self.editor.cells.corner(slot, 0)));
+        let Plane { recent, run_start, .. } = *self.plane;
+        let nearest = if to(run_start) < to(recent) { run_start } else { recent };
+        if to(nearest) <= distance(end) {
+            return nearest;
+        }
+        match self.hints().near(start) {
+            Some(slot) if to(slot) < to(nearest) => slot,
+            _ => nearest,
+        }
+    }
+
+    /// A table of hints for all places, those of the batch among them.
+    pub(super) fn hints(&self) -> &Hints {
+        self.plane.hints.get_or_init(self.make_hints())
+    }
+
+    /// Makes such a table.
+    pub(super) fn make_hints(&self) -> impl FnOnce() -> Hints + use<'a, P, C> {
+        let Editor { points, cells, .. } = self.editor;
+        let (shares_cells, vertices) = (self.shares_cells, self.vertices);
+        let extent = (self.extent, self.plane.room);
+        move || {
+            if shares_cells {
+                // A triangle of the other triangulation would lead astray.
+                Hints::none(vertices, extent, C::HINTS)
+            } else {
+                Hints::of(points, cells, extent, vertices)
+            }
+        }
+    }
+
+    pub(super) fn place(&self, index: usize) -> Place {
+        self.editor.at(self.first + index as VertexId)
+    }
+}
+
+/// Batches of which more than one point in so many starts a run follow no line.
+pub(super) const SCATTERED: usize = 8;
+
+/// How much wider than its points a table is made once they outgrew one.
+const ROOM: f64 = 1.5;
+
+/// How many points of a run are inserted alone before it is not tried as a strip any more.
+const SKIPPED: usize = 3;
