@@ -37,7 +37,7 @@ const FOR_TWO: usize = 16_384;
 ///
 /// The mesh is the Delaunay triangulation of the projected points, lifted to their heights. It fills
 /// the convex hull of the projection: triangles that bridge a gap or a hollow of the outline belong
-/// to it, and it is for [`crate::assess`] to tell them from the surface.
+/// to it, and those who look at the sampling tell them from the surface.
 ///
 /// After [`Mesh::insert`] the mesh is that of all points so far, exactly. Where more than three
 /// points lie on one circle with none inside, as on a raster, the Delaunay triangulation is not
