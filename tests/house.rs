@@ -9,6 +9,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it.
 const ALLOWED: [(&str, &[&str]); 19] = [
+const ALLOWED: [(&str, &[&str]); 18] = [
     (
         "asphera",
         &[
@@ -18,6 +19,7 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "asphera-form",
             "asphera-formats",
             "asphera-geometry",
+            "asphera-graph",
             "asphera-link",
             "asphera-mesh",
             "asphera-modbus",
@@ -33,6 +35,7 @@ const ALLOWED: [(&str, &[&str]); 19] = [
     ("asphera-surface", &["asphera-geometry", "asphera-mesh"]),
     ("asphera-contour", &["asphera-geometry", "asphera-mesh"]),
     ("asphera-volume", &[]),
+    ("asphera-graph", &[]),
     ("asphera-form", &[]),
     ("asphera-formats", &[]),
     ("asphera-link", &[]),
@@ -64,9 +67,11 @@ const ALLOWED: [(&str, &[&str]); 19] = [
 const PURE: [&str; 11] = [
     "asphera-geometry",
     "asphera-mesh",
+const PURE: [&str; 10] = [
     "asphera-surface",
     "asphera-contour",
     "asphera-volume",
+    "asphera-graph",
     "asphera-form",
     "asphera-formats",
     "asphera-link",

@@ -1,0 +1,148 @@
+//! Times and loop counts of the Point Cloud Graph. Sizes and seeds are fixed and printed.
+//!
+//! `cargo bench -p asphera-graph --bench graph -- THREADS [POINTS]`; `POINTS` is the larger cloud of the last row, 10,000,000.
+//! `ASPHERA_BENCH_OFF` names OFF meshes as PATH=GENUS,PATH=GENUS that are sampled beside the bodies made here.
+
+#![expect(clippy::print_stdout, reason = "a benchmark prints what it found")]
+#![expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
+#![expect(clippy::unwrap_used, reason = "a benchmark ends where something is not as it must be")]
+
+#[expect(dead_code, reason = "the tests use the rest")]
+#[path = "../tests/it/bodies.rs"]
+mod bodies;
+
+use std::time::Instant;
+
+use asphera_graph::functions::{geodesic, height};
+use asphera_graph::{Choices, Cloud, extract};
+use bodies::{Body, Place, Random, norm};
+
+const POINTS: usize = 100_000;
+const DIRECTIONS: usize = 20;
+
+fn main() {
+    let numbers: Vec<usize> =
+        std::env::args().skip(1).filter_map(|word| word.parse().ok()).collect();
+    let threads = numbers.first().copied().unwrap_or(1);
+    let many = numbers.get(1).copied().unwrap_or(10_000_000);
+    println!("{threads} threads, best of 5");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        neighbours();
+        loops();
+        growth(many);
+    });
+}
+
+fn neighbours() {
+    let points = Body::row(2).sample(POINTS, &mut Random::new(1));
+    let flat = points.iter().flatten().flat_map(|value| value.to_le_bytes());
+    if let Some(path) = std::env::var_os("ASPHERA_BENCH_POINTS_OUT") {
+        std::fs::write(path, flat.collect::<Vec<u8>>()).unwrap();
+    }
+    let cloud = Cloud::new(&points).unwrap();
+    let all = best(|| Cloud::new(&points).unwrap().nearest(10).unwrap().k());
+    println!("  tree and 10 neighbours of {POINTS} points: {:.0} ms", 1e3 * all);
+    let graph = best(|| {
+        let cloud = Cloud::new(&points).unwrap();
+        let field = height(&cloud, [1.0, 0.2, 0.1]).unwrap();
+        extract(&cloud, &field, &Choices::default()).unwrap().loops.len()
+    });
+    println!("  graph by height of {POINTS} points, all included: {:.0} ms", 1e3 * graph);
+    let nearest = cloud.nearest(12).unwrap();
+    let way = best(|| geodesic(&cloud, &nearest, &[0]).unwrap().values.len());
+    println!("  geodesic distances of {POINTS} points, neighbours known: {:.0} ms", 1e3 * way);
+}
+
+fn loops() {
+    let mut random = Random::new(1);
+    let mut clouds: Vec<(String, usize, Vec<Place>)> = Vec::new();
+    for entry in std::env::var("ASPHERA_BENCH_OFF").unwrap_or_default().split(',') {
+        if let Some((path, genus)) = entry.split_once('=') {
+            let points = off_samples(path, &mut random);
+            clouds.push((path.to_owned(), genus.parse().unwrap(), points));
+        }
+    }
+    let rows = [1, 2, 5, 9].map(Body::row);
+    let plates = [2.0, 1.0, 0.5].map(Body::plate);
+    for body in [Body::sphere()].into_iter().chain(rows).chain(plates) {
+        clouds.push((body.name.clone(), body.genus, body.sample(POINTS, &mut random)));
+    }
+    println!(
+        "  loops = genus of {POINTS} random points, {DIRECTIONS} directions, defaults; of those stable"
+    );
+    for (name, genus, points) in &clouds {
+        let cloud = Cloud::new(points).unwrap();
+        let mut directions = Random::new(7);
+        let (mut right, mut stable) = (0, 0);
+        for _ in 0..DIRECTIONS {
+            let field = height(&cloud, directions.direction()).unwrap();
+            let choices = Choices::default();
+            let found = extract(&cloud, &field, &choices).unwrap();
+            if found.loops.len() == *genus {
+                right += 1;
+                let stability = found.stability(&cloud, &field, &choices).unwrap();
+                stable += usize::from(stability.is_stable);
+            }
+        }
+        println!("    {name}, genus {genus}: {right}, {stable}");
+    }
+}
+
+fn growth(many: usize) {
+    let time = |count: usize| {
+        let points = Body::row(2).sample(count, &mut Random::new(3));
+        let begun = Instant::now();
+        let cloud = Cloud::new(&points).unwrap();
+        let field = height(&cloud, [1.0, 0.2, 0.1]).unwrap();
+        let found = extract(&cloud, &field, &Choices::default()).unwrap();
+        (begun.elapsed().as_secs_f64(), found.loops.len())
+    };
+    let few = (0..3).map(|_| time(many / 10).0).fold(f64::INFINITY, f64::min);
+    let (all, loops) = time(many);
+    println!(
+        "  {many} points by height: {all:.2} s, over 10 × {few:.3} s = {:.2}; {loops} loops",
+        all / (10.0 * few)
+    );
+}
+
+fn best(work: impl Fn() -> usize) -> f64 {
+    let run = |_| {
+        let begun = Instant::now();
+        std::hint::black_box(work());
+        begun.elapsed().as_secs_f64()
+    };
+    (0..5).map(run).fold(f64::INFINITY, f64::min)
+}
+
+/// Points at random, evenly on the triangles of an OFF file.
+fn off_samples(path: &str, random: &mut Random) -> Vec<Place> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut numbers = text.split_whitespace().skip(1).map(|word| word.parse::<f64>().unwrap());
+    let mut number = || numbers.next().unwrap();
+    let (vertices, faces) = (number() as usize, number() as usize);
+    number();
+    let corners: Vec<Place> = (0..vertices).map(|_| [number(), number(), number()]).collect();
+    let mut sides = Vec::new();
+    let mut ends = Vec::new();
+    let mut sum = 0.0;
+    for _ in 0..faces {
+        assert_eq!(number(), 3.0, "triangles only");
+        let [a, b, c] = [number(), number(), number()].map(|index| corners[index as usize]);
+        let [u, v]: [Place; 2] = [b, c].map(|to| std::array::from_fn(|axis| to[axis] - a[axis]));
+        let turned = |i: usize| u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+        sum += norm([turned(0), turned(1), turned(2)]);
+        sides.push((a, u, v));
+        ends.push(sum);
+    }
+    let draw = |_| {
+        let at = sum * random.unit();
+        let (a, u, v) = sides[ends.partition_point(|end| *end <= at).min(faces - 1)];
+        let (mut s, mut t) = (random.unit(), random.unit());
+        if s + t > 1.0 {
+            (s, t) = (1.0 - s, 1.0 - t);
+        }
+        std::array::from_fn(|axis| a[axis] + s * u[axis] + t * v[axis])
+    };
+    (0..POINTS).map(draw).collect()
+}

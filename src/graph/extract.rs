@@ -1,0 +1,212 @@
+//! A graph by default or by choice, its loops, and whether they hold.
+
+use thiserror::Error;
+
+use crate::auto::{auto_strips, auto_tau_mm};
+use crate::cloud::{Cloud, CloudError};
+use crate::functions::Field;
+use crate::graph::{GraphError, PointGraph};
+use crate::grown::{Growth, grown_graph};
+use crate::loops::Loop;
+use crate::strips::{Strips, StripsError};
+
+/// How a graph is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choices {
+    /// τ in mm; `None` chooses it from the points.
+    pub tau_mm: Option<f64>,
+    /// The strips.
+    pub strips: StripChoice,
+    /// How pieces of strips are found.
+    pub pieces: Pieces,
+    /// Loops open over less of the function's range are minor.
+    pub min_loop: f64,
+}
+
+impl Default for Choices {
+    fn default() -> Choices {
+        Choices { tau_mm: None, strips: StripChoice::Auto, pieces: Pieces::Exact, min_loop: 0.0 }
+    }
+}
+
+/// How the range of a function is parted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StripChoice {
+    /// Equal widths of 1.5 τ or more in space.
+    Auto,
+    /// This many of equal width.
+    Uniform(usize),
+    /// This many of equally many places.
+    EqualCount(usize),
+    /// Between these values.
+    Between(Vec<f64>),
+}
+
+/// How the pieces of a strip are found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pieces {
+    /// Places nearer than τ belong together.
+    Exact,
+    /// Growth among the nearest places with a τ that follows their spacing.
+    Grown(Growth),
+}
+
+/// A graph with its loops and what it was made with.
+#[derive(Clone, Debug)]
+pub struct Extraction<const D: usize> {
+    /// The graph.
+    pub graph: PointGraph<D>,
+    /// Mean distance to the nearest other place in mm; 0 of a single place.
+    pub spacing_mm: f64,
+    /// τ in mm, of grown pieces the one to begin with.
+    pub tau_mm: f64,
+    /// The loops that count, the widest first.
+    pub loops: Vec<Loop>,
+    /// Loops that span fewer than two strips, or less than `min_loop`.
+    pub minor_loops: Vec<Loop>,
+}
+
+/// The number of loops where τ and strips change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stability {
+    /// τ in mm, strips and loops of each trial.
+    pub trials: Vec<(f64, usize, usize)>,
+    /// All trials have as many loops as the graph.
+    pub is_stable: bool,
+}
+
+/// Makes a graph. Some n·log n time.
+///
+/// # Errors
+///
+/// No points; choices that do not fit them.
+pub fn extract<const D: usize>(
+    cloud: &Cloud<D>,
+    field: &Field,
+    choices: &Choices,
+) -> Result<Extraction<D>, ExtractError> {
+    if cloud.is_empty() {
+        return Err(ExtractError::NoPoints);
+    }
+    let spacing_mm = cloud.spacing_mm().unwrap_or(0.0);
+    let tau_mm = match (choices.tau_mm, choices.pieces) {
+        (Some(tau_mm), _) => tau_mm,
+        (None, Pieces::Grown(_)) if spacing_mm > 0.0 => SEED_TAU * spacing_mm,
+        // A single place has no spacing; any τ gives the same graph.
+        (None, _) => auto_tau_mm(cloud).unwrap_or(1.0),
+    };
+    let strips = strips(cloud, field, &choices.strips, tau_mm)?;
+    let graph = match choices.pieces {
+        Pieces::Exact => PointGraph::new(cloud, &field.values, strips, tau_mm)?,
+        Pieces::Grown(growth) => grown_graph(cloud, &field.values, strips, tau_mm, growth)?,
+    };
+    let (loops, minor_loops) =
+        graph.loops().into_iter().partition(|found| counts(found, choices.min_loop));
+    Ok(Extraction { graph, spacing_mm, tau_mm, loops, minor_loops })
+}
+
+impl<const D: usize> Extraction<D> {
+    /// Counts the loops again with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips. Four times the time of the graph.
+    ///
+    /// # Errors
+    ///
+    /// Errors as of [`extract`].
+    pub fn stability(
+        &self,
+        cloud: &Cloud<D>,
+        field: &Field,
+        choices: &Choices,
+    ) -> Result<Stability, ExtractError> {
+        let count = self.graph.strips().count();
+        let mut trials = Vec::new();
+        for (of_tau, of_strips) in [(0.8, 1.0), (1.25, 1.0), (1.0, 0.7), (1.0, 1.4)] {
+            let tau_mm = self.tau_mm * of_tau;
+            let strips = self.changed_strips(field, &choices.strips, of_strips)?;
+            let tried = strips.count();
+            let graph = match choices.pieces {
+                Pieces::Exact => PointGraph::new(cloud, &field.values, strips, tau_mm)?,
+                Pieces::Grown(growth) => grown_graph(cloud, &field.values, strips, tau_mm, growth)?,
+            };
+            // A single strip has no loops, and that of a small cloud cannot be parted less.
+            if of_strips == 1.0 || tried != count {
+                let loops = graph.loops();
+                let loops = loops.iter().filter(|found| counts(found, choices.min_loop)).count();
+                trials.push((tau_mm, tried, loops));
+            }
+        }
+        let is_stable = trials.iter().all(|&(_, _, loops)| loops == self.loops.len());
+        Ok(Stability { trials, is_stable })
+    }
+
+    fn changed_strips(
+        &self,
+        field: &Field,
+        choice: &StripChoice,
+        share: f64,
+    ) -> Result<Strips, StripsError> {
+        let own = self.graph.strips();
+        let (bounds, count) = (own.bounds(), own.count());
+        let changed = ((count as f64 * share).round() as usize).max(1);
+        match choice {
+            _ if share == 1.0 => Ok(own.clone()),
+            StripChoice::EqualCount(_) => Strips::equal_count(&field.values, changed),
+            StripChoice::Between(_) => {
+                // Given bounds are moved along: bound i of the new ones lies at i / share of the old.
+                let at = |bound: usize| {
+                    let place = bound as f64 * count as f64 / changed as f64;
+                    let below = (place as usize).min(count - 1);
+                    bounds[below] + (place - below as f64) * (bounds[below + 1] - bounds[below])
+                };
+                let inner: Vec<f64> = (1..changed).map(at).collect();
+                Strips::between(bounds[0], bounds[count], &inner)
+            }
+            StripChoice::Auto | StripChoice::Uniform(_) => {
+                Strips::uniform(bounds[0], bounds[count], changed)
+            }
+        }
+    }
+}
+
+fn counts(found: &Loop, min_loop: f64) -> bool {
+    found.span() >= 2 && found.extent() >= min_loop
+}
+
+fn strips<const D: usize>(
+    cloud: &Cloud<D>,
+    field: &Field,
+    choice: &StripChoice,
+    tau_mm: f64,
+) -> Result<Strips, ExtractError> {
+    let Some([low, high]) = field.range() else {
+        let place = field.values.iter().position(|value| !value.is_finite()).unwrap_or(0);
+        let value = field.values.get(place).copied().unwrap_or(f64::NAN);
+        return Err(GraphError::NotFinite { place, value }.into());
+    };
+    let strips = match choice {
+        StripChoice::Auto => Strips::uniform(low, high, auto_strips(cloud, field, tau_mm)),
+        StripChoice::Uniform(count) => Strips::uniform(low, high, *count),
+        StripChoice::EqualCount(count) => Strips::equal_count(&field.values, *count),
+        StripChoice::Between(values) => Strips::between(low, high, values),
+    };
+    Ok(strips?)
+}
+
+/// Reason why there is no graph of these points with these choices.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ExtractError {
+    /// The cloud has no places.
+    #[error("no points: expected one at least; check the file")]
+    NoPoints,
+    /// The strips cannot be made.
+    #[error(transparent)]
+    Strips(#[from] StripsError),
+    /// The graph cannot be made.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// Neighbours cannot be listed.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
+}
+
+/// τ over the spacing where pieces grow (the paper's τ₁).
+const SEED_TAU: f64 = 5.0;

@@ -1,0 +1,259 @@
+//! The places of a strip in cells so small that the places of one are within τ of each other.
+//!
+//! So a cell is one piece from the start, and only cells near each other remain to be looked at, most of which are
+//! joined already (the grid of A. Gunawan's DBSCAN, Master's thesis, TU Eindhoven 2013). The outcome is exact: pieces
+//! are those of all pairs nearer than τ.
+
+use std::collections::HashMap;
+
+use crate::cloud::{Cloud, PlaceId};
+use crate::sets::Sets;
+use crate::tree::squared_distance;
+
+/// The grid of cells of a cloud for one τ.
+#[derive(Clone, Debug)]
+pub(crate) struct Grid<const D: usize> {
+    low: [f64; D],
+    side: f64,
+    /// Square of τ in mm².
+    pub(crate) square: f64,
+    /// Steps to cells with places that may be nearer than τ: all but the last axis, and how far along the last one.
+    rows: Vec<([i32; D], i32)>,
+}
+
+/// The places of a strip, sorted by cell.
+#[derive(Debug)]
+pub(crate) struct Slab<const D: usize> {
+    pub(crate) places: Vec<PlaceId>,
+    cells: Vec<[i32; D]>,
+    /// Where the places of each cell begin, and the end.
+    starts: Vec<u32>,
+    /// The piece of each cell.
+    pub(crate) pieces: Vec<u32>,
+    pub(crate) piece_count: u32,
+}
+
+impl<const D: usize> Grid<D> {
+    /// `None` where a cell would be less than 2⁻³⁰ of the cloud.
+    pub(crate) fn new(cloud: &Cloud<D>, tau_mm: f64) -> Option<Grid<D>> {
+        let [low, high] = cloud.bounds_mm()?;
+        // The share that is left off covers what rounding does to the numbers of cells.
+        let side = tau_mm / (D as f64).sqrt() * (1.0 - 1e-6);
+        let most = (0..D).map(|axis| (high[axis] - low[axis]) / side).fold(0.0, f64::max);
+        if !(side > 0.0 && most < f64::from(1 << 30)) {
+            return None;
+        }
+        let mut rows = vec![([0; D], 0)];
+        for axis in 0..D - 1 {
+            let wide: Vec<_> = rows
+                .iter()
+                .flat_map(|(offset, _)| {
+                    (-REACH..=REACH).map(move |step| {
+                        let mut offset = *offset;
+                        offset[axis] = step;
+                        (offset, 0)
+                    })
+                })
+                .collect();
+            rows = wide;
+        }
+        // Squares of gaps in sides; τ² is D of them.
+        let gap = |step: i32| (step.abs() - 1).max(0).pow(2);
+        for (offset, along) in &mut rows {
+            let across: i32 = offset.iter().map(|&step| gap(step)).sum();
+            *along = (0..=REACH).rev().find(|&step| across + gap(step) <= D as i32).unwrap_or(-1);
+        }
+        rows.retain(|(_, along)| *along >= 0);
+        // The nearest first: what is joined early need not be looked at again.
+        rows.sort_by_key(|(offset, _)| {
+            (offset.iter().map(|step| step * step).sum::<i32>(), *offset)
+        });
+        Some(Grid { low, side, square: tau_mm * tau_mm, rows })
+    }
+
+    fn cell(&self, place: &[f64; D]) -> [i32; D] {
+        std::array::from_fn(|axis| ((place[axis] - self.low[axis]) / self.side) as i32)
+    }
+
+    /// Square of what two cells are apart at least, mm².
+    fn squared_gap(&self, a: &[i32; D], b: &[i32; D]) -> f64 {
+        let gaps = (0..D).map(|axis| ((a[axis] - b[axis]).abs() - 1).max(0).pow(2));
+        f64::from(gaps.sum::<i32>()) * (self.side * self.side)
+    }
+}
+
+impl<const D: usize> Slab<D> {
+    /// Sorts places into cells and joins the cells to pieces, numbered by the order of the cells.
+    pub(crate) fn new(cloud: &Cloud<D>, grid: &Grid<D>, places: Vec<PlaceId>) -> Slab<D> {
+        let all = cloud.places();
+        let mut keyed: Vec<([i32; D], PlaceId)> =
+            places.into_iter().map(|place| (grid.cell(&all[place as usize]), place)).collect();
+        keyed.sort_unstable();
+        let mut slab = Slab {
+            places: keyed.iter().map(|&(_, place)| place).collect(),
+            cells: Vec::new(),
+            starts: Vec::new(),
+            pieces: Vec::new(),
+            piece_count: 0,
+        };
+        for (at, &(cell, _)) in keyed.iter().enumerate() {
+            if slab.cells.last() != Some(&cell) {
+                slab.cells.push(cell);
+                slab.starts.push(at as u32);
+            }
+        }
+        drop(keyed);
+        slab.starts.push(slab.places.len() as u32);
+        (slab.pieces, slab.piece_count) = slab.join(cloud, grid).numbered();
+        slab
+    }
+
+    /// The places of a cell.
+    pub(crate) fn places_of(&self, cell: usize) -> &[PlaceId] {
+        &self.places[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    fn join(&self, cloud: &Cloud<D>, grid: &Grid<D>) -> Sets {
+        let mut sets = Sets::new(self.cells.len() as u32);
+        let ahead = |(offset, _): &&([i32; D], i32)| *offset >= [0; D];
+        let rows: Vec<_> = grid.rows.iter().filter(ahead).collect();
+        let mut cursors = vec![0; rows.len()];
+        for (at, cell) in self.cells.iter().enumerate() {
+            for ((offset, along), cursor) in rows.iter().zip(&mut cursors) {
+                let (from, to) = span(cell, offset, *along);
+                advance(&self.cells, cursor, &from);
+                let mut other = (*cursor).max(at + 1);
+                while other < self.cells.len() && self.cells[other] <= to {
+                    if sets.root(at as u32) != sets.root(other as u32) {
+                        let [a, b] = [at, other].map(|cell| self.places_of(cell));
+                        if has_nearer(cloud, a, b, grid.square) {
+                            sets.join(at as u32, other as u32);
+                        }
+                    }
+                    other += 1;
+                }
+            }
+        }
+        sets
+    }
+
+    /// Least squared distances in mm², below τ², between pieces of this strip and of another one: (piece here, piece there,
+    /// square), sorted.
+    pub(crate) fn arcs_to(
+        &self,
+        next: &Slab<D>,
+        cloud: &Cloud<D>,
+        grid: &Grid<D>,
+    ) -> Vec<(u32, u32, f64)> {
+        let mut found: HashMap<(u32, u32), f64> = HashMap::new();
+        let mut cursors = vec![0; grid.rows.len()];
+        for (at, cell) in self.cells.iter().enumerate() {
+            for ((offset, along), cursor) in grid.rows.iter().zip(&mut cursors) {
+                let (from, to) = span(cell, offset, *along);
+                advance(&next.cells, cursor, &from);
+                let mut other = *cursor;
+                while other < next.cells.len() && next.cells[other] <= to {
+                    let key = (self.pieces[at], next.pieces[other]);
+                    let least = found.get(&key).copied().unwrap_or(grid.square);
+                    if grid.squared_gap(cell, &next.cells[other]) < least {
+                        let (a, b) = (self.places_of(at), next.places_of(other));
+                        if let Some(square) = least_below(cloud, a, b, least) {
+                            found.insert(key, square);
+                        }
+                    }
+                    other += 1;
+                }
+            }
+        }
+        let mut arcs: Vec<_> = found.into_iter().map(|((a, b), square)| (a, b, square)).collect();
+        arcs.sort_unstable_by_key(|&(a, b, _)| (a, b));
+        arcs
+    }
+}
+
+/// The first and the last cell of a row beside a cell.
+fn span<const D: usize>(cell: &[i32; D], offset: &[i32; D], along: i32) -> ([i32; D], [i32; D]) {
+    let mut from: [i32; D] = std::array::from_fn(|axis| cell[axis] + offset[axis]);
+    let mut to = from;
+    from[D - 1] -= along;
+    to[D - 1] += along;
+    (from, to)
+}
+
+/// Moves a cursor over sorted cells to the first one not before `from`.
+fn advance<const D: usize>(cells: &[[i32; D]], cursor: &mut usize, from: &[i32; D]) {
+    let near = cells[*cursor..].iter().take(NEAR).position(|cell| cell >= from);
+    *cursor += match near {
+        Some(steps) => steps,
+        None => cells[*cursor..].partition_point(|cell| cell < from),
+    };
+}
+
+/// Whether some pair of places is nearer than the root of `square`.
+fn has_nearer<const D: usize>(cloud: &Cloud<D>, a: &[PlaceId], b: &[PlaceId], square: f64) -> bool {
+    let all = cloud.places();
+    let bounds = (a.len() * b.len() > MANY).then(|| bounds(cloud, b));
+    for &p in a {
+        let p = &all[p as usize];
+        if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= square) {
+            continue;
+        }
+        if b.iter().any(|&q| squared_distance(p, &all[q as usize]) < square) {
+            return true;
+        }
+    }
+    false
+}
+
+/// The least squared distance of a pair, where it is below `least`.
+fn least_below<const D: usize>(
+    cloud: &Cloud<D>,
+    a: &[PlaceId],
+    b: &[PlaceId],
+    least: f64,
+) -> Option<f64> {
+    let all = cloud.places();
+    let bounds = (a.len() * b.len() > MANY).then(|| bounds(cloud, b));
+    let mut best = least;
+    for &p in a {
+        let p = &all[p as usize];
+        if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= best) {
+            continue;
+        }
+        for &q in b {
+            best = best.min(squared_distance(p, &all[q as usize]));
+        }
+    }
+    (best < least).then_some(best)
+}
+
+fn bounds<const D: usize>(cloud: &Cloud<D>, places: &[PlaceId]) -> [[f64; D]; 2] {
+    let mut bounds = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
+    for &place in places {
+        let place = &cloud.places()[place as usize];
+        for axis in 0..D {
+            bounds[0][axis] = bounds[0][axis].min(place[axis]);
+            bounds[1][axis] = bounds[1][axis].max(place[axis]);
+        }
+    }
+    bounds
+}
+
+fn squared_gap<const D: usize>(place: &[f64; D], [low, high]: &[[f64; D]; 2]) -> f64 {
+    let mut sum = 0.0;
+    for axis in 0..D {
+        let gap = (low[axis] - place[axis]).max(place[axis] - high[axis]).max(0.0);
+        sum += gap * gap;
+    }
+    sum
+}
+
+/// Steps along an axis to cells that may hold a place nearer than τ: in four dimensions the gap of three steps is τ but for
+/// rounding.
+const REACH: i32 = 3;
+
+/// Cells that a cursor tries one by one.
+const NEAR: usize = 8;
+
+/// Pairs of places from which on boxes are looked at first.
+const MANY: usize = 64;

@@ -1,0 +1,72 @@
+//! Loops of closed surfaces: as many as their genus.
+
+use asphera_graph::{Choices, Cloud, Growth, Pieces, extract, functions};
+
+use crate::bodies::{Body, Random};
+
+#[test]
+fn loops_are_the_genus_and_hold_where_tau_and_strips_change() {
+    let mut random = Random::new(1);
+    let bodies =
+        [Body::sphere(), Body::torus(), Body::row(2), Body::row(5), Body::row(9), Body::plate(0.5)];
+    for body in bodies {
+        let points = body.sample(60_000, &mut random);
+        let cloud = Cloud::new(&points).unwrap();
+        for direction in [[1.0, 0.3, 0.2], [1.0, 0.25, -0.3]] {
+            let field = functions::height(&cloud, direction).unwrap();
+            let choices = Choices::default();
+            let found = extract(&cloud, &field, &choices).unwrap();
+            assert_eq!(found.loops.len(), body.genus, "{} {direction:?}", body.name);
+            assert_eq!(found.graph.components().1, 1);
+            let stability = found.stability(&cloud, &field, &choices).unwrap();
+            assert_eq!(stability.trials.len(), 4);
+            if body.genus < 9 {
+                assert!(stability.is_stable, "{} {stability:?}", body.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_of_a_tenth_of_the_hole_leaves_the_loops() {
+    let mut random = Random::new(2);
+    let points = Body::row(2).sample(60_000, &mut random);
+    for share in [0.02, 0.05, 0.10] {
+        // The smallest hole has the radius 0.6.
+        let noisy: Vec<[f64; 3]> = points
+            .iter()
+            .map(|point| point.map(|value| value + 0.6 * share * random.normal()))
+            .collect();
+        let cloud = Cloud::new(&noisy).unwrap();
+        let field = functions::height(&cloud, [1.0, 0.2, 0.1]).unwrap();
+        assert_eq!(extract(&cloud, &field, &Choices::default()).unwrap().loops.len(), 2, "{share}");
+    }
+}
+
+#[test]
+fn density_that_varies_tenfold_leaves_the_loops() {
+    let mut random = Random::new(3);
+    let points = Body::row(2).sample(150_000, &mut random);
+    let kept: Vec<[f64; 3]> =
+        points.into_iter().filter(|[x, ..]| random.unit() < 0.1 + 0.9 * (x + 2.4) / 4.8).collect();
+    let cloud = Cloud::new(&kept).unwrap();
+    let field = functions::height(&cloud, [1.0, 0.2, 0.1]).unwrap();
+    assert_eq!(extract(&cloud, &field, &Choices::default()).unwrap().loops.len(), 2);
+}
+
+#[test]
+fn growth_among_few_neighbours_breaks_pieces_and_among_many_does_not() {
+    let mut random = Random::new(4);
+    let points = Body::row(2).sample(11_000, &mut random);
+    let cloud = Cloud::new(&points).unwrap();
+    let field = functions::height(&cloud, [1.0, 0.1, 0.1]).unwrap();
+    let all = |k| {
+        let pieces = Pieces::Grown(Growth { k, ..Growth::default() });
+        let strips = asphera_graph::StripChoice::Uniform(30);
+        let choices = Choices { pieces, strips, ..Choices::default() };
+        let found = extract(&cloud, &field, &choices).unwrap();
+        found.loops.len() + found.minor_loops.len()
+    };
+    assert!(all(5) > all(10) && all(10) >= all(30), "{} {} {}", all(5), all(10), all(30));
+    assert_eq!(all(30), 2);
+}

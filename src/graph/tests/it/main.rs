@@ -1,0 +1,10 @@
+//! Tests of the crate as others see it.
+
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
+mod bodies;
+mod degenerate;
+mod genus;
+mod geodesics;
+mod neighbours;
+mod pieces;
