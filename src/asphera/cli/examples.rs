@@ -32,6 +32,15 @@ pub(super) const CONTOUR: &str = "Examples:
 pub(super) const COMPARE: &str = "Example:
   asphera compare found.json truth.json --json";
 
+pub(super) const GRAPH: &str = "Examples:
+  asphera graph part.ply
+  asphera graph part.xyz --function height:z --strips 50 --out results
+  asphera graph part.xyz --function geodesic --tau 0.2 --json";
+
+pub(super) const PARTS: &str = "Examples:
+  asphera parts tray.xyz
+  asphera parts tray.ply --tau 0.5 --out parts --json";
+
 pub(super) const SAMPLING: &str = "Examples:
   asphera sampling part.xyz --epsilon 0.05
   asphera sampling part.xyz --nominal sphere.toml --waypoints next.csv";

@@ -9,11 +9,13 @@ mod examples;
 mod exit;
 mod export;
 mod files;
+mod graph;
 mod manual;
 mod measure;
 mod nominal;
 mod notify;
 mod output;
+mod parts;
 mod ports;
 mod progress;
 mod reduce;
@@ -90,6 +92,12 @@ enum Command {
     /// Compares two contours: distances, areas, edges.
     #[command(after_help = examples::COMPARE)]
     Compare(compare::CompareArgs),
+    /// Makes the graph of points: how parts hang together, where they have holes and branches, without a mesh.
+    #[command(after_help = examples::GRAPH)]
+    Graph(graph::GraphArgs),
+    /// Lists the parts of a scene: points, place, size and holes of each; islands apart.
+    #[command(after_help = examples::PARTS)]
+    Parts(parts::PartsArgs),
     /// Says how densely points sample their surface, and what to measure next.
     #[command(after_help = examples::SAMPLING)]
     Sampling(sampling::SamplingArgs),
@@ -182,6 +190,8 @@ pub fn main() -> ExitCode {
         Command::Contour(args) => contour::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Sampling(args) => sampling::run(&args),
+        Command::Graph(args) => graph::run(&args),
+        Command::Parts(args) => parts::run(&args),
         Command::Volume(args) => volume::run(&args),
         Command::Nominal(args) => nominal::run(&args),
         Command::Export(args) => export::run(&args),

@@ -1,0 +1,187 @@
+//! `asphera graph`: parts, holes and branches of points, without a mesh.
+
+pub(super) mod figures;
+mod files;
+pub(super) mod function;
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use asphera_graph::{Choices, Growth, Pieces, StripChoice};
+use clap::{Args, ValueEnum};
+
+use self::function::FunctionChoice;
+use super::exit::Exit;
+use super::files::refuse;
+use super::output::{Failure, print, print_json, write_json};
+use super::progress::Progress;
+use super::source::{Source, source_help};
+use super::text::TextArgs;
+
+#[derive(Args)]
+pub(super) struct GraphArgs {
+    #[arg(help = source_help())]
+    source: PathBuf,
+    #[command(flatten)]
+    text: TextArgs,
+    /// The function whose range is cut into strips: height:x, height:y, height:z, height:DX,DY,DZ; pca:1 to pca:3, the height along a
+    /// principal axis; centre, point:X,Y,Z, axis:X,Y,Z,DX,DY,DZ: distances; log, square, saddle of the coordinates; geodesic from an
+    /// end, geodesic:N the mean over N sources.
+    #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
+    function: FunctionChoice,
+    /// The strips: auto, a number of equal width, equal:N of equally many points, or the values between them.
+    #[arg(
+        long,
+        value_name = "auto|N|equal:N|V0,V1,…",
+        default_value = "auto",
+        allow_hyphen_values = true
+    )]
+    strips: StripsArg,
+    /// Points nearer than this belong together; auto takes some six spacings of the points.
+    #[arg(long, value_name = "auto|MM", default_value = "auto")]
+    tau: TauArg,
+    /// Neighbours among which pieces grow, for --components grown.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
+    k: u16,
+    /// How the pieces of a strip are found: all points nearer than tau, or growth among k neighbours.
+    #[arg(long, value_enum, default_value = "exact")]
+    components: ComponentsName,
+    /// Loops that are open over less than this are minor; in mm, or units of the function.
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
+    min_loop: f64,
+    /// Write graph.json, graph.ply and points.ply into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite such files if they are there.
+    #[arg(long)]
+    force: bool,
+    /// Threads to use; results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print the figures as one JSON object on stdout, and nothing else there.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum ComponentsName {
+    Exact,
+    Grown,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct StripsArg(StripChoice);
+
+impl FromStr for StripsArg {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<StripsArg, String> {
+        let count = |word: &str| word.parse::<usize>().ok().filter(|count| *count > 0);
+        if word == "auto" {
+            return Ok(StripsArg(StripChoice::Auto));
+        }
+        if let Some(count) = word.strip_prefix("equal:").and_then(count) {
+            return Ok(StripsArg(StripChoice::EqualCount(count)));
+        }
+        if let Some(count) = count(word) {
+            return Ok(StripsArg(StripChoice::Uniform(count)));
+        }
+        let values: Option<Vec<f64>> = word
+            .split(',')
+            .map(|value| value.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+            .collect();
+        values
+            .filter(|values| values.len() > 1)
+            .map(|values| StripsArg(StripChoice::Between(values)))
+            .ok_or_else(|| {
+                format!(
+                    "expected auto, a number from 1, equal:N or two values or more, found `{word}`"
+                )
+            })
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TauArg(pub(super) Option<f64>);
+
+impl FromStr for TauArg {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<TauArg, String> {
+        match (word, word.parse::<f64>()) {
+            ("auto", _) => Ok(TauArg(None)),
+            (_, Ok(tau_mm)) if tau_mm.is_finite() && tau_mm > 0.0 => Ok(TauArg(Some(tau_mm))),
+            _ => Err(format!("expected auto or a length in mm above 0, found `{word}`")),
+        }
+    }
+}
+
+impl GraphArgs {
+    fn choices(&self) -> Choices {
+        let pieces = match self.components {
+            ComponentsName::Exact => Pieces::Exact,
+            ComponentsName::Grown => {
+                Pieces::Grown(Growth { k: self.k.into(), ..Growth::default() })
+            }
+        };
+        let strips = self.strips.0.clone();
+        Choices { tau_mm: self.tau.0, strips, pieces, min_loop: self.min_loop }
+    }
+}
+
+pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
+    let file = |name: &str| args.out.as_deref().map(|folder| folder.join(name));
+    for path in FILES.into_iter().filter_map(file) {
+        refuse(&path, &args.source, args.force)?;
+    }
+    let progress = Progress::start("graph");
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    let points: Vec<[f64; 3]> = source.points().collect();
+    let name = args.source.display().to_string();
+    let outcome = in_pool(args.threads, || {
+        figures::of(&name, &points, &args.function, &args.choices(), &progress)
+    })?;
+    drop(points);
+    if let Some(folder) = &args.out {
+        progress.stage("writing");
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+        write_json(&folder.join(FILES[0]), &outcome.whole())?;
+        files::write_graph(&folder.join(FILES[1]), &outcome)?;
+        files::write_points(&folder.join(FILES[2]), &outcome)?;
+    }
+    drop(progress);
+    if args.json {
+        print_json(&outcome.report)?;
+    } else {
+        print(&outcome.report.summary());
+        source.say_reading();
+    }
+    Ok(Exit::Done)
+}
+
+/// Does work on as many threads as are asked for.
+pub(super) fn in_pool<T: Send>(
+    threads: Option<u16>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
+    match threads {
+        None => work(),
+        Some(threads) => {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?.install(work)
+        }
+    }
+}
+
+fn length(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err(format!("expected 0 or a length in mm above it, found `{word}`")),
+    }
+}
+
+/// The files of `--out`.
+const FILES: [&str; 3] = ["graph.json", "graph.ply", "points.ply"];
+
+#[cfg(test)]
+mod tests;

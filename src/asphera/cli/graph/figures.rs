@@ -1,0 +1,243 @@
+//! The figures of a graph as JSON writes them: `asphera.graph/1`.
+
+use std::fmt::Write as _;
+
+use asphera_graph::{
+    Choices, Cloud, ExtractError, Extraction, Loop, Parts, auto_min_points, extract, parts,
+};
+use serde::Serialize;
+
+use super::super::output::Failure;
+use super::super::progress::Progress;
+use super::super::summary::short;
+use super::function::FunctionChoice;
+
+/// The figures of a graph. Lengths are mm of the file's frame.
+#[derive(Clone, Debug, Serialize)]
+pub(in crate::cli) struct GraphReport {
+    format: &'static str,
+    pub(super) file: String,
+    pub(super) points: u64,
+    pub(super) spacing_mm: f64,
+    pub(super) tau_mm: f64,
+    pub(super) strips: usize,
+    pub(super) function: FunctionFigures,
+    pub(super) nodes: usize,
+    pub(super) arcs: usize,
+    pub(super) components: u32,
+    pub(super) loops: usize,
+    /// Whether as many loops are found with τ times 0.8 and 1.25, and with 0.7 and 1.4 times as many strips.
+    pub(super) loops_stable: bool,
+    pub(super) loop_ranges: Vec<LoopFigures>,
+    /// Loops too small to count.
+    pub(super) minor_loops: Vec<LoopFigures>,
+    pub(super) parts: Vec<PartFigures>,
+    /// Pieces of too few points to be parts.
+    pub(super) islands: usize,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct FunctionFigures {
+    kind: String,
+    range: [f64; 2],
+    /// Another function would do as well, as where the cloud has no longest axis.
+    multiple: bool,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct LoopFigures {
+    /// The range of the function in which the loop is surely open.
+    range: [f64; 2],
+    extent: f64,
+    strips: u32,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(in crate::cli) struct PartFigures {
+    pub(in crate::cli) points: u64,
+    pub(in crate::cli) box_mm: [[f64; 3]; 2],
+    pub(in crate::cli) centre_mm: [f64; 3],
+    pub(in crate::cli) loops: usize,
+}
+
+/// The report with what the files hold.
+pub(super) struct Outcome {
+    pub(super) report: GraphReport,
+    pub(super) cloud: Cloud<3>,
+    pub(super) values: Vec<f64>,
+    pub(super) found: Extraction<3>,
+    /// The part of each place, from 0; −1 of islands.
+    pub(super) part_of_place: Vec<i32>,
+}
+
+/// The report with all nodes and arcs, as graph.json holds them.
+#[derive(Serialize)]
+pub(super) struct WholeGraph<'a> {
+    #[serde(flatten)]
+    report: &'a GraphReport,
+    strip_bounds: &'a [f64],
+    node_list: Vec<NodeFigures>,
+    arc_list: Vec<ArcFigures>,
+    /// Chains of nodes between ends and branches.
+    segments: Vec<Vec<u32>>,
+}
+
+#[derive(Serialize)]
+struct NodeFigures {
+    strip: u32,
+    places: u32,
+    centroid_mm: [f64; 3],
+    box_mm: [[f64; 3]; 2],
+    range: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct ArcFigures {
+    nodes: [u32; 2],
+    distance_mm: f64,
+}
+
+/// Makes the graph of points.
+pub(super) fn of(
+    file: &str,
+    points: &[[f64; 3]],
+    function: &FunctionChoice,
+    choices: &Choices,
+    progress: &Progress,
+) -> Result<Outcome, Failure> {
+    let failed = |error: ExtractError| -> Failure { format!("{file}: {error}").into() };
+    progress.stage("sorting points");
+    let cloud = Cloud::new(points).map_err(|error| format!("{file}: {error}"))?;
+    progress.stage(function.kind());
+    let field = function.field(&cloud).map_err(|error| format!("{file}: {error}"))?;
+    progress.stage("joining pieces");
+    let found = extract(&cloud, &field, choices).map_err(failed)?;
+    progress.stage("trying other strips");
+    let stability = found.stability(&cloud, &field, choices).map_err(failed)?;
+    progress.stage("parts");
+    let parts = parts_of(&cloud, found.tau_mm)?;
+    let mut part_of_place = vec![-1; cloud.len()];
+    for (number, part) in (0..).zip(&parts.parts) {
+        part.places.iter().for_each(|&place| part_of_place[place as usize] = number);
+    }
+    // A loop lies in the part of any place of its upper node.
+    let mut place_of_node = vec![0; found.graph.nodes().len()];
+    for (place, &node) in found.graph.nodes_of_places().iter().enumerate() {
+        place_of_node[node as usize] = place;
+    }
+    let part_of = |one: &Loop| part_of_place[place_of_node[one.nodes[1] as usize]];
+    let part_figures = (0..).zip(&parts.parts).map(|(number, part)| PartFigures {
+        points: part.points,
+        box_mm: part.box_mm,
+        centre_mm: part.centre_mm,
+        loops: found.loops.iter().filter(|one| part_of(one) == number).count(),
+    });
+    let part_figures = part_figures.collect();
+    let [low, high] = field.range().unwrap_or([f64::NAN; 2]);
+    let report = GraphReport {
+        format: "asphera.graph/1",
+        file: file.to_owned(),
+        points: points.len() as u64,
+        spacing_mm: found.spacing_mm,
+        tau_mm: found.tau_mm,
+        strips: found.graph.strips().count(),
+        function: FunctionFigures {
+            kind: function.kind(),
+            range: [low, high],
+            multiple: field.is_multiple,
+        },
+        nodes: found.graph.nodes().len(),
+        arcs: found.graph.arcs().len(),
+        components: found.graph.components().1,
+        loops: found.loops.len(),
+        loops_stable: stability.is_stable,
+        loop_ranges: found.loops.iter().map(loop_figures).collect(),
+        minor_loops: found.minor_loops.iter().map(loop_figures).collect(),
+        parts: part_figures,
+        islands: parts.islands.len(),
+    };
+    Ok(Outcome { report, cloud, values: field.values, found, part_of_place })
+}
+
+/// The parts of a cloud, islands of few points apart.
+pub(in crate::cli) fn parts_of(cloud: &Cloud<3>, tau_mm: f64) -> Result<Parts<3>, Failure> {
+    Ok(parts(cloud, tau_mm, auto_min_points(cloud, tau_mm)?)?)
+}
+
+fn loop_figures(found: &Loop) -> LoopFigures {
+    LoopFigures { range: found.range, extent: found.extent(), strips: found.span() }
+}
+
+impl Outcome {
+    pub(super) fn whole(&self) -> WholeGraph<'_> {
+        let graph = &self.found.graph;
+        let nodes = graph.nodes().iter().map(|node| NodeFigures {
+            strip: node.strip,
+            places: node.places,
+            centroid_mm: node.centroid_mm,
+            box_mm: node.box_mm,
+            range: node.range,
+        });
+        let arcs = graph
+            .arcs()
+            .iter()
+            .map(|arc| ArcFigures { nodes: arc.nodes, distance_mm: arc.distance_mm });
+        WholeGraph {
+            report: &self.report,
+            strip_bounds: graph.strips().bounds(),
+            node_list: nodes.collect(),
+            arc_list: arcs.collect(),
+            segments: graph.segments().into_iter().map(|segment| segment.nodes).collect(),
+        }
+    }
+}
+
+impl GraphReport {
+    /// Lines for a terminal.
+    pub(super) fn summary(&self) -> String {
+        let mut text = String::new();
+        let mut line = |name: &str, value: String| {
+            // Writing into a String cannot fail.
+            let _ = writeln!(text, "{name:<10} {value}");
+        };
+        line("points", format!("{}, {} mm apart", self.points, short(self.spacing_mm)));
+        let [low, high] = self.function.range.map(short);
+        let multiple = if self.function.multiple { "; one of several that would do" } else { "" };
+        line("function", format!("{}, {low} to {high}{multiple}", self.function.kind));
+        line("strips", format!("{}, tau {} mm", self.strips, short(self.tau_mm)));
+        line(
+            "graph",
+            format!("{} nodes, {} arcs, {} components", self.nodes, self.arcs, self.components),
+        );
+        let holds = match self.loops_stable {
+            true => "also with other tau and strips",
+            false => "not with every other tau and strips",
+        };
+        line("loops", format!("{}, {holds}; {} minor", self.loops, self.minor_loops.len()));
+        for found in self.loop_ranges.iter().take(SHOWN) {
+            let [low, high] = found.range.map(short);
+            line("", format!("open from {low} to {high}"));
+        }
+        line("parts", format!("{}, and {} islands", self.parts.len(), self.islands));
+        for part in self.parts.iter().take(SHOWN) {
+            line("", part_line(part));
+        }
+        text
+    }
+}
+
+/// A part in a line.
+pub(in crate::cli) fn part_line(part: &PartFigures) -> String {
+    let [x, y, z] = part.centre_mm.map(short);
+    let size: Vec<String> =
+        (0..3).map(|axis| short(part.box_mm[1][axis] - part.box_mm[0][axis])).collect();
+    format!(
+        "{} points at ({x}, {y}, {z}) mm, {} mm, loops: {}",
+        part.points,
+        size.join(" × "),
+        part.loops
+    )
+}
+
+/// Loops and parts that are shown at most.
+const SHOWN: usize = 12;

@@ -1,0 +1,92 @@
+//! The command from its arguments to its files.
+
+use clap::Parser as _;
+use serde_json::Value;
+
+use super::run;
+use crate::cli::{Cli, Command};
+
+/// Two rings side by side and a stray point, as text.
+fn rings() -> String {
+    let mut text = String::new();
+    for step in 0..2000 {
+        let angle = f64::from(step) * std::f64::consts::TAU / 1000.0;
+        let x = angle.cos() + if step < 1000 { 0.0 } else { 5.0 };
+        text += &format!("{x} {} 0\n", angle.sin());
+    }
+    text + "2.5 9 0\n"
+}
+
+/// Runs a command on the rings and gives the folder of its files.
+fn done(words: &[&str]) -> Result<tempfile::TempDir, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rings.xyz");
+    std::fs::write(&file, rings()).unwrap();
+    let out = folder.path().join("out");
+    let mut all = vec!["asphera", words[0], file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    all.extend(&words[1..]);
+    let cli = Cli::try_parse_from(all).map_err(|error| error.to_string())?;
+    let exit = match cli.command {
+        Command::Graph(args) => run(&args),
+        Command::Parts(args) => crate::cli::parts::run(&args),
+        _ => panic!("another command"),
+    };
+    exit.map_err(|error| error.to_string())?;
+    Ok(folder)
+}
+
+fn json(folder: &tempfile::TempDir, name: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.path().join("out").join(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn two_rings_have_a_loop_each_and_a_stray_point_is_an_island() {
+    let folder = done(&["graph", "--function", "height:x", "--json"]).unwrap();
+    let found = json(&folder, "graph.json");
+    assert_eq!(found["format"], "asphera.graph/1");
+    assert_eq!((&found["loops"], &found["components"]), (&2.into(), &3.into()));
+    assert_eq!(
+        (found["parts"][0]["loops"].as_u64(), found["islands"].as_u64()),
+        (Some(1), Some(1))
+    );
+    assert_eq!(found["loops_stable"], true);
+    assert_eq!(
+        found["node_list"].as_array().unwrap().len() as u64,
+        found["nodes"].as_u64().unwrap()
+    );
+    for name in ["graph.ply", "points.ply"] {
+        let bytes = std::fs::read(folder.path().join("out").join(name)).unwrap();
+        let count = asphera_formats::read(name, &bytes).unwrap().points().count() as u64;
+        let expected = if name == "graph.ply" { found["nodes"].as_u64().unwrap() } else { 2001 };
+        assert_eq!(count, expected);
+    }
+}
+
+#[test]
+fn parts_have_their_place_and_their_holes() {
+    let folder = done(&["parts"]).unwrap();
+    let found = json(&folder, "parts.json");
+    let parts = found["parts"].as_array().unwrap();
+    assert_eq!((parts.len(), found["islands"].as_u64()), (2, Some(1)));
+    for (part, x) in parts.iter().zip([0.0, 5.0]) {
+        assert!((part["centre_mm"][0].as_f64().unwrap() - x).abs() < 1e-9);
+        assert_eq!((&part["points"], &part["loops"]), (&1000.into(), &1.into()));
+    }
+    assert!(folder.path().join("out/part-2.ply").is_file());
+}
+
+#[test]
+fn what_is_no_function_strip_or_tau_is_told() {
+    for (words, expected) in [
+        (["graph", "--function", "height:q"], "expected height:x"),
+        (["graph", "--strips", "0"], "expected auto, a number"),
+        (["graph", "--tau", "-1"], "expected auto or a length"),
+        (["graph", "--strips", "2000000"], "expected 1 to 1000000"),
+        (["graph", "--function", "height:0,0,0"], "not 0"),
+        (["graph", "--function", "geodesic:0"], "0 sources"),
+    ] {
+        let [verb, flag, value] = words;
+        let message = done(&[verb, &format!("{flag}={value}")]).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+}
