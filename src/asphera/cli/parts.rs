@@ -88,12 +88,15 @@ pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// Places of a part, x y z in mm.
+type Places = Vec<[f64; 3]>;
+
 /// The report and the places of each part.
 fn figures(
     file: &str,
     points: &[[f64; 3]],
     tau_mm: Option<f64>,
-) -> Result<(PartsReport, Vec<Vec<[f64; 3]>>), Failure> {
+) -> Result<(PartsReport, Vec<Places>), Failure> {
     let cloud = Cloud::new(points).map_err(|error| format!("{file}: {error}"))?;
     if cloud.is_empty() {
         return Err(format!("{file}: no points: expected one at least; check the file").into());
@@ -104,7 +107,7 @@ fn figures(
     let mut clouds = Vec::new();
     let mut parts = Vec::new();
     for part in &found.parts {
-        let places: Vec<[f64; 3]> =
+        let places: Places =
             part.places.iter().map(|&place| cloud.places()[place as usize]).collect();
         // The holes are those that the graph along the longest axis of the part shows.
         let own = Cloud::new(&places)?;
