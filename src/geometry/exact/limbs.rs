@@ -48,6 +48,15 @@ impl<const N: usize> Limbs<N> {
         Self(rest)
     }
 
+    /// The same number in more limbs.
+    #[inline]
+    pub(crate) fn widened<const M: usize>(self) -> Limbs<M> {
+        const { assert!(M >= N) };
+        let mut limbs = [if self.is_negative() { u64::MAX } else { 0 }; M];
+        limbs[..N].copy_from_slice(&self.0);
+        Limbs(limbs)
+    }
+
     /// The product. `M` must be 2`N`, so that it always fits but for (-2⁶⁴ᴺ⁻¹)².
     #[inline]
     pub fn times<const M: usize>(self, other: Self) -> Limbs<M> {

@@ -3,6 +3,7 @@
 mod lengths;
 mod limbs;
 mod signs;
+mod space;
 mod ties;
 
 use std::cmp::Ordering;

@@ -1,0 +1,24 @@
+//! Vectors in space.
+
+use asphera_surface::PointMm;
+
+#[inline(always)]
+pub(crate) fn minus(a: PointMm, b: PointMm) -> PointMm {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn dot(a: PointMm, b: PointMm) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(crate) fn cross(a: PointMm, b: PointMm) -> PointMm {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Twice the area of a triangle, as a vector along its normal.
+#[inline(always)]
+pub(crate) fn double_area([a, b, c]: [PointMm; 3]) -> PointMm {
+    cross(minus(b, a), minus(c, a))
+}

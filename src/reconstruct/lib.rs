@@ -1,0 +1,14 @@
+//! Surfaces in space from points that no plane shows whole: balls, blades, whole lenses, knots, bands.
+//!
+//! [`prove`](prove::prove) tells what any triangle mesh is as a surface, by exact arithmetic.
+//!
+//! Lengths are mm. The crate holds no input or output, reads no clock and starts no thread of its own: where two help it works
+//! in the caller's rayon pool. The same points give the same facets, whatever their order or the threads.
+
+#![forbid(unsafe_code)]
+
+mod geometry;
+pub mod prove;
+mod sets;
+
+pub use prove::{Proof, ProofError, prove};

@@ -1,0 +1,94 @@
+//! Pairs of triangles whose boxes meet.
+
+use asphera_surface::{BoxMm, PointMm};
+use rayon::prelude::*;
+
+/// Calls for every pair of boxes that meet, the smaller number first, and gives all that the calls gave.
+///
+/// A tree of boxes cut at the median of their middles; every box asks it for those of greater number.
+pub(super) fn pairs(boxes: &[BoxMm], keep: impl Fn(u32, u32) -> bool + Sync) -> Vec<[u32; 2]> {
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut nodes = vec![EMPTY; node_count(boxes.len())];
+    build(boxes, &mut order, 0, &mut nodes);
+    (0..boxes.len() as u32)
+        .into_par_iter()
+        .flat_map_iter(|number| {
+            let mut found = Vec::new();
+            ask(boxes, &order, 0, &nodes, number, &mut |other| {
+                if keep(number, other) {
+                    found.push([number, other]);
+                }
+            });
+            found
+        })
+        .collect()
+}
+
+fn node_count(len: usize) -> usize {
+    if len <= LEAF { 1 } else { (4 * len / LEAF).next_power_of_two() }
+}
+
+fn build(boxes: &[BoxMm], order: &mut [u32], node: usize, nodes: &mut [BoxMm]) {
+    let mut whole = EMPTY;
+    for &number in order.iter() {
+        let one = &boxes[number as usize];
+        for axis in 0..3 {
+            whole.low_mm[axis] = whole.low_mm[axis].min(one.low_mm[axis]);
+            whole.high_mm[axis] = whole.high_mm[axis].max(one.high_mm[axis]);
+        }
+    }
+    nodes[node] = whole;
+    if order.len() <= LEAF {
+        return;
+    }
+    let extent = |axis: usize| whole.high_mm[axis] - whole.low_mm[axis];
+    let axis =
+        (1..3).fold(0, |widest, axis| if extent(axis) > extent(widest) { axis } else { widest });
+    let middle =
+        |number: u32| boxes[number as usize].low_mm[axis] + boxes[number as usize].high_mm[axis];
+    let half = order.len() / 2;
+    order.select_nth_unstable_by(half, |&a, &b| middle(a).total_cmp(&middle(b)).then(a.cmp(&b)));
+    let (left, right) = order.split_at_mut(half);
+    build(boxes, left, 2 * node + 1, nodes);
+    build(boxes, right, 2 * node + 2, nodes);
+}
+
+fn ask(
+    boxes: &[BoxMm],
+    order: &[u32],
+    node: usize,
+    nodes: &[BoxMm],
+    number: u32,
+    take: &mut impl FnMut(u32),
+) {
+    let own = &boxes[number as usize];
+    if !meet(own, &nodes[node]) {
+        return;
+    }
+    if order.len() <= LEAF {
+        for &other in order {
+            if other > number && meet(own, &boxes[other as usize]) {
+                take(other);
+            }
+        }
+        return;
+    }
+    let (left, right) = order.split_at(order.len() / 2);
+    ask(boxes, left, 2 * node + 1, nodes, number, take);
+    ask(boxes, right, 2 * node + 2, nodes, number, take);
+}
+
+fn meet(a: &BoxMm, b: &BoxMm) -> bool {
+    (0..3).all(|axis| a.low_mm[axis] <= b.high_mm[axis] && b.low_mm[axis] <= a.high_mm[axis])
+}
+
+/// The box about some places.
+pub(super) fn about(places: &[PointMm]) -> BoxMm {
+    places.iter().fold(EMPTY, |whole, place| BoxMm {
+        low_mm: [0, 1, 2].map(|axis| whole.low_mm[axis].min(place[axis])),
+        high_mm: [0, 1, 2].map(|axis| whole.high_mm[axis].max(place[axis])),
+    })
+}
+
+const EMPTY: BoxMm = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
+const LEAF: usize = 4;
