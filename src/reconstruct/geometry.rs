@@ -17,6 +17,18 @@ pub(crate) fn cross(a: PointMm, b: PointMm) -> PointMm {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+#[inline(always)]
+pub(crate) fn scaled(a: PointMm, factor: f64) -> PointMm {
+    a.map(|side| side * factor)
+}
+
+/// The direction of a vector; `None` of one too short to have one.
+#[inline(always)]
+pub(crate) fn unit(a: PointMm) -> Option<PointMm> {
+    let length = dot(a, a).sqrt();
+    (length > f64::MIN_POSITIVE && length.is_finite()).then(|| scaled(a, 1.0 / length))
+}
+
 /// Twice the area of a triangle, as a vector along its normal.
 #[inline(always)]
 pub(crate) fn double_area([a, b, c]: [PointMm; 3]) -> PointMm {

@@ -19,6 +19,7 @@ pub use self::loops::BorderLoop;
 use self::edges::Edges;
 use self::umbrellas::Umbrellas;
 use crate::geometry::{cross, dot, double_area, minus};
+use crate::sets::Sets;
 
 /// What a triangle mesh is as a surface. The same mesh gives the same proof, whatever the threads.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,6 +173,19 @@ pub fn prove(points_mm: &[PointMm], facets: &[[u32; 3]]) -> Result<Proof, ProofE
         area_mm2,
         volume_mm3,
     })
+}
+
+/// Which triangles must be turned so that neighbours agree, and the first triangle of the patch of each; `None` where they
+/// cannot.
+pub(crate) fn turns(facets: &[[u32; 3]]) -> Option<(Vec<bool>, Vec<u32>)> {
+    let edges = Edges::of(facets);
+    let turned = edges.turns(facets.len())?;
+    let mut patches = Sets::new(facets.len());
+    for [one, other] in &edges.inner {
+        patches.join(one.facet(), other.facet());
+    }
+    let patch = (0..facets.len() as u32).map(|facet| patches.root(facet)).collect();
+    Some((turned, patch))
 }
 
 fn check(points_mm: &[PointMm], facets: &[[u32; 3]]) -> Result<(), ProofError> {

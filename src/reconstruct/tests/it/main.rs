@@ -1,5 +1,7 @@
 //! Tests of reconstruction and proof from outside.
 
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
 mod proof;
-#[expect(dead_code, reason = "shapes that the reconstruction is tested on")]
 mod shapes;
+mod stars;

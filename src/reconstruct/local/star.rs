@@ -1,0 +1,227 @@
+//! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
+
+use super::normals::TangentPlane;
+use super::vote::{basis, diagonal};
+use crate::geometry::{cross, dot, minus};
+use crate::neighbours::{Near, Neighbours};
+
+/// Stands in a star where two neighbours have no facet between them.
+pub(super) const GAP: u32 = u32::MAX;
+
+/// What stars are made of.
+pub(super) struct Maker<'a> {
+    pub(super) tree: &'a Neighbours,
+    pub(super) planes: &'a [Option<TangentPlane>],
+}
+
+/// What a thread keeps between stars.
+#[derive(Default)]
+pub(super) struct Room {
+    cell: Vec<Corner>,
+    next: Vec<Corner>,
+    near_ties: Vec<Half>,
+    wider: Vec<Near>,
+    ring: Vec<Half>,
+}
+
+/// A half-plane of the cell: x·a + y·b ≤ offset.
+#[derive(Clone, Copy, Default)]
+struct Half {
+    x: f64,
+    y: f64,
+    offset: f64,
+    /// The neighbour beyond, or [`GAP`].
+    of: u32,
+}
+
+/// A corner of the cell, and the half-plane of the side that starts there.
+#[derive(Clone, Copy)]
+struct Corner {
+    x: f64,
+    y: f64,
+    side: Half,
+}
+
+impl Corner {
+    fn square(&self) -> f64 {
+        self.x * self.x + self.y * self.y
+    }
+}
+
+impl Maker<'_> {
+    /// The neighbours about a point, with [`GAP`] where no facet is; `near` are the nearest.
+    pub(super) fn star(&self, at: u32, near: &[Near], room: &mut Room) -> Vec<u32> {
+        let Some(plane) = self.planes[at as usize] else { return Vec::new() };
+        let along = basis(plane.normal);
+        let across = cross(plane.normal, along);
+        let reach = plane.reach_mm;
+        let place = self.tree.points_mm[at as usize];
+        let half = |&(square, other): &Near| {
+            let way = minus(self.tree.points_mm[other as usize], place);
+            Half { x: dot(way, along), y: dot(way, across), offset: square / 2.0, of: other }
+        };
+        start(&mut room.cell, reach);
+        room.near_ties.clear();
+        let mut widest = cut_all(room, near.iter().map(half), reach);
+        let seen = near.last().map_or(0.0, |last| last.0);
+        if 4.0 * widest > seen && near.len() + 1 < self.tree.len() {
+            let radius = (2.0 * widest.sqrt()).min(reach) * (1.0 + 1e-9);
+            let mut wider = std::mem::take(&mut room.wider);
+            self.tree.within(at, radius, &mut wider);
+            widest = cut_all(room, wider.iter().skip(near.len()).map(half), reach);
+            room.wider = wider;
+        }
+        debug_assert!(widest.is_finite());
+        self.settle(at, reach * reach / 4.0, room);
+        room.ring.iter().map(|half| half.of).collect()
+    }
+
+    /// The ring of neighbours, with near ties settled.
+    fn settle(&self, at: u32, limit: f64, room: &mut Room) {
+        let ring = &mut room.ring;
+        ring.clear();
+        for (index, corner) in room.cell.iter().enumerate() {
+            // Between the side before this corner and the one that starts here is a facet, unless it is too wide.
+            let before = room.cell[(index + room.cell.len() - 1) % room.cell.len()].side.of;
+            let is_wide = corner.square() > limit;
+            if is_wide && before != GAP && corner.side.of != GAP {
+                ring.push(Half { of: GAP, ..Half::default() });
+            }
+            ring.push(corner.side);
+        }
+        for _ in 0..MOST_FLIPS {
+            if !self.remove_one(at, limit, ring)
+                && !self.insert_one(at, limit, ring, &room.near_ties)
+            {
+                return;
+            }
+        }
+    }
+
+    /// Takes a neighbour out of the ring whose edge the rule denies.
+    fn remove_one(&self, at: u32, limit: f64, ring: &mut Vec<Half>) -> bool {
+        let len = ring.len();
+        for index in 0..len {
+            let (q, r, s) = (ring[index], ring[(index + 1) % len], ring[(index + 2) % len]);
+            if len < 4 || [q.of, r.of, s.of].contains(&GAP) || !is_near_tie(q, r, s, limit) {
+                continue;
+            }
+            if self.has_edge(at, r.of, [q.of, s.of]) == Some(false) {
+                ring.remove((index + 1) % len);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes a neighbour into the ring whose edge the rule asks for.
+    fn insert_one(&self, at: u32, limit: f64, ring: &mut Vec<Half>, near_ties: &[Half]) -> bool {
+        let len = ring.len();
+        for &tie in near_ties {
+            if ring.iter().any(|half| half.of == tie.of) {
+                continue;
+            }
+            for index in 0..len {
+                let (q, r) = (ring[index], ring[(index + 1) % len]);
+                let is_between = q.x * tie.y > q.y * tie.x && tie.x * r.y > tie.y * r.x;
+                if q.of == GAP || r.of == GAP || !is_between || !is_near_tie(q, tie, r, limit) {
+                    continue;
+                }
+                if self.has_edge(at, tie.of, [q.of, r.of]) == Some(true) {
+                    ring.insert(index + 1, tie);
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    fn has_edge(&self, at: u32, over: u32, sides: [u32; 2]) -> Option<bool> {
+        diagonal(&self.tree.points_mm, self.planes, at, over, sides)
+    }
+}
+
+/// A square about the point, beyond what it looks at.
+fn start(cell: &mut Vec<Corner>, reach: f64) {
+    cell.clear();
+    let side = Half { of: GAP, ..Half::default() };
+    for (x, y) in [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        cell.push(Corner { x: x * reach, y: y * reach, side });
+    }
+}
+
+/// Cuts the cell until the next neighbours are too far to matter; the square of its radius, as far as it counts.
+fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f64 {
+    let limit = reach * reach / 4.0;
+    let widest = |cell: &[Corner]| cell.iter().map(Corner::square).fold(0.0, f64::max).min(limit);
+    let mut radius = widest(&room.cell);
+    for half in halves {
+        // The neighbour is at twice the radius or farther: with a margin for those that nearly touch.
+        if half.offset > 2.0 * radius * (1.0 + NEAR_TIE) {
+            break;
+        }
+        if cut(room, half) {
+            radius = widest(&room.cell);
+        }
+    }
+    radius
+}
+
+/// Cuts the cell by a half-plane; gives whether it lost anything.
+fn cut(room: &mut Room, half: Half) -> bool {
+    let over = |corner: &Corner| corner.x * half.x + corner.y * half.y - half.offset;
+    let mut is_cut = false;
+    let mut is_near = false;
+    for corner in &room.cell {
+        let value = over(corner);
+        is_cut |= value > 0.0;
+        is_near |= value > -NEAR_TIE * corner.square();
+    }
+    if is_near {
+        room.near_ties.push(half);
+    }
+    if !is_cut {
+        return false;
+    }
+    room.next.clear();
+    let len = room.cell.len();
+    for index in 0..len {
+        let (from, to) = (room.cell[index], room.cell[(index + 1) % len]);
+        let (a, b) = (over(&from), over(&to));
+        let crossing = |side: Half| {
+            let share = a / (a - b);
+            Corner {
+                x: from.x + share * (to.x - from.x),
+                y: from.y + share * (to.y - from.y),
+                side,
+            }
+        };
+        if a <= 0.0 {
+            room.next.push(from);
+            if b > 0.0 {
+                room.next.push(crossing(half));
+            }
+        } else if b <= 0.0 {
+            room.next.push(crossing(from.side));
+        }
+    }
+    std::mem::swap(&mut room.cell, &mut room.next);
+    true
+}
+
+/// Whether the middle one of three neighbours nearly touches the corner of the cell that the other two make.
+fn is_near_tie(q: Half, r: Half, s: Half, limit: f64) -> bool {
+    let turn = q.x * s.y - q.y * s.x;
+    if turn <= 0.0 {
+        return false;
+    }
+    let x = (q.offset * s.y - s.offset * q.y) / turn;
+    let y = (q.x * s.offset - s.x * q.offset) / turn;
+    let square = x * x + y * y;
+    square <= limit && (x * r.x + y * r.y - r.offset).abs() <= NEAR_TIE * square
+}
+
+/// Of the square of a circle's radius: within it a point nearly lies on the circle.
+const NEAR_TIE: f64 = 0.3;
+/// A star of more flips is left as it is; its facets then do not agree.
+const MOST_FLIPS: u32 = 32;

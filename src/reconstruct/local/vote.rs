@@ -1,0 +1,104 @@
+//! Which diagonal four points nearly on one circle have: the one rule that all of them share.
+//!
+//! The four are looked at in the mean of their tangent planes. There the cell structure of space decides as a circle does, with
+//! heights as weights. Ties and what rounding leaves open fall by coordinates: the diagonal that avoids the last of the four, as
+//! the mesh in the plane has it (O. Devillers, M. Teillaud, doi:10.1016/j.comgeo.2010.09.010).
+
+use asphera_surface::PointMm;
+
+use super::normals::TangentPlane;
+use crate::geometry::{cross, dot, minus, unit};
+use crate::neighbours::by_coordinates;
+
+/// Whether the diagonal from the first of four points runs to the second; `None` where the four make no convex quadrilateral.
+///
+/// The answer is a function of the four alone: whoever asks, the edge is the same.
+pub(super) fn diagonal(
+    points_mm: &[PointMm],
+    planes: &[Option<TangentPlane>],
+    own: u32,
+    over: u32,
+    sides: [u32; 2],
+) -> Option<bool> {
+    let mut four = [own, over, sides[0], sides[1]];
+    four.sort_unstable_by(|&a, &b| by_coordinates(points_mm[a as usize], points_mm[b as usize]));
+    let places = four.map(|at| points_mm[at as usize]);
+    let mut normals = [[0.0; 3]; 4];
+    for (normal, &at) in normals.iter_mut().zip(&four) {
+        *normal = planes[at as usize]?.normal;
+    }
+    let ends = ends(places, normals)?.map(|end| four[end]);
+    Some(ends.contains(&own) && ends.contains(&over))
+}
+
+/// Which two of four points, in the order of their coordinates, the dividing edge joins.
+fn ends(places: [PointMm; 4], mut normals: [PointMm; 4]) -> Option<[usize; 2]> {
+    let first = normals[0];
+    for normal in &mut normals {
+        if dot(*normal, first) < 0.0 {
+            *normal = normal.map(|side| -side);
+        }
+    }
+    let up = unit([0, 1, 2].map(|axis| normals.iter().map(|normal| normal[axis]).sum()))?;
+    let along = basis(up);
+    let across = cross(up, along);
+    let flat = places.map(|place| {
+        let way = minus(place, places[0]);
+        [dot(way, along), dot(way, across), dot(way, up)]
+    });
+    let middle = [0, 1].map(|axis| flat.iter().map(|place| place[axis]).sum::<f64>() / 4.0);
+    // Where the tangent planes pass the middle, on the average.
+    let height = flat.iter().zip(normals).map(|(place, normal)| {
+        let slope =
+            |axis: PointMm, index: usize| dot(normal, axis) * (middle[index] - place[index]);
+        place[2] - (slope(along, 0) + slope(across, 1)) / dot(normal, up).max(0.3)
+    });
+    let height = height.sum::<f64>() / 4.0;
+    let turn = |i: usize, j: usize| flat[i][0] * flat[j][1] - flat[i][1] * flat[j][0];
+    let opposite = (1..4).find(|&k| {
+        let (i, j) = others(k);
+        turn(k, i) * turn(k, j) < 0.0
+    })?;
+    let (i, j) = others(opposite);
+    let k = opposite;
+    // Convex: the first and its opposite lie on different sides of the line of the other two.
+    let side = |p: [f64; 3]| {
+        (flat[j][0] - flat[i][0]) * (p[1] - flat[i][1])
+            - (flat[j][1] - flat[i][1]) * (p[0] - flat[i][0])
+    };
+    if side(flat[0]) * side(flat[k]) >= 0.0 {
+        return None;
+    }
+    let lift = flat.map(|[x, y, z]| x * x + y * y + z * (z - 2.0 * height));
+    let det = lift[i] * turn(k, j) + lift[k] * turn(j, i) + lift[j] * turn(i, k);
+    let area = turn(i, k) + turn(k, j) + turn(j, i);
+    let size = flat.iter().map(|[x, y, z]| x * x + y * y + z * z).fold(0.0, f64::max);
+    let coordinate =
+        places.as_flattened().iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let noise = TIE * size * size + 64.0 * f64::EPSILON * coordinate * size * size.sqrt();
+    let encloses = if area > 0.0 { det } else { -det };
+    // `true`: the first lies in the circle of the other three, and the diagonal runs from it.
+    let from_first = if encloses.abs() <= noise { k != 3 } else { encloses > 0.0 };
+    Some(if from_first { [0, k] } else { [i, j] })
+}
+
+fn others(k: usize) -> (usize, usize) {
+    match k {
+        1 => (2, 3),
+        2 => (1, 3),
+        _ => (1, 2),
+    }
+}
+
+/// A direction across another.
+pub(super) fn basis(up: PointMm) -> PointMm {
+    let least =
+        (0..3).fold(0, |least, axis| if up[axis].abs() < up[least].abs() { axis } else { least });
+    let mut axis = [0.0; 3];
+    axis[least] = 1.0;
+    // An axis at more than 54° to `up` is never along it.
+    unit(cross(up, axis)).unwrap_or(axis)
+}
+
+/// Of the fourth power of the size: what counts as a tie.
+const TIE: f64 = 1e-11;
