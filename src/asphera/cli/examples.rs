@@ -45,6 +45,10 @@ pub(super) const SAMPLING: &str = "Examples:
   asphera sampling part.xyz --epsilon 0.05
   asphera sampling part.xyz --nominal sphere.toml --waypoints next.csv";
 
+pub(super) const RECONSTRUCT: &str = "Examples:
+  asphera reconstruct blade.ply -o blade-mesh.ply
+  asphera reconstruct scan.xyz --unit um --json";
+
 pub(super) const VOLUME: &str = "Examples:
   asphera volume part.nrrd --regular 0.5 --mesh part.ply
   asphera volume scan.mha --threshold iso50 --part largest --check --json

@@ -18,6 +18,7 @@ mod output;
 mod parts;
 mod ports;
 mod progress;
+mod reconstruct;
 mod reduce;
 mod replay;
 mod report;
@@ -104,6 +105,9 @@ enum Command {
     /// Makes a surface of a volume (CT, OCT, confocal), says whether its grid was fine enough, and measures volume and area.
     #[command(after_help = examples::VOLUME)]
     Volume(volume::VolumeArgs),
+    /// Makes a surface in space of points that no plane shows whole, and proves what it is.
+    #[command(after_help = examples::RECONSTRUCT)]
+    Reconstruct(reconstruct::ReconstructArgs),
     /// Checks a nominal file and tells what it says, or makes one of a surface of a Zemax lens file.
     #[command(after_help = examples::NOMINAL)]
     Nominal(nominal::NominalArgs),
@@ -193,6 +197,7 @@ pub fn main() -> ExitCode {
         Command::Graph(args) => graph::run(&args),
         Command::Parts(args) => parts::run(&args),
         Command::Volume(args) => volume::run(&args),
+        Command::Reconstruct(args) => reconstruct::run(&args),
         Command::Nominal(args) => nominal::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Replay(args) => replay::run(&args),

@@ -1,0 +1,49 @@
+//! The command on a file, and what it writes.
+
+use asphera_surface::PointMm;
+use clap::Parser as _;
+
+use super::{made, written};
+use crate::cli::{Cli, Command};
+
+/// Points of an octahedron whose sides are cut into `n` pieces, on a ball.
+fn ball(n: i32) -> Vec<PointMm> {
+    let mut points = Vec::new();
+    for (x, y) in (-n..=n).flat_map(|x| (-n..=n).map(move |y| (x, y))) {
+        let z = n - x.abs() - y.abs();
+        if z < 0 {
+            continue;
+        }
+        for z in if z == 0 { vec![0] } else { vec![-z, z] } {
+            let place = [x, y, z].map(f64::from);
+            let length = place.iter().map(|value| value * value).sum::<f64>().sqrt();
+            points.push(place.map(|value| 5.0 * value / length));
+        }
+    }
+    points
+}
+
+#[test]
+fn a_ball_in_a_file_is_closed_and_written_in_four_formats() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ball.xyz");
+    let text: String = ball(20).iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let cli = Cli::try_parse_from(["asphera", "reconstruct", file.to_str().unwrap()]).unwrap();
+    let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+    let (report, points, facets) = made(&args).unwrap();
+    let figures = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"];
+    assert_eq!(facets.len(), 2 * points.len() - 4);
+    assert_eq!(figures["genus"], 0);
+    assert_eq!(figures["closed"], true);
+    assert_eq!(figures["betti"], serde_json::json!([1, 0, 1]));
+    assert!(report.summary().contains("closed, two-sided, components 1, genus 0"));
+    for name in ["a.ply", "a.stl", "a.obj", "a.off"] {
+        written::write(&folder.path().join(name), &points, &facets).unwrap();
+    }
+    let off = std::fs::read_to_string(folder.path().join("a.off")).unwrap();
+    assert_eq!(off.lines().count(), 2 + points.len() + facets.len());
+    let obj = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
+    assert!(obj.lines().last().unwrap().starts_with("f "));
+    assert!(written::kind_of(&folder.path().join("a.step")).is_err());
+}
