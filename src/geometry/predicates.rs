@@ -1,6 +1,6 @@
-//! Questions about places in the plane, decided exactly.
+//! Questions about places in the plane, and one about places in space, decided exactly.
 //!
-//! A place is x and y in mm. Coordinates must be zero or at least [`crate::TINY_MM`] in size, and at most
+//! A place is x and y in mm, in space x, y and z. Coordinates must be zero or at least [`crate::TINY_MM`] in size, and at most
 //! [`crate::RANGE_MM`]: then no answer depends on rounding.
 
 pub use crate::distance::{compare_distances_from, compare_with_right_angle};
@@ -8,6 +8,7 @@ pub use crate::exact::lengths::{
     compare_angle_sum, compare_distances, compare_with_sum, scalar_product,
 };
 pub use crate::exact::limbs::Limbs;
+pub use crate::exact::space::orientation_in_space;
 pub use crate::exact::{
     Place, by_x_then_y, encloses, estimated_in_circle, estimated_orientation, in_circle, left_of,
     orientation, outside_edge,

@@ -1,6 +1,6 @@
 //! Vectors in space.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 #[inline(always)]
 pub(crate) fn minus(a: PointMm, b: PointMm) -> PointMm {

@@ -9,7 +9,7 @@ mod normals;
 mod star;
 mod vote;
 
-use asphera_surface::{PointMm, RANGE_MM, TINY_MM};
+use asphera_geometry::{PointMm, RANGE_MM, TINY_MM};
 use rayon::prelude::*;
 use thiserror::Error;
 

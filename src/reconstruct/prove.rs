@@ -10,7 +10,7 @@ mod homology;
 mod loops;
 mod umbrellas;
 
-use asphera_surface::{PointMm, RANGE_MM};
+use asphera_geometry::{PointMm, RANGE_MM};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -124,7 +124,7 @@ pub const LISTED: usize = 16;
 
 /// Proves what a triangle mesh is. n·log n time, 200 bytes a triangle.
 ///
-/// Coordinates below 1e-40 mm in size should be zero, as [`asphera_surface::TINY_MM`] says.
+/// Coordinates below 1e-40 mm in size should be zero, as [`asphera_geometry::TINY_MM`] says.
 ///
 /// # Errors
 ///

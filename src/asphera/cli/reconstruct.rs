@@ -5,8 +5,8 @@ mod written;
 
 use std::path::PathBuf;
 
+use asphera_geometry::PointMm;
 use asphera_reconstruct::{local, prove};
-use asphera_surface::PointMm;
 use clap::{Args, ValueEnum};
 
 use self::figures::ReconstructReport;

@@ -12,9 +12,10 @@ use super::{UNIT_ROUNDOFF, sign};
 /// A place in space: x, y and z in mm.
 pub(crate) type Place3 = [f64; 3];
 
-/// The side of the plane through `a`, `b`, `c` on which `d` lies: `Greater` is where the three turn clockwise.
+/// Side of the plane through `a`, `b`, `c` on which `d` lies: `Greater` is where they turn clockwise, `Less` where they turn
+/// counter-clockwise, `Equal` on the plane.
 #[inline]
-pub(crate) fn orientation(a: Place3, b: Place3, c: Place3, d: Place3) -> Ordering {
+pub fn orientation_in_space(a: Place3, b: Place3, c: Place3, d: Place3) -> Ordering {
     let (det, bound) = estimated(a, b, c, d);
     if det.abs() > bound { sign(det) } else { unrounded(a, b, c, d) }
 }

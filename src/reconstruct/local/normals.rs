@@ -1,6 +1,6 @@
 //! Tangent planes of points, from their nearest neighbours.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::geometry::{cross, dot, minus, unit};
 use crate::neighbours::{Near, Neighbours};

@@ -4,7 +4,7 @@
 //! heights as weights. Ties and what rounding leaves open fall by coordinates: the diagonal that avoids the last of the four, as
 //! the mesh in the plane has it (O. Devillers, M. Teillaud, doi:10.1016/j.comgeo.2010.09.010).
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::normals::TangentPlane;
 use crate::geometry::{cross, dot, minus, unit};

@@ -1,6 +1,6 @@
 //! Pairs of triangles whose boxes meet.
 
-use asphera_surface::{BoxMm, PointMm};
+use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
 /// Calls for every pair of boxes that meet, the smaller number first, and gives all that the calls gave.

@@ -5,8 +5,8 @@
 
 use std::cmp::Ordering;
 
-use asphera_surface::PointMm;
-use asphera_surface::predicates::{orientation, orientation_in_space};
+use asphera_geometry::PointMm;
+use asphera_geometry::predicates::{orientation, orientation_in_space};
 
 use super::{boxes, corners};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use super::edges::Edges;
 use super::umbrellas::Umbrellas;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use asphera_geometry::PointMm;
 use asphera_reconstruct::{LeftOut, Proof, Reconstruction};
-use asphera_surface::PointMm;
 use serde::Serialize;
 
 use crate::cli::summary::short;

@@ -1,6 +1,6 @@
 //! The command on a file, and what it writes.
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use clap::Parser as _;
 
 use super::{made, written};

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use asphera_formats::{ply, stl};
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 
 use crate::cli::output::Failure;
 

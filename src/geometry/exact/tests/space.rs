@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use proptest::prelude::*;
 
-use crate::exact::space::orientation;
+use crate::exact::space::orientation_in_space;
 use crate::regressions::beside_source;
 
 fn whole([a, b, c, d]: [[i64; 3]; 4]) -> Ordering {
@@ -22,14 +22,14 @@ fn robust_sign(places: [[f64; 3]; 4]) -> Ordering {
 fn the_side_where_three_turn_clockwise_is_greater() {
     let [a, b, c] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     for (z, side) in [(-1e-30, Ordering::Greater), (0.0, Ordering::Equal), (1.0, Ordering::Less)] {
-        assert_eq!(orientation(a, b, c, [0.3, 0.3, z]), side);
+        assert_eq!(orientation_in_space(a, b, c, [0.3, 0.3, z]), side);
     }
     // Far from the origin, out of a plane by a last bit.
     let far = [1e9, 1e9, 1e9];
     let [p, q] = [[1e9 + 1.0, 1e9, 1e9], [1e9, 1e9 + 1.0, 1e9]];
     let above = [1e9 + 7.0, 1e9 + 9.0, 1e9_f64.next_up()];
-    assert_eq!(orientation(far, p, q, above), Ordering::Less);
-    assert_eq!(orientation(far, q, p, above), Ordering::Greater);
+    assert_eq!(orientation_in_space(far, p, q, above), Ordering::Less);
+    assert_eq!(orientation_in_space(far, q, p, above), Ordering::Greater);
 }
 
 proptest! {
@@ -45,9 +45,9 @@ proptest! {
             std::array::from_fn(|i| std::array::from_fn(|axis| corners[i][axis] + steps[i][axis]));
         let doubles = places.map(|p| p.map(|count| 512.0 + count as f64 / (1_u64 << 40) as f64));
         let [a, b, c, d] = doubles;
-        prop_assert_eq!(orientation(a, b, c, d), whole(places));
-        prop_assert_eq!(orientation(a, b, c, d), robust_sign(doubles));
-        prop_assert_eq!(orientation(b, a, c, d), whole(places).reverse());
+        prop_assert_eq!(orientation_in_space(a, b, c, d), whole(places));
+        prop_assert_eq!(orientation_in_space(a, b, c, d), robust_sign(doubles));
+        prop_assert_eq!(orientation_in_space(b, a, c, d), whole(places).reverse());
     }
 
     #[test]
@@ -56,6 +56,6 @@ proptest! {
     ) {
         let places = places.map(|p| p.map(|(value, power)| value * 2_f64.powi(power)));
         let [a, b, c, d] = places;
-        prop_assert_eq!(orientation(a, b, c, d), robust_sign(places));
+        prop_assert_eq!(orientation_in_space(a, b, c, d), robust_sign(places));
     }
 }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use asphera_geometry::PointMm;
 use asphera_reconstruct::{ProofError, prove};
-use asphera_surface::PointMm;
 
 use crate::shapes::{moebius, torus};
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_surface::PointMm;
+use asphera_geometry::PointMm;
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 

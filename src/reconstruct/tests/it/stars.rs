@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::PointMm;
 use asphera_reconstruct::{LeftOut, Proof, local, prove};
-use asphera_surface::PointMm;
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
