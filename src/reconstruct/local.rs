@@ -3,8 +3,10 @@
 //! A point's star is its Voronoi cell cut by its tangent plane (J.-D. Boissonnat, A. Ghosh, Manifold reconstruction using tangential
 //! Delaunay complexes, Discrete & Computational Geometry 51 (2014)). Tangent planes differ, so of four points nearly on one
 //! circle each would see another diagonal. We deviate there: one rule of the four points alone decides for all of them
-//! ([`vote`]). A facet is kept where all three corners have it in their stars.
+//! ([`vote`]). A facet is kept where all three corners have it in their stars; small holes where corners disagree are filled ([`mend`]).
 
+mod holes;
+mod mend;
 mod normals;
 mod star;
 mod vote;
@@ -67,6 +69,7 @@ pub fn local(points_mm: &[PointMm]) -> Result<Reconstruction, TooManyPoints> {
     let maker = Maker { tree: &tree, planes: &planes };
     let stars = tree.map_nearest(normals::NEAREST, |at, near, room| maker.star(at, near, room));
     let mut facets = agreed(&stars);
+    facets.extend(mend::facets(&tree, &planes, &facets));
     let mut is_used = vec![false; tree.len()];
     for &corner in facets.as_flattened() {
         is_used[corner as usize] = true;

@@ -16,6 +16,8 @@ use thiserror::Error;
 
 pub use self::loops::BorderLoop;
 
+pub(crate) use self::crossings::cross_any;
+
 use self::edges::Edges;
 use self::umbrellas::Umbrellas;
 use crate::geometry::{cross, dot, double_area, minus};

@@ -22,6 +22,15 @@ pub(super) fn all(points_mm: &[PointMm], facets: &[[u32; 3]], degenerate: &[u32]
     })
 }
 
+/// Whether any of some triangles is without area, or meets another of them or of `others` elsewhere than in common corners and
+/// edges. Takes time in proportion to the product of both numbers.
+pub(crate) fn cross_any(points_mm: &[PointMm], some: &[[u32; 3]], others: &[[u32; 3]]) -> bool {
+    some.iter().enumerate().any(|(index, &one)| {
+        is_degenerate(corners(points_mm, one))
+            || some[..index].iter().chain(others).any(|&other| cross(points_mm, one, other))
+    })
+}
+
 /// Whether the corners of a triangle lie on a line.
 pub(super) fn is_degenerate(corners: [PointMm; 3]) -> bool {
     plane_of(corners).is_none()

@@ -3,5 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
 
 mod proof;
+mod real;
 mod shapes;
 mod stars;

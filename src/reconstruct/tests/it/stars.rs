@@ -125,3 +125,64 @@ fn bad_points_make_no_surface_that_is_not_there() {
     let proof = proven(&flat);
     assert_eq!((proof.facets, proof.border_loops.len(), proof.euler), (2 * 19 * 19, 1, 1));
 }
+
+/// Points of a ball at random: many stars disagree.
+fn scattered_ball(count: usize, seed: u64) -> Vec<PointMm> {
+    let mut random = Pcg64::seed_from_u64(seed);
+    (0..count)
+        .map(|_| {
+            let (z, turn) = (2.0 * uniform(&mut random) - 1.0, TAU * uniform(&mut random));
+            let radius = (1.0 - z * z).max(0.0).sqrt();
+            [10.0 * radius * turn.cos(), 10.0 * radius * turn.sin(), 10.0 * z]
+        })
+        .collect()
+}
+
+#[test]
+fn a_ball_of_random_points_is_closed() {
+    for seed in 1..=4 {
+        assert_closed(&scattered_ball(5_000, seed), 0);
+    }
+}
+
+#[test]
+fn fillings_depend_on_places_alone() {
+    let points = scattered_ball(3_000, 9);
+    let facets = |points: &[PointMm]| {
+        let made = local(points).unwrap();
+        let mut places: Vec<_> = made
+            .facets
+            .iter()
+            .map(|facet| {
+                let mut corners = facet.map(|at| points[at as usize].map(f64::to_bits));
+                corners.sort_unstable();
+                corners
+            })
+            .collect();
+        places.sort_unstable();
+        places
+    };
+    let expected = facets(&points);
+    let backwards: Vec<PointMm> = points.iter().rev().copied().collect();
+    assert_eq!(facets(&backwards), expected);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(pool.install(|| facets(&points)), expected);
+}
+
+#[test]
+fn a_hole_wider_than_a_point_sees_stays_and_a_bowl_stays_open() {
+    let lattice = |hole: f64| -> Vec<PointMm> {
+        (0..40)
+            .flat_map(|i| (0..40).map(move |j| [f64::from(i), f64::from(j), 0.0]))
+            .filter(|&[x, y, _]| (x - 20.0).hypot(y - 20.0) >= hole)
+            .collect()
+    };
+    for (hole, borders) in [(0.5, 1), (8.0, 2)] {
+        let points = lattice(hole);
+        let proof = prove(&points, &local(&points).unwrap().facets).unwrap();
+        assert_eq!(proof.border_loops.len(), borders, "hole of {hole} mm");
+    }
+    let bowl: Vec<PointMm> = ball(4_000, 0.0, 1).into_iter().filter(|&[_, _, z]| z < 0.0).collect();
+    let proof = prove(&bowl, &local(&bowl).unwrap().facets).unwrap();
+    assert_eq!((proof.border_loops.len(), proof.components, proof.is_closed), (1, 1, false));
+}
