@@ -52,7 +52,7 @@ pub struct TooManyPoints {
 /// The largest number of points that [`local`] takes.
 pub const MOST_POINTS: usize = 12_000_000;
 
-/// Reconstructs a surface through points by local stars. n·log n time, some 250 bytes a point.
+/// Reconstructs a surface through points by local stars. n·log n time, some 440 bytes a point.
 ///
 /// The facets depend on the places alone, not on their order or the threads.
 ///

@@ -2,8 +2,7 @@
 //!
 //! A k-d tree cut at medians whose leaves lie in one array in their order, so that points near each other are near in memory. The
 //! points of a leaf ask together: what may be near to any of them is gathered once. Of equal distances the smaller coordinates come
-//! first, so that lists do not depend on the order of the points. [`asphera_geometry::WeightedTree`] answers one place at a time, at
-//! a quarter of the speed.
+//! first, so that lists do not depend on the order of the points. [`asphera_geometry::WeightedTree`] answers one place at a time.
 
 use std::cmp::Ordering;
 

@@ -124,7 +124,7 @@ pub const MOST_FACETS: usize = 16_000_000;
 /// How many findings of a kind are listed.
 pub const LISTED: usize = 16;
 
-/// Proves what a triangle mesh is. n·log n time, 200 bytes a triangle.
+/// Proves what a triangle mesh is. n·log n time.
 ///
 /// Coordinates below 1e-40 mm in size should be zero, as [`asphera_geometry::TINY_MM`] says.
 ///
