@@ -36,7 +36,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     ("asphera-contour", &["asphera-geometry", "asphera-mesh"]),
     ("asphera-reconstruct", &["asphera-geometry"]),
     ("asphera-volume", &[]),
-    ("asphera-graph", &[]),
+    ("asphera-graph", &["asphera-geometry"]),
     ("asphera-form", &[]),
     ("asphera-formats", &[]),
     ("asphera-link", &[]),

@@ -1,10 +1,10 @@
 //! The Point Cloud Graph: pieces of strips as nodes, arcs between pieces of consecutive strips that are near.
 
+use asphera_geometry::Sets;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::cloud::{CHUNK, Cloud, PlaceId};
-use crate::sets::Sets;
 use crate::slab::{Grid, Slab};
 use crate::strips::Strips;
 
@@ -119,9 +119,9 @@ impl<const D: usize> PointGraph<D> {
 
     /// The connected component of each node, and how many there are.
     pub fn components(&self) -> (Vec<u32>, u32) {
-        let mut sets = Sets::new(self.nodes.len() as u32);
+        let mut sets = Sets::new(self.nodes.len());
         self.arcs.iter().for_each(|arc| {
-            sets.join(arc.nodes[0], arc.nodes[1]);
+            sets.join(arc.nodes[0] as usize, arc.nodes[1] as usize);
         });
         sets.numbered()
     }

@@ -6,8 +6,9 @@
 
 use std::collections::HashMap;
 
+use asphera_geometry::Sets;
+
 use crate::cloud::{Cloud, PlaceId};
-use crate::sets::Sets;
 use crate::tree::squared_distance;
 
 /// The grid of cells of a cloud for one τ.
@@ -114,7 +115,7 @@ impl<const D: usize> Slab<D> {
     }
 
     fn join(&self, cloud: &Cloud<D>, grid: &Grid<D>) -> Sets {
-        let mut sets = Sets::new(self.cells.len() as u32);
+        let mut sets = Sets::new(self.cells.len());
         let ahead = |(offset, _): &&([i32; D], i32)| *offset >= [0; D];
         let rows: Vec<_> = grid.rows.iter().filter(ahead).collect();
         let mut cursors = vec![0; rows.len()];
@@ -124,10 +125,10 @@ impl<const D: usize> Slab<D> {
                 advance(&self.cells, cursor, &from);
                 let mut other = (*cursor).max(at + 1);
                 while other < self.cells.len() && self.cells[other] <= to {
-                    if sets.root(at as u32) != sets.root(other as u32) {
+                    if sets.root(at) != sets.root(other) {
                         let [a, b] = [at, other].map(|cell| self.places_of(cell));
                         if has_nearer(cloud, a, b, grid.square) {
-                            sets.join(at as u32, other as u32);
+                            sets.join(at, other);
                         }
                     }
                     other += 1;

@@ -11,7 +11,6 @@ mod geometry;
 mod local;
 mod neighbours;
 pub mod prove;
-mod sets;
 
 pub use local::{LeftOut, MOST_POINTS, Reconstruction, TooManyPoints, local};
 pub use prove::{Proof, ProofError, prove};

@@ -10,18 +10,15 @@ mod homology;
 mod loops;
 mod umbrellas;
 
-use asphera_geometry::{PointMm, RANGE_MM};
+use asphera_geometry::{PointMm, RANGE_MM, Sets};
 use rayon::prelude::*;
 use thiserror::Error;
 
-pub use self::loops::BorderLoop;
-
 pub(crate) use self::crossings::cross_any;
-
 use self::edges::Edges;
+pub use self::loops::BorderLoop;
 use self::umbrellas::Umbrellas;
 use crate::geometry::{cross, dot, double_area, minus};
-use crate::sets::Sets;
 
 /// What a triangle mesh is as a surface. The same mesh gives the same proof, whatever the threads.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,9 +181,9 @@ pub(crate) fn turns(facets: &[[u32; 3]]) -> Option<(Vec<bool>, Vec<u32>)> {
     let turned = edges.turns(facets.len())?;
     let mut patches = Sets::new(facets.len());
     for [one, other] in &edges.inner {
-        patches.join(one.facet(), other.facet());
+        patches.join(one.facet() as usize, other.facet() as usize);
     }
-    let patch = (0..facets.len() as u32).map(|facet| patches.root(facet)).collect();
+    let patch = (0..facets.len()).map(|facet| patches.root(facet) as u32).collect();
     Some((turned, patch))
 }
 

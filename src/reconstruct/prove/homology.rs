@@ -1,7 +1,8 @@
 //! Betti numbers of a mesh with coefficients in Z/2.
 
+use asphera_geometry::Sets;
+
 use super::edges::Edges;
-use crate::sets::Sets;
 
 /// Components, tunnels and cavities.
 ///
@@ -21,18 +22,18 @@ pub(super) fn betti(
 fn closed_sets(edges: &Edges, facets: usize) -> Option<i64> {
     let mut patches = Sets::new(facets);
     for [one, other] in &edges.inner {
-        patches.join(one.facet(), other.facet());
+        patches.join(one.facet() as usize, other.facet() as usize);
     }
     let mut has_border = vec![false; facets];
     for side in &edges.border {
-        has_border[patches.root(side.facet()) as usize] = true;
+        has_border[patches.root(side.facet() as usize)] = true;
     }
     // Patches with a border of their own are in no closed set.
     let mut number = vec![u32::MAX; facets];
     let mut count = 0;
-    for facet in 0..facets as u32 {
-        if patches.root(facet) == facet && !has_border[facet as usize] {
-            number[facet as usize] = count;
+    for facet in 0..facets {
+        if patches.root(facet) == facet && !has_border[facet] {
+            number[facet] = count;
             count += 1;
         }
     }
@@ -48,7 +49,7 @@ fn closed_sets(edges: &Edges, facets: usize) -> Option<i64> {
         let mut row = vec![0; words];
         // What joins a patch with a border must be balanced by none of it: such a patch counts as zero.
         for &facet in &edge.facets {
-            let patch = number[patches.root(facet) as usize];
+            let patch = number[patches.root(facet as usize)];
             if patch != u32::MAX {
                 row[patch as usize / 64] ^= 1 << (patch % 64);
             }

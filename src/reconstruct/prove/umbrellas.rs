@@ -1,7 +1,8 @@
 //! The fans and rings of triangles about the vertices, and the parts of a mesh.
 
+use asphera_geometry::Sets;
+
 use super::edges::Edges;
-use crate::sets::Sets;
 
 /// The umbrellas of a mesh.
 pub(super) struct Umbrellas {
@@ -20,10 +21,10 @@ impl Umbrellas {
         let mut corners = Sets::new(3 * facets.len());
         for [one, other] in &edges.inner {
             for (a, b) in one.corners().into_iter().zip(other.corners()) {
-                corners.join(a, b);
+                corners.join(a as usize, b as usize);
             }
         }
-        let fan: Vec<u32> = (0..3 * facets.len() as u32).map(|slot| corners.root(slot)).collect();
+        let fan: Vec<u32> = (0..3 * facets.len()).map(|slot| corners.root(slot) as u32).collect();
         let points = facets.as_flattened().iter().max().map_or(0, |&last| last as usize + 1);
         let mut first_fan = vec![NONE; points];
         let mut is_singular = vec![false; points];
@@ -37,7 +38,8 @@ impl Umbrellas {
         let mut parts = Sets::new(points);
         let vertices = first_fan.iter().filter(|&&fan| fan != NONE).count();
         let mut components = vertices;
-        for &[a, b, c] in facets {
+        for facet in facets {
+            let [a, b, c] = facet.map(|corner| corner as usize);
             components -= usize::from(parts.join(a, b)) + usize::from(parts.join(b, c));
         }
         let singular = (0..points as u32).filter(|&vertex| is_singular[vertex as usize]).collect();

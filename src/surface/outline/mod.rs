@@ -75,7 +75,9 @@ pub fn islands(points: &[PointMm], triangles: &[[VertexId; 3]], keep: &[bool]) -
     for (index, &corners) in kept.iter().enumerate() {
         for [p, q] in sides(corners) {
             match starts.triangle_left_of([q, p]) {
-                Some(other) => sets.join(index, other),
+                Some(other) => {
+                    sets.join(index, other);
+                }
                 None => open.push((index, [p, q])),
             }
         }

@@ -1,8 +1,9 @@
 //! The neighbours of each place, both ways.
 
+use asphera_geometry::Sets;
+
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Nearest;
-use crate::sets::Sets;
 use crate::tree::squared_distance;
 
 /// Places and their neighbours: q is one of p if either is among the nearest of the other.
@@ -31,7 +32,7 @@ impl Rings {
             end += degree;
             starts.push(end);
         }
-        let mut sets = Sets::new(count);
+        let mut sets = Sets::new(count as usize);
         let mut next = starts.clone();
         let mut ids = vec![0; end as usize];
         let mut add = |place: PlaceId, other: PlaceId| {
@@ -44,7 +45,7 @@ impl Rings {
                 if !is_mutual(place, other) {
                     add(other, place);
                 }
-                sets.join(place, other);
+                sets.join(place as usize, other as usize);
             }
         }
         let places = cloud.places();

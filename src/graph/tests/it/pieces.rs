@@ -1,19 +1,20 @@
 //! Pieces, arcs and loops against their definitions.
 
-use asphera_graph::{Cloud, PointGraph, Sets, Strips, functions, tau_components};
+use asphera_geometry::Sets;
+use asphera_graph::{Cloud, PointGraph, Strips, functions, tau_components};
 use proptest::prelude::*;
 
 use crate::bodies::{Body, Random};
 
 /// Pieces by all pairs, numbered by their smallest places.
 fn by_pairs(places: &[[f64; 3]], strips: &[usize], tau: f64) -> Vec<u32> {
-    let mut sets = Sets::new(places.len() as u32);
+    let mut sets = Sets::new(places.len());
     for_pairs(places, tau, |a, b| {
         if strips[a] == strips[b] {
-            sets.join(a as u32, b as u32);
+            sets.join(a, b);
         }
     });
-    (0..places.len() as u32).map(|place| sets.root(place)).collect()
+    (0..places.len()).map(|place| sets.root(place) as u32).collect()
 }
 
 fn for_pairs(places: &[[f64; 3]], tau: f64, mut take: impl FnMut(usize, usize)) {
