@@ -134,7 +134,7 @@ pub fn local_shape(
 /// ```
 /// use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shapes};
 /// use asphera_surface::noise::{Along, Noise, NoiseSettings, estimate_noise};
-/// use asphera_surface::{Mesh};
+/// use asphera_mesh::Mesh;
 ///
 /// // z = x²/40, a trough with a radius of 20 mm at its bottom.
 /// let places = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20)].map(|x| 0.1 * (x - 9.5)));

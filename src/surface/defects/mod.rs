@@ -180,7 +180,7 @@ impl Defects {
 /// use asphera_surface::curvature::Adjacency;
 /// use asphera_surface::defects::{DefectKind, DefectSettings, Samples, find_defects};
 /// use asphera_surface::noise::{Along, Noise};
-/// use asphera_surface::Mesh;
+/// use asphera_mesh::Mesh;
 ///
 /// // z = x²/40 with a pit of 1 µm at (0.5, 0.5).
 /// let places = (0..10_000_u32).map(|i| [i % 100, i / 100].map(|i| 0.02 * (f64::from(i) - 49.5)));

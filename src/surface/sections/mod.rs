@@ -87,7 +87,7 @@ pub enum SectionPath {
 ///
 /// ```
 /// use asphera_surface::sections::{SectionPath, section};
-/// use asphera_surface::Mesh;
+/// use asphera_mesh::Mesh;
 ///
 /// let mut mesh = Mesh::new();
 /// mesh.insert(&[[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]]);
