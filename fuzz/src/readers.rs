@@ -30,7 +30,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Names of files: every extension that decides, and some that do not.
-pub const NAMES: [&str; 16] = [
+pub const NAMES: [&str; 17] = [
     "packed.x3p",
     "a",
     "a.xyz",
@@ -47,6 +47,7 @@ pub const NAMES: [&str; 16] = [
     "a.zmx",
     "a.grd",
     "a.step",
+    "a.off",
 ];
 
 /// What a person may say of a file on the command line; 0 says nothing.

@@ -4,8 +4,8 @@ use crate::error::quoted;
 use crate::scan::{is_utf16, without_bom};
 use crate::xyz::TextOptions;
 use crate::{
-    Format, Place, ReadError, Topography, grid_sag, las, metropro, npy, obj, ply, sdf, stl, volume,
-    x3p, xyz, zemax,
+    Format, Place, ReadError, Topography, grid_sag, las, metropro, npy, obj, off, ply, sdf, stl,
+    volume, x3p, xyz, zemax,
 };
 
 /// Reads a file whose format is not known beforehand.
@@ -44,6 +44,7 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
         Format::Ply => ply::read(bytes, options),
         Format::Stl => stl::read(bytes, options),
         Format::Obj => obj::read(bytes, options),
+        Format::Off => off::read(bytes, options),
         Format::Las => las::read(bytes, options),
         Format::Npy => npy::read(bytes, options),
         Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => {
@@ -60,7 +61,9 @@ fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
         Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 4],
         // What is wrong with a volume is that it is one.
         Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => [true; 4],
-        Format::Ply | Format::Stl | Format::Obj | Format::Las => [false, true, false, false],
+        Format::Ply | Format::Stl | Format::Obj | Format::Off | Format::Las => {
+            [false, true, false, false]
+        }
         Format::Npy => [true, true, false, true],
     };
     let given = [
@@ -139,6 +142,7 @@ fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
         // Their readers say what is missing.
         "stl" => Ok(Format::Stl),
         "obj" if is_text(bytes) => Ok(Format::Obj),
+        "off" => Ok(Format::Off),
         "dat" if !is_text(bytes) => {
             promised(Format::MetroPro, "a magic number 881B036F, 881B0370 or 881B0371")
         }
@@ -161,6 +165,9 @@ fn by_start(bytes: &[u8]) -> Option<Format> {
     }
     if npy::is_npy(bytes) {
         return Some(Format::Npy);
+    }
+    if off::is_off(bytes) {
+        return Some(Format::Off);
     }
     (stl::is_binary(bytes) || stl::is_ascii(bytes)).then_some(Format::Stl)
 }

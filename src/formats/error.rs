@@ -35,6 +35,8 @@ pub enum Format {
     Stl,
     /// Wavefront OBJ.
     Obj,
+    /// OFF of Geomview.
+    Off,
     /// LAS and LAZ of the ASPRS.
     Las,
     /// Arrays of NumPy, `.npy`.
@@ -61,6 +63,7 @@ impl Format {
             Format::Ply => "PLY",
             Format::Stl => "STL",
             Format::Obj => "OBJ",
+            Format::Off => "OFF",
             Format::Las => "LAS",
             Format::Npy => "NumPy",
             Format::Vol => "VOL",

@@ -10,6 +10,7 @@
 //! | [`ply`] | Stanford PLY, ASCII and binary | points | mesh |
 //! | [`stl`] | STL, ASCII and binary | points | mesh |
 //! | [`obj`] | Wavefront OBJ | points | no |
+//! | [`off`] | OFF of Geomview | points | no |
 //! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
@@ -32,6 +33,7 @@ pub mod las;
 pub mod metropro;
 pub mod npy;
 pub mod obj;
+pub mod off;
 pub mod ply;
 pub mod sdf;
 pub mod stl;

@@ -1,0 +1,133 @@
+//! OFF: the vertices of a model as points (Geomview Manual, "OFF: Polyhedra"; Princeton Shape Benchmark, "OFF file format").
+//!
+//! The word `OFF`, the numbers of vertices, faces and edges, then a line `x y z` for each vertex. Colours, normals and texture
+//! coordinates may follow on a line (`COFF`, `NOFF`, `STOFF` and so on) and are passed over, as faces are. `#` begins a comment. The
+//! numbers may stand on the line of the word. A vertex with a coordinate that is NaN is a gap.
+//!
+//! The format has no unit: it is taken from the options, or is mm. Homogeneous coordinates (`4OFF`), other dimensions (`nOFF`) and
+//! the binary form are refused.
+
+use crate::error::quoted;
+use crate::lengths::{Lengths, Points, check_count, three_numbers, words};
+use crate::scan::{lines, without_bom};
+use crate::xyz::TextOptions;
+use crate::{Format, Place, ReadError, Topography};
+
+/// Reads the vertices as a cloud, in the order of the file. `O(bytes)`.
+///
+/// Of `options` the units count: one for all, or one each for x, y and z.
+///
+/// # Errors
+///
+/// A header that is none or of another kind; fewer vertices than it tells; a vertex without three numbers, or with one that is
+/// infinite, with its line; no vertex; more than [`MAX_POINTS`](crate::MAX_POINTS) of them.
+///
+/// # Example
+///
+/// ```
+/// let file = b"OFF\n1 0 0\n0 0.5 1\n";
+/// let topography = asphera_formats::off::read(file, &Default::default())?;
+/// assert_eq!(topography.points().next(), Some([0.0, 0.5, 1.0]));
+/// # Ok::<(), asphera_formats::ReadError>(())
+/// ```
+pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
+    let mut points = Points::new(Lengths::of(FORMAT, None, options)?);
+    let mut lines = content(without_bom(bytes)).peekable();
+    let count = vertices(&mut lines)?;
+    let mut last = 1;
+    for read in 0..count {
+        let Some((line, content)) = lines.next() else {
+            let found = format!("the end of the file after {read}");
+            return Err(malformed(last, format!("{count} vertices"), found));
+        };
+        last = line;
+        let point = three_numbers(words(content)).ok_or_else(|| {
+            malformed(line, format!("x y z of vertex {} of {count}", read + 1), quoted(content))
+        })?;
+        points.push(point, || Place::Line { line, column: 0 })?;
+    }
+    points.finish([1, 2, 3], Place::Line { line: last, column: 0 })
+}
+
+/// Whether a file begins as one: with its word.
+pub(crate) fn is_off(bytes: &[u8]) -> bool {
+    let text = without_bom(bytes);
+    let first = content(&text[..text.len().min(LOOKED_AT)]).next();
+    let word = first.and_then(|(_, line)| words(line).next());
+    word.is_some_and(|word| word.ends_with(b"OFF") && is_known(word))
+}
+
+/// The number of vertices, from the header.
+fn vertices<'a>(
+    lines: &mut std::iter::Peekable<impl Iterator<Item = (usize, &'a [u8])>>,
+) -> Result<u64, ReadError> {
+    let expected = || "OFF, alone or with the numbers of vertices, faces and edges".to_owned();
+    let (line, first) =
+        lines.next().ok_or_else(|| malformed(1, expected(), "no line".to_owned()))?;
+    let mut after = words(first);
+    let word = after.next().unwrap_or_default();
+    if !word.ends_with(b"OFF") || !is_known(word) {
+        return Err(malformed(line, expected(), quoted(first)));
+    }
+    let after: Vec<&[u8]> = after.collect();
+    let is_plain = !word.iter().any(|byte| matches!(byte, b'4' | b'n'));
+    if !is_plain || after.first() == Some(&&b"BINARY"[..]) {
+        let expected = "OFF as text with three coordinates a vertex; save it as such".to_owned();
+        return Err(malformed(line, expected, quoted(first)));
+    }
+    // A name may stand there instead of numbers.
+    if let Some(count) = counts(&after) {
+        return check(line, count);
+    }
+    let (line, second) = lines
+        .next()
+        .ok_or_else(|| malformed(line, NUMBERS.to_owned(), "the end of the file".to_owned()))?;
+    match counts(&words(second).collect::<Vec<_>>()) {
+        Some(count) => check(line, count),
+        None => Err(malformed(line, NUMBERS.to_owned(), quoted(second))),
+    }
+}
+
+fn check(line: usize, count: u64) -> Result<u64, ReadError> {
+    check_count(FORMAT, count, || Place::Line { line, column: 0 })?;
+    Ok(count)
+}
+
+/// The first of two or three whole numbers.
+fn counts(words: &[&[u8]]) -> Option<u64> {
+    let mut numbers = words.iter().map(|word| std::str::from_utf8(word).ok()?.parse::<u64>().ok());
+    let count = numbers.next()??;
+    let others: Option<Vec<u64>> = numbers.collect();
+    matches!(others?.len(), 1 | 2).then_some(count)
+}
+
+/// Whether all letters before `OFF` are those of the format: ST, C, N, 4, n.
+fn is_known(word: &[u8]) -> bool {
+    let mut rest = &word[..word.len().saturating_sub(3)];
+    for part in [&b"ST"[..], b"C", b"N", b"4", b"n"] {
+        rest = rest.strip_prefix(part).unwrap_or(rest);
+    }
+    rest.is_empty()
+}
+
+/// Lines without comments that are not empty, with their numbers.
+fn content(text: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    lines(text)
+        .map(|(number, line)| {
+            let end = line.iter().position(|&byte| byte == b'#').unwrap_or(line.len());
+            (number, line[..end].trim_ascii())
+        })
+        .filter(|(_, line)| !line.is_empty())
+}
+
+fn malformed(line: usize, expected: String, found: String) -> ReadError {
+    let place = Place::Line { line, column: 0 };
+    ReadError::Malformed { format: FORMAT, place, expected, found }
+}
+
+const FORMAT: Format = Format::Off;
+const NUMBERS: &str = "the numbers of vertices, faces and edges";
+const LOOKED_AT: usize = 4096;
+
+#[cfg(test)]
+mod tests;
