@@ -270,7 +270,7 @@ mod tests {
         );
         assert_eq!(
             message("part.step", b"ISO-10303-21"),
-            "part.step: expected a file of text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, LAS, \
+            "part.step: expected a file of text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, OFF, LAS, \
              LAZ or NumPy .npy; found one starting with \"ISO-10303-21\""
         );
         for (name, expected) in [

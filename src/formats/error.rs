@@ -11,7 +11,7 @@ use thiserror::Error;
 pub const MAX_POINTS: u64 = 100_000_000;
 
 /// The kinds of files of points, in words.
-pub const KINDS: &str = "text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, LAS, LAZ or NumPy .npy";
+pub const KINDS: &str = "text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, OFF, LAS, LAZ or NumPy .npy";
 
 /// The kinds of files of volumes, in words.
 pub const VOLUME_KINDS: &str = ".vol, NRRD, MetaImage or NIfTI";

@@ -15,7 +15,7 @@ pub(super) struct TextArgs {
     /// it the file's own line of names says so, and three columns without names are x, y, z.
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',', value_parser = column)]
     columns: Vec<Column>,
-    /// The unit of a file that states none (text, PLY, STL, OBJ, LAS, NumPy): mm, um, nm, cm, m or in; one for all
+    /// The unit of a file that states none (text, PLY, STL, OBJ, OFF, LAS, NumPy): mm, um, nm, cm, m or in; one for all
     /// columns, or one for each, as mm,mm,um. Slopes of a profile are in rad, mrad, urad or arcsec.
     #[arg(long, value_name = "UNIT", value_delimiter = ',', value_parser = unit)]
     unit: Vec<Unit>,
