@@ -24,10 +24,10 @@ use asphera_link::{
     Reading,
 };
 
-use crate::config::{Settings, Trigger};
 use crate::decode::{DeviceClock, Plan};
 use crate::error::Error;
 use crate::framing::{Found, Framing};
+use crate::settings::{Settings, Trigger};
 use crate::wire::{Command, Layout, NOT_VALID};
 
 /// How often a command is sent before it counts as unanswered or refused.

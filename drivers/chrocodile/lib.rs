@@ -5,13 +5,15 @@
 
 #![forbid(unsafe_code)]
 
-mod config;
 mod decode;
 mod device;
 mod error;
+mod family;
 mod framing;
+mod settings;
 pub mod wire;
 
-pub use config::{Settings, Trigger};
 pub use device::Chrocodile;
 pub use error::Error;
+pub use family::FAMILY;
+pub use settings::{Settings, Trigger};

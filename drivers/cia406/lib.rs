@@ -15,11 +15,13 @@
 
 #![forbid(unsafe_code)]
 
-mod config;
 mod device;
 mod error;
+mod family;
+mod settings;
 pub mod wire;
 
-pub use config::{Kind, PositionObject, Settings, Transmission};
 pub use device::Cia406;
 pub use error::WireError;
+pub use family::FAMILY;
+pub use settings::{Kind, PositionObject, Settings, Transmission};

@@ -5,6 +5,9 @@
 //! port, starts no task and reads no clock; time is an argument of type [`Nanos`]. The same driver
 //! therefore runs on a real port, on a simulator and on a recording, and gives the same readings.
 //!
+//! A [`Family`] is what the configuration of a station knows of a driver: its name, its settings, and what they
+//! ask of the link.
+//!
 //! This crate deliberately holds no input or output and no async code.
 
 #![forbid(unsafe_code)]
@@ -13,6 +16,7 @@ mod can;
 mod chain;
 mod channel;
 mod driver;
+mod family;
 mod reading;
 mod setting;
 mod time;
@@ -21,6 +25,7 @@ pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
 pub use chain::error_chain;
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
+pub use family::{BusNumber, Carries, DeviceSettings, Family};
 pub use reading::{Count, Flags, MAX_CHANNELS, Reading, Values};
 pub use setting::{Problem, check_range};
 pub use time::Nanos;

@@ -5,7 +5,7 @@ use std::fmt;
 /// One setting that cannot be used. The reader of the configuration adds file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// The key, relative to the driver's settings: `baud_bd`, `map[3].scale`.
+    /// The key as a person writes it, relative to the table of the settings: `node_id`, `field[3].scale`.
     pub key: String,
     /// What would do.
     pub expected: String,
@@ -21,6 +21,12 @@ impl Problem {
         found: impl fmt::Display,
     ) -> Problem {
         Problem { key: key.into(), expected: expected.into(), found: found.to_string() }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: expected {}, found {}", self.key, self.expected, self.found)
     }
 }
 

@@ -6,11 +6,11 @@ use std::task::{Context, Poll, Waker};
 use tokio_modbus::client::{self, Client as _};
 use tokio_modbus::{ExceptionCode, Request, Response, Slave};
 
-use crate::config::Transport;
 use crate::error::AnswerError;
 use crate::map::{Block, Function};
 use crate::pipe::Pipe;
 use crate::screen::Question;
+use crate::settings::Transport;
 
 /// What a device answered.
 #[derive(Debug, PartialEq, Eq)]

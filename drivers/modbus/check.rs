@@ -6,20 +6,20 @@ use asphera_link::{MAX_CHANNELS, Problem};
 
 use crate::map::{Field, Kind, Map, Role};
 
-/// Adds every problem of the map. Keys are relative to the driver's settings: `map.fields[3].scale`.
+/// Adds every problem of the map. Keys are those of the table of the settings: `field[3].scale`.
 pub(crate) fn map(problems: &mut Vec<Problem>, map: &Map, max_words: u16) {
     let mut names = HashSet::new();
     for (index, field) in map.fields.iter().enumerate() {
-        let mut check = Check { problems, key: format!("map.fields[{index}]") };
+        let mut check = Check { problems, key: format!("field[{index}]") };
         check.that(!field.name.is_empty(), "name", "a name", "none");
         check.that(names.insert(&field.name), "name", "a name used once", &field.name);
         one_field(&mut check, field, max_words);
         one_role(&mut check, map, field);
     }
     let channels = map.fields.iter().filter(|field| field.role == Role::Channel).count();
-    let mut check = Check { problems, key: "map".to_owned() };
+    let mut check = Check { problems, key: "field".to_owned() };
     let expected = format!("1 to {MAX_CHANNELS} channels");
-    check.that((1..=MAX_CHANNELS).contains(&channels), "fields", &expected, channels);
+    check.that((1..=MAX_CHANNELS).contains(&channels), "", &expected, channels);
     let roles = || map.fields.iter().map(|field| &field.role);
     let once = [
         (
@@ -33,7 +33,7 @@ pub(crate) fn map(problems: &mut Vec<Problem>, map: &Map, max_words: u16) {
         ("trigger count", roles().filter(|role| matches!(role, Role::Count { .. })).count()),
     ];
     for (what, found) in once {
-        check.that(found <= 1, "fields", &format!("at most one {what}"), found);
+        check.that(found <= 1, "", &format!("at most one {what}"), found);
     }
     blocks(problems, map, max_words);
 }
@@ -67,17 +67,17 @@ fn one_role(check: &mut Check<'_>, map: &Map, field: &Field) {
         Role::Count { first, modulus } => {
             let last = u64::from(*first) + u64::from(*modulus);
             let sound = *modulus >= 2 && last <= 1 << 32;
-            check.that(sound, "role.modulus", "at least 2, counts of 32 bits", modulus);
+            check.that(sound, "modulus", "at least 2, counts of 32 bits", modulus);
         }
         Role::Quality { good, weak, bad, judges } => {
-            check.that(!good.is_empty(), "role.good", "at least one value", "none");
+            check.that(!good.is_empty(), "good", "at least one value", "none");
             let mut seen = HashSet::new();
             for value in [good, weak, bad].into_iter().flatten() {
                 check.that(seen.insert(value), "role", "each value in one list", value);
             }
             for name in judges {
                 let known = map.field(name).is_some_and(|field| field.role == Role::Channel);
-                check.that(known, "role.judges", "names of channels", name);
+                check.that(known, "judges", "names of channels", name);
             }
         }
     }
@@ -85,18 +85,18 @@ fn one_role(check: &mut Check<'_>, map: &Map, field: &Field) {
 
 fn blocks(problems: &mut Vec<Problem>, map: &Map, max_words: u16) {
     for (index, block) in map.blocks.iter().enumerate() {
-        let mut check = Check { problems, key: format!("map.blocks[{index}]") };
+        let mut check = Check { problems, key: format!("block[{index}]") };
         let bits = block.function.reads_bits();
         let longest = if bits { block.function.max_len() } else { max_words };
         let expected = format!("1 to {longest}");
-        check.that((1..=longest).contains(&block.len), "len", &expected, block.len);
+        check.that((1..=longest).contains(&block.len), "length", &expected, block.len);
         check.that(block.end() <= ADDRESSES, "address", "registers up to 65535", block.address);
         let fields: Vec<_> = map.fields.iter().map(Field::block).collect();
         let used = fields.iter().any(|field| block.contains(field));
         check.that(used, "address", "at least one field inside", block);
         let cut = fields.iter().find(|field| block.overlaps(field) && !block.contains(field));
         if let Some(field) = cut {
-            check.that(false, "len", "no field half inside", field);
+            check.that(false, "length", "no field half inside", field);
         }
         let other = map.blocks[..index].iter().find(|other| block.overlaps(other));
         if let Some(other) = other {
@@ -118,9 +118,11 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
+    /// Without a `key` the table itself is meant.
     fn that(&mut self, holds: bool, key: &str, expected: &str, found: impl std::fmt::Display) {
         if !holds {
-            let key = format!("{}.{key}", self.key);
+            let dot = if key.is_empty() { "" } else { "." };
+            let key = format!("{}{dot}{key}", self.key);
             self.problems.push(Problem::new(key, expected, found));
         }
     }
@@ -157,30 +159,27 @@ mod tests {
 
     #[test]
     fn an_empty_map_measures_nothing() {
-        assert_eq!(problems_of(&Map::default()), ["map.fields: 1 to 16 channels"]);
+        assert_eq!(problems_of(&Map::default()), ["field: 1 to 16 channels"]);
     }
 
     #[test]
     fn each_fault_of_a_field_is_named() {
         type Change = fn(&mut Map);
         let cases: [(Change, &str); 12] = [
-            (|map| map.fields[0].name.clear(), "map.fields[0].name: a name"),
-            (
-                |map| map.fields.push(sound().fields[0].clone()),
-                "map.fields[1].name: a name used once",
-            ),
-            (|map| map.fields[0].address = 65535, "map.fields[0].address: registers up to 65535"),
-            (|map| map.fields[0].scale = 0.0, "map.fields[0].scale: finite and not zero"),
-            (|map| map.fields[0].scale = f64::NAN, "map.fields[0].scale: finite and not zero"),
-            (|map| map.fields[0].offset = f64::INFINITY, "map.fields[0].offset: finite"),
+            (|map| map.fields[0].name.clear(), "field[0].name: a name"),
+            (|map| map.fields.push(sound().fields[0].clone()), "field[1].name: a name used once"),
+            (|map| map.fields[0].address = 65535, "field[0].address: registers up to 65535"),
+            (|map| map.fields[0].scale = 0.0, "field[0].scale: finite and not zero"),
+            (|map| map.fields[0].scale = f64::NAN, "field[0].scale: finite and not zero"),
+            (|map| map.fields[0].offset = f64::INFINITY, "field[0].offset: finite"),
             (
                 |map| map.fields[0].valid_range = Some((1.0, 1.0)),
-                "map.fields[0].valid_range: finite, the lower first",
+                "field[0].valid_range: finite, the lower first",
             ),
-            (|map| map.fields[0].kind = Kind::Bit(16), "map.fields[0].kind: bit0 to bit15"),
+            (|map| map.fields[0].kind = Kind::Bit(16), "field[0].kind: bit0 to bit15"),
             (
                 |map| map.fields[0].function = Function::ReadCoils,
-                "map.fields[0].kind: bit0 for coils and inputs",
+                "field[0].kind: bit0 for coils and inputs",
             ),
             (
                 |map| {
@@ -194,7 +193,7 @@ mod tests {
                         ..map.fields[0].clone()
                     });
                 },
-                "map.fields[1].role.judges: names of channels",
+                "field[1].judges: names of channels",
             ),
             (
                 |map| {
@@ -214,7 +213,7 @@ mod tests {
                     let role = Role::DeviceTimeSeconds;
                     map.fields.push(Field { name: "t".to_owned(), role, ..map.fields[0].clone() });
                 },
-                "map.fields[1].kind: u16, u32 or a bit for this role",
+                "field[1].kind: u16, u32 or a bit for this role",
             ),
         ];
         for (change, expected) in cases {
@@ -230,9 +229,9 @@ mod tests {
         let block = |address, len| Block { function: Function::ReadInput, address, len };
         let map = Map { blocks: vec![block(8, 4), block(11, 1)], ..sound() };
         let expected = [
-            "map.blocks[1].address: at least one field inside",
-            "map.blocks[1].len: no field half inside",
-            "map.blocks[1].address: no overlap with another block",
+            "block[1].address: at least one field inside",
+            "block[1].length: no field half inside",
+            "block[1].address: no overlap with another block",
         ];
         assert_eq!(problems_of(&map), expected);
     }

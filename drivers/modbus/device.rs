@@ -9,10 +9,10 @@ use asphera_link::{
 use tokio_modbus::ExceptionCode;
 
 use crate::call::{Answer, Caller};
-use crate::config::{Settings, Transport};
 use crate::map::Block;
 use crate::reading::{Assembler, Image};
 use crate::screen::{OutOfStep, Question, Screen};
+use crate::settings::{Settings, Transport};
 
 /// A Modbus device read through its register map.
 ///

@@ -12,19 +12,21 @@
 mod builtin;
 mod call;
 mod check;
-mod config;
 mod device;
 mod error;
+mod family;
 mod map;
 mod pipe;
 mod plan;
 mod reading;
 mod screen;
+mod settings;
 mod wire;
 
 pub use builtin::BUILT_IN;
-pub use config::{MapSource, Settings, Transport};
 pub use device::{Modbus, Tally};
 pub use error::{ValueError, WordError};
+pub use family::FAMILY;
 pub use map::{Block, Field, Function, Kind, Map, Role, WordOrder};
+pub use settings::{MapSource, Settings, Transport};
 pub use wire::{decode, decode_field, encode, encode_field};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use asphera_link::Unit;
+use asphera_link::{Channel, Unit};
 
 use crate::error::WordError;
 
@@ -20,6 +20,12 @@ pub struct Map {
 }
 
 impl Map {
+    /// The channels of the readings: the fields of role [`Role::Channel`], in their order.
+    pub fn channels(&self) -> Vec<Channel> {
+        let fields = self.fields.iter().filter(|field| field.role == Role::Channel);
+        fields.map(|field| Channel::new(field.name.clone(), field.unit)).collect()
+    }
+
     /// The field of a name, if there is one.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|field| field.name == name)

@@ -33,12 +33,7 @@ impl Assembler {
         };
         let slots: Vec<Slot> = map.fields.iter().filter_map(place).collect();
         debug_assert_eq!(slots.len(), map.fields.len());
-        let channels = slots
-            .iter()
-            .filter(|slot| slot.field.role == Role::Channel)
-            .map(|slot| Channel::new(slot.field.name.clone(), slot.field.unit))
-            .collect();
-        Assembler { slots, channels }
+        Assembler { slots, channels: map.channels() }
     }
 
     pub(crate) fn channels(&self) -> &[Channel] {

@@ -3,7 +3,7 @@
 //! The library never sees a byte that is not part of a whole frame addressed to the call under way,
 //! so nothing stale can end or poison a call.
 
-use crate::config::Transport;
+use crate::settings::Transport;
 use crate::wire::crc16;
 
 /// How the answer to a request is to be known.

@@ -5,9 +5,9 @@
 use arbitrary::Arbitrary;
 use asphera_fuzz::laws;
 use asphera_fuzz::scan::Scan;
-use libfuzzer_sys::fuzz_target;
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::{Location, Mesh, check};
+use libfuzzer_sys::fuzz_target;
 
 /// A scan and what is withdrawn after each of its batches, over and over.
 #[derive(Arbitrary, Debug)]

@@ -7,8 +7,8 @@
 
 use asphera_fuzz::laws;
 use asphera_fuzz::scan::Scan;
-use libfuzzer_sys::fuzz_target;
 use asphera_mesh::Mesh;
+use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|scan: Scan| {
     let points = scan.points();

@@ -10,9 +10,9 @@ use std::sync::LazyLock;
 use arbitrary::Arbitrary;
 use asphera_fuzz::laws;
 use asphera_fuzz::scan::Scan;
+use asphera_mesh::{Location, Mesh};
 use libfuzzer_sys::fuzz_target;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use asphera_mesh::{Location, Mesh};
 
 /// A scan, and how many points a batch has that is shared.
 #[derive(Arbitrary, Debug)]

@@ -9,14 +9,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use asphera::config::Part;
-use asphera::pipeline::{FormViewAnswer, Measurement, Pipeline, Waypoints};
-use asphera::publish::{ControlError, InProcess, SessionFile, Source, Token};
-use asphera::report::{Label, Report, SessionFigures};
-use asphera::results::{ResultFile, finished_mesh_ply, write};
-use asphera::section::{Cut, SectionRequest};
-use asphera::sessions::{SessionEntry, file, list};
-use asphera::snapshot::{self, SamplingMaps, Snapshot, State, Term};
-use futures_util::future::BoxFuture;
+use asphera::pipeline::{Measurement, Pipeline};
+use asphera::results::{finished_mesh_ply, write};
+use asphera::sessions::{file, list};
+use asphera_http::{InProcess, Token};
+use asphera_report::{
+    Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
+    SNAPSHOT_FORMAT, SamplingMaps, SectionRequest, SessionEntry, SessionFigures, SessionFile,
+    Snapshot, State, Term, Waypoints,
+};
 use tokio::runtime::Runtime;
 use tokio::sync::watch;
 
@@ -175,7 +176,7 @@ impl Station {
 /// The snapshot of a session that has ended.
 fn shown(report: &Report) -> Snapshot {
     Snapshot {
-        format: snapshot::FORMAT,
+        format: SNAPSHOT_FORMAT,
         sequence: 1,
         station: "bench".to_owned(),
         state: State::Complete,
@@ -199,33 +200,41 @@ fn shown(report: &Report) -> Snapshot {
 /// A station as the server sees it.
 struct Shown(Arc<Station>);
 
-impl Source for Shown {
-    fn snapshots(&self) -> watch::Receiver<Arc<Snapshot>> {
+impl LiveStation for Shown {
+    fn snapshot(&self) -> Arc<Snapshot> {
         // Not counted: the health of a station is anybody's to ask, and comes from here too.
-        self.0.snapshots.subscribe()
+        Arc::clone(&self.0.snapshots.borrow())
     }
 
-    fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
+    fn snapshot_after(&self, sequence: u64) -> Answer<'_, Option<Arc<Snapshot>>> {
+        let mut snapshots = self.0.snapshots.subscribe();
+        Box::pin(async move {
+            let newer = snapshots.wait_for(|snapshot| snapshot.sequence != sequence).await;
+            newer.ok().map(|snapshot| Arc::clone(&snapshot))
+        })
+    }
+
+    fn mesh_ply(&self) -> Answer<'_, Option<Vec<u8>>> {
         self.0.read();
         Box::pin(async { finished_mesh_ply(&self.0.measurement) })
     }
 
-    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+    fn maps(&self) -> Answer<'_, Option<Arc<SamplingMaps>>> {
         self.0.read();
         Box::pin(async { self.0.measurement.surface.maps() })
     }
 
-    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+    fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {
         self.0.read();
         Box::pin(async move { self.0.measurement.surface.section(&request) })
     }
 
-    fn without(&self, terms: Vec<Term>) -> BoxFuture<'_, FormViewAnswer> {
+    fn without(&self, terms: Vec<Term>) -> Answer<'_, FormViewAnswer> {
         self.0.read();
         Box::pin(async move { self.0.measurement.surface.without(&terms) })
     }
 
-    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+    fn waypoints(&self) -> Answer<'_, Option<Waypoints>> {
         self.0.read();
         Box::pin(async { self.0.measurement.next.as_ref().map(asphera::pipeline::Next::waypoints) })
     }
@@ -235,12 +244,12 @@ impl Source for Shown {
         Some(Arc::clone(&self.0.report))
     }
 
-    fn sessions(&self) -> BoxFuture<'_, Vec<SessionEntry>> {
+    fn sessions(&self) -> Answer<'_, Vec<SessionEntry>> {
         self.0.read();
         Box::pin(async { list(self.0.folder(), 10) })
     }
 
-    fn session_file(&self, id: String, of: ResultFile) -> BoxFuture<'_, Option<SessionFile>> {
+    fn session_file(&self, id: String, of: ResultFile) -> Answer<'_, Option<SessionFile>> {
         self.0.read();
         Box::pin(async move {
             let (bytes, session) = file(self.0.folder(), &id, of)?;
@@ -248,7 +257,7 @@ impl Source for Shown {
         })
     }
 
-    fn start(&self, label: Label) -> BoxFuture<'_, Result<(), ControlError>> {
+    fn start(&self, label: Label) -> Answer<'_, Result<(), ControlError>> {
         self.0.controls.fetch_add(1, Ordering::SeqCst);
         for text in [label.part, label.serial, label.operator].into_iter().flatten() {
             assert!(!text.trim().is_empty() && !text.chars().any(char::is_control), "{text:?}");
@@ -256,7 +265,7 @@ impl Source for Shown {
         Box::pin(async { Ok(()) })
     }
 
-    fn stop(&self) -> BoxFuture<'_, Result<(), ControlError>> {
+    fn stop(&self) -> Answer<'_, Result<(), ControlError>> {
         self.0.controls.fetch_add(1, Ordering::SeqCst);
         let message = "no session is running".to_owned();
         Box::pin(async { Err(ControlError { conflict: true, message }) })

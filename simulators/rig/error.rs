@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use asphera_link::Problem;
+use asphera_settings::Problems;
 use thiserror::Error;
 
 use crate::{Link, PlanError};
@@ -10,27 +12,26 @@ use crate::{Link, PlanError};
 /// Why there is no scene.
 #[derive(Debug, Error)]
 pub enum SceneError {
-    /// The text is no TOML, a key is missing or unknown, or a value has the wrong type.
-    #[error("scene {scene} cannot be read")]
-    Syntax {
+    /// The file cannot be used.
+    #[error("scene {scene} cannot be used:\n{problems}")]
+    File {
         /// Name of the scene.
         scene: String,
-        /// Where, and what was expected.
-        #[source]
-        source: Box<toml::de::Error>,
+        /// All that is wrong with it.
+        problems: Problems,
     },
-    /// A value that cannot be.
-    #[error("scene {scene}: {key}: expected {expected}, found {found}")]
-    Value {
+    /// Numbers that were changed after the scene was read cannot be.
+    #[error("scene {scene} cannot be played: {}", list(.problems))]
+    Values {
         /// Name of the scene.
         scene: String,
-        /// The key with its tables: `part.pose.rx_rad`.
-        key: String,
-        /// What would do.
-        expected: String,
-        /// What is there.
-        found: String,
+        /// All that is wrong, under the keys of a scene's file; never empty.
+        problems: Vec<Problem>,
     },
+}
+
+fn list(problems: &[Problem]) -> String {
+    problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// Why there is no bench.

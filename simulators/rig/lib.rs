@@ -11,7 +11,6 @@
 #![forbid(unsafe_code)]
 
 mod bench;
-mod document;
 mod error;
 mod fault;
 mod motion;

@@ -5,8 +5,9 @@ mod read;
 
 use asphera_form::form_error::FormError;
 use asphera_form::{Nominal, Parameter, Pose, Tolerance};
+use asphera_link::Problem;
+use asphera_settings::File;
 
-use crate::document::ThermalTable;
 use crate::fault::Scheduled;
 use crate::motion::Motion;
 use crate::{SceneError, Speed};
@@ -32,8 +33,18 @@ pub struct Scene {
     pub(crate) full_scale_um: f64,
     pub(crate) intensity: f64,
     pub(crate) node_ids: Vec<u8>,
-    pub(crate) thermal: Option<ThermalTable>,
+    pub(crate) thermal: Option<Thermal>,
+    /// In the order in which they happen.
     pub(crate) faults: Vec<Scheduled>,
+}
+
+/// The thermometer: a slow sine about a mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Thermal {
+    pub(crate) unit_id: u8,
+    pub(crate) mean_degc: f64,
+    pub(crate) amplitude_degc: f64,
+    pub(crate) period_s: f64,
 }
 
 impl Scene {
@@ -57,14 +68,19 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// The first thing that is wrong, with its key.
+    /// All that is wrong, each with its line and key: keys and types first, ranges once all could be read.
     pub fn parse(name: &str, text: &str) -> Result<Scene, SceneError> {
-        let document = toml::from_str(text).map_err(|source| SceneError::Syntax {
-            scene: name.to_owned(),
-            source: Box::new(source),
-        })?;
-        let scene = read::scene(name, document)?;
-        scene.check()?;
+        let unusable = |problems| SceneError::File { scene: name.to_owned(), problems };
+        let file = File::parse(name, text).map_err(unusable)?;
+        let root = file.root();
+        let scene = read::scene(name, &root);
+        for Problem { key, expected, found } in scene.iter().flat_map(Scene::problems) {
+            root.problem(&key, expected, found);
+        }
+        drop(root);
+        let mut scene = file.conclude(scene).map_err(unusable)?;
+        // A stable sort: faults of one trigger happen in the order of the file.
+        scene.faults.sort_by_key(|fault| fault.at_point);
         Ok(scene)
     }
 

@@ -6,8 +6,8 @@ use asphera_link::{Nanos, Unit};
 use asphera_modbus::{Field, Function, Kind, Map};
 use asphera_sim_modbus::Device;
 
-use crate::document::ThermalTable;
 use crate::noise::uniform;
+use crate::scene::Thermal;
 
 /// Worth of a unit of the registers, °C.
 pub(crate) const STEP_DEGC: f64 = 0.01;
@@ -15,7 +15,7 @@ pub(crate) const STEP_DEGC: f64 = 0.01;
 pub(crate) const FIELDS: [&str; 2] = ["air", "part"];
 
 /// A device whose registers follow the time of the request.
-pub(crate) fn device(thermal: ThermalTable, seed: u64) -> Device {
+pub(crate) fn device(thermal: Thermal, seed: u64) -> Device {
     let fields = FIELDS.iter().zip(0..).map(|(name, address)| Field {
         scale: STEP_DEGC,
         ..Field::channel(*name, Function::ReadInput, address, Kind::I16, Unit::DegreeCelsius)
@@ -32,7 +32,7 @@ pub(crate) fn device(thermal: ThermalTable, seed: u64) -> Device {
 
 /// Air and part at a time: the part follows at a third of the amplitude, an eighth of the period
 /// later. The seed sets the phase.
-fn temperatures_degc(thermal: &ThermalTable, seed: u64, now: Nanos) -> [f64; 2] {
+fn temperatures_degc(thermal: &Thermal, seed: u64, now: Nanos) -> [f64; 2] {
     let periods = now.as_nanos() as f64 * 1e-9 / thermal.period_s + uniform(seed, PHASE);
     let at = |share: f64, lag: f64| {
         thermal.mean_degc + share * thermal.amplitude_degc * (TAU * (periods - lag)).sin()
@@ -47,8 +47,8 @@ const PHASE: u64 = 1 << 63;
 mod tests {
     use super::*;
 
-    const THERMAL: ThermalTable =
-        ThermalTable { unit_id: 1, mean_degc: 20.0, amplitude_degc: 0.3, period_s: 8.0 };
+    const THERMAL: Thermal =
+        Thermal { unit_id: 1, mean_degc: 20.0, amplitude_degc: 0.3, period_s: 8.0 };
 
     #[test]
     fn temperatures_stay_within_their_amplitudes_and_repeat_after_a_period() {

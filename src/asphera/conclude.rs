@@ -3,9 +3,9 @@
 //! Live and replay both end here, so that their reports agree.
 
 use asphera_link::Nanos;
+use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
 use crate::pipeline::{Measurement, doubt, undecide};
-use crate::report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 use crate::session::{Header, Recovery};
 use crate::station::Bench;
 

@@ -13,19 +13,14 @@ pub mod conclude;
 pub mod config;
 #[cfg(test)]
 mod corpora;
-pub mod holder;
 pub mod lens;
 pub mod live;
-pub mod paper;
 pub mod pipeline;
-pub mod publish;
 pub mod replay;
-pub mod report;
 pub mod results;
 pub mod section;
 pub mod session;
 pub mod sessions;
-pub mod snapshot;
 pub mod station;
 
 pub use asphera_link::error_chain;

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use asphera_link::Nanos;
+use asphera_report::{SessionFigures, Verdict};
 use thiserror::Error;
 
 use crate::conclude::{Outcome, conclude, note_recovery, session_figures};
 use crate::config::{Config, Part, Problems};
 use crate::pipeline::{Along, Measurement, Pipeline};
-use crate::report::{SessionFigures, Verdict};
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 

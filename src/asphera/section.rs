@@ -1,213 +1,29 @@
-//! A section of a mesh as the outputs write it: its pieces, their points, and the figures of its profiles.
+//! Sections of a mesh for the outputs: pieces, points, and figures of the profiles.
 //!
 //! Nothing here reads a file or a clock: it is for whoever has a mesh, finished or still growing.
 
 use asphera_geometry::VertexId;
 use asphera_mesh::Mesh;
+use asphera_report::{
+    CircleFigures, Columns, DeviationProfile, HeightFigures, LineFigures, PathFigures,
+    PieceFigures, SECTION_FORMAT, SectionReport, SectionRequest,
+};
 use asphera_surface::sections::{
     CircleFit, CuttingPlane, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError,
     SectionPath, cut, section,
 };
-use serde::Serialize;
 
-/// Version of the layout.
-pub const FORMAT: &str = "asphera.section/1";
-
-/// What is asked of a mesh that is cut. Lengths in mm, in the frame of the mesh: u and v of the plane of
-/// projection, which along z are x and y of the measured frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SectionRequest {
-    /// From one place to another.
-    Line {
-        /// Where it starts.
-        from_mm: [f64; 2],
-        /// Where it ends.
-        to_mm: [f64; 2],
-    },
-    /// Around a centre, counter-clockwise from its right.
-    Circle {
-        /// The centre.
-        centre_mm: [f64; 2],
-        /// The radius.
-        radius_mm: f64,
-    },
-    /// From a centre outwards.
-    Radius {
-        /// The centre; without it that of the nominal as fitted, or before a fit the origin.
-        centre_mm: Option<[f64; 2]>,
-        /// The direction, counter-clockwise from x.
-        angle_rad: f64,
-    },
-}
-
-/// What comes of a request: a section, or why the mesh cannot be cut like that; `None` while no point has
-/// landed.
-pub type Cut = Option<Result<SectionReport, SectionError>>;
-
-impl SectionRequest {
-    /// The path, where the nominal's centre lies at `fitted_mm`.
-    pub fn path(&self, fitted_mm: [f64; 2]) -> SectionPath {
-        match *self {
-            SectionRequest::Line { from_mm, to_mm } => SectionPath::Segment { from_mm, to_mm },
-            SectionRequest::Circle { centre_mm, radius_mm } => {
-                SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 }
-            }
-            SectionRequest::Radius { centre_mm, angle_rad } => {
-                SectionPath::Radius { centre_mm: centre_mm.unwrap_or(fitted_mm), angle_rad }
-            }
+/// The path of a request, where the nominal's centre lies at `fitted_mm`.
+pub fn path(request: &SectionRequest, fitted_mm: [f64; 2]) -> SectionPath {
+    match *request {
+        SectionRequest::Line { from_mm, to_mm } => SectionPath::Segment { from_mm, to_mm },
+        SectionRequest::Circle { centre_mm, radius_mm } => {
+            SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 }
+        }
+        SectionRequest::Radius { centre_mm, angle_rad } => {
+            SectionPath::Radius { centre_mm: centre_mm.unwrap_or(fitted_mm), angle_rad }
         }
     }
-}
-
-/// A section and its figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SectionReport {
-    /// [`FORMAT`].
-    pub format: &'static str,
-    /// Along what the surface was cut.
-    pub path: PathFigures,
-    /// Triangles with a larger gap are not bridged, mm; `None`: only what lies outside the hull is not.
-    pub gap_limit_mm: Option<f64>,
-    /// How much of the path lies on measured surface, mm.
-    pub length_mm: f64,
-    /// The pieces without a break, in order.
-    pub pieces: Vec<PieceFigures>,
-    /// The profile of the heights; `None` without a piece.
-    pub height: Option<HeightFigures>,
-    /// The profile of the deviation; `None` where no deviation is known.
-    pub deviation: Option<DeviationProfile>,
-    /// Why figures are missing.
-    pub reasons: Vec<String>,
-    /// The points of all pieces.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub points: Option<Columns>,
-}
-
-/// Along what the surface was cut; lengths in mm, measured frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase", tag = "kind")]
-pub enum PathFigures {
-    /// A segment.
-    Line {
-        /// Where it starts.
-        from_mm: [f64; 2],
-        /// Where it ends.
-        to_mm: [f64; 2],
-    },
-    /// A circle, counter-clockwise.
-    Circle {
-        /// Its centre.
-        centre_mm: [f64; 2],
-        /// Its radius.
-        radius_mm: f64,
-        /// Where it starts, counter-clockwise from x.
-        start_deg: f64,
-    },
-    /// From a centre outwards.
-    Radius {
-        /// The centre.
-        centre_mm: [f64; 2],
-        /// The direction, counter-clockwise from x.
-        angle_deg: f64,
-    },
-    /// A plane, n·p = d.
-    Plane {
-        /// Its unit normal.
-        normal: [f64; 3],
-        /// Its distance from the origin along the normal, mm.
-        offset_mm: f64,
-    },
-}
-
-/// A piece of a section without a break.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PieceFigures {
-    /// Arc position of its beginning, mm.
-    pub from_s_mm: f64,
-    /// Arc position of its end, mm.
-    pub to_s_mm: f64,
-    /// Its points.
-    pub points: usize,
-    /// Why it begins there: `path`, `hull`, `gap`, `closed`, or of a plane `junction`.
-    pub begins: &'static str,
-    /// Why it ends there.
-    pub ends: &'static str,
-}
-
-/// Figures of the heights along a section. Means are over the arc position.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct HeightFigures {
-    /// Largest less smallest height, mm.
-    pub pv_mm: f64,
-    /// Mean height, mm.
-    pub mean_mm: f64,
-    /// Root of the mean square of what differs from the mean, mm.
-    pub rms_about_mean_mm: f64,
-    /// The straight line that fits best; of straight sections only.
-    pub line: Option<LineFigures>,
-    /// The circle that fits best; of straight sections only.
-    pub circle: Option<CircleFigures>,
-}
-
-/// A straight line fitted to the heights.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LineFigures {
-    /// Slope, mm a mm.
-    pub slope: f64,
-    /// Its standard uncertainty, where it is known.
-    pub u_slope: Option<f64>,
-    /// PV of what is left, nm.
-    pub pv_nm: f64,
-    /// RMS of what is left, nm.
-    pub rms_nm: f64,
-}
-
-/// A circle fitted to the heights.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct CircleFigures {
-    /// Curvature, 1/mm; positive in a hollow.
-    pub curvature_per_mm: f64,
-    /// Its standard uncertainty, where it is known.
-    pub u_curvature_per_mm: Option<f64>,
-    /// Radius with the sign of the curvature, mm; `None` where that is not told from zero.
-    pub radius_mm: Option<f64>,
-    /// Its standard uncertainty, mm.
-    pub u_radius_mm: Option<f64>,
-    /// PV of the distances from the circle, nm.
-    pub pv_nm: f64,
-    /// RMS of the distances from the circle, nm.
-    pub rms_nm: f64,
-}
-
-/// Figures of the deviation along a section. Means are over the arc position.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct DeviationProfile {
-    /// How much of the section has a deviation, mm.
-    pub length_mm: f64,
-    /// Largest less smallest deviation, nm.
-    pub pv_nm: f64,
-    /// Root of the mean square, nm.
-    pub rms_nm: f64,
-    /// Mean, nm.
-    pub mean_nm: f64,
-}
-
-/// The points of all pieces, a column each.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Columns {
-    /// The piece, from 0 on.
-    pub piece: Vec<usize>,
-    /// Arc position, mm; of a plane the length in space from the beginning of the piece.
-    pub s_mm: Vec<f64>,
-    /// Measured frame, mm.
-    pub x_mm: Vec<f64>,
-    /// Measured frame, mm.
-    pub y_mm: Vec<f64>,
-    /// Measured frame, mm.
-    pub z_mm: Vec<f64>,
-    /// Deviation, nm; `None` (null) outside the aperture. `None` where no deviation is known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub deviation_nm: Option<Vec<Option<f64>>>,
 }
 
 /// Gives the deviations of vertices in nm, in their order.
@@ -266,7 +82,7 @@ fn told_of(
         told(deviation(&profile), "deviation", &mut reasons)
     });
     SectionReport {
-        format: FORMAT,
+        format: SECTION_FORMAT,
         path,
         gap_limit_mm,
         length_mm: found.length_mm(),
@@ -298,25 +114,6 @@ impl Met {
     fn deviation_nm(&self, vertex: VertexId) -> f64 {
         let found = self.vertices.binary_search(&vertex).ok();
         found.and_then(|index| self.deviations_nm.get(index)).copied().unwrap_or(f64::NAN)
-    }
-}
-
-impl Columns {
-    /// As CSV with a header that names the units; an unknown deviation is an empty field.
-    pub fn csv(&self) -> String {
-        let mut text = String::from("piece,s_mm,x_mm,y_mm,z_mm");
-        text.push_str(if self.deviation_nm.is_some() { ",deviation_nm\n" } else { "\n" });
-        for index in 0..self.s_mm.len() {
-            let fields = [&self.s_mm, &self.x_mm, &self.y_mm, &self.z_mm]
-                .map(|column| column[index].to_string());
-            text.push_str(&format!("{},{}", self.piece[index], fields.join(",")));
-            if let Some(deviations_nm) = &self.deviation_nm {
-                text.push(',');
-                text.extend(deviations_nm[index].map(|nm| nm.to_string()));
-            }
-            text.push('\n');
-        }
-        text
     }
 }
 
@@ -428,10 +225,25 @@ fn columns(found: &Section, met: Option<&Met>) -> Columns {
     columns
 }
 
-/// Cuts the mesh of some points, for tests that have no other.
 #[cfg(test)]
-pub(crate) fn cut_points(points: &[[f64; 3]], request: &SectionRequest) -> Cut {
-    let mut mesh = Mesh::new();
-    mesh.insert(points);
-    (!points.is_empty()).then(|| report(&mesh, &request.path([0.0; 2]), None, None))
+mod tests {
+    use super::*;
+
+    fn along(request: &SectionRequest) -> Result<SectionReport, SectionError> {
+        let mut mesh = Mesh::new();
+        mesh.insert(&[[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]]);
+        report(&mesh, &path(request, [0.0; 2]), None, None)
+    }
+
+    #[test]
+    fn a_plane_is_cut_as_far_as_it_reaches() {
+        let line = |from_mm, to_mm| SectionRequest::Line { from_mm, to_mm };
+        let points = along(&line([0.5, 0.5], [5.0, 0.5])).unwrap().points.unwrap();
+        assert_eq!((points.s_mm, points.z_mm), (vec![0.0, 1.0], vec![1.5, 2.5]));
+        assert_eq!(along(&line([5.0, 5.0], [6.0, 6.0])).unwrap().pieces, []);
+        let refused = |request| along(&request).unwrap_err().to_string();
+        assert!(refused(line([1.0, 2.0], [1.0, 2.0])).contains("has no length"));
+        let circle = SectionRequest::Circle { centre_mm: [0.0; 2], radius_mm: -1.0 };
+        assert!(refused(circle).contains("radius -1 mm"));
+    }
 }

@@ -3,33 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
-use crate::report::{Label, SessionFigures, Status};
-use crate::results::ResultFile;
-
-/// A session as a list shows it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SessionEntry {
-    /// Name of its folder.
-    pub id: String,
-    /// When it began, RFC 3339, UTC; `None` where no `report.json` says so.
-    pub started: Option<String>,
-    /// What was measured, and by whom.
-    pub label: Label,
-    /// Why it ended; `None` where no `report.json` says so.
-    pub ended: Option<String>,
-    /// The verdict.
-    pub verdict: Option<Status>,
-    /// Points in the fit.
-    pub points: Option<u64>,
-    /// PV in nm.
-    pub pv_nm: Option<f64>,
-    /// RMS in nm.
-    pub rms_nm: Option<f64>,
-    /// The result files that are there.
-    pub files: Vec<&'static str>,
-}
+use asphera_report::{Label, ResultFile, SessionEntry, SessionFigures, Status};
+use serde::Deserialize;
 
 /// What is read of a `report.json`; the rest is passed over.
 #[derive(Deserialize)]

@@ -38,3 +38,8 @@ pub use graph::{Chain, Graph};
 pub use methods::{Kind, Method, MethodError, Parameter, Parameters};
 pub use samples::{MOST_POINTS, PlaceMm, SampleId, Samples, SamplesError};
 pub use triangulation::{Edge, EdgeId, Spoke, TriangleId, Triangulation};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;

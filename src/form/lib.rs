@@ -59,3 +59,8 @@ pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
 
 /// A point as x, y, z in mm.
 pub type PointMm = [f64; 3];
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;

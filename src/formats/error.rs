@@ -287,7 +287,7 @@ impl WriteError {
 
 /// A text that may hold words of a file, as a message shows it: signs that move a terminal are escaped, and the middle of a text
 /// beyond 400 signs is left out.
-pub fn shown(text: &str) -> Cow<'_, str> {
+pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let is_long = text.len() > LONGEST_SHOWN;
     if !is_long && !text.contains(char::is_control) {
         return Cow::Borrowed(text);

@@ -51,5 +51,5 @@ mod test_data;
 mod topography;
 
 pub use detect::{read, read_with};
-pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, VOLUME_KINDS, WriteError, shown};
+pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, VOLUME_KINDS, WriteError};
 pub use topography::{Cloud, HeightMap, Source, Topography};

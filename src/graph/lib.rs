@@ -53,3 +53,8 @@ pub use parts::{Part, Parts, auto_min_points, parts};
 pub use segments::Segment;
 pub use strips::{MOST_STRIPS, Strips, StripsError};
 pub use within::Within;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;

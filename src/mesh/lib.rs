@@ -34,3 +34,8 @@ pub use mesh::{
 pub use outcome::{Counts, Outcome};
 pub use paged::{PagedMesh, Paging, Part, Shelf, ShelfError, ShelfFailure};
 pub use repeats::Repeats;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;

@@ -19,6 +19,33 @@ pub(crate) struct Neighbours {
     nodes: Vec<BoxMm>,
 }
 
+/// A node of the tree and the range of points in it.
+#[derive(Clone, Copy)]
+struct Branch {
+    node: usize,
+    from: usize,
+    to: usize,
+}
+
+impl Branch {
+    fn is_leaf(self) -> bool {
+        self.to - self.from <= LEAF
+    }
+
+    /// Numbers of its points in the tree.
+    fn points(self) -> std::ops::Range<u32> {
+        self.from as u32..self.to as u32
+    }
+
+    fn halves(self) -> [Branch; 2] {
+        let middle = self.from + (self.to - self.from) / 2;
+        [
+            Branch { node: 2 * self.node + 1, from: self.from, to: middle },
+            Branch { node: 2 * self.node + 2, from: middle, to: self.to },
+        ]
+    }
+}
+
 /// A neighbour: the square of its distance in mm², and its number in the tree.
 pub(crate) type Near = (f64, u32);
 
@@ -35,6 +62,10 @@ impl Neighbours {
 
     pub(crate) fn len(&self) -> usize {
         self.points_mm.len()
+    }
+
+    fn root(&self) -> Branch {
+        Branch { node: 0, from: 0, to: self.len() }
     }
 
     /// Does something with the `count` nearest of every point, itself left out, the nearest first; in the order of the tree.
@@ -74,7 +105,7 @@ impl Neighbours {
         let mut radius = if room.radius > 0.0 { room.radius.min(4.0 * wide) } else { wide };
         loop {
             room.gathered.clear();
-            self.gather(0, 0, self.len(), &own, radius * radius, &mut room.gathered);
+            self.gather(self.root(), &own, radius * radius, &mut room.gathered);
             let wanted = count.min(self.len() - 1);
             if room.gathered.len() > wanted {
                 // Distances of the point of the leaf that is worst off.
@@ -122,7 +153,7 @@ impl Neighbours {
     pub(crate) fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
         let place = self.points_mm[at as usize];
         found.clear();
-        self.collect(0, 0, self.len(), place, radius_mm * radius_mm, at, found);
+        self.collect(self.root(), place, radius_mm * radius_mm, at, found);
         found.sort_unstable_by(|a, b| self.order(a, b));
     }
 
@@ -134,46 +165,32 @@ impl Neighbours {
         })
     }
 
-    fn gather(
-        &self,
-        node: usize,
-        from: usize,
-        to: usize,
-        own: &BoxMm,
-        limit: f64,
-        found: &mut Vec<u32>,
-    ) {
-        if gap(own, &self.nodes[node]) > limit {
+    fn gather(&self, branch: Branch, own: &BoxMm, limit: f64, found: &mut Vec<u32>) {
+        if gap(own, &self.nodes[branch.node]) > limit {
             return;
         }
-        if to - from <= LEAF {
-            found.extend(from as u32..to as u32);
+        if branch.is_leaf() {
+            found.extend(branch.points());
             return;
         }
-        let middle = from + (to - from) / 2;
-        self.gather(2 * node + 1, from, middle, own, limit, found);
-        self.gather(2 * node + 2, middle, to, own, limit, found);
+        for half in branch.halves() {
+            self.gather(half, own, limit, found);
+        }
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a recursion carries its node, its question and its answer"
-    )]
     fn collect(
         &self,
-        node: usize,
-        from: usize,
-        to: usize,
+        branch: Branch,
         place: PointMm,
         limit: f64,
         without: u32,
         found: &mut Vec<Near>,
     ) {
-        if self.nodes[node].squared_distance_mm2(place) > limit {
+        if self.nodes[branch.node].squared_distance_mm2(place) > limit {
             return;
         }
-        if to - from <= LEAF {
-            for other in from as u32..to as u32 {
+        if branch.is_leaf() {
+            for other in branch.points() {
                 let square = squared(place, self.points_mm[other as usize]);
                 if square <= limit && other != without {
                     found.push((square, other));
@@ -181,9 +198,9 @@ impl Neighbours {
             }
             return;
         }
-        let middle = from + (to - from) / 2;
-        self.collect(2 * node + 1, from, middle, place, limit, without, found);
-        self.collect(2 * node + 2, middle, to, place, limit, without, found);
+        for half in branch.halves() {
+            self.collect(half, place, limit, without, found);
+        }
     }
 }
 

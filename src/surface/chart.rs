@@ -23,7 +23,16 @@ pub struct Chart {
     pub undersampled: Vec<Option<f64>>,
 }
 
-/// Charts `triangles`, whose corners are indices into `points`, by the criteria of [`crate::assess`].
+/// Triangles whose corners are indices into points.
+#[derive(Clone, Copy, Debug)]
+pub struct Facets<'a> {
+    /// Points in mm.
+    pub points: &'a [PointMm],
+    /// The triangles.
+    pub triangles: &'a [[VertexId; 3]],
+}
+
+/// Charts facets by the criteria of [`crate::assess`].
 ///
 /// `on_chart` says where on the grid a point lies, and may turn and shift. `lfs_mm(x, y)` is the local
 /// feature size, infinite over a plane, `None` where it is not known; it is asked for once for each point
@@ -39,8 +48,7 @@ pub struct Chart {
 ///
 /// When a corner is not the index of a point.
 pub fn chart(
-    points: &[PointMm],
-    triangles: &[[VertexId; 3]],
+    Facets { points, triangles }: Facets<'_>,
     criteria: &Criteria,
     noise: Option<Noise>,
     grid: &Grid,
@@ -259,7 +267,8 @@ mod tests {
     fn of(mesh: &Mesh, criteria: Criteria, noise: Option<Noise>) -> Chart {
         let lfs_mm = |_, _| Some(10.0);
         let flat = |[x, y, _]: PointMm| [x, y];
-        chart(mesh.points(), &mesh.triangles(), &criteria, noise, &GRID, flat, lfs_mm).unwrap()
+        let facets = Facets { points: mesh.points(), triangles: &mesh.triangles() };
+        chart(facets, &criteria, noise, &GRID, flat, lfs_mm).unwrap()
     }
 
     fn limit(gap_mm: f64) -> Criteria {
@@ -316,8 +325,8 @@ mod tests {
         let unknown = |x: f64, _| (x < 1.0).then_some(-1.0);
         let flat = |[x, y, _]: PointMm| [x, y];
         let criteria = Criteria { epsilon_limit: Some(0.1), ..Criteria::default() };
-        let found =
-            chart(mesh.points(), &mesh.triangles(), &criteria, None, &GRID, flat, unknown).unwrap();
+        let facets = Facets { points: mesh.points(), triangles: &mesh.triangles() };
+        let found = chart(facets, &criteria, None, &GRID, flat, unknown).unwrap();
         for cell in 0..64 {
             let inside = cell % 8 < 4;
             assert_eq!(found.gap_mm[cell].is_some(), inside, "{cell}");
@@ -328,12 +337,13 @@ mod tests {
 
     #[test]
     fn what_is_no_grid() {
+        let nothing = Facets { points: &[], triangles: &[] };
         for grid in [Grid { dx_mm: 0.0, ..GRID }, Grid { x0_mm: f64::NAN, ..GRID }] {
-            let found = chart(&[], &[], &limit(1.0), None, &grid, |_| [0.0; 2], |_, _| None);
+            let found = chart(nothing, &limit(1.0), None, &grid, |_| [0.0; 2], |_, _| None);
             assert!(matches!(found, Err(RasterError::Grid { .. })), "{found:?}");
         }
         let grid = Grid { nx: 1 << 11, ny: 1 << 11, ..GRID };
-        let found = chart(&[], &[], &limit(1.0), None, &grid, |_| [0.0; 2], |_, _| None);
+        let found = chart(nothing, &limit(1.0), None, &grid, |_| [0.0; 2], |_, _| None);
         assert!(matches!(found, Err(RasterError::Nodes { .. })));
     }
 }

@@ -33,7 +33,7 @@ mod rim;
 mod sampling;
 pub mod sections;
 
-pub use chart::{Chart, chart};
+pub use chart::{Chart, Facets, chart};
 pub use outline::{Contour, Island, IslandCounts, islands};
 pub use projection::{
     Obstacle, Plane, PlaneError, Projectability, THINNED_POINTS, projectable_along,
@@ -43,3 +43,8 @@ pub use relief::{Kind, Region, Relief, ReliefError, Topography, topography};
 pub use sampling::{
     Criteria, RunningSampling, RunningSpread, Sampling, State, StateCounts, Survey, assess,
 };
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;

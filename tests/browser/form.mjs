@@ -50,7 +50,7 @@ async function remove(page, check) {
     check(shown.headline === headline, `the headline went from ${headline} to ${shown.headline} with the terms`);
     const wanted = await page.evaluate(async () => {
       const { form } = await (await fetch("/api/v1/report")).json();
-      const of = (name) => form.figures.find((one) => one.name.startsWith(name) && one.variant === "less piston, tilt, power").value.toFixed(1);
+      const of = (name) => form.figures.find((one) => one.name.startsWith(name) && one.variant === "piston, tilt, power removed").value.toFixed(1);
       return [of("PV"), of("RMS")];
     });
     const plain = [pv, rms].map((text) => text?.replaceAll("\u202f", ""));

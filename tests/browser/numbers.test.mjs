@@ -6,7 +6,7 @@ import { test } from "node:test";
 
 /** A module of the page that imports nothing; read as text, since it belongs to no package. */
 async function load(name) {
-  const file = new URL(`../../src/asphera/page/${name}`, import.meta.url);
+  const file = new URL(`../../src/fronts/http/page/${name}`, import.meta.url);
   return import(`data:text/javascript,${encodeURIComponent(await readFile(file, "utf8"))}`);
 }
 const format = await load("format.js");
@@ -69,12 +69,12 @@ test("a value has the decimals of two digits of its uncertainty", () => {
   assert.equal(show(0, null, "mm"), "0.00000 | – | mm");
 });
 
-test("names give their unit away", () => {
-  assert.deepEqual(format.nameAndUnit("pv_nm"), ["PV", "nm"]);
-  assert.deepEqual(format.nameAndUnit("gap_max_mm"), ["Gap max", "mm"]);
-  assert.deepEqual(format.nameAndUnit("undersampled_area_mm2"), ["Undersampled area", "mm²"]);
-  assert.deepEqual(format.nameAndUnit("coverage"), ["Coverage", ""]);
-  assert.deepEqual(format.nameAndUnit("rms_nm 0-4.5 mm"), ["RMS, ring 0-4.5 mm", "nm"]);
+test("a figure with a limit has sign, scope and the digits of its unit", () => {
+  const rms = { symbol: "RMS", scope: "from 0-4.5 mm", unit: "nm" };
+  assert.equal(format.figureWords(rms), "RMS from 0-4.5 mm");
+  assert.equal(format.figureWords({ symbol: "PV" }), "PV");
+  assert.equal(format.figureValue(rms, 12.345), "12.3");
+  assert.equal(format.figureValue({ symbol: "slope max", unit: "µrad" }, 12.3456), "12.35");
   assert.equal(format.sentence("pass is certain"), "Pass is certain");
 });
 

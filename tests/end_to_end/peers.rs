@@ -3,6 +3,7 @@
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -51,23 +52,9 @@ impl Drop for Peer {
     }
 }
 
-#[test]
-fn the_daemon_reads_a_canopen_stack_and_pymodbus() {
-    let Some(python) = python("canopen, can, serial, pymodbus") else { return };
-    let (daemon_port, peer_port) = null_modem();
-    let modbus_port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-
-    let mut modbus = Peer::start(
-        Command::new(&python)
-            .arg(root().join("drivers/modbus/tests/peer.py"))
-            .args(["tcp", &modbus_port.to_string()]),
-    );
-    let mut ready = [0; 5];
-    modbus.0.stdout.as_mut().unwrap().read_exact(&mut ready).unwrap();
-
-    let dir = tempfile::tempdir().unwrap();
-    let cycles = 400;
-    let config = format!(
+/// A station with a stage on a CAN bus and a gauge by Modbus.
+fn config(daemon_port: u16, modbus_port: u16, recordings: &Path) -> String {
+    format!(
         r#"
 [station]
 name = "peers"
@@ -102,8 +89,27 @@ dir = "{dir}"
 [publish]
 listen = "127.0.0.1:0"
 "#,
-        dir = dir.path().join("recordings").display()
+        dir = recordings.display()
+    )
+}
+
+#[test]
+fn the_daemon_reads_a_canopen_stack_and_pymodbus() {
+    let Some(python) = python("canopen, can, serial, pymodbus") else { return };
+    let (daemon_port, peer_port) = null_modem();
+    let modbus_port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+
+    let mut modbus = Peer::start(
+        Command::new(&python)
+            .arg(root().join("drivers/modbus/tests/peer.py"))
+            .args(["tcp", &modbus_port.to_string()]),
     );
+    let mut ready = [0; 5];
+    modbus.0.stdout.as_mut().unwrap().read_exact(&mut ready).unwrap();
+
+    let dir = tempfile::tempdir().unwrap();
+    let cycles = 400;
+    let config = config(daemon_port, modbus_port, &dir.path().join("recordings"));
     let path = dir.path().join("station.toml");
     std::fs::write(&path, config).unwrap();
     let mut daemon = Running::start(

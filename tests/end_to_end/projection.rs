@@ -5,8 +5,8 @@ use std::path::Path;
 use asphera::config::Config;
 use asphera::live::Station;
 use asphera::replay::replay;
-use asphera::report::{ProjectionFigures, Report};
 use asphera_link::Command;
+use asphera_report::{ProjectionFigures, Report};
 use asphera_rig::{Rig, Scene, Speed, StationOptions};
 use asphera_tests::{count, json, json_file, number, run};
 

@@ -1,37 +1,41 @@
 //! Ranges of a scene's numbers, and whether they fit each other.
 
 use asphera_form::form_error::LARGEST_FRINGE;
+use asphera_link::{Problem, check_range};
 
 use super::Scene;
-use super::read::Place;
 use crate::motion::Motion;
 use crate::{Link, SceneError, Speed};
 
 impl Scene {
     /// Whether the scene can be played; the numbers of the builder are looked at again here.
     pub(crate) fn check(&self) -> Result<(), SceneError> {
-        self.check_part()?;
-        self.check_scan()?;
-        self.check_instruments()?;
-        self.check_faults()
+        let problems = self.problems();
+        if problems.is_empty() {
+            return Ok(());
+        }
+        Err(SceneError::Values { scene: self.name.clone(), problems })
     }
 
-    fn check_part(&self) -> Result<(), SceneError> {
-        self.within("part.semi_diameter_mm", self.semi_diameter_mm, 1e-3, 1e3)?;
+    /// Everything that keeps the scene from being played. Keys are those of its file.
+    pub(super) fn problems(&self) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        self.part_problems(&mut problems);
+        self.scan_problems(&mut problems);
+        self.instrument_problems(&mut problems);
+        self.fault_problems(&mut problems);
+        problems
+    }
+
+    fn part_problems(&self, problems: &mut Vec<Problem>) {
+        let semi_mm = self.semi_diameter_mm;
+        check_range(problems, "part.semi_diameter_mm", semi_mm, 1e-3, 1e3);
         if !self.nominal.is_rotational() {
-            return Err(Place(&self.name).wrong(
-                "part.surface",
-                "a plane, a sphere or an asphere",
-                self.nominal.kind(),
-            ));
-        }
-        let steepest = self.nominal.slope(self.semi_diameter_mm);
-        if !steepest.is_finite() {
-            return Err(Place(&self.name).wrong(
-                "part.semi_diameter_mm",
-                "a radius within the surface's domain",
-                self.semi_diameter_mm,
-            ));
+            let expected = "a plane, a sphere or an asphere";
+            problems.push(Problem::new("part.surface", expected, self.nominal.kind()));
+        } else if !self.nominal.slope(semi_mm).is_finite() {
+            let expected = "a radius within the surface's domain";
+            problems.push(Problem::new("part.semi_diameter_mm", expected, semi_mm));
         }
         let pose = self.pose;
         for (key, value, limit) in [
@@ -43,119 +47,114 @@ impl Scene {
             ("part.pose.ry_rad", pose.ry_rad, 0.05),
             ("part.pose.rz_rad", pose.rz_rad, std::f64::consts::PI),
         ] {
-            self.within(key, value, -limit, limit)?;
+            check_range(problems, key, value, -limit, limit);
         }
-        for &(index, height_nm) in &self.form_error.fringe_nm {
-            if !(1..=LARGEST_FRINGE).contains(&index) {
-                let key = "part.form_error.fringe.index";
-                return Err(Place(&self.name).wrong(key, "1 to 100", index));
-            }
-            self.within("part.form_error.fringe.height_nm", height_nm, -1e5, 1e5)?;
+        for (term, &(index, height_nm)) in self.form_error.fringe_nm.iter().enumerate() {
+            let key = |key| format!("part.form_error.fringe[{term}].{key}");
+            check_range(problems, &key("index"), index, 1, LARGEST_FRINGE);
+            check_range(problems, &key("height_nm"), height_nm, -1e5, 1e5);
         }
         if let Some(ring) = self.form_error.ring {
-            let semi_mm = self.semi_diameter_mm;
-            self.within("part.form_error.ring.radius_mm", ring.radius_mm, 0.0, semi_mm)?;
-            self.within("part.form_error.ring.width_mm", ring.width_mm, 1e-3, semi_mm)?;
-            self.within("part.form_error.ring.height_nm", ring.height_nm, -1e5, 1e5)?;
+            // Of a part without a size nothing lies within.
+            if semi_mm > 0.0 {
+                let key = "part.form_error.ring.radius_mm";
+                check_range(problems, key, ring.radius_mm, 0.0, semi_mm);
+                check_range(
+                    problems,
+                    "part.form_error.ring.width_mm",
+                    ring.width_mm,
+                    1e-3,
+                    semi_mm,
+                );
+            }
+            check_range(problems, "part.form_error.ring.height_nm", ring.height_nm, -1e5, 1e5);
         }
-        for (key, limit) in
-            [("tolerance.pv_nm", self.tolerance.pv_nm), ("tolerance.rms_nm", self.tolerance.rms_nm)]
+        let limits = self.tolerance;
+        for (key, limit) in [("tolerance.pv_nm", limits.pv_nm), ("tolerance.rms_nm", limits.rms_nm)]
         {
             if let Some(limit_nm) = limit {
-                self.within(key, limit_nm, 1e-3, 1e9)?;
+                check_range(problems, key, limit_nm, 1e-3, 1e9);
             }
         }
-        Ok(())
     }
 
-    fn check_scan(&self) -> Result<(), SceneError> {
-        let place = Place(&self.name);
-        if !(1..=MAX_POINTS).contains(&self.points) {
-            return Err(place.wrong("scan.points", "1 to 10000000", self.points));
-        }
-        self.within("scan.rate_hz", self.rate_hz, 1.0, 66_000.0)?;
+    fn scan_problems(&self, problems: &mut Vec<Problem>) {
+        check_range(problems, "scan.points", self.points, 1, MAX_POINTS);
+        check_range(problems, "scan.rate_hz", self.rate_hz, 1.0, 66_000.0);
         if let Speed::Times(times) = self.speed {
-            self.within("speed", times, 1e-3, 1e3)?;
+            check_range(problems, "speed", times, 1e-3, 1e3);
         }
-        self.within("stage.step_nm", self.motion.step_nm().into(), 1.0, 1e6)?;
+        let step_nm = self.motion.step_nm();
+        check_range(problems, "stage.step_nm", step_nm, 1, 1_000_000);
         let reach_mm = self.motion.reach_mm();
         let key = match self.motion {
             Motion::Spiral { counts_per_turn, .. } => {
-                self.within("scan.counts_per_turn", counts_per_turn.into(), 1.0, 1e9)?;
+                let counts = counts_per_turn;
+                check_range(problems, "scan.counts_per_turn", counts, 1, 1_000_000_000);
                 "scan.radius_mm"
             }
             Motion::Raster { .. } => "scan.half_width_mm",
         };
         let decentre_mm = self.pose.tx_mm.hypot(self.pose.ty_mm);
-        if !(reach_mm > 0.0 && reach_mm + decentre_mm <= self.semi_diameter_mm) {
-            let expected = format!(
-                "points within part.semi_diameter_mm = {} of the decentred part",
-                self.semi_diameter_mm
-            );
+        let semi_mm = self.semi_diameter_mm;
+        if semi_mm > 0.0 && !(reach_mm > 0.0 && reach_mm + decentre_mm <= semi_mm) {
+            let expected =
+                format!("points within part.semi_diameter_mm = {semi_mm} of the decentred part");
             let found = format!("a reach of {} mm", reach_mm + decentre_mm);
-            return Err(place.wrong(key, expected, found));
+            problems.push(Problem::new(key, expected, found));
         }
-        if reach_mm * 1e6 / f64::from(self.motion.step_nm()) > f64::from(i32::MAX) {
-            return Err(place.wrong("stage.step_nm", "positions within 32 bits", "a finer step"));
+        if step_nm > 0 && reach_mm * 1e6 / f64::from(step_nm) > f64::from(i32::MAX) {
+            let expected = "positions within 32 bits";
+            problems.push(Problem::new("stage.step_nm", expected, "a finer step"));
         }
         let end = self.motion.rotary_end_counts(self.points);
-        if end > f64::from(i32::MAX) {
+        if self.points <= MAX_POINTS && end > f64::from(i32::MAX) {
             let expected = format!("points whose turns stay within {} rotary counts", i32::MAX);
-            return Err(place.wrong("scan.points", expected, format!("{end:.0} counts")));
+            problems.push(Problem::new("scan.points", expected, format!("{end:.0} counts")));
         }
-        Ok(())
     }
 
-    fn check_instruments(&self) -> Result<(), SceneError> {
-        let place = Place(&self.name);
-        self.within("probe.noise_nm", self.noise_nm, 0.0, 1e5)?;
-        self.within("probe.standoff_mm", self.standoff_mm, 0.0, 1e3)?;
-        self.within("probe.full_scale_um", self.full_scale_um, 1.0, 1e6)?;
-        self.within("probe.intensity", self.intensity, 0.0, 1e6)?;
+    fn instrument_problems(&self, problems: &mut Vec<Problem>) {
+        check_range(problems, "probe.noise_nm", self.noise_nm, 0.0, 1e5);
+        check_range(problems, "probe.standoff_mm", self.standoff_mm, 0.0, 1e3);
+        check_range(problems, "probe.full_scale_um", self.full_scale_um, 1.0, 1e6);
+        check_range(problems, "probe.intensity", self.intensity, 0.0, 1e6);
         let wanted = self.motion.transducers();
-        if self.node_ids.len() != wanted {
+        let given = self.node_ids.len();
+        if given != wanted {
             let expected = format!("{wanted} for this kind of scan");
-            return Err(place.wrong("stage.node_ids", expected, self.node_ids.len()));
+            problems.push(Problem::new("stage.node_ids", expected, given));
         }
         for (index, &id) in self.node_ids.iter().enumerate() {
             if !(1..=127).contains(&id) || self.node_ids[..index].contains(&id) {
-                return Err(place.wrong("stage.node_ids", "1 to 127, each once", id));
+                let key = format!("stage.node_ids[{index}]");
+                problems.push(Problem::new(key, "1 to 127, each once", id));
             }
         }
-        let Some(thermal) = self.thermal else { return Ok(()) };
+        let Some(thermal) = self.thermal else { return };
         if (248..=254).contains(&thermal.unit_id) {
-            return Err(place.wrong("thermal.unit_id", "0 to 247, or 255", thermal.unit_id));
+            problems.push(Problem::new("thermal.unit_id", "0 to 247, or 255", thermal.unit_id));
         }
         // The registers hold hundredths of a degree in 16 bits with sign.
-        self.within("thermal.mean_degc", thermal.mean_degc, -200.0, 200.0)?;
-        self.within("thermal.amplitude_degc", thermal.amplitude_degc, 0.0, 100.0)?;
-        self.within("thermal.period_s", thermal.period_s, 1e-3, 1e6)
+        check_range(problems, "thermal.mean_degc", thermal.mean_degc, -200.0, 200.0);
+        check_range(problems, "thermal.amplitude_degc", thermal.amplitude_degc, 0.0, 100.0);
+        check_range(problems, "thermal.period_s", thermal.period_s, 1e-3, 1e6);
     }
 
-    fn check_faults(&self) -> Result<(), SceneError> {
+    fn fault_problems(&self, problems: &mut Vec<Problem>) {
         for (index, scheduled) in self.faults.iter().enumerate() {
-            let place = Place(&self.name);
             let key = |key: &str| format!("fault[{index}].{key}");
             if scheduled.at_point >= self.points {
                 let expected = format!("a trigger below scan.points = {}", self.points);
-                return Err(place.wrong(key("at_point"), expected, scheduled.at_point));
+                problems.push(Problem::new(key("at_point"), expected, scheduled.at_point));
             }
             if !scheduled.fault.suits(scheduled.link) {
                 let expected = format!("a fault that can happen to {}", scheduled.link);
-                return Err(place.wrong(key("kind"), expected, scheduled.fault.kind()));
+                problems.push(Problem::new(key("kind"), expected, scheduled.fault.kind()));
             }
             if scheduled.link == Link::Thermal && self.thermal.is_none() {
-                return Err(place.wrong(key("link"), "a link of the scene", "thermal"));
+                problems.push(Problem::new(key("link"), "a link of the scene", "thermal"));
             }
-        }
-        Ok(())
-    }
-
-    fn within(&self, key: &str, value: f64, low: f64, high: f64) -> Result<(), SceneError> {
-        if (low..=high).contains(&value) {
-            Ok(())
-        } else {
-            Err(Place(&self.name).wrong(key, format!("{low} to {high}"), value))
         }
     }
 }

@@ -1,200 +1,251 @@
-//! From the tables of a file to a scene: words become types.
+//! From the tables of a file to a scene: words become types. What is absent, unknown or of the wrong kind is
+//! reported here; ranges are checked afterwards.
+//!
+//! `scenes/asphere.toml` says what each key means.
 
 use std::time::Duration;
 
 use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose, Tolerance};
+use asphera_settings::Section;
 
-use super::Scene;
-use crate::document::{
-    Document, FaultTable, FormErrorTable, PartTable, ScanTable, StageTable, SurfaceTable,
-};
+use super::{Scene, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
-use crate::{Fault, SceneError, Speed};
+use crate::{Fault, Link, Speed};
 
-/// Errors of one scene.
-pub(super) struct Place<'a>(pub(super) &'a str);
-
-impl Place<'_> {
-    pub(super) fn wrong(
-        &self,
-        key: impl Into<String>,
-        expected: impl Into<String>,
-        found: impl ToString,
-    ) -> SceneError {
-        SceneError::Value {
-            scene: self.0.to_owned(),
-            key: key.into(),
-            expected: expected.into(),
-            found: found.to_string(),
-        }
-    }
-}
-
-pub(super) fn scene(name: &str, document: Document) -> Result<Scene, SceneError> {
-    let place = Place(name);
-    let nominal = nominal(&place, &document.part.surface)?;
-    let free = free(&place, &document.fit.free, &nominal)?;
-    let (points, rate_hz, motion) = motion(&document.scan, &document.stage);
-    let faults = document.fault.iter().enumerate();
-    let mut faults: Vec<Scheduled> =
-        faults.map(|(index, table)| fault(&place, index, table)).collect::<Result<_, _>>()?;
-    // A stable sort: faults of one trigger happen in the order of the file.
-    faults.sort_by_key(|fault| fault.at_point);
-    Ok(Scene {
+/// Reads the whole file; `None` if something is missing, and the tables say what.
+pub(super) fn scene(name: &str, root: &Section<'_>) -> Option<Scene> {
+    let title = root.required("title");
+    let seed = root.required("seed");
+    let part = part(&root.section("part"));
+    let fit = root.section("fit");
+    let nominal = part.as_ref().map(|part| &part.nominal);
+    let free = free(&fit, nominal);
+    fit.finish();
+    let tolerance = root.section("tolerance");
+    let limits = Tolerance { pv_nm: tolerance.get("pv_nm"), rms_nm: tolerance.get("rms_nm") };
+    tolerance.finish();
+    let stage = root.section("stage");
+    let node_ids = stage.required("node_ids");
+    let scan = root.section("scan");
+    let (points, rate_hz) = (scan.required("points"), scan.required("rate_hz"));
+    let motion = motion(&scan, stage.required("step_nm"));
+    stage.finish();
+    let probe = root.section("probe");
+    let (noise_nm, standoff_mm) = (probe.required("noise_nm"), probe.required("standoff_mm"));
+    let (full_scale_um, intensity) = (probe.required("full_scale_um"), probe.required("intensity"));
+    probe.finish();
+    let thermal = root.section("thermal");
+    let thermal = thermal.is_present().then(|| thermometer(&thermal));
+    let faults: Vec<Option<Scheduled>> = root.array("fault").iter().map(fault).collect();
+    root.finish();
+    let part = part?;
+    Some(Scene {
         name: name.to_owned(),
-        title: document.title,
-        seed: document.seed,
+        title: title?,
+        seed: seed?,
         speed: Speed::Times(1.0),
-        nominal,
-        semi_diameter_mm: document.part.semi_diameter_mm,
-        pose: pose(&document.part),
-        form_error: form_error(&document.part),
-        free,
-        tolerance: Tolerance { pv_nm: document.tolerance.pv_nm, rms_nm: document.tolerance.rms_nm },
-        points,
-        rate_hz,
-        motion,
-        noise_nm: document.probe.noise_nm,
-        standoff_mm: document.probe.standoff_mm,
-        full_scale_um: document.probe.full_scale_um,
-        intensity: document.probe.intensity,
-        node_ids: document.stage.node_ids,
-        thermal: document.thermal,
-        faults,
+        nominal: part.nominal,
+        semi_diameter_mm: part.semi_diameter_mm,
+        pose: part.pose,
+        form_error: part.form_error,
+        free: free?,
+        tolerance: limits,
+        points: points?,
+        rate_hz: rate_hz?,
+        motion: motion?,
+        noise_nm: noise_nm?,
+        standoff_mm: standoff_mm?,
+        full_scale_um: full_scale_um?,
+        intensity: intensity?,
+        node_ids: node_ids?,
+        thermal: match thermal {
+            Some(thermal) => Some(thermal?),
+            None => None,
+        },
+        faults: faults.into_iter().collect::<Option<_>>()?,
     })
 }
 
-fn nominal(place: &Place<'_>, table: &SurfaceTable) -> Result<Nominal, SceneError> {
-    let nominal =
-        match table {
-            SurfaceTable::Plane {} => Nominal::Plane,
-            SurfaceTable::Sphere { radius_mm } => Nominal::Sphere { radius_mm: *radius_mm },
-            SurfaceTable::Asphere { radius_mm, conic, coefficients } => {
-                let terms = coefficients.iter().map(|(name, &value)| match name.parse() {
-                    Ok(Parameter::A(order)) => Ok((order, value)),
-                    _ => Err(place.wrong("part.surface.coefficients", "A4, A6 to A20", name)),
-                });
-                let terms: Vec<(u8, f64)> = terms.collect::<Result<_, _>>()?;
-                let asphere = Asphere::new(*radius_mm, *conic, &terms);
-                Nominal::Asphere(asphere.map_err(|error| {
-                    place.wrong("part.surface", "an asphere that can be", error)
-                })?)
-            }
-        };
-    match nominal.validate() {
-        Ok(()) => Ok(nominal),
-        Err(error) => Err(place.wrong("part.surface", "a surface that can be", error)),
-    }
+struct Part {
+    nominal: Nominal,
+    semi_diameter_mm: f64,
+    pose: Pose,
+    form_error: FormError,
 }
 
-fn free(
-    place: &Place<'_>,
-    names: &[String],
-    nominal: &Nominal,
-) -> Result<Vec<Parameter>, SceneError> {
+fn part(table: &Section<'_>) -> Option<Part> {
+    let surface = table.section("surface");
+    let nominal = nominal(table, &surface);
+    let semi_diameter_mm = table.required("semi_diameter_mm");
+    let pose = table.section("pose");
+    let number = |key| pose.or(key, 0.0);
+    let place = Pose {
+        tx_mm: number("tx_mm"),
+        ty_mm: number("ty_mm"),
+        tz_mm: number("tz_mm"),
+        rx_rad: number("rx_rad"),
+        ry_rad: number("ry_rad"),
+        rz_rad: number("rz_rad"),
+    };
+    pose.finish();
+    let form_error = form_error(&table.section("form_error"), semi_diameter_mm);
+    table.finish();
+    Some(Part {
+        nominal: nominal?,
+        semi_diameter_mm: semi_diameter_mm?,
+        pose: place,
+        form_error: form_error?,
+    })
+}
+
+/// Without a kind nobody knows which keys there may be.
+fn nominal(part: &Section<'_>, surface: &Section<'_>) -> Option<Nominal> {
+    let words = ["asphere", "sphere", "plane"].map(|word| (word, word));
+    let nominal = match surface.required_word("kind", &words)? {
+        "plane" => Some(Nominal::Plane),
+        "sphere" => surface.required("radius_mm").map(|radius_mm| Nominal::Sphere { radius_mm }),
+        _ => asphere(part, surface).map(Nominal::Asphere),
+    };
+    surface.finish();
+    let nominal = nominal?;
+    let valid = nominal.validate();
+    valid.inspect_err(|error| part.problem("surface", "a surface that can be", error)).ok()?;
+    Some(nominal)
+}
+
+fn asphere(part: &Section<'_>, surface: &Section<'_>) -> Option<Asphere> {
+    let (radius_mm, conic) = (surface.required("radius_mm"), surface.or("conic", 0.0));
+    let coefficients = surface.section("coefficients");
+    let terms = coefficients.numbered("A");
+    coefficients.finish();
+    let names = || terms.iter().map(|(order, _)| format!("A{order}"));
+    if let Some(name) = names().find(|name| !matches!(name.parse(), Ok(Parameter::A(_)))) {
+        coefficients.problem(&name, "A4, A6 to A20", &name);
+        return None;
+    }
+    let asphere = Asphere::new(radius_mm?, conic, &terms);
+    asphere.inspect_err(|error| part.problem("surface", "an asphere that can be", error)).ok()
+}
+
+/// `nominal` is not there if its own table has problems.
+fn free(table: &Section<'_>, nominal: Option<&Nominal>) -> Option<Vec<Parameter>> {
+    let names: Vec<String> = table.required("free")?;
     let mut free = Vec::with_capacity(names.len());
-    for name in names {
-        let parameter: Parameter =
-            name.parse().map_err(|error| place.wrong("fit.free", "names of parameters", error))?;
-        if !nominal.has(parameter) {
-            let expected = format!("parameters of a {}", nominal.kind());
-            return Err(place.wrong("fit.free", expected, name));
+    for name in &names {
+        let Ok(parameter) = name.parse::<Parameter>() else {
+            table.problem("free", "names of parameters", format!("{name:?}"));
+            continue;
+        };
+        if let Some(nominal) = nominal.filter(|nominal| !nominal.has(parameter)) {
+            table.problem("free", format!("parameters of a {}", nominal.kind()), name);
         }
         if free.contains(&parameter) {
-            return Err(place.wrong("fit.free", "each parameter once", format!("{name} twice")));
+            table.problem("free", "each parameter once", format!("{name} twice"));
         }
         free.push(parameter);
     }
-    Ok(free)
+    Some(free)
 }
 
-fn pose(part: &PartTable) -> Pose {
-    let table = part.pose;
-    Pose {
-        tx_mm: table.tx_mm,
-        ty_mm: table.ty_mm,
-        tz_mm: table.tz_mm,
-        rx_rad: table.rx_rad,
-        ry_rad: table.ry_rad,
-        rz_rad: table.rz_rad,
-    }
+fn form_error(table: &Section<'_>, semi_diameter_mm: Option<f64>) -> Option<FormError> {
+    let fringe: Vec<Option<(u8, f64)>> = table
+        .array("fringe")
+        .iter()
+        .map(|term| {
+            let (index, height_nm) = (term.required("index"), term.required("height_nm"));
+            term.finish();
+            Some((index?, height_nm?))
+        })
+        .collect();
+    let ring = table.section("ring");
+    let ring = ring.is_present().then(|| {
+        let (radius_mm, width_mm) = (ring.required("radius_mm"), ring.required("width_mm"));
+        let height_nm = ring.required("height_nm");
+        ring.finish();
+        Some(Ring { radius_mm: radius_mm?, width_mm: width_mm?, height_nm: height_nm? })
+    });
+    table.finish();
+    Some(FormError {
+        radius_mm: semi_diameter_mm?,
+        fringe_nm: fringe.into_iter().collect::<Option<_>>()?,
+        ring: match ring {
+            Some(ring) => Some(ring?),
+            None => None,
+        },
+    })
 }
 
-fn form_error(part: &PartTable) -> FormError {
-    let none = FormErrorTable { fringe: Vec::new(), ring: None };
-    let table = part.form_error.as_ref().unwrap_or(&none);
-    FormError {
-        radius_mm: part.semi_diameter_mm,
-        fringe_nm: table.fringe.iter().map(|term| (term.index, term.height_nm)).collect(),
-        ring: table.ring.map(|ring| Ring {
-            radius_mm: ring.radius_mm,
-            width_mm: ring.width_mm,
-            height_nm: ring.height_nm,
-        }),
-    }
-}
-
-fn motion(scan: &ScanTable, stage: &StageTable) -> (u64, f64, Motion) {
-    let step_nm = stage.step_nm;
-    match *scan {
-        ScanTable::Spiral { points, rate_hz, radius_mm, counts_per_turn } => {
-            (points, rate_hz, Motion::Spiral { radius_mm, counts_per_turn, step_nm })
+/// The last keys of the table. Without a kind nobody knows which there may be.
+fn motion(scan: &Section<'_>, step_nm: Option<u32>) -> Option<Motion> {
+    let words = [("spiral", true), ("raster", false)];
+    let is_spiral = scan.required_word("kind", &words)?;
+    let motion = match is_spiral {
+        true => {
+            let (radius_mm, counts) =
+                (scan.required("radius_mm"), scan.required("counts_per_turn"));
+            radius_mm.zip(counts).zip(step_nm).map(|((radius_mm, counts_per_turn), step_nm)| {
+                Motion::Spiral { radius_mm, counts_per_turn, step_nm }
+            })
         }
-        ScanTable::Raster { points, rate_hz, half_width_mm } => {
-            (points, rate_hz, Motion::Raster { half_width_mm, step_nm })
+        false => {
+            let half_width_mm = scan.required("half_width_mm").zip(step_nm);
+            half_width_mm.map(|(half_width_mm, step_nm)| Motion::Raster { half_width_mm, step_nm })
         }
-    }
-}
-
-fn fault(place: &Place<'_>, index: usize, table: &FaultTable) -> Result<Scheduled, SceneError> {
-    let key = |key: &str| format!("fault[{index}].{key}");
-    let duration = || match table.duration_s {
-        Some(duration_s) if (1e-3..=3600.0).contains(&duration_s) => {
-            Ok(Duration::from_secs_f64(duration_s))
-        }
-        Some(duration_s) => Err(place.wrong(key("duration_s"), "0.001 to 3600 s", duration_s)),
-        None => Err(place.wrong(key("duration_s"), "a time in s", "nothing")),
     };
-    // Beside link, at_point and kind, each kind has keys of its own and no others.
-    let (fault, keys): (Fault, &[&str]) = match table.kind.as_str() {
+    scan.finish();
+    motion
+}
+
+fn thermometer(table: &Section<'_>) -> Option<Thermal> {
+    let (unit_id, mean_degc) = (table.required("unit_id"), table.required("mean_degc"));
+    let (amplitude_degc, period_s) = (table.required("amplitude_degc"), table.required("period_s"));
+    table.finish();
+    Some(Thermal {
+        unit_id: unit_id?,
+        mean_degc: mean_degc?,
+        amplitude_degc: amplitude_degc?,
+        period_s: period_s?,
+    })
+}
+
+/// Beside link, at_point and kind, each kind has keys of its own and no others.
+fn fault(table: &Section<'_>) -> Option<Scheduled> {
+    let links = [Link::Probe, Link::Stage, Link::Thermal].map(|link| (link.name(), link));
+    let link = table.required_word("link", &links);
+    let at_point = table.required("at_point");
+    let words =
+        ["unplug", "silent", "noise", "emergency", "drop", "restart"].map(|word| (word, word));
+    // Without a kind nobody knows which keys there may be.
+    let fault = match table.required_word("kind", &words)? {
         "unplug" => {
-            let restart = table.restart.unwrap_or(false);
-            (Fault::Unplug { duration: duration()?, restart }, &["duration_s", "restart"])
+            let restart = table.or("restart", false);
+            duration(table).map(|duration| Fault::Unplug { duration, restart })
         }
-        "silent" => (Fault::Silent { duration: duration()? }, &["duration_s"]),
+        "silent" => duration(table).map(|duration| Fault::Silent { duration }),
         "noise" => {
-            let bytes = table.bytes.unwrap_or(0);
-            if !(1..=MAX_NOISE_BYTES).contains(&bytes) {
-                return Err(place.wrong(key("bytes"), "1 to 1000000", bytes));
-            }
-            (Fault::Noise { bytes }, &["bytes"])
+            table.required::<usize>("bytes");
+            Some(Fault::Noise { bytes: table.within("bytes", 1, 1..=MAX_NOISE_BYTES) })
         }
         "emergency" => {
-            let Some((code, register)) = table.code.zip(table.register) else {
-                return Err(place.wrong(key("code"), "code and register", "not both"));
-            };
-            (Fault::Emergency { code, register }, &["code", "register"])
+            let (code, register) = (table.required("code"), table.required("register"));
+            code.zip(register).map(|(code, register)| Fault::Emergency { code, register })
         }
-        "drop" => (Fault::Drop, &[]),
-        "restart" => (Fault::Restart, &[]),
-        other => {
-            let expected = "unplug, silent, noise, emergency, drop or restart";
-            return Err(place.wrong(key("kind"), expected, format!("{other:?}")));
-        }
+        "drop" => Some(Fault::Drop),
+        _ => Some(Fault::Restart),
     };
-    let given = [
-        ("duration_s", table.duration_s.is_some()),
-        ("restart", table.restart.is_some()),
-        ("bytes", table.bytes.is_some()),
-        ("code", table.code.is_some()),
-        ("register", table.register.is_some()),
-    ];
-    if let Some((extra, _)) = given.iter().find(|(name, is)| *is && !keys.contains(name)) {
-        return Err(place.wrong(key(extra), format!("no such key for {}", table.kind), "one"));
+    table.finish();
+    Some(Scheduled { at_point: at_point?, link: link?, fault: fault? })
+}
+
+fn duration(table: &Section<'_>) -> Option<Duration> {
+    let duration_s: f64 = table.required("duration_s")?;
+    if !(1e-3..=3600.0).contains(&duration_s) {
+        table.problem("duration_s", "0.001 to 3600 s", duration_s);
+        return None;
     }
-    Ok(Scheduled { at_point: table.at_point, link: table.link, fault })
+    Some(Duration::from_secs_f64(duration_s))
 }
 
 /// Noise is made in memory at once.

@@ -10,15 +10,13 @@ fn changed(from: &str, to: &str) -> Result<Scene, SceneError> {
     Scene::parse("changed", &text.replacen(from, to, 1))
 }
 
-/// Key, expected and found of what is wrong.
+/// Key, expected and found of the one thing that is wrong.
 fn problem(result: Result<Scene, SceneError>) -> (String, String, String) {
-    match result.unwrap_err() {
-        SceneError::Value { scene, key, expected, found } => {
-            assert_eq!(scene, "changed");
-            (key, expected, found)
-        }
-        error => panic!("{error:?}"),
-    }
+    let error = result.unwrap_err();
+    let SceneError::File { scene, problems } = &error else { panic!("{error:?}") };
+    assert_eq!(scene, "changed");
+    let [found] = &problems.0[..] else { panic!("{error}") };
+    (found.key.clone(), found.expected.clone(), found.found.clone())
 }
 
 fn key(result: Result<Scene, SceneError>) -> String {
@@ -79,11 +77,11 @@ fn mistakes_are_named_with_key_expected_and_found() {
     assert_eq!(key(changed("points = 100_000", "points = 2_000_000")), "scan.points");
     assert_eq!(key(changed("rate_hz = 4000.0", "rate_hz = nan")), "scan.rate_hz");
     assert_eq!(key(changed("node_ids = [5]", "node_ids = [5, 6]")), "stage.node_ids");
-    assert_eq!(key(changed("node_ids = [5]", "node_ids = [128]")), "stage.node_ids");
+    assert_eq!(key(changed("node_ids = [5]", "node_ids = [128]")), "stage.node_ids[0]");
     assert_eq!(key(changed("step_nm = 1 ", "step_nm = 0 ")), "stage.step_nm");
     assert_eq!(key(changed("noise_nm = 5.0", "noise_nm = -5.0")), "probe.noise_nm");
-    assert_eq!(key(changed("index = 5,", "index = 101,")), "part.form_error.fringe.index");
-    assert_eq!(key(changed("A4 =", "A5 =")), "part.surface.coefficients");
+    assert_eq!(key(changed("index = 5,", "index = 101,")), "part.form_error.fringe[0].index");
+    assert_eq!(key(changed("A4 =", "A5 =")), "part.surface.coefficients.A5");
     assert_eq!(key(changed("radius_mm = 11.65", "radius_mm = 0")), "part.surface");
     assert_eq!(key(changed("\"tx\",", "\"roll\",")), "fit.free");
     assert_eq!(key(changed("\"tx\",", "\"ty\",")), "fit.free");
@@ -95,18 +93,59 @@ fn mistakes_are_named_with_key_expected_and_found() {
 #[test]
 fn unknown_missing_and_mistyped_keys_are_named_with_their_line() {
     for (from, to, words) in [
-        ("noise_nm = 5.0", "noise_um = 5.0", "noise_um"),
-        ("seed = 1 ", "sed = 1 ", "sed"),
-        ("intensity = 100.0", "", "intensity"),
-        ("standoff_mm = 1.0", "standoff_mm = \"1\"", "f64"),
-        ("kind = \"spiral\"\n", "kind = \"random\"\n", "random"),
+        ("noise_nm = 5.0", "noise_um = 5.0", "changed:65: probe.noise_um: expected a known key"),
+        ("seed = 1 ", "sed = 1 ", "changed:5: sed: expected a known key (did you mean `seed`?)"),
+        (
+            "intensity = 100.0",
+            "",
+            "changed:64: probe.intensity: expected a finite number, found nothing",
+        ),
+        (
+            "standoff_mm = 1.0",
+            "standoff_mm = \"1\"",
+            "changed:66: probe.standoff_mm: expected a finite number",
+        ),
+        (
+            "kind = \"spiral\"\n",
+            "kind = \"random\"\n",
+            "changed:57: scan.kind: expected \"spiral\" or \"raster\", found \"random\"",
+        ),
+        ("title = \"", "title = =\"", "changed:4: expected TOML"),
     ] {
-        let Err(SceneError::Syntax { source, .. }) = changed(from, to) else {
-            panic!("{to} was taken");
-        };
-        let text = source.to_string();
-        assert!(text.contains(words) && text.contains("line"), "{text}");
+        let text = changed(from, to).unwrap_err().to_string();
+        assert!(text.contains(words), "{text}");
+        assert!(!text.contains("changed:58") && text.lines().count() <= 3, "{text}");
     }
+}
+
+#[test]
+fn all_mistakes_come_at_once_where_they_are() {
+    let text = Scene::built_in_toml("asphere").unwrap();
+    let text = text
+        .replace("height_nm = -27.0", "height_nm = 1e9")
+        .replace("rx_rad = 0.0003", "rx_rad = 0.3")
+        .replace("\"tx\",", "\"roll\",")
+        .replace("node_ids = [5]", "node_ids = [200]")
+        + "\n[[fault]]\nlink = \"stage\"\nat_point = 9\nkind = \"silent\"\nduration_s = 5000\nbytes = 1\n";
+    let error = Scene::parse("changed", &text).unwrap_err();
+    let SceneError::File { problems, .. } = &error else { panic!("{error:?}") };
+    let told: Vec<_> = problems.0.iter().map(|found| (found.line, found.key.as_str())).collect();
+    // The fault cannot be made, so ranges of the whole scene are not looked at yet.
+    let last = text.lines().count();
+    assert_eq!(
+        told,
+        [(47, "fit.free"), (last - 1, "fault[0].duration_s"), (last, "fault[0].bytes")]
+    );
+    let error =
+        Scene::parse("changed", &text[..text.find("\n[[fault]]").unwrap()].replace("roll", "tx"));
+    let SceneError::File { problems, .. } = error.unwrap_err() else { panic!("read") };
+    let told: Vec<_> = problems.0.iter().map(|found| (found.line, found.key.as_str())).collect();
+    let expected = [
+        (23, "part.pose.rx_rad"),
+        (35, "part.form_error.fringe[1].height_nm"),
+        (73, "stage.node_ids[0]"),
+    ];
+    assert_eq!(told, expected);
 }
 
 fn fault(lines: &str) -> Result<Scene, SceneError> {
@@ -138,7 +177,7 @@ fn impossible_faults_are_refused() {
         ("link = \"probe\"\nat_point = 1\nkind = \"explode\"", "kind"),
         ("link = \"probe\"\nat_point = 1\nkind = \"emergency\"\ncode = 1\nregister = 1", "kind"),
         ("link = \"thermal\"\nat_point = 1\nkind = \"restart\"", "kind"),
-        ("link = \"stage\"\nat_point = 1\nkind = \"emergency\"\ncode = 1", "code"),
+        ("link = \"stage\"\nat_point = 1\nkind = \"emergency\"\ncode = 1", "register"),
         ("link = \"stage\"\nat_point = 100_000\nkind = \"drop\"", "at_point"),
         ("link = \"stage\"\nat_point = 1\nkind = \"unplug\"", "duration_s"),
         ("link = \"stage\"\nat_point = 1\nkind = \"silent\"\nduration_s = -1.0", "duration_s"),

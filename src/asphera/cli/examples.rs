@@ -86,6 +86,9 @@ pub(super) const MAN: &str = "Examples:
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use clap::{CommandFactory as _, Parser as _};
 
     use crate::cli::Cli;
@@ -127,5 +130,26 @@ mod tests {
         }
         assert!(seen >= 15, "{seen}");
         assert!(cli.render_help().to_string().contains("Example"));
+    }
+
+    #[test]
+    fn every_command_line_of_the_documents_is_taken_by_its_parser() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let pages = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+        let pages = pages.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+        let mut seen = 0;
+        for path in pages.chain([root.join("README.md"), root.join("systemd/README.md")]) {
+            let text = fs::read_to_string(&path).unwrap();
+            for line in text.lines().filter_map(|line| line.strip_prefix("    ")) {
+                let line = line.trim_start_matches("$ ").trim_start_matches("target/release/");
+                let line = line.split(" #").next().unwrap_or_default();
+                if line.starts_with("asphera ") {
+                    let taken = Cli::try_parse_from(words(line));
+                    assert!(taken.is_ok(), "{}: {line}", path.display());
+                    seen += 1;
+                }
+            }
+        }
+        assert!(seen >= 20, "{seen}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::report::{Report, Status};
+use asphera_report::{Report, Status};
 
 /// Exit codes; the help text lists them. A wrong command line ends with 2, given by its parser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

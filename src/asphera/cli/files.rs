@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use asphera_mesh::Mesh;
+use asphera_report::Timing;
 
 use super::output::Failure;
 use super::progress::Progress;
@@ -12,7 +13,6 @@ use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
 use crate::config::{Part, TOML, Weights, bytes_of, text_of};
 use crate::pipeline::{Along, Measurement, Pipeline};
-use crate::report::Timing;
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {

@@ -5,13 +5,14 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use asphera_report::ResultFile;
 use serde::Serialize;
 
 use super::progress::Progress;
 use super::{OutputArgs, summary};
 use crate::error_chain;
 use crate::pipeline::Measurement;
-use crate::results::{self, ResultFile};
+use crate::results::{self};
 
 /// Anything that stops a command, printed once, with its causes.
 pub(super) type Failure = Box<dyn Error + Send + Sync>;

@@ -27,6 +27,7 @@ use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use crate::config::Part;
 use crate::pipeline::{Readings, Sampled, feature_size, no_area};
 
 #[derive(Args)]
@@ -120,26 +121,17 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     progress.stage("estimating the noise");
     let (deviation, noise) = noise::noise(points, &triangles, args.noise, &name)?;
     let sigma_mm = deviation.sigma_mm();
-    if args.average && sigma_mm == 0.0 {
-        return Err(format!(
-            "{name}: expected noise above 0 nm to average, found 0: give it with --noise, or leave --average out"
-        )
-        .into());
+    if args.average {
+        refuse_exact(sigma_mm, &name)?;
     }
     let readings = Readings { noise: deviation, wrong_share: noise.outlier_share.unwrap_or(0.0) };
-    let designed = part.as_ref().filter(|part| part.reference.is_none());
-    let laid = designed
-        .map(|part| Laid::new(part, points))
-        .transpose()
-        .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?;
+    let laid = laid(part.as_ref(), points, &name)?;
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
     let at = laid.as_ref().map(|laid| (laid.part, &laid.pose));
     progress.stage("local feature size");
     let (known, lfs_source) = feature_size(sampled, at, readings)
         .map_err(|error| format!("{name}: {error}; give the surface with --nominal"))?;
-    let (pose, aperture) = laid
-        .as_ref()
-        .map_or((Pose::default(), Aperture::None), |laid| (laid.pose, laid.part.aperture));
+    let (pose, aperture) = place(laid.as_ref());
     let lfs_mm = known.lfs_mm(&pose);
     // Where nothing bends, points a fifth of the width apart still stay.
     let lfs_max_mm = 0.2 * width_mm(points) / limits.share;
@@ -155,10 +147,10 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     }
     let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
     let height_mm = |point| laid.as_ref().and_then(|laid: &Laid<'_>| laid.height_mm(point));
-    if args.average {
+    let averaged = args.average.then(|| {
         progress.stage("averaging heights");
-    }
-    let averaged = args.average.then(|| average(points, &kept, sigma_mm, height_mm));
+        average(points, &kept, sigma_mm, height_mm)
+    });
     progress.stage("checking the result");
     let mut reduced = Mesh::new();
     reduced.insert(&kept);
@@ -190,11 +182,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         write(writer, style, &figures.remarks(), &kept, averaged.as_ref())
     })?;
     drop(progress);
-    if args.json {
-        print_json(&figures)?;
-    } else {
-        print(&figures.to_string());
-    }
+    show(&figures, args.json)?;
     Ok(Exit::Done)
 }
 
@@ -205,6 +193,43 @@ fn target(args: &ReduceArgs, limits: &Limits, lfs_max_mm: f64) -> Result<Target,
         Some(tilt_rad) => target.with_tilt_limit(tilt_rad)?,
         None => target,
     })
+}
+
+/// The design where it lies in the points; `None` without one.
+fn laid<'a>(
+    part: Option<&'a Part>,
+    points: &[PointMm],
+    name: &str,
+) -> Result<Option<Laid<'a>>, Failure> {
+    let designed = part.filter(|part| part.reference.is_none());
+    let laid = designed.map(|part| Laid::new(part, points)).transpose();
+    Ok(laid
+        .map_err(|error| format!("{name}: the nominal cannot be laid into the points: {error}"))?)
+}
+
+/// Where the design lies, and its aperture.
+fn place(laid: Option<&Laid<'_>>) -> (Pose, Aperture) {
+    laid.map_or((Pose::default(), Aperture::None), |laid| (laid.pose, laid.part.aperture))
+}
+
+fn show(figures: &Figures, as_json: bool) -> Result<(), Failure> {
+    if as_json {
+        print_json(figures)?;
+    } else {
+        print(&figures.to_string());
+    }
+    Ok(())
+}
+
+/// Fails where there is no noise to average.
+fn refuse_exact(sigma_mm: f64, name: &str) -> Result<(), Failure> {
+    if sigma_mm == 0.0 {
+        return Err(format!(
+            "{name}: expected noise above 0 nm to average, found 0: give it with --noise, or leave --average out"
+        )
+        .into());
+    }
+    Ok(())
 }
 
 /// Fails where points span no area.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use asphera_link::Nanos;
+use asphera_report::Timing;
 use clap::Args;
 
 use super::exit::Exit;
@@ -13,7 +14,6 @@ use super::{OutputArgs, Speed};
 use crate::clock::Clock;
 use crate::pipeline::Pipeline;
 use crate::replay::{Playback, paced};
-use crate::report::Timing;
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {

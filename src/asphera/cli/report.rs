@@ -12,8 +12,8 @@ use super::progress::Progress;
 use super::source::{Content, Source, source_help};
 use super::summary;
 use super::text::TextArgs;
-use crate::paper::{Provenance, SourceFile, html, qif};
 use crate::pipeline::Along;
+use asphera_paper::{Provenance, SourceFile, html, qif};
 
 #[derive(Args)]
 pub(super) struct ReportArgs {

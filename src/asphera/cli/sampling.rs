@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use asphera_report::{FeatureFigures, Report, SamplingFigures, Waypoints};
 use clap::Args;
 use serde::Serialize;
 
@@ -16,8 +17,7 @@ use super::source::{Source, source_help};
 use super::summary;
 use super::text::TextArgs;
 use crate::config::Part;
-use crate::pipeline::{Along, Next, PointsSampling, Wanted, Waypoints, sampling_of_points};
-use crate::report::{FeatureFigures, Report, SamplingFigures};
+use crate::pipeline::{Along, Next, PointsSampling, Wanted, sampling_of_points};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {

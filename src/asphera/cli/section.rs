@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asphera_geometry::VertexId;
 use asphera_mesh::Mesh;
+use asphera_report::SectionReport;
 use asphera_surface::sections::{CuttingPlane, SectionPath};
 use clap::{ArgGroup, Args};
 
@@ -16,7 +17,7 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use crate::pipeline::{Along, no_area};
-use crate::section::{Deviations, SectionReport, report, report_of_plane};
+use crate::section::{Deviations, report, report_of_plane};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]

@@ -1,10 +1,14 @@
 //! A station with its page, until a signal: what `run` and `demo` share.
 
+use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use asphera_http::{BindError, Server, Token};
 use asphera_link::Command;
+use asphera_transport::{Holder, holder_of_port};
+use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
@@ -13,7 +17,30 @@ use tokio::time::timeout;
 use super::exit::Exit;
 use super::output::{Failure, say};
 use crate::live::{Finished, Handle, Station, StationError};
-use crate::publish::{Server, Token};
+
+/// Why the page is not served.
+#[derive(Debug, Error)]
+#[error("cannot listen on {addr}{}", held(holder.as_ref()))]
+struct ListenError {
+    addr: SocketAddr,
+    /// Who has the port, where that is the reason and can be seen.
+    holder: Option<Holder>,
+    source: io::Error,
+}
+
+impl ListenError {
+    fn of(error: BindError) -> ListenError {
+        let BindError { addr, source } = error;
+        let taken = source.kind() == io::ErrorKind::AddrInUse;
+        ListenError { addr, holder: taken.then(|| holder_of_port(addr)).flatten(), source }
+    }
+}
+
+fn held(holder: Option<&Holder>) -> String {
+    holder.map_or_else(String::new, |holder| {
+        format!(": it is in use by {holder}; end that, or set another [publish] listen (--listen of demo)")
+    })
+}
 
 /// The page of a station, being served.
 pub(super) struct Page {
@@ -33,7 +60,8 @@ impl Page {
     ) -> Result<Page, Failure> {
         let is_known = chosen.is_some();
         let token = chosen.map_or_else(Token::random, Ok)?;
-        let server = Server::bind(listen, token, station).await?.with_allowed_hosts(allowed_hosts);
+        let server = Server::bind(listen, token, station).await.map_err(ListenError::of)?;
+        let server = server.with_allowed_hosts(allowed_hosts);
         let url = server.url();
         let address = if is_known { url.clone() } else { server.url_with_token() };
         say(&format!("page: {address}"));
@@ -73,7 +101,7 @@ pub(super) fn block_on(
 }
 
 /// Waits for SIGINT or SIGTERM.
-pub(super) async fn interrupted() -> std::io::Result<()> {
+pub(super) async fn interrupted() -> io::Result<()> {
     let mut terminate = signal(SignalKind::terminate())?;
     tokio::select! {
         result = tokio::signal::ctrl_c() => result,
@@ -121,3 +149,23 @@ const RECORDING: Duration = Duration::from_millis(500);
 const ANSWERS: Duration = Duration::from_millis(300);
 /// How long threads may take that a signal found at work: at the disk, at a port, or waiting for a command.
 const BACKGROUND: Duration = Duration::from_millis(300);
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error as _;
+
+    use super::*;
+
+    #[test]
+    fn a_taken_port_is_named_with_who_has_it_and_what_to_do() {
+        let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
+        let addr = listener.local_addr().unwrap();
+        let source = std::net::TcpListener::bind(addr).unwrap_err();
+        let error = ListenError::of(BindError { addr, source });
+        let words = error.to_string();
+        assert!(words.starts_with(&format!("cannot listen on {addr}: it is in use by")), "{words}");
+        assert!(words.ends_with("set another [publish] listen (--listen of demo)"), "{words}");
+        assert_eq!(error.holder.as_ref().unwrap().process, std::process::id());
+        assert_eq!(error.source().unwrap().to_string(), error.source.to_string());
+    }
+}

@@ -8,6 +8,8 @@ use asphera_formats::{KINDS, Source as Origin, Topography};
 use asphera_geometry::PointMm;
 pub(super) use recorded::Recorded;
 
+use asphera_report::ReadingFigures;
+
 use super::files::read;
 use super::output::{Failure, say};
 use super::progress::Progress;
@@ -16,7 +18,6 @@ use super::text::{TextArgs, reading};
 use crate::config::Part;
 use crate::error_chain;
 use crate::pipeline::Along;
-use crate::report::ReadingFigures;
 
 /// The points of a file or of a recorded session.
 pub(super) struct Source {

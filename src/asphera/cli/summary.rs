@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::report::{
-    DefectFigures, FeatureFigures, FormFigure, FormFigures, ProfileFigures, ReadingFigures,
-    RepeatFigures, Report, SamplingFigures, StandardFigures, Status, UnmeasuredFigures,
+use asphera_report::{
+    DefectFigures, FeatureFigures, FormFigure, FormFigures, LinkFigures, MeshFigures, Points,
+    ProfileFigures, ReadingFigures, RepeatFigures, Report, SamplingFigures, StandardFigures,
+    Status, UncertaintyFigures, UnmeasuredFigures, Verdict,
 };
 
 /// The report in a few lines.
@@ -19,7 +20,27 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
     if let Some(taken) = &report.reading {
         text.push_str(&reading(taken));
     }
-    let points = &report.points;
+    points(text, &report.points)?;
+    mesh(text, &report.mesh)?;
+    sampling(text, &report.sampling)?;
+    features(text, &report.features)?;
+    if let Some(form) = &report.form {
+        fit(text, form)?;
+        deviation(text, form)?;
+        standards(text, &form.standards)?;
+    }
+    if let Some(profile) = &report.profile {
+        profile_lines(text, profile)?;
+    }
+    report.links.iter().try_for_each(|link| devices(text, link))?;
+    if let Some(session) = &report.session {
+        writeln!(text, "session    {} ({})", session.id, session.ended)?;
+    }
+    verdict(text, &report.verdict)
+}
+
+/// How many points came and what became of them.
+fn points(text: &mut String, points: &Points) -> std::fmt::Result {
     write!(text, "points     {} received, {} used", points.received, points.used)?;
     for (reason, count) in &points.flagged {
         write!(text, ", {count} {}", reason.replace('_', " "))?;
@@ -29,8 +50,11 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             write!(text, ", {count} {what}")?;
         }
     }
-    let mesh = &report.mesh;
-    write!(text, "\nmesh       {} triangles", mesh.triangles)?;
+    writeln!(text)
+}
+
+fn mesh(text: &mut String, mesh: &MeshFigures) -> std::fmt::Result {
+    write!(text, "mesh       {} triangles", mesh.triangles)?;
     match mesh.area_mm2 {
         Some(area_mm2) => writeln!(text, ", {area_mm2:.4} mm²")?,
         None => writeln!(text)?,
@@ -53,157 +77,164 @@ fn write(text: &mut String, report: &Report) -> std::fmt::Result {
             "           {places} places measured {measurements} times, spread {spread_nm:.1} nm"
         )?;
     }
-    sampling(text, &report.sampling)?;
-    features(text, &report.features)?;
-    if let Some(form) = &report.form {
-        writeln!(text, "nominal    {}", form.nominal)?;
+    Ok(())
+}
+
+/// What was fitted, and what is known of it.
+fn fit(text: &mut String, form: &FormFigures) -> std::fmt::Result {
+    writeln!(text, "nominal    {}", form.nominal)?;
+    writeln!(
+        text,
+        "fit        {}, {} in {} steps",
+        form.fit.method, form.fit.termination, form.fit.iterations
+    )?;
+    for (name, parameter) in &form.fit.parameters {
+        write!(text, "  {name:<8} {:.9} {}", parameter.value, parameter.unit)?;
+        match parameter.u {
+            Some(u) => writeln!(text, "   (u {u:.1e})")?,
+            None => writeln!(text)?,
+        }
+    }
+    if let Some(model) = &form.fit.details.u_model {
+        writeln!(text, "  u (k = 1) by {model}")?;
+    }
+    if let Some(covers) = &form.fit.details.expanded_covers {
+        writeln!(text, "  95 % in report.json: {covers}")?;
+    }
+    for (name, parameter) in &form.fit.parameters {
+        if let Some(u) = parameter.u_by_form {
+            writeln!(text, "  {name} by form error from part to part: u about {u:.1e}")?;
+        }
+    }
+    criterion(text, form)?;
+    if !form.fit.indeterminate.is_empty() {
+        writeln!(text, "  not determined by these points: {}", form.fit.indeterminate.join(", "))?;
+    }
+    for caution in &form.fit.details.cautions {
+        writeln!(text, "  caution: {}", caution.text)?;
+    }
+    for lacks in form.fit.details.undetermined.iter().filter(|lacks| !lacks.by_shape) {
+        writeln!(text, "  the points do not feel {}", lacks.combination.text)?;
+    }
+    if let Some(origin) = &form.origin {
+        writeln!(text, "origin     {}, at {}", origin.place, place(&origin.at_mm))?;
+    }
+    Ok(())
+}
+
+/// How far the points lie from the fit.
+fn deviation(text: &mut String, form: &FormFigures) -> std::fmt::Result {
+    let deviation = &form.deviation;
+    let pose = &form.fit.pose;
+    writeln!(
+        text,
+        "deviation  PV {:.1} nm, RMS {:.2} nm ({:+.1} nm at {}, {:+.1} nm at {})",
+        deviation.pv_nm,
+        deviation.rms_nm,
+        deviation.max_nm,
+        place(&pose.to_measured(deviation.at_max_mm)),
+        deviation.min_nm,
+        place(&pose.to_measured(deviation.at_min_mm)),
+    )?;
+    if let Some(known) = &deviation.uncertainty {
+        uncertainty(text, known, deviation.rms_nm)?;
+    }
+    if let Some(UnmeasuredFigures { between_nm: Some(nm), share: Some(share), .. }) =
+        &deviation.unmeasured
+    {
+        let (nm, share) = (short(*nm), percent(*share));
         writeln!(
             text,
-            "fit        {}, {} in {} steps",
-            form.fit.method, form.fit.termination, form.fit.iterations
+            "           up to {nm} nm may stand out between the points at either end; {share} of the aperture not measured"
         )?;
-        for (name, parameter) in &form.fit.parameters {
-            write!(text, "  {name:<8} {:.9} {}", parameter.value, parameter.unit)?;
-            match parameter.u {
-                Some(u) => writeln!(text, "   (u {u:.1e})")?,
-                None => writeln!(text)?,
-            }
-        }
-        if let Some(model) = &form.fit.details.u_model {
-            writeln!(text, "  u (k = 1) by {model}")?;
-        }
-        if let Some(covers) = &form.fit.details.expanded_covers {
-            writeln!(text, "  95 % in report.json: {covers}")?;
-        }
-        for (name, parameter) in &form.fit.parameters {
-            if let Some(u) = parameter.u_by_form {
-                writeln!(text, "  {name} by form error from part to part: u about {u:.1e}")?;
-            }
-        }
-        criterion(text, form)?;
-        if !form.fit.indeterminate.is_empty() {
-            writeln!(
-                text,
-                "  not determined by these points: {}",
-                form.fit.indeterminate.join(", ")
-            )?;
-        }
-        for caution in &form.fit.details.cautions {
-            writeln!(text, "  caution: {}", caution.text)?;
-        }
-        for lacks in form.fit.details.undetermined.iter().filter(|lacks| !lacks.by_shape) {
-            writeln!(text, "  the points do not feel {}", lacks.combination.text)?;
-        }
-        if let Some(origin) = &form.origin {
-            writeln!(text, "origin     {}, at {}", origin.place, place(&origin.at_mm))?;
-        }
-        let deviation = &form.deviation;
-        let pose = &form.fit.pose;
-        writeln!(
-            text,
-            "deviation  PV {:.1} nm, RMS {:.2} nm ({:+.1} nm at {}, {:+.1} nm at {})",
-            deviation.pv_nm,
-            deviation.rms_nm,
-            deviation.max_nm,
-            place(&pose.to_measured(deviation.at_max_mm)),
-            deviation.min_nm,
-            place(&pose.to_measured(deviation.at_min_mm)),
-        )?;
-        if let Some(known) = &deviation.uncertainty {
-            let most = if known.pv_at_most { "at most " } else { "" };
-            writeln!(
-                text,
-                "           u(PV) {most}{} nm, {}u(RMS) {} nm (k = 1, {})",
-                short(known.u_pv_nm),
-                // The uncertainty is of what noise leaves of the RMS.
-                if (known.rms_95_nm[0]..=known.rms_95_nm[1]).contains(&deviation.rms_nm) {
-                    String::new()
-                } else {
-                    format!("RMS without noise {} nm, ", short(known.rms_without_noise_nm))
-                },
-                short(known.u_rms_nm),
-                known.model
-            )?;
-            for (name, [low, high], covers) in [
-                ("PV", known.pv_95_nm, &known.pv_covers),
-                ("RMS without noise", known.rms_95_nm, &known.rms_covers),
-            ] {
-                let (low, high) = (short(low), short(high));
-                writeln!(text, "           {name} {low} to {high} nm: 95 % of {covers}")?;
-            }
-        }
-        if let Some(UnmeasuredFigures { between_nm: Some(nm), share: Some(share), .. }) =
-            &deviation.unmeasured
+    }
+    Ok(())
+}
+
+/// What is known of PV and RMS by the noise of the points.
+fn uncertainty(text: &mut String, known: &UncertaintyFigures, rms_nm: f64) -> std::fmt::Result {
+    let most = if known.pv_at_most { "at most " } else { "" };
+    writeln!(
+        text,
+        "           u(PV) {most}{} nm, {}u(RMS) {} nm (k = 1, {})",
+        short(known.u_pv_nm),
+        // The uncertainty is of what noise leaves of the RMS.
+        if (known.rms_95_nm[0]..=known.rms_95_nm[1]).contains(&rms_nm) {
+            String::new()
+        } else {
+            format!("RMS without noise {} nm, ", short(known.rms_without_noise_nm))
+        },
+        short(known.u_rms_nm),
+        known.model
+    )?;
+    for (name, [low, high], covers) in [
+        ("PV", known.pv_95_nm, &known.pv_covers),
+        ("RMS without noise", known.rms_95_nm, &known.rms_covers),
+    ] {
+        let (low, high) = (short(low), short(high));
+        writeln!(text, "           {name} {low} to {high} nm: 95 % of {covers}")?;
+    }
+    Ok(())
+}
+
+/// The devices on a link, and what the link lost.
+fn devices(text: &mut String, link: &LinkFigures) -> std::fmt::Result {
+    for device in &link.devices {
+        write!(text, "{:<10} {} readings on {}", device.name, device.readings, link.name)?;
+        for (count, what) in
+            [(device.lost, "lost"), (device.unjoined, "unjoined"), (device.ambiguous, "ambiguous")]
         {
-            let (nm, share) = (short(*nm), percent(*share));
-            writeln!(
-                text,
-                "           up to {nm} nm may stand out between the points at either end; {share} of the aperture not measured"
-            )?;
-        }
-        standards(text, &form.standards)?;
-    }
-    if let Some(profile) = &report.profile {
-        profile_lines(text, profile)?;
-    }
-    for link in &report.links {
-        for device in &link.devices {
-            write!(text, "{:<10} {} readings on {}", device.name, device.readings, link.name)?;
-            for (count, what) in [
-                (device.lost, "lost"),
-                (device.unjoined, "unjoined"),
-                (device.ambiguous, "ambiguous"),
-            ] {
-                if count > 0 {
-                    write!(text, ", {count} {what}")?;
-                }
+            if count > 0 {
+                write!(text, ", {count} {what}")?;
             }
-            for (kind, count) in &device.faults {
-                write!(text, ", {count} {kind} faults")?;
-            }
-            for (name, channel) in
-                device.channels.iter().filter(|_| device.lost == 0 && device.unjoined == 0)
-            {
-                write!(text, ", {name} {:.3} {}", channel.mean, channel.unit)?;
-            }
-            writeln!(text)?;
         }
-        if link.discarded_bytes > 0 || link.closed > 0 {
-            writeln!(
-                text,
-                "  {}: {} bytes discarded, opened {} times, lost {} times",
-                link.name, link.discarded_bytes, link.opened, link.closed
-            )?;
+        for (kind, count) in &device.faults {
+            write!(text, ", {count} {kind} faults")?;
         }
+        for (name, channel) in
+            device.channels.iter().filter(|_| device.lost == 0 && device.unjoined == 0)
+        {
+            write!(text, ", {name} {:.3} {}", channel.mean, channel.unit)?;
+        }
+        writeln!(text)?;
     }
-    if let Some(session) = &report.session {
-        writeln!(text, "session    {} ({})", session.id, session.ended)?;
+    if link.discarded_bytes > 0 || link.closed > 0 {
+        writeln!(
+            text,
+            "  {}: {} bytes discarded, opened {} times, lost {} times",
+            link.name, link.discarded_bytes, link.opened, link.closed
+        )?;
     }
-    let verdict = match report.verdict.status {
+    Ok(())
+}
+
+fn verdict(text: &mut String, verdict: &Verdict) -> std::fmt::Result {
+    let status = match verdict.status {
         Status::Pass => "PASS",
         Status::Fail => "FAIL",
         Status::Undecided => "UNDECIDED",
         Status::None => "none",
     };
-    write!(text, "verdict    {verdict}")?;
-    for check in &report.verdict.checks {
+    write!(text, "verdict    {status}")?;
+    for check in &verdict.checks {
         let sign = if check.value <= check.limit { "≤" } else { ">" };
-        write!(text, "   {} {:.2} {sign} {:.2}", check.name, check.value, check.limit)?;
+        let (name, unit) = (check.figure.words(), &check.figure.unit);
+        write!(text, "   {name} {:.2} {sign} {:.2} {unit}", check.value, check.limit)?;
         if let Some(band) = check.guard_band {
             write!(text, " ± {band:.2}")?;
         }
     }
     writeln!(text)?;
-    if let Some(rule) = report.verdict.checks.iter().find_map(|check| check.rule.as_ref()) {
+    if let Some(rule) = verdict.checks.iter().find_map(|check| check.rule.as_ref()) {
         writeln!(text, "  {rule}")?;
-        let known = report.verdict.checks.iter();
+        let known = verdict.checks.iter();
         for (name, covers) in
-            known.filter_map(|check| Some((&check.name, check.u_covers.as_ref()?)))
+            known.filter_map(|check| Some((check.figure.words(), check.u_covers.as_ref()?)))
         {
             writeln!(text, "  {name}: {covers}")?;
         }
     }
-    report.verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
+    verdict.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
 }
 
 fn profile_lines(text: &mut String, profile: &ProfileFigures) -> std::fmt::Result {

@@ -4,9 +4,8 @@ use std::str::FromStr;
 
 use asphera_formats::Topography;
 use asphera_formats::xyz::{By, Column, Taken, TextOptions, Unit};
+use asphera_report::{ColumnFigures, ReadingFigures};
 use clap::Args;
-
-use crate::report::{ColumnFigures, ReadingFigures};
 
 /// Columns and units of a file that does not state them.
 #[derive(Args, Clone, Debug, Default)]

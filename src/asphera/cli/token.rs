@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::output::Failure;
-use crate::publish::Token;
+use asphera_http::Token;
 
 #[derive(Args)]
 pub(super) struct TokenArgs {

@@ -1,8 +1,7 @@
 //! How much each deviation counts in the fit: the loss and the weights of the table `[fit]`.
 
 use asphera_form::Loss;
-
-use super::document::{OrAuto, Section};
+use asphera_settings::{OrAuto, Section};
 
 /// The criterion of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

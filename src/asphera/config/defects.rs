@@ -1,8 +1,7 @@
 //! Which defects of a part are looked for, and which curvature counts as none.
 
+use asphera_settings::Section;
 use asphera_surface::defects::DefectSettings;
-
-use super::document::Section;
 
 /// Which defects are looked for, and how many of them are told.
 #[derive(Clone, Copy, Debug, PartialEq)]

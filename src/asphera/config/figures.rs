@@ -5,8 +5,7 @@ use std::num::NonZeroU8;
 use asphera_form::Aperture;
 use asphera_form::figures::{FringeCount, SlopeSettings};
 use asphera_form::texture::{Datum, Gaussian, Order, Robust, Scale};
-
-use super::document::Section;
+use asphera_settings::Section;
 
 /// Which figures are formed, and how.
 #[derive(Clone, Debug, PartialEq)]

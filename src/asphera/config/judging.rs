@@ -3,12 +3,11 @@
 use std::f64::consts::PI;
 
 use asphera_form::Aperture;
-use asphera_form::figures::{Indication, SlopeSettings, Term, Terms};
+use asphera_form::figures::{Definition, Indication, SlopeSettings, Term, Terms, Unit};
 use asphera_form::texture;
 use asphera_form::uncertainty::{Budget, Draws, Effect, Kernel, LongWave, Noise};
 use asphera_form::verdict::{Guard, Limit};
-
-use super::document::Section;
+use asphera_settings::Section;
 
 /// What correlation of errors the uncertainties of pose and parameters count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,16 +24,16 @@ pub enum CorrelationFrom {
 /// How a part is judged beyond PV and RMS of the whole aperture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judging {
-    /// Limits of other figures and of zones, each with the name it has in the verdict.
-    pub limits: Vec<(String, Limit)>,
+    /// Limits of other figures, of zones and with terms removed.
+    pub limits: Vec<Limit>,
     /// The decision rule; `None`: values are held against limits as they are.
     pub guard: Option<Guard>,
     /// What a drawing asks by ISO 10110-5; its limits are among [`Judging::limits`].
     pub indication: Option<Indication>,
     /// Largest width of the minimum zone allowed, nm.
     pub minimum_zone_nm: Option<f64>,
-    /// Limits of texture parameters in their units, each with the name it has in the verdict.
-    pub texture: Vec<(String, texture::Definition, f64)>,
+    /// Limits of texture parameters in their units.
+    pub texture: Vec<(texture::Definition, f64)>,
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
     /// alone, as the points tell it, if a guard band or another figure needs them.
     pub uncertainty: Option<(Budget, Draws)>,
@@ -64,19 +63,20 @@ pub(super) fn read(
 ) -> Judging {
     let (mut limits, guard) = limits(tolerance, aperture);
     let indication = indication(tolerance, &mut limits);
-    let above_0 = |key| {
+    let above_0 = |key: &str| {
         let value = tolerance.get::<f64>(key)?;
         if value <= 0.0 {
             tolerance.problem(key, "a limit above 0", value);
         }
         Some(value)
     };
-    let texture = TEXTURE.into_iter().filter_map(|(key, definition)| {
-        let limit = above_0(key)?;
+    let texture = texture::Definition::LIMITED.into_iter().filter_map(|definition| {
+        let key = definition.key();
+        let limit = above_0(&key)?;
         if !has_texture {
-            tolerance.problem(key, "the table figures.texture, which states the scale", "none");
+            tolerance.problem(&key, "the table figures.texture, which states the scale", "none");
         }
-        Some((key.to_owned(), definition, limit))
+        Some((definition, limit))
     });
     let needed = guard.is_some() || !limits.is_empty();
     let section = table.section("uncertainty");
@@ -84,7 +84,7 @@ pub(super) fn read(
     section.finish();
     Judging {
         indication,
-        minimum_zone_nm: above_0("minimum_zone_nm"),
+        minimum_zone_nm: above_0(&Definition::MinimumZone.key()),
         texture: texture.collect(),
         correlated,
         uncertainty,
@@ -94,7 +94,7 @@ pub(super) fn read(
 }
 
 /// Reads `indication`, and adds its limits to those there are.
-fn indication(tolerance: &Section<'_>, limits: &mut Vec<(String, Limit)>) -> Option<Indication> {
+fn indication(tolerance: &Section<'_>, limits: &mut Vec<Limit>) -> Option<Indication> {
     let text = tolerance.get::<String>("indication")?;
     let indication = match text.parse::<Indication>() {
         Ok(indication) => indication,
@@ -105,19 +105,13 @@ fn indication(tolerance: &Section<'_>, limits: &mut Vec<(String, Limit)>) -> Opt
         }
     };
     for (definition, value) in indication.limits() {
-        let (key, _) = FIGURES
-            .into_iter()
-            .find(|(_, name)| Limit::named(name).is_ok_and(|named| named == definition))
-            .expect("every figure of an indication has a key");
         if value <= 0.0 {
             tolerance.problem("indication", "limits above 0, or a dash", format!("{definition} 0"));
         }
-        if limits.iter().any(|(name, _)| name == key) {
-            tolerance.problem(key, "one limit, here or in the indication", "both");
+        if limits.iter().any(|limit| limit.is_of_whole() && limit.definition == definition) {
+            tolerance.problem(&definition.key(), "one limit, here or in the indication", "both");
         }
-        let limit =
-            Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE };
-        limits.push((key.to_owned(), limit));
+        limits.push(Limit::of_whole(definition, value));
     }
     if indication.limits().is_empty() {
         tolerance.problem("indication", "a limit", format!("{text:?}, which has none"));
@@ -126,12 +120,9 @@ fn indication(tolerance: &Section<'_>, limits: &mut Vec<(String, Limit)>) -> Opt
 }
 
 /// Reads limits of figures and zones, and the guard band.
-fn limits(
-    tolerance: &Section<'_>,
-    aperture: Option<Aperture>,
-) -> (Vec<(String, Limit)>, Option<Guard>) {
+fn limits(tolerance: &Section<'_>, aperture: Option<Aperture>) -> (Vec<Limit>, Option<Guard>) {
     let slope = slope(tolerance);
-    let mut limits = figures(tolerance, &FIGURES, Aperture::None, slope, Terms::NONE);
+    let mut limits = figures(tolerance, others(), Aperture::None, slope, Terms::NONE);
     for zone in tolerance.array("zone") {
         let (inner_mm, outer_mm) = (zone.or("inner_mm", 0.0), zone.required("outer_mm"));
         let Some(outer_mm) = outer_mm else { continue };
@@ -141,16 +132,14 @@ fn limits(
         }
         lies_within(&zone, inner_mm, outer_mm, aperture);
         let before = limits.len();
-        limits.extend(figures(&zone, &WHOLE, ring, slope, Terms::NONE));
-        limits.extend(figures(&zone, &FIGURES, ring, slope, Terms::NONE));
+        limits.extend(figures(&zone, &Definition::LIMITED, ring, slope, Terms::NONE));
         must_limit(&zone, &limits[before..]);
         zone.finish();
     }
     for less in tolerance.array("less") {
         let terms = terms(&less).unwrap_or_default();
         let before = limits.len();
-        limits.extend(figures(&less, &WHOLE, Aperture::None, slope, terms));
-        limits.extend(figures(&less, &FIGURES, Aperture::None, slope, terms));
+        limits.extend(figures(&less, &Definition::LIMITED, Aperture::None, slope, terms));
         must_limit(&less, &limits[before..]);
         less.finish();
     }
@@ -184,43 +173,42 @@ fn lies_within(zone: &Section<'_>, inner_mm: f64, outer_mm: f64, aperture: Optio
 }
 
 /// A table of limits that has none would be passed over in silence.
-fn must_limit(table: &Section<'_>, limits: &[(String, Limit)]) {
-    let keys = WHOLE.iter().chain(&FIGURES);
-    if limits.is_empty() && !keys.clone().any(|(key, _)| table.has(key)) {
-        let names: Vec<&str> = keys.map(|(key, _)| *key).collect();
-        table.problem("rms_nm", format!("a limit, one of {}", names.join(", ")), "none");
+fn must_limit(table: &Section<'_>, limits: &[Limit]) {
+    let keys = Definition::LIMITED.map(|one| one.key());
+    if limits.is_empty() && !keys.iter().any(|key| table.has(key)) {
+        table.problem("rms_nm", format!("a limit, one of {}", keys.join(", ")), "none");
     }
 }
 
 /// The limits of one table.
 fn figures(
     table: &Section<'_>,
-    names: &[(&str, &str)],
+    definitions: &[Definition],
     zone: Aperture,
     slope: Option<SlopeSettings>,
     less: Terms,
-) -> Vec<(String, Limit)> {
-    let suffix = match zone {
-        Aperture::Annulus { inner_mm, outer_mm } => format!(" {inner_mm}-{outer_mm} mm"),
-        _ if less == Terms::NONE => String::new(),
-        _ => format!(" less {less}"),
-    };
-    let read = |&(key, name): &(&str, &str)| {
-        let value = table.get::<f64>(key)?;
+) -> Vec<Limit> {
+    let read = |&definition: &Definition| {
+        let key = definition.key();
+        let value = table.get::<f64>(&key)?;
         if value <= 0.0 {
-            table.problem(key, "a limit above 0", value);
+            table.problem(&key, "a limit above 0", value);
             return None;
         }
-        let of_slope = key.ends_with("_urad");
+        let of_slope = definition.unit() == Unit::Microradians;
         if of_slope && slope.is_none() {
-            table.problem(key, "slope_over_mm and slope_step_mm in the table tolerance", "none");
+            table.problem(&key, "slope_over_mm and slope_step_mm in the table tolerance", "none");
             return None;
         }
-        let definition = Limit::named(name).expect("every name of the table is one of a figure");
         let slope = slope.filter(|_| of_slope);
-        Some((format!("{key}{suffix}"), Limit { definition, value, zone, slope, less }))
+        Some(Limit { definition, value, zone, slope, less })
     };
-    names.iter().filter_map(read).collect()
+    definitions.iter().filter_map(read).collect()
+}
+
+/// Figures of the whole aperture beside PV and RMS, which [`super::Part`] has by name.
+fn others() -> &'static [Definition] {
+    &Definition::LIMITED[2..]
 }
 
 /// The terms that a table of limits has removed.
@@ -349,30 +337,6 @@ fn effects(section: &Section<'_>) -> Vec<Effect> {
     effects
 }
 
-/// Figures of the whole aperture that have keys of their own in [`super::Part`].
-const WHOLE: [(&str, &str); 2] = [("pv_nm", "pv"), ("rms_nm", "rms")];
-/// Keys of texture parameters.
-const TEXTURE: [(&str, texture::Definition); 3] = [
-    ("sa_nm", texture::Definition::Sa),
-    ("sq_nm", texture::Definition::Sq),
-    ("sz_nm", texture::Definition::Sz),
-];
-/// Keys and names of the other figures.
-const FIGURES: [(&str, &str); 13] = [
-    ("rms_about_mean_nm", "rms_about_mean"),
-    ("pv99_nm", "pv99"),
-    ("pvr_nm", "pvr"),
-    ("a_nm", "A"),
-    ("b_nm", "B"),
-    ("c_nm", "C"),
-    ("rmst_nm", "RMSt"),
-    ("rmsi_nm", "RMSi"),
-    ("rmsa_nm", "RMSa"),
-    ("slope_max_urad", "slope_max"),
-    ("slope_rms_urad", "slope_rms"),
-    ("gradient_max_urad", "gradient_max"),
-    ("gradient_rms_urad", "gradient_rms"),
-];
 /// Tells a standard uncertainty to 5 %.
 const DRAWS: u32 = 200;
 
@@ -404,9 +368,9 @@ mod tests {
         )
         .unwrap();
         let judging = part.judging;
-        let names: Vec<&str> = judging.limits.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<String> = judging.limits.iter().map(Limit::name).collect();
         assert_eq!(names, ["pvr_nm", "slope_max_urad", "rms_nm 0-4.5 mm"]);
-        assert_eq!(judging.limits[2].1.definition, Definition::RmsOverPoints);
+        assert_eq!(judging.limits[2].definition, Definition::RmsOverPoints);
         assert_eq!(judging.guard, Some(Guard::Probability(0.95)));
         let (budget, draws) = judging.uncertainty.unwrap();
         assert_eq!((budget.effects.len(), budget.long_waves.len()), (2, 1));
@@ -420,14 +384,14 @@ mod tests {
              [[tolerance.less]]\nterms = [\"astigmatism\"]\nrms_nm = 12\n",
         );
         let limits = part.unwrap().judging.limits;
-        let names: Vec<&str> = limits.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<String> = limits.iter().map(Limit::name).collect();
         let expected = [
             "rms_nm less piston, tilt, power",
             "pvr_nm less piston, tilt, power",
             "rms_nm less astigmatism",
         ];
         assert_eq!(names, expected);
-        assert_eq!(limits[2].1.less, Terms::of(&[Term::Astigmatism]));
+        assert_eq!(limits[2].less, Terms::of(&[Term::Astigmatism]));
     }
 
     #[test]
@@ -436,8 +400,8 @@ mod tests {
             "[tolerance]\nindication = \"3/0.5(0.1/0.05) RMSi < 0.02; λ = 546.07 nm\"\nrmsa_nm = 4\n",
         )
         .unwrap();
-        let found: Vec<(&str, f64)> =
-            part.judging.limits.iter().map(|(name, limit)| (name.as_str(), limit.value)).collect();
+        let found: Vec<(String, f64)> =
+            part.judging.limits.iter().map(|limit| (limit.definition.key(), limit.value)).collect();
         let expected = [
             ("rmsa_nm", 4.0),
             ("a_nm", 0.25 * 546.07),
@@ -457,7 +421,7 @@ mod tests {
             parse("[tolerance]\nminimum_zone_nm = 80\nsq_nm = 3\n[figures.texture]\n").unwrap();
         let judging = part.judging;
         assert_eq!(judging.minimum_zone_nm, Some(80.0));
-        assert_eq!(judging.texture, [("sq_nm".to_owned(), texture::Definition::Sq, 3.0)]);
+        assert_eq!(judging.texture, [(texture::Definition::Sq, 3.0)]);
         assert_eq!((judging.limits, judging.uncertainty), (Vec::new(), None));
     }
 

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
+use asphera_settings::Section;
 use asphera_slcan::BitRate;
 use asphera_transport::{Backoff, Endpoint, FlowControl, Parity, SerialSettings};
 
-use super::document::Section;
 use crate::station::Framing;
 
 /// One link.

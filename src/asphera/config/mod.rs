@@ -5,7 +5,6 @@
 mod criterion;
 mod defects;
 mod devices;
-mod document;
 mod figures;
 mod flip;
 mod judging;
@@ -13,7 +12,6 @@ mod links;
 mod motion;
 mod nominal;
 mod output;
-mod problem;
 mod projection;
 mod surface;
 mod text;
@@ -24,13 +22,16 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr as _;
 use std::time::Duration;
 
+use asphera_link::{BusNumber, Carries};
+use asphera_settings::Section;
 use thiserror::Error;
 use toml_edit::{DocumentMut, Item};
 
+pub use asphera_settings::{Problem, Problems};
 pub use criterion::{Criterion, Weights};
 pub use defects::DefectLimits;
 pub(crate) use defects::FLAT_BELOW_PER_MM;
-pub use devices::{DeviceConfig, DriverConfig};
+pub use devices::DeviceConfig;
 pub use figures::{FigureSettings, TextureSettings};
 pub use flip::{FlipError, flipped};
 pub use judging::{CorrelationFrom, Judging};
@@ -39,13 +40,11 @@ pub use motion::SyncConfig;
 pub(crate) use nominal::HIGHEST_MM;
 pub use nominal::Part;
 pub use output::OutputConfig;
-pub use problem::{Problem, Problems};
 pub(crate) use text::{EXPECTED as TOML, bytes_of, text_of};
 
 use crate::pipeline::Along;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
-use document::{File, Section};
 
 /// Everything a station needs to know.
 #[derive(Clone, Debug)]
@@ -125,7 +124,7 @@ impl Config {
     /// Every problem of both files at once, each with file, line and key.
     pub fn load(path: &Path) -> Result<Config, ConfigError> {
         let text = read(path)?;
-        let file = File::parse(&path.display().to_string(), &text)?;
+        let file = text::parse(&path.display().to_string(), &text)?;
         let root = file.root();
         let nominal = root.section("nominal");
         let Some(nominal_file) =
@@ -170,7 +169,7 @@ impl Config {
     ///
     /// Every problem at once.
     pub fn parse(name: &str, text: &str) -> Result<Config, Problems> {
-        let file = File::parse(name, text)?;
+        let file = text::parse(name, text)?;
         let root = file.root();
         let folder = nominal::folder(name);
         let config = read_root(&root, &pinned(text.to_owned(), folder), folder, None);
@@ -254,48 +253,9 @@ fn read_root(
     if devices.is_empty() {
         root.problem("device", "at least one table [device.NAME]", "none");
     }
-    let mut on_link = vec![0_usize; links.len()];
-    devices.iter().flatten().for_each(|device| on_link[device.link] += 1);
-    for ((_, table), device) in device_tables.iter().zip(&devices) {
-        let Some(device) = device else { continue };
-        let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
-        let is_can = link.framing != crate::station::Framing::Raw;
-        if device.driver.is_can() != is_can {
-            let expected =
-                if device.driver.is_can() { "a CAN link" } else { "a serial or tcp link" };
-            table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
-        }
-        let others = on_link[device.link];
-        if !is_can && others > 1 {
-            table.problem("link", "one device on a link that is no CAN bus", others);
-        }
-    }
-    let mut by_number = BTreeMap::new();
-    for ((name, table), device) in device_tables.iter().zip(&devices) {
-        check_name("device", name, root);
-        let Some(device) = device else { continue };
-        let Some(number) = device.driver.bus_number() else { continue };
-        let earlier = *by_number.entry((device.link, number)).or_insert(device);
-        if !std::ptr::eq(earlier, device) {
-            let found = format!("{number}, which {} has", earlier.name);
-            table.section("settings").problem("node_id", "a number of its own on this bus", found);
-        }
-    }
-    let mut by_address = BTreeMap::new();
-    for (name, link) in link_names.iter().zip(&links) {
-        check_name("link", name, root);
-        let Some(link) = link else { continue };
-        let address = link.endpoint.to_string();
-        let earlier = *by_address.entry(address.clone()).or_insert(link);
-        if !std::ptr::eq(earlier, link) {
-            let found = format!("{address}, where link {} leads", earlier.name);
-            root.section("link").section(name).problem(
-                "kind",
-                "a port or address of its own",
-                found,
-            );
-        }
-    }
+    check_links(&device_tables, &devices, &links);
+    check_numbers(root, &device_tables, &devices);
+    check_addresses(root, &link_names, &links);
     // A device that cannot be used would make every mention of it a problem of its own.
     let usable = devices.iter().all(Option::is_some);
     let devices: Vec<DeviceConfig> = devices.into_iter().flatten().collect();
@@ -321,14 +281,7 @@ fn read_root(
     }
     nominal.finish();
 
-    let scan = root.section("scan");
-    let idle_s = scan.within("idle_s", 10.0, 0.01..=86_400.0);
-    let end = EndSettings {
-        points: scan.has("points").then(|| scan.within("points", 1, 1..=10_000_000_000)),
-        idle: Some(Duration::from_secs_f64(idle_s)),
-        first: Some(Duration::from_secs_f64(scan.within("first_s", idle_s, 0.01..=86_400.0))),
-    };
-    scan.finish();
+    let end = end(&root.section("scan"));
 
     let session = root.section("session");
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
@@ -366,6 +319,82 @@ fn read_root(
         allowed_hosts,
         text: text.to_owned(),
     })
+}
+
+/// Every device on a link of its kind, and alone on one that is no CAN bus.
+fn check_links(
+    device_tables: &[(String, Section<'_>)],
+    devices: &[Option<DeviceConfig>],
+    links: &[Option<LinkConfig>],
+) {
+    let mut on_link = vec![0_usize; links.len()];
+    devices.iter().flatten().for_each(|device| on_link[device.link] += 1);
+    for ((_, table), device) in device_tables.iter().zip(devices) {
+        let Some(device) = device else { continue };
+        let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
+        let carries = link.framing.carries();
+        if device.carries != carries {
+            let expected = match device.carries {
+                Carries::CanFrames => "a CAN link",
+                Carries::Bytes => "a serial or tcp link",
+            };
+            table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
+        }
+        let others = on_link[device.link];
+        if carries == Carries::Bytes && others > 1 {
+            table.problem("link", "one device on a link that is no CAN bus", others);
+        }
+    }
+}
+
+/// No two devices on a bus have one number.
+fn check_numbers(
+    root: &Section<'_>,
+    device_tables: &[(String, Section<'_>)],
+    devices: &[Option<DeviceConfig>],
+) {
+    let mut by_number = BTreeMap::new();
+    for ((name, table), device) in device_tables.iter().zip(devices) {
+        check_name("device", name, root);
+        let Some(device) = device else { continue };
+        let Some(BusNumber { key, number }) = device.settings.bus_number() else { continue };
+        let earlier = *by_number.entry((device.link, number)).or_insert(device);
+        if !std::ptr::eq(earlier, device) {
+            let found = format!("{number}, which {} has", earlier.name);
+            table.section("settings").problem(key, "a number of its own on this bus", found);
+        }
+    }
+}
+
+/// No two links lead to one address.
+fn check_addresses(root: &Section<'_>, link_names: &[String], links: &[Option<LinkConfig>]) {
+    let mut by_address = BTreeMap::new();
+    for (name, link) in link_names.iter().zip(links) {
+        check_name("link", name, root);
+        let Some(link) = link else { continue };
+        let address = link.endpoint.to_string();
+        let earlier = *by_address.entry(address.clone()).or_insert(link);
+        if !std::ptr::eq(earlier, link) {
+            let found = format!("{address}, where link {} leads", earlier.name);
+            root.section("link").section(name).problem(
+                "kind",
+                "a port or address of its own",
+                found,
+            );
+        }
+    }
+}
+
+/// When a scan ends.
+fn end(scan: &Section<'_>) -> EndSettings {
+    let idle_s = scan.within("idle_s", 10.0, 0.01..=86_400.0);
+    let end = EndSettings {
+        points: scan.has("points").then(|| scan.within("points", 1, 1..=10_000_000_000)),
+        idle: Some(Duration::from_secs_f64(idle_s)),
+        first: Some(Duration::from_secs_f64(scan.within("first_s", idle_s, 0.01..=86_400.0))),
+    };
+    scan.finish();
+    end
 }
 
 /// Names stand in recordings and on the page.

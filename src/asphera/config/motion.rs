@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 use asphera_link::Unit;
+use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
-use super::document::Section;
 use crate::station::{Axis, Kinematics, Source, SyncSettings};
 
 /// Which devices share the trigger.
@@ -41,7 +41,7 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
     let capacity = table.within("capacity", 65_536, 16..=10_000_000usize);
     let paced = table.or("paced", true);
     let devices: Vec<&DeviceConfig> = found.iter().map(|index| &devices[*index]).collect();
-    if let Some(longest) = devices.iter().map(|device| device.driver.holds_back()).max()
+    if let Some(longest) = devices.iter().map(|device| device.settings.holds_back()).max()
         && wait <= longest
     {
         let expected = format!(
@@ -63,7 +63,7 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
 fn counts(table: &Section<'_>, devices: &[&DeviceConfig]) {
     let mut longest: Option<(u32, &str)> = None;
     for (index, device) in devices.iter().enumerate() {
-        match device.driver.count_cycle() {
+        match device.settings.count_cycle() {
             Err(why) => {
                 table.problem(
                     "devices",

@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
+use asphera_form::figures::Definition;
+use asphera_form::verdict::Limit;
 use asphera_form::{Aperture, Loss, Nominal, Parameter, ReferenceSettings, provisional};
+use asphera_settings::{Problems, Section};
 use asphera_surface::coverage::Target;
 
 use super::criterion::{self, Criterion, Weights};
 use super::defects::{self, DefectLimits};
-use super::document::{File, Section};
 use super::figures::{self, FigureSettings};
 use super::judging::{self, CorrelationFrom, Judging};
-use super::problem::Problems;
 use super::surface::{self, Surface};
+use super::text;
 
 /// What a part should be and how it is judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +60,14 @@ impl Part {
         self.pv_nm.is_some() || self.rms_nm.is_some() || self.judging.has_limits()
     }
 
+    /// Limits of figures of the deviation: of PV, of RMS, then the others.
+    pub fn limits(&self) -> Vec<Limit> {
+        let whole =
+            [(Definition::PeakToValley, self.pv_nm), (Definition::RmsOverPoints, self.rms_nm)];
+        let whole = whole.into_iter().filter_map(|(of, nm)| Some(Limit::of_whole(of, nm?)));
+        whole.chain(self.judging.limits.iter().copied()).collect()
+    }
+
     /// Reads a nominal file. `name` is its path: it stands in every problem, and files it names are found
     /// from its folder.
     ///
@@ -65,7 +75,7 @@ impl Part {
     ///
     /// All that is wrong with it, each with line and key.
     pub fn parse(name: &str, text: &str) -> Result<Part, Problems> {
-        let file = File::parse(name, text)?;
+        let file = text::parse(name, text)?;
         let root = file.root();
         let part = read(&root, folder(name));
         root.finish();

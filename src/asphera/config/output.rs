@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::document::Section;
-use crate::results::ResultFile;
+use asphera_report::ResultFile;
+use asphera_settings::Section;
 
 /// What is written into the folder of a session when it ended, and what runs then.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The table `projection`: along which direction the points are projected for their mesh.
 
+use asphera_settings::{FromItem, Section};
 use toml_edit::Item;
 
-use super::document::{FromItem, Section};
 use crate::pipeline::{Along, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 
 /// Reads the table; an absent one means z.

@@ -185,6 +185,24 @@ fn all_mistakes_of_a_station_come_at_once() {
     );
 }
 
+/// What else is wrong is told, what merely follows is not.
+#[test]
+fn a_setting_that_cannot_be_used_is_one_mistake() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let text = text.replace("sample_rate_hz = 4000", "sample_rate_hz = 0");
+    let problems = Config::parse("asphera.toml", &text).unwrap_err();
+    let keys: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["device.probe.settings.sample_rate_hz"]);
+    let text = text
+        .replace("# wait_ms = 2000", "wait_ms = 50")
+        .replace("node_id = 5", "node_id = 5\nnod_id = 6");
+    let problems = Config::parse("asphera.toml", &text).unwrap_err();
+    let keys: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+    let expected =
+        ["device.probe.settings.sample_rate_hz", "device.stage.settings.nod_id", "sync.wait_ms"];
+    assert_eq!(keys, expected);
+}
+
 #[test]
 fn devices_must_suit_their_link() {
     let text = read(&project("asphera.toml")).unwrap();

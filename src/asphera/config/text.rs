@@ -6,6 +6,7 @@ use std::os::unix::fs::FileTypeExt as _;
 use std::path::Path;
 
 use asphera_formats::zemax;
+use asphera_settings::{File, Problems};
 
 /// The bytes of a file or a pipe. A device such as `/dev/zero`, which may have no end, is an error.
 pub(crate) fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
@@ -30,6 +31,24 @@ pub(crate) fn text_of(name: &str, bytes: Vec<u8>) -> Result<String, String> {
     })
 }
 
+/// Parses the text of a TOML file. Lines of a lens file that were saved as text are known for what they are.
+pub(super) fn parse(name: &str, text: &str) -> Result<File, Problems> {
+    File::parse(name, text).map_err(|Problems(mut problems)| {
+        if has_lens_lines(text) {
+            problems.iter_mut().for_each(|problem| {
+                "TOML, not a Zemax file: `asphera nominal FILE.zmx --surface N` makes one of it"
+                    .clone_into(&mut problem.expected);
+            });
+        }
+        Problems(problems)
+    })
+}
+
+/// Whether a text is a Zemax prescription: it begins with its version, or has lines of surfaces.
+fn has_lens_lines(text: &str) -> bool {
+    text.starts_with("VERS ") || text.lines().any(|line| line.starts_with("SURF "))
+}
+
 /// What a file that a person wrote should be.
 pub(crate) const EXPECTED: &str = "a TOML file in UTF-8";
 
@@ -42,6 +61,14 @@ mod tests {
         let error = bytes_of(Path::new("/dev/zero")).unwrap_err();
         assert_eq!(error.to_string(), "expected a file, found a device");
         assert!(bytes_of(Path::new("/proc/self/status")).is_ok_and(|bytes| !bytes.is_empty()));
+    }
+
+    #[test]
+    fn a_lens_file_that_is_no_toml_is_known_for_one() {
+        for text in ["VERS 140124 258 36214\nMODE SEQ\n", "UNIT MM X W X CM MR CPMM\nSURF 0\n"] {
+            let Err(Problems(problems)) = parse("lens.zmx", text) else { panic!("{text}") };
+            assert!(problems[0].expected.contains("asphera nominal"), "{problems:?}");
+        }
     }
 
     #[test]

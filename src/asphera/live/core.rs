@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
+use asphera_report::{Label, Outputs, Report, State, Timing};
 use asphera_transport::{Link, LinkCommand, LinkEvent, LinkSettings, What as LinkWhat};
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::{JoinError, JoinSet};
@@ -20,13 +21,11 @@ use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
 use crate::pipeline::{Measurement, undecide};
-use crate::report::{Label, Report, Timing};
 use crate::results;
 use crate::session::{
     Disk, Entry, Header, LinkInfo, PointCloud, RecordedPoint, Recorder, ResultsJson, SessionId,
     What,
 };
-use crate::snapshot::{Outputs, State};
 use crate::station::{Action, Bench, Ended, Happening, Point, assemble};
 
 /// Starts a station's task.

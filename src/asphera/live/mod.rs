@@ -14,22 +14,19 @@ mod worker;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use asphera_form::figures::Term;
 use asphera_link::Command;
-use futures_util::future::BoxFuture;
+use asphera_report::{
+    Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
+    SamplingMaps, SectionRequest, SessionEntry, SessionFile, Snapshot, Term, Waypoints,
+};
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::{FormViewAnswer, Measurement, Next, Waypoints};
-use crate::publish::{ControlError, SessionFile, Source};
-use crate::report::{Label, Report};
-use crate::results::ResultFile;
-use crate::section::{Cut, SectionRequest};
+use crate::pipeline::{Measurement, Next};
 use crate::session::RecordError;
-use crate::sessions::{SessionEntry, file, list};
-use crate::snapshot::{SamplingMaps, Snapshot};
+use crate::sessions::{file, list};
 use crate::station::AssembleError;
 
 /// A finished session.
@@ -239,28 +236,36 @@ impl Handle {
     }
 }
 
-impl Source for Handle {
-    fn snapshots(&self) -> watch::Receiver<Arc<Snapshot>> {
-        self.watch()
+impl LiveStation for Handle {
+    fn snapshot(&self) -> Arc<Snapshot> {
+        Arc::clone(&self.snapshots.borrow())
     }
 
-    fn mesh_ply(&self) -> BoxFuture<'_, Option<Vec<u8>>> {
+    fn snapshot_after(&self, sequence: u64) -> Answer<'_, Option<Arc<Snapshot>>> {
+        let mut snapshots = self.snapshots.clone();
+        Box::pin(async move {
+            let newer = snapshots.wait_for(|snapshot| snapshot.sequence != sequence).await;
+            newer.ok().map(|snapshot| Arc::clone(&snapshot))
+        })
+    }
+
+    fn mesh_ply(&self) -> Answer<'_, Option<Vec<u8>>> {
         Box::pin(self.ask(Asked::MeshPly))
     }
 
-    fn maps(&self) -> BoxFuture<'_, Option<Arc<SamplingMaps>>> {
+    fn maps(&self) -> Answer<'_, Option<Arc<SamplingMaps>>> {
         Box::pin(self.ask(Asked::Maps))
     }
 
-    fn section(&self, request: SectionRequest) -> BoxFuture<'_, Cut> {
+    fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {
         Box::pin(self.ask(move |reply| Asked::Section(request, reply)))
     }
 
-    fn without(&self, terms: Vec<Term>) -> BoxFuture<'_, FormViewAnswer> {
+    fn without(&self, terms: Vec<Term>) -> Answer<'_, FormViewAnswer> {
         Box::pin(self.ask(move |reply| Asked::Without(terms, reply)))
     }
 
-    fn waypoints(&self) -> BoxFuture<'_, Option<Waypoints>> {
+    fn waypoints(&self) -> Answer<'_, Option<Waypoints>> {
         Box::pin(async {
             let next = self.ask(Asked::Next).await?;
             // Up to 200,000 places are worth a thread of their own.
@@ -272,7 +277,7 @@ impl Source for Handle {
         self.report.borrow().clone()
     }
 
-    fn sessions(&self) -> BoxFuture<'_, Vec<SessionEntry>> {
+    fn sessions(&self) -> Answer<'_, Vec<SessionEntry>> {
         let recordings = Arc::clone(&self.recordings);
         Box::pin(async move {
             let listed = tokio::task::spawn_blocking(move || list(&recordings, LISTED));
@@ -280,7 +285,7 @@ impl Source for Handle {
         })
     }
 
-    fn session_file(&self, id: String, of: ResultFile) -> BoxFuture<'_, Option<SessionFile>> {
+    fn session_file(&self, id: String, of: ResultFile) -> Answer<'_, Option<SessionFile>> {
         let recordings = Arc::clone(&self.recordings);
         Box::pin(async move {
             let read = tokio::task::spawn_blocking(move || file(&recordings, &id, of));
@@ -289,11 +294,11 @@ impl Source for Handle {
         })
     }
 
-    fn start(&self, label: Label) -> BoxFuture<'_, Result<(), ControlError>> {
+    fn start(&self, label: Label) -> Answer<'_, Result<(), ControlError>> {
         Box::pin(async { self.begin(label).await.map_err(control_error) })
     }
 
-    fn stop(&self) -> BoxFuture<'_, Result<(), ControlError>> {
+    fn stop(&self) -> Answer<'_, Result<(), ControlError>> {
         Box::pin(async { self.session(Command::Stop).await.map_err(control_error) })
     }
 }

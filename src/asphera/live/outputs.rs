@@ -6,16 +6,15 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
+use asphera_report::{Outputs, Report};
 use tokio::sync::watch;
 use tracing::{error, info};
 
 use super::Finished;
 use crate::config::OutputConfig;
 use crate::error_chain;
-use crate::paper::{Provenance, SourceFile};
-use crate::report::Report;
 use crate::results::write_files;
-use crate::snapshot::Outputs;
+use asphera_paper::{Provenance, SourceFile};
 
 /// Writes the files of a session that ended into its folder. Blocks for as long as the disk takes.
 pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -> Outputs {

@@ -4,14 +4,13 @@ use std::net::Ipv4Addr;
 use std::time::Duration;
 
 use asphera_link::Command;
+use asphera_report::{Snapshot, State, Status, Waiting};
 use asphera_sim_chrocodile::{Device, Simulator, tcp};
 use tokio::io::AsyncWriteExt as _;
 use tokio::time::timeout;
 
 use super::Station;
 use crate::config::Config;
-use crate::report::Status;
-use crate::snapshot::{Snapshot, State, Waiting};
 
 fn station(address: &str, recordings: &str, first: &str) -> Config {
     let text = format!(

@@ -4,17 +4,16 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use asphera_link::Nanos;
+use asphera_report::{
+    Connection, LinkState, MapsState, Outputs, Progress, SNAPSHOT_FORMAT, SamplingFigures,
+    SessionFigures, Snapshot, State, Waiting,
+};
+use asphera_surface::coverage::{Progress as Left, completion};
 use tokio::sync::watch;
 
 use super::Finished;
-use asphera_surface::coverage::{Progress as Left, completion};
-
 use crate::config::{Config, LinkConfig};
 use crate::pipeline::RunningFigures;
-use crate::report::{SamplingFigures, SessionFigures};
-use crate::snapshot::{
-    Connection, FORMAT, LinkState, MapsState, Outputs, Progress, Snapshot, State, Waiting,
-};
 use crate::station::{Bench, Line};
 
 /// Makes snapshots.
@@ -173,7 +172,7 @@ impl View {
 
 fn empty(station: &str) -> Snapshot {
     Snapshot {
-        format: FORMAT,
+        format: SNAPSHOT_FORMAT,
         sequence: 0,
         station: station.to_owned(),
         state: State::Idle,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use asphera_report::{Cut, SectionRequest};
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
@@ -12,7 +13,6 @@ use crate::clock::Clock;
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Next, Pipeline, RunningFigures};
 use crate::results;
-use crate::section::{Cut, SectionRequest};
 use crate::station::Point;
 
 /// Hands points to the pipeline's thread.

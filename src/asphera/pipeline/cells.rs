@@ -2,10 +2,10 @@
 
 use asphera_form::figures::{FringeCount, Sample, SampleError, fringe_fit};
 use asphera_form::{Aperture, Grid, Map, middle_mm};
+use asphera_report::{HistogramFigures, Source, ZernikeFigures};
 
 use super::details::{histogram_of, zernike};
 use crate::config::Part;
-use crate::report::{HistogramFigures, Source, ZernikeFigures};
 
 /// What a running report says of the form beside fit, PV and RMS.
 #[derive(Default)]

@@ -3,13 +3,13 @@
 use asphera_form::uncertainty::{TypeA, UncertaintyError, glance, type_a};
 use asphera_form::{Covariance, Parameter, Pose};
 use asphera_geometry::PointMm;
+use asphera_report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
 
 use super::errors;
 use super::fit_details;
 use super::fitting::Fitted;
 use super::uncertainties::{Assessed, COVERAGE};
 use crate::config::{CorrelationFrom, Part};
-use crate::report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
 
 /// Writes into the fit what its uncertainties are made of: those of the deviations as the nominal file asks, else what
 /// they would be where these are plainly correlated and nothing counts it. `points` and `deviations_mm` are those of the
@@ -217,9 +217,10 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 
 #[cfg(test)]
 mod tests {
+    use asphera_report::{Report, UncertaintyFigures};
+
     use super::super::Pipeline;
     use super::*;
-    use crate::report::{Report, UncertaintyFigures};
 
     const PLANE: &str = "[surface]\nkind = \"plane\"\n";
     const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 1000\n\

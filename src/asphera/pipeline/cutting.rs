@@ -3,21 +3,21 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-use asphera_form::figures::Term;
 use asphera_form::{Aperture, Grid as MapGrid, Nominal, Pose, deviations};
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::Mesh;
+use asphera_report::{
+    Cut, FormViewAnswer, Refusal, SamplingMaps, SectionReport, SectionRequest, Term,
+};
 use asphera_surface::Plane;
-use asphera_surface::sections::SectionError;
 
 use super::details::sample;
 use super::look::look;
-use super::maps::maps;
-use super::removal::{FormViewAnswer, RemovalError, of_points};
+use super::maps::{Raster, maps};
+use super::removal::{RemovalError, of_points};
 use super::sampling::Remembered;
 use crate::config::Part;
-use crate::section::{Cut, Deviations, SectionReport, SectionRequest, report};
-use crate::snapshot::SamplingMaps;
+use crate::section::{Deviations, path, report};
 
 /// Cuts a mesh that grows. `lies` is where the nominal lies in it, if there is a fit.
 pub(super) fn cut(
@@ -26,7 +26,7 @@ pub(super) fn cut(
     lies: Option<(&Nominal, &Pose)>,
     gap_limit_mm: Option<f64>,
     request: &SectionRequest,
-) -> Result<SectionReport, SectionError> {
+) -> Result<SectionReport, Refusal> {
     let centre_mm = lies.map_or([0.0; 2], |(_, pose)| [pose.tx_mm, pose.ty_mm]);
     let deviations_nm = lies.map(|(nominal, pose)| {
         move |vertices: &[VertexId]| {
@@ -42,7 +42,7 @@ pub(super) fn cut(
         }
     });
     let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
-    report(mesh, &request.path(centre_mm), gap_limit_mm, deviations_nm)
+    report(mesh, &path(request, centre_mm), gap_limit_mm, deviations_nm).map_err(Refusal::of)
 }
 
 /// A finished mesh, to be cut and mapped.
@@ -95,9 +95,8 @@ impl FinishedMesh {
             let mut remembered = remembered.clone();
             let seen = look(&self.mesh, part, &pose, plane, &mut remembered);
             let lfs_mm = remembered.lfs_mm(&pose);
-            maps(&self.mesh, &seen, part, &pose, &(*grid)?, *maps_version, lfs_mm)
-                .ok()
-                .map(Arc::new)
+            let raster = Raster { grid: grid.as_ref()?, version: *maps_version };
+            maps(&self.mesh, &seen, part, &pose, raster, lfs_mm).ok().map(Arc::new)
         };
         self.maps.get_or_init(make).clone()
     }
@@ -157,7 +156,8 @@ impl FinishedMesh {
         let points = self.mesh.points();
         let deviations_mm = deviations(points, nominal, pose);
         let sample = sample(part, pose, points, &deviations_mm, areas_mm2);
-        Some(sample.map_err(RemovalError::from).and_then(|sample| of_points(&sample, grid, terms)))
+        let view = sample.map_err(RemovalError::from);
+        Some(view.and_then(|sample| of_points(&sample, grid, terms)).map_err(Refusal::of))
     }
 
     /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.

@@ -2,6 +2,7 @@
 
 use asphera_geometry::VertexId;
 use asphera_mesh::Mesh;
+use asphera_report::{DefectFigures, DefectSearchFigures, FeatureFigures, SamplingFigures};
 use asphera_surface::Plane;
 use asphera_surface::curvature::Adjacency;
 use asphera_surface::defects::{
@@ -12,7 +13,6 @@ use asphera_surface::noise::{Along, Noise};
 
 use super::partition::{self, Patches};
 use crate::config::{DefectLimits, Part};
-use crate::report::{DefectFigures, DefectSearchFigures, FeatureFigures, SamplingFigures};
 
 /// A meshed part, in the frame of its plane of projection.
 #[derive(Clone, Copy)]

@@ -3,12 +3,12 @@
 use asphera_form::figures::{Sample, SampleError, Subject, Treatment, is_motion};
 use asphera_form::{Figures, Fit, Parameter};
 use asphera_mesh::Mesh;
+use asphera_report::CautionFigures;
 
 use super::details::{Indicated, sample};
 use super::fitting::Fitted;
 use super::measurement::deviation;
 use crate::config::Part;
-use crate::report::CautionFigures;
 
 /// The deviation from the design.
 pub(super) struct Design<'a> {

@@ -8,12 +8,13 @@ use asphera_form::figures::{
 };
 use asphera_form::{Nominal, Pose};
 use asphera_geometry::{PointMm, VertexId};
-
-use super::standards;
-use crate::config::Part;
-use crate::report::{
+use asphera_report::{
     FormFigure, HistogramFigures, RingFigures, Source, StandardFigures, ZernikeFigures, ZernikeTerm,
 };
+
+use super::naming;
+use super::standards;
+use crate::config::Part;
 
 /// What a final report says of the form beside fit, PV and RMS.
 #[derive(Default)]
@@ -184,7 +185,7 @@ impl FormDetails {
                 let shares = self.noise_nm.map_or([(None, None); 4], |nm| noise_of(&found, nm));
                 for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)
                 {
-                    let figure = told(figure, over.clone());
+                    let figure = naming::figure(figure, over.clone());
                     self.figures.push(FormFigure { noise_adds, without_noise, ..figure });
                 }
             }
@@ -196,27 +197,33 @@ impl FormDetails {
     fn remainders(&mut self, sample: &Sample) {
         for last in 1..REMOVED.len() {
             let terms = &REMOVED[..=last];
-            let names: Vec<String> = terms.iter().map(ToString::to_string).collect();
-            let variant = format!("less {}", names.join(", "));
             match remove(sample, terms) {
                 Ok(removed) => {
-                    self.take("PV", peak_to_valley(&removed.sample), &variant);
-                    self.take("RMS", rms(&removed.sample, Reference::Zero), &variant);
+                    let sample = &removed.sample;
+                    for (name, figure) in
+                        [("PV", peak_to_valley(sample)), ("RMS", rms(sample, Reference::Zero))]
+                    {
+                        self.add(name, figure.map(|figure| naming::figure_without(figure, terms)));
+                    }
                 }
-                Err(why) => self.lacks(&variant, &why),
+                Err(why) => self.lacks(&naming::without(terms), &why),
             }
         }
     }
 
     pub(super) fn take(&mut self, name: &str, figure: Result<Figure, Unknown>, variant: &str) {
+        self.add(name, figure.map(|figure| naming::figure(figure, variant.to_owned())));
+    }
+
+    fn add(&mut self, name: &str, figure: Result<FormFigure, Unknown>) {
         match figure {
-            Ok(figure) => self.put(figure, variant.to_owned()),
+            Ok(figure) => self.figures.push(figure),
             Err(why) => self.lacks(name, &why),
         }
     }
 
     fn put(&mut self, figure: Figure, variant: String) {
-        self.figures.push(told(figure, variant));
+        self.figures.push(naming::figure(figure, variant));
     }
 
     fn lacks(&mut self, name: &str, why: &Unknown) {
@@ -233,23 +240,6 @@ fn noise_of(found: &Slopes, noise_nm: f64) -> [(Option<f64>, Option<f64>); 4] {
     };
     let [[a, b], [c, d]] = [&found.meridional, &found.gradient].map(of_kind);
     [a, b, c, d]
-}
-
-/// A figure of the kernel as a report has it.
-pub(super) fn told(Figure { definition, value }: Figure, variant: String) -> FormFigure {
-    FormFigure {
-        name: definition.to_string(),
-        variant,
-        value,
-        unit: definition.unit().to_string(),
-        u: None,
-        expanded: None,
-        simulated: None,
-        noise_adds: None,
-        without_noise: None,
-        definition: definition.text().to_owned(),
-        source: definition.source().to_owned(),
-    }
 }
 
 /// What a change of the radius looks like, by the kind of the nominal.
@@ -433,10 +423,10 @@ mod tests {
         assert_eq!((term(4).name.as_str(), term(4).n, term(4).m), ("defocus", 2, 0));
         assert_eq!((term(30).name.as_str(), term(30).n, term(30).m), ("tertiary trefoil x", 7, 3));
         // What is left in the end is the trefoil: ±4 nm at the rim.
-        let all = "less piston, tilt, power, astigmatism, coma, spherical";
+        let all = "piston, tilt, power, astigmatism, coma, spherical removed";
         let left_nm = value(&found, "PV", all);
         assert!((7.6..8.0 + 1e-6).contains(&left_nm), "{left_nm}");
-        assert!(value(&found, "PV", "less piston, tilt") > value(&found, "PV", all));
+        assert!(value(&found, "PV", "piston, tilt removed") > value(&found, "PV", all));
         // The sphere of 30 nm of Fringe 4 and what 6 nm of Fringe 9 hold of it.
         assert!((value(&found, "A", "as fitted") - 60.0).abs() < 1.0);
     }

@@ -1,11 +1,11 @@
 //! The deviation on a regular grid: as measured where the points lie on a raster, interpolated elsewhere.
 
-use std::borrow::Cow;
 use std::fmt;
 
 use asphera_form::figures::{Interpolation, Lattice};
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::Mesh;
+use asphera_report::Picture;
 use asphera_surface::{Grid, rasterize};
 
 /// A deviation map on a regular grid.
@@ -73,10 +73,10 @@ impl DeviationMap {
     }
 
     /// The map upright and of no more nodes than a picture needs, each of them the nearest of this map.
-    pub(crate) fn drawn(&self) -> Cow<'_, DeviationMap> {
+    pub(super) fn picture(&self) -> Picture {
         let grid = &self.grid;
         if self.turn_rad == 0.0 && grid.nx.max(grid.ny) <= MOST_DRAWN {
-            return Cow::Borrowed(self);
+            return pictured(grid, self.values_nm.clone());
         }
         let ends = [[0, 0], [grid.nx - 1, 0], [0, grid.ny - 1], [grid.nx - 1, grid.ny - 1]];
         let corners = ends.map(|[i, j]| {
@@ -105,12 +105,7 @@ impl DeviationMap {
             self.nearest_nm(turned(place, -self.turn_rad))
         };
         let values_nm = (0..drawn.nx * drawn.ny).map(value).collect();
-        Cow::Owned(DeviationMap {
-            grid: drawn,
-            turn_rad: 0.0,
-            values_nm,
-            source: self.source.clone(),
-        })
+        pictured(&drawn, values_nm)
     }
 
     /// At the node nearest to a place of the turned frame; NaN outside.
@@ -121,6 +116,11 @@ impl DeviationMap {
         let inside = i >= 0.0 && j >= 0.0 && i < grid.nx as f64 && j < grid.ny as f64;
         if inside { self.values_nm[j as usize * grid.nx + i as usize] } else { f64::NAN }
     }
+}
+
+fn pictured(grid: &Grid, values_nm: Vec<f64>) -> Picture {
+    let Grid { nx, ny, x0_mm, y0_mm, dx_mm, dy_mm } = *grid;
+    Picture { nx, ny, x0_mm, y0_mm, dx_mm, dy_mm, values_nm }
 }
 
 /// The deviations at the nodes of a raster.

@@ -7,9 +7,10 @@ use asphera_form::figures::Definition;
 use asphera_form::uncertainty::{
     Budget, Draws, Noise, NoiseOnly, Places, UncertaintyError, uncertainty,
 };
-use asphera_form::verdict::{Guard, Judged, Limit, Over, judge};
+use asphera_form::verdict::{DecisionRule, Guard, Judged, Limit, Over, judge};
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_geometry::PointMm;
+use asphera_report::UncertaintyFigures;
 use asphera_surface::Plane;
 
 use super::origin;
@@ -17,7 +18,6 @@ use super::prospects::is_foreseen;
 use super::running::fit_settings;
 use super::uncertainties::{COVERAGE, in_plane};
 use crate::config::{CorrelationFrom, Part};
-use crate::report::UncertaintyFigures;
 
 /// What is known of the errors of the points, as of the last look at the mesh.
 #[derive(Clone, Debug)]
@@ -290,15 +290,14 @@ fn correlated(
         let found = uncertainty(&some, &fit, &part.aperture, None, &budget)?;
         let draws = Draws { count: draws.count.min(MOST_DRAWS), ..*draws };
         let pv = found.peak_to_valley_nm(&draws)?;
-        let named: Vec<&(String, Limit)> =
-            part.judging.limits.iter().filter(|(_, limit)| is_foreseen(limit)).collect();
-        let limits: Vec<Limit> = named.iter().map(|(_, limit)| *limit).collect();
+        let limits: Vec<Limit> = part.judging.limits.iter().copied().filter(is_foreseen).collect();
         let over = Over { aperture: &part.aperture, areas_mm2: None };
         // A limit that cannot be judged was refused with the nominal file.
-        let judged = judge(&limits, &found, &part.nominal, over, &draws, Guard::None, |_| None);
+        let rule = DecisionRule { guard: Guard::None, hidden: |_: &Limit| None };
+        let judged = judge(&limits, &found, &part.nominal, over, &draws, rule);
         let u_nm = |judged: Judged| judged.decision.ok()?.finding.u;
-        let known = named.iter().zip(judged.unwrap_or_default());
-        let limits = known.filter_map(|((name, _), judged)| Some((name.clone(), u_nm(judged)?)));
+        let known = limits.iter().zip(judged.unwrap_or_default());
+        let limits = known.filter_map(|(limit, judged)| Some((limit.name(), u_nm(judged)?)));
         Ok(Correlated { u_rms_nm: found.rms.u_nm, u_pv_nm: pv.u, limits: limits.collect() })
     };
     worked_out().ok()

@@ -6,6 +6,10 @@ use asphera_form::{
     Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Robust, Smoothing,
     Termination,
 };
+use asphera_report::{
+    DeviationFigures, FitFigures, FormFigures, LossFigures, Map, ParameterFigures, PoseFigures,
+    ReferenceFigures, StandardFigures, WeightFigures,
+};
 use asphera_surface::Plane;
 
 use super::cells;
@@ -16,11 +20,6 @@ use super::fitting::Fitted;
 use super::origin;
 use super::running::MadeReference;
 use crate::config::Part;
-use crate::report::{
-    DeviationFigures, FitFigures, FormFigures, LossFigures, ParameterFigures, PoseFigures,
-    ReferenceFigures, StandardFigures, WeightFigures,
-};
-use crate::snapshot::Map;
 
 /// `plane` is that of projection, in whose frame the fit was made.
 pub(super) fn form(

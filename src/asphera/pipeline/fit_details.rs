@@ -1,15 +1,15 @@
 //! What a fit says of itself, as reports write it.
 
 use asphera_form::{Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Undetermined};
+use asphera_report::{
+    CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
+    UndeterminedFigures,
+};
 
 use super::design;
 use super::figures::made_from_points;
 use super::running::MadeReference;
 use crate::config::{Criterion, Part, Weights};
-use crate::report::{
-    CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
-    UndeterminedFigures,
-};
 
 /// Of the final fit.
 pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>, part: &Part) -> FitDetails {

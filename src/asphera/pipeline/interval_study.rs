@@ -9,12 +9,12 @@ use std::f64::consts::{PI, TAU};
 use asphera_form::figures::{Approximation, Definition, Reference, Sample, decompose, rms};
 use asphera_form::{Aperture, FitSettings, deviations, fit};
 use asphera_geometry::PointMm;
+use asphera_report::{Report, Status};
 use rayon::prelude::*;
 
 use super::Pipeline;
 use super::prospects::truth::Random;
 use crate::config::Part;
-use crate::report::{Report, Status};
 
 const RADIUS_MM: f64 = 9.0;
 
@@ -230,14 +230,14 @@ fn held(case: &Case, truth: &Truth, reports: &[Report]) -> Held {
         }
         for check in &report.verdict.checks {
             // These hold the noise as the figures do.
-            let truth = match &check.name[..] {
+            let truth = match &check.figure.name[..] {
                 "a_nm" => truth.sagitta_nm,
                 "rmst_nm" => truth.rmst_nm.hypot(case.noise_nm),
                 "rmsi_nm" => truth.rmsi_nm.hypot(case.noise_nm),
                 _ => continue,
             };
             let half = 1.96 * check.u.unwrap();
-            held.count(&check.name, [check.value - half, check.value + half], truth);
+            held.count(&check.figure.name, [check.value - half, check.value + half], truth);
         }
     }
     eprintln!("{case:?} {truth:?}");

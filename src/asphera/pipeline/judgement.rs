@@ -1,17 +1,18 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
-use asphera_form::figures::{Definition, Terms};
+use asphera_form::figures::Definition;
 use asphera_form::verdict::{Doubt, Finding, Guard, Limit, decide};
-use asphera_form::{Aperture, Figures, Reason, Status as FormStatus, Tolerance, verdict};
+use asphera_form::{Figures, Reason, Status as FormStatus, Tolerance, verdict};
 use asphera_mesh::Mesh;
+use asphera_report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
 use super::errors::ErrorsOfFigures;
 use super::figures;
 use super::fit_details::forbids_verdict;
 use super::fitting::{Fitted, NoFit};
+use super::naming;
 use super::unmeasured::Unmeasured;
 use crate::config::Part;
-use crate::report::{Check, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 
 /// What stands in the way of a verdict that limits and figures give.
 pub(super) fn judge(
@@ -134,25 +135,24 @@ pub(super) fn compare(
         reasons: plain.reason.map(|reason| reason.to_string()).into_iter().collect(),
         ..Verdict::default()
     };
-    for check in &plain.checks {
-        let limit = match check.name {
-            "pv_nm" => of_whole(Definition::PeakToValley, check.limit),
-            _ => of_whole(Definition::RmsOverPoints, check.limit),
-        };
+    for (check, limit) in plain.checks.iter().zip(part.limits()) {
         let hidden = unmeasured.hidden(&limit);
         let finding =
             Finding { value: check.value, u: None, dof: f64::INFINITY, bias: 0.0, hidden };
         let doubt = decide(&finding, check.limit, Guard::None).ok().and_then(|found| found.doubt);
         if let Some(doubt) = doubt {
-            undecide(&mut verdict, said(check.name, &limit, doubt, unmeasured));
+            undecide(
+                &mut verdict,
+                said(&naming::of_limit(&limit).words(), &limit, doubt, unmeasured),
+            );
         }
         verdict.checks.push(Check {
-            name: check.name.to_owned(),
+            figure: naming::of_limit(&limit),
             limit: check.limit,
             value: check.value,
             ok: check.ok && doubt.is_none(),
-            u: errors.map(|errors| match check.name {
-                "pv_nm" => errors.u_pv_nm,
+            u: errors.map(|errors| match limit.definition {
+                Definition::PeakToValley => errors.u_pv_nm,
                 _ => errors.u_rms_nm,
             }),
             u_covers: errors.map(|errors| errors.covers(limit.definition)),
@@ -163,11 +163,6 @@ pub(super) fn compare(
         });
     }
     verdict
-}
-
-/// The limit of a figure of the whole aperture.
-pub(super) fn of_whole(definition: Definition, value: f64) -> Limit {
-    Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE }
 }
 
 /// Why a limit is not proven.

@@ -3,12 +3,12 @@
 use asphera_form::Pose;
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::Mesh;
+use asphera_report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 use asphera_surface::{Kind, Plane, Region, Relief, Topography, topography};
 
 use super::folded::{folded, still_true};
 use super::sampling::{self, Findings, Next, Remembered, Sampled, Wanted, ZoneSampling};
 use crate::config::Part;
-use crate::report::{MeshFigures, RegionFigures, ReliefFigures, RepeatFigures, SamplingFigures};
 
 /// What was seen.
 pub(super) struct Look {

@@ -3,15 +3,22 @@
 use asphera_form::{Aperture, Grid as MapGrid, Pose};
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::Mesh;
+use asphera_report::{MAPS_FORMAT, MapLayer, SamplingMaps};
 use asphera_surface::noise::{Along, Noise};
-use asphera_surface::{Criteria, Grid, RasterError, chart};
+use asphera_surface::{Criteria, Facets, Grid, RasterError, chart};
 
 use super::look::Look;
 use crate::config::Part;
-use crate::snapshot::{MAPS_FORMAT, MapLayer, SamplingMaps};
 
-/// Maps of what was seen, in the part frame, on the cells of `grid`. `version` tells them from others of the
-/// same part. A part is taken to lie at `pose` in the frame of the mesh, with a local feature size of
+/// Where the maps of a part lie, and which they are.
+pub(super) struct Raster<'a> {
+    /// Their cells, in the part frame.
+    pub(super) grid: &'a MapGrid,
+    /// Tells them from others of the same part.
+    pub(super) version: u64,
+}
+
+/// Maps of what was seen. A part is taken to lie at `pose` in the frame of the mesh, with a local feature size of
 /// `lfs_mm` there.
 ///
 /// # Errors
@@ -22,8 +29,7 @@ pub(super) fn maps(
     look: &Look,
     part: &Part,
     pose: &Pose,
-    grid: &MapGrid,
-    version: u64,
+    Raster { grid, version }: Raster<'_>,
     lfs_mm: impl Fn(f64, f64) -> Option<f64>,
 ) -> Result<SamplingMaps, RasterError> {
     let points = mesh.points();
@@ -50,7 +56,8 @@ pub(super) fn maps(
         part.aperture.contains(x, y)
     };
     let triangles: Vec<[VertexId; 3]> = look.triangles.iter().copied().filter(inside).collect();
-    let found = chart(points, &triangles, &criteria, noise, &nodes, on_chart, lfs_mm)?;
+    let facets = Facets { points, triangles: &triangles };
+    let found = chart(facets, &criteria, noise, &nodes, on_chart, lfs_mm)?;
     let layer = |values: &[Option<f64>], limit: Option<f64>| MapLayer {
         limit,
         values: values.iter().map(|value| value.and_then(four_digits)).collect(),

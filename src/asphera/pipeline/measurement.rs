@@ -1,34 +1,26 @@
 //! The final figures of one part.
 
-use asphera_form::figures::Sample;
-use asphera_form::verdict::{Limit, forecast};
-use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, deviations};
+use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Pose, deviations};
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
+use asphera_report::{
+    FeatureFigures, FormFigures, Map, MeshFigures, Points, REPORT_FORMAT, Report, SamplingFigures,
+    Timing, Verdict,
+};
+use asphera_surface::Plane;
 
-use super::correlated;
 use super::cutting::{FinishedMesh, Setting};
-use super::defects::{self, Meshed};
-use super::design::Design;
-use super::details::{Indicated, areas_mm2, details, places_mm, sample};
+use super::details::areas_mm2;
 use super::deviation_map::DeviationMap;
-use super::errors::Errors;
-use super::figures;
 use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
-use super::judgement::{compare, judge};
+use super::inspection::{Inspected, Inspection};
 use super::look::{Look, look};
 use super::origin;
 use super::projection::{Projector, measured};
-use super::removal::cells_of;
 use super::sampling::{Next, Remembered};
-use super::standards::{self, Measured};
 use super::step::Step;
-use super::uncertainties::{self, assess, tell};
-use super::unmeasured::{Laid, Unmeasured};
 use crate::config::Part;
-use crate::report::{FORMAT, Points, Report, Timing};
-use crate::snapshot::Map;
 
 /// All that is known of a part when its last point has landed.
 #[derive(Clone, Debug)]
@@ -105,200 +97,47 @@ pub(super) fn measure(
     }
     let result = fitted.as_ref().map(|fitted| &fitted.fit);
     if result.is_err() && folded.is_none() && part.aperture != Aperture::None {
-        let [x_mm, y_mm, _] = plane.from_plane([pose.tx_mm, pose.ty_mm, 0.0]);
-        let why = format!(
-            "where the part lies is not known, as there is no fit: its aperture is laid about x {x_mm:.3}, y {y_mm:.3} mm"
-        );
-        look.sampling.unknown.push(why);
+        look.sampling.unknown.push(laid_about(&pose, &plane));
     }
-    let Look { triangles, covered, mesh: seen, sampling, zones, next, .. } = look;
     begin(Step::Deviation);
     let (deviations_mm, found) = match result {
         Ok(fit) => deviation(&mesh, &part, fit),
         Err(_) => (vec![f64::NAN; mesh.points().len()], None),
     };
     if let Ok(fit) = result {
-        points.used = fit.used as u64;
-        for (reason, count) in [
-            ("outside_aperture", fit.excluded.outside_aperture),
-            ("outside_domain", fit.excluded.outside_domain),
-        ] {
-            if count > 0 {
-                *points.flagged.entry(reason.to_owned()).or_default() += count as u64;
-            }
-        }
+        count(&mut points, fit);
     }
-    let well_sampled = triangles
-        .iter()
-        .zip(&covered)
-        .filter_map(|(&corners, &covered)| covered.then_some(corners));
+    let well_sampled = look.triangles.iter().zip(&look.covered);
+    let well_sampled = well_sampled.filter_map(|(&corners, &covered)| covered.then_some(corners));
     let areas_mm2 = areas_mm2(mesh.points(), well_sampled);
-    let taken = fitted.as_ref().ok().and_then(|fitted| {
-        uncertainties::taken(&part, mesh.points(), &deviations_mm, fitted, &areas_mm2)
-    });
-    let assessed = fitted
-        .as_ref()
-        .ok()
-        .and_then(|fitted| assess(&part, mesh.points(), fitted, &plane, taken.as_ref()));
-    let mut errors = Errors::new(&part);
-    let known = match &part.judging.uncertainty {
-        Some(_) => None,
-        None => {
-            errors.look(&part, mesh.points(), &plane, sampling.noise_sigma_nm);
-            let known = found.as_ref().and_then(|found| errors.of(found));
-            known.map(|known| taken.as_ref().map_or(known, |taken| known.over(taken)))
-        }
+    let inspection = Inspection {
+        part: &part,
+        mesh: &mesh,
+        plane: &plane,
+        pose: &pose,
+        fitted: fitted.as_ref(),
+        look: &look,
+        folded: folded.as_deref(),
+        deviations_mm: &deviations_mm,
+        found: found.as_ref(),
+        areas_mm2: &areas_mm2,
     };
-    let noise_nm = match &assessed {
-        Some(assessed) => assessed.as_ref().ok().map(|of| of.uncertainty.noise.sigma_mm * 1e6),
-        None => errors.noise_nm(),
-    };
-    let sample = sample(&part, &pose, mesh.points(), &deviations_mm, &areas_mm2);
-    let design =
-        fitted.as_ref().ok().and_then(|fitted| Design::new(&part, &mesh, fitted, &areas_mm2));
-    let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        let indicated = match &design {
-            Some(design) => design.as_ref().map_err(Clone::clone).and_then(Design::indicated),
-            None => sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
-                sample,
-                nominal: &fitted.fit.nominal,
-                from_design: false,
-            }),
-        };
-        let details = details(&part, &sample, indicated, &areas_mm2, found.rms_nm, noise_nm);
-        figures::form(&part, fitted, found, details, &plane)
-    });
-    begin(Step::Standards);
-    // Without a fit no deviation is known.
-    let counted = result.ok().and(sample.as_ref().ok());
-    let grid = grid.map(|grid| counted.map_or(grid, |sample| grid_of(sample, &part, grid)));
-    let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
-    let deviations_nm: Vec<f64> = deviations_mm.iter().map(|deviation| deviation * 1e6).collect();
-    let map =
-        form.as_ref().and_then(|_| DeviationMap::of(&mesh, (&triangles, &covered), &deviations_nm));
-    let mut of_standards = standards::Found::default();
-    if let (Some(form), Ok(fit)) = (&mut form, result) {
-        let measured = Measured {
-            part: &part,
-            fit,
-            points: mesh.points(),
-            deviations_mm: &deviations_mm,
-            triangles: &triangles,
-            covered: &covered,
-            areas_mm2: &areas_mm2,
-            map: map.as_ref(),
-            noise_nm,
-        };
-        of_standards = standards::add(form, &measured);
-    }
-    if let (Some(form), Some(Ok(assessed))) = (&mut form, &assessed) {
-        tell(form, assessed, &part);
-        standards::tell(form, &of_standards, assessed, &part);
-    }
-    if let (Some(form), Ok(fitted)) = (&mut form, &fitted) {
-        let assessed = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-        correlated::tell(form, &part, fitted, (mesh.points(), &deviations_mm), assessed);
-    }
-    let unmeasured_of = |fit: Option<&Fit>, deviations_mm: &[f64], found: Option<&Figures>| {
-        if let (Some(fit), Some(found)) = (fit, found) {
-            let places_mm = places_mm(&fit.pose, mesh.points());
-            let laid = Laid {
-                places_mm: &places_mm,
-                deviations_mm,
-                sampling: &sampling,
-                zones: &zones,
-                most_bent: usize::MAX,
-            };
-            let free: Vec<Parameter> =
-                fit.estimates.iter().map(|estimate| estimate.parameter).collect();
-            let missing = sampling.coverage.map(|coverage| 1.0 - coverage);
-            // Where nothing is missing there is nothing to foresee.
-            let forecast = missing.filter(|missing| *missing > 0.0).and_then(|missing| {
-                let (nominal, pose) = (&fit.nominal, &fit.pose);
-                forecast(
-                    &places_mm,
-                    deviations_mm,
-                    &part.aperture,
-                    nominal,
-                    pose,
-                    &free,
-                    Some(missing),
-                )
-            });
-            let limits: Vec<&Limit> = part.judging.limits.iter().map(|(_, limit)| limit).collect();
-            Unmeasured::of(&part, &limits, &laid, found.rms_nm, forecast.as_ref())
-        } else {
-            Unmeasured::default()
-        }
-    };
-    begin(Step::Unmeasured);
-    let unmeasured = unmeasured_of(result.as_ref().ok().copied(), &deviations_mm, found.as_ref());
-    let of_design = design.as_ref().and_then(|design| design.as_ref().ok());
-    let unmeasured_of_design = of_design.map(|design| {
-        unmeasured_of(Some(design.fit), &design.deviations_mm, design.found.as_ref())
-    });
-    if let Some(form) = &mut form {
-        if let Some(known) = &known {
-            uncertainties::tell_noise(form, known);
-        } else if form.deviation.uncertainty.is_none() {
-            form.unknown.push("uncertainties: the noise of the points is not known".to_owned());
-        }
-        form.deviation.unmeasured = Some(unmeasured.figures());
-    }
-    begin(Step::Defects);
-    let meshed = Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &sampling };
-    let deviating = form.as_ref().map(|_| &deviations_mm[..]);
-    let features = match &folded {
-        Some(why) => defects::of_folded(why),
-        None => defects::of_part(meshed, &part, deviating.ok_or("there is no fit".to_owned())),
-    };
-    begin(Step::Verdict);
-    let mut without_form = Vec::new();
-    let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
-    let mut compared = match &assessed {
-        None => compare(&part, found.as_ref(), known.as_ref(), &unmeasured),
-        Some(Ok(assessed)) => {
-            let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
-            uncertainties::compare(
-                &part,
-                assessed,
-                Some(&areas_mm2),
-                [&unmeasured, hidden],
-                figures,
-            )
-        }
-        Some(Err(error)) => uncertainties::unknown(error),
-    };
-    let noise_dof = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-    let noise_dof = noise_dof.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
-    standards::hold(&mut compared, &part, form.as_ref(), noise_dof, &unmeasured);
-    let verdict = judge(compared, &part, &mesh, fitted.as_ref(), &seen, &sampling);
+    let inspected = inspection.figures(grid, begin);
     let points_mm = points_mm.into_owned();
     let setting = Setting {
         part,
         plane,
         lies: fitted.ok().map(|fitted| (fitted.fit.nominal, fitted.fit.pose)),
-        gap_limit_mm: sampling.gap_limit_mm,
+        gap_limit_mm: look.sampling.gap_limit_mm,
         areas_mm2: areas_mm2.into(),
-        grid,
+        grid: inspected.grid,
         maps_version,
         remembered,
     };
+    let Look { triangles, mesh: seen, sampling, next, .. } = look;
+    let Inspected { form, features, verdict, deviations_nm, map, cells, .. } = inspected;
     Measurement {
-        report: Report {
-            format: FORMAT.to_owned(),
-            reading: None,
-            points,
-            mesh: seen,
-            sampling,
-            features,
-            form,
-            profile: None,
-            verdict,
-            links: Vec::new(),
-            timing: Timing::default(),
-            session: None,
-        },
+        report: report(points, seen, sampling, features, form, verdict),
         surface: FinishedMesh::new(mesh, setting),
         points_mm,
         triangles,
@@ -306,6 +145,52 @@ pub(super) fn measure(
         map,
         cells,
         next,
+    }
+}
+
+/// Where the aperture was laid: without a fit nobody knows where the part lies.
+fn laid_about(pose: &Pose, plane: &Plane) -> String {
+    let [x_mm, y_mm, _] = plane.from_plane([pose.tx_mm, pose.ty_mm, 0.0]);
+    format!(
+        "where the part lies is not known, as there is no fit: its aperture is laid about x {x_mm:.3}, y {y_mm:.3} mm"
+    )
+}
+
+/// Counts the points a fit used, and why others were not.
+fn count(points: &mut Points, fit: &Fit) {
+    points.used = fit.used as u64;
+    for (reason, count) in [
+        ("outside_aperture", fit.excluded.outside_aperture),
+        ("outside_domain", fit.excluded.outside_domain),
+    ] {
+        if count > 0 {
+            *points.flagged.entry(reason.to_owned()).or_default() += count as u64;
+        }
+    }
+}
+
+/// The report without links, timing and session.
+fn report(
+    points: Points,
+    mesh: MeshFigures,
+    sampling: SamplingFigures,
+    features: FeatureFigures,
+    form: Option<FormFigures>,
+    verdict: Verdict,
+) -> Report {
+    Report {
+        format: REPORT_FORMAT.to_owned(),
+        reading: None,
+        points,
+        mesh,
+        sampling,
+        features,
+        form,
+        profile: None,
+        verdict,
+        links: Vec::new(),
+        timing: Timing::default(),
+        session: None,
     }
 }
 
@@ -320,19 +205,4 @@ pub(super) fn deviation(mesh: &Mesh, part: &Part, fit: &Fit) -> (Vec<f64>, Optio
         }
     }
     (all_mm, found)
-}
-
-/// The cells of the maps: without an aperture those of the running maps lie where the points had come to, about another
-/// origin.
-fn grid_of(sample: &Sample, part: &Part, grid: MapGrid) -> MapGrid {
-    let side_mm = |axis: usize| {
-        sample.places_mm().iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
-            [low.min(place[axis]), high.max(place[axis])]
-        })
-    };
-    let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (side_mm(0), side_mm(1));
-    if part.aperture != Aperture::None || x_min_mm >= x_max_mm || y_min_mm >= y_max_mm {
-        return grid;
-    }
-    MapGrid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, ..grid }
 }

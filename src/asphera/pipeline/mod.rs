@@ -11,18 +11,21 @@ mod defects;
 mod design;
 mod details;
 mod deviation_map;
+mod document;
 mod errors;
 mod figures;
 mod fit_details;
 mod fitting;
 mod folded;
 mod heights;
+mod inspection;
 #[cfg(test)]
 mod interval_study;
 mod judgement;
 mod look;
 mod maps;
 mod measurement;
+mod naming;
 mod origin;
 mod partition;
 mod profile;
@@ -40,7 +43,6 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use asphera_form::figures::Term;
 use asphera_form::{Aperture, LiveEstimate};
 use asphera_geometry::PointMm;
 use asphera_mesh::{BATCH_POINTS, Mesh};
@@ -56,20 +58,20 @@ use measurement::{Gathered, Grids};
 use projection::Projector;
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 use prospects::{Now, Prospects};
-pub use removal::{FormViewAnswer, RemovalError};
 use running::{History, Running};
 use sampling::Current;
 pub use sampling::{
-    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, Waypoints, sampling_of_mesh,
-    sampling_of_points,
+    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, sampling_of_mesh, sampling_of_points,
 };
 pub(crate) use sampling::{Readings, Sampled, feature_size, no_area};
 pub use step::Step;
 
+use asphera_report::{
+    Convergence, Cut, FormFigures, FormViewAnswer, Map, MeshFigures, Outlook, Points, Refusal,
+    SamplingFigures, SamplingMaps, SectionRequest, Term,
+};
+
 use crate::config::{Part, Weights};
-use crate::report::{FormFigures, MeshFigures, Outlook, Points, SamplingFigures};
-use crate::section::{Cut, SectionRequest};
-use crate::snapshot::{Convergence, Map, SamplingMaps};
 use crate::station::Point;
 
 /// Takes the points of one part.
@@ -147,7 +149,8 @@ impl RunningFigures {
     /// The deviation without `terms`, of the cells of the map; `None` before the first fit.
     pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
         let Cells { map, aperture, origin_mm, used } = self.cells.as_ref()?;
-        Some(removal::of_cells((map, *origin_mm), aperture, *used, terms))
+        let view = removal::of_cells((map, *origin_mm), aperture, *used, terms);
+        Some(view.map_err(Refusal::of))
     }
 }
 
@@ -277,9 +280,8 @@ impl Pipeline {
             self.looks += 1;
             self.maps = self.running.grid().and_then(|grid| {
                 let lfs_mm = self.remembered.lfs_mm(&pose);
-                maps::maps(&self.mesh, &look, &self.part, &pose, &grid, self.looks, lfs_mm)
-                    .ok()
-                    .map(Arc::new)
+                let raster = maps::Raster { grid: &grid, version: self.looks };
+                maps::maps(&self.mesh, &look, &self.part, &pose, raster, lfs_mm).ok().map(Arc::new)
             });
             self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
             let noise_nm = look.sampling.noise_sigma_nm;

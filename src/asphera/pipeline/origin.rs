@@ -7,9 +7,9 @@
 
 use asphera_form::{Aperture, Fit, Parameter, Pose, middle_mm};
 use asphera_geometry::PointMm;
+use asphera_report::OriginFigures;
 
 use crate::config::Part;
-use crate::report::OriginFigures;
 
 /// Where the fit of a part begins; `middle_mm` is asked only where nothing but the points says where their middle is.
 pub(super) fn start(part: &Part, middle_mm: impl FnOnce() -> [f64; 2]) -> Pose {

@@ -9,11 +9,10 @@ use std::collections::BTreeMap;
 
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
+use asphera_report::{FeatureFigures, PartitionFigures};
 use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shapes};
 use asphera_surface::defects::{Bands, Class, Partition, partition};
 use asphera_surface::noise::Noise;
-
-use crate::report::{FeatureFigures, PartitionFigures};
 
 /// Mean places of a surface by squares.
 pub(super) struct Patches {

@@ -16,6 +16,10 @@ use asphera_form::Fit;
 use asphera_form::figures::{Reference, Sample, Share, peak_to_valley, rms, robust_peak_to_valley};
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
+use asphera_report::{
+    FeatureFigures, FitDetails, FormFigures, MeshFigures, Points, ProfileFigures, REPORT_FORMAT,
+    Report, SamplingFigures, Timing, Verdict,
+};
 use laid::{in_plane, laid};
 use limits::hold_others;
 pub(super) use line::Line;
@@ -31,15 +35,12 @@ use super::heights::Heights;
 use super::judgement::{compare, judge, undecide};
 use super::look::with_counts;
 use super::measurement::{Measurement, deviation};
+use super::naming;
 use super::projection::{Projector, measured};
 use super::sampling::Remembered;
 use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::Unmeasured;
 use crate::config::{Judging, Part};
-use crate::report::{
-    FORMAT, FeatureFigures, FitDetails, FormFigure, FormFigures, MeshFigures, Points,
-    ProfileFigures, Report, SamplingFigures, Timing, Verdict,
-};
 
 /// Measured slopes dz/dx along x, where a file has these instead of heights.
 #[derive(Debug, Default)]
@@ -200,7 +201,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
     };
     Measurement {
         report: Report {
-            format: FORMAT.to_owned(),
+            format: REPORT_FORMAT.to_owned(),
             reading: None,
             points,
             mesh: seen,
@@ -296,24 +297,13 @@ fn details(sample: Option<&Sample>, profile: &ProfileFigures) -> FormDetails {
         details.take("RMS", rms(sample, Reference::Mean), variant);
         details.take("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE), variant);
     }
-    for (name, value) in [
-        ("profile slope RMS", profile.slope_rms_urad),
-        ("profile slope RMS about mean", profile.slope_rms_about_mean_urad),
-        ("profile slope max", profile.slope_max_urad),
+    for (kind, value) in [
+        ("rms", profile.slope_rms_urad),
+        ("rms_about_mean", profile.slope_rms_about_mean_urad),
+        ("max", profile.slope_max_urad),
     ] {
-        details.figures.extend(value.map(|value| FormFigure {
-            name: name.to_owned(),
-            variant: "along the line".to_owned(),
-            value,
-            unit: "µrad".to_owned(),
-            u: None,
-            expanded: None,
-            simulated: None,
-            noise_adds: None,
-            without_noise: None,
-            definition: profile.slope_rule.clone(),
-            source: "asphera".to_owned(),
-        }));
+        let named = |value| naming::profile_slope(kind, value, &profile.slope_rule);
+        details.figures.extend(value.map(named));
     }
     details.unknown.push(WHY.to_owned());
     details

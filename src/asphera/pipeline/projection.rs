@@ -9,15 +9,13 @@
 //! Every plane's u and v are zero at the origin of the measured frame, as x and y are.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::str::FromStr;
 
 use asphera_geometry::{PointMm, RANGE_MM};
 use asphera_mesh::Mesh;
+use asphera_report::{PlaneFigures, ProjectionFigures};
 use asphera_surface::{Plane, PlaneError};
 use thiserror::Error;
-
-use crate::report::{PlaneFigures, ProjectionFigures};
 
 /// How the plane of projection is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -239,38 +237,6 @@ fn through(points: &[PointMm]) -> Result<Plane, PlaneError> {
 fn figures(plane: &Plane) -> PlaneFigures {
     let [u, v, normal] = plane.axes();
     PlaneFigures { normal, origin_mm: plane.origin_mm(), u, v }
-}
-
-impl fmt::Display for ProjectionFigures {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ProjectionFigures::Given { plane } => write!(f, "{plane}, as given"),
-            ProjectionFigures::Fitting { points, wanted, tried } => {
-                write!(f, "fitting the plane: {points} of {wanted}")?;
-                if *tried {
-                    f.write_str("; fewer determined none")?;
-                }
-                Ok(())
-            }
-            ProjectionFigures::Fitted { plane, points } => {
-                write!(f, "{plane}, fitted from {points} points")
-            }
-            ProjectionFigures::Unfitted { points, reason, .. } => {
-                write!(f, "along z, for no plane could be fitted from {points} points: {reason}")
-            }
-        }
-    }
-}
-
-impl fmt::Display for PlaneFigures {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ([nx, ny, nz], [x, y, z]) = (self.normal, self.origin_mm);
-        // Adding zero keeps a rounded negative zero from being written with its sign.
-        let rounded = |value: f64, places: f64| (value * places).round() / places + 0.0;
-        let [nx, ny, nz] = [nx, ny, nz].map(|coordinate| rounded(coordinate, 1e6));
-        let [x, y, z] = [x, y, z].map(|coordinate| rounded(coordinate, 1e6));
-        write!(f, "normal ({nx}, {ny}, {nz}), through ({x}, {y}, {z}) mm")
-    }
 }
 
 /// Points a plane is fitted from, where nothing else is said.

@@ -10,18 +10,19 @@ mod words;
 
 use std::collections::BTreeMap;
 
-use asphera_form::figures::{Definition, Terms};
+use asphera_form::figures::Definition;
 use asphera_form::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
 use asphera_form::{Aperture, FitSettings, LiveEstimate, ZoneSettings, minimum_zone};
 use asphera_geometry::PointMm;
 
 pub(super) use self::seen::Look;
+use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};
+
 use self::seen::{OfLimit, Seen};
 use super::errors::ErrorsOfFigures;
-use super::judgement::of_whole;
+use super::naming;
 use super::running::fit_settings;
 use crate::config::Part;
-use crate::report::{Outlook, ProspectFigures, ProspectState};
 
 /// What was said so far.
 #[derive(Clone, Debug, Default)]
@@ -70,38 +71,41 @@ impl Prospects {
     /// What can be said now; `None` where there is no limit.
     pub(super) fn look(&mut self, now: &Now<'_>) -> Option<Outlook> {
         let part = now.part;
-        let mut limits: Vec<ProspectFigures> = limits(part)
+        let mut limits: Vec<ProspectFigures> = part
+            .limits()
             .iter()
-            .map(|(name, limit)| match is_foreseen(limit) {
-                true => self.of_limit(name, limit, now),
-                false => at_end(name, limit.value, now),
+            .map(|limit| match is_foreseen(limit) {
+                true => self.of_limit(limit, now),
+                false => at_end(naming::of_limit(limit), limit.value, now),
             })
             .collect();
-        let zone = part.judging.minimum_zone_nm.map(|limit| at_end("minimum_zone_nm", limit, now));
-        limits.extend(zone);
+        let zone = part.judging.minimum_zone_nm;
+        limits.extend(zone.map(|limit| at_end(naming::of_zone_width(), limit, now)));
         let texture = part.judging.texture.iter();
-        limits.extend(texture.map(|(name, _, limit)| at_end(name, *limit, now)));
+        limits.extend(texture.map(|(of, limit)| at_end(naming::of_texture(*of), *limit, now)));
         let later = limits.iter().filter(|limit| limit.state == ProspectState::PassFrom);
         let from = later.filter_map(|limit| limit.pass_from_coverage);
         self.next_coverage = from.min_by(f64::total_cmp);
         words::outlook(limits)
     }
 
-    fn of_limit(&mut self, name: &str, limit: &Limit, now: &Now<'_>) -> ProspectFigures {
-        let seen = self.seen.of_limit(name);
-        let value = if is_whole(limit) {
+    fn of_limit(&mut self, limit: &Limit, now: &Now<'_>) -> ProspectFigures {
+        let of = naming::of_limit(limit);
+        let name = of.name.clone();
+        let seen = self.seen.of_limit(&name);
+        let value = if limit.is_of_whole() {
             Some(figure_nm(limit.definition, now.estimate))
         } else {
             seen.map(|seen| seen.value_nm)
         };
-        let mut found = blank(name, limit.value, now.coverage);
+        let mut found = blank(of, limit.value, now.coverage);
         found.value = value;
         let Some(value_nm) = value.filter(|_| now.doubt.is_none()) else {
             let why = now.doubt.unwrap_or("too few points to look at");
             found.text = format!("open: {why}");
             return found;
         };
-        let said = self.said.entry(name.to_owned()).or_default();
+        let said = self.said.entry(name).or_default();
         let running = running(limit, value_nm, seen, said.fail_is_certain, now);
         // A guard band that is none was refused with the nominal file.
         let Ok(prospect) = prospect(&running, limit.value, guard(now.part), P) else {
@@ -140,7 +144,7 @@ fn tell(found: &mut ProspectFigures, fails: bool, prospect: Prospect, why: &word
             found.state = ProspectState::PassFrom;
             found.text = words::pass_from(from, Some(coverage));
         }
-        _ => found.text = format!("open: {}", why.is_open(&found.name)),
+        _ => found.text = format!("open: {}", why.is_open(&found.figure)),
     }
 }
 
@@ -153,7 +157,7 @@ fn running<'a>(
     now: &Now<'_>,
 ) -> Running<'a> {
     let of_range = limit.definition == Definition::PeakToValley;
-    let errors = if is_whole(limit) {
+    let errors = if limit.is_of_whole() {
         let of_figures = |errors: ErrorsOfFigures| {
             let u_nm = if of_range { errors.u_pv_nm } else { errors.u_rms_nm };
             (u_nm, errors.noise.pv_bias_at_most_nm, errors.noise.noise_nm)
@@ -170,7 +174,7 @@ fn running<'a>(
     } else {
         Raised::Rms { noise_nm: taken_off.map_or(0.0, |(_, _, noise_nm)| noise_nm) }
     };
-    let at_least_nm = match (is_whole(limit), of_range) {
+    let at_least_nm = match (limit.is_of_whole(), of_range) {
         (false, _) => seen.and_then(|seen| seen.at_least_nm),
         (true, true) => {
             // No bound of a PV that is within its limit can break it.
@@ -206,22 +210,9 @@ fn running<'a>(
     }
 }
 
-/// All limits but those of figures that are not formed of the deviations alone, with their names.
-fn limits(part: &Part) -> Vec<(String, Limit)> {
-    let whole =
-        [(PV, Definition::PeakToValley, part.pv_nm), (RMS, Definition::RmsOverPoints, part.rms_nm)];
-    let whole =
-        whole.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
-    whole.chain(part.judging.limits.iter().cloned()).collect()
-}
-
 /// Whether anything is said of a limit before the end: those of PV and RMS, over a zone and with terms removed too.
 pub(super) fn is_foreseen(limit: &Limit) -> bool {
     matches!(limit.definition, Definition::PeakToValley | Definition::RmsOverPoints)
-}
-
-fn is_whole(limit: &Limit) -> bool {
-    limit.zone == Aperture::None && limit.less == Terms::NONE
 }
 
 fn figure_nm(definition: Definition, estimate: &LiveEstimate) -> f64 {
@@ -231,9 +222,9 @@ fn figure_nm(definition: Definition, estimate: &LiveEstimate) -> f64 {
     }
 }
 
-fn blank(name: &str, limit: f64, coverage: Option<f64>) -> ProspectFigures {
+fn blank(of: FigureName, limit: f64, coverage: Option<f64>) -> ProspectFigures {
     ProspectFigures {
-        name: name.to_owned(),
+        figure: of,
         limit,
         value: None,
         state: ProspectState::Open,
@@ -245,11 +236,11 @@ fn blank(name: &str, limit: f64, coverage: Option<f64>) -> ProspectFigures {
     }
 }
 
-fn at_end(name: &str, limit: f64, now: &Now<'_>) -> ProspectFigures {
+fn at_end(of: FigureName, limit: f64, now: &Now<'_>) -> ProspectFigures {
     ProspectFigures {
         state: ProspectState::AtEnd,
-        text: words::at_end(name),
-        ..blank(name, limit, now.coverage)
+        text: words::at_end(&of),
+        ..blank(of, limit, now.coverage)
     }
 }
 
@@ -283,8 +274,6 @@ pub(super) fn patches_nm2(blocks: &[(f64, f64)]) -> Vec<f64> {
     whole.map(|(count, square)| square / count).collect()
 }
 
-const PV: &str = "pv_nm";
-const RMS: &str = "rms_nm";
 /// The probability of a pass that is called certain.
 pub(super) const P: f64 = 0.95;
 /// Share of the zone by which the bound may fall short of it.

@@ -3,20 +3,19 @@
 //! Nothing here reaches the verdict: that is of the deviation as fitted.
 
 use asphera_form::figures::{
-    Reference, Removed, Sample, SampleError, Term, Unknown, peak_to_valley, remove, rms,
+    self, Reference, Removed, Sample, SampleError, Unknown, peak_to_valley, remove, rms,
 };
 use asphera_form::{Aperture, Grid, Map as CellMap};
+use asphera_report::{FORM_VIEW_FORMAT, FormView, Map, RemovedTerm, Source, Term};
 use thiserror::Error;
 
 use super::cells;
 use super::details::histogram_of;
 use super::figures::map_of;
-use crate::report::Source;
-use crate::snapshot::{FORM_VIEW_FORMAT, FormView, Map, RemovedTerm};
 
 /// Why terms cannot be taken out.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum RemovalError {
+pub(super) enum RemovalError {
     /// The deviation makes no sample.
     #[error(transparent)]
     Sample(#[from] SampleError),
@@ -25,9 +24,6 @@ pub enum RemovalError {
     Unknown(#[from] Unknown),
 }
 
-/// What is asked for and what came of it; `None` where there is no deviation yet.
-pub type FormViewAnswer = Option<Result<FormView, RemovalError>>;
-
 /// The deviation of the running map without `terms`, which count from a place of it; `used` points are in the fit.
 pub(super) fn of_cells(
     (map, origin_mm): (&CellMap, [f64; 2]),
@@ -35,7 +31,7 @@ pub(super) fn of_cells(
     used: u64,
     terms: &[Term],
 ) -> Result<FormView, RemovalError> {
-    let removed = remove(&cells::sample(map, aperture, origin_mm)?, terms)?;
+    let removed = remove(&cells::sample(map, aperture, origin_mm)?, &kernels(terms))?;
     let sample = &removed.sample;
     let mut left_nm = vec![f64::NAN; map.mean_nm.len()];
     for (&cell, &nm) in sample.indices().iter().zip(sample.values_nm()) {
@@ -51,11 +47,24 @@ pub(super) fn of_points(
     grid: &Grid,
     terms: &[Term],
 ) -> Result<FormView, RemovalError> {
-    let removed = remove(sample, terms)?;
+    let removed = remove(sample, &kernels(terms))?;
     let sample = &removed.sample;
     let left_nm = means(grid, sample);
     let counts = sample.values_nm().iter().map(|_| 1);
     view(&removed, grid, &left_nm, counts, Source::Points, sample.len() as u64)
+}
+
+/// The terms as the kernel names them.
+fn kernels(terms: &[Term]) -> Vec<figures::Term> {
+    let kernel = |term: &Term| match term {
+        Term::Piston => figures::Term::Piston,
+        Term::Tilt => figures::Term::Tilt,
+        Term::Power => figures::Term::Power,
+        Term::Astigmatism => figures::Term::Astigmatism,
+        Term::Coma => figures::Term::Coma,
+        Term::Spherical => figures::Term::Spherical,
+    };
+    terms.iter().map(kernel).collect()
 }
 
 fn view(

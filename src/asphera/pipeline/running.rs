@@ -5,12 +5,12 @@ use asphera_form::{
     LiveSettings, Pose, Reference, ReferenceSettings, SplineFit, fit,
 };
 use asphera_geometry::PointMm;
+use asphera_report::Convergence;
 
 use super::errors::Errors;
 use super::heights::Height;
 use super::origin;
 use crate::config::Part;
-use crate::snapshot::Convergence;
 
 /// The running estimator over a map that grows with the points.
 ///

@@ -1,7 +1,8 @@
 //! The pipeline on points whose figures are known.
 
+use asphera_report::Status;
+
 use super::*;
-use crate::report::Status;
 
 const PLANE: &str = "[surface]\nkind = \"plane\"\n[tolerance]\nrms_nm = 100\n";
 
@@ -387,7 +388,7 @@ fn zones_are_judged_and_their_figures_told() {
         measured(&format!("{DISC}pv_nm = 250\n{zones}"), waves(|_, _| false).into_iter()).report;
     assert_eq!(report.verdict.status, Status::Fail, "{:?}", report.verdict);
     let names: Vec<(&str, bool)> =
-        report.verdict.checks.iter().map(|check| (&check.name[..], check.ok)).collect();
+        report.verdict.checks.iter().map(|check| (&check.figure.name[..], check.ok)).collect();
     assert_eq!(
         names,
         [

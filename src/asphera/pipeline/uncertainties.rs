@@ -1,24 +1,27 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::{Definition, Subject, Treatment, Unit};
+use asphera_form::figures::{Figure, Subject, Treatment, Unit};
 use asphera_form::uncertainty::{
     Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
     uncertainty as uncertainty_of,
 };
-use asphera_form::verdict::{Decision, Guard, Judged, Limit, LimitError, Over, judge};
+use asphera_form::verdict::{
+    Decision, DecisionRule, Guard, Judged, Limit, LimitError, Over, judge,
+};
 use asphera_form::{Aperture, Covariance, Reason, Status as FormStatus};
 use asphera_geometry::PointMm;
+use asphera_report::{
+    Check, FitDetails, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict,
+};
 use asphera_surface::Plane;
 
 use super::errors::{self, ErrorsOfFigures};
 use super::fitting::Fitted;
-use super::judgement::{of_whole, said};
+use super::judgement::said;
+use super::naming;
 use super::unmeasured::Unmeasured;
 use crate::config::Part;
 use crate::error_chain;
-use crate::report::{
-    Check, FitDetails, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict,
-};
 
 /// The uncertainties of a part.
 pub(super) struct Assessed {
@@ -96,7 +99,7 @@ pub(super) fn assess(
         let refers = |limit: &Limit| {
             limit.definition.subject().treatment(&part.free) == Treatment::FromDesign
         };
-        let is_needed = part.judging.limits.iter().any(|(_, limit)| refers(limit));
+        let is_needed = part.judging.limits.iter().any(refers);
         let design = fitted.design.as_ref().filter(|_| is_needed).map(|_| {
             let fit = fitted.fit_for(Subject::Indication, part)?;
             uncertainty_of(points, fit, &part.aperture, weights, &budget)
@@ -185,21 +188,16 @@ pub(super) fn compare(
     unmeasured: [&Unmeasured; 2],
     figures: &mut Vec<FormFigure>,
 ) -> Verdict {
-    let plain = [
-        ("pv_nm", Definition::PeakToValley, part.pv_nm),
-        ("rms_nm", Definition::RmsOverPoints, part.rms_nm),
-    ];
-    let plain =
-        plain.into_iter().filter_map(|(name, of, nm)| Some((name.to_owned(), of_whole(of, nm?))));
-    let named: Vec<(String, Limit)> = plain.chain(part.judging.limits.iter().cloned()).collect();
+    let limits = part.limits();
     let guard = part.judging.guard.unwrap_or(Guard::None);
     let over = Over { aperture: &part.aperture, areas_mm2 };
     let mut verdict = Verdict { status: Status::Pass, ..Verdict::default() };
-    if named.is_empty() && !part.judging.has_limits_of_standards() {
+    if limits.is_empty() && !part.judging.has_limits_of_standards() {
         verdict.status = Status::None;
         verdict.reasons.push(Reason::NoTolerance.to_string());
     }
-    for (name, limit) in named {
+    for limit in limits {
+        let name = naming::of_limit(&limit).words();
         let (uncertainty, unmeasured) = match assessed.uncertainty_for(&limit, part) {
             Ok((uncertainty, from_design)) => (uncertainty, unmeasured[usize::from(from_design)]),
             Err(why) => {
@@ -207,9 +205,9 @@ pub(super) fn compare(
                 continue;
             }
         };
-        let hidden = |limit: &Limit| unmeasured.hidden(limit);
+        let rule = DecisionRule { guard, hidden: |limit: &Limit| unmeasured.hidden(limit) };
         let draws = &assessed.draws;
-        let judged = judge(&[limit], uncertainty, &part.nominal, over, draws, guard, hidden);
+        let judged = judge(&[limit], uncertainty, &part.nominal, over, draws, rule);
         let judged = match judged {
             Ok(judged) => judged,
             Err(error) => return without(&error),
@@ -227,7 +225,7 @@ pub(super) fn compare(
                     }
                     let model = errors::model(part);
                     let covers = errors::covers(model, limit.definition, assessed.places[0]);
-                    verdict.checks.push(check(&name, &decision, guard, part, covers));
+                    verdict.checks.push(check(&limit, &decision, guard, part, covers));
                 }
                 Err(unknown) => super::undecide(&mut verdict, format!("{name}: {unknown}")),
             }
@@ -237,10 +235,10 @@ pub(super) fn compare(
 }
 
 /// A decision as a report has it.
-fn check(name: &str, decision: &Decision, guard: Guard, part: &Part, covers: String) -> Check {
+fn check(limit: &Limit, decision: &Decision, guard: Guard, part: &Part, covers: String) -> Check {
     let guarded = part.judging.guard.is_some();
     Check {
-        name: name.to_owned(),
+        figure: naming::of_limit(limit),
         limit: decision.limit,
         value: decision.finding.value,
         ok: decision.status == FormStatus::Pass,
@@ -261,15 +259,9 @@ fn beside(judged: &Judged, figures: &mut [FormFigure]) {
     if zone != Aperture::None || definition.unit() != Unit::Nanometres {
         return;
     }
-    let variant = less.list().iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-    let is_it = |figure: &&mut FormFigure| {
-        figure.name == definition.to_string()
-            && match (variant.is_empty(), figure.variant.strip_prefix("less ")) {
-                (true, None) => true,
-                (false, Some(terms)) => terms == variant,
-                _ => false,
-            }
-    };
+    let removed: Vec<String> = less.list().iter().map(ToString::to_string).collect();
+    let is_it =
+        |figure: &&mut FormFigure| figure.id == definition.id() && figure.removed == removed;
     for figure in figures.iter_mut().filter(is_it) {
         figure.u = figure.u.or(decision.finding.u);
     }
@@ -280,19 +272,9 @@ fn of_zone(judged: &Judged) -> Option<FormFigure> {
     let Aperture::Annulus { inner_mm, outer_mm } = judged.limit.zone else { return None };
     let finding = judged.decision.as_ref().ok()?.finding;
     let definition = judged.limit.definition;
-    Some(FormFigure {
-        name: definition.to_string(),
-        variant: format!("from {inner_mm} to {outer_mm} mm"),
-        value: finding.value,
-        unit: definition.unit().to_string(),
-        u: finding.u,
-        expanded: None,
-        simulated: None,
-        noise_adds: None,
-        without_noise: None,
-        definition: definition.text().to_owned(),
-        source: definition.source().to_owned(),
-    })
+    let figure = Figure { definition, value: finding.value };
+    let named = naming::figure(figure, format!("from {inner_mm} to {outer_mm} mm"));
+    Some(FormFigure { u: finding.u, ..named })
 }
 
 /// The verdict where the uncertainty that limits need cannot be worked out.

@@ -7,13 +7,12 @@ use asphera_form::figures::{
 };
 use asphera_form::uncertainty::{Hidden, largest_bend_of_windows, unmeasured};
 use asphera_form::verdict::{Forecast, Guard, Limit, rms_of_whole_nm};
-
+use asphera_report::{SamplingFigures, UnmeasuredFigures};
 use rayon::prelude::*;
 
 use super::prospects::{P, patches_nm2};
 use super::sampling::ZoneSampling;
 use crate::config::Part;
-use crate::report::{SamplingFigures, UnmeasuredFigures};
 
 /// What may hide.
 #[derive(Clone, Debug, Default)]
@@ -407,9 +406,10 @@ const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
+    use asphera_report::{Check, Verdict};
+
     use super::*;
     use crate::pipeline::Pipeline;
-    use crate::report::{Check, Verdict};
 
     /// A disc of 20 mm scanned line by line up to `end_mm`, with slopes of some 30 µrad.
     fn verdict(end_mm: f64, guard: &str) -> Verdict {
@@ -433,7 +433,7 @@ mod tests {
     }
 
     fn check<'a>(verdict: &'a Verdict, name: &str) -> &'a Check {
-        verdict.checks.iter().find(|check| check.name == name).unwrap()
+        verdict.checks.iter().find(|check| check.figure.name == name).unwrap()
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
+use asphera_report::Label;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use super::format::{MAX_CONFIG_BYTES, MAX_LINKS};
 use super::{FormatVersion, RecordError};
-use crate::report::Label;
 
 /// What is known when a session begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,5 +1,6 @@
 //! From a configuration to the core of a station.
 
+use asphera_link::Problem;
 use thiserror::Error;
 
 use super::bench::{Bench, BenchSettings};
@@ -30,10 +31,10 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
             config.devices.iter().enumerate().filter(|(_, device)| device.link == line)
         {
             places[index] = (line, devices.len());
-            let driver = device
-                .driver
-                .build()
-                .map_err(|reason| AssembleError { device: device.name.clone(), reason })?;
+            let driver = device.settings.driver().map_err(|problems| AssembleError {
+                device: device.name.clone(),
+                reason: problems.iter().map(Problem::to_string).collect::<Vec<_>>().join("; "),
+            })?;
             devices.push((device.name.clone(), driver));
         }
         lines.push(Line::new(link.name.clone(), link.framing, devices));

@@ -7,12 +7,12 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
+use asphera_report::LinkFigures;
 
 use super::hold_up::Patience;
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::synchronizer::{Record, SyncSettings, Synchronizer};
-use crate::report::LinkFigures;
 
 /// How a station is put together.
 pub struct BenchSettings {

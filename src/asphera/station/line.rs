@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use asphera_link::{
-    CanFrame, Command, Driver, Event, Fault, Flags, Input, Nanos, Output, RECORD_LEN, Reading,
+    CanFrame, Carries, Command, Driver, Event, Fault, Flags, Input, Nanos, Output, RECORD_LEN,
+    Reading,
 };
+use asphera_report::{ChannelFigures, DeviceFigures, LinkFigures};
 use asphera_slcan::{BitRate, Command as Adapter, Decoder, Item, Timestamps};
 
 use super::heard::Heard;
-use crate::report::{ChannelFigures, DeviceFigures, LinkFigures};
 
 /// How bytes of a link are framed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +20,16 @@ pub enum Framing {
     Slcan(BitRate),
     /// CAN frames of the kernel, in records of 16 bytes.
     CanRecords,
+}
+
+impl Framing {
+    /// What drivers on such a link are given.
+    pub(crate) fn carries(self) -> Carries {
+        match self {
+            Framing::Raw => Carries::Bytes,
+            Framing::Slcan(_) | Framing::CanRecords => Carries::CanFrames,
+        }
+    }
 }
 
 /// One link and its devices.

@@ -67,103 +67,16 @@ impl Method {
     /// The parameters it takes.
     pub fn parameters(&self) -> &'static [Parameter] {
         match self {
-            Method::Beta => &[Parameter {
-                name: "beta",
-                default: 1.0,
-                low: 1e-6,
-                high: 1e6,
-                meaning: "1 is the Gabriel graph; larger has fewer edges, below 1 more",
-            }],
-            Method::BetaLune => &[Parameter {
-                name: "beta",
-                default: 2.0,
-                low: 1.0,
-                high: 1e6,
-                meaning: "1 is the Gabriel graph, 2 the relative neighbourhood graph",
-            }],
-            Method::Gamma => &[
-                Parameter {
-                    name: "gamma0",
-                    default: 0.0,
-                    low: -1.0,
-                    high: 1.0,
-                    meaning: "disc on one side: radius |pq|/(2(1-|γ|)), larger part if above 0",
-                },
-                Parameter {
-                    name: "gamma1",
-                    default: 0.0,
-                    low: -1.0,
-                    high: 1.0,
-                    meaning: "disc on the other side",
-                },
-            ],
-            Method::HnnCrust => &[Parameter {
-                name: "one_sided",
-                default: 0.0,
-                low: 0.0,
-                high: 1.0,
-                meaning: "true keeps edges that one end alone chose",
-            }],
-            Method::ConservativeCrust => &[Parameter {
-                name: "rho",
-                default: 1.0,
-                low: 1e-6,
-                high: 1e6,
-                meaning: "smaller leaves more edges out",
-            }],
-            Method::Peel => &[Parameter {
-                name: "delta",
-                default: 0.0,
-                low: 0.0,
-                high: 1e6,
-                meaning: "above 0: ends with an edge L get their shortest missing edge below delta·L",
-            }],
-            Method::RRegular => &[Parameter {
-                name: "delta",
-                default: std::f64::consts::FRAC_PI_2,
-                low: 1e-6,
-                high: std::f64::consts::PI,
-                meaning: "largest sum of the two opposite angles, radians",
-            }],
-            Method::Vicur => &[Parameter {
-                name: "c",
-                default: 0.7,
-                low: 0.0,
-                high: 1.0,
-                meaning: "weight of smoothness against nearness",
-            }],
-            Method::Gathan => &[
-                Parameter {
-                    name: "phi_deg",
-                    default: 35.0,
-                    low: 0.01,
-                    high: 89.99,
-                    meaning: "largest angle between an edge and the tangent",
-                },
-                Parameter {
-                    name: "rho",
-                    default: 0.5,
-                    low: 0.0,
-                    high: 1e6,
-                    meaning: "least length of the Voronoi edge over that of the edge",
-                },
-            ],
-            Method::Lenz => &[
-                Parameter {
-                    name: "u",
-                    default: 2.5,
-                    low: 1e-6,
-                    high: 1e6,
-                    meaning: "largest step over the step before",
-                },
-                Parameter {
-                    name: "phi_deg",
-                    default: 60.0,
-                    low: 0.01,
-                    high: 89.99,
-                    meaning: "largest turn from one step to the next",
-                },
-            ],
+            Method::Beta => &BETA,
+            Method::BetaLune => &BETA_LUNE,
+            Method::Gamma => &GAMMA,
+            Method::HnnCrust => &HNN_CRUST,
+            Method::ConservativeCrust => &CONSERVATIVE_CRUST,
+            Method::Peel => &PEEL,
+            Method::RRegular => &R_REGULAR,
+            Method::Vicur => &VICUR,
+            Method::Gathan => &GATHAN,
+            Method::Lenz => &LENZ,
             _ => &[],
         }
     }
@@ -248,3 +161,110 @@ impl Method {
         }
     }
 }
+
+const BETA: [Parameter; 1] = [Parameter {
+    name: "beta",
+    default: 1.0,
+    low: 1e-6,
+    high: 1e6,
+    meaning: "1 is the Gabriel graph; larger has fewer edges, below 1 more",
+}];
+
+const BETA_LUNE: [Parameter; 1] = [Parameter {
+    name: "beta",
+    default: 2.0,
+    low: 1.0,
+    high: 1e6,
+    meaning: "1 is the Gabriel graph, 2 the relative neighbourhood graph",
+}];
+
+const GAMMA: [Parameter; 2] = [
+    Parameter {
+        name: "gamma0",
+        default: 0.0,
+        low: -1.0,
+        high: 1.0,
+        meaning: "disc on one side: radius |pq|/(2(1-|γ|)), larger part if above 0",
+    },
+    Parameter {
+        name: "gamma1",
+        default: 0.0,
+        low: -1.0,
+        high: 1.0,
+        meaning: "disc on the other side",
+    },
+];
+
+const HNN_CRUST: [Parameter; 1] = [Parameter {
+    name: "one_sided",
+    default: 0.0,
+    low: 0.0,
+    high: 1.0,
+    meaning: "true keeps edges that one end alone chose",
+}];
+
+const CONSERVATIVE_CRUST: [Parameter; 1] = [Parameter {
+    name: "rho",
+    default: 1.0,
+    low: 1e-6,
+    high: 1e6,
+    meaning: "smaller leaves more edges out",
+}];
+
+const PEEL: [Parameter; 1] = [Parameter {
+    name: "delta",
+    default: 0.0,
+    low: 0.0,
+    high: 1e6,
+    meaning: "above 0: ends with an edge L get their shortest missing edge below delta·L",
+}];
+
+const R_REGULAR: [Parameter; 1] = [Parameter {
+    name: "delta",
+    default: std::f64::consts::FRAC_PI_2,
+    low: 1e-6,
+    high: std::f64::consts::PI,
+    meaning: "largest sum of the two opposite angles, radians",
+}];
+
+const VICUR: [Parameter; 1] = [Parameter {
+    name: "c",
+    default: 0.7,
+    low: 0.0,
+    high: 1.0,
+    meaning: "weight of smoothness against nearness",
+}];
+
+const GATHAN: [Parameter; 2] = [
+    Parameter {
+        name: "phi_deg",
+        default: 35.0,
+        low: 0.01,
+        high: 89.99,
+        meaning: "largest angle between an edge and the tangent",
+    },
+    Parameter {
+        name: "rho",
+        default: 0.5,
+        low: 0.0,
+        high: 1e6,
+        meaning: "least length of the Voronoi edge over that of the edge",
+    },
+];
+
+const LENZ: [Parameter; 2] = [
+    Parameter {
+        name: "u",
+        default: 2.5,
+        low: 1e-6,
+        high: 1e6,
+        meaning: "largest step over the step before",
+    },
+    Parameter {
+        name: "phi_deg",
+        default: 60.0,
+        low: 0.01,
+        high: 89.99,
+        meaning: "largest turn from one step to the next",
+    },
+];

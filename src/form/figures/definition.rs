@@ -91,124 +91,54 @@ pub enum Definition {
 }
 
 impl Definition {
+    /// Its identity: `pv`, `rmsi`, `slope_max`. Stable.
+    pub fn id(&self) -> &'static str {
+        self.row().id
+    }
+
+    /// Its key in configurations, which is its name in a verdict: identity and unit, `pv_nm`.
+    pub fn key(&self) -> String {
+        let unit = match self.unit() {
+            Unit::Nanometres => "nm",
+            Unit::Microradians => "urad",
+        };
+        format!("{}_{unit}", self.id())
+    }
+
+    /// The figure of an identity, in its usual variant; in any case of letters.
+    pub fn of_id(id: &str) -> Option<Definition> {
+        Definition::LIMITED.into_iter().find(|one| one.id().eq_ignore_ascii_case(id))
+    }
+
+    /// Its short sign: `PV`, `RMSi`, `slope max`.
+    pub fn symbol(&self) -> &'static str {
+        self.row().symbol
+    }
+
     /// The unit of its values.
     pub fn unit(&self) -> Unit {
-        match self {
-            Definition::MeridionalSlopeMax
-            | Definition::MeridionalSlopeRms
-            | Definition::GradientMax
-            | Definition::GradientRms => Unit::Microradians,
-            _ => Unit::Nanometres,
-        }
+        self.row().unit
     }
 
     /// What the figure is, in one sentence.
     pub fn text(&self) -> &'static str {
-        match self {
-            Definition::PeakToValley => "largest minus smallest deviation at the measured places",
-            Definition::RmsOverPoints => {
-                "root of the mean square about the nominal, every measured point counted alike"
-            }
-            Definition::RmsAboutZero => "root of the area-weighted mean square about the nominal",
-            Definition::RmsAboutMean => "root of the area-weighted mean square about the mean",
-            Definition::RobustPeakToValley { .. } => {
-                "range of the deviations after half of the remaining share of the area is left out \
-                 at either end, by whole points"
-            }
-            Definition::Pvr { .. } => {
-                "peak to valley, at the measured places, of the least-squares sum of Fringe terms, \
-                 piston included, plus three times the RMS of the residual"
-            }
-            Definition::Sagitta => {
-                "peak to valley over the aperture of the approximating sphere, for aspheres of the \
-                 quadratic part"
-            }
-            Definition::Irregularity => {
-                "peak to valley of what piston, tilt and the approximating sphere leave"
-            }
-            Definition::InvariantIrregularity => {
-                "peak to valley of the azimuthal mean of the irregularity"
-            }
-            Definition::RmsTotal => "RMS of what piston and tilt leave",
-            Definition::RmsIrregularity => "RMS of the irregularity",
-            Definition::RmsVariant => "RMS of the irregularity less its azimuthal mean",
-            Definition::MinimumZone => {
-                "distance of the two nearest parallels of the nominal between which every point lies, \
-                 pose and free parameters being those that make it least"
-            }
-            Definition::MeridionalSlopeMax => {
-                "largest slope of the deviation along the meridian, by local planes over the \
-                 integration length"
-            }
-            Definition::MeridionalSlopeRms => {
-                "RMS slope of the deviation along the meridian, by local planes over the \
-                 integration length"
-            }
-            Definition::GradientMax => {
-                "largest gradient of the deviation, by local planes over the integration length"
-            }
-            Definition::GradientRms => {
-                "RMS gradient of the deviation, by local planes over the integration length"
-            }
-        }
+        self.row().text
     }
 
     /// The standard or paper that defines the figure; for the robust range, which none defines, that.
     pub fn source(&self) -> &'static str {
-        match self {
-            Definition::PeakToValley | Definition::RmsAboutZero | Definition::RmsAboutMean => {
-                "ISO 14999-4:2015"
-            }
-            Definition::RmsOverPoints => {
-                "no standard: of the measured places, however densely they lie"
-            }
-            Definition::RobustPeakToValley { .. } => "no standard: share and rule as stated",
-            Definition::Pvr { terms: 36 } => {
-                "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
-                 terms 1 to 36"
-            }
-            Definition::Pvr { .. } => {
-                "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
-                 terms 1 to 36 and (12, 0) (prysm counts on to (6, 6))"
-            }
-            Definition::Sagitta
-            | Definition::Irregularity
-            | Definition::InvariantIrregularity
-            | Definition::RmsTotal
-            | Definition::RmsIrregularity
-            | Definition::RmsVariant => "ISO 10110-5:2015, functions of ISO 14999-4:2015",
-            Definition::MinimumZone => {
-                "minimax (Chebyshev) criterion; of planes the minimum zone of ISO 12781-1:2011"
-            }
-            Definition::MeridionalSlopeMax
-            | Definition::MeridionalSlopeRms
-            | Definition::GradientMax
-            | Definition::GradientRms => "ISO 10110-12:2019",
-        }
+        self.row().source
     }
 }
 
 impl fmt::Display for Definition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Definition::PeakToValley => "PV",
-            Definition::RmsOverPoints => "RMS over the points",
-            Definition::RmsAboutZero => "RMS by area",
-            Definition::RmsAboutMean => "RMS about the mean, by area",
-            Definition::RobustPeakToValley { share } => return write!(f, "PV{}%", percent(*share)),
-            Definition::Pvr { terms } => return write!(f, "PVr (Fringe 1 to {terms})"),
-            Definition::Sagitta => "A",
-            Definition::Irregularity => "B",
-            Definition::InvariantIrregularity => "C",
-            Definition::RmsTotal => "RMSt",
-            Definition::RmsIrregularity => "RMSi",
-            Definition::RmsVariant => "RMSa",
-            Definition::MinimumZone => "PV, minimum zone",
-            Definition::MeridionalSlopeMax => "meridional slope, max",
-            Definition::MeridionalSlopeRms => "meridional slope, RMS",
-            Definition::GradientMax => "gradient, max",
-            Definition::GradientRms => "gradient, RMS",
-        })
+        let name = self.row().name;
+        match self {
+            Definition::RobustPeakToValley { share } => write!(f, "{name}{}%", percent(*share)),
+            Definition::Pvr { terms } => write!(f, "{name} (Fringe 1 to {terms})"),
+            _ => f.write_str(name),
+        }
     }
 }
 
@@ -228,5 +158,16 @@ mod tests {
         assert_eq!(Definition::Pvr { terms: 37 }.to_string(), "PVr (Fringe 1 to 37)");
         assert_ne!(Definition::Pvr { terms: 36 }.source(), Definition::Pvr { terms: 37 }.source());
         assert_eq!(Definition::GradientRms.unit().to_string(), "µrad");
+    }
+
+    #[test]
+    fn identities_lead_to_figures_and_differ() {
+        for definition in Definition::LIMITED {
+            assert_eq!(Definition::of_id(definition.id()), Some(definition));
+        }
+        let keys = Definition::LIMITED.map(|one| one.key());
+        assert_eq!((&*keys[0], &*keys[11]), ("pv_nm", "slope_max_urad"));
+        assert_eq!(Definition::of_id("RMSi"), Some(Definition::RmsIrregularity));
+        assert_eq!(Definition::of_id("minimum_zone"), None, "no figure of deviations");
     }
 }

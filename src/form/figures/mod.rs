@@ -39,6 +39,7 @@
 
 mod aberration;
 mod amplitude;
+mod catalogue;
 mod definition;
 mod expansion;
 pub(crate) mod fourier;

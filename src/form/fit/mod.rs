@@ -32,8 +32,8 @@ pub use selection::Excluded;
 pub use slant::along_normal_mm;
 
 use crate::fit::covariance::undetermined;
-use crate::fit::refine::{Limits, Refined, priority, refine};
-use crate::fit::robust::refine_robustly;
+use crate::fit::refine::{LeastSquares, Limits, Refined, priority, refine};
+use crate::fit::robust::{ScaledLoss, refine_robustly};
 use crate::fit::selection::Selection;
 use crate::fit::solve::System;
 use crate::fit::symmetry::determined_by_shape;
@@ -290,18 +290,19 @@ fn refine_by(
     limits: Limits,
     known: Option<(System, Spread)>,
 ) -> Option<Solved> {
-    let (points, roots) = (&selection.points, selection.roots.as_deref());
-    if settings.loss == Loss::Squares {
+    let FitSettings { free, loss, .. } = settings;
+    if *loss == Loss::Squares {
+        let (points, roots) = (&selection.points, selection.roots.as_deref());
         let effective_points = roots.map_or(points.len() as f64, |roots| {
             let sum: f64 = roots.iter().map(|root| root * root).sum();
             let square: f64 = roots.iter().map(|root| root.powi(4)).sum();
             sum * sum / square
         });
-        let refined = refine(points, roots, pose, shape, &settings.free, limits, known)?;
+        let refined = refine(LeastSquares { points, roots, free }, pose, shape, limits, known)?;
         return Some(Solved { refined, robust: None, sigma_mm: None, effective_points });
     }
-    let FitSettings { free, loss, loss_scale_mm, .. } = settings;
-    let solved = refine_robustly(selection, pose, shape, free, limits, *loss, *loss_scale_mm)?;
+    let scaled = ScaledLoss { loss: *loss, given_mm: settings.loss_scale_mm };
+    let solved = refine_robustly(selection, pose, shape, free, limits, scaled)?;
     Some(Solved {
         refined: solved.refined,
         robust: Some(solved.robust),
@@ -438,8 +439,8 @@ fn report(
     let parameters = moving.iter().map(|&index| settings.free[index]);
     let weakest = (!moving.is_empty())
         .then(|| Combination::new(parameters, &last.weakest, last.condition.recip(), &nominal));
-    let mut cautions =
-        cautions(points, selection, &pose, &nominal, last.condition, weakest.as_ref(), settings);
+    let mut cautions = cautions(points, selection, &pose, &nominal, settings);
+    cautions.extend(ill_conditioned(last.condition, weakest.as_ref()));
     let estimated = freedoms.count();
     if used >= ENOUGH * estimated && effective_points < (ENOUGH * estimated) as f64 {
         cautions.push(Caution::FewCount { effective: effective_points, used, estimated });
@@ -482,8 +483,6 @@ fn cautions(
     selection: &Selection,
     pose: &Pose,
     nominal: &Nominal,
-    condition: f64,
-    weakest: Option<&Combination>,
     settings: &FitSettings,
 ) -> Vec<Caution> {
     let mut cautions = Vec::new();
@@ -499,10 +498,12 @@ fn cautions(
             farthest_mm: selection.beyond_mm(points, pose).fold(0.0, f64::max),
         });
     }
-    if let Some(weakest) = weakest.filter(|_| condition > ILL_CONDITIONED) {
-        cautions.push(Caution::IllConditioned { condition, combination: weakest.clone() });
-    }
     cautions
+}
+
+fn ill_conditioned(condition: f64, weakest: Option<&Combination>) -> Option<Caution> {
+    let combination = weakest.filter(|_| condition > ILL_CONDITIONED)?.clone();
+    Some(Caution::IllConditioned { condition, combination })
 }
 
 pub(crate) fn method(weighted: bool, loss: Loss) -> &'static str {

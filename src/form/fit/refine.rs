@@ -81,22 +81,38 @@ pub(crate) struct Limits {
     pub(crate) start: Pose,
 }
 
-/// Moves pose and shape to the least-squares solution for `points`, each of which must have a foot. With
-/// `roots`, the distance of each point counts times its own. `known` is the linear problem at pose and nominal,
-/// where it has been worked out already. `None` if the numbers overflow.
+/// Squares of distances that are to be least.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeastSquares<'a> {
+    pub(crate) points: &'a [PointMm],
+    /// The distance of each point counts times its own of these.
+    pub(crate) roots: Option<&'a [f64]>,
+    pub(crate) free: &'a [Parameter],
+}
+
+impl LeastSquares<'_> {
+    /// The linear problem at a pose of a nominal. `None` if the numbers overflow.
+    pub(crate) fn linearise(&self, pose: &Pose, nominal: &Nominal) -> Option<(System, Spread)> {
+        let model = Model::new(nominal, pose, self.free);
+        let (triangle, spread) = Triangle::of_points(&model, self.points, self.roots)?;
+        triangle.is_finite().then(|| (System::new(&triangle), spread))
+    }
+}
+
+/// Moves pose and shape to the solution, each point of which must have a foot. `known` is the linear problem at
+/// pose and nominal, where it has been worked out already. `None` if the numbers overflow.
 pub(crate) fn refine(
-    points: &[PointMm],
-    roots: Option<&[f64]>,
+    squares: LeastSquares<'_>,
     mut pose: Pose,
     mut nominal: Nominal,
-    free: &[Parameter],
     limits: Limits,
     known: Option<(System, Spread)>,
 ) -> Option<Refined> {
+    let LeastSquares { points, free, .. } = squares;
     let mut evaluations = usize::from(known.is_none());
     let (mut system, mut spread) = match known {
         Some(known) => known,
-        None => linearise(points, roots, &pose, &nominal, free)?,
+        None => squares.linearise(&pose, &nominal)?,
     };
     let order = priority(free, &nominal);
     let Chosen { freedoms, held } =
@@ -121,15 +137,7 @@ pub(crate) fn refine(
             break (Termination::Converged { motion_mm, tolerance_mm }, newton);
         }
         if iterations >= limits.iterations {
-            let limit = limits.iterations;
-            // What is left is nothing beside what the deviations leave open, of any parameter.
-            let tolerance_mm = NEGLIGIBLE * system.square().sqrt() / system.rows() as f64;
-            let termination = if motion_mm <= tolerance_mm {
-                Termination::Converged { motion_mm, tolerance_mm }
-            } else {
-                Termination::MaxIterations { limit, motion_mm }
-            };
-            break (termination, newton);
+            break (after_all_steps(&system, limits.iterations, motion_mm), newton);
         }
         iterations += 1;
         // What begins to shorten the step along the weakest combination of parameters.
@@ -139,7 +147,7 @@ pub(crate) fn refine(
         let mut step_to = |step: &Step, pose: &Pose, nominal: &Nominal| {
             let (pose, nominal) = after(&freedoms, free, step, pose, nominal)?;
             evaluations += 1;
-            let (system, spread) = linearise(points, roots, &pose, &nominal, free)?;
+            let (system, spread) = squares.linearise(&pose, &nominal)?;
             Some((pose, nominal, system, spread))
         };
         let enough = system.square() + noise(&system, rounding_mm);
@@ -183,6 +191,18 @@ pub(crate) fn refine(
     })
 }
 
+/// Why an iteration ends that has made all the steps it may, `limit` of them, where the next would still move by
+/// `motion_mm`.
+fn after_all_steps(system: &System, limit: usize, motion_mm: f64) -> Termination {
+    // What is left is nothing beside what the deviations leave open, of any parameter.
+    let tolerance_mm = NEGLIGIBLE * system.square().sqrt() / system.rows() as f64;
+    if motion_mm <= tolerance_mm {
+        Termination::Converged { motion_mm, tolerance_mm }
+    } else {
+        Termination::MaxIterations { limit, motion_mm }
+    }
+}
+
 /// The groups in which parameters are admitted: a plane is laid by its height and tilts, any other surface
 /// by its shifts first. The turn about the axis comes last on a rotational nominal; a freeform is laid by
 /// all six motions before its own parameters follow, in their order.
@@ -210,18 +230,6 @@ pub(crate) fn priority(free: &[Parameter], nominal: &Nominal) -> Vec<Vec<usize>>
         return order.into_iter().map(|index| vec![index]).collect();
     }
     order.chunk_by(|&a, &b| rank(free[a]) == rank(free[b])).map(<[usize]>::to_vec).collect()
-}
-
-pub(crate) fn linearise(
-    points: &[PointMm],
-    roots: Option<&[f64]>,
-    pose: &Pose,
-    nominal: &Nominal,
-    free: &[Parameter],
-) -> Option<(System, Spread)> {
-    let model = Model::new(nominal, pose, free);
-    let (triangle, spread) = Triangle::of_points(&model, points, roots)?;
-    triangle.is_finite().then(|| (System::new(&triangle), spread))
 }
 
 fn after(

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use crate::fit::model::Model;
-use crate::fit::refine::{Limits, Refined, linearise, refine};
+use crate::fit::refine::{LeastSquares, Limits, Refined, refine};
 use crate::fit::selection::Selection;
 use crate::fit::triangle::CHUNK;
 use crate::{FitError, Nominal, Parameter, Pose, Termination};
@@ -160,20 +160,25 @@ pub(crate) struct RobustlyRefined {
     pub(crate) effective_points: f64,
 }
 
-/// As [`refine`] with another loss than squares, at the scale `given_mm` or one found from the distances.
-/// `None` if the numbers overflow.
+/// A robust loss and the scale it is given in mm; without one the scale is found from the distances.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScaledLoss {
+    pub(crate) loss: Loss,
+    pub(crate) given_mm: Option<f64>,
+}
+
+/// As [`refine`] with another loss than squares. `None` if the numbers overflow.
 pub(crate) fn refine_robustly(
     selection: &Selection,
     pose: Pose,
     nominal: Nominal,
     free: &[Parameter],
     limits: Limits,
-    loss: Loss,
-    given_mm: Option<f64>,
+    ScaledLoss { loss, given_mm }: ScaledLoss,
 ) -> Option<RobustlyRefined> {
     let base = selection.roots.as_deref();
-    let points = &selection.points;
-    let mut refined = refine(points, base, pose, nominal, free, limits, None)?;
+    let squares = LeastSquares { points: &selection.points, roots: base, free };
+    let mut refined = refine(squares, pose, nominal, limits, None)?;
     let stages = loss.stages();
     let (mut rounds, mut scale_mm) = (0, given_mm.unwrap_or(0.0));
     let mut limit_reached = false;
@@ -195,8 +200,8 @@ pub(crate) fn refine_robustly(
                 damping: 0.0,
                 ..limits
             };
-            let next =
-                refine(points, Some(&roots), refined.pose, refined.nominal, free, step, None)?;
+            let weighted = LeastSquares { roots: Some(&roots), ..squares };
+            let next = refine(weighted, refined.pose, refined.nominal, step, None)?;
             let settled = next.iterations == 0
                 && next.termination.is_converged()
                 && (scale_mm - last_scale_mm).abs() <= SETTLED_SCALE * scale_mm;
@@ -231,7 +236,7 @@ pub(crate) fn refine_robustly(
         rounds,
     };
     let sigma_mm = sigma_mm(&e_mm, loss, scale_mm, refined.freedoms.count());
-    let (system, spread) = linearise(points, base, &refined.pose, &refined.nominal, free)?;
+    let (system, spread) = squares.linearise(&refined.pose, &refined.nominal)?;
     refined.last = system.solve_along(&refined.freedoms, 0.0);
     (refined.system, refined.spread) = (system, spread);
     let effective_points = if square > 0.0 { sum * sum / square } else { 0.0 };

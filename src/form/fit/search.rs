@@ -13,8 +13,8 @@ use nalgebra::{Matrix3, Rotation3, UnitVector3, Vector3};
 
 use crate::fit::model::Model;
 use crate::fit::plane::BestPlane;
-use crate::fit::refine::{Limits, refine};
-use crate::fit::robust::refine_robustly;
+use crate::fit::refine::{LeastSquares, Limits, refine};
+use crate::fit::robust::{ScaledLoss, refine_robustly};
 use crate::fit::selection::Selection;
 use crate::fit::start::{levelled, sample, vertices};
 use crate::fit::symmetry::disc;
@@ -114,11 +114,12 @@ impl Refiner<'_> {
             }
             let refined = match self.settings.loss {
                 Loss::Squares => {
-                    refine(&selection.points, None, pose, nominal, free, limits, None)?
+                    let squares = LeastSquares { points: &selection.points, roots: None, free };
+                    refine(squares, pose, nominal, limits, None)?
                 }
                 _ => {
-                    refine_robustly(&selection, pose, nominal, free, limits, Loss::HUBER, None)?
-                        .refined
+                    let huber = ScaledLoss { loss: Loss::HUBER, given_mm: None };
+                    refine_robustly(&selection, pose, nominal, free, limits, huber)?.refined
                 }
             };
             (pose, nominal) = (refined.pose, refined.nominal);

@@ -60,8 +60,11 @@ pub(crate) struct Reweighed {
     pub(crate) effective_points: f64,
 }
 
-/// What linearisation leaves out for each block, on the mean: one row of derivatives and distance a block.
+/// What linearisation leaves out.
 struct Bends {
+    /// The second-order terms of every cell.
+    cells: Vec<f64>,
+    /// Their means over each block: one row of derivatives and distance a block.
     blocks: Vec<Vec<f64>>,
 }
 
@@ -207,8 +210,11 @@ impl Reweighing {
         let classes = self.classes.occupied();
         let parameters = freedoms.moving().len();
         let mut change = vec![0.0; parameters];
-        let mut bent = bends(&change)?;
-        let mut blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
+        let bends_at = |change: &[f64]| {
+            let cells = bends(change)?;
+            Some(Bends { blocks: mean_bends(&self.classes, &cells), cells })
+        };
+        let mut bent = bends_at(&change)?;
         let floor = self.mean_root() * self.at.tolerance_mm;
         let given_mm = self.at.given_mm.or(fixed_mm);
         let mut scale = given_mm.map_or(self.at.scale, |mm| mm * self.mean_root());
@@ -221,20 +227,20 @@ impl Reweighing {
             for bending in 0..BENDINGS {
                 let mut rounds_here = 0;
                 let (mut last_motion, mut by_slopes) = (f64::INFINITY, false);
-                let gram = problem.bent_gram(&stage.gram, &bent);
+                let gram = problem.bent_gram(&stage.gram, &bent.cells);
                 while rounds_here < MAX_ROUNDS {
                     rounds_here += 1;
                     let before = scale;
                     if index == 0 && given_mm.is_none() {
-                        let told = self.found_scale(&classes, &blocks, &change);
-                        scale = (self.at.calibration * told).max(floor);
+                        let found = self.found_scale(&classes, &bent, &change);
+                        scale = (self.at.calibration * found).max(floor);
                     }
                     let scales = [self.at.scale, scale];
-                    let step = stage.step(&change, &bent, &blocks, scales, &gram, by_slopes)?;
+                    let step = stage.step(&change, &bent, scales, &gram, by_slopes)?;
                     let motion = step.motion;
                     change.iter_mut().zip(&step.change).for_each(|(total, part)| *total += part);
-                    follow(&mut bent, &step.change);
-                    blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
+                    follow(&mut bent.cells, &step.change);
+                    bent.blocks = mean_bends(&self.classes, &bent.cells);
                     by_slopes = motion < SHRINKS * last_motion;
                     last_motion = motion;
                     let enough = if is_last { SETTLED } else { NEARLY };
@@ -249,20 +255,19 @@ impl Reweighing {
                 if index == 0 {
                     first_change.clone_from(&change);
                     told = match fixed_mm {
-                        Some(_) => self.found_scale(&classes, &blocks, &change),
+                        Some(_) => self.found_scale(&classes, &bent, &change),
                         None => scale,
                     };
                 }
                 if bending > 0 && rounds_here == 1 {
                     break;
                 }
-                bent = bends(&change)?;
-                blocks = Bends { blocks: mean_bends(&self.classes, &bent) };
+                bent = bends_at(&change)?;
             }
         }
         let loss = self.at.loss;
         let (moments, below_half, zero) =
-            counted(loss, &classes, &blocks, &change, [self.at.scale, scale]);
+            counted(loss, &classes, &bent, &change, [self.at.scale, scale]);
         let robust = Robust {
             loss,
             scale_mm: told / self.mean_root(),
@@ -272,24 +277,37 @@ impl Reweighing {
             rounds,
         };
         let sigma = moments.sigma_in_scales(freedoms.count()).map(|sigma| sigma * scale);
-        // Exact at the reference, and changed as the classes tell.
-        let of_classes = |blocks: &Bends, change: &[f64], scale: f64| {
-            effective(loss, &classes, blocks, change, [self.at.scale, scale])
+        let effective_points = self.effective_points_at(&classes, &bent, &change, scale);
+        Some(Reweighed { change, bends: bent.cells, first_change, robust, sigma, effective_points })
+    }
+
+    /// (Σw)²/Σw² at a change: exact at the reference, and changed as the classes tell.
+    fn effective_points_at(
+        &self,
+        classes: &[Occupied<'_>],
+        bends: &Bends,
+        change: &[f64],
+        scale: f64,
+    ) -> f64 {
+        let of_classes = |bends: &Bends, change: &[f64], scale: f64| {
+            effective(self.at.loss, classes, bends, change, [self.at.scale, scale])
         };
+        let parameters = change.len();
         let still = vec![0.0; parameters];
-        let flat = Bends { blocks: vec![vec![0.0; parameters + 1]; self.classes.blocks()] };
+        let flat = Bends {
+            cells: Vec::new(),
+            blocks: vec![vec![0.0; parameters + 1]; self.classes.blocks()],
+        };
         let before = of_classes(&flat, &still, self.at.scale);
-        let grown = of_classes(&blocks, &change, scale) / before;
-        let effective_points =
-            self.effective_points() * if grown.is_finite() { grown } else { 1.0 };
-        Some(Reweighed { change, bends: bent, first_change, robust, sigma, effective_points })
+        let grown = of_classes(bends, change, scale) / before;
+        self.effective_points() * if grown.is_finite() { grown } else { 1.0 }
     }
 
     /// 1.4826·MAD of the distances at a change.
-    fn found_scale(&self, classes: &[Occupied<'_>], blocks: &Bends, change: &[f64]) -> f64 {
+    fn found_scale(&self, classes: &[Occupied<'_>], bends: &Bends, change: &[f64]) -> f64 {
         let evenly = classes.iter().map(|class| Evenly {
             middle: class.distance
-                + class.root / class.count * blocks.moved(class, change, self.at.scale),
+                + class.root / class.count * bends.moved(class, change, self.at.scale),
             half: class.half,
             count: class.count,
         });
@@ -333,8 +351,7 @@ impl<'a> Stage<'a> {
     fn step(
         &self,
         change: &[f64],
-        bends: &[f64],
-        blocks: &Bends,
+        bends: &Bends,
         [from_scale, scale]: [f64; 2],
         gram: &DMatrix<f64>,
         by_slopes: bool,
@@ -344,16 +361,16 @@ impl<'a> Stage<'a> {
             return Some(Step { change: Vec::new(), motion: 0.0 });
         }
         let ratio = scale / from_scale;
-        let mut gradient = self.problem.gradient(change, bends);
+        let mut gradient = self.problem.gradient(change, &bends.cells);
         let (mut weights, mut slopes) = (gram.clone(), gram.clone());
         let mut row = vec![0.0; p];
         for (class, [psi, weight]) in self.classes.iter().zip(&self.known) {
-            let shift = class.mean_root * blocks.moved(class, change, from_scale);
+            let shift = class.mean_root * bends.moved(class, change, from_scale);
             let (distance, half) = ((class.distance + shift) / ratio, class.half / ratio);
             let now = ratio * mean_psi(self.loss, distance, half);
             let of_psi = class.root * (now - psi - weight * shift) * from_scale;
             let of_weight = class.weight * (self.loss.weight(distance) - weight);
-            let bend = &blocks.blocks[class.block];
+            let bend = &bends.blocks[class.block];
             for (j, entry) in row.iter_mut().enumerate() {
                 *entry = class.row[j] / class.weight + bend[j];
                 gradient[j] += of_psi * *entry;
@@ -446,7 +463,7 @@ fn mean_psi(loss: Loss, distance: f64, half: f64) -> f64 {
 fn counted(
     loss: Loss,
     classes: &[Occupied<'_>],
-    blocks: &Bends,
+    bends: &Bends,
     change: &[f64],
     [from_scale, scale]: [f64; 2],
 ) -> (Moments, usize, usize) {
@@ -456,7 +473,7 @@ fn counted(
     let (mut below_half, mut zero) = (0.0, 0.0);
     for class in classes {
         let distance =
-            (class.distance + class.mean_root * blocks.moved(class, change, from_scale)) / ratio;
+            (class.distance + class.mean_root * bends.moved(class, change, from_scale)) / ratio;
         let half = class.half / ratio;
         let psi = mean_psi(loss, distance, half);
         let slope = mean_slope(loss, distance, half);
@@ -474,13 +491,13 @@ fn counted(
 fn effective(
     loss: Loss,
     classes: &[Occupied<'_>],
-    blocks: &Bends,
+    bends: &Bends,
     change: &[f64],
     [from_scale, scale]: [f64; 2],
 ) -> f64 {
     let (mut sum, mut square) = (0.0, 0.0);
     for class in classes {
-        let moved = class.mean_root * blocks.moved(class, change, from_scale);
+        let moved = class.mean_root * bends.moved(class, change, from_scale);
         let weight = loss.weight((class.distance + moved) * from_scale / scale);
         sum += class.weight * weight;
         square += class.weight * (class.mean_root * weight).powi(2);

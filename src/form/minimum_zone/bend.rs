@@ -10,15 +10,21 @@ use super::directions::Directions;
 use super::exchange::{Held, Rows};
 use super::residuals::Residuals;
 
-/// Where the `indices` of `held` are at `at`, the zone there `half_mm` on either side: the step in half widths.
-/// `None` if the equations have no single solution or a point loses its distance.
+/// The points that hold a zone.
+pub(super) struct Contacts<'a> {
+    pub(super) held: &'a [Held],
+    /// Their indices in the problem.
+    pub(super) indices: &'a [usize],
+}
+
+/// The step in half widths from `at`, where the zone of the contacts is `half_mm` on either side. `None` if the equations
+/// have no single solution or a point loses its distance.
 pub(super) fn step<R: Residuals>(
     problem: &R,
     directions: &Directions,
     at: &R::Place,
     rows: &Rows,
-    held: &[Held],
-    indices: &[usize],
+    Contacts { held, indices }: Contacts<'_>,
     half_mm: f64,
 ) -> Option<Vec<f64>> {
     let columns = rows.columns;

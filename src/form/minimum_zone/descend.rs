@@ -149,15 +149,9 @@ impl<R: Residuals> Trial<'_, R> {
 
     fn bent(&self, optimum: &Optimum) -> Option<Vec<f64>> {
         let indices: Vec<usize> = optimum.held.iter().map(|held| self.working[held.row]).collect();
-        bend::step(
-            self.problem,
-            self.directions,
-            &self.at.place,
-            self.rows,
-            &optimum.held,
-            &indices,
-            self.at.half_mm,
-        )
+        let contacts = bend::Contacts { held: &optimum.held, indices: &indices };
+        let Linear { place, half_mm, .. } = self.at;
+        bend::step(self.problem, self.directions, place, self.rows, contacts, *half_mm)
     }
 
     /// `y` in half widths of `from`.

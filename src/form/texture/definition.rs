@@ -95,6 +95,19 @@ pub enum Definition {
 }
 
 impl Definition {
+    /// Parameters that a limit can be given for.
+    pub const LIMITED: [Definition; 3] = [Definition::Sa, Definition::Sq, Definition::Sz];
+
+    /// Its identity: `sa`.
+    pub fn id(&self) -> String {
+        self.to_string().to_lowercase()
+    }
+
+    /// Its key in configurations, which is its name in a verdict: `sa_nm`. Only heights have one.
+    pub fn key(&self) -> String {
+        format!("{}_nm", self.id())
+    }
+
     /// The unit of its values.
     pub fn unit(&self) -> Unit {
         match self {

@@ -50,14 +50,21 @@ struct Drawn {
     like: Vec<usize>,
 }
 
-/// What is forecast of points at `places_mm` of the part frame with these deviations from a fit of the `free` parameters,
-/// NaN where a point does not count; both lists as long. `missing` is the share of the aperture that was not measured, 0 to 1, if
+/// Deviations from a fit, and where they are.
+#[derive(Clone, Copy, Debug)]
+pub struct Deviations<'a> {
+    /// Places in the part frame in mm, seen along its axis.
+    pub places_mm: &'a [[f64; 2]],
+    /// As many deviations in mm; NaN where a point does not count.
+    pub deviations_mm: &'a [f64],
+}
+
+/// What is forecast of these deviations from a fit of the `free` parameters. `missing` is the share of the aperture that was not measured, 0 to 1, if
 /// it is known; otherwise blocks with fewer points than most are taken for partly measured. `None` without an aperture, with fewer
 /// than 16 blocks of a 144th of its box measured beyond the parameters, or where no correlation can be judged. `O(n)`
 /// and some tens of milliseconds. The same arguments give the same bits.
 pub fn forecast(
-    places_mm: &[[f64; 2]],
-    deviations_mm: &[f64],
+    Deviations { places_mm, deviations_mm }: Deviations<'_>,
     aperture: &Aperture,
     nominal: &Nominal,
     pose: &Pose,

@@ -85,8 +85,7 @@ impl Over<'_> {
 pub enum LimitError {
     /// No figure has that name.
     #[error(
-        "no figure is called {name:?}, expected one of pv, rms, rms_about_mean, pv99, pvr, A, B, C, RMSt, \
-         RMSi, RMSa, slope_max, slope_rms, gradient_max, gradient_rms"
+        "no figure is called {name:?}, expected one of {}", Definition::LIMITED.map(|one| one.id()).join(", ")
     )]
     Name {
         /// The name.
@@ -132,35 +131,52 @@ impl FromStr for Limit {
             text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let definition = Limit::named(name)?;
         let value = value.trim().parse().unwrap_or(f64::NAN);
-        let limit =
-            Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE };
+        let limit = Limit::of_whole(definition, value);
         limit.check_value()?;
         Ok(limit)
     }
 }
 
 impl Limit {
-    /// The figure of a name: `pv`, `rms`, `rms_about_mean`, `pv99`, `pvr`, `A`, `B`, `C`, `RMSt`, `RMSi`, `RMSa`,
-    /// `slope_max` and `slope_rms` (along the meridian), `gradient_max`, `gradient_rms`.
-    pub fn named(name: &str) -> Result<Definition, LimitError> {
-        Ok(match name {
-            "pv" => Definition::PeakToValley,
-            "rms" => Definition::RmsOverPoints,
-            "rms_about_mean" => Definition::RmsAboutMean,
-            "pv99" => Definition::RobustPeakToValley { share: Share::NINETY_NINE.value() },
-            "pvr" => Definition::Pvr { terms: 36 },
-            "A" => Definition::Sagitta,
-            "B" => Definition::Irregularity,
-            "C" => Definition::InvariantIrregularity,
-            "RMSt" => Definition::RmsTotal,
-            "RMSi" => Definition::RmsIrregularity,
-            "RMSa" => Definition::RmsVariant,
-            "slope_max" => Definition::MeridionalSlopeMax,
-            "slope_rms" => Definition::MeridionalSlopeRms,
-            "gradient_max" => Definition::GradientMax,
-            "gradient_rms" => Definition::GradientRms,
-            _ => return Err(LimitError::Name { name: name.to_owned() }),
-        })
+    /// The figure of an identity, [`Definition::id`], in any case of letters.
+    ///
+    /// # Errors
+    ///
+    /// If no figure that can be limited has it.
+    pub fn named(id: &str) -> Result<Definition, LimitError> {
+        Definition::of_id(id).ok_or_else(|| LimitError::Name { name: id.to_owned() })
+    }
+
+    /// The limit of a figure of the whole aperture.
+    pub fn of_whole(definition: Definition, value: f64) -> Limit {
+        Limit { definition, value, zone: Aperture::None, slope: None, less: Terms::NONE }
+    }
+
+    /// Whether it is of the whole aperture and of the deviation as fitted.
+    pub fn is_of_whole(&self) -> bool {
+        self.zone == Aperture::None && self.less == Terms::NONE
+    }
+
+    /// Its name in a verdict: key and scope, `pv_nm`, `rms_nm 0-4.5 mm`, `rms_nm less piston`.
+    pub fn name(&self) -> String {
+        let key = self.definition.key();
+        match self.zone {
+            Aperture::Annulus { inner_mm, outer_mm } => format!("{key} {inner_mm}-{outer_mm} mm"),
+            _ if self.less == Terms::NONE => key,
+            _ => format!("{key} less {}", self.less),
+        }
+    }
+
+    /// The part of the aperture or the terms removed, in words: `from 0-4.5 mm`, `with piston removed`; `None` of the whole
+    /// deviation.
+    pub fn scope(&self) -> Option<String> {
+        match self.zone {
+            Aperture::Annulus { inner_mm, outer_mm } => {
+                Some(format!("from {inner_mm}-{outer_mm} mm"))
+            }
+            _ if self.less == Terms::NONE => None,
+            _ => Some(format!("with {} removed", self.less)),
+        }
     }
 
     fn check_value(&self) -> Result<(), LimitError> {
@@ -292,14 +308,22 @@ impl Limit {
     }
 }
 
+/// By what a figure is held against its limit.
+#[derive(Clone, Copy, Debug)]
+pub struct DecisionRule<F> {
+    /// The band between limit and acceptance.
+    pub guard: Guard,
+    /// What the unmeasured part may add to the figure of a limit: [`Finding::hidden`].
+    pub hidden: F,
+}
+
 /// Judges limits by the deviations of a fit with their uncertainty.
 ///
 /// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
 /// uncertainties of their own; any other figure is simulated. Draws of what averages over the area (A and any RMS) are of 16,384
 /// points at most, those of ranges of what least squares leave (B, and the PV over a zone or without terms) cost the same for
 /// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
-/// long that takes. `hidden` says of a limit what the unmeasured part may add to its figure:
-/// [`Finding::hidden`]. Where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much a figure changes if
+/// long that takes. Where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much a figure changes if
 /// points weigh by the shares of the area it knows counts in its uncertainty; of A and any RMS so does how places scatter.
 pub fn judge(
     limits: &[Limit],
@@ -307,8 +331,7 @@ pub fn judge(
     nominal: &Nominal,
     over: Over<'_>,
     draws: &Draws,
-    guard: Guard,
-    hidden: impl Fn(&Limit) -> Option<f64>,
+    DecisionRule { guard, hidden }: DecisionRule<impl Fn(&Limit) -> Option<f64>>,
 ) -> Result<Vec<Judged>, LimitError> {
     guard.validate()?;
     limits.iter().try_for_each(Limit::validate)?;
@@ -468,9 +491,9 @@ mod tests {
         assert_eq!((limit.definition, limit.value), (Definition::Pvr { terms: 36 }, 120.0));
         let missing: Result<Limit, _> = "rms".parse();
         assert!(matches!(missing, Err(LimitError::Value { .. })));
-        let error = "RMS 5".parse::<Limit>().unwrap_err().to_string();
+        let error = "sag 5".parse::<Limit>().unwrap_err().to_string();
         assert!(
-            error.starts_with("no figure is called \"RMS\", expected one of pv, rms"),
+            error.starts_with("no figure is called \"sag\", expected one of pv, rms"),
             "{error}"
         );
         for bad in ["pv 0", "pv -1", "pv nan", "pv 1 2"] {

@@ -14,8 +14,8 @@ mod prospect;
 mod tolerance;
 
 pub use decision::{Decision, Doubt, Finding, Guard, GuardError, decide};
-pub use forecast::{Forecast, Predicted, forecast};
+pub use forecast::{Deviations, Forecast, Predicted, forecast};
 pub use least::{Least, least, least_square_nm2};
-pub use limit::{Judged, Limit, LimitError, Over, judge};
+pub use limit::{DecisionRule, Judged, Limit, LimitError, Over, judge};
 pub use prospect::{Prospect, Raised, Running, Zone, prospect, rms_of_whole_nm};
 pub use tolerance::{Check, Reason, Status, Tolerance, Verdict, verdict};

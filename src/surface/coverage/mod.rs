@@ -214,8 +214,8 @@ pub struct Examination {
     pub area_mm2: f64,
 }
 
-/// As [`cover`] of a mesh, `triangles` being those of [`Mesh::triangles`], with what else the same pass over them
-/// tells: which are covered, and with `density` whether samples are denser than their noise allows.
+/// As [`cover`] of a mesh, `triangles` being those of [`Mesh::triangles`], none left out, with what else the same
+/// pass over them tells: which are covered, and with `density` whether samples are denser than their noise allows.
 ///
 /// Where two threads help it works in the caller's rayon pool; the bits do not depend on them.
 ///
@@ -229,13 +229,12 @@ pub struct Examination {
 pub fn examine(
     mesh: &Mesh,
     triangles: &[[VertexId; 3]],
-    left_out: &[usize],
     aperture: Option<&Aperture>,
     target: &Target,
     density: Option<&Density>,
     lfs_mm: impl Fn(f64, f64) -> Option<f64> + Sync,
 ) -> Result<Examination, CoverageError> {
     let rim = || Rim::of_mesh(mesh, triangles);
-    let meshed = Meshed { points: mesh.points(), triangles, left_out, rim };
+    let meshed = Meshed { points: mesh.points(), triangles, left_out: &[], rim };
     meshed.examine(aperture, target, density, lfs_mm)
 }

@@ -218,13 +218,7 @@ fn find(
     ground: Option<&Ground>,
 ) -> Result<Defects, DefectsUnknown> {
     let areas_mm2 = areas_mm2(samples)?;
-    let used: Vec<bool> = (0..samples.points.len() as VertexId)
-        .map(|vertex| {
-            areas_mm2[vertex as usize] > 0.0
-                && samples.points[vertex as usize].iter().all(|coordinate| coordinate.is_finite())
-                && cells::height_mm(samples, vertex).is_finite()
-        })
-        .collect();
+    let used = used(samples, &areas_mm2);
     let (mut area_mm2, mut count) = (0.0, 0_u64);
     for (area, _) in areas_mm2.iter().zip(&used).filter(|&(_, &used)| used) {
         area_mm2 += area;
@@ -299,6 +293,17 @@ fn find(
         unreferenced,
         residuals_mm: normal_mm,
     })
+}
+
+/// For each vertex whether it is of the surface, at a place and a height that are known.
+fn used(samples: &Samples<'_>, areas_mm2: &[f64]) -> Vec<bool> {
+    (0..samples.points.len() as VertexId)
+        .map(|vertex| {
+            areas_mm2[vertex as usize] > 0.0
+                && samples.points[vertex as usize].iter().all(|coordinate| coordinate.is_finite())
+                && cells::height_mm(samples, vertex).is_finite()
+        })
+        .collect()
 }
 
 /// The most significant first, of equal ones the one farther left.

@@ -16,10 +16,13 @@
 //! Steps that come within four cells of the border, or each other, are not seen there; a line goes on
 //! straight where it ends.
 
+mod segments;
+
 use asphera_geometry::{PointMm, VertexId};
 
+use self::segments::Segments;
 use super::cells::Cells;
-use super::line::{Line, local_mm};
+use super::line::Line;
 use super::reference::Reference;
 use super::tail;
 
@@ -66,8 +69,6 @@ const BAND: f64 = 5.0;
 const WIDE: f64 = 12.0;
 /// Samples nearer to a line than this many spacings are not used for its height.
 const NEAR_SPACINGS: f64 = 1.5;
-/// Length of a segment in cells.
-const SEGMENT: f64 = 12.0;
 /// How far in cells a line goes on where it ends.
 const END: f64 = 6.0;
 
@@ -260,75 +261,16 @@ fn measure(
     jumps: &[Option<Jump>],
     crests: &[usize],
 ) -> Option<Step> {
-    let places: Vec<[f64; 2]> = crests.iter().map(|&cell| cells.centre_mm(cell)).collect();
-    let count = places.len() as f64;
-    let origin_mm = [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / count);
-    let mut along = super::shape::principal(
-        places.iter().map(|place| ([place[0] - origin_mm[0], place[1] - origin_mm[1]], 1.0)),
-    )?
-    .direction;
-    // The higher side lies to the left.
-    let uphill = crests
-        .iter()
-        .filter_map(|&cell| jumps[cell])
-        .fold([0.0; 2], |sum, jump| [sum[0] + jump.uphill[0], sum[1] + jump.uphill[1]]);
-    if uphill[1] * along[0] - uphill[0] * along[1] < 0.0 {
-        along = along.map(|part| -part);
-    }
-    let local: Vec<[f64; 2]> =
-        places.iter().map(|&place| local_mm(origin_mm, along, place)).collect();
-    let first =
-        local.iter().map(|place| place[0]).fold(f64::INFINITY, f64::min) - 0.5 * cells.side_mm;
-    let last =
-        local.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max) + 0.5 * cells.side_mm;
-    let length_mm = last - first;
-    if length_mm < search.largest_mm {
-        return None;
-    }
-    let segments = (length_mm / (SEGMENT * cells.side_mm)).round().max(1.0) as usize;
-    let segment_mm = length_mm / segments as f64;
-    let of = |way: f64| ((way - first) / segment_mm).floor();
-    let mut offsets: Vec<Vec<f64>> = vec![Vec::new(); segments];
-    for &[way, offset] in &local {
-        offsets[(of(way).max(0.0) as usize).min(segments - 1)].push(offset);
-    }
-    let middle: Vec<Option<f64>> = offsets
-        .into_iter()
-        .map(|mut offsets| {
-            let middle = offsets.len() / 2;
-            (!offsets.is_empty()).then(|| *offsets.select_nth_unstable_by(middle, f64::total_cmp).1)
-        })
-        .collect();
-    let mut samples: Vec<Vec<[f64; 3]>> = vec![Vec::new(); segments];
-    for cell in 0..cells.len() {
-        for (&vertex, residual) in
-            cells.members(cell).iter().zip(&reference.residuals_mm[cells.range(cell)])
-        {
-            let [way, offset] = local_mm(origin_mm, along, place(points, vertex));
-            let segment = of(way);
-            if !(segment >= 0.0 && segment < segments as f64 && residual.is_finite()) {
-                continue;
-            }
-            let segment = segment as usize;
-            let Some(middle) = middle[segment] else { continue };
-            if (offset - middle).abs() <= WIDE * cells.side_mm {
-                let start = first + (segment as f64 + 0.5) * segment_mm;
-                samples[segment].push([
-                    way - start,
-                    offset - middle,
-                    residual / reference.secants[cell],
-                ]);
-            }
-        }
-    }
+    let segments = Segments::new(cells, jumps, crests, search.largest_mm)?;
+    let samples = segments.samples(points, cells, reference);
     if !goes_on(samples.iter().flatten(), cells.side_mm, search.largest_mm) {
         return None;
     }
     let mut knots_mm = Vec::new();
     let mut heights_mm = Vec::new();
     let (mut sum, mut weights, mut counted) = (0.0, 0.0, 0);
-    for (segment, (mut samples, middle)) in samples.into_iter().zip(middle).enumerate() {
-        let Some(middle) = middle else { continue };
+    for (segment, mut samples) in samples.into_iter().enumerate() {
+        let Some(middle) = segments.middle_mm[segment] else { continue };
         samples.retain(|sample| sample[1].abs() <= BAND * cells.side_mm);
         let Some(SegmentJump { offset_mm, .. }) =
             jump_of(&mut samples, cells.side_mm, search.spacing_mm)
@@ -341,18 +283,18 @@ fn measure(
         if let Some(jump) = jump_of(&mut samples, cells.side_mm, search.spacing_mm)
             && jump.height_mm > 0.0
         {
-            let way = first + (segment as f64 + 0.5) * segment_mm;
-            knots_mm.push([way, middle + offset_mm]);
+            knots_mm.push([segments.centre_mm(segment), middle + offset_mm]);
             heights_mm.push((jump.height_mm, jump.weight));
             sum += jump.height_mm * jump.weight;
             weights += jump.weight;
             counted += samples.len() as u64;
         }
     }
-    if 2 * knots_mm.len() <= segments {
+    if 2 * knots_mm.len() <= segments.count() {
         return None;
     }
     // The ends go on straight along the last segments.
+    let Segments { origin_mm, along, length_mm, segment_mm, .. } = segments;
     let end_mm = 0.5 * segment_mm + END * cells.side_mm;
     let (from, to) = (knots_mm[0], knots_mm[knots_mm.len() - 1]);
     let slope = if knots_mm.len() > 1 { (to[1] - from[1]) / (to[0] - from[0]) } else { 0.0 };

@@ -126,14 +126,7 @@ pub fn reduce(
     let mut of_surface = kept_triangles.into_iter();
     triangles.retain(|_| of_surface.next() == Some(true));
     let outline = on_outline(points.len(), &triangles);
-    for corners in &triangles {
-        let widest_mm =
-            corners.map(|corner| about[corner as usize].gap_mm).into_iter().fold(0.0, f64::max);
-        for &corner in corners {
-            let nearby_mm = &mut about[corner as usize].gap_nearby_mm;
-            *nearby_mm = if nearby_mm.is_finite() { nearby_mm.max(widest_mm) } else { widest_mm };
-        }
-    }
+    widen_nearby(&triangles, &mut about);
     drop(triangles);
     let spacing = |index: usize| match overdense {
         true => target.spacing(lfs_mm[index], about[index]),
@@ -162,6 +155,18 @@ pub fn reduce(
         overdense,
         sparse_area_mm2: sparse.total(),
         sparse_triangles,
+    }
+}
+
+/// Notes for every point the widest gap at the corners of its triangles.
+fn widen_nearby(triangles: &[[VertexId; 3]], about: &mut [About]) {
+    for corners in triangles {
+        let widest_mm =
+            corners.map(|corner| about[corner as usize].gap_mm).into_iter().fold(0.0, f64::max);
+        for &corner in corners {
+            let nearby_mm = &mut about[corner as usize].gap_nearby_mm;
+            *nearby_mm = if nearby_mm.is_finite() { nearby_mm.max(widest_mm) } else { widest_mm };
+        }
     }
 }
 

@@ -23,9 +23,8 @@ pub(super) fn lay_out<K: FnMut([VertexId; 3]) -> bool>(
     let arcs = match follow(mesh, disc, turn.place(0.0)) {
         Circuit::Nothing => return,
         Circuit::Within(corners) => {
-            let kept = builder.keeps([Some(corners), None]);
             let from = turn.between(builder, 0.0, corners);
-            turn.add(builder, from, TAU, from, corners, kept);
+            turn.add(builder, from, TAU, from, corners);
             builder.end(Limit::Path);
             builder.join_ends();
             return;
@@ -51,8 +50,7 @@ pub(super) fn lay_out<K: FnMut([VertexId; 3]) -> bool>(
         let arc = &arcs[last];
         let end = spans[last][1] - TAU;
         let to = builder.point(0.0, arc.to);
-        let kept = builder.keeps([Some(arc.corners), None]);
-        turn.add(builder, from, end, to, arc.corners, kept);
+        turn.add(builder, from, end, to, arc.corners);
     }
     for (step, index) in (0..arcs.len()).map(|step| (step, (first + step) % arcs.len())) {
         let arc = &arcs[index];
@@ -63,13 +61,12 @@ pub(super) fn lay_out<K: FnMut([VertexId; 3]) -> bool>(
             builder.begin(Limit::Path);
         }
         let [begin, end] = spans[index];
-        let kept = builder.keeps([Some(arc.corners), None]);
         let from = builder.point(turn.s_mm(begin), arc.from);
         let to = match over {
             Some(start) if index == last => start,
             _ => builder.point(0.0, arc.to),
         };
-        turn.add(builder, from, end.min(TAU), to, arc.corners, kept);
+        turn.add(builder, from, end.min(TAU), to, arc.corners);
     }
     // Where the last arc ends at the start, the first one tells whether the mesh does, too.
     let ends_at_start = over.is_some() || arcs[first].follows;
@@ -180,8 +177,8 @@ impl Turn<'_> {
         end: f64,
         mut to: SectionPoint,
         corners: [VertexId; 3],
-        kept: bool,
     ) {
+        let kept = builder.keeps([Some(corners), None]);
         to.s_mm = self.s_mm(end);
         let begin = from.s_mm / self.disc.radius_mm;
         let steps = ((end - begin) / LONGEST_STEP).ceil().max(1.0) as u32;

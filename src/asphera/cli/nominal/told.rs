@@ -142,10 +142,8 @@ fn fit(part: &Part) -> String {
 }
 
 fn limits(text: &mut String, part: &Part) -> std::fmt::Result {
-    let whole = [("pv_nm", part.pv_nm), ("rms_nm", part.rms_nm)];
-    let whole = whole.into_iter().filter_map(|(name, limit)| Some(format!("{name} {}", limit?)));
-    let others = part.judging.limits.iter().map(|(name, limit)| format!("{name} {}", limit.value));
-    let all: Vec<String> = whole.chain(others).collect();
+    let all: Vec<String> =
+        part.limits().iter().map(|limit| format!("{} {}", limit.name(), limit.value)).collect();
     let all = if all.is_empty() { "none".to_owned() } else { all.join(", ") };
     writeln!(text, "limits     {all}")?;
     match &part.judging.guard {

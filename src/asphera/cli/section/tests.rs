@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use asphera_report::PathFigures;
 use clap::{CommandFactory as _, Parser as _};
 
 use super::super::{Cli, Command};
 use super::*;
-use crate::section::PathFigures;
 
 /// z = x/2 + y/4 on a raster of 1 mm, 10 nm up at one place.
 const POINTS: &str = "# x y z in mm\n0 0 0\n1 0 0.5\n2 0 1\n0 1 0.25\n1 1 0.75001\n2 1 1.25\n";

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use asphera_geometry::PointMm;
+use asphera_report::SessionFigures;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement};
 use crate::replay::{Playback, Played};
-use crate::report::SessionFigures;
 use crate::station::Point;
 
 /// The points of a session as its station took them, good and flagged ones, in order.

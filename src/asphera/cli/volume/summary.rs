@@ -50,9 +50,7 @@ pub(super) fn of(report: &VolumeReport) -> String {
     if let Some(u) = measure.u {
         let _ = write!(value, ", u {} mm³ from the place of the grid", short(u));
     }
-    if let (Some(low), Some(high)) = (measure.low, measure.high) {
-        let _ = write!(value, "; certainly {} to {}", short(low), short(high));
-    }
+    value.push_str(&certainly(measure.low, measure.high));
     line("V", value);
     if let Some([low, high]) = measure.at_threshold_moved {
         line(
@@ -69,9 +67,7 @@ pub(super) fn of(report: &VolumeReport) -> String {
     if area.has_edges == Some(true) {
         value.push_str(", edges or fine detail found");
     }
-    if let (Some(low), Some(high)) = (area.low, area.high) {
-        let _ = write!(value, "; certainly {} to {}", short(low), short(high));
-    }
+    value.push_str(&certainly(area.low, area.high));
     line("A", value);
     let mesh = &report.mesh;
     line(
@@ -89,4 +85,12 @@ pub(super) fn of(report: &VolumeReport) -> String {
         line("note", reason.clone());
     }
     text
+}
+
+/// Bounds that hold for certain, where both are known.
+fn certainly(low: Option<f64>, high: Option<f64>) -> String {
+    match (low, high) {
+        (Some(low), Some(high)) => format!("; certainly {} to {}", short(low), short(high)),
+        _ => String::new(),
+    }
 }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use asphera_form::Nominal;
 use asphera_form::shape::{Conic, ConicSection, EvenAsphere, Shape, Sum};
+use asphera_settings::Section;
 
-use super::super::document::Section;
 use super::told;
 
 /// The conic of `radius_mm` and `conic`, or the plane of `base = "flat"`.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use asphera_form::Nominal;
 use asphera_form::shape::{ConicSection, Nodes, SagGrid};
 use asphera_formats::{ReadError, Topography};
+use asphera_settings::Section;
 
 use super::super::bytes_of;
-use super::super::document::Section;
 use super::base::{base, even_powers, on_base};
 
 /// `kind = "grid"`: the heights of a topography file, over a conic and powers where these are given.

@@ -2,9 +2,9 @@
 
 use asphera_form::Nominal;
 use asphera_form::shape::{Biconic, ConicSection, Cylinder, Mirror, Toroid};
+use asphera_settings::{FromItem, Section};
 use toml_edit::Item;
 
-use super::super::document::{FromItem, Section};
 use super::base::{base, even_powers};
 use super::{freeform, told};
 

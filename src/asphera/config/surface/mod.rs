@@ -16,8 +16,7 @@ use std::sync::Arc;
 
 use asphera_form::shape::{Conic, ConicSection, EvenAsphere, OffAxis, Shape, ShapeError};
 use asphera_form::{Nominal, ReferenceSettings, provisional};
-
-use super::document::Section;
+use asphera_settings::Section;
 
 /// What `[surface]` says.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use asphera_form::shape::{ConicSection, EvenAsphere, OddAsphere, Projection, QAsphere};
 use asphera_form::{Asphere, Nominal};
+use asphera_settings::Section;
 
-use super::super::document::Section;
 use super::base::{base, even_powers, is_flat};
 use super::{freeform, told};
 

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use asphera_form::Nominal;
 use asphera_form::basis::{Basis, Counting, Normalisation, Product, Q2d, Scale, Zernike};
 use asphera_form::shape::{Conic, ConicSection, Series};
+use asphera_settings::Section;
 
-use super::super::document::Section;
 use super::base::{base, even_powers, is_flat, on_base, sum};
 use super::told;
 

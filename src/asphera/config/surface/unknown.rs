@@ -1,8 +1,8 @@
 //! `kind = "unknown"`: no design is known, and the points themselves make the reference.
 
 use asphera_form::{Base, Knots, ReferenceSettings, Smoothing};
+use asphera_settings::{OrAuto, Section};
 
-use super::super::document::{OrAuto, Section};
 use super::super::nominal::place_mm;
 
 /// How the reference is made. The aperture is not known yet.

@@ -123,7 +123,7 @@ fn limits_of_the_nominal_shorten_the_list() {
 fn a_report_with_features_can_be_read_again() {
     let report = measured(SPHERE, &points(damage)).report;
     let text = serde_json::to_string(&report).unwrap();
-    let again: crate::report::Report = serde_json::from_str(&text).unwrap();
+    let again: asphera_report::Report = serde_json::from_str(&text).unwrap();
     let [found, read] = [report, again].map(|report| report.features);
     let kinds = |features: &FeatureFigures| {
         let defects = features.defects.iter().flatten();

@@ -1,8 +1,9 @@
 //! Figures of ISO 10110-5 with parameters of the shape free, against the same with the shape held.
 
+use asphera_report::{FormFigures, Status};
+
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline};
-use crate::report::{FormFigures, Status};
 
 /// A raster over a disc, on a surface with 20 nm of astigmatism at the rim.
 fn measured(part: &str, reach_mm: f64, sag_mm: impl Fn(f64, f64) -> f64) -> Measurement {
@@ -64,7 +65,7 @@ fn a_of_a_free_radius_is_that_of_the_design() {
     }
     let verdict = &free.report.verdict;
     assert_eq!(verdict.status, Status::Fail, "{verdict:?}");
-    let check = |name: &str| verdict.checks.iter().find(|check| check.name == name).unwrap();
+    let check = |name: &str| verdict.checks.iter().find(|check| check.figure.name == name).unwrap();
     assert!((check("a_nm").value - a_nm).abs() < 0.01 * a_nm && !check("a_nm").ok);
     assert!(check("a_nm").u.is_some_and(|u| u > 0.0 && u < 1.0), "{:?}", check("a_nm"));
     // What the fit leaves is what is asked for of the PV, and it is said.

@@ -2,10 +2,10 @@
 
 use asphera_form::reference;
 use asphera_geometry::PointMm;
+use asphera_report::{Report, Status};
 
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline};
-use crate::report::{Report, Status};
 
 /// A sequence of numbers, uniform between -0.5 and 0.5 and all the same at every run.
 fn uniform(seed: u64) -> impl FnMut() -> f64 {

@@ -1,10 +1,10 @@
 //! Bodies that close on themselves get no figure of a mesh, steep surfaces that do project get all of them.
 
 use asphera_geometry::PointMm;
+use asphera_report::{MeshFigures, Status};
 
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline, Wanted, sampling_of_points};
-use crate::report::{MeshFigures, Status};
 
 const BALL: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 10\n[tolerance]\npv_nm = 1e9\n";
 

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use asphera_formats::Topography;
+use asphera_report::Status;
 use serde_json::Value;
 
 use super::*;
 use crate::pipeline::Pipeline;
-use crate::report::Status;
 
 const SHIFT_MM: [f64; 2] = [37.3, -112.9];
 const COUNT: usize = 2500;

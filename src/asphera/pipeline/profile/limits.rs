@@ -1,14 +1,15 @@
 //! Limits of a profile beside PV and RMS: those of slopes are held, those of surfaces refused.
 
+use asphera_form::Status as FormStatus;
 use asphera_form::figures::Definition;
 use asphera_form::verdict::{Finding, Guard, Limit, decide};
-use asphera_form::{Aperture, Status as FormStatus};
+use asphera_report::{Check, Status, Verdict};
 
 use super::along::{self, Station};
 use crate::config::Part;
 use crate::pipeline::judgement::undecide;
+use crate::pipeline::naming;
 use crate::pipeline::unmeasured::Unmeasured;
-use crate::report::{Check, Status, Verdict};
 
 /// Holds limits of slopes; of other figures says that a profile has none.
 pub(super) fn hold_others(
@@ -22,14 +23,14 @@ pub(super) fn hold_others(
         *verdict = Verdict { status: Status::Pass, ..Verdict::default() };
     }
     let limits = part.judging.limits.iter();
-    let others = part.judging.minimum_zone_nm.map(|_| "minimum_zone_nm".to_owned());
-    let others =
-        others.into_iter().chain(part.judging.texture.iter().map(|(name, ..)| name.clone()));
-    let mut refused: Vec<String> = others.collect();
-    for (name, limit) in limits {
+    let zone = part.judging.minimum_zone_nm.map(|_| naming::of_zone_width().words());
+    let texture =
+        part.judging.texture.iter().map(|(definition, _)| naming::of_texture(*definition).words());
+    let mut refused: Vec<String> = zone.into_iter().chain(texture).collect();
+    for limit in limits {
         match slope_of(limit, stations) {
-            Some(value) => hold_slope(verdict, part, name, limit, value, unmeasured),
-            None => refused.push(name.clone()),
+            Some(value) => hold_slope(verdict, part, limit, value, unmeasured),
+            None => refused.push(naming::of_limit(limit).words()),
         }
     }
     for name in refused {
@@ -44,7 +45,7 @@ pub(super) fn hold_others(
 
 /// The slope that a limit is of, in µrad.
 fn slope_of(limit: &Limit, stations: &[Station]) -> Option<f64> {
-    if limit.zone != Aperture::None || !limit.less.list().is_empty() {
+    if !limit.is_of_whole() {
         return None;
     }
     let [_, rms, most] = along::summed(&along::slopes_over(stations, &limit.slope?))?;
@@ -58,7 +59,6 @@ fn slope_of(limit: &Limit, stations: &[Station]) -> Option<f64> {
 fn hold_slope(
     verdict: &mut Verdict,
     part: &Part,
-    name: &str,
     limit: &Limit,
     value: f64,
     unmeasured: &Unmeasured,
@@ -71,12 +71,12 @@ fn hold_slope(
         FormStatus::Fail => verdict.status = Status::Fail,
         FormStatus::Undecided => {
             let doubt = decision.doubt.map_or_else(String::new, |doubt| doubt.to_string());
-            undecide(verdict, format!("{name}: {doubt}"));
+            undecide(verdict, format!("{}: {doubt}", naming::of_limit(limit).words()));
         }
         FormStatus::Pass => {}
     }
     verdict.checks.push(Check {
-        name: name.to_owned(),
+        figure: naming::of_limit(limit),
         limit: limit.value,
         value,
         ok: decision.status == FormStatus::Pass,

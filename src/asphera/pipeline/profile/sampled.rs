@@ -3,13 +3,13 @@
 use asphera_form::{Aperture, Fit};
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
+use asphera_report::SamplingFigures;
 
 use super::WHY;
 use super::along::{self, Coverage, Station};
 use super::line::{Line, chord};
 use crate::config::Part;
 use crate::pipeline::details::places_mm;
-use crate::report::SamplingFigures;
 
 /// The sampling along the line.
 pub(super) fn sampled(

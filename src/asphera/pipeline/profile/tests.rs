@@ -1,8 +1,9 @@
 //! Tests of profiles: figures put in come out, whichever way the line runs.
 
+use asphera_report::{Report, Status};
+
 use crate::config::Part;
 use crate::pipeline::Pipeline;
-use crate::report::{Report, Status};
 
 const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 50\n[aperture]\nshape = \"circle\"\nradius_mm = 10\n\
                       [fit]\nfree = [\"tx\", \"ty\", \"tz\", \"rx\", \"ry\"]\n";
@@ -75,7 +76,8 @@ fn limits_of_surfaces_are_refused_and_those_of_slopes_held() {
     let held = cut(&format!("{SPHERE}[tolerance]\n{slopes}"), 0.0, -10, 10);
     assert_eq!(held.verdict.status, Status::Pass, "{:?}", held.verdict);
     // 100·2π/4 µrad, by best lines over a tenth of a wave 1 % less.
-    let most = held.verdict.checks.iter().find(|check| check.name == "slope_max_urad").unwrap();
+    let most =
+        held.verdict.checks.iter().find(|check| check.figure.name == "slope_max_urad").unwrap();
     assert!((most.value / 157.08 - 0.985).abs() < 0.01, "{most:?}");
     let fails =
         cut(&format!("{SPHERE}[tolerance]\n{}", slopes.replace("200", "150")), 0.0, -10, 10);

@@ -1,11 +1,11 @@
 //! Parts that face elsewhere than z: their figures are those of the same part facing z.
 
 use asphera_form::Pose;
+use asphera_report::{PoseFigures, Report, Status};
 
 use super::*;
 use crate::config::Part;
 use crate::pipeline::{Measurement, Pipeline};
-use crate::report::{PoseFigures, Report, Status};
 
 const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 20\n\
     [aperture]\nshape = \"circle\"\nradius_mm = 8\n[tolerance]\npv_nm = 100\n\
@@ -86,6 +86,21 @@ fn assert_same_form(found: &Report, expected: &Report, tolerance_nm: f64) {
 fn pose(figures: &PoseFigures) -> Pose {
     let PoseFigures { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad } = *figures;
     Pose { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad }
+}
+
+#[test]
+fn a_pose_of_a_report_moves_places_as_the_pose_of_the_fit_does() {
+    let figures = PoseFigures {
+        tx_mm: 0.1,
+        ty_mm: -3.7,
+        tz_mm: 11.0,
+        rx_rad: 0.3,
+        ry_rad: -1.1,
+        rz_rad: 2.9,
+    };
+    for place_mm in [[0.0; 3], [1.0, -2.0, 3.3], [-12.5, 0.1, 1e3]] {
+        assert_eq!(figures.to_measured(place_mm), pose(&figures).to_measured(place_mm));
+    }
 }
 
 #[test]

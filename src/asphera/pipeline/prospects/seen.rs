@@ -3,18 +3,20 @@
 use std::collections::BTreeMap;
 
 use asphera_form::figures::Definition;
-use asphera_form::verdict::{Forecast, Limit, Predicted, forecast, least, least_square_nm2};
+use asphera_form::verdict::{
+    Deviations, Forecast, Limit, Predicted, forecast, least, least_square_nm2,
+};
 use asphera_form::{Aperture, LiveEstimate, Parameter, deviations};
 use asphera_geometry::PointMm;
+use asphera_report::SamplingFigures;
 use rayon::prelude::*;
 
-use super::{figure_nm, is_foreseen, is_whole, limits};
+use super::{figure_nm, is_foreseen};
 use crate::config::Part;
 use crate::pipeline::details::places_mm;
 use crate::pipeline::errors::{Errors, ErrorsOfLimit};
 use crate::pipeline::sampling::ZoneSampling;
 use crate::pipeline::unmeasured::{Laid, Unmeasured};
-use crate::report::SamplingFigures;
 
 /// What is looked at.
 pub(in crate::pipeline) struct Look<'a> {
@@ -57,9 +59,9 @@ impl Seen {
     /// RMS. Of limits whose fail `is_certain` no bound is looked for.
     pub(super) fn of(look: &Look<'_>, is_certain: impl Fn(&str) -> bool + Sync) -> Seen {
         let Look { part, points, estimate, sampling, zones, .. } = *look;
-        let mut named = limits(part);
-        named.retain(|(_, limit)| is_foreseen(limit));
-        if named.is_empty() {
+        let mut foreseen = part.limits();
+        foreseen.retain(is_foreseen);
+        if foreseen.is_empty() {
             return Seen::default();
         }
         let places_mm = places_mm(&estimate.pose, points);
@@ -75,19 +77,21 @@ impl Seen {
             estimate.estimates.iter().map(|estimate| estimate.parameter).collect();
         // What a reference made from the points will follow of those to come nobody knows: only values are told.
         let follows = part.reference.is_some();
-        let foreseen = || {
+        let to_come = || {
             let missing = sampling.coverage.map(|coverage| 1.0 - coverage);
             let (nominal, pose) = (&estimate.nominal, &estimate.pose);
-            forecast(places_mm, deviations_mm, &part.aperture, nominal, pose, &free, missing)
+            let measured = Deviations { places_mm, deviations_mm };
+            forecast(measured, &part.aperture, nominal, pose, &free, missing)
         };
-        let forecast = if follows { None } else { foreseen() };
-        let limits: Vec<&Limit> = named.iter().map(|(_, limit)| limit).collect();
+        let forecast = if follows { None } else { to_come() };
+        let limits: Vec<&Limit> = foreseen.iter().collect();
         let rms_nm = estimate.figures.rms_nm;
         let unmeasured = Unmeasured::of(part, &limits, &laid, rms_nm, forecast.as_ref());
         let told = Told { look, laid, unmeasured, forecast, free };
-        let found = named.par_iter().filter_map(|(name, limit)| {
-            let found = told.of_limit(name, limit, follows || is_certain(name))?;
-            Some((name.clone(), found))
+        let found = foreseen.par_iter().filter_map(|limit| {
+            let name = limit.name();
+            let found = told.of_limit(&name, limit, follows || is_certain(&name))?;
+            Some((name, found))
         });
         Seen { limits: found.collect() }
     }
@@ -109,7 +113,7 @@ struct Told<'a> {
 impl Told<'_> {
     fn of_limit(&self, name: &str, limit: &Limit, is_certain: bool) -> Option<OfLimit> {
         let Told { look, laid: Laid { places_mm, deviations_mm, .. }, .. } = *self;
-        let value_nm = if is_whole(limit) {
+        let value_nm = if limit.is_of_whole() {
             figure_nm(limit.definition, look.estimate)
         } else {
             self.unmeasured.value_nm(limit)?
@@ -131,7 +135,7 @@ impl Told<'_> {
             at_least_nm: None,
             errors: None,
         };
-        if !is_whole(limit) {
+        if !limit.is_of_whole() {
             let count = self.points_in(&limit.zone).count();
             found.errors = look.errors.of_limit(name, limit.definition, value_nm, count);
             // No bound of a figure that is within its limit can break it.

@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use asphera_geometry::PointMm;
+use asphera_report::{Outlook, ProspectFigures, ProspectState, Report, Status};
 
 use crate::config::Part;
 use crate::pipeline::{Pipeline, RunningFigures};
-use crate::report::{Outlook, ProspectFigures, ProspectState, Report, Status};
 
 /// A disc of 20 mm radius scanned line by line, every 0.4 mm, with waves of 9 mm of this amplitude and a little noise.
 fn scan(amplitude_nm: f64) -> Vec<PointMm> {
@@ -55,7 +55,7 @@ fn outlooks(said: &[RunningFigures]) -> impl Iterator<Item = &Outlook> {
 }
 
 fn of<'a>(outlook: &'a Outlook, name: &str) -> &'a ProspectFigures {
-    outlook.limits.iter().find(|limit| limit.name == name).unwrap()
+    outlook.limits.iter().find(|limit| limit.figure.name == name).unwrap()
 }
 
 #[test]
@@ -128,8 +128,8 @@ fn what_cannot_be_said_is_open_and_says_why() {
     assert!(last.text.contains("made anew from all points at the end"), "{}", last.text);
     let other = text("[tolerance]\npvr_nm = 500\n").unwrap();
     assert_eq!(other.state, ProspectState::AtEnd);
-    assert_eq!(other.text, "No decision before the end: of all points comes PVR.");
-    assert_eq!(other.limits[0].text, "known at the end: PVR is worked out from all points");
+    assert_eq!(other.text, "No decision before the end: of all points comes PVr.");
+    assert_eq!(other.limits[0].text, "known at the end: PVr is worked out from all points");
     // What is not foreseen is not passed over.
     let zone = text("[tolerance]\npv_nm = 1e4\nminimum_zone_nm = 1e4\n").unwrap();
     assert_eq!((zone.state, zone.limits.len()), (ProspectState::AtEnd, 2), "{zone:?}");

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use asphera_form::figures::{Reference, Sample, Term, peak_to_valley, remove, rms};
 use asphera_form::{Aperture, FitSettings, Nominal, deviations, fit};
 use asphera_geometry::PointMm;
+use asphera_report::ProspectState;
 
 use crate::config::Part;
 use crate::pipeline::Pipeline;
-use crate::report::ProspectState;
 
 /// Numbers of a fixed seed, even in [0, 1).
 pub(in crate::pipeline) struct Random(pub(in crate::pipeline) u64);
@@ -179,7 +179,7 @@ fn followed(seed: u64) -> [Tally; 6] {
         }
         let Some(outlook) = pipeline.figures().outlook else { continue };
         for (name, tally) in NAMES.iter().zip(&mut tallies) {
-            let limit = outlook.limits.iter().find(|limit| limit.name == *name).unwrap();
+            let limit = outlook.limits.iter().find(|limit| limit.figure.name == *name).unwrap();
             match limit.state {
                 ProspectState::FailCertain => tally.told_fail = 1,
                 ProspectState::PassCertain if tally.told_pass == 0 => {
@@ -192,7 +192,7 @@ fn followed(seed: u64) -> [Tally; 6] {
     }
     let report = pipeline.finish().report;
     for (name, tally) in NAMES.iter().zip(&mut tallies) {
-        let check = report.verdict.checks.iter().find(|check| check.name == *name).unwrap();
+        let check = report.verdict.checks.iter().find(|check| check.figure.name == *name).unwrap();
         let broken = !check.ok && check.doubt.is_none();
         tally.fails = usize::from(broken);
         tally.passes = usize::from(check.ok);

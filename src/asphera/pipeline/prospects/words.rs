@@ -3,9 +3,9 @@
 use asphera_form::Aperture;
 use asphera_form::figures::Definition;
 use asphera_form::verdict::{Guard, Limit, Running};
+use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};
 
 use super::{Now, P, guard};
-use crate::report::{Outlook, ProspectFigures, ProspectState, words_of};
 
 /// What a limit is open for.
 pub(super) struct Why<'a> {
@@ -15,7 +15,7 @@ pub(super) struct Why<'a> {
 }
 
 impl Why<'_> {
-    pub(super) fn is_open(&self, name: &str) -> String {
+    pub(super) fn is_open(&self, of: &FigureName) -> String {
         let Why { limit, running, now } = self;
         let (value_nm, limit_nm) = (running.value_nm, limit.value);
         let unsure = if guard(now.part) != Guard::None && running.u_nm.is_none() {
@@ -25,7 +25,7 @@ impl Why<'_> {
         } else {
             None
         };
-        let name = words(name);
+        let name = of.words();
         if value_nm > limit_nm {
             let beyond = format!("{name} is {value_nm:.1} nm so far, {limit_nm} nm are allowed");
             let of_rms = limit.definition == Definition::RmsOverPoints;
@@ -66,7 +66,7 @@ impl Why<'_> {
 
 pub(super) fn fail_is_certain(found: &ProspectFigures) -> String {
     let least = found.at_least.unwrap_or(found.limit);
-    let (name, limit) = (words(&found.name), found.limit);
+    let (name, limit) = (found.figure.words(), found.limit);
     format!("fail is certain: {name} is at least {least:.1} nm in the end, {limit} nm are allowed")
 }
 
@@ -79,8 +79,8 @@ pub(super) fn pass_from(from: f64, coverage: Option<f64>) -> String {
     format!("on course: can be decided at {} coverage{now}", percent(from))
 }
 
-pub(super) fn at_end(name: &str) -> String {
-    format!("known at the end: {} is worked out from all points", words(name))
+pub(super) fn at_end(of: &FigureName) -> String {
+    format!("known at the end: {} is worked out from all points", of.words())
 }
 
 /// What all limits say together: first whether there is a decision.
@@ -92,7 +92,8 @@ pub(super) fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
     let latest = later
         .filter_map(|limit| Some((limit.pass_from_coverage?, limit.coverage)))
         .max_by(|one, other| one.0.total_cmp(&other.0));
-    let names: Vec<String> = having(ProspectState::AtEnd).map(|limit| words(&limit.name)).collect();
+    let names: Vec<String> =
+        having(ProspectState::AtEnd).map(|limit| limit.figure.words()).collect();
     let (state, text) = if let Some(text) = text(ProspectState::FailCertain) {
         (ProspectState::FailCertain, text.replacen("fail is certain", "FAIL is certain", 1))
     } else if let Some(text) = text(ProspectState::Open) {
@@ -113,12 +114,6 @@ pub(super) fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
         }
     };
     Some(Outlook { state, text, limits })
-}
-
-/// `pv_nm 0-10 mm` as `PV from 0-10 mm`.
-fn words(name: &str) -> String {
-    let (name, _, of) = words_of(name);
-    of.map_or_else(|| name.clone(), |of| format!("{name} {of}"))
 }
 
 const ON_COURSE: &str = "On course for PASS";

@@ -1,11 +1,10 @@
 //! Terms of a known form, removed while it is measured and afterwards.
 
-use asphera_form::figures::Term;
+use asphera_report::Term;
+use asphera_report::{FormFigures, FormView, FormViewAnswer, Source};
 
 use crate::config::Part;
-use crate::pipeline::{FormViewAnswer, Pipeline, RunningFigures};
-use crate::report::{FormFigures, Source};
-use crate::snapshot::FormView;
+use crate::pipeline::{Pipeline, RunningFigures};
 
 const RADIUS_MM: f64 = 20.0;
 const POWER_NM: f64 = 200.0;
@@ -112,8 +111,8 @@ fn after_the_end_the_numbers_are_those_of_the_report() {
     let view = good(finished.surface.without(&[Term::Piston, Term::Tilt, Term::Power]));
     assert_eq!((view.source, view.provisional), (Source::Points, false));
     assert_eq!(view.as_of_points, finished.report.points.used);
-    assert_eq!(view.pv_nm, figure(form, "PV", "less piston, tilt, power"));
-    assert_eq!(view.rms_nm, figure(form, "RMS", "less piston, tilt, power"));
+    assert_eq!(view.pv_nm, figure(form, "PV", "piston, tilt, power removed"));
+    assert_eq!(view.rms_nm, figure(form, "RMS", "piston, tilt, power removed"));
     let fitted = good(finished.surface.without(&[]));
     assert_eq!(fitted.pv_nm, figure(form, "PV", "as fitted"));
     assert_eq!(Some(&fitted.histogram), form.histogram.as_ref());

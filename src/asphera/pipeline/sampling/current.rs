@@ -6,11 +6,11 @@
 
 use asphera_form::Pose;
 use asphera_mesh::Mesh;
+use asphera_report::{CurrentFigures, SamplingFigures};
 use asphera_surface::{Criteria, RunningSampling};
 
 use super::Remembered;
 use crate::config::Part;
-use crate::report::{CurrentFigures, SamplingFigures};
 
 /// The sampling of a growing mesh, from the first look on.
 #[derive(Default)]

@@ -3,20 +3,20 @@
 use std::f64::consts::SQRT_2;
 
 use asphera_form::Pose;
+use asphera_report::{SamplingFigures, Waypoints};
 use asphera_surface::Plane;
 use asphera_surface::coverage::{
     Aperture, Coverage, CoverageError, Density, Examination, Patch, cover, examine,
 };
 use asphera_surface::noise::{Advice, Noise, NoiseEstimate};
 
-use super::next::{self, Next, Waypoints};
+use super::next::{self, Next};
 use super::places::Lifted;
 use super::scale::Scale;
 use super::wanted::Wanted;
 use super::zones::ZoneSampling;
 use super::{Sampled, no_area};
 use crate::config::Part;
-use crate::report::SamplingFigures;
 
 /// What was found.
 pub(crate) struct Findings {
@@ -59,13 +59,7 @@ impl Look<'_> {
         if is_reach_wanting {
             self.unknown.push("the reach is not known, and so ρ is not".to_owned());
         }
-        let noise: Option<Noise> = match &self.noise {
-            Ok(found) => Some(found.noise),
-            Err(why) => {
-                self.unknown.push(format!("the noise is not known: {why}"));
-                None
-            }
-        };
+        let noise = self.known_noise();
         // A target that is none is told by the examination.
         let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
         let zones = self.zones.iter().map(|(zone, laid)| {
@@ -73,15 +67,8 @@ impl Look<'_> {
             ZoneSampling::of(*zone, found.ok())
         });
         let zones = zones.collect();
-        let examined = examine(
-            mesh,
-            triangles,
-            &[],
-            self.aperture.as_ref(),
-            &target,
-            density.as_ref(),
-            lfs_mm,
-        );
+        let aperture = self.aperture.as_ref();
+        let examined = examine(mesh, triangles, aperture, &target, density.as_ref(), lfs_mm);
         let Examination { coverage, covered, islands, dense, area_mm2 } = match examined {
             Ok(examination) => examination,
             Err(error) => {
@@ -144,6 +131,17 @@ impl Look<'_> {
         };
         let coverage = Some(coverage);
         Findings { figures, covered, area_mm2, coverage, zones, otherwise_mm: target.spacing_mm }
+    }
+
+    /// The noise, or `None` and a line why it is not known.
+    fn known_noise(&mut self) -> Option<Noise> {
+        match &self.noise {
+            Ok(found) => Some(found.noise),
+            Err(why) => {
+                self.unknown.push(format!("the noise is not known: {why}"));
+                None
+            }
+        }
     }
 }
 

@@ -29,17 +29,18 @@ pub(crate) use self::findings::Findings;
 use self::findings::Look;
 pub use self::lfs::Remembered;
 pub(crate) use self::measured::Readings;
-pub use self::next::{MOST_PLACES, Next, Waypoints};
+pub use self::next::{MOST_PLACES, Next};
 use self::places::Lifted;
 use self::scale::Scale;
 pub use self::wanted::Wanted;
 pub(crate) use self::zones::ZoneSampling;
+use asphera_report::{FeatureFigures, SamplingFigures, Waypoints};
+
 use super::defects::{self, Meshed};
 use super::folded::{folded, still_true};
 use super::look::look;
 use super::projection::{Along, Projector, measured as in_measured_frame};
 use crate::config::Part;
-use crate::report::{FeatureFigures, SamplingFigures};
 
 /// A mesh in the frame of its plane of projection.
 #[derive(Clone, Copy)]

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use asphera_geometry::PointMm;
+use asphera_report::{NextFigures, PolygonFigures, Waypoints};
 use asphera_surface::coverage::{Coverage, Patch, PlanError, Polygon, Ring, waypoints};
 
 use super::places::Lifted;
-use crate::report::{NextFigures, PolygonFigures};
 
 /// The regions that are not covered, with all that is needed to go there.
 #[derive(Clone, Debug)]
@@ -15,20 +15,6 @@ pub struct Next {
     /// The spacing in the plane for regions that name none, in mm.
     otherwise_mm: Option<f64>,
     lifted: Lifted<'static>,
-}
-
-/// Places to measure, as text.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Waypoints {
-    /// Comma-separated values, one place a line, under the names `region,x_mm,y_mm,z_mm`: regions from 1 on,
-    /// places in the measured frame.
-    pub csv: String,
-    /// How many places there are.
-    pub places: usize,
-    /// How many regions they are for.
-    pub regions: usize,
-    /// How many regions are left out, since places would be more than [`MOST_PLACES`] or no spacing is known.
-    pub left_out: usize,
 }
 
 impl Next {

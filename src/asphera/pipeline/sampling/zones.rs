@@ -19,7 +19,7 @@ pub(crate) struct ZoneSampling {
 /// The zones that have a limit, each once, with where they lie in the plane.
 pub(super) fn laid(part: &Part, pose: &Pose) -> Vec<(Aperture, coverage::Aperture)> {
     let mut zones: Vec<(Aperture, coverage::Aperture)> = Vec::new();
-    for (_, limit) in &part.judging.limits {
+    for limit in &part.judging.limits {
         if zones.iter().any(|(zone, _)| *zone == limit.zone) {
             continue;
         }

@@ -1,8 +1,7 @@
 //! What was found, as a drawing would state it by ISO 10110-5.
 
 use asphera_form::figures::{Indication, Irregularity, LengthUnit};
-
-use crate::report::IndicationFigures;
+use asphera_report::IndicationFigures;
 
 /// In the unit of what is asked, else in nm.
 pub(in crate::pipeline) fn found(

@@ -2,13 +2,14 @@
 
 use asphera_form::Status as FormStatus;
 use asphera_form::figures::Definition;
-use asphera_form::verdict::{Finding, Guard, decide};
+use asphera_form::verdict::{Finding, Guard, Limit, decide};
+use asphera_report::{Check, FormFigure, FormFigures, Status, Verdict};
 
 use crate::config::Part;
-use crate::pipeline::judgement::{of_whole, said};
+use crate::pipeline::judgement::said;
+use crate::pipeline::naming;
 use crate::pipeline::undecide;
 use crate::pipeline::unmeasured::Unmeasured;
-use crate::report::{Check, FormFigure, FormFigures, Status, Verdict};
 
 /// Holds them against what was found, and adds that to the verdict. `dof` are the degrees of freedom of the uncertainties.
 /// With a guard band a figure without an uncertainty proves neither. What was not measured counts in the zone as in the PV;
@@ -26,21 +27,23 @@ pub(in crate::pipeline) fn hold(
         let found = form.and_then(|form| form.standards.minimum_zone.as_ref());
         // A zone that may still be too wide proves no limit broken.
         let least = found.filter(|zone| !zone.settled).map(|zone| zone.lower_nm);
-        let hidden = unmeasured.hidden(&of_whole(Definition::MinimumZone, limit));
-        ("minimum_zone_nm", limit, found.map(|zone| &zone.width), least, hidden)
+        let hidden = unmeasured.hidden(&Limit::of_whole(Definition::MinimumZone, limit));
+        (naming::of_zone_width(), limit, found.map(|zone| &zone.width), least, hidden)
     });
-    let texture = judging.texture.iter().map(|(key, definition, limit)| {
+    let texture = judging.texture.iter().map(|(definition, limit)| {
         let found = form.and_then(|form| form.standards.texture.as_ref());
-        let named = |figure: &&FormFigure| figure.name == definition.to_string();
+        let id = definition.id();
+        let named = |figure: &&FormFigure| figure.id == id;
         (
-            &key[..],
+            naming::of_texture(*definition),
             *limit,
             found.and_then(|found| found.figures.iter().find(named)),
             None,
             Some(0.0),
         )
     });
-    for (name, limit, found, least, hidden) in zone.into_iter().chain(texture) {
+    for (of, limit, found, least, hidden) in zone.into_iter().chain(texture) {
+        let name = of.words();
         let Some(figure) = found else {
             undecide(verdict, format!("{name}: the figure is not known"));
             continue;
@@ -58,14 +61,14 @@ pub(in crate::pipeline) fn hold(
         };
         if let Some(doubt) = decision.doubt {
             // Only of the minimum zone it is told what was not measured.
-            let limit = of_whole(Definition::MinimumZone, limit);
-            undecide(verdict, said(name, &limit, doubt, unmeasured));
+            let limit = Limit::of_whole(Definition::MinimumZone, limit);
+            undecide(verdict, said(&name, &limit, doubt, unmeasured));
         }
         if decision.status == FormStatus::Fail {
             verdict.status = Status::Fail;
         }
         verdict.checks.push(Check {
-            name: name.to_owned(),
+            figure: of,
             limit,
             value,
             ok: decision.status == FormStatus::Pass,

@@ -15,9 +15,10 @@ pub(super) use limits::hold;
 pub(super) use spectrum::q_spectrum;
 pub(super) use uncertain::tell;
 
+use asphera_report::FormFigures;
+
 use super::deviation_map::DeviationMap;
 use crate::config::Part;
-use crate::report::FormFigures;
 
 /// What they are made from, in the frame the fit was made in.
 #[derive(Clone, Copy)]

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use asphera_formats::{Topography, x3p};
 use asphera_geometry::PointMm;
+use asphera_report::{FormFigures, PsdFigures, Status};
 
 use crate::config::Part;
 use crate::pipeline::{Along, MapSource, Measurement, Pipeline};
-use crate::report::{FormFigures, PsdFigures, Status};
 
 const FLAT: &str = "[surface]\nkind = \"plane\"\n[fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n";
 const PITCH_MM: f64 = 0.1;

@@ -7,10 +7,10 @@ use asphera_form::figures::{
     Band, FrequencyRing, HeightGrid, Sample, Term, Unknown, Window, map_psd, remove,
 };
 use asphera_form::uncertainty::coverage_factor;
+use asphera_report::{PsdFigures, QFigures};
 
 use crate::pipeline::deviation_map::{DeviationMap, MapSource};
 use crate::pipeline::uncertainties::COVERAGE;
-use crate::report::{PsdFigures, QFigures};
 
 /// The radial average of the density of the map, without what would smear it most: piston, tilt and power. `noise_nm2_mm2`
 /// is what [`noise_nm2_mm2`] gives. `O(n log n)` for n nodes.

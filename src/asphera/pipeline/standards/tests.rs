@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use asphera_report::{FormFigures, StandardFigures, Status};
+
 use crate::config::Part;
 use crate::pipeline::{Along, Measurement, Pipeline};
-use crate::report::{FormFigures, StandardFigures, Status};
 
 const FLAT: &str = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 3.0\n\
      [fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n[sampling]\ngap_limit_mm = 0.2\n";
@@ -108,7 +109,7 @@ fn limits_of_zone_and_texture_decide() {
     };
     let pass = verdict("minimum_zone_nm = 60\nsq_nm = 4\nsz_nm = 20");
     assert_eq!((pass.status, &pass.reasons[..]), (Status::Pass, &[][..]), "{pass:?}");
-    let names: Vec<&str> = pass.checks.iter().map(|check| check.name.as_str()).collect();
+    let names: Vec<&str> = pass.checks.iter().map(|check| check.figure.name.as_str()).collect();
     assert_eq!(names, ["minimum_zone_nm", "sq_nm", "sz_nm"]);
     let fail = verdict("pv_nm = 60\nminimum_zone_nm = 30");
     assert_eq!(fail.status, Status::Fail);
@@ -146,7 +147,7 @@ fn limits_of_zone_and_texture_regard_their_uncertainty() {
     let within = format!("minimum_zone_nm = {}", zone.value + zone.u.unwrap());
     let verdict = found(&within).report.verdict;
     assert_eq!(verdict.status, Status::Undecided);
-    let why = "minimum_zone_nm: the figure is nearer to its limit than its guard band";
+    let why = "minimum zone: the figure is nearer to its limit than its guard band";
     assert!(verdict.reasons.iter().any(|reason| reason == why), "{verdict:?}");
 }
 
@@ -159,7 +160,7 @@ fn limits_of_a_drawing_and_of_what_terms_leave_decide() {
     let drawing = verdict("[tolerance]\nindication = \"3/0.1(0.1/-); RMSi<0.05; λ=546.07\"\n");
     assert_eq!(drawing.status, Status::Fail, "{drawing:?}");
     let held: Vec<(&str, bool)> =
-        drawing.checks.iter().map(|check| (check.name.as_str(), check.ok)).collect();
+        drawing.checks.iter().map(|check| (check.figure.name.as_str(), check.ok)).collect();
     // A is next to nothing, B about 45 nm and RMSi about 10 nm, where 27.3, 27.3 and 13.7 nm are allowed.
     assert_eq!(held, [("a_nm", true), ("b_nm", false), ("rmsi_nm", true)]);
     let measurement = measured("[tolerance]\nrmsi_nm = 20\n[uncertainty]\nnoise_nm = 0.1\n");
@@ -167,7 +168,7 @@ fn limits_of_a_drawing_and_of_what_terms_leave_decide() {
     assert!(rms_i.unwrap().u.is_some_and(|u| u > 0.0), "{rms_i:?}");
     let less = verdict("[[tolerance.less]]\nterms = [\"astigmatism\"]\nrms_nm = 6\n");
     assert_eq!(less.status, Status::Pass, "{less:?}");
-    assert_eq!(less.checks[0].name, "rms_nm less astigmatism");
+    assert_eq!(less.checks[0].figure.name, "rms_nm less astigmatism");
     assert!((less.checks[0].value - 5.0 / 2f64.sqrt()).abs() < 0.1);
     assert!(less.checks[0].u.is_some_and(|u| u > 0.0));
 }

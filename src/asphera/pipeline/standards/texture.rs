@@ -1,14 +1,15 @@
 //! Areal surface texture of the deviation.
 
 use asphera_form::texture::{
-    Datum, Figure, Filtered, Mesh, Order, ScaleKind, Threshold, Unit, Unknown, core_parameters,
+    Datum, Filtered, Mesh, Order, ScaleKind, Threshold, Unknown, core_parameters,
     height_parameters, hybrid_parameters, spatial_parameters,
 };
+use asphera_report::TextureFigures;
 
 use super::Measured;
 use crate::config::TextureSettings;
 use crate::pipeline::details::places_mm;
-use crate::report::{FormFigure, TextureFigures};
+use crate::pipeline::naming;
 
 /// The parameters, of those that are not known why, and the surface they are of.
 pub(super) fn of(
@@ -70,28 +71,9 @@ pub(super) fn of(
         filters: s.into_iter().chain(l).collect(),
         points: heights.support.points as u64,
         measured: heights.support.measured,
-        figures: figures.into_iter().map(|figure| told(figure, kind)).collect(),
+        figures: figures.into_iter().map(|figure| naming::parameter(figure, kind)).collect(),
     };
     Ok((found, unknown, surface))
-}
-
-fn told(Figure { definition, value }: Figure, variant: &str) -> FormFigure {
-    FormFigure {
-        name: definition.to_string(),
-        variant: variant.to_owned(),
-        value,
-        unit: match definition.unit() {
-            Unit::One => String::new(),
-            unit => unit.to_string(),
-        },
-        u: None,
-        expanded: None,
-        simulated: None,
-        noise_adds: None,
-        without_noise: None,
-        definition: definition.text().to_owned(),
-        source: definition.source().to_owned(),
-    }
 }
 
 /// A filter in words, with what it had to do without.

@@ -1,13 +1,13 @@
 //! Uncertainties of the minimum zone and of the texture.
 
 use asphera_form::uncertainty::{Simulated, UncertaintyError};
+use asphera_report::{FormFigure, FormFigures, SimulatedFigures, UncertaintyFigures};
 
 use super::Found;
 use crate::config::Part;
 use crate::error_chain;
 use crate::pipeline::errors;
 use crate::pipeline::uncertainties::{Assessed, COVERAGE};
-use crate::report::{FormFigure, FormFigures, SimulatedFigures, UncertaintyFigures};
 
 /// Writes them beside those of the figures that were found, or why they are not known.
 pub(in crate::pipeline) fn tell(
@@ -39,8 +39,8 @@ fn try_to_tell(
     {
         let all = uncertainty.texture(surface, &settings.scale, settings.f_operation, draws)?;
         for (definition, simulated) in &all {
-            let name = definition.to_string();
-            let figure = figures.figures.iter_mut().find(|figure| figure.name == name);
+            let id = definition.id();
+            let figure = figures.figures.iter_mut().find(|figure| figure.id == id);
             figure.into_iter().for_each(|figure| beside(figure, simulated, assessed, part));
         }
     }

@@ -4,12 +4,12 @@ use asphera_form::figures::{Definition, Figure};
 use asphera_form::{
     Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
+use asphera_report::{ContactFigures, MinimumZoneFigures};
 
 use super::Measured;
-use crate::pipeline::details::told;
+use crate::pipeline::naming;
 use crate::pipeline::origin;
 use crate::pipeline::running::fit_settings;
-use crate::report::{ContactFigures, MinimumZoneFigures};
 
 /// With what its uncertainty needs. Some three times the time of the fit.
 pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit), FitError> {
@@ -33,7 +33,7 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit
     contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
     let figures = MinimumZoneFigures {
-        width: told(width, "of all points used".to_owned()),
+        width: naming::figure(width, "of all points used".to_owned()),
         method: found.method.to_owned(),
         termination: termination(&found),
         settled: found.termination.is_settled(),

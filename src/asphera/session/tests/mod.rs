@@ -33,7 +33,7 @@ fn header() -> Header {
             link("stage", "serial", "/dev/ttyUSB0"),
             link("axes", "can", "can0"),
         ],
-        label: crate::report::Label::default(),
+        label: asphera_report::Label::default(),
     }
 }
 

@@ -8,7 +8,7 @@ use asphera_form::uncertainty::{
     Average, Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError,
     coverage_factor, glance, type_a, uncertainty,
 };
-use asphera_form::verdict::{Guard, Limit, Over, judge, least};
+use asphera_form::verdict::{DecisionRule, Guard, Limit, Over, judge, least};
 use asphera_form::{
     Aperture, Fit, FitSettings, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
     deviations, fit, fit_weighted, minimum_zone,
@@ -283,6 +283,11 @@ fn peak_to_valley_of_form_that_stands_out() {
 /// All that there is, every point alike.
 const OVER: Over<'static> = Over { aperture: &Aperture::None, areas_mm2: None };
 
+/// By a guard band, as much being hidden of every limit.
+fn by(guard: Guard, hidden: Option<f64>) -> DecisionRule<impl Fn(&Limit) -> Option<f64>> {
+    DecisionRule { guard, hidden: move |_: &Limit| hidden }
+}
+
 #[test]
 fn limits_over_zones_are_judged_with_their_uncertainty() {
     let (points, _, fitted) = part(1500);
@@ -300,7 +305,7 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     limits.push(Limit { less: Terms::of(&terms), zone, ..limits[0] });
     let draws = Draws { count: 40, seed: 1 };
     let judged =
-        judge(&limits, &found, &fitted.nominal, OVER, &draws, Guard::default(), |_| Some(0.0))
+        judge(&limits, &found, &fitted.nominal, OVER, &draws, by(Guard::default(), Some(0.0)))
             .unwrap();
     for (index, judged) in judged.iter().enumerate() {
         let decision = judged.decision.as_ref().unwrap();
@@ -326,7 +331,7 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     assert!((value(9) - left).abs() < 1e-6 && left < 0.9 * value(1), "{} {left}", value(9));
     // Nothing can be accepted as long as anything may hide.
     let blind =
-        judge(&limits[..1], &found, &fitted.nominal, OVER, &draws, Guard::None, |_| None).unwrap();
+        judge(&limits[..1], &found, &fitted.nominal, OVER, &draws, by(Guard::None, None)).unwrap();
     assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
 }
 

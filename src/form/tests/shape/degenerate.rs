@@ -17,6 +17,7 @@ fn message<T>(result: Result<T, ShapeError>) -> String {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table of refusals and their messages")]
 fn refusals_say_what_is_wrong() {
     let base = section(30.0, 0.0);
     let flat = "expected a finite number other than 0 (what is flat has no radius)";

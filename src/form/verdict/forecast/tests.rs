@@ -32,9 +32,8 @@ fn foreseen(points: &[PointMm], less: &Terms, missing: Option<f64>) -> ([Predict
         [peak_to_valley(&sample).unwrap().value, rms(&sample, Reference::Zero).unwrap().value];
     let free: Vec<Parameter> = found.estimates.iter().map(|one| one.parameter).collect();
     let aperture = Aperture::Circle { radius_mm: RADIUS_MM };
-    let whole =
-        forecast(&places, &deviations_mm, &aperture, &found.nominal, &found.pose, &free, missing)
-            .unwrap();
+    let measured = Deviations { places_mm: &places, deviations_mm: &deviations_mm };
+    let whole = forecast(measured, &aperture, &found.nominal, &found.pose, &free, missing).unwrap();
     let of = [Definition::PeakToValley, Definition::RmsOverPoints];
     let predicted = [0, 1].map(|figure| {
         let laid = (&places[..], &deviations_mm[..]);
@@ -79,7 +78,8 @@ fn too_little_tells_nothing_and_the_same_gives_the_same_bits() {
     let plane = (Nominal::Plane, Pose::default(), Aperture::Circle { radius_mm: RADIUS_MM });
     let of = |places: &[[f64; 2]], free: &[Parameter]| {
         let deviations_mm: Vec<f64> = places.iter().map(|[x, y]| 1e-6 * (x * y).sin()).collect();
-        forecast(places, &deviations_mm, &plane.2, &plane.0, &plane.1, free, None)
+        let measured = Deviations { places_mm: places, deviations_mm: &deviations_mm };
+        forecast(measured, &plane.2, &plane.0, &plane.1, free, None)
     };
     assert!(of(&[], &[Parameter::Tz]).is_none() && of(&[[1.0, 2.0]; 50], &[]).is_none());
     let places: Vec<[f64; 2]> = disc(|_, _| 0.0).iter().map(|[x, y, _]| [*x, *y]).collect();
@@ -87,7 +87,7 @@ fn too_little_tells_nothing_and_the_same_gives_the_same_bits() {
     let half = &places[..places.len() / 2];
     let means = |found: Option<Forecast>| found.unwrap().draws[7].mean_nm.clone();
     assert_eq!(means(of(half, &[])), means(of(half, &[])));
-    let no_aperture =
-        forecast(half, &vec![0.0; half.len()], &Aperture::None, &plane.0, &plane.1, &[], None);
+    let even = Deviations { places_mm: half, deviations_mm: &vec![0.0; half.len()] };
+    let no_aperture = forecast(even, &Aperture::None, &plane.0, &plane.1, &[], None);
     assert!(no_aperture.is_none());
 }

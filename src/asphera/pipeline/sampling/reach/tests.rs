@@ -4,12 +4,12 @@ use std::f64::consts::SQRT_2;
 
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
+use asphera_report::SamplingFigures;
 
 use crate::config::Part;
 use crate::pipeline::sampling::current::Current;
 use crate::pipeline::sampling::{Along, Wanted, sampling_of_mesh, sampling_of_points};
 use crate::pipeline::{Pipeline, Remembered};
-use crate::report::SamplingFigures;
 
 /// A raster of `side` × `side` places `step_mm` apart about the origin.
 fn raster(side: u32, step_mm: f64) -> impl Iterator<Item = [f64; 2]> {

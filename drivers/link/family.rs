@@ -1,0 +1,92 @@
+//! What a station's configuration asks of a driver.
+
+use std::fmt::Debug;
+use std::time::Duration;
+
+use asphera_settings::Section;
+
+use crate::{Channel, Driver, Problem};
+
+/// A family of devices that one driver reads.
+///
+/// A driver's crate has one constant of this type, `FAMILY`. It is all that a configuration names of a driver.
+#[derive(Clone, Copy, Debug)]
+pub struct Family {
+    /// Word of the key `driver` in the table of a device: `chrocodile2`.
+    pub name: &'static str,
+    /// What a link to such a device carries.
+    pub carries: Carries,
+    /// Makes settings from the table `settings` of a device.
+    ///
+    /// It reports values of the wrong kind and absent keys to the table; what is out of range is found by
+    /// [`DeviceSettings::problems`]. `None`: too little is there to go on.
+    pub settings: fn(&Section<'_>) -> Option<Box<dyn DeviceSettings>>,
+}
+
+/// What a link carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Carries {
+    /// Bytes of one device: a serial line or a TCP connection.
+    Bytes,
+    /// CAN frames, of as many devices as the bus has.
+    CanFrames,
+}
+
+/// Settings of one device, as its driver understands them.
+///
+/// Settings that cannot be used answer too, so that a configuration with several mistakes is checked whole.
+pub trait DeviceSettings: Debug + Send + Sync {
+    /// All that cannot be used. Keys are those of the table; empty when [`DeviceSettings::driver`] succeeds.
+    fn problems(&self) -> Vec<Problem>;
+
+    /// Channels of its readings, in order.
+    fn channels(&self) -> Vec<Channel>;
+
+    /// How many numbers the trigger count of its readings has, at least 2.
+    ///
+    /// # Errors
+    ///
+    /// Why a reading cannot be joined with those of other devices by its count, after the device's name and a colon.
+    fn count_cycle(&self) -> Result<u32, &'static str> {
+        Err("its readings carry no count")
+    }
+
+    /// The number that tells it from other devices on a bus.
+    fn bus_number(&self) -> Option<BusNumber> {
+        None
+    }
+
+    /// Longest time for which the driver holds a reading back to be sure of it.
+    fn holds_back(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    /// Makes the driver.
+    ///
+    /// # Errors
+    ///
+    /// [`DeviceSettings::problems`], when there are any.
+    fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>>;
+}
+
+/// Number of a device on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusNumber {
+    /// Key of the settings that holds it: `node_id`.
+    pub key: &'static str,
+    /// The number.
+    pub number: u8,
+}
+
+impl Family {
+    /// Reads the table `settings` of a device and reports all that is wrong with it, unknown keys among it.
+    /// `None`: too little is there to go on, and the table says so.
+    pub fn read(&self, table: &Section<'_>) -> Option<Box<dyn DeviceSettings>> {
+        let settings = (self.settings)(table);
+        table.finish();
+        for Problem { key, expected, found } in settings.iter().flat_map(|known| known.problems()) {
+            table.problem(&key, expected, found);
+        }
+        settings
+    }
+}

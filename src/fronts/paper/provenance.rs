@@ -1,0 +1,133 @@
+//! Where a measurement comes from: files with their checksums, the software, the command.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use asphera_report::ResultFile;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+/// What a paper says of its origin, beside what the report itself knows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Provenance {
+    /// What was measured: a name or serial number, as whoever asks for the paper has it.
+    pub part: Option<String>,
+    /// When it was measured, as far as the file says; a session knows it itself.
+    pub date: Option<String>,
+    /// The instrument, as far as the file says.
+    pub instrument: Option<String>,
+    /// The files it was made from.
+    pub files: Vec<SourceFile>,
+    /// The command line.
+    pub command: String,
+}
+
+/// A file and its checksum.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Its name, without the folder.
+    pub name: String,
+    /// How large it is.
+    pub bytes: u64,
+    /// SHA-256 (FIPS 180-4) in hexadecimal.
+    pub sha256: String,
+}
+
+/// Why a file has no checksum.
+#[derive(Debug, Error)]
+#[error("cannot read {}", path.display())]
+pub struct SourceFileError {
+    /// Which file or folder.
+    path: PathBuf,
+    /// Why.
+    source: io::Error,
+}
+
+impl SourceFile {
+    /// Reads a file once, in pieces.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn of(path: &Path) -> Result<SourceFile, SourceFileError> {
+        let failed = |source| SourceFileError { path: path.to_owned(), source };
+        let mut file = File::open(path).map_err(failed)?;
+        let (mut hash, mut bytes) = (Sha256::new(), 0);
+        let mut piece = vec![0; PIECE];
+        loop {
+            let read = file.read(&mut piece).map_err(failed)?;
+            if read == 0 {
+                break;
+            }
+            hash.update(&piece[..read]);
+            bytes += read as u64;
+        }
+        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(SourceFile { name: name(path), bytes, sha256 })
+    }
+
+    /// All files of a recording's folder, by name, without results that lie there; of one segment, that.
+    ///
+    /// # Errors
+    ///
+    /// When one of them cannot be read.
+    pub fn of_session(path: &Path) -> Result<Vec<SourceFile>, SourceFileError> {
+        if !path.is_dir() {
+            return Ok(vec![SourceFile::of(path)?]);
+        }
+        let failed = |source| SourceFileError { path: path.to_owned(), source };
+        let mut files = Vec::new();
+        for entry in fs::read_dir(path).map_err(failed)? {
+            let entry = entry.map_err(failed)?.path();
+            // What was made of the recording lies beside it.
+            let is_result = ResultFile::named(&name(&entry)).is_some();
+            if entry.is_file() && !is_result {
+                files.push(entry);
+            }
+        }
+        files.sort();
+        files.iter().map(|path| SourceFile::of(path)).collect()
+    }
+}
+
+impl Provenance {
+    /// The software that made the paper: name, version, and commit where the build knew it.
+    pub fn software() -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        match option_env!("ASPHERA_COMMIT") {
+            Some(commit) => format!("asphera {version}, commit {commit}"),
+            None => format!("asphera {version}"),
+        }
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// What is read at a time.
+const PIECE: usize = 1 << 16;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The example "abc" of FIPS 180-4 (NIST, "SHA256.pdf" of the example algorithms).
+    #[test]
+    fn the_checksum_is_that_of_the_standard() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("b.txt"), "abc").unwrap();
+        fs::write(folder.path().join("a.txt"), "").unwrap();
+        let files = SourceFile::of_session(folder.path()).unwrap();
+        let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+        assert_eq!(names, ["a.txt", "b.txt"]);
+        assert_eq!(files[1].bytes, 3);
+        assert_eq!(
+            files[1].sha256,
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+        let missing = SourceFile::of(&folder.path().join("none")).unwrap_err();
+        assert!(missing.to_string().ends_with("none"));
+    }
+}

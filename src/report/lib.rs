@@ -1,0 +1,85 @@
+//! What asphera says of a measurement: the types of every output, and what a front asks of a station.
+//!
+//! One set of types serves the report file, the snapshots of the page and `--json`: what is shown live and what is kept have
+//! the same names, units and meaning. Nothing here computes a figure, and no kernel is named.
+//!
+//! - [`Report`]: the final figures of one part.
+//! - [`Snapshot`]: the state of a station now, with [`SamplingMaps`] and [`FormView`] for those who look at them.
+//! - [`SectionReport`]: a cut through the surface.
+//! - [`LiveStation`]: what a front may ask while a session runs; [`Measured`]: what a document may ask when it has ended.
+
+mod deviation;
+mod features;
+mod figure_name;
+mod figures;
+mod files;
+mod fit;
+mod fit_details;
+mod form;
+mod label;
+mod links;
+mod measured;
+mod mesh;
+mod pose;
+mod profile;
+mod prospect;
+mod reading;
+mod refusal;
+mod report;
+mod sampling;
+mod section;
+mod snapshot;
+mod standards;
+mod station;
+mod unmeasured;
+mod verdict;
+mod views;
+mod weights;
+
+pub use deviation::{DeviationFigures, UncertaintyFigures};
+pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
+pub use figure_name::FigureName;
+pub use figures::{
+    ExpandedFigures, FormFigure, HistogramFigures, OriginFigures, RingFigures, SimulatedFigures,
+    Source, ZernikeFigures, ZernikeTerm,
+};
+pub use files::ResultFile;
+pub use fit::{FitFigures, ParameterFigures};
+pub use fit_details::{
+    CautionFigures, CombinationFigures, CorrelationFigures, CovarianceFigures, FitDetails,
+    ShareFigures, UndeterminedFigures,
+};
+pub use form::FormFigures;
+pub use label::Label;
+pub use links::{ChannelFigures, DeviceFigures, LinkFigures};
+pub use measured::{Measured, Picture};
+pub use mesh::{
+    MeshFigures, PlaneFigures, ProjectionFigures, RegionFigures, ReliefFigures, RepeatFigures,
+};
+pub use pose::PoseFigures;
+pub use profile::ProfileFigures;
+pub use prospect::{Outlook, ProspectFigures, ProspectState};
+pub use reading::{ColumnFigures, ReadingFigures};
+pub use refusal::Refusal;
+pub use report::{Points, REPORT_FORMAT, Report, SessionFigures, Timing};
+pub use sampling::{CurrentFigures, NextFigures, PolygonFigures, SamplingFigures};
+pub use section::{
+    CircleFigures, Columns, Cut, DeviationProfile, HeightFigures, LineFigures, PathFigures,
+    PieceFigures, SECTION_FORMAT, SectionReport, SectionRequest,
+};
+pub use snapshot::{
+    Connection, Convergence, LinkState, Outputs, Progress, SNAPSHOT_FORMAT, Snapshot, State,
+    Waiting,
+};
+pub use standards::{
+    ContactFigures, IndicationFigures, MinimumZoneFigures, PsdFigures, QFigures, StandardFigures,
+    TextureFigures,
+};
+pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};
+pub use unmeasured::UnmeasuredFigures;
+pub use verdict::{Check, Status, Verdict};
+pub use views::{
+    FORM_VIEW_FORMAT, FormView, FormViewAnswer, MAPS_FORMAT, Map, MapLayer, MapsState, RemovedTerm,
+    SamplingMaps, Term,
+};
+pub use weights::{LossFigures, ReferenceFigures, WeightFigures};

@@ -1,0 +1,15 @@
+//! Why a request has no answer.
+
+use thiserror::Error;
+
+/// Why a request makes no sense or has no answer, in words for whoever asked.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct Refusal(pub String);
+
+impl Refusal {
+    /// The refusal that says what an error says.
+    pub fn of(error: impl std::error::Error) -> Refusal {
+        Refusal(error.to_string())
+    }
+}

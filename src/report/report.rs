@@ -1,0 +1,94 @@
+//! All that is said of one measurement of one part.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, ProfileFigures, ReadingFigures,
+    SamplingFigures, Verdict,
+};
+
+/// Version of the layout of [`Report`]. A reader refuses what it does not know.
+pub const REPORT_FORMAT: &str = "asphera.report/1";
+
+/// Everything asphera says about one measurement of one part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`REPORT_FORMAT`].
+    pub format: String,
+    /// Columns and units of a file whose format leaves them open, such as text or PLY; absent for other files and sessions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<ReadingFigures>,
+    /// What became of the points.
+    pub points: Points,
+    /// The mesh of the points used.
+    pub mesh: MeshFigures,
+    /// Whether the points lie densely enough.
+    pub sampling: SamplingFigures,
+    /// Defects, and which way the surface bends.
+    #[serde(flatten)]
+    pub features: FeatureFigures,
+    /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
+    pub form: Option<FormFigures>,
+    /// Of points on a straight line: what is formed along it instead of by area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileFigures>,
+    /// Pass, fail or undecided.
+    pub verdict: Verdict,
+    /// What each link and device delivered and lost. Empty for points read from a file.
+    pub links: Vec<LinkFigures>,
+    /// How long it took. The only part that differs between a live run and its replay.
+    pub timing: Timing,
+    /// The recording this belongs to; absent for points read from a file.
+    pub session: Option<SessionFigures>,
+}
+
+/// What became of the points.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Points {
+    /// Records that were formed from what the devices sent, or rows of a file, gaps included.
+    pub received: u64,
+    /// Points in the mesh and inside the aperture: those of the fit and the figures.
+    pub used: u64,
+    /// Points not used, by reason. A point with several reasons counts once for each. A flag that does not
+    /// forbid the use of a point stands in the figures of its device.
+    pub flagged: BTreeMap<String, u64>,
+    /// Points at the exact place and height of an earlier one.
+    pub duplicates: u64,
+    /// Triggers whose reading never arrived, as the gaps in the shared count tell.
+    pub lost: u64,
+}
+
+/// How long it took. Never compared between runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// From the start to the report, in s.
+    pub total_s: f64,
+    /// From the last point to the report, in s.
+    pub after_last_point_s: f64,
+    /// Points received over the whole time.
+    pub points_per_s: f64,
+}
+
+/// The recording a report belongs to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SessionFigures {
+    /// Name of the recording's folder.
+    pub id: String,
+    /// When it began, RFC 3339, UTC, by the host's clock.
+    pub started: String,
+    /// Name of the station.
+    pub station: String,
+    /// Version of asphera that recorded it.
+    pub version: String,
+    /// Why it ended: `complete`, `stopped`, `idle`, `interrupted`.
+    pub ended: String,
+    /// What was measured, and by whom, as it was told at the start.
+    #[serde(default, skip_serializing_if = "is_unlabelled")]
+    pub label: Label,
+}
+
+fn is_unlabelled(label: &Label) -> bool {
+    *label == Label::default()
+}
