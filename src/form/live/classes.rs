@@ -5,8 +5,10 @@ use crate::live::Grid;
 
 /// What a robust loss must know of points beyond their sums, to weigh them anew at another pose: how many lie how far
 /// off, and where. Blocks are squares of cells of the map, [`BLOCKS`] along either side at most, and one for points
-/// beyond the map. Classes are [`FINE`] for each octave of 1 + |distance| in scales: an eighth of a scale wide near
-/// none, half a scale from 3 on, and so on. Each knows the mean row of its points: so it is exact for one point.
+/// beyond the map. Classes are [`FINE`] for each octave of 1 + |distance| in scales: a sixteenth of a scale wide near
+/// none, a quarter from 3 on, and so on. Weights of another octave have classes of their own, because the same shift moves
+/// a point of four times the weight by twice as many scales. Each class knows the mean row of its points: so it is exact
+/// for one point.
 #[derive(Clone, Debug)]
 pub(crate) struct Classes {
     layout: Layout,
@@ -22,7 +24,7 @@ struct Layout {
     side: usize,
     columns: usize,
     blocks: usize,
-    /// Classes of either sign.
+    /// Classes of either sign and one octave of weights.
     reach: usize,
     /// Derivatives of a row.
     parameters: usize,
@@ -81,6 +83,7 @@ impl Classes {
         let Layout { reach, parameters, .. } = self.layout;
         let class = octave_class(distance.abs()).min(reach - 1);
         let class = if distance < 0.0 { reach - 1 - class } else { reach + class };
+        let class = 2 * reach * octave_of_weight(root) + class;
         let block = self.layout.block(cell);
         let block = self.blocks[block].get_or_insert_with(|| Block::new(reach));
         let sums = block.sums(class, FIRST_DERIVATIVE + parameters);
@@ -136,6 +139,7 @@ impl Classes {
                     continue;
                 }
                 let sums = &block.sums[usize::from(place) * length..][..length];
+                let class = class % (2 * reach);
                 let class_of_sign = if class < reach { reach - 1 - class } else { class - reach };
                 // Nothing is known of a point without any weight.
                 if sums[1] > 0.0 {
@@ -158,14 +162,14 @@ impl Classes {
 
 impl Block {
     fn new(reach: usize) -> Block {
-        Block { places: vec![NOWHERE; 2 * reach].into(), sums: Vec::new() }
+        Block { places: vec![NOWHERE; 2 * reach * WEIGHT_OCTAVES].into(), sums: Vec::new() }
     }
 
     /// The sums of a class, which are so many.
     fn sums(&mut self, class: usize, length: usize) -> &mut [f64] {
         let place = &mut self.places[class];
         if *place == NOWHERE {
-            // There are some hundred classes.
+            // There are some thousand classes.
             *place = (self.sums.len() / length) as u16;
             self.sums.resize(self.sums.len() + length, 0.0);
         }
@@ -192,6 +196,12 @@ fn octave_class(distance: f64) -> usize {
     (((1.0 + distance).to_bits() - 1.0_f64.to_bits()) >> CUT) as usize
 }
 
+/// The octave of the root of a weight. 1 lies in the middle of the middle one.
+fn octave_of_weight(root: f64) -> usize {
+    let furthest = (WEIGHT_OCTAVES / 2) as f64;
+    (root.log2().round().clamp(-furthest, furthest) + furthest) as usize
+}
+
 /// Half the width of a class.
 fn half(class: usize, reach: usize) -> f64 {
     if class + 1 >= reach {
@@ -203,8 +213,10 @@ fn half(class: usize, reach: usize) -> f64 {
 
 /// Blocks along the longer side of the points at the reference.
 const BLOCKS: usize = 24;
+/// Octaves of the roots of weights, an odd number.
+const WEIGHT_OCTAVES: usize = 9;
 /// Classes an octave: a power of two.
-const FINE: u32 = 8;
+const FINE: u32 = 16;
 /// Of a class without points.
 const NOWHERE: u16 = u16::MAX;
 /// Where the derivatives begin among the sums of a class.
@@ -224,12 +236,12 @@ mod tests {
     #[test]
     fn classes_grow_with_the_distance() {
         for (distance, class, width) in [
-            (0.0, 0, 0.125),
-            (0.99, 7, 0.125),
-            (1.0, 8, 0.25),
-            (2.9, 15, 0.25),
-            (3.0, 16, 0.5),
-            (1e9, 238, 2.0_f64.powi(26)),
+            (0.0, 0, 0.0625),
+            (0.99, 15, 0.0625),
+            (1.0, 16, 0.125),
+            (2.9, 31, 0.125),
+            (3.0, 32, 0.25),
+            (1e9, 477, 2.0_f64.powi(25)),
         ] {
             assert_eq!((octave_class(distance), 2.0 * half(class, 1000)), (class, width));
         }
@@ -250,9 +262,14 @@ mod tests {
     #[test]
     fn points_are_counted_by_sign_and_size() {
         let mut classes = Classes::new(&GRID, side(96), 1, Loss::TUKEY);
-        for (distance, root) in
-            [(-0.01, 1.0), (0.01, 1.0), (0.05, 3.0), (f64::INFINITY, 0.0), (-4e7, 2.0)]
-        {
+        for (distance, root) in [
+            (-0.01, 1.0),
+            (0.01, 1.0),
+            (0.05, 1.25),
+            (f64::INFINITY, 0.0),
+            (-4e7, 2.0),
+            (0.05, 3.0),
+        ] {
             classes.add(7, root, distance, &[distance]);
         }
         let mut other = Classes::new(&GRID, side(96), 1, Loss::TUKEY);
@@ -261,12 +278,13 @@ mod tests {
         let occupied = classes.occupied();
         let told: Vec<(f64, f64, f64)> =
             occupied.iter().map(|class| (class.count, class.root, class.mean_root)).collect();
-        // The one without a weight counts nowhere.
-        assert_eq!(told, [(1.0, 2.0, 2.0), (1.0, 1.0, 1.0), (3.0, 5.0, 2.2)]);
-        assert_eq!((occupied[0].distance, occupied[0].half), (-4e7, 0.0));
-        assert!((occupied[2].distance - 0.19 / 5.0).abs() < 1e-15);
-        // By the squares of the roots: 0.01 and nine times 0.05, and 1 of the other.
-        assert!((occupied[2].row[0] - 1.46).abs() < 1e-15 && occupied[2].weight == 11.0);
+        // The one without a weight counts nowhere. Weights of another octave have classes of their own.
+        let mean = 3.5625 / 3.25;
+        assert_eq!(told, [(1.0, 1.0, 1.0), (3.0, 3.25, mean), (1.0, 2.0, 2.0), (1.0, 3.0, 3.0)]);
+        assert_eq!((occupied[2].distance, occupied[2].half), (-4e7, 0.0));
+        assert!((occupied[1].distance - 0.1025 / 3.25).abs() < 1e-15);
+        // By the squares of the roots: 0.01 and 25/16 times 0.05, and 1 of the other.
+        assert!((occupied[1].row[0] - 1.088_125).abs() < 1e-15 && occupied[1].weight == 3.5625);
         assert!(occupied.iter().all(|class| class.block == 1));
     }
 }

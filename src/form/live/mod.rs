@@ -236,7 +236,7 @@ impl LiveEstimate {
 /// overtaken the extreme of its own cell.
 ///
 /// It keeps every point: 24 bytes each, 32 with its uncertainty, beside about 400 bytes for each cell of the map; with a
-/// robust loss twice that, and some 5 MB for classes.
+/// robust loss twice that, and some 10 MB for classes.
 #[derive(Clone, Debug)]
 pub struct Live {
     nominal: Nominal,

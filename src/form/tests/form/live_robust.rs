@@ -134,6 +134,24 @@ proptest! {
     }
 }
 
+/// Points in no order with a Tukey loss that is nearly flat along one direction at some moments. There a small error of
+/// the weights moves the pose far.
+#[test]
+fn a_nearly_flat_loss_is_followed() {
+    let sample = spiral(4_000, 9.0);
+    let mut all = part(&sample, 200.0, 899);
+    (0..all.len()).for_each(|index| all.swap(index, (index * 1_237 + 11) % sample.len()));
+    let u_mm: Vec<f64> = (0..all.len()).map(|i| 5e-5 * 2_f64.powi((i % 5) as i32 - 2)).collect();
+    for moment in [2_100, 2_161, 2_300, 2_517] {
+        let (points, u_mm) = (&all[..moment], Some(&u_mm[..moment]));
+        let full = fit_weighted(points, u_mm, &al1815(), &with(Loss::TUKEY)).unwrap();
+        let found = over(points, u_mm, &with(Loss::TUKEY)).estimate().unwrap();
+        let [pose, rms, pv, scale] = off(&found, &full, points);
+        eprintln!("{moment}: pose {pose:.1e} of u, rms {rms:.0e}, pv {pv:.0e}, scale {scale:.0e}");
+        assert!(pose < 0.5 && rms < 5e-3 && pv < 1e-2 && scale < 0.03);
+    }
+}
+
 /// The part of the issue, decentred by 100 µm with 10 µm of form error: while it grows the pose moves by hundreds of its
 /// uncertainty, for that counts the form as noise. The estimate follows the fit to about one of these, figures and all to
 /// a thousandth. At every other look both are looked at anew.
