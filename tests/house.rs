@@ -9,7 +9,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it. Drivers and
 /// simulators follow a rule of their own: see [`allowed`].
-const ALLOWED: [(&str, &[&str]); 19] = [
+const ALLOWED: [(&str, &[&str]); 21] = [
     (
         "asphera",
         &[
@@ -20,7 +20,9 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "asphera-graph",
             "asphera-http",
             "asphera-link",
+            "asphera-measure",
             "asphera-mesh",
+            "asphera-nominal",
             "asphera-paper",
             "asphera-reconstruct",
             "asphera-report",
@@ -31,6 +33,21 @@ const ALLOWED: [(&str, &[&str]); 19] = [
             "asphera-transport",
             "asphera-volume",
         ],
+    ),
+    (
+        "asphera-nominal",
+        &[
+            "asphera-form",
+            "asphera-formats",
+            "asphera-measure",
+            "asphera-report",
+            "asphera-settings",
+            "asphera-surface",
+        ],
+    ),
+    (
+        "asphera-measure",
+        &["asphera-form", "asphera-geometry", "asphera-mesh", "asphera-report", "asphera-surface"],
     ),
     ("asphera-geometry", &[]),
     ("asphera-mesh", &["asphera-geometry"]),
@@ -56,7 +73,7 @@ const ALLOWED: [(&str, &[&str]); 19] = [
 const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 13] = [
+const PURE: [&str; 14] = [
     "asphera-geometry",
     "asphera-mesh",
     "asphera-surface",
@@ -65,6 +82,7 @@ const PURE: [&str; 13] = [
     "asphera-volume",
     "asphera-graph",
     "asphera-form",
+    "asphera-measure",
     "asphera-report",
     "asphera-formats",
     "asphera-settings",

@@ -13,7 +13,6 @@
 #![forbid(unsafe_code)]
 
 mod can;
-mod chain;
 mod channel;
 mod driver;
 mod family;
@@ -22,7 +21,6 @@ mod setting;
 mod time;
 
 pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
-pub use chain::error_chain;
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
 pub use family::{BusNumber, Carries, DeviceSettings, Family};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{CanFrame, RECORD_LEN, error_chain};
+use asphera_link::{CanFrame, RECORD_LEN};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -10,7 +10,7 @@ use tokio::time::{Instant, sleep, timeout};
 use tracing::{debug, trace};
 
 use crate::socketcan::{CanPort, Received};
-use crate::stream::{Bytes, Port, open};
+use crate::stream::{Bytes, OpenError, Port, open};
 use crate::{Backoff, Endpoint};
 
 /// How a link behaves.
@@ -151,7 +151,7 @@ impl Worker {
                     }
                 }
                 Err(error) => {
-                    if !self.tell(What::OpenFailed(error_chain(&error))).await {
+                    if !self.tell(What::OpenFailed(with_cause(&error))).await {
                         return;
                     }
                 }
@@ -271,6 +271,15 @@ impl std::fmt::Display for Hex<'_> {
 
 const READ_BYTES: usize = 16 * 1024;
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// An error and its cause in one line.
+fn with_cause(error: &OpenError) -> String {
+    use std::error::Error as _;
+    match error.source() {
+        Some(cause) => format!("{error}: {cause}"),
+        None => error.to_string(),
+    }
+}
 
 #[cfg(test)]
 mod tests;

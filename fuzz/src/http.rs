@@ -8,11 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use asphera::config::Part;
-use asphera::pipeline::{Measurement, Pipeline};
 use asphera::results::{finished_mesh_ply, write};
 use asphera::sessions::{file, list};
 use asphera_http::{InProcess, Token};
+use asphera_measure::{Measurement, Pipeline};
 use asphera_report::{
     Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
     SNAPSHOT_FORMAT, SamplingMaps, SectionRequest, SessionEntry, SessionFigures, SessionFile,
@@ -134,7 +133,8 @@ struct Station {
 impl Station {
     /// Measures a sphere of 400 points and leaves its files in a folder of its own.
     fn with_a_session() -> Station {
-        let part = Part::parse("nominal.toml", NOMINAL).expect("a nominal that can be read");
+        let part =
+            asphera_nominal::parse("nominal.toml", NOMINAL).expect("a nominal that can be read");
         let mut pipeline = Pipeline::new(part);
         let places = (0..400).map(|index| [f64::from(index % 20), f64::from(index / 20)]);
         pipeline.take_positions(places.map(|[column, row]| {
@@ -236,7 +236,7 @@ impl LiveStation for Shown {
 
     fn waypoints(&self) -> Answer<'_, Option<Waypoints>> {
         self.0.read();
-        Box::pin(async { self.0.measurement.next.as_ref().map(asphera::pipeline::Next::waypoints) })
+        Box::pin(async { self.0.measurement.next.as_ref().map(asphera_measure::Next::waypoints) })
     }
 
     fn report(&self) -> Option<Arc<Report>> {

@@ -2,9 +2,11 @@
 //!
 //! The first byte of an input says which of them it is; what follows is the file.
 
-use asphera::config::{Config, Part, Problem, Problems, flipped};
+use asphera::config::{Config, Problem, Problems};
 use asphera::lens;
 use asphera_formats::zemax;
+use asphera_measure::Part;
+use asphera_nominal::flipped;
 
 /// Reads an input and checks what came out of it.
 ///
@@ -38,7 +40,7 @@ fn configuration(text: &str) {
 }
 
 fn nominal(text: &str) {
-    match Part::parse(NAME, text) {
+    match asphera_nominal::parse(NAME, text) {
         Ok(part) => part_is_sound(&part),
         Err(problems) => are_named(&problems, text),
     }
@@ -48,10 +50,10 @@ fn nominal(text: &str) {
 fn turned(text: &str) {
     let Ok(once) = flipped(text) else { return };
     let twice = flipped(&once).unwrap_or_else(|error| panic!("turned back: {error}"));
-    if Part::parse(NAME, text).is_ok() {
-        let part = Part::parse(NAME, &once);
+    if asphera_nominal::parse(NAME, text).is_ok() {
+        let part = asphera_nominal::parse(NAME, &once);
         part.unwrap_or_else(|problems| panic!("turned: {problems}"));
-        let part = Part::parse(NAME, &twice);
+        let part = asphera_nominal::parse(NAME, &twice);
         part.unwrap_or_else(|problems| panic!("turned twice: {problems}"));
     }
 }
@@ -72,7 +74,7 @@ fn part_is_sound(part: &Part) {
     assert!(!part.nominal.domain_mm().is_nan(), "the nominal ends nowhere");
     assert!(part.centre_mm.iter().all(|mm| mm.is_finite()));
     part.aperture.validate().unwrap_or_else(|error| panic!("the aperture: {error}"));
-    for limit in [part.pv_nm, part.rms_nm].into_iter().flatten() {
+    for limit in part.limits().iter().map(|limit| limit.value) {
         assert!(limit.is_finite() && limit > 0.0, "a limit of {limit} nm");
     }
     for [x_mm, y_mm] in PLACES_MM {

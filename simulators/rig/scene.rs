@@ -4,7 +4,7 @@ mod check;
 mod read;
 
 use asphera_form::form_error::FormError;
-use asphera_form::{Nominal, Parameter, Pose, Tolerance};
+use asphera_form::{Nominal, Parameter, Pose};
 use asphera_link::Problem;
 use asphera_settings::File;
 
@@ -24,7 +24,7 @@ pub struct Scene {
     pub(crate) pose: Pose,
     pub(crate) form_error: FormError,
     pub(crate) free: Vec<Parameter>,
-    pub(crate) tolerance: Tolerance,
+    pub(crate) tolerance: Limits,
     pub(crate) points: u64,
     pub(crate) rate_hz: f64,
     pub(crate) motion: Motion,
@@ -36,6 +36,15 @@ pub struct Scene {
     pub(crate) thermal: Option<Thermal>,
     /// In the order in which they happen.
     pub(crate) faults: Vec<Scheduled>,
+}
+
+/// Limits of the nominal of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    /// Largest PV allowed, nm.
+    pub(crate) pv_nm: Option<f64>,
+    /// Largest RMS allowed, nm.
+    pub(crate) rms_nm: Option<f64>,
 }
 
 /// The thermometer: a slow sine about a mean.

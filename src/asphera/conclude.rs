@@ -5,9 +5,9 @@
 use asphera_link::Nanos;
 use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
-use crate::pipeline::{Measurement, doubt, undecide};
 use crate::session::{Header, Recovery};
 use crate::station::Bench;
+use asphera_measure::{Measurement, doubt, undecide};
 
 /// What the station knows at the end of a session.
 #[derive(Clone, Debug)]

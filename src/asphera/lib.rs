@@ -15,15 +15,11 @@ pub mod config;
 mod corpora;
 pub mod lens;
 pub mod live;
-pub mod pipeline;
 pub mod replay;
 pub mod results;
-pub mod section;
 pub mod session;
 pub mod sessions;
 pub mod station;
-
-pub use asphera_link::error_chain;
 
 // The laws of the fuzz targets name this crate from outside and are tested inside it.
 #[cfg(test)]

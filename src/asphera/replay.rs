@@ -8,10 +8,12 @@ use asphera_report::{SessionFigures, Verdict};
 use thiserror::Error;
 
 use crate::conclude::{Outcome, conclude, note_recovery, session_figures};
-use crate::config::{Config, Part, Problems};
-use crate::pipeline::{Along, Measurement, Pipeline};
+use asphera_measure::Part;
+
+use crate::config::{Config, Problems};
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
+use asphera_measure::{Along, Measurement, Pipeline};
 
 /// Why a session cannot be replayed.
 #[derive(Debug, Error)]
@@ -158,7 +160,7 @@ impl Played {
 pub fn replay(path: &Path, pace: impl FnMut(Nanos)) -> Result<Measurement, ReplayError> {
     let playback = Playback::open(path)?;
     let mut pipeline = Pipeline::along(playback.part().clone(), playback.along());
-    let played = playback.play(pace, |point| pipeline.take(point));
+    let played = playback.play(pace, |point| pipeline.take(point.position_mm, point.reasons()));
     let mut measurement = pipeline.finish();
     played.conclude(&mut measurement);
     Ok(measurement)

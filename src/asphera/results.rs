@@ -8,7 +8,7 @@ use asphera_formats::{HeightMap, WriteError, ply, x3p};
 use asphera_report::ResultFile;
 use thiserror::Error;
 
-use crate::pipeline::{DeviationMap, Measurement, Pipeline};
+use asphera_measure::{DeviationMap, Measurement, Pipeline};
 use asphera_paper::{Provenance, html, qif};
 
 /// Why a result could not be written.
@@ -197,5 +197,7 @@ fn file(
     fs::rename(&beside, &path).map_err(failed)
 }
 
+#[cfg(test)]
+mod raster_tests;
 #[cfg(test)]
 mod tests;

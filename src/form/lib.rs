@@ -4,7 +4,7 @@
 //! [`fit`] lays it into the measured points and gives a [`Pose`] and, if wanted, the shape parameters, by
 //! least squares, with uncertainties ([`fit_weighted`]) or with a robust [`Loss`]; [`minimum_zone`] does the
 //! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains, [`figures`] what standards
-//! make of it; [`mod@uncertainty`] says how well all of that is known, and [`verdict()`] and [`mod@verdict`] hold it
+//! make of it; [`mod@uncertainty`] says how well all of that is known, and [`mod@verdict`] hold it
 //! against limits. [`Live`] gives the same figures, provisional,
 //! while points still arrive. Where no design is known, [`reference()`] makes one from the points, and
 //! [`LiveReference`] keeps one up while they arrive. [`artefact`] makes data whose fit is known exactly.
@@ -55,7 +55,7 @@ pub use spline_fit::{
     Base, Knots, LiveReference, Reference, ReferenceError, ReferenceSettings, Smoothing, SplineFit,
     SplineFitError, fit_spline, provisional, reference,
 };
-pub use verdict::{Check, Reason, Status, Tolerance, Verdict, verdict};
+pub use verdict::{Reason, Status};
 
 /// A point as x, y, z in mm.
 pub type PointMm = [f64; 3];

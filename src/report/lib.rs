@@ -8,6 +8,7 @@
 //! - [`SectionReport`]: a cut through the surface.
 //! - [`LiveStation`]: what a front may ask while a session runs; [`Measured`]: what a document may ask when it has ended.
 
+mod chain;
 mod deviation;
 mod features;
 mod figure_name;
@@ -36,6 +37,7 @@ mod verdict;
 mod views;
 mod weights;
 
+pub use chain::error_chain;
 pub use deviation::{DeviationFigures, UncertaintyFigures};
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use figure_name::FigureName;

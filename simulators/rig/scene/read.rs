@@ -6,10 +6,10 @@
 use std::time::Duration;
 
 use asphera_form::form_error::{FormError, Ring};
-use asphera_form::{Asphere, Nominal, Parameter, Pose, Tolerance};
+use asphera_form::{Asphere, Nominal, Parameter, Pose};
 use asphera_settings::Section;
 
-use super::{Scene, Thermal};
+use super::{Limits, Scene, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
 use crate::{Fault, Link, Speed};
@@ -24,7 +24,7 @@ pub(super) fn scene(name: &str, root: &Section<'_>) -> Option<Scene> {
     let free = free(&fit, nominal);
     fit.finish();
     let tolerance = root.section("tolerance");
-    let limits = Tolerance { pv_nm: tolerance.get("pv_nm"), rms_nm: tolerance.get("rms_nm") };
+    let limits = Limits { pv_nm: tolerance.get("pv_nm"), rms_nm: tolerance.get("rms_nm") };
     tolerance.finish();
     let stage = root.section("stage");
     let node_ids = stage.required("node_ids");

@@ -9,9 +9,8 @@
 use std::f64::consts::TAU;
 
 use asphera::clock::Clock;
-use asphera::config::Part;
-use asphera::pipeline::Pipeline;
 use asphera_geometry::PointMm;
+use asphera_measure::Pipeline;
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
 fn main() {
@@ -24,7 +23,7 @@ fn main() {
     );
     let points: Vec<PointMm> = spiral(count).collect();
     for (name, limits) in LIMITS {
-        let part = Part::parse("part", &format!("{NOMINAL}{limits}"));
+        let part = asphera_nominal::parse("part", &format!("{NOMINAL}{limits}"));
         let part = part.expect("a nominal made for the benchmark");
         let mut pipeline = Pipeline::new(part).expecting(Some(count as u64));
         let mut calls_s = Vec::new();

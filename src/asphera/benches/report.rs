@@ -9,10 +9,10 @@
 use std::f64::consts::TAU;
 
 use asphera::clock::Clock;
-use asphera::config::Part;
-use asphera::pipeline::{Remembered, features_of_mesh, sampling_of_mesh};
 use asphera_form::{Pose, deviations};
 use asphera_geometry::PointMm;
+use asphera_measure::Part;
+use asphera_measure::{Remembered, features_of_mesh, sampling_of_mesh};
 use asphera_mesh::Mesh;
 use asphera_surface::Plane;
 
@@ -133,7 +133,7 @@ fn part(aperture_mm: f64) -> Part {
          [sampling]\ngap_limit_mm = {}\n",
         1.5 * PITCH_MM
     );
-    Part::parse("part.toml", &text).expect("the part is sound")
+    asphera_nominal::parse("part.toml", &text).expect("the part is sound")
 }
 
 const PITCH_MM: f64 = 0.01;

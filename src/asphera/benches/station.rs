@@ -1,9 +1,9 @@
 //! How fast bytes become points, and points figures. Prints sizes and rates; nothing is asserted about time.
 
-use asphera::config::{Config, Part};
-use asphera::pipeline::{Along, Pipeline};
+use asphera::config::Config;
 use asphera::station::{Action, Bench, Happening, Point, assemble};
 use asphera_link::{CanFrame, Command, Flags, Nanos};
+use asphera_measure::{Along, Part, Pipeline};
 use asphera_sim_chrocodile::Sample;
 use asphera_sim_cia406::{Bus, NodeConfig};
 use asphera_surface::Plane;
@@ -82,7 +82,7 @@ fn points_into_pipeline(bencher: Bencher<'_, '_>, count: u64) {
         .counter(ItemsCount::new(count))
         .with_inputs(|| Pipeline::new(part.clone()))
         .bench_values(|mut pipeline| {
-            points.iter().for_each(|point| pipeline.take(point));
+            points.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
             pipeline
         });
 }
@@ -100,7 +100,7 @@ fn points_into_tilted_pipeline(bencher: Bencher<'_, '_>, count: u64) {
         .counter(ItemsCount::new(count))
         .with_inputs(|| Pipeline::along(part.clone(), along))
         .bench_values(|mut pipeline| {
-            points.iter().for_each(|point| pipeline.take(point));
+            points.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
             pipeline
         });
 }
@@ -109,7 +109,7 @@ fn points_into_tilted_pipeline(bencher: Bencher<'_, '_>, count: u64) {
 #[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 20)]
 fn figures_of_a_snapshot(bencher: Bencher<'_, '_>, count: u64) {
     let mut pipeline = Pipeline::new(part());
-    spiral(count).for_each(|point| pipeline.take(&point));
+    spiral(count).for_each(|point| pipeline.take(point.position_mm, point.reasons()));
     // The first call looks at the sampling, as one call in many does.
     pipeline.figures();
     bencher.bench_local(|| pipeline.figures());
@@ -119,12 +119,12 @@ fn figures_of_a_snapshot(bencher: Bencher<'_, '_>, count: u64) {
 #[divan::bench(args = [100_000, 1_000_000], sample_count = 20)]
 fn figures_of_a_snapshot_of_a_doubtful_part(bencher: Bencher<'_, '_>, count: u64) {
     let nominal = format!("{NOMINAL}[nominal.tolerance]\npv_nm = 199\nrms_nm = 50\n");
-    let part = Part::parse("part", &nominal.replace("nominal.", ""));
+    let part = asphera_nominal::parse("part", &nominal.replace("nominal.", ""));
     let mut pipeline = Pipeline::new(part.expect("a nominal made for the benchmark"));
     for mut point in spiral(count) {
         let [x, y, z] = point.position_mm;
         point.position_mm[2] = z + 1e-4 * (2.0 * x).sin() * (2.0 * y).cos();
-        pipeline.take(&point);
+        pipeline.take(point.position_mm, point.reasons());
     }
     pipeline.figures();
     bencher.bench_local(|| pipeline.figures());
@@ -139,7 +139,7 @@ fn final_figures(bencher: Bencher<'_, '_>, count: u64) {
         .counter(ItemsCount::new(count))
         .with_inputs(|| {
             let mut pipeline = Pipeline::new(part.clone());
-            points.iter().for_each(|point| pipeline.take(point));
+            points.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
             pipeline
         })
         .bench_values(Pipeline::finish);
@@ -152,7 +152,8 @@ fn config(parts: &[&str]) -> Config {
 }
 
 fn part() -> Part {
-    Part::parse("part", &NOMINAL.replace("nominal.", "")).expect("a nominal made for the benchmark")
+    asphera_nominal::parse("part", &NOMINAL.replace("nominal.", ""))
+        .expect("a nominal made for the benchmark")
 }
 
 fn run(bencher: Bencher<'_, '_>, prepare: impl Fn() -> Lab + Sync) {

@@ -11,15 +11,17 @@ use super::progress::Progress;
 use super::source::{Content, Source, is_recording};
 use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
-use crate::config::{Part, TOML, Weights, bytes_of, text_of};
-use crate::pipeline::{Along, Measurement, Pipeline};
+use crate::config::TOML;
+use asphera_measure::{Along, Measurement, Pipeline};
+use asphera_measure::{Part, Weights};
+use asphera_nominal::{bytes_of, text_of};
 
 /// What a nominal file says.
 pub(super) fn part(path: &Path) -> Result<Part, Failure> {
     let name = path.display().to_string();
     let text = text_of(&name, read(path)?)
         .map_err(|found| format!("{name}: expected {TOML}, found {found}"))?;
-    Ok(Part::parse(&name, &text)?)
+    Ok(asphera_nominal::parse(&name, &text)?)
 }
 
 /// The standard uncertainty of the height of every point of a file, mm, with its place.
@@ -150,7 +152,7 @@ fn feed(pipeline: &mut Pipeline, source: &Source, seed: Option<u64>, progress: &
             }
             progress.count("meshing", Some(points.len() as u64));
             for piece in points.chunks(PIECE) {
-                piece.iter().for_each(|point| pipeline.take(point));
+                piece.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
                 progress.add(piece.len() as u64);
             }
             points.len()

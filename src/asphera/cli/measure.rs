@@ -11,7 +11,7 @@ use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use crate::pipeline::Along;
+use asphera_measure::Along;
 
 #[derive(Args)]
 pub(super) struct MeasureArgs {

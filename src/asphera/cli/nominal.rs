@@ -11,8 +11,9 @@ use clap::Args;
 use super::exit::Exit;
 use super::files::{part, read, refuse};
 use super::output::{Failure, print};
-use crate::config::{Part, flipped};
 use crate::lens;
+use asphera_measure::Part;
+use asphera_nominal::flipped;
 
 #[derive(Args)]
 pub(super) struct NominalArgs {
@@ -85,7 +86,7 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
     let text = if args.flip { turned(&name, &text)? } else { text };
     // What is written can be read again: a surface that cannot be is told now, not when it is measured.
     let place = args.out.as_ref().map_or_else(|| name.clone(), |out| out.display().to_string());
-    Part::parse(&place, &text)
+    asphera_nominal::parse(&place, &text)
         .map_err(|problems| format!("surface {number} of {name} is no surface:\n{problems}"))?;
     write(args, &text)
 }

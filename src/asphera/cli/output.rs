@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::{OutputArgs, summary};
-use crate::error_chain;
-use crate::pipeline::Measurement;
 use crate::results::{self};
+use asphera_measure::Measurement;
+use asphera_report::error_chain;
 
 /// Anything that stops a command, printed once, with its causes.
 pub(super) type Failure = Box<dyn Error + Send + Sync>;

@@ -9,7 +9,7 @@ use asphera_link::Nanos;
 
 use super::output;
 use crate::clock::Clock;
-use crate::pipeline::Step;
+use asphera_measure::Step;
 
 /// The progress of one command. Without a terminal on stderr it does nothing.
 ///

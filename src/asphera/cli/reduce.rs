@@ -27,8 +27,8 @@ use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use crate::config::Part;
-use crate::pipeline::{Readings, Sampled, feature_size, no_area};
+use asphera_measure::Part;
+use asphera_measure::{Readings, Sampled, feature_size, no_area};
 
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]

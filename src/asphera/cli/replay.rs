@@ -12,8 +12,8 @@ use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
 use super::{OutputArgs, Speed};
 use crate::clock::Clock;
-use crate::pipeline::Pipeline;
 use crate::replay::{Playback, paced};
+use asphera_measure::Pipeline;
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
@@ -46,7 +46,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     let mut pipeline = Pipeline::along(part, playback.along());
     progress.count("replaying", None);
     let played = playback.play(&mut pace, |point| {
-        pipeline.take(point);
+        pipeline.take(point.position_mm, point.reasons());
         progress.add(1);
     });
     let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));

@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::source::{Content, Source, source_help};
 use super::summary;
 use super::text::TextArgs;
-use crate::pipeline::Along;
+use asphera_measure::Along;
 use asphera_paper::{Provenance, SourceFile, html, qif};
 
 #[derive(Args)]

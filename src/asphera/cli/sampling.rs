@@ -16,8 +16,8 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::summary;
 use super::text::TextArgs;
-use crate::config::Part;
-use crate::pipeline::{Along, Next, PointsSampling, Wanted, sampling_of_points};
+use asphera_measure::Part;
+use asphera_measure::{Along, Next, PointsSampling, Wanted, sampling_of_points};
 
 #[derive(Args)]
 pub(super) struct SamplingArgs {

@@ -16,8 +16,8 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use crate::pipeline::{Along, no_area};
-use crate::section::{Deviations, report, report_of_plane};
+use asphera_measure::section::{Deviations, report, report_of_plane};
+use asphera_measure::{Along, no_area};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]

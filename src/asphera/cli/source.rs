@@ -15,9 +15,9 @@ use super::output::{Failure, say};
 use super::progress::Progress;
 use super::summary;
 use super::text::{TextArgs, reading};
-use crate::config::Part;
-use crate::error_chain;
-use crate::pipeline::Along;
+use asphera_measure::Along;
+use asphera_measure::Part;
+use asphera_report::error_chain;
 
 /// The points of a file or of a recorded session.
 pub(super) struct Source {

@@ -4,8 +4,8 @@ use asphera_form::{Aperture, FitSettings, PointMm, Units, suspected_units};
 use asphera_formats::Topography;
 use asphera_formats::xyz::By;
 
-use crate::config::Part;
-use crate::pipeline::{Measurement, doubt};
+use asphera_measure::Part;
+use asphera_measure::{Measurement, doubt};
 
 /// What is asked of points whose unit is an assumption.
 pub(super) struct UnitCheck {

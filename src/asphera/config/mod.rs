@@ -2,19 +2,11 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
-mod criterion;
-mod defects;
 mod devices;
-mod figures;
-mod flip;
-mod judging;
 mod links;
 mod motion;
-mod nominal;
 mod output;
 mod projection;
-mod surface;
-mod text;
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -23,28 +15,22 @@ use std::str::FromStr as _;
 use std::time::Duration;
 
 use asphera_link::{BusNumber, Carries};
+use asphera_measure::{Along, Part, Weights};
 use asphera_settings::Section;
 use thiserror::Error;
 use toml_edit::{DocumentMut, Item};
 
 pub use asphera_settings::{Problem, Problems};
-pub use criterion::{Criterion, Weights};
-pub use defects::DefectLimits;
-pub(crate) use defects::FLAT_BELOW_PER_MM;
 pub use devices::DeviceConfig;
-pub use figures::{FigureSettings, TextureSettings};
-pub use flip::{FlipError, flipped};
-pub use judging::{CorrelationFrom, Judging};
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
-pub(crate) use nominal::HIGHEST_MM;
-pub use nominal::Part;
 pub use output::OutputConfig;
-pub(crate) use text::{EXPECTED as TOML, bytes_of, text_of};
 
-use crate::pipeline::Along;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
+
+/// The kind of file that configurations and nominals are.
+pub(crate) const TOML: &str = "a TOML file in UTF-8";
 
 /// Everything a station needs to know.
 #[derive(Clone, Debug)]
@@ -95,7 +81,7 @@ pub enum ConfigError {
         source: std::io::Error,
     },
     /// It is no text of the kind that is read here.
-    #[error("{}: expected {expected}, found {found}", path.display(), expected = text::EXPECTED)]
+    #[error("{}: expected {expected}, found {found}", path.display(), expected = TOML)]
     Text {
         /// Which.
         path: PathBuf,
@@ -124,7 +110,7 @@ impl Config {
     /// Every problem of both files at once, each with file, line and key.
     pub fn load(path: &Path) -> Result<Config, ConfigError> {
         let text = read(path)?;
-        let file = text::parse(&path.display().to_string(), &text)?;
+        let file = asphera_nominal::parse_text(&path.display().to_string(), &text)?;
         let root = file.root();
         let nominal = root.section("nominal");
         let Some(nominal_file) =
@@ -140,13 +126,13 @@ impl Config {
                     nominal.problem("file", "a file that can be read", format!("{name}: {source}"));
                 }
                 ConfigError::Text { found, .. } => {
-                    nominal.problem("file", text::EXPECTED, format!("{name}: {found}"));
+                    nominal.problem("file", TOML, format!("{name}: {found}"));
                 }
                 ConfigError::Problems { .. } => {}
             }
             String::new()
         });
-        let part = Part::parse(&nominal_path.display().to_string(), &nominal_text);
+        let part = asphera_nominal::parse(&nominal_path.display().to_string(), &nominal_text);
         let folder = nominal_path.parent().unwrap_or(Path::new(""));
         let text = pinned(inline(&text, &nominal_text), folder);
         let config = read_root(&root, &text, folder, Some(part.as_ref().ok()));
@@ -169,9 +155,9 @@ impl Config {
     ///
     /// Every problem at once.
     pub fn parse(name: &str, text: &str) -> Result<Config, Problems> {
-        let file = text::parse(name, text)?;
+        let file = asphera_nominal::parse_text(name, text)?;
         let root = file.root();
-        let folder = nominal::folder(name);
+        let folder = asphera_nominal::folder(name);
         let config = read_root(&root, &pinned(text.to_owned(), folder), folder, None);
         root.finish();
         drop(root);
@@ -189,8 +175,9 @@ fn count(problems: &Problems) -> String {
 
 fn read(path: &Path) -> Result<String, ConfigError> {
     let at = || path.to_owned();
-    let bytes = bytes_of(path).map_err(|source| ConfigError::Read { path: at(), source })?;
-    text_of(&path.display().to_string(), bytes)
+    let bytes = asphera_nominal::bytes_of(path)
+        .map_err(|source| ConfigError::Read { path: at(), source })?;
+    asphera_nominal::text_of(&path.display().to_string(), bytes)
         .map_err(|found| ConfigError::Text { path: at(), found })
 }
 
@@ -273,7 +260,7 @@ fn read_root(
             nominal.has("file");
             part.cloned()
         }
-        None => nominal::read(&nominal, folder),
+        None => asphera_nominal::read(&nominal, folder),
     };
     if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
         let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";

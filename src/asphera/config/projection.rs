@@ -3,7 +3,7 @@
 use asphera_settings::{FromItem, Section};
 use toml_edit::Item;
 
-use crate::pipeline::{Along, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+use asphera_measure::{Along, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 
 /// Reads the table; an absent one means z.
 pub(super) fn read(table: &Section<'_>) -> Option<Along> {

@@ -13,7 +13,8 @@ fn the_reference_is_valid() {
     let config = Config::load(&project("asphera.toml")).unwrap();
     assert_eq!((config.links.len(), config.devices.len()), (3, 3));
     assert_eq!(config.sync.devices, [0, 1]);
-    assert_eq!(config.part.pv_nm, Some(300.0));
+    assert_eq!(config.part.limits()[0].name(), "pv_nm");
+    assert_eq!(config.part.limits()[0].value, 300.0);
 }
 
 /// A key that is shown commented out must exist, and mean what it says: its default.
@@ -71,7 +72,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
     let config =
         Config::parse("asphera.toml", &format!("{}{shown}{}", &text[..from], &text[to..])).unwrap();
     let judging = config.part.judging;
-    assert_eq!((judging.limits.len(), judging.guard.is_some()), (7, true));
+    assert_eq!((judging.limits.len(), judging.guard.is_some()), (9, true));
     assert_eq!((judging.texture.len(), judging.minimum_zone_nm), (3, Some(280.0)));
     let texture = config.part.figures.texture.unwrap();
     assert_eq!((texture.scale.s_mm(), texture.scale.l_mm()), (Some(0.08), Some(2.5)));
@@ -150,7 +151,7 @@ fn every_example_is_valid_and_keeps_its_nominal_in_the_effective_text() {
             crate::station::assemble(&config).unwrap();
             stations += 1;
         } else {
-            Part::parse("part", &text).unwrap();
+            asphera_nominal::parse("part", &text).unwrap();
         }
     }
     assert!(stations > 0);
@@ -337,5 +338,58 @@ fn the_direction_of_projection_is_a_word_or_a_vector() {
             .position(|key| found.key.ends_with(key.split(' ').next().unwrap()))
             .unwrap();
         assert_eq!(found.line, line + named - 1, "{table}: {found}");
+    }
+}
+
+/// 0.01·(x + 4)² over 8 × 8 mm about the origin, as `sags.x3p`.
+fn write_sags(folder: &Path) {
+    let map = asphera_formats::HeightMap {
+        nx: 9,
+        ny: 9,
+        dx_mm: 1.0,
+        dy_mm: 1.0,
+        x0_mm: -4.0,
+        y0_mm: -4.0,
+        z_mm: (0..81).map(|node| 0.01 * f64::from((node % 9) * (node % 9))).collect(),
+    };
+    let metadata = asphera_formats::x3p::Metadata {
+        date: "2026-01-31T12:00:00.0Z",
+        calibration_date: "2026-01-01T00:00:00.0Z",
+        creator: None,
+        manufacturer: "asphera",
+        model: "station",
+        serial: "1",
+        version: "0.1.0",
+        probing: asphera_formats::x3p::Probing::NonContacting,
+        probe: "chromatic sensor",
+        comment: None,
+    };
+    let mut bytes = Vec::new();
+    asphera_formats::x3p::write_map(&mut bytes, &map, &metadata).unwrap();
+    fs::write(folder.join("sags.x3p"), bytes).unwrap();
+}
+
+/// A recording keeps the text of its configuration, and is replayed from any folder.
+#[test]
+fn the_effective_text_of_a_station_names_its_heights_by_their_whole_path() {
+    let folder = tempfile::tempdir().unwrap();
+    write_sags(folder.path());
+    fs::write(folder.path().join("part.toml"), "[surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n")
+        .unwrap();
+    let reference =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/asphera.toml"))
+            .unwrap();
+    let (before, rest) = reference.split_once("[nominal.surface]").unwrap();
+    let after = rest.split_once("[scan]").unwrap().1;
+    for nominal in [
+        "[nominal]\nfile = \"part.toml\"\n",
+        "[nominal.surface]\nkind = \"grid\"\nfile = \"sags.x3p\"\n",
+    ] {
+        let path = folder.path().join("station.toml");
+        fs::write(&path, format!("{before}{nominal}[scan]{after}")).unwrap();
+        let config = Config::load(&path).unwrap();
+        assert!(config.part.nominal.freeform().is_some());
+        let again = Config::parse("elsewhere/recording", &config.text).unwrap();
+        assert_eq!(again.part, config.part);
     }
 }

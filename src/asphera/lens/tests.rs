@@ -4,7 +4,7 @@ use asphera_form::Nominal;
 use asphera_formats::zemax;
 
 use super::*;
-use crate::config::Part;
+use asphera_measure::Part;
 
 fn lens(unit: &str, surface: &str) -> Lens {
     let text = format!(
@@ -15,7 +15,8 @@ fn lens(unit: &str, surface: &str) -> Lens {
 
 fn part(unit: &str, surface: &str) -> Part {
     let text = nominal(&lens(unit, surface), 1, "lens.zmx", None).unwrap();
-    Part::parse("lens.toml", &text).unwrap_or_else(|problems| panic!("{problems}\n{text}"))
+    asphera_nominal::parse("lens.toml", &text)
+        .unwrap_or_else(|problems| panic!("{problems}\n{text}"))
 }
 
 fn height_mm(unit: &str, surface: &str, x_mm: f64, y_mm: f64) -> f64 {
@@ -262,7 +263,8 @@ fn a_grid_sag_stands_on_its_base() {
     const TEXT: &str = "  TYPE GRID_SAG\n  CURV 0.254\n  CONI -1\n  PARM 0 1\n  PARM 2 1e-3\n  PARM 9 0.5\n  XDAT 1 0\n  XDAT 2 1\n";
     let text = nominal(&lens("IN", TEXT), 1, "lens.zmx", Some(path)).unwrap();
     assert!(text.contains("\n# Between heights OpticStudio interpolates"), "{text}");
-    let part = Part::parse("lens.toml", &text).unwrap_or_else(|told| panic!("{told}\n{text}"));
+    let part =
+        asphera_nominal::parse("lens.toml", &text).unwrap_or_else(|told| panic!("{told}\n{text}"));
     for [x, y] in [[-3.0, 2.0], [3.0, -2.0], [0.5, -1.25], [0.0, 0.0]] {
         let r2: f64 = x * x + y * y;
         let base = r2 / 200.0 + 1e-3 * r2 * r2 / 25.4_f64.powi(3);
@@ -271,7 +273,7 @@ fn a_grid_sag_stands_on_its_base() {
     }
     assert_eq!(part.nominal.height_mm(3.1, 0.0), None);
     let flat = nominal(&lens("MM", "  TYPE GRID_SAG\n"), 1, "lens.zmx", Some(path)).unwrap();
-    let flat = Part::parse("lens.toml", &flat).unwrap().nominal;
+    let flat = asphera_nominal::parse("lens.toml", &flat).unwrap().nominal;
     assert_near(flat.height_mm(-3.0, 2.0).unwrap(), -3e-3 + 2e-4 + 18e-5);
 
     for (surface, heights, said) in [

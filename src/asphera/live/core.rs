@@ -20,13 +20,13 @@ use super::{Asked, Control, Finished, Handle, Station, StationError, outputs};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
-use crate::pipeline::{Measurement, undecide};
 use crate::results;
 use crate::session::{
     Disk, Entry, Header, LinkInfo, PointCloud, RecordedPoint, Recorder, ResultsJson, SessionId,
     What,
 };
 use crate::station::{Action, Bench, Ended, Happening, Point, assemble};
+use asphera_measure::{Measurement, undecide};
 
 /// Starts a station's task.
 pub(super) fn start(config: Config) -> Result<Station, StationError> {

@@ -24,10 +24,10 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::task::JoinHandle;
 
 use crate::config::Config;
-use crate::pipeline::{Measurement, Next};
 use crate::session::RecordError;
 use crate::sessions::{file, list};
 use crate::station::AssembleError;
+use asphera_measure::{Measurement, Next};
 
 /// A finished session.
 #[derive(Debug)]
@@ -309,7 +309,7 @@ const LISTED: usize = 100;
 fn control_error(error: StationError) -> ControlError {
     ControlError {
         conflict: matches!(error, StationError::Running | StationError::NotRunning),
-        message: crate::error_chain(&error),
+        message: asphera_report::error_chain(&error),
     }
 }
 

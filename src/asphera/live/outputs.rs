@@ -12,9 +12,9 @@ use tracing::{error, info};
 
 use super::Finished;
 use crate::config::OutputConfig;
-use crate::error_chain;
 use crate::results::write_files;
 use asphera_paper::{Provenance, SourceFile};
+use asphera_report::error_chain;
 
 /// Writes the files of a session that ended into its folder. Blocks for as long as the disk takes.
 pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -> Outputs {

@@ -12,8 +12,8 @@ use tokio::time::timeout;
 use tracing::error;
 
 use crate::clock::Clock;
-use crate::error_chain;
 use crate::session::{Entry, Recorder, ResultsJson};
+use asphera_report::error_chain;
 
 /// Hands entries to the recorder's thread.
 pub(super) struct Recording {

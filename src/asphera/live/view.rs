@@ -13,8 +13,8 @@ use tokio::sync::watch;
 
 use super::Finished;
 use crate::config::{Config, LinkConfig};
-use crate::pipeline::RunningFigures;
 use crate::station::{Bench, Line};
+use asphera_measure::RunningFigures;
 
 /// Makes snapshots.
 pub(super) struct View {

@@ -10,10 +10,10 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
 
 use crate::clock::Clock;
-use crate::config::Part;
-use crate::pipeline::{Along, Measurement, Next, Pipeline, RunningFigures};
 use crate::results;
 use crate::station::Point;
+use asphera_measure::Part;
+use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures};
 
 /// Hands points to the pipeline's thread.
 pub(super) struct Worker {
@@ -107,7 +107,9 @@ fn run(
         turns.fetch_add(1, Ordering::Relaxed);
         let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
         match next {
-            Ok(Some(Work::Points(points))) => points.iter().for_each(|point| pipeline.take(point)),
+            Ok(Some(Work::Points(points))) => {
+                points.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
+            }
             Ok(Some(Work::MeshPly(reply))) => {
                 // A client that hung up no longer wants it.
                 let _ = reply.send(results::mesh_ply(&pipeline));

@@ -8,15 +8,15 @@ use quick_xml::events::{BytesStart, Event};
 
 use asphera_paper::{Provenance, QIF_NAMESPACE, SourceFile, html, qif};
 
-use crate::config::Part;
-use crate::pipeline::{Along, Measurement, Pipeline};
+use asphera_measure::{Along, Measurement, Pipeline};
 
 const FLAT: &str = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 3.0\n\
      [fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n[tolerance]\npv_nm = 100\nrms_nm = 3\n";
 
 /// A disc with 20 nm of astigmatism and a hole of 0.5 mm in it.
 fn measured(nominal: &str, along: Along) -> Measurement {
-    let mut pipeline = Pipeline::along(Part::parse("flat.toml", nominal).unwrap(), along);
+    let mut pipeline =
+        Pipeline::along(asphera_nominal::parse("flat.toml", nominal).unwrap(), along);
     for i in -30..=30 {
         for j in -30..=30 {
             let (x, y) = (f64::from(i) * 0.1, f64::from(j) * 0.1);
@@ -184,7 +184,7 @@ fn what_fails_says_by_how_much_and_what_is_missing_why() {
     assert!(counted.contains("Uncertainty (noise only, what is correlated being form)"));
     assert!(!counted.contains("It tells how far") && !counted.contains("<b>not</b> in it"));
     assert!(page.contains("Correlation of the parameters") && page.contains("degrees of freedom"));
-    let mut few = Pipeline::new(Part::parse("flat.toml", FLAT).unwrap());
+    let mut few = Pipeline::new(asphera_nominal::parse("flat.toml", FLAT).unwrap());
     few.take_position([0.0, 0.0, 0.0]);
     let page = html(&few.finish(), &Provenance::default());
     parsed(&page);

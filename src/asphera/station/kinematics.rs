@@ -22,6 +22,12 @@ impl Point {
     pub fn is_good(&self) -> bool {
         !self.flags.intersects(UNUSABLE)
     }
+
+    /// Names of its flags, where one of them forbids its use; none of a good point.
+    pub fn reasons(&self) -> impl Iterator<Item = &'static str> {
+        let flags = if self.is_good() { Flags::empty() } else { self.flags };
+        flags.names()
+    }
 }
 
 /// Flags that forbid the use of a point. A delayed or preceded-by-a-loss reading is noted, and good.

@@ -7,7 +7,7 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::tolerance::Status;
+use super::status::Status;
 use crate::uncertainty::student_quantile;
 
 /// The decision rule: how wide the guard band is.

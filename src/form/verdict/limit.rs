@@ -6,7 +6,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use super::by_places::by_places;
-use super::decision::{Decision, Finding, Guard, GuardError, decide};
+use super::decision::Finding;
 use crate::figures::{
     Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
     SlopeSettings, Terms, Unknown, decompose, irregular, peak_to_valley, pvr, remove, rms,
@@ -30,15 +30,6 @@ pub struct Limit {
     pub less: Terms,
 }
 
-/// A limit with what was found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Judged {
-    /// The limit.
-    pub limit: Limit,
-    /// The decision, or why there is no figure to decide about.
-    pub decision: Result<Decision, Unknown>,
-}
-
 /// What the figures of limits are formed over.
 #[derive(Clone, Copy, Debug)]
 pub struct Over<'a> {
@@ -50,15 +41,14 @@ pub struct Over<'a> {
 }
 
 impl Over<'_> {
-    /// The deviations a limit is of, of some of the points used. An RMS over the points knows no areas.
+    /// The deviations that a limit is of, of some of the points used.
     fn sample(
         &self,
         limit: &Limit,
         uncertainty: &Uncertainty,
         (places, deviations_mm): (&[usize], &[f64]),
     ) -> Result<Sample, SampleError> {
-        let by_area = self.areas_mm2.filter(|_| limit.definition != Definition::RmsOverPoints);
-        let areas = by_area.map(|areas| {
+        let areas = self.areas_for(limit).map(|areas| {
             let indices = uncertainty.indices();
             places.iter().map(|&place| areas[indices[place]]).collect::<Vec<f64>>()
         });
@@ -75,8 +65,17 @@ impl Over<'_> {
     ) -> Result<Sample, SampleError> {
         let all_mm = uncertainty.places_mm();
         let places_mm: Vec<[f64; 2]> = places.iter().map(|&place| all_mm[place]).collect();
-        let aperture = if limit.zone == Aperture::None { self.aperture } else { &limit.zone };
-        Sample::by_area(&places_mm, deviations_mm, areas_mm2, aperture)
+        Sample::by_area(&places_mm, deviations_mm, areas_mm2, self.zone(limit))
+    }
+
+    /// The areas that a limit counts by. An RMS over the points knows none.
+    fn areas_for(&self, limit: &Limit) -> Option<&[f64]> {
+        self.areas_mm2.filter(|_| limit.definition != Definition::RmsOverPoints)
+    }
+
+    /// The part of the aperture that a limit is of.
+    fn zone<'a>(&'a self, limit: &'a Limit) -> &'a Aperture {
+        if limit.zone == Aperture::None { self.aperture } else { &limit.zone }
     }
 }
 
@@ -114,9 +113,6 @@ pub enum LimitError {
     /// Places, deviations and zone make no sample.
     #[error("the zone gives no sample")]
     Sample(#[from] SampleError),
-    /// The guard band is none.
-    #[error("the guard band is not usable")]
-    Guard(#[from] GuardError),
     /// There is no uncertainty.
     #[error("the uncertainty cannot be worked out")]
     Uncertainty(#[from] UncertaintyError),
@@ -211,15 +207,22 @@ impl Limit {
         }
     }
 
-    /// The figure of deviations at places of the part frame, each point counted alike, NaN where one has none.
-    pub fn of(
+    /// The figure of deviations at places of the part frame, NaN where a point has none. [`Over::areas_mm2`] has one entry
+    /// for each place. `O(n)`; a Zernike figure `O(n·p²)` for its p terms.
+    ///
+    /// # Errors
+    ///
+    /// If the limit makes no sense, or the zone gives no sample. The inner error says why the sample has no such figure.
+    pub fn figure_of(
         &self,
         places_mm: &[[f64; 2]],
         deviations_mm: &[f64],
+        over: Over<'_>,
         nominal: &Nominal,
     ) -> Result<Result<Figure, Unknown>, LimitError> {
         self.validate()?;
-        let sample = Sample::new(places_mm, deviations_mm, None, &self.zone)?;
+        let areas = over.areas_for(self);
+        let sample = Sample::by_area(places_mm, deviations_mm, areas, over.zone(self))?;
         Ok(self.figure(&sample, approximation(nominal)))
     }
 
@@ -308,47 +311,6 @@ impl Limit {
     }
 }
 
-/// By what a figure is held against its limit.
-#[derive(Clone, Copy, Debug)]
-pub struct DecisionRule<F> {
-    /// The band between limit and acceptance.
-    pub guard: Guard,
-    /// What the unmeasured part may add to the figure of a limit: [`Finding::hidden`].
-    pub hidden: F,
-}
-
-/// Judges limits by the deviations of a fit with their uncertainty.
-///
-/// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
-/// uncertainties of their own; any other figure is simulated. Draws of what averages over the area (A and any RMS) are of 16,384
-/// points at most, those of ranges of what least squares leave (B, and the PV over a zone or without terms) cost the same for
-/// any number of points; of others each draw works the figure of all points out anew, so that the number of draws decides how
-/// long that takes. Where `uncertainty` is that over the area ([`Uncertainty::over`]), by how much a figure changes if
-/// points weigh by the shares of the area it knows counts in its uncertainty; of A and any RMS so does how places scatter.
-pub fn judge(
-    limits: &[Limit],
-    uncertainty: &Uncertainty,
-    nominal: &Nominal,
-    over: Over<'_>,
-    draws: &Draws,
-    DecisionRule { guard, hidden }: DecisionRule<impl Fn(&Limit) -> Option<f64>>,
-) -> Result<Vec<Judged>, LimitError> {
-    guard.validate()?;
-    limits.iter().try_for_each(Limit::validate)?;
-    let approximation = approximation(nominal);
-    let of_limit = |limit: &Limit| {
-        let found = finding(limit, uncertainty, approximation, over, draws)?;
-        let decision = match found {
-            Ok(found) => {
-                Ok(decide(&Finding { hidden: hidden(limit), ..found }, limit.value, guard)?)
-            }
-            Err(unknown) => Err(unknown),
-        };
-        Ok(Judged { limit: *limit, decision })
-    };
-    limits.iter().map(of_limit).collect()
-}
-
 fn approximation(nominal: &Nominal) -> Approximation {
     match nominal {
         Nominal::Sphere { radius_mm } => {
@@ -358,14 +320,28 @@ fn approximation(nominal: &Nominal) -> Approximation {
     }
 }
 
-/// The figure with its uncertainty. One that cannot be simulated has none.
-fn finding(
+/// The figure of a limit with its uncertainty, by the deviations of a fit. [`Finding::hidden`] is left open.
+///
+/// Zones lie in the part frame, and the fit is that of the whole aperture. PV and RMS of all of it have
+/// uncertainties of their own; any other figure is simulated, and one that cannot be has none. Draws of what averages over the
+/// area (A and any RMS) are of 16,384 points at most. Draws of ranges of what least squares leave (B, and the PV over a zone or
+/// without terms) cost the same for any number of points. Of others each draw works the figure of all points out anew. Where
+/// `uncertainty` is that over the area ([`Uncertainty::over`]), the change of a figure by weights of the area it knows counts
+/// in u; of A and any RMS so does how places scatter.
+///
+/// # Errors
+///
+/// If the limit makes no sense, its zone gives no sample, or the uncertainty cannot be worked out. The inner error says why the
+/// deviations have no such figure.
+pub fn finding(
     limit: &Limit,
     uncertainty: &Uncertainty,
-    approximation: Approximation,
+    nominal: &Nominal,
     over: Over<'_>,
     draws: &Draws,
 ) -> Result<Result<Finding, Unknown>, LimitError> {
+    limit.validate()?;
+    let approximation = approximation(nominal);
     let dof = uncertainty.noise.dof;
     if limit.zone == Aperture::None && limit.less == Terms::NONE {
         if limit.definition == Definition::RmsOverPoints {

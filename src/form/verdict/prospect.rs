@@ -14,7 +14,7 @@
 
 use super::decision::{Finding, Guard, GuardError, decide};
 use super::forecast::Predicted;
-use super::tolerance::Status;
+use super::status::Status;
 use crate::uncertainty::student_quantile;
 
 /// What can be said already.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use asphera_form::{Aperture, Base, Knots, Loss, Pose, ReferenceSettings, Smoothing};
 
 use super::super::output::Failure;
-use crate::config::{Part, Weights};
+use asphera_measure::{Part, Weights};
 
 /// Surface, aperture, fit and limits, and heights at the distances `at_mm` from the axis, or to the rim of the aperture.
 pub(super) fn of(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     fn told(text: &str, at_mm: &[f64]) -> String {
-        of(&Part::parse("n.toml", text).unwrap(), at_mm).unwrap()
+        of(&asphera_nominal::parse("n.toml", text).unwrap(), at_mm).unwrap()
     }
 
     #[test]
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn distances_are_not_negative() {
-        let part = Part::parse("n.toml", "[surface]\nkind = \"plane\"\n").unwrap();
+        let part = asphera_nominal::parse("n.toml", "[surface]\nkind = \"plane\"\n").unwrap();
         for bad in [-1.0, f64::NAN] {
             assert!(of(&part, &[bad]).unwrap_err().to_string().contains("not below 0"));
         }

@@ -3,7 +3,7 @@
 use asphera_form::{FitSettings, Nominal, Pose, fit};
 use asphera_geometry::PointMm;
 
-use crate::config::Part;
+use asphera_measure::Part;
 
 /// A part of which the design is known, with where it lies.
 pub(super) struct Laid<'a> {
@@ -30,7 +30,7 @@ impl<'a> Laid<'a> {
         let chosen: Vec<PointMm> = points.iter().copied().step_by(step).collect();
         match fit(&chosen, &part.nominal, &settings) {
             Ok(fit) => Ok(Laid { part, pose: fit.pose, nominal: fit.nominal }),
-            Err(error) => Err(crate::error_chain(&error)),
+            Err(error) => Err(asphera_report::error_chain(&error)),
         }
     }
 
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn heights_are_those_of_the_nominal_where_it_lies() {
         let text = "[surface]\nkind = \"asphere\"\nradius_mm = 20\nconic = -0.5\n";
-        let part = Part::parse("part.toml", text).unwrap();
+        let part = asphera_nominal::parse("part.toml", text).unwrap();
         let nominal = part.nominal.clone();
         let pose = Pose {
             tx_mm: 0.3,

@@ -8,10 +8,10 @@ use asphera_report::SessionFigures;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
-use crate::config::Part;
-use crate::pipeline::{Along, Measurement};
 use crate::replay::{Playback, Played};
 use crate::station::Point;
+use asphera_measure::Part;
+use asphera_measure::{Along, Measurement};
 
 /// The points of a session as its station took them, good and flagged ones, in order.
 pub(in crate::cli) struct Recorded {

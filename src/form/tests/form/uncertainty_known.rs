@@ -8,7 +8,7 @@ use asphera_form::uncertainty::{
     Average, Budget, Draws, Effect, Kernel, LongWave, Noise, Uncertainty, UncertaintyError,
     coverage_factor, glance, type_a, uncertainty,
 };
-use asphera_form::verdict::{DecisionRule, Guard, Limit, Over, judge, least};
+use asphera_form::verdict::{Decision, Finding, Guard, Limit, Over, decide, finding, least};
 use asphera_form::{
     Aperture, Fit, FitSettings, Nominal, Parameter, PointMm, Pose, Status, ZoneSettings,
     deviations, fit, fit_weighted, minimum_zone,
@@ -283,9 +283,16 @@ fn peak_to_valley_of_form_that_stands_out() {
 /// All that there is, every point alike.
 const OVER: Over<'static> = Over { aperture: &Aperture::None, areas_mm2: None };
 
-/// By a guard band, as much being hidden of every limit.
-fn by(guard: Guard, hidden: Option<f64>) -> DecisionRule<impl Fn(&Limit) -> Option<f64>> {
-    DecisionRule { guard, hidden: move |_: &Limit| hidden }
+/// Held by a guard band, with as much hidden.
+fn held(
+    (limit, nominal): (&Limit, &Nominal),
+    found: &Uncertainty,
+    guard: Guard,
+    hidden: Option<f64>,
+) -> Decision {
+    let draws = Draws { count: 40, seed: 1 };
+    let finding = finding(limit, found, nominal, OVER, &draws).unwrap().unwrap();
+    decide(&Finding { hidden, ..finding }, limit.value, guard).unwrap()
 }
 
 #[test]
@@ -303,23 +310,22 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     let terms = [Term::Power, Term::Astigmatism, Term::Coma];
     limits.push(Limit { value: 1e4, less: Terms::of(&terms), ..limits[1] });
     limits.push(Limit { less: Terms::of(&terms), zone, ..limits[0] });
-    let draws = Draws { count: 40, seed: 1 };
-    let judged =
-        judge(&limits, &found, &fitted.nominal, OVER, &draws, by(Guard::default(), Some(0.0)))
-            .unwrap();
-    for (index, judged) in judged.iter().enumerate() {
-        let decision = judged.decision.as_ref().unwrap();
+    let nominal = &fitted.nominal;
+    let held_all =
+        limits.iter().map(|limit| held((limit, nominal), &found, Guard::default(), Some(0.0)));
+    let decisions: Vec<Decision> = held_all.collect();
+    for (index, (limit, decision)) in limits.iter().zip(&decisions).enumerate() {
         let expected = if index == 1 { Status::Fail } else { Status::Pass };
-        assert_eq!(decision.status, expected, "{:?}", judged.limit);
+        assert_eq!(decision.status, expected, "{limit:?}");
         let u = decision.finding.u.unwrap();
-        assert!(u > 0.0 && u < 10.0, "{:?}: {u}", judged.limit);
+        assert!(u > 0.0 && u < 10.0, "{limit:?}: {u}");
         assert!((decision.band.unwrap() / u - 1.644_853_627).abs() < 1e-6);
     }
-    let value = |index: usize| judged[index].decision.as_ref().unwrap().finding.value;
+    let value = |index: usize| decisions[index].finding.value;
     assert!(value(8) < value(0));
     // Of a range over a zone or without terms, u is that of two places too.
     for index in [0, 8, 10] {
-        let finding = judged[index].decision.as_ref().unwrap().finding;
+        let finding = decisions[index].finding;
         assert!((finding.u.unwrap() - 5.0 * 2.0_f64.sqrt()).abs() < 1e-6, "{finding:?}");
         assert!((0.0..20.0).contains(&finding.bias), "{finding:?}");
     }
@@ -330,9 +336,8 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
     let left = rms(&remove(&whole, &terms).unwrap().sample, Reference::Zero).unwrap().value;
     assert!((value(9) - left).abs() < 1e-6 && left < 0.9 * value(1), "{} {left}", value(9));
     // Nothing can be accepted as long as anything may hide.
-    let blind =
-        judge(&limits[..1], &found, &fitted.nominal, OVER, &draws, by(Guard::None, None)).unwrap();
-    assert_eq!(blind[0].decision.as_ref().unwrap().status, Status::Undecided);
+    let blind = held((&limits[0], nominal), &found, Guard::None, None);
+    assert_eq!(blind.status, Status::Undecided);
 }
 
 /// What part of the points promises of the final figures, over scans that come line by line, with noise on top.

@@ -1,0 +1,223 @@
+//! What a fit says of itself, as reports write it.
+
+use asphera_form::{Caution, Combination, Covariance, Fit, LiveEstimate, Nominal, Undetermined};
+use asphera_report::{
+    CautionFigures, CombinationFigures, CovarianceFigures, FitDetails, ShareFigures,
+    UndeterminedFigures,
+};
+
+use super::design;
+use super::figures::made_from_points;
+use super::running::MadeReference;
+use crate::{Criterion, Part, Weights};
+
+/// Of the final fit.
+pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>, part: &Part) -> FitDetails {
+    FitDetails {
+        converged: Some(fit.termination.is_converged()),
+        evaluations: Some(fit.evaluations as u64),
+        condition: Some(fit.condition).filter(|condition| condition.is_finite()),
+        dof: Some(fit.dof as u64),
+        sigma_nm: (fit.dof > 0).then_some(1e6 * fit.sigma_mm),
+        cautions: (fit.cautions.iter().map(caution))
+            .chain(combinations(&fit.undetermined))
+            .chain(design::caution(part))
+            .chain(of_reference(reference))
+            .collect(),
+        weakest: fit.weakest.as_ref().map(combination),
+        undetermined: undetermined(&fit.undetermined, &fit.nominal),
+        covariance: fit.covariance.as_ref().map(|found| covariance(found, fit)),
+        ..FitDetails::default()
+    }
+}
+
+/// Of the running fit: what it lacks is known, and how the final one will differ.
+pub(super) fn of_running(
+    estimate: &LiveEstimate,
+    reference: Option<&MadeReference<'_>>,
+    part: &Part,
+) -> FitDetails {
+    let named = reference.map_or(&estimate.nominal, |reference| &reference.base_fit.nominal);
+    FitDetails {
+        cautions: (provisional(estimate, part).into_iter())
+            .chain(combinations(&estimate.undetermined))
+            .chain(design::caution(part))
+            .chain(of_reference(reference))
+            .collect(),
+        undetermined: undetermined(&estimate.undetermined, named),
+        ..FitDetails::default()
+    }
+}
+
+/// Whether a fit to be read with it allows no verdict: the part may lie elsewhere. What is left out shows in the coverage, and a
+/// weak combination in its uncertainty.
+pub(super) fn forbids_verdict(caution: &Caution) -> bool {
+    match caution {
+        Caution::UpsideDown
+        | Caution::Mirrored { .. }
+        | Caution::Units(_)
+        | Caution::FewCount { .. } => true,
+        Caution::BeyondDomain { .. } | Caution::IllConditioned { .. } => false,
+    }
+}
+
+fn caution(caution: &Caution) -> CautionFigures {
+    let kind = match caution {
+        Caution::UpsideDown => "upside_down",
+        Caution::Mirrored { .. } => "mirrored",
+        Caution::BeyondDomain { .. } => "beyond_domain",
+        Caution::Units(_) => "units",
+        Caution::FewCount { .. } => "few_count",
+        Caution::IllConditioned { .. } => "ill_conditioned",
+    };
+    CautionFigures {
+        kind: kind.to_owned(),
+        text: caution.to_string(),
+        forbids_verdict: forbids_verdict(caution),
+    }
+}
+
+fn combination(combination: &Combination) -> CombinationFigures {
+    let terms = combination.names.iter().zip(&combination.terms);
+    CombinationFigures {
+        text: combination.to_string(),
+        shares: terms
+            .map(|(name, (_, share))| ShareFigures { parameter: name.clone(), share: *share })
+            .collect(),
+        ratio: combination.ratio,
+    }
+}
+
+fn undetermined(all: &[Undetermined], nominal: &Nominal) -> Vec<UndeterminedFigures> {
+    let figures = |one: &Undetermined| UndeterminedFigures {
+        parameter: one.parameter.name(nominal),
+        text: one.text.clone(),
+        combined: one.is_combined,
+        by_shape: one.by_shape,
+        combination: combination(&one.combination),
+    };
+    all.iter().map(figures).collect()
+}
+
+/// Covariances of the estimates of a fit, in its order.
+pub(super) fn covariance(found: &Covariance, fit: &Fit) -> CovarianceFigures {
+    let size = found.size();
+    let names = fit.estimates.iter().map(|estimate| estimate.parameter.name(&fit.nominal));
+    let units = fit.estimates.iter().map(|estimate| estimate.parameter.unit(&fit.nominal));
+    let entry = |row: usize, column: usize| found.entry(row, column).unwrap_or(f64::NAN);
+    CovarianceFigures {
+        parameters: names.collect(),
+        units: units.map(Option::unwrap_or_default).collect(),
+        covariance: (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect(),
+        correlation: (0..size)
+            .map(|i| (0..size).map(|j| found.correlation(i, j)).collect())
+            .collect(),
+    }
+}
+
+/// Adds further covariances of the same estimates.
+pub(super) fn add(figures: &mut CovarianceFigures, further: &Covariance) {
+    for (i, row) in figures.covariance.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry += further.entry(i, j).unwrap_or(0.0);
+        }
+    }
+    let all = &figures.covariance;
+    for (i, row) in figures.correlation.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let correlation = all[i][j] / (all[i][i] * all[j][j]).sqrt();
+            *entry = correlation.is_finite().then(|| correlation.clamp(-1.0, 1.0));
+        }
+    }
+}
+
+/// Combinations of motions at their start: the aperture's place rests on them.
+fn combinations(all: &[Undetermined]) -> impl Iterator<Item = CautionFigures> {
+    let combined = all.iter().filter(|one| one.is_combined);
+    combined.map(|one| mild("held_combination", one.text.clone()))
+}
+
+/// What stayed at its start, each in a few words.
+pub(super) fn held(all: &[Undetermined]) -> Vec<String> {
+    all.iter().map(|one| one.what.clone()).collect()
+}
+
+/// Of a surface that was made from the points.
+fn of_reference(reference: Option<&MadeReference<'_>>) -> Vec<CautionFigures> {
+    let Some(reference) = reference else { return Vec::new() };
+    let spline = reference.spline;
+    // At the other end a surface needs no more than its base.
+    let coarse = (spline.at_limit && spline.lambda < 1.0).then(|| {
+        "the points have form that these knots cannot follow, and the noise told holds some of it: finer knots \
+         would"
+            .to_owned()
+    });
+    let made = mild("made_from_points", made_from_points(reference));
+    [made].into_iter().chain(coarse.map(|text| mild("coarse_knots", text))).collect()
+}
+
+/// In what the running fit is not the final one.
+fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
+    let Criterion { weights, .. } = part.criterion;
+    let kept_up = part.reference.is_some().then_some(
+        "until the end the reference is kept up as points arrive, with at most 40 cells of knots over the longer side; \
+         then it is made anew from all points",
+    );
+    let alike = (weights == Weights::Uncertainty && estimate.weights.is_none()).then_some(
+        "weights by uncertainty are asked for, but the points carry none: they count alike until the end, when there is \
+         no fit",
+    );
+    let all = kept_up.into_iter().chain(alike);
+    all.map(|text| mild("provisional", text.to_owned())).collect()
+}
+
+fn mild(kind: &str, text: String) -> CautionFigures {
+    CautionFigures { kind: kind.to_owned(), text, forbids_verdict: false }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::nominal::parse;
+    use asphera_form::{FitSettings, Loss, Parameter, fit};
+
+    use super::*;
+
+    /// A plane with a step of 1 µm and one outlier: what the fit knows, in the words of the report.
+    #[test]
+    fn a_fit_is_told_whole() {
+        let mut points: Vec<[f64; 3]> = (0..400_u32)
+            .map(|i| {
+                let (x, y) = (f64::from(i % 20) + 100.0, f64::from(i / 20));
+                [x, y, if (i / 20 + i) % 2 == 0 { 1e-3 } else { 0.0 }]
+            })
+            .collect();
+        points[57][2] = 3.0;
+        let free = vec![Parameter::Tx, Parameter::Tz, Parameter::Ry];
+        let settings = FitSettings { free, loss: Loss::TUKEY, ..FitSettings::default() };
+        let part = parse("flat.toml", "[surface]\nkind = \"plane\"\n").unwrap();
+        let told = of_fit(&fit(&points, &Nominal::Plane, &settings).unwrap(), None, &part);
+        let [lacks] = &told.undetermined[..] else { panic!("{:?}", told.undetermined) };
+        assert_eq!((&lacks.parameter[..], lacks.by_shape), ("tx", true));
+        assert_eq!(lacks.combination.shares[0].parameter, "tx");
+        let covariance = told.covariance.unwrap();
+        assert_eq!(covariance.parameters, ["tz", "ry"]);
+        assert_eq!(covariance.units, ["mm", "rad"]);
+        // The plane is turned about an axis 100 mm away.
+        let correlation = covariance.correlation[0][1].unwrap();
+        assert!(correlation.abs() > 0.99 && covariance.correlation[1][1] == Some(1.0));
+        let [[a, b], [c, d]] = [0, 1].map(|i| [0, 1].map(|j| covariance.covariance[i][j]));
+        assert!(b == c && (b / (a * d).sqrt() - correlation).abs() < 1e-12);
+        assert_eq!((told.converged, told.cautions.len()), (Some(true), 0));
+        assert!(told.weakest.unwrap().text.contains("tz"));
+    }
+
+    #[test]
+    fn cautions_say_whether_they_forbid_a_verdict() {
+        let mirrored = Caution::Mirrored { rms_mm: 1e-2, mirrored_rms_mm: 1e-6 };
+        let beyond = Caution::BeyondDomain { domain_mm: 9.0, beyond: 3, farthest_mm: 9.4 };
+        let told = [caution(&mirrored), caution(&beyond)];
+        assert_eq!((&told[0].kind[..], told[0].forbids_verdict), ("mirrored", true));
+        assert_eq!((&told[1].kind[..], told[1].forbids_verdict), ("beyond_domain", false));
+        assert!(told[1].text.contains("3 points"), "{}", told[1].text);
+    }
+}

@@ -1,0 +1,282 @@
+//! The final figures of a part from its fit, its sampling and its deviations.
+
+use asphera_form::figures::{Sample, SampleError};
+use asphera_form::uncertainty::{Places, UncertaintyError};
+use asphera_form::verdict::{Deviations, Limit, forecast};
+use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, Pose};
+use asphera_mesh::Mesh;
+use asphera_report::{FeatureFigures, FormFigure, FormFigures, Map, Verdict};
+use asphera_surface::Plane;
+
+use super::correlated;
+use super::defects::{self, Meshed};
+use super::design::Design;
+use super::details::{Indicated, details, places_mm, sample};
+use super::deviation_map::DeviationMap;
+use super::errors::{Errors, ErrorsOfFigures};
+use super::figures;
+use super::fitting::{Fitted, NoFit};
+use super::judgement::{Deviating, Plain, compare, judge};
+use super::look::Look;
+use super::removal::cells_of;
+use super::standards::{self, Measured};
+use super::step::Step;
+use super::uncertainties::{self, Assessed, assess, tell};
+use super::unmeasured::{Laid, Unmeasured};
+use crate::Part;
+
+/// What the final figures are formed of.
+pub(super) struct Inspection<'a> {
+    pub(super) part: &'a Part,
+    pub(super) mesh: &'a Mesh,
+    pub(super) plane: &'a Plane,
+    /// Where the part lies in the frame of the plane.
+    pub(super) pose: &'a Pose,
+    pub(super) fitted: Result<&'a Fitted, &'a NoFit>,
+    pub(super) look: &'a Look,
+    /// Why the mesh is none of the surface, if it is not.
+    pub(super) folded: Option<&'a str>,
+    /// Of every vertex; NaN outside the aperture or without a fit.
+    pub(super) deviations_mm: &'a [f64],
+    /// Their figures.
+    pub(super) found: Option<&'a Figures>,
+    /// The area each vertex stands for.
+    pub(super) areas_mm2: &'a [f64],
+}
+
+/// What an inspection finds.
+pub(super) struct Inspected {
+    pub(super) form: Option<FormFigures>,
+    pub(super) features: FeatureFigures,
+    pub(super) verdict: Verdict,
+    /// Deviation of every vertex, nm.
+    pub(super) deviations_nm: Vec<f64>,
+    pub(super) map: Option<DeviationMap>,
+    /// The cells of the maps, and the deviation over them.
+    pub(super) grid: Option<MapGrid>,
+    pub(super) cells: Option<Map>,
+}
+
+impl Inspection<'_> {
+    /// All figures, and the verdict. The cells of the maps lie on `grid`; `begin` hears of each step.
+    pub(super) fn figures(&self, grid: Option<MapGrid>, begin: &mut dyn FnMut(Step)) -> Inspected {
+        let (part, mesh, look) = (self.part, self.mesh, self.look);
+        let fitted = self.fitted.ok();
+        let points = mesh.points();
+        let taken = fitted.and_then(|fitted| {
+            uncertainties::taken(part, points, self.deviations_mm, fitted, self.areas_mm2)
+        });
+        let assessed =
+            fitted.and_then(|fitted| assess(part, points, fitted, self.plane, taken.as_ref()));
+        let mut errors = Errors::new(part);
+        let known = self.errors(&mut errors, taken.as_ref());
+        let noise_nm = match &assessed {
+            Some(assessed) => assessed.as_ref().ok().map(|of| of.uncertainty.noise.sigma_mm * 1e6),
+            None => errors.noise_nm(),
+        };
+        let sample = sample(part, self.pose, points, self.deviations_mm, self.areas_mm2);
+        let design = fitted.and_then(|fitted| Design::new(part, mesh, fitted, self.areas_mm2));
+        let mut form = self.form(&sample, design.as_ref(), noise_nm);
+        begin(Step::Standards);
+        // Without a fit no deviation is known.
+        let counted = fitted.and(sample.as_ref().ok());
+        let grid = grid.map(|grid| counted.map_or(grid, |sample| grid_of(sample, part, grid)));
+        let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
+        let deviations_nm: Vec<f64> = self.deviations_mm.iter().map(|mm| mm * 1e6).collect();
+        let map = form
+            .as_ref()
+            .and_then(|_| DeviationMap::of(mesh, (&look.triangles, &look.covered), &deviations_nm));
+        if let (Some(form), Some(fitted)) = (&mut form, fitted) {
+            self.complete(form, fitted, map.as_ref(), noise_nm, assessed.as_ref());
+        }
+        begin(Step::Unmeasured);
+        let unmeasured =
+            self.unmeasured(fitted.map(|fitted| &fitted.fit), self.deviations_mm, self.found);
+        let of_design = design.as_ref().and_then(|design| design.as_ref().ok());
+        let unmeasured_of_design = of_design.map(|design| {
+            self.unmeasured(Some(design.fit), &design.deviations_mm, design.found.as_ref())
+        });
+        if let Some(form) = &mut form {
+            if let Some(known) = &known {
+                uncertainties::tell_noise(form, known);
+            } else if form.deviation.uncertainty.is_none() {
+                form.unknown.push("uncertainties: the noise of the points is not known".to_owned());
+            }
+            form.deviation.unmeasured = Some(unmeasured.figures());
+        }
+        begin(Step::Defects);
+        let features = self.features(form.is_some());
+        begin(Step::Verdict);
+        let mut without_form = Vec::new();
+        let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
+        let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
+        let unmeasured_of = [&unmeasured, hidden];
+        let mut compared = self.compared(
+            assessed.as_ref(),
+            design.as_ref(),
+            known.as_ref(),
+            unmeasured_of,
+            figures,
+        );
+        let noise_dof = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+        let noise_dof = noise_dof.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
+        standards::hold(&mut compared, part, form.as_ref(), noise_dof, &unmeasured);
+        let verdict = judge(compared, part, mesh, self.fitted, &look.mesh, &look.sampling);
+        Inspected { form, features, verdict, deviations_nm, map, grid, cells }
+    }
+
+    /// What the noise alone makes uncertain, where no uncertainties are asked for.
+    fn errors(&self, errors: &mut Errors, taken: Option<&Places>) -> Option<ErrorsOfFigures> {
+        if self.part.judging.uncertainty.is_some() {
+            return None;
+        }
+        let noise_nm = self.look.sampling.noise_sigma_nm;
+        errors.look(self.part, self.mesh.points(), self.plane, noise_nm);
+        let known = errors.of(self.found?)?;
+        Some(taken.map_or(known, |taken| known.over(taken)))
+    }
+
+    /// The figures of the form by the points alone; `None` without a fit.
+    fn form(
+        &self,
+        sample: &Result<Sample, SampleError>,
+        design: Option<&Result<Design<'_>, String>>,
+        noise_nm: Option<f64>,
+    ) -> Option<FormFigures> {
+        let (fitted, found) = self.fitted.ok().zip(self.found)?;
+        let indicated = match design {
+            Some(design) => design.as_ref().map_err(Clone::clone).and_then(Design::indicated),
+            None => sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
+                sample,
+                nominal: &fitted.fit.nominal,
+                from_design: false,
+            }),
+        };
+        let details = details(self.part, sample, indicated, self.areas_mm2, found.rms_nm, noise_nm);
+        Some(figures::form(self.part, fitted, found, details, self.plane))
+    }
+
+    /// Adds the figures of standards and the uncertainties.
+    fn complete(
+        &self,
+        form: &mut FormFigures,
+        fitted: &Fitted,
+        map: Option<&DeviationMap>,
+        noise_nm: Option<f64>,
+        assessed: Option<&Result<Assessed, UncertaintyError>>,
+    ) {
+        let points = self.mesh.points();
+        let measured = Measured {
+            part: self.part,
+            fit: &fitted.fit,
+            points,
+            deviations_mm: self.deviations_mm,
+            triangles: &self.look.triangles,
+            covered: &self.look.covered,
+            areas_mm2: self.areas_mm2,
+            map,
+            noise_nm,
+        };
+        let of_standards = standards::add(form, &measured);
+        let assessed = assessed.and_then(|assessed| assessed.as_ref().ok());
+        if let Some(assessed) = assessed {
+            tell(form, assessed, self.part);
+            standards::tell(form, &of_standards, assessed, self.part);
+        }
+        correlated::tell(form, self.part, fitted, (points, self.deviations_mm), assessed);
+    }
+
+    /// What the part that was not measured may add to the figures of a fit.
+    fn unmeasured(
+        &self,
+        fit: Option<&Fit>,
+        deviations_mm: &[f64],
+        found: Option<&Figures>,
+    ) -> Unmeasured {
+        let (Some(fit), Some(found)) = (fit, found) else { return Unmeasured::default() };
+        let sampling = &self.look.sampling;
+        let places_mm = places_mm(&fit.pose, self.mesh.points());
+        let laid = Laid {
+            places_mm: &places_mm,
+            deviations_mm,
+            sampling,
+            zones: &self.look.zones,
+            most_bent: usize::MAX,
+        };
+        let free: Vec<Parameter> =
+            fit.estimates.iter().map(|estimate| estimate.parameter).collect();
+        let missing = sampling.coverage.map(|coverage| 1.0 - coverage);
+        // Where nothing is missing there is nothing to foresee.
+        let forecast = missing.filter(|missing| *missing > 0.0).and_then(|missing| {
+            let (nominal, pose) = (&fit.nominal, &fit.pose);
+            let aperture = &self.part.aperture;
+            let measured = Deviations { places_mm: &places_mm, deviations_mm };
+            forecast(measured, aperture, nominal, pose, &free, Some(missing))
+        });
+        let limits: Vec<&Limit> = self.part.limits().iter().collect();
+        Unmeasured::of(self.part, &limits, &laid, found.rms_nm, forecast.as_ref())
+    }
+
+    fn features(&self, has_form: bool) -> FeatureFigures {
+        let Look { triangles, sampling, .. } = self.look;
+        let meshed = Meshed { mesh: self.mesh, triangles, plane: self.plane, sampling };
+        let deviating = has_form.then_some(self.deviations_mm);
+        match self.folded {
+            Some(why) => defects::of_folded(why),
+            None => {
+                defects::of_part(meshed, self.part, deviating.ok_or("there is no fit".to_owned()))
+            }
+        }
+    }
+
+    /// The figures held against their limits: `unmeasured` of the deviation the fit leaves, and of that from the design.
+    fn compared(
+        &self,
+        assessed: Option<&Result<Assessed, UncertaintyError>>,
+        design: Option<&Result<Design<'_>, String>>,
+        known: Option<&ErrorsOfFigures>,
+        unmeasured: [&Unmeasured; 2],
+        figures: &mut Vec<FormFigure>,
+    ) -> Verdict {
+        let points = self.mesh.points();
+        let areas_mm2 = self.areas_mm2;
+        let assessed = match assessed {
+            None => None,
+            Some(Ok(assessed)) => Some(assessed),
+            Some(Err(error)) => return uncertainties::unknown(error),
+        };
+        if let Some(assessed) = assessed {
+            let areas_mm2 = Some(areas_mm2);
+            return uncertainties::compare(self.part, assessed, areas_mm2, unmeasured, figures);
+        }
+        let left = self.fitted.ok().map(|fitted| &fitted.fit);
+        let left = left.map(|fit| (places_mm(&fit.pose, points), &fit.nominal));
+        let left = left.as_ref().map(|(places_mm, nominal)| Deviating {
+            places_mm,
+            deviations_mm: self.deviations_mm,
+            areas_mm2,
+            nominal,
+        });
+        let design = design.map(|design| match design {
+            Ok(design) => Ok(design.deviating(areas_mm2)),
+            Err(why) => Err(why.clone()),
+        });
+        let plain = Plain { found: self.found, errors: known, left, design, unmeasured };
+        compare(self.part, &plain, figures)
+    }
+}
+
+/// The cells of the maps: without an aperture those of the running maps lie where the points had come to, about another
+/// origin.
+fn grid_of(sample: &Sample, part: &Part, grid: MapGrid) -> MapGrid {
+    let side_mm = |axis: usize| {
+        sample.places_mm().iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
+            [low.min(place[axis]), high.max(place[axis])]
+        })
+    };
+    let ([x_min_mm, x_max_mm], [y_min_mm, y_max_mm]) = (side_mm(0), side_mm(1));
+    if part.aperture != Aperture::None || x_min_mm >= x_max_mm || y_min_mm >= y_max_mm {
+        return grid;
+    }
+    MapGrid { x_min_mm, x_max_mm, y_min_mm, y_max_mm, ..grid }
+}

@@ -1,0 +1,78 @@
+//! One part: points in, figures out.
+//!
+//! Points become a mesh, its sampling, a fit, deviations and a verdict. Running figures can be had at any moment, at a cost
+//! that does not depend on the number of points. The final figures are made once, from all points. They depend on the points and
+//! their order, and on nothing else: no file, no clock, no runtime.
+//!
+//! - [`Part`]: the design of a part, and how it is judged.
+//! - [`Pipeline`]: takes points, and has running figures; [`Pipeline::finish`] makes a [`Measurement`].
+//! - [`Measurement`]: report, mesh, deviations and maps.
+//! - [`section`]: cuts through a mesh.
+
+mod cells;
+mod correlated;
+mod cutting;
+mod decision;
+mod defects;
+mod design;
+mod details;
+mod deviation_map;
+mod document;
+mod errors;
+mod figures;
+mod fit_details;
+mod fitting;
+mod folded;
+mod heights;
+mod inspection;
+#[cfg(test)]
+mod interval_study;
+mod judgement;
+mod look;
+mod maps;
+mod measurement;
+mod naming;
+mod origin;
+mod part;
+mod partition;
+mod pipeline;
+mod profile;
+mod projection;
+mod prospects;
+mod removal;
+mod running;
+mod sampling;
+pub mod section;
+mod standards;
+mod step;
+mod uncertainties;
+mod unmeasured;
+
+pub use cutting::FinishedMesh;
+pub use defects::features_of_mesh;
+pub use deviation_map::{DeviationMap, MapSource};
+pub use judgement::{doubt, undecide};
+pub use measurement::Measurement;
+pub use part::{
+    COVERAGE_MIN, CorrelationFrom, Criterion, DefectLimits, FLAT_BELOW_PER_MM, FigureSettings,
+    HIGHEST_MM, Judging, LISTED, Part, Q_TERMS, TextureSettings, Weights,
+};
+pub use pipeline::{Pipeline, RunningFigures};
+pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
+pub use sampling::{
+    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, sampling_of_mesh, sampling_of_points,
+};
+pub use sampling::{Readings, Sampled, feature_size, no_area};
+pub use step::Step;
+
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct Readme;
+
+// Unit tests read nominal files with the reader itself, which names this crate from outside.
+#[cfg(test)]
+extern crate self as asphera_measure;
+#[cfg(test)]
+#[path = "../nominal/lib.rs"]
+#[expect(unreachable_pub, unused_imports, reason = "a crate of its own elsewhere")]
+mod nominal;

@@ -1,0 +1,117 @@
+//! How reports name figures: by the catalogue of the kernel. No figure gets its names elsewhere.
+
+use asphera_form::Aperture;
+use asphera_form::figures::{Definition, Figure, Term};
+use asphera_form::texture;
+use asphera_form::verdict::Limit;
+use asphera_report::{FigureName, FormFigure};
+
+/// The figure of a limit.
+pub(super) fn of_limit(limit: &Limit) -> FigureName {
+    FigureName { name: limit.name(), scope: limit.scope(), ..of_figure(limit.definition) }
+}
+
+/// The width of the minimum zone, which is no figure of deviations.
+pub(super) fn of_zone_width() -> FigureName {
+    of_figure(Definition::MinimumZone)
+}
+
+/// A parameter of texture.
+pub(super) fn of_texture(definition: texture::Definition) -> FigureName {
+    FigureName {
+        name: definition.key(),
+        id: definition.id(),
+        symbol: definition.to_string(),
+        unit: definition.unit().to_string(),
+        scope: None,
+    }
+}
+
+fn of_figure(definition: Definition) -> FigureName {
+    FigureName {
+        name: definition.key(),
+        id: definition.id().to_owned(),
+        symbol: definition.symbol().to_owned(),
+        unit: definition.unit().to_string(),
+        scope: None,
+    }
+}
+
+/// A figure of a deviation, of what `variant` says.
+pub(super) fn figure(Figure { definition, value }: Figure, variant: String) -> FormFigure {
+    FormFigure {
+        id: definition.id().to_owned(),
+        name: definition.to_string(),
+        unit: definition.unit().to_string(),
+        definition: definition.text().to_owned(),
+        source: definition.source().to_owned(),
+        ..bare(value, variant)
+    }
+}
+
+/// The figure of a limit over a part of the aperture; `None` over all of it.
+pub(super) fn of_zone(limit: &Limit, value: f64) -> Option<FormFigure> {
+    let Aperture::Annulus { inner_mm, outer_mm } = limit.zone else { return None };
+    let found = Figure { definition: limit.definition, value };
+    Some(figure(found, format!("from {inner_mm} to {outer_mm} mm")))
+}
+
+/// A figure of a deviation with terms removed.
+pub(super) fn figure_without(figure: Figure, terms: &[Term]) -> FormFigure {
+    let removed: Vec<String> = terms.iter().map(ToString::to_string).collect();
+    FormFigure { removed, ..self::figure(figure, without(terms)) }
+}
+
+/// Terms removed, in words.
+pub(super) fn without(terms: &[Term]) -> String {
+    let names: Vec<String> = terms.iter().map(ToString::to_string).collect();
+    format!("{} removed", names.join(", "))
+}
+
+/// A parameter of texture, of the surface that `variant` names.
+pub(super) fn parameter(found: texture::Figure, variant: &str) -> FormFigure {
+    let texture::Figure { definition, value } = found;
+    FormFigure {
+        id: definition.id(),
+        name: definition.to_string(),
+        unit: match definition.unit() {
+            texture::Unit::One => String::new(),
+            unit => unit.to_string(),
+        },
+        definition: definition.text().to_owned(),
+        source: definition.source().to_owned(),
+        ..bare(value, variant.to_owned())
+    }
+}
+
+/// A slope along a profile, in µrad: `rms`, `rms_about_mean` or `max`.
+pub(super) fn profile_slope(kind: &str, value_urad: f64, rule: &str) -> FormFigure {
+    let words = kind.replace("rms", "RMS").replace('_', " ");
+    FormFigure {
+        id: format!("profile_slope_{kind}"),
+        name: format!("profile slope {words}"),
+        unit: "µrad".to_owned(),
+        definition: rule.to_owned(),
+        source: "asphera".to_owned(),
+        ..bare(value_urad, "along the line".to_owned())
+    }
+}
+
+/// A value without a name.
+fn bare(value: f64, variant: String) -> FormFigure {
+    FormFigure {
+        id: String::new(),
+        name: String::new(),
+        variant,
+        removed: Vec::new(),
+        value,
+        unit: String::new(),
+        u: None,
+        expanded: None,
+        simulated: None,
+        noise_adds: None,
+        without_noise: None,
+        definition: String::new(),
+        source: String::new(),
+    }
+}

@@ -1,0 +1,50 @@
+//! Limits beyond PV and RMS, the decision rule, and the error budget.
+
+use asphera_form::figures::Indication;
+use asphera_form::texture;
+use asphera_form::uncertainty::{Budget, Draws};
+use asphera_form::verdict::{Guard, Limit};
+
+/// What correlation of errors the uncertainties of pose and parameters count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CorrelationFrom {
+    /// None: what is correlated in the deviations is form of this part, and no error.
+    Nothing,
+    /// That of the budget, its long wave.
+    #[default]
+    Budget,
+    /// That of the deviations, as they are.
+    Deviations,
+}
+
+/// Limits of a part, and how they are held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judging {
+    /// Limits of figures of the deviation: of the whole, of zones, and with terms removed.
+    pub limits: Vec<Limit>,
+    /// The decision rule; `None`: values are held against limits as they are.
+    pub guard: Option<Guard>,
+    /// What a drawing asks by ISO 10110-5; its limits are among [`Judging::limits`].
+    pub indication: Option<Indication>,
+    /// Largest width of the minimum zone allowed, nm.
+    pub minimum_zone_nm: Option<f64>,
+    /// Limits of texture parameters in their units.
+    pub texture: Vec<(texture::Definition, f64)>,
+    /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
+    /// alone, as the points tell it, if a guard band needs them.
+    pub uncertainty: Option<(Budget, Draws)>,
+    /// What the uncertainties of pose and parameters count of correlated errors.
+    pub correlated: CorrelationFrom,
+}
+
+impl Judging {
+    /// Whether there is a limit of anything.
+    pub fn has_limits(&self) -> bool {
+        !self.limits.is_empty() || self.has_limits_of_standards()
+    }
+
+    /// Whether there are limits of figures that are made of more than deviations: minimum zone, texture.
+    pub fn has_limits_of_standards(&self) -> bool {
+        self.minimum_zone_nm.is_some() || !self.texture.is_empty()
+    }
+}

@@ -1,0 +1,63 @@
+//! The minimum zone with its certificate.
+
+use asphera_form::figures::{Definition, Figure};
+use asphera_form::{
+    Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+};
+use asphera_report::{ContactFigures, MinimumZoneFigures};
+
+use super::Measured;
+use crate::naming;
+use crate::origin;
+use crate::running::fit_settings;
+
+/// With what its uncertainty needs. Some three times the time of the fit.
+pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit), FitError> {
+    let Measured { part, fit, points, deviations_mm, .. } = *measured;
+    let fit_settings = FitSettings { start: origin::start_of(part, points), ..fit_settings(part) };
+    let settings = ZoneSettings { fit: fit_settings, ..ZoneSettings::default() };
+    let found = minimum_zone(points, &part.nominal, &settings)?;
+    let [low_mm, high_mm] = deviations_mm
+        .iter()
+        .filter(|deviation| deviation.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &z| [low.min(z), high.max(z)]);
+    let contact = |contact: &Contact| ContactFigures {
+        at_mm: fit.pose.to_part(points[contact.index]),
+        side: match contact.side {
+            Side::High => "high".to_owned(),
+            Side::Low => "low".to_owned(),
+        },
+        share: contact.multiplier,
+    };
+    let mut contacts: Vec<ContactFigures> = found.contacts.iter().map(contact).collect();
+    contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
+    let figures = MinimumZoneFigures {
+        width: naming::figure(width, "of all points used".to_owned()),
+        method: found.method.to_owned(),
+        termination: termination(&found),
+        settled: found.termination.is_settled(),
+        lower_nm: found.certificate.lower_mm * NM_PER_MM,
+        gap_nm: found.certificate.gap_mm * NM_PER_MM,
+        offset_nm: found.offset_mm * NM_PER_MM,
+        points: found.used as u64,
+        passes: found.certificate.scans as u64,
+        least_squares_pv_nm: (high_mm - low_mm) * NM_PER_MM,
+        contacts,
+    };
+    Ok((figures, found))
+}
+
+fn termination(found: &ZoneFit) -> String {
+    match found.termination {
+        ZoneTermination::Settled { .. } => "settled".to_owned(),
+        ZoneTermination::NoDescent { gap_mm } => {
+            format!("no step made it narrower, {:.1e} nm may be left", gap_mm * NM_PER_MM)
+        }
+        ZoneTermination::MaxScans { limit, gap_mm } => {
+            format!("stopped after {limit} passes, {:.1e} nm may be left", gap_mm * NM_PER_MM)
+        }
+    }
+}
+
+const NM_PER_MM: f64 = 1e6;

@@ -1,0 +1,17 @@
+//! The reader of nominal files: TOML text in, a checked [`Part`](asphera_measure::Part) out.
+//!
+//! `config/nominals` has an example of every kind of surface. A problem names file, line, key, what is expected and what was
+//! found; all problems come at once.
+
+mod criterion;
+mod defects;
+mod figures;
+mod flip;
+mod judging;
+mod part;
+mod surface;
+mod text;
+
+pub use flip::{FlipError, flipped};
+pub use part::{folder, parse, read};
+pub use text::{bytes_of, parse as parse_text, text_of};
