@@ -2,15 +2,24 @@
 
 mod algebraic;
 mod axes;
+mod chebyshev;
 mod distance;
+mod eigenfunctions;
 mod geodesic;
+mod harmonic;
+mod heat;
 mod height;
 mod jacobi;
+mod laplacian;
+mod ring;
 
 pub use algebraic::{logarithm, saddle, squared_norm};
 pub use axes::{PrincipalAxes, principal_axes};
 pub use distance::{distance_from_axis, distance_from_centre, distance_from_point};
+pub use eigenfunctions::{Eigenfunctions, MOST_EIGENFUNCTIONS, eigenfunctions};
 pub use geodesic::{MOST_SOURCES, geodesic, geodesic_from_ends, geodesic_mean};
+pub use harmonic::{harmonic, harmonic_between_ends};
+pub use heat::{HEAT_EIGENFUNCTIONS, heat_kernel};
 pub use height::{height, principal_height};
 
 use thiserror::Error;
@@ -97,6 +106,48 @@ pub enum FunctionError {
         found: u32,
         /// How many places there are.
         places: usize,
+    },
+    /// A cloud in pieces, where one is wanted.
+    #[error(
+        "the points lie in {pieces} pieces between which nothing flows: expected one; take the largest piece alone (`asphera parts --out`), or more neighbours"
+    )]
+    Pieces {
+        /// How many pieces there are.
+        pieces: usize,
+    },
+    /// A number of eigenfunctions that is none.
+    #[error("{found} eigenfunctions: expected 1 to {most}")]
+    Eigenfunctions {
+        /// How many were asked for.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A time of diffusion that is none.
+    #[error("the time of diffusion is {found}: expected a finite number above 0")]
+    Time {
+        /// The time.
+        found: f64,
+    },
+    /// A fixed value that is not finite.
+    #[error("the value of place {place} is {value}: expected a finite number")]
+    Fixed {
+        /// The place.
+        place: u32,
+        /// The value.
+        value: f64,
+    },
+    /// Rounds that do not come to an end.
+    #[error(
+        "no solution to {tolerance:e} in {rounds} rounds: {residual:e} is left; the points may hang together by a thread"
+    )]
+    Unsolved {
+        /// The residual wanted.
+        tolerance: f64,
+        /// Rounds that were made.
+        rounds: usize,
+        /// The residual left.
+        residual: f64,
     },
     /// Neighbours cannot be listed.
     #[error(transparent)]

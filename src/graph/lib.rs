@@ -1,7 +1,7 @@
 //! Point Cloud Graphs: which parts lie there, how they hang together, where they have holes and branches. No mesh is needed.
 //!
 //! [`Cloud`] holds the points, each place once, and finds neighbours. [`functions`] give a value a place: heights, distances, geodesic
-//! distances. [`extract`] cuts the range of a function into [`Strips`] and makes the [`PointGraph`]: a node for every connected
+//! distances, eigenfunctions. [`extract`] cuts the range of a function into [`Strips`] and makes the [`PointGraph`]: a node for every connected
 //! piece of a strip, an arc between pieces of consecutive strips that are near. Its [`Loop`]s are holes: of a closed surface that is
 //! sampled densely there are as many as its genus. [`parts`] parts a scene.
 //!
@@ -23,7 +23,7 @@
 //!
 //! Source: S. Biasotti and G. Patanè on the Point Cloud Graph of point-sampled surfaces and volumes; where the crate departs from
 //! it, the items say so. The crate holds no input or output, reads no clock and starts no thread of its own. It has no
-//! eigenfunctions, harmonic functions, comparison of graphs or running graph yet.
+//! comparison of graphs and no running graph yet.
 
 #![forbid(unsafe_code)]
 

@@ -26,7 +26,8 @@ pub(super) struct GraphArgs {
     text: TextArgs,
     /// The function whose range is cut into strips: height:x, height:y, height:z, height:DX,DY,DZ; pca:1 to pca:3, the height along a
     /// principal axis; centre, point:X,Y,Z, axis:X,Y,Z,DX,DY,DZ: distances; log, square, saddle of the coordinates; geodesic from an
-    /// end, geodesic:N the mean over N sources.
+    /// end, geodesic:N the mean over N sources; laplacian:N the Nth eigenfunction; harmonic from end to end; heat:T what heat is left
+    /// after the time T, in units of the slowest decay.
     #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
     function: FunctionChoice,
     /// The strips: auto, a number of equal width, equal:N of equally many points, or the values between them.

@@ -6,11 +6,10 @@
 //! distances on triangular meshes", section 4). No mesh is needed: any two neighbours of a place may be corners.
 
 mod front;
-mod ring;
 
 use front::sweep;
-use ring::Rings;
 
+use super::ring::Rings;
 use super::{Field, FunctionError};
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Nearest;
@@ -69,6 +68,12 @@ pub fn geodesic_from_ends<const D: usize>(
         from = of(farthest(&back));
     }
     Ok(Field::length(from))
+}
+
+/// The places where a field of [`geodesic_from_ends`] is least and largest.
+pub(super) fn ends(field: &Field) -> [PlaceId; 2] {
+    let least: Vec<f64> = field.values.iter().map(|value| -value).collect();
+    [farthest(&least), farthest(&field.values)]
 }
 
 /// The mean of the distances from `count` sources along the surface in mm, which bending does not change. The sources are spread: each is

@@ -20,6 +20,9 @@ pub(in crate::cli) enum FunctionChoice {
     Saddle,
     GeodesicEnds,
     GeodesicMean(usize),
+    Laplacian(usize),
+    Harmonic,
+    Heat(f64),
 }
 
 impl FromStr for FunctionChoice {
@@ -48,12 +51,15 @@ impl FromStr for FunctionChoice {
             ("saddle", "", _) => Some(FunctionChoice::Saddle),
             ("geodesic", "", _) => Some(FunctionChoice::GeodesicEnds),
             ("geodesic", _, _) => argument.parse().ok().map(FunctionChoice::GeodesicMean),
+            ("laplacian", _, _) => argument.parse().ok().map(FunctionChoice::Laplacian),
+            ("harmonic", "", _) => Some(FunctionChoice::Harmonic),
+            ("heat", _, &[time]) => Some(FunctionChoice::Heat(time)),
             _ => None,
         };
         found.ok_or_else(|| {
             format!(
                 "expected height:x, height:y, height:z, height:DX,DY,DZ, pca:1, pca:2, pca:3, centre, point:X,Y,Z, \
-                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic or geodesic:N, found `{word}`"
+                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic, geodesic:N, laplacian:N, harmonic or heat:T, found `{word}`"
             )
         })
     }
@@ -77,6 +83,9 @@ impl FunctionChoice {
             FunctionChoice::Saddle => "saddle".into(),
             FunctionChoice::GeodesicEnds => "geodesic".into(),
             FunctionChoice::GeodesicMean(count) => format!("geodesic:{count}"),
+            FunctionChoice::Laplacian(number) => format!("laplacian:{number}"),
+            FunctionChoice::Harmonic => "harmonic".into(),
+            FunctionChoice::Heat(time) => format!("heat:{time}"),
         }
     }
 
@@ -96,9 +105,22 @@ impl FunctionChoice {
             FunctionChoice::GeodesicMean(count) => {
                 functions::geodesic_mean(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?, count)
             }
+            FunctionChoice::Laplacian(number) => {
+                let nearest = cloud.nearest(GEODESIC_NEIGHBOURS)?;
+                functions::eigenfunctions(cloud, &nearest, number)?
+                    .fields
+                    .pop()
+                    .ok_or(FunctionError::NoPoints)
+            }
+            FunctionChoice::Harmonic => {
+                functions::harmonic_between_ends(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?)
+            }
+            FunctionChoice::Heat(time) => {
+                functions::heat_kernel(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?, time)
+            }
         }
     }
 }
 
-/// Neighbours between which geodesic fronts move.
+/// Neighbours between which geodesic fronts move and heat flows.
 const GEODESIC_NEIGHBOURS: usize = 12;

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::ring::Rings;
+use super::super::ring::Rings;
 use crate::cloud::{Cloud, PlaceId};
 use crate::tree::squared_distance;
 

@@ -8,3 +8,4 @@ mod genus;
 mod geodesics;
 mod neighbours;
 mod pieces;
+mod spectra;
