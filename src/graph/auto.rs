@@ -1,7 +1,11 @@
 //! τ and strips that fit the points.
 
-use crate::cloud::Cloud;
+use rayon::prelude::*;
+
+use crate::cloud::{Cloud, PlaceId};
+use crate::extract::ExtractError;
 use crate::functions::Field;
+use crate::strips::{Strips, StripsError};
 
 /// τ from the points in mm; `None` of fewer than two places.
 ///
@@ -16,28 +20,60 @@ pub fn auto_tau_mm<const D: usize>(cloud: &Cloud<D>) -> Option<f64> {
     Some(OF_REACH * thin_mm)
 }
 
-/// How many strips of equal width there are for τ: as many as are at least `STRIP`·τ wide in space.
-pub fn auto_strips<const D: usize>(cloud: &Cloud<D>, field: &Field, tau_mm: f64) -> usize {
-    let Some([low, high]) = field.range() else { return 1 };
-    let slope = if field.is_length { 1.0 } else { slope_of(cloud, field) };
-    let count = (high - low) / (STRIP * tau_mm * slope);
-    if count.is_finite() { (count as usize).clamp(1, MOST) } else { 1 }
+/// Strips for τ: as many as are at least `STRIP`·τ wide in space.
+///
+/// Of lengths they are of equal width. Of another function a strip is as wide as its steepest places need, so strips are wider in
+/// value where the function is steep. Steep are places with a larger slope than 19 of 20 with about the same value.
+///
+/// # Errors
+///
+/// Values that are not finite; neighbours that cannot be listed.
+pub fn auto_strips<const D: usize>(
+    cloud: &Cloud<D>,
+    field: &Field,
+    tau_mm: f64,
+) -> Result<Strips, ExtractError> {
+    let Some([low, high]) = field.range() else {
+        return Err(StripsError::Range { low: f64::NAN, high: f64::NAN }.into());
+    };
+    if field.is_length {
+        let count = (high - low) / (STRIP * tau_mm);
+        let count = if count.is_finite() { (count as usize).clamp(1, MOST) } else { 1 };
+        return Ok(Strips::uniform(low, high, count)?);
+    }
+    let mut steep = steepness(cloud, field, tau_mm)?;
+    steep.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let (mut inner, mut begins, mut width) = (Vec::new(), low, 0.0_f64);
+    for alike in steep.chunks_mut(ALIKE) {
+        let ends = alike.last().map_or(high, |last| last.0);
+        let at = (alike.len() * STEEP_OF_20) / 20;
+        let steepest = alike.select_nth_unstable_by(at, |a, b| a.1.total_cmp(&b.1)).1;
+        width = width.max(STRIP * steepest.1);
+        if ends - begins >= width && inner.len() < MOST {
+            inner.push(ends);
+            (begins, width) = (ends, 0.0);
+        }
+    }
+    // What is left at the end is too narrow for a strip.
+    inner.pop();
+    Ok(Strips::between(low, high, &inner)?)
 }
 
-/// The median of |f(p) − f(q)| / ‖p − q‖ of places p and their first neighbours in the order of places.
-fn slope_of<const D: usize>(cloud: &Cloud<D>, field: &Field) -> f64 {
-    let pairs = cloud.places().windows(2).zip(field.values.windows(2));
-    let mut slopes: Vec<f64> = pairs
-        .map(|(places, values)| {
-            let square = crate::tree::squared_distance(&places[0], &places[1]);
-            (values[1] - values[0]).abs() / square.sqrt()
-        })
-        .collect();
-    if slopes.is_empty() {
-        return 1.0;
-    }
-    let middle = slopes.len() / 2;
-    *slopes.select_nth_unstable_by(middle, f64::total_cmp).1
+/// The value of every place, and how much the function changes there over τ: by its neighbours.
+fn steepness<const D: usize>(
+    cloud: &Cloud<D>,
+    field: &Field,
+    tau_mm: f64,
+) -> Result<Vec<(f64, f64)>, ExtractError> {
+    let nearest = cloud.nearest(NEIGHBOURS)?;
+    let of = |place: usize| {
+        let value = field.values[place];
+        let change = |&other: &PlaceId| (field.values[other as usize] - value).abs();
+        let most = nearest.of(place as PlaceId).iter().map(change).fold(0.0, f64::max);
+        let reach_mm = nearest.distances_mm(place as PlaceId).last().copied();
+        (value, reach_mm.map_or(0.0, |reach_mm| most * tau_mm / reach_mm))
+    };
+    Ok((0..cloud.len()).into_par_iter().map(of).collect())
 }
 
 /// The neighbour whose distance tells how thin the points lie.
@@ -51,6 +87,12 @@ const SHARE: f64 = 0.98;
 
 /// τ over the distance to the tenth neighbour of thin places.
 const OF_REACH: f64 = 1.3;
+
+/// Places with about the same value.
+const ALIKE: usize = 60;
+
+/// Of 20 of them so many are not steep.
+const STEEP_OF_20: usize = 19;
 
 /// Widths of strips over τ.
 const STRIP: f64 = 1.5;

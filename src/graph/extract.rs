@@ -146,11 +146,12 @@ impl<const D: usize> Extraction<D> {
     ) -> Result<Strips, StripsError> {
         let own = self.graph.strips();
         let (bounds, count) = (own.bounds(), own.count());
+        let is_even = matches!(choice, StripChoice::Auto) && field.is_length;
         let changed = ((count as f64 * share).round() as usize).max(1);
         match choice {
             _ if share == 1.0 => Ok(own.clone()),
             StripChoice::EqualCount(_) => Strips::equal_count(&field.values, changed),
-            StripChoice::Between(_) => {
+            StripChoice::Between(_) | StripChoice::Auto if !is_even => {
                 // Given bounds are moved along: bound i of the new ones lies at i / share of the old.
                 let at = |bound: usize| {
                     let place = bound as f64 * count as f64 / changed as f64;
@@ -160,9 +161,7 @@ impl<const D: usize> Extraction<D> {
                 let inner: Vec<f64> = (1..changed).map(at).collect();
                 Strips::between(bounds[0], bounds[count], &inner)
             }
-            StripChoice::Auto | StripChoice::Uniform(_) => {
-                Strips::uniform(bounds[0], bounds[count], changed)
-            }
+            _ => Strips::uniform(bounds[0], bounds[count], changed),
         }
     }
 }
@@ -183,7 +182,7 @@ fn strips<const D: usize>(
         return Err(GraphError::NotFinite { place, value }.into());
     };
     let strips = match choice {
-        StripChoice::Auto => Strips::uniform(low, high, auto_strips(cloud, field, tau_mm)),
+        StripChoice::Auto => return auto_strips(cloud, field, tau_mm),
         StripChoice::Uniform(count) => Strips::uniform(low, high, *count),
         StripChoice::EqualCount(count) => Strips::equal_count(&field.values, *count),
         StripChoice::Between(values) => Strips::between(low, high, values),

@@ -70,3 +70,24 @@ fn growth_among_few_neighbours_breaks_pieces_and_among_many_does_not() {
     assert!(all(5) > all(10) && all(10) >= all(30), "{} {} {}", all(5), all(10), all(30));
     assert_eq!(all(30), 2);
 }
+
+/// Functions that are no lengths are steep in places: strips are as wide there as τ needs.
+#[test]
+fn a_torus_has_one_loop_by_functions_of_any_slope() {
+    let mut random = Random::new(12);
+    let torus = Cloud::new(&Body::torus().sample(30_000, &mut random)).unwrap();
+    let nearest = torus.nearest(12).unwrap();
+    let eigen = functions::eigenfunctions(&torus, &nearest, 1).unwrap().fields.pop().unwrap();
+    let fields = [
+        ("first eigenfunction", eigen),
+        ("harmonic", functions::harmonic_between_ends(&torus, &nearest).unwrap()),
+        ("heat", functions::heat_kernel(&torus, &nearest, 0.1).unwrap()),
+        ("square", functions::squared_norm(&torus)),
+        ("saddle", functions::saddle(&torus)),
+        ("log", functions::logarithm(&torus)),
+    ];
+    for (name, field) in fields {
+        let found = extract(&torus, &field, &Choices::default()).unwrap();
+        assert_eq!(found.loops.len(), 1, "{name}: {} strips", found.graph.strips().count());
+    }
+}
