@@ -22,13 +22,14 @@
 //! ```
 //!
 //! Source: S. Biasotti and G. Patanè on the Point Cloud Graph of point-sampled surfaces and volumes; where the crate departs from
-//! it, the items say so. The crate holds no input or output, reads no clock and starts no thread of its own. It has no
-//! comparison of graphs and no running graph yet.
+//! it, the items say so. The crate holds no input or output, reads no clock and starts no thread of its own. [`compare`] says how alike shapes are. There is no running
+//! graph yet.
 
 #![forbid(unsafe_code)]
 
 mod auto;
 mod cloud;
+pub mod compare;
 mod extract;
 pub mod functions;
 mod graph;

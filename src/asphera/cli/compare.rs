@@ -1,25 +1,48 @@
-//! `asphera compare`: how far two contours differ.
+//! `asphera compare`: how far two contours differ, and how alike shapes are.
+
+mod shapes;
 
 use std::path::{Path, PathBuf};
 
 use asphera_contour::{Agreement, Deviation, Graph, PlaceMm, agreement, intersection_over_union};
+use asphera_graph::compare::Size;
 use clap::Args;
 use serde::Serialize;
+use shapes::{How, Method};
 
 use super::contour::places;
 use super::contour::report::{ContourReport, FORMAT};
 use super::exit::Exit;
 use super::files::read;
+use super::graph::function::FunctionChoice;
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::text::TextArgs;
 
 #[derive(Args)]
 pub(super) struct CompareArgs {
-    /// The contour that was found: a .json that `contour --json` wrote, or points in order round a closed line.
-    found: PathBuf,
-    /// The true one, of the same kinds.
-    truth: PathBuf,
+    /// The contour that was found and the true one: each a .json that `contour --json` wrote, or points in order round a closed
+    /// line. With --shapes: two clouds or more.
+    #[arg(required_unless_present = "evaluate", conflicts_with = "evaluate", num_args = 1..)]
+    files: Vec<PathBuf>,
+    /// Compare the clouds of the files: how alike their shapes are.
+    #[arg(long)]
+    shapes: bool,
+    /// Compare all files of a folder that has a folder of each class: how well shapes find those of their class.
+    #[arg(long, value_name = "DIR")]
+    evaluate: Option<PathBuf>,
+    /// Of shapes: distances of pairs of points and vibrations, or the feature matrix of the Point Cloud Graph.
+    #[arg(long, value_enum, default_value = "default")]
+    method: Method,
+    /// The functions of the graphs of --method seed, as `asphera graph --function` takes them.
+    #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
+    function: Vec<FunctionChoice>,
+    /// The strips of these graphs: the same for all shapes, for sizes of graphs count.
+    #[arg(long, value_name = "N", default_value = "50")]
+    strips: u16,
+    /// Compare shapes whatever their size.
+    #[arg(long)]
+    scale_free: bool,
     #[command(flatten)]
     text: TextArgs,
     /// Print the figures as one JSON object on stdout.
@@ -56,6 +79,9 @@ struct Contour {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
+    if args.shapes || args.evaluate.is_some() {
+        return run_shapes(args);
+    }
     let report = compared(args)?;
     if args.json {
         print_json(&report)?;
@@ -65,13 +91,39 @@ pub(super) fn run(args: &CompareArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+fn run_shapes(args: &CompareArgs) -> Result<Exit, Failure> {
+    let how = How {
+        method: args.method,
+        functions: &args.function,
+        strips: args.strips.into(),
+        size: if args.scale_free { Size::Free } else { Size::Counts },
+        text: &args.text,
+    };
+    let report = match &args.evaluate {
+        Some(folder) => shapes::evaluated(folder, &how)?,
+        None => shapes::shapes(&args.files, &how)?,
+    };
+    if args.json {
+        print_json(&report)?;
+    } else {
+        print(&report.summary());
+    }
+    Ok(Exit::Done)
+}
+
 fn compared(args: &CompareArgs) -> Result<ComparisonReport, Failure> {
-    let [found, truth] = [&args.found, &args.truth].map(|path| contour(path, &args.text));
+    let [found_file, true_file] = &args.files[..] else {
+        let found = args.files.len();
+        return Err(
+            format!("{found} files: expected two contours; --shapes compares clouds").into()
+        );
+    };
+    let [found, truth] = [found_file, true_file].map(|path| contour(path, &args.text));
     let (found, truth) = (found?, truth?);
     let Some(Deviation { hausdorff_mm, rms_mm }) =
         Deviation::between_lines(&found.lines, &truth.lines)
     else {
-        let empty = if found.lines.is_empty() { &args.found } else { &args.truth };
+        let empty = if found.lines.is_empty() { found_file } else { true_file };
         return Err(format!("{} holds no line: expected one with points", empty.display()).into());
     };
     let mut unknown = Vec::new();

@@ -29,8 +29,10 @@ pub(super) const CONTOUR: &str = "Examples:
   asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json
   asphera contour --methods";
 
-pub(super) const COMPARE: &str = "Example:
-  asphera compare found.json truth.json --json";
+pub(super) const COMPARE: &str = "Examples:
+  asphera compare found.json truth.json --json
+  asphera compare --shapes a.ply b.ply c.xyz --scale-free
+  asphera compare --evaluate shapes --method seed --function pca:1 --function pca:2";
 
 pub(super) const GRAPH: &str = "Examples:
   asphera graph part.ply

@@ -63,3 +63,59 @@ fn what_cannot_be_told_is_absent_and_said() {
         "{other}"
     );
 }
+
+/// A ring or a disc as text, of a size.
+fn cloud(is_ring: bool, size: f64, turn: f64) -> String {
+    let at = |step: u32| {
+        let share = (f64::from(step) * 0.618_033_988_75).fract();
+        let angle = f64::from(step) * 2.399_963 + turn;
+        let radius = size * if is_ring { 0.8 + 0.2 * share } else { share.sqrt() };
+        format!("{} {} 0\n", radius * angle.cos(), radius * angle.sin())
+    };
+    (0..1500).map(at).collect()
+}
+
+#[test]
+fn shapes_are_compared_and_classes_found() {
+    let folder = tempfile::tempdir().unwrap();
+    for (class, is_ring) in [("disc", false), ("ring", true)] {
+        std::fs::create_dir(folder.path().join(class)).unwrap();
+        for (name, size, turn) in [("a.xyz", 1.0, 0.3), ("b.xyz", 4.0, 1.1), ("c.xyz", 2.0, 2.0)] {
+            std::fs::write(folder.path().join(class).join(name), cloud(is_ring, size, turn))
+                .unwrap();
+        }
+    }
+    let of = |words: &[&str]| {
+        let args = arguments(&words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>());
+        let how = How {
+            method: args.method,
+            functions: &args.function,
+            strips: args.strips.into(),
+            size: if args.scale_free { Size::Free } else { Size::Counts },
+            text: &args.text,
+        };
+        match &args.evaluate {
+            Some(folder) => shapes::evaluated(folder, &how),
+            None => shapes::shapes(&args.files, &how),
+        }
+        .map(|report| (report.summary(), serde_json::to_value(&report).unwrap()))
+        .map_err(|failure| failure.to_string())
+    };
+    let root = folder.path().to_str().unwrap();
+    let (text, json) = of(&["--evaluate", root, "--scale-free"]).unwrap();
+    assert_eq!(json["evaluation"]["nearest_neighbour"], 1.0, "{text}");
+    assert_eq!(json["evaluation"]["classes"][5], "ring");
+    assert!(text.contains("mAP        1.0000") && text.contains("ring: 3 shapes"), "{text}");
+    let (_, json) = of(&["--evaluate", root, "--method", "seed", "--strips", "12"]).unwrap();
+    assert_eq!((&json["method"], &json["functions"][0]), (&"seed".into(), &"pca:1".into()));
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let files = [file("disc/a.xyz"), file("disc/b.xyz"), file("ring/a.xyz")];
+    let (text, json) = of(&["--shapes", "--scale-free", &files[0], &files[1], &files[2]]).unwrap();
+    assert_eq!(json["distances"][1][1], 0.0);
+    assert!(text.lines().nth(1).unwrap().ends_with("disc/b.xyz"), "{text}");
+    assert!(of(&["--shapes", &files[0]]).unwrap_err().contains("expected two"));
+    assert!(of(&["--evaluate", &file("disc")]).unwrap_err().contains("a folder of each class"));
+    let three: Vec<String> = files.to_vec();
+    let refused = compared(&arguments(&three)).unwrap_err().to_string();
+    assert!(refused.contains("--shapes compares clouds"), "{refused}");
+}
