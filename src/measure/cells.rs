@@ -7,14 +7,14 @@ use asphera_report::{HistogramFigures, Source, ZernikeFigures};
 use super::details::{histogram_of, zernike};
 use crate::Part;
 
-/// What a running report says of the form beside fit, PV and RMS.
+/// Figures of a running report about the form beside fit, PV and RMS.
 #[derive(Default)]
 pub(super) struct CellDetails {
     /// Where these count from, beside the origin of the map.
     pub(super) origin_mm: [f64; 2],
     pub(super) zernike: Option<ZernikeFigures>,
     pub(super) histogram: Option<HistogramFigures>,
-    /// What is not known, and why.
+    /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
 }
 

@@ -53,7 +53,7 @@ pub struct FinishedMesh {
     maps: Arc<OnceLock<Option<Arc<SamplingMaps>>>>,
 }
 
-/// What a finished mesh is looked at with.
+/// Circumstances of a finished mesh.
 #[derive(Clone)]
 pub(super) struct Setting {
     pub(super) part: Part,

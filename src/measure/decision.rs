@@ -13,9 +13,9 @@ pub(super) struct Held {
     /// The largest value allowed, in the unit of the figure.
     pub(super) limit: f64,
     pub(super) finding: Finding,
-    /// What the report says may be added by what was not measured.
+    /// Reported allowance for what was not measured.
     pub(super) hidden: Option<f64>,
-    /// What its standard uncertainty covers.
+    /// Scope of its standard uncertainty.
     pub(super) covers: Option<String>,
     /// Why what was not measured might break it; asked only where that is so.
     pub(super) why: Option<String>,

@@ -20,7 +20,7 @@ pub(crate) struct Meshed<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) triangles: &'a [[VertexId; 3]],
     pub(crate) plane: &'a Plane,
-    /// What is known of its sampling.
+    /// Figures of its sampling.
     pub(crate) sampling: &'a SamplingFigures,
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn of_folded(why: &str) -> FeatureFigures {
     }
 }
 
-/// What a search gives.
+/// Result of a search.
 struct Searched {
     defects: Vec<Defect>,
     by: DefectSearchFigures,

@@ -44,7 +44,7 @@ impl<'a> Design<'a> {
         Deviating { places_mm, deviations_mm, areas_mm2, nominal: &fit.nominal }
     }
 
-    /// What A, B, C and their RMS are formed of.
+    /// Sample of A, B, C and their RMS.
     pub(super) fn indicated(&self) -> Result<Indicated<'_>, String> {
         let sample = self.sample.as_ref().map_err(ToString::to_string)?;
         Ok(Indicated { sample, nominal: &self.fit.nominal, from_design: true })

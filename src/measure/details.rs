@@ -16,7 +16,7 @@ use super::naming;
 use super::standards;
 use crate::Part;
 
-/// What a final report says of the form beside fit, PV and RMS.
+/// Figures of a final report about the form beside fit, PV and RMS.
 #[derive(Default)]
 pub(super) struct FormDetails {
     pub(super) figures: Vec<FormFigure>,
@@ -25,7 +25,7 @@ pub(super) struct FormDetails {
     pub(super) rings: Vec<RingFigures>,
     /// Those of [`standards`] that come of the deviations alone.
     pub(super) standards: StandardFigures,
-    /// What is not known, and why.
+    /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
     noise_nm: Option<f64>,
 }
@@ -231,7 +231,7 @@ impl FormDetails {
     }
 }
 
-/// What noise of a point in nm adds to slopes, in the order of their figures, and what is left without it.
+/// Rise of slopes by noise of a point in nm, in the order of their figures, and what is left without it.
 fn noise_of(found: &Slopes, noise_nm: f64) -> [(Option<f64>, Option<f64>); 4] {
     let of_kind = |figure: &SlopeFigure| {
         let on_max = figure.noise_on_max_urad(noise_nm, found.stations).min(figure.max_urad);
@@ -242,7 +242,7 @@ fn noise_of(found: &Slopes, noise_nm: f64) -> [(Option<f64>, Option<f64>); 4] {
     [a, b, c, d]
 }
 
-/// What a change of the radius looks like, by the kind of the nominal.
+/// Shape of a change of the radius, by the kind of the nominal.
 fn approximation(nominal: &Nominal) -> Approximation {
     match nominal {
         Nominal::Sphere { radius_mm } => {

@@ -19,7 +19,7 @@ use super::running::fit_settings;
 use super::uncertainties::{COVERAGE, in_plane};
 use crate::{CorrelationFrom, Part};
 
-/// What is known of the errors of the points, as of the last look at the mesh.
+/// Errors of the points, as of the last look at the mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Errors {
     noise_nm: Option<f64>,
@@ -27,7 +27,7 @@ pub(super) struct Errors {
     budget: bool,
 }
 
-/// What long waves and the machine do to the figures.
+/// Uncertainties of figures by long waves and the machine.
 #[derive(Clone, Debug, Default)]
 struct Correlated {
     u_rms_nm: f64,
@@ -41,7 +41,7 @@ struct Correlated {
 pub(super) struct ErrorsOfLimit {
     /// Standard uncertainty in nm, of a PV at most that.
     pub(super) u_nm: f64,
-    /// What noise adds to a PV at most, nm.
+    /// Rise of a PV by noise at most, nm.
     pub(super) pv_bias_at_most_nm: f64,
     /// The noise of a point, nm.
     pub(super) noise_nm: f64,
@@ -104,7 +104,7 @@ impl Errors {
         self.noise_nm
     }
 
-    /// Those of figures; `None` where the noise, or what a budget has besides, is not known.
+    /// Errors of figures; `None` where the noise, or what a budget has besides, is not known.
     pub(super) fn of(&self, figures: &Figures) -> Option<ErrorsOfFigures> {
         let correlated = self.correlated.as_ref()?;
         let noise = NoiseOnly::new(figures.rms_nm, self.noise_nm?, figures.count)?;
@@ -117,7 +117,7 @@ impl Errors {
         })
     }
 
-    /// Those of the PV, or else of the RMS, of a limit of that name over a zone or with terms removed, of `count` points;
+    /// Errors of the PV, or else of the RMS, of a limit of that name over a zone or with terms removed, of `count` points;
     /// `None` as with [`Errors::of`].
     pub(super) fn of_limit(
         &self,
@@ -148,7 +148,7 @@ impl Errors {
         budget.is_none_or(|(budget, _)| budget.noise == Noise::Measured)
     }
 
-    /// What the bands of a convergence are made of: PV and RMS.
+    /// Sources of the bands of a convergence: PV and RMS.
     pub(super) fn bases(&self) -> [String; 2] {
         let why = match (self.noise_nm, &self.correlated) {
             (None, _) => "not known: the noise of the points has not been measured yet",
@@ -188,12 +188,12 @@ impl ErrorsOfFigures {
         }
     }
 
-    /// What they are made of.
+    /// Sources of the errors.
     fn model(&self) -> &'static str {
         if self.budget { UncertaintyFigures::BUDGET } else { UncertaintyFigures::NOISE_ONLY }
     }
 
-    /// What the uncertainty of a limited figure covers, in words.
+    /// Scope of the uncertainty of a limited figure, in words.
     pub(super) fn covers(&self, definition: Definition) -> String {
         covers(self.model(), definition, self.places)
     }
@@ -230,7 +230,7 @@ impl ErrorsOfFigures {
     }
 }
 
-/// What the uncertainties of the figures of a part are made of. Further limits and guard bands alone ask for them too, and name no
+/// Sources of the uncertainties of the figures of a part. Further limits and guard bands alone ask for them too, and name no
 /// more than noise.
 pub(super) fn model(part: &Part) -> &'static str {
     match &part.judging.uncertainty {
@@ -240,7 +240,7 @@ pub(super) fn model(part: &Part) -> &'static str {
     }
 }
 
-/// What the uncertainty of a figure by a model covers, in words. `places`: whether averages count the places taken.
+/// Scope of the uncertainty of a figure by a model, in words. `places`: whether averages count the places taken.
 pub(super) fn covers(model: &str, definition: Definition, places: bool) -> String {
     match definition {
         Definition::PeakToValley
@@ -268,7 +268,7 @@ fn is_correlated(budget: &Budget) -> bool {
     !(budget.long_waves.is_empty() && budget.effects.is_empty())
 }
 
-/// What long waves and the machine do to the figures of some of the points, spread evenly over the order in which they
+/// Uncertainties by long waves and the machine of the figures of some of the points, spread evenly over the order in which they
 /// arrived: errors that are smooth over the part need no more.
 fn correlated(
     part: &Part,

@@ -170,7 +170,7 @@ fn reference_figures(reference: &MadeReference<'_>, part: &Part) -> ReferenceFig
     }
 }
 
-/// What was free of a base: what was estimated and what could not be.
+/// Free parameters of a base: what was estimated and what could not be.
 fn free(fit: &Fit) -> Vec<String> {
     let estimated = fit.estimates.iter().map(|estimate| estimate.parameter);
     let all: Vec<Parameter> = estimated.chain(fit.indeterminate.iter().copied()).collect();

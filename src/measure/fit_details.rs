@@ -11,7 +11,7 @@ use super::figures::made_from_points;
 use super::running::MadeReference;
 use crate::{Criterion, Part, Weights};
 
-/// Of the final fit.
+/// Details of the final fit.
 pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>, part: &Part) -> FitDetails {
     FitDetails {
         converged: Some(fit.termination.is_converged()),
@@ -31,7 +31,7 @@ pub(super) fn of_fit(fit: &Fit, reference: Option<&MadeReference<'_>>, part: &Pa
     }
 }
 
-/// Of the running fit: what it lacks is known, and how the final one will differ.
+/// Details of the running fit: what it lacks is known, and how the final one will differ.
 pub(super) fn of_running(
     estimate: &LiveEstimate,
     reference: Option<&MadeReference<'_>>,
@@ -137,12 +137,12 @@ fn combinations(all: &[Undetermined]) -> impl Iterator<Item = CautionFigures> {
     combined.map(|one| mild("held_combination", one.text.clone()))
 }
 
-/// What stayed at its start, each in a few words.
+/// Parameters that stayed at their start, each in a few words.
 pub(super) fn held(all: &[Undetermined]) -> Vec<String> {
     all.iter().map(|one| one.what.clone()).collect()
 }
 
-/// Of a surface that was made from the points.
+/// Cautions about a surface that was made from the points.
 fn of_reference(reference: Option<&MadeReference<'_>>) -> Vec<CautionFigures> {
     let Some(reference) = reference else { return Vec::new() };
     let spline = reference.spline;

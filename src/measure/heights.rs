@@ -30,7 +30,7 @@ impl Heights {
         self.given.extend(of);
     }
 
-    /// Of a point in the frame of `plane`; `None` if nothing was said of it. A place measured more than once has the
+    /// Uncertainty of a point in the frame of `plane`; `None` if nothing was said of it. A place measured more than once has the
     /// uncertainty of its first measurement, which is the vertex. Amortised `O(1)` as long as the plane stays.
     pub(super) fn of(&mut self, point: PointMm, plane: &Plane) -> Option<Height> {
         if self.given.is_empty() {
@@ -50,7 +50,7 @@ impl Heights {
         self.known.get(&key(point)).map(|&u_mm| Height { u_mm, up: up(plane) })
     }
 
-    /// Of every point in the frame of `plane`, mm; `None` if nothing was said of one.
+    /// Uncertainty of every point in the frame of `plane`, mm; `None` if nothing was said of one.
     pub(super) fn of_all(&mut self, points: &[PointMm], plane: &Plane) -> Option<Vec<f64>> {
         points.iter().map(|&point| Some(self.of(point, plane)?.u_mm)).collect()
     }

@@ -25,7 +25,7 @@ use super::uncertainties::{self, Assessed, assess, tell};
 use super::unmeasured::{Laid, Unmeasured};
 use crate::Part;
 
-/// What the final figures are formed of.
+/// Ingredients of the final figures.
 pub(super) struct Inspection<'a> {
     pub(super) part: &'a Part,
     pub(super) mesh: &'a Mesh,
@@ -36,7 +36,7 @@ pub(super) struct Inspection<'a> {
     pub(super) look: &'a Look,
     /// Why the mesh is none of the surface, if it is not.
     pub(super) folded: Option<&'a str>,
-    /// Of every vertex; NaN outside the aperture or without a fit.
+    /// Deviation of every vertex; NaN outside the aperture or without a fit.
     pub(super) deviations_mm: &'a [f64],
     /// Their figures.
     pub(super) found: Option<&'a Figures>,
@@ -44,7 +44,7 @@ pub(super) struct Inspection<'a> {
     pub(super) areas_mm2: &'a [f64],
 }
 
-/// What an inspection finds.
+/// Result of an inspection.
 pub(super) struct Inspected {
     pub(super) form: Option<FormFigures>,
     pub(super) features: FeatureFigures,
@@ -125,7 +125,7 @@ impl Inspection<'_> {
         Inspected { form, features, verdict, deviations_nm, map, grid, cells }
     }
 
-    /// What the noise alone makes uncertain, where no uncertainties are asked for.
+    /// Errors by the noise alone, where no uncertainties are asked for.
     fn errors(&self, errors: &mut Errors, taken: Option<&Places>) -> Option<ErrorsOfFigures> {
         if self.part.judging.uncertainty.is_some() {
             return None;
@@ -186,7 +186,7 @@ impl Inspection<'_> {
         correlated::tell(form, self.part, fitted, (points, self.deviations_mm), assessed);
     }
 
-    /// What the part that was not measured may add to the figures of a fit.
+    /// Allowance for the part that was not measured, as it adds to the figures of a fit.
     fn unmeasured(
         &self,
         fit: Option<&Fit>,

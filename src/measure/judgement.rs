@@ -18,7 +18,7 @@ use super::naming;
 use super::unmeasured::Unmeasured;
 use crate::Part;
 
-/// What stands in the way of a verdict that limits and figures give.
+/// Obstacles to a verdict that limits and figures give.
 pub(super) fn judge(
     mut verdict: Verdict,
     part: &Part,
@@ -130,7 +130,7 @@ pub(super) struct Deviating<'a> {
     pub(super) nominal: &'a Nominal,
 }
 
-/// What limits are held against where no uncertainty is asked for.
+/// Values that limits are held against where no uncertainty is asked for.
 pub(super) struct Plain<'a> {
     /// PV and RMS of the deviation; `None` without a fit.
     pub(super) found: Option<&'a Figures>,
@@ -140,7 +140,7 @@ pub(super) struct Plain<'a> {
     pub(super) left: Option<Deviating<'a>>,
     /// The deviation from the design, where the shape was free; else why it is not known.
     pub(super) design: Option<Result<Deviating<'a>, String>>,
-    /// What may hide: of the deviation the fit leaves, and of that from the design.
+    /// Allowance for the unmeasured part: of the deviation the fit leaves, and of that from the design.
     pub(super) unmeasured: [&'a Unmeasured; 2],
 }
 

@@ -10,7 +10,7 @@ use super::folded::{folded, still_true};
 use super::sampling::{self, Findings, Next, Remembered, Sampled, Wanted, ZoneSampling};
 use crate::Part;
 
-/// What was seen.
+/// Figures of a mesh, its sampling and its folds.
 pub(super) struct Look {
     /// All triangles of the mesh.
     pub(super) triangles: Vec<[VertexId; 3]>,
@@ -20,7 +20,7 @@ pub(super) struct Look {
     pub(super) sampling: SamplingFigures,
     /// That of zones that have a limit.
     pub(super) zones: Vec<ZoneSampling>,
-    /// What to measure next.
+    /// Next measurements.
     pub(super) next: Option<Next>,
     /// Why the mesh is none of the surface, if it is not.
     pub(super) folded: Option<String>,

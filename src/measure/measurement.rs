@@ -40,7 +40,7 @@ pub struct Measurement {
     pub map: Option<DeviationMap>,
     /// The deviation over the cells of the running maps, which it replaces; `None` without a fit.
     pub cells: Option<Map>,
-    /// What to measure next; `None` where that is not known.
+    /// Next measurements; `None` where that is not known.
     pub next: Option<Next>,
 }
 

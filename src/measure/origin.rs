@@ -67,7 +67,7 @@ pub(super) fn moved_along(part: &Part, fit: &Fit, start: &Pose) -> Option<Pose> 
     (aside_mm.abs() > ASIDE_MM).then_some(Pose { tx_mm, ty_mm, tz_mm, ..fit.pose })
 }
 
-/// What the origin of a part is; `at_mm` is where it lies in the measured frame.
+/// Origin of a part; `at_mm` is where it lies in the measured frame.
 pub(super) fn figures(part: &Part, at_mm: PointMm) -> OriginFigures {
     let has_vertex = part.reference.is_none() && part.nominal.slides() == [false; 2];
     let place = match part.aperture {

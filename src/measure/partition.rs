@@ -22,7 +22,7 @@ pub(super) struct Patches {
     points: usize,
 }
 
-/// What the points of a square add up to, over its corner.
+/// Sums over the points of a square, over its corner.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     count: usize,

@@ -32,7 +32,7 @@ pub struct Pipeline {
     mesh: Mesh,
     pub(crate) running: Running,
     history: History,
-    /// What is known of the errors of the points, as of the last look.
+    /// Errors of the points, as of the last look.
     pub(crate) errors: Errors,
     pub(crate) prospects: Prospects,
     /// Points there will be, at most.
@@ -41,13 +41,13 @@ pub struct Pipeline {
     flagged: BTreeMap<&'static str, u64>,
     /// The sampling, as of the last time it was looked at.
     pub(crate) sampling: SamplingFigures,
-    /// What was seen of the mesh then.
+    /// Figures of the mesh as of then.
     seen: MeshFigures,
-    /// What was mapped then.
+    /// Maps as of then.
     maps: Option<Arc<SamplingMaps>>,
     /// How often it was looked at.
     looks: u64,
-    /// What to measure next, as of then.
+    /// Next measurements, as of then.
     next: Option<Next>,
     /// Points at which it is looked at again.
     next_sampling: u64,
@@ -58,13 +58,13 @@ pub struct Pipeline {
     current: Current,
     /// How well the heights of points are known, where these are weights.
     heights: Heights,
-    /// Of a file of slopes.
+    /// Slopes of a file that has them.
     slopes: profile::Slopes,
 }
 
 /// The running figures of a part.
 pub struct RunningFigures {
-    /// What became of the points; `used` are those of the running fit.
+    /// Counts of the points by their fate; `used` are those of the running fit.
     pub points: Points,
     /// The mesh; points wait up to a batch before they are in it.
     pub mesh: MeshFigures,
@@ -80,7 +80,7 @@ pub struct RunningFigures {
     pub maps: Option<Arc<SamplingMaps>>,
     /// PV and RMS so far.
     pub convergence: Convergence,
-    /// What can already be said of the limits; absent without one, and before the first fit.
+    /// Outlook for the limits; absent without one, and before the first fit.
     pub outlook: Option<Outlook>,
     /// Points received but not yet in the mesh.
     pub pending: u64,
@@ -381,7 +381,7 @@ impl Pipeline {
         Some(cutting::cut(&self.mesh, &self.part, lies, gap_limit_mm, request))
     }
 
-    /// What to measure next, as of the last time the sampling was looked at; `None` before the first.
+    /// Next measurements, as of the last time the sampling was looked at; `None` before the first.
     pub fn next(&self) -> Option<&Next> {
         self.next.as_ref()
     }

@@ -61,7 +61,7 @@ impl Slopes {
     }
 }
 
-/// What is measured, beside the part: the vertices lie on `line`.
+/// Measured data, beside the part: the vertices lie on `line`.
 pub(super) struct Taken {
     pub(super) mesh: Mesh,
     pub(super) line: Line,
@@ -333,7 +333,7 @@ fn tell(
     correlated::tell(form, part, fitted, measured, assessed);
 }
 
-/// What whoever reads the verdict must know.
+/// Caution to the verdict.
 const BESIDE: &str = "judged as a profile, for all points lie on a straight line: nothing is known of the surface beside it";
 const WHY: &str =
     "the points lie on a straight line: they are a profile, of which nothing is formed by area";

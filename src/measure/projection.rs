@@ -45,7 +45,7 @@ pub enum AlongError {
     /// No word that is known, and no three numbers.
     #[error("expected z, fitted or three numbers nx,ny,nz, found `{found}`")]
     Word {
-        /// What was said.
+        /// Given text.
         found: String,
     },
 }
@@ -241,11 +241,11 @@ fn figures(plane: &Plane) -> PlaneFigures {
 
 /// Points a plane is fitted from, where nothing else is said.
 pub const DEFAULT_POINTS: usize = 1000;
-/// As many a plane needs.
+/// Points that a plane needs.
 pub const MIN_POINTS: usize = 3;
-/// As many may be asked for.
+/// Points of a fitted plane at most.
 pub const MAX_POINTS: usize = 1_000_000;
-/// As many points may wait: 25 MB of them.
+/// Points that may wait: 25 MB of them.
 const MOST_WAITING: usize = 1 << 20;
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use super::naming;
 use super::running::fit_settings;
 use crate::Part;
 
-/// What was said so far.
+/// Outlook so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prospects {
     said: BTreeMap<String, Said>,
@@ -33,7 +33,7 @@ pub(super) struct Prospects {
     next_coverage: Option<f64>,
 }
 
-/// Of one limit.
+/// Outlook for one limit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Said {
     /// The largest bound there was.
@@ -41,18 +41,18 @@ struct Said {
     fail_is_certain: bool,
 }
 
-/// What there is to go by.
+/// State of a measurement, to go by.
 pub(super) struct Now<'a> {
     pub(super) part: &'a Part,
     pub(super) estimate: &'a LiveEstimate,
     /// Points that hold the deviation at its worst.
     pub(super) extremes: &'a dyn Fn() -> Vec<PointMm>,
     pub(super) errors: Option<ErrorsOfFigures>,
-    /// As of the last look.
+    /// Coverage as of the last look.
     pub(super) coverage: Option<f64>,
     /// Points there will be, at most; `None` if nobody knows.
     pub(super) expected_points: Option<u64>,
-    /// What puts the figures themselves in doubt.
+    /// Doubt of the figures themselves.
     pub(super) doubt: Option<&'static str>,
 }
 
@@ -68,7 +68,7 @@ impl Prospects {
         self.next_coverage.is_some_and(|from| coverage >= from)
     }
 
-    /// What can be said now; `None` where there is no limit.
+    /// Outlook now; `None` where there is no limit.
     pub(super) fn look(&mut self, now: &Now<'_>) -> Option<Outlook> {
         let part = now.part;
         let mut limits: Vec<ProspectFigures> = part

@@ -28,7 +28,7 @@ pub(super) struct Running {
     uncertainties_mm: Vec<f64>,
 }
 
-/// Of a nominal, or of a surface the points themselves make.
+/// Running fit of a nominal, or of a surface the points themselves make.
 enum Estimator {
     Nominal(Box<Live>),
     Unknown(Box<LiveReference>),
@@ -129,7 +129,7 @@ impl Running {
         }
     }
 
-    /// What the points have made of an unknown surface so far.
+    /// Reference that the points have made of an unknown surface so far.
     pub(super) fn reference(&self) -> Option<MadeReference<'_>> {
         let Estimator::Unknown(live) = self.live.as_ref()? else { return None };
         let (base, base_fit) = live.base()?;
@@ -153,7 +153,7 @@ impl<'a> From<&'a Reference> for MadeReference<'a> {
     }
 }
 
-/// Of a surface the points themselves make, of the points there are.
+/// Estimator of a surface the points themselves make, of the points there are.
 fn unknown(
     (part, cells): (&Part, Grid),
     settings: &ReferenceSettings,
@@ -208,7 +208,7 @@ fn found_mm(part: &Part, bounds: &Bounds, points: &[PointMm]) -> [f64; 2] {
     [found.tx_mm, found.ty_mm]
 }
 
-/// What is fitted.
+/// Settings of the fit.
 pub(super) fn fit_settings(part: &Part) -> FitSettings {
     let Part { free, aperture, criterion, reference, .. } = part;
     FitSettings {

@@ -53,7 +53,7 @@ impl Assessed {
     }
 }
 
-/// What the places of the points do. `areas_mm2` is what each stands for in the mesh.
+/// Effect of the places of the points. `areas_mm2` is what each stands for in the mesh.
 pub(super) fn taken(
     part: &Part,
     points: &[PointMm],

@@ -14,12 +14,12 @@ use super::prospects::{P, patches_nm2};
 use super::sampling::ZoneSampling;
 use crate::Part;
 
-/// What may hide.
+/// Amounts that may hide.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Unmeasured {
     /// The whole comes first.
     extents: Vec<Extent>,
-    /// What the rest may add to limited RMS slopes, in µrad.
+    /// Amounts that the rest may add to limited RMS slopes, in µrad.
     slopes: Vec<(Limit, f64)>,
     /// Whether a pass needs a probability. Otherwise the coverage that is wanted says how much may be missing.
     by_probability: bool,
@@ -168,7 +168,7 @@ impl Unmeasured {
         Some(if limit.definition == Definition::PeakToValley { pv_nm } else { rms_nm })
     }
 
-    /// What may be added to the figure of a limit, in its unit; `None` where that is not known, or larger than the
+    /// Amount that may be added to the figure of a limit, in its unit; `None` where that is not known, or larger than the
     /// probability asked for allows. Slopes are those of stations, so that nothing is between them; where none can be formed
     /// they are taken for no steeper than the steepest, or as likely as anywhere to be it.
     pub(super) fn hidden(&self, limit: &Limit) -> Option<f64> {
@@ -193,13 +193,13 @@ impl Unmeasured {
         !self.by_probability || missed <= 1.0 - p + ROUNDING
     }
 
-    /// What may stand out between the points that lie densely enough, in nm; `None` where that is not known.
+    /// Height that may stand out between the points that lie densely enough, in nm; `None` where that is not known.
     pub(super) fn between_nm(&self, limit: &Limit) -> Option<f64> {
         let found = self.of_limit(limit);
         if is_rms(limit.definition) { found.between_nm } else { found.pv_hidden_nm }
     }
 
-    /// What the rest may add to an RMS, in nm; nothing to a range, of which it is told by a probability. `None` where that
+    /// Amount that the rest may add to an RMS, in nm; nothing to a range, of which it is told by a probability. `None` where that
     /// is not known.
     pub(super) fn beyond_nm(&self, limit: &Limit) -> Option<f64> {
         let found = self.of_limit(limit);

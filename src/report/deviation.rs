@@ -19,10 +19,10 @@ pub struct DeviationFigures {
     pub at_max_mm: [f64; 3],
     /// Where the smallest is, part frame, mm.
     pub at_min_mm: [f64; 3],
-    /// What is known of the errors of these figures; absent where the noise is not known, `unknown` says why.
+    /// Errors of these figures; absent where the noise is not known, `unknown` says why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<UncertaintyFigures>,
-    /// What the part of the aperture that was not measured may hide; final only.
+    /// Allowance for the part of the aperture that was not measured; final only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unmeasured: Option<UnmeasuredFigures>,
 }
@@ -30,7 +30,7 @@ pub struct DeviationFigures {
 /// Uncertainties of PV and RMS, by the budget of the nominal file or, without one, by the noise of the points alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UncertaintyFigures {
-    /// What they are made of: [`UncertaintyFigures::BUDGET`], [`UncertaintyFigures::NOISE_ONLY`] or
+    /// Sources of the errors: [`UncertaintyFigures::BUDGET`], [`UncertaintyFigures::NOISE_ONLY`] or
     /// [`UncertaintyFigures::NOISE_BESIDE_FORM`].
     #[serde(default = "UncertaintyFigures::budget")]
     pub model: String,
@@ -39,11 +39,11 @@ pub struct UncertaintyFigures {
     /// Whether that and `pv_bias_nm` are upper bounds: where nothing was simulated.
     #[serde(default)]
     pub pv_at_most: bool,
-    /// What noise adds to the PV, the most with a probability of one half, as far as the draws tell.
+    /// Rise of the PV by noise, the most with a probability of one half, as far as the draws tell.
     pub pv_bias_nm: f64,
     /// Interval that holds with 95 % the PV at the places measured, by what `pv_covers` names.
     pub pv_95_nm: [f64; 2],
-    /// What `u_pv_nm` and `pv_95_nm` cover, in words.
+    /// Scope of `u_pv_nm` and `pv_95_nm`, in words.
     #[serde(default)]
     pub pv_covers: String,
     /// Standard uncertainty (k = 1) of the RMS without noise.
@@ -53,7 +53,7 @@ pub struct UncertaintyFigures {
     pub rms_without_noise_nm: f64,
     /// Interval that holds that with 95 %, by what `rms_covers` names.
     pub rms_95_nm: [f64; 2],
-    /// What `u_rms_nm` and `rms_95_nm` cover, in words.
+    /// Scope of `u_rms_nm` and `rms_95_nm`, in words.
     #[serde(default)]
     pub rms_covers: String,
     /// Standard deviation of the independent noise of a point.
@@ -77,12 +77,12 @@ impl UncertaintyFigures {
     /// tell of, and no error of theirs.
     pub const NOISE_BESIDE_FORM: &str = "noise only, what is correlated being form";
 
-    /// What an uncertainty by a model covers of a figure of single points, or of what is formed at the places measured.
+    /// Scope of an uncertainty by a model, of a figure of single points, or of what is formed at the places measured.
     pub fn covers_places(model: &str) -> String {
         format!("{}, at the places measured; not what lies between them", errors_of(model))
     }
 
-    /// What an uncertainty by a model covers of an average. `counted`: whether the places are in it.
+    /// Scope of an uncertainty by a model, of an average. `counted`: whether the places are in it.
     pub fn covers_area(model: &str, counted: bool) -> String {
         let errors = errors_of(model);
         if counted {
@@ -92,7 +92,7 @@ impl UncertaintyFigures {
         }
     }
 
-    /// What an uncertainty by a model covers of a figure of points that is held against that of the area.
+    /// Scope of an uncertainty by a model, of a figure of points that is held against that of the area.
     pub fn covers_difference(model: &str, counted: bool) -> String {
         if !counted {
             return UncertaintyFigures::covers_area(model, false);

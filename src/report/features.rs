@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Defects and partition. What was not looked for is absent, and its `…_unknown` says why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureFigures {
-    /// What stands off, the most significant first; empty where nothing was found.
+    /// Defects, the most significant first; empty where nothing was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub defects: Option<Vec<DefectFigures>>,
     /// How many more were found than are listed.
@@ -90,7 +90,7 @@ pub struct DefectSearchFigures {
     pub points_unknown: u64,
 }
 
-/// What share of the surface bends which way, seen from the side its normal points to.
+/// Shares of the surface by the way they bend, seen from the side its normal points to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartitionFigures {
     /// Share of the area, 0 to 1: `convex` bends away both ways, `concave` towards the viewer, `saddle` one way each,

@@ -10,7 +10,7 @@ pub struct FormFigure {
     pub id: String,
     /// Its sign: `PV`, `PVr (Fringe 1 to 36)`, `B`.
     pub name: String,
-    /// What it is taken of: `as fitted`, `piston, tilt removed`, `over 1.2 mm`.
+    /// Deviation it is taken of: `as fitted`, `piston, tilt removed`, `over 1.2 mm`.
     pub variant: String,
     /// The terms removed before it was formed: `piston`, `tilt`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -25,17 +25,17 @@ pub struct FormFigure {
     /// Its expanded uncertainty; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded: Option<ExpandedFigures>,
-    /// What simulated measurements tell of it; absent where none were made for it.
+    /// Result of simulated measurements; absent where none were made for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated: Option<SimulatedFigures>,
-    /// What independent noise of the points adds to the value on the average, of a largest slope at most, in the same unit;
+    /// Rise of the value by independent noise of the points on the average, of a largest slope at most, in the same unit;
     /// absent where that was not worked out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_adds: Option<f64>,
     /// The value without it; absent where only its bound is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub without_noise: Option<f64>,
-    /// What it is, in one sentence.
+    /// Definition in one sentence.
     pub definition: String,
     /// The standard or paper that defines it.
     pub source: String,
@@ -52,10 +52,10 @@ pub struct ExpandedFigures {
     pub p: f64,
 }
 
-/// What simulated measurements tell of a figure.
+/// Result of simulated measurements of a figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedFigures {
-    /// What errors they have: [`UncertaintyFigures::BUDGET`](crate::UncertaintyFigures::BUDGET) or
+    /// Errors that they have: [`UncertaintyFigures::BUDGET`](crate::UncertaintyFigures::BUDGET) or
     /// [`UncertaintyFigures::NOISE_ONLY`](crate::UncertaintyFigures::NOISE_ONLY).
     pub model: String,
     /// Lower end of the interval that holds the figure of the part without these errors, at the places measured, in the unit of
@@ -67,13 +67,13 @@ pub struct SimulatedFigures {
     /// Its probability, 0 to 1. An interval of a range or an extreme holds the truth at least so often, where noise makes
     /// all of it, too.
     pub p: f64,
-    /// What interval and u cover, in words.
+    /// Scope of interval and u, in words.
     #[serde(default)]
     pub covers: String,
     /// The value less `bias`: what is left of the figure without noise. The interval is of this, and so is `u`.
     #[serde(default)]
     pub without_noise: f64,
-    /// What noise adds to the value, as far as the draws tell; of a range or an extreme, the most it may add with a
+    /// Rise of the value by noise, as far as the draws tell; of a range or an extreme, the most it may add with a
     /// probability of one half.
     pub bias: f64,
     /// Measurements simulated.
@@ -105,7 +105,7 @@ impl OriginFigures {
 pub struct ZernikeFigures {
     /// The order of the terms: `Fringe`.
     pub scheme: String,
-    /// What a coefficient of 1 means: `height 1 at the rim`.
+    /// Meaning of a coefficient of 1: `height 1 at the rim`.
     pub normalisation: String,
     /// Radius in mm of the disc the terms refer to, about the origin.
     pub radius_mm: f64,
@@ -116,12 +116,12 @@ pub struct ZernikeFigures {
     pub indeterminate: Vec<u32>,
     /// RMS of what the sum leaves, in nm.
     pub residual_rms_nm: f64,
-    /// What the terms were fitted to.
+    /// Deviations that the terms were fitted to.
     #[serde(default)]
     pub source: Source,
 }
 
-/// What a figure is of.
+/// Deviations that a figure is of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// The deviation of every point.
@@ -158,7 +158,7 @@ pub struct HistogramFigures {
     pub width_nm: f64,
     /// Points in each bin; the first and the last are not empty.
     pub counts: Vec<u64>,
-    /// What was sorted into the bins. Of cells, all points of a cell are in the bin of its mean.
+    /// Deviations in the bins. Of cells, all points of a cell are in the bin of its mean.
     #[serde(default)]
     pub source: Source,
 }

@@ -28,7 +28,7 @@ impl ResultFile {
         ResultFile::DeviationMap,
     ];
 
-    /// What `--out` writes.
+    /// Files that `--out` writes.
     pub const OUT: [ResultFile; 4] =
         [ResultFile::Report, ResultFile::Mesh, ResultFile::DeviationMesh, ResultFile::DeviationMap];
 

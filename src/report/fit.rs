@@ -30,7 +30,7 @@ pub struct FitFigures {
     /// How much a deviation counts, where that is not by its square; final only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loss: Option<LossFigures>,
-    /// What points are weighted by, where they do not count alike; final only.
+    /// Weights of points, where they do not count alike; final only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weights: Option<WeightFigures>,
     /// How it ended, what it lacks, how its figures must be read.

@@ -22,7 +22,7 @@ pub struct FitDetails {
     /// Standard deviation of the distances in nm: root of the sum of squares over `dof`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma_nm: Option<f64>,
-    /// What the figures must be read with; empty where there is nothing.
+    /// Cautions to read the figures with; empty where there is nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cautions: Vec<CautionFigures>,
     /// The combination of the parameters found that is determined worst.
@@ -34,12 +34,12 @@ pub struct FitDetails {
     /// How the parameters found vary together, by what `u_model` names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<CovarianceFigures>,
-    /// What u of the parameters is made of: [`FitDetails::BY_RESIDUALS`], [`FitDetails::BY_DEVIATIONS`],
+    /// Sources of u of the parameters: [`FitDetails::BY_RESIDUALS`], [`FitDetails::BY_DEVIATIONS`],
     /// [`FitDetails::BY_DEVIATIONS_AND_MACHINE`] or a model of [`crate::UncertaintyFigures`]; absent of running
     /// figures, whose u is by the residuals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_model: Option<String>,
-    /// What `expanded_95` of the parameters covers, in words; absent where there is none.
+    /// Scope of `expanded_95` of the parameters, in words; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded_covers: Option<String>,
     /// How the deviations are correlated, where u of the parameters counts it or tells less of the shape for not doing so.
@@ -55,11 +55,11 @@ impl FitDetails {
     /// The same with the effects of the machine of the nominal file beside them.
     pub const BY_DEVIATIONS_AND_MACHINE: &str =
         "deviations, correlated as they are, and effects of the machine";
-    /// What an expanded uncertainty by these covers.
+    /// Scope of an expanded uncertainty by these.
     pub const COVERS_MAKE: &str = "parts of this make: form error like that of this one drawn anew; not waves longer than \
                                           the part, which look as a change of its parameters";
 
-    /// What an expanded uncertainty by a model of [`crate::UncertaintyFigures`] covers. `places`: whether the places
+    /// Scope of an expanded uncertainty by a model of [`crate::UncertaintyFigures`] covers. `places`: whether the places
     /// that were taken are in it.
     pub fn covers_part(model: &str, places: bool) -> String {
         let errors = crate::UncertaintyFigures::covers_area(model, places);

@@ -20,7 +20,7 @@ pub struct FormFigures {
     /// Where places of the part, rings, Zernike terms and slopes along the meridian count from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginFigures>,
-    /// What remains.
+    /// Deviation from the fitted nominal.
     pub deviation: DeviationFigures,
     /// Whether these are running figures, to be replaced by a full fit at the end.
     pub provisional: bool,

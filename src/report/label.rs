@@ -48,7 +48,7 @@ impl Label {
         })
     }
 
-    /// What is told, with its name.
+    /// Entries that are given, with their names.
     pub fn entries(&self) -> impl Iterator<Item = (&'static str, &str)> {
         let entries =
             [("part", &self.part), ("serial number", &self.serial), ("operator", &self.operator)];

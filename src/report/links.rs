@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// What one link and its devices delivered and lost.
+/// Bytes and readings of one link and its devices, delivered and lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkFigures {
     /// The link.
@@ -21,7 +21,7 @@ pub struct LinkFigures {
     pub devices: Vec<DeviceFigures>,
 }
 
-/// What one device delivered and lost.
+/// Readings of one device, delivered and lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DeviceFigures {
     /// The device.
@@ -44,7 +44,7 @@ pub struct DeviceFigures {
     pub channels: BTreeMap<String, ChannelFigures>,
 }
 
-/// What a recorded channel did during the measurement.
+/// Values of a recorded channel during the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelFigures {
     /// Unit of the values.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A profile: fitted, sampled and judged along its line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ProfileFigures {
-    /// What was measured: `heights`, or `slopes, integrated by the trapezoidal rule`.
+    /// Measured quantity: `heights`, or `slopes, integrated by the trapezoidal rule`.
     pub source: String,
     /// Direction of the line against x, in degrees.
     pub direction_deg: f64,
@@ -16,7 +16,7 @@ pub struct ProfileFigures {
     pub held: Vec<String>,
     /// Length of the line in the aperture, mm.
     pub length_mm: Option<f64>,
-    /// Of it, what is sampled densely enough, mm.
+    /// Length of it that is sampled densely enough, mm.
     pub covered_mm: Option<f64>,
     /// Root of the mean square slope of the deviation, µrad.
     pub slope_rms_urad: Option<f64>,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::FigureName;
 
-/// What can be said of one limit, or of all.
+/// State of the outlook for one limit, or for all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProspectState {
@@ -22,7 +22,7 @@ pub enum ProspectState {
     Open,
 }
 
-/// What can be said of one limit.
+/// Outlook for one limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProspectFigures {
     /// Which figure, of what, as in the checks of the verdict.
@@ -33,7 +33,7 @@ pub struct ProspectFigures {
     /// The value so far, over zones and with terms removed as of [`SamplingFigures::as_of_points`](crate::SamplingFigures::as_of_points);
     /// absent for figures that are only worked out at the end.
     pub value: Option<f64>,
-    /// What can be said.
+    /// State of the outlook.
     pub state: ProspectState,
     /// The final value will be at least this; absent where that cannot be said.
     pub at_least: Option<f64>,
@@ -47,7 +47,7 @@ pub struct ProspectFigures {
     pub text: String,
 }
 
-/// What can be said of the part.
+/// Outlook for the part.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outlook {
     /// A fail where one limit fails, a pass where each of them passes, and at the end where all others pass and one is

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 pub struct ReadingFigures {
     /// The columns that were read, x first.
     pub columns: Vec<ColumnFigures>,
-    /// What named them: `the file`, `the command line`, or nothing.
+    /// Origin of the names: `the file`, `the command line`, or nothing.
     pub named_by: String,
-    /// What stated their units.
+    /// Origin of the units.
     pub units_by: String,
     /// Whether mm is an assumption: neither file nor command line states a unit.
     pub units_assumed: bool,

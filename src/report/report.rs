@@ -20,7 +20,7 @@ pub struct Report {
     /// Columns and units of a file whose format leaves them open, such as text or PLY; absent for other files and sessions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<ReadingFigures>,
-    /// What became of the points.
+    /// Counts of the points by their fate.
     pub points: Points,
     /// The mesh of the points used.
     pub mesh: MeshFigures,
@@ -31,12 +31,12 @@ pub struct Report {
     pub features: FeatureFigures,
     /// Nominal, fit and deviation; absent where no fit could be made, then [`Verdict::reasons`] says why.
     pub form: Option<FormFigures>,
-    /// Of points on a straight line: what is formed along it instead of by area.
+    /// Figures of points on a straight line, formed along it instead of by area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<ProfileFigures>,
     /// Pass, fail or undecided.
     pub verdict: Verdict,
-    /// What each link and device delivered and lost. Empty for points read from a file.
+    /// Bytes and readings of each link and device, delivered and lost. Empty for points read from a file.
     pub links: Vec<LinkFigures>,
     /// How long it took. The only part that differs between a live run and its replay.
     pub timing: Timing,
@@ -44,7 +44,7 @@ pub struct Report {
     pub session: Option<SessionFigures>,
 }
 
-/// What became of the points.
+/// Counts of the points by their fate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Points {
     /// Records that were formed from what the devices sent, or rows of a file, gaps included.
@@ -84,7 +84,7 @@ pub struct SessionFigures {
     pub version: String,
     /// Why it ended: `complete`, `stopped`, `idle`, `interrupted`.
     pub ended: String,
-    /// What was measured, and by whom, as it was told at the start.
+    /// Part and operator, as given at the start.
     #[serde(default, skip_serializing_if = "is_unlabelled")]
     pub label: Label,
 }

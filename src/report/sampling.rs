@@ -59,7 +59,7 @@ pub struct SamplingFigures {
     pub spacing_finest_mm: Option<f64>,
     /// The spacing in mm that satisfies ε, ρ and noise everywhere. Absent if there is none or any will do.
     pub spacing_recommended_mm: Option<f64>,
-    /// What to measure next: regions that are not covered, those first that add most to the coverage.
+    /// Next measurements: regions that are not covered, those first that add most to the coverage.
     pub next: Vec<NextFigures>,
     /// How many more regions there are, those too small to be listed included.
     pub next_more: u64,
@@ -144,11 +144,11 @@ pub struct NextFigures {
     /// Its projected area in mm², that of its polygons: what is to be measured. Some of its places may be within the
     /// limits.
     pub area_mm2: f64,
-    /// Of this, places beyond a limit that were scanned, but not densely enough.
+    /// Area of it beyond a limit that was scanned, but not densely enough.
     pub undersampled_mm2: f64,
-    /// Of this, places beyond a limit that were not scanned.
+    /// Area of it beyond a limit that was not scanned.
     pub uncovered_mm2: f64,
-    /// What measuring it adds to the coverage, 0 to 1.
+    /// Gain of coverage by measuring it, 0 to 1.
     pub adds_coverage: Option<f64>,
     /// Largest ε in it; absent outside the outline of the points.
     pub epsilon_max: Option<f64>,

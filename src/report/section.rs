@@ -7,7 +7,7 @@ use crate::Refusal;
 /// Version of the layout of [`SectionReport`].
 pub const SECTION_FORMAT: &str = "asphera.section/1";
 
-/// What is asked of a mesh that is cut. Lengths in mm, in the frame of the mesh: u and v of the plane of
+/// Request for a cut through a mesh. Lengths in mm, in the frame of the mesh: u and v of the plane of
 /// projection, which along z are x and y of the measured frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SectionRequest {
@@ -189,7 +189,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// As CSV with a header that names the units; an unknown deviation is an empty field.
+    /// CSV with a header that names the units; an unknown deviation is an empty field.
     pub fn csv(&self) -> String {
         let mut text = String::from("piece,s_mm,x_mm,y_mm,z_mm");
         text.push_str(if self.deviation_nm.is_some() { ",deviation_nm\n" } else { "\n" });

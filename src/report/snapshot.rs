@@ -19,7 +19,7 @@ pub struct Snapshot {
     pub sequence: u64,
     /// Name of the station.
     pub station: String,
-    /// What the station is doing.
+    /// State of the station.
     pub state: State,
     /// Seconds since the session started; 0 without one.
     pub elapsed_s: f64,
@@ -27,7 +27,7 @@ pub struct Snapshot {
     pub session: Option<SessionFigures>,
     /// How far the scan is.
     pub progress: Progress,
-    /// What became of the points.
+    /// Counts of the points by their fate.
     pub points: Points,
     /// The mesh.
     pub mesh: MeshFigures,
@@ -46,13 +46,13 @@ pub struct Snapshot {
     pub maps: Option<MapsState>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
-    /// What the session left in its folder, once that is written.
+    /// Files the session left in its folder, once that is written.
     pub outputs: Option<Outputs>,
     /// Every link.
     pub links: Vec<LinkState>,
 }
 
-/// What a session left in its folder.
+/// Files that a session left in its folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Outputs {
     /// Names of the files.
@@ -61,7 +61,7 @@ pub struct Outputs {
     pub problem: Option<String>,
 }
 
-/// What the station is doing.
+/// State of the station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
@@ -93,11 +93,11 @@ pub struct Progress {
     pub eta_coverage_s: Option<f64>,
     /// Points received but not yet in the mesh.
     pub pending_points: u64,
-    /// What a session without a reading waits for; `None` once the scan has begun.
+    /// Reason why a session has no reading yet; `None` once the scan has begun.
     pub waiting: Option<Waiting>,
 }
 
-/// What a session without a reading waits for.
+/// Reason why a session has no reading yet.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "for", rename_all = "snake_case")]
 pub enum Waiting {
@@ -126,9 +126,9 @@ pub struct Convergence {
     pub rms_nm: Vec<f64>,
     /// Standard uncertainty (k = 1) of RMS in nm; `None` where it is not known.
     pub rms_u_nm: Vec<Option<f64>>,
-    /// What the uncertainty of PV is made of, or why it is not known.
+    /// Sources of the uncertainty of PV, or why it is not known.
     pub pv_u_basis: String,
-    /// What the uncertainty of RMS is made of, or why it is not known.
+    /// Sources of the uncertainty of RMS, or why it is not known.
     pub rms_u_basis: String,
 }
 

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::FormFigure;
 
-/// Those that were asked for and are known; of the others `form.unknown` says why.
+/// Figures that were asked for and are known; of the others `form.unknown` says why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StandardFigures {
     /// The narrowest zone that holds every point.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minimum_zone: Option<MinimumZoneFigures>,
-    /// What was found, as a drawing would state it.
+    /// Found values, as a drawing would state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub indication: Option<IndicationFigures>,
     /// How the deviation is spread over spatial frequencies.
@@ -65,19 +65,19 @@ pub struct ContactFigures {
 /// `3/A(B/C)` with its RMS, by ISO 10110-5.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndicationFigures {
-    /// What the drawing asks, if the nominal file has it.
+    /// Indication of the drawing, if the nominal file has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asked: Option<String>,
-    /// What was found, in the unit of what is asked, else in nm.
+    /// Found values, in the unit of what is asked, else in nm.
     pub found: String,
 }
 
 /// The radial average of a two-sided power spectral density.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PsdFigures {
-    /// What it is, in one sentence.
+    /// Definition in one sentence.
     pub definition: String,
-    /// What was taken out of the map before: `piston, tilt, power`.
+    /// Terms removed from the map before: `piston, tilt, power`.
     pub removed: String,
     /// The window: `Hann`.
     pub window: String,
@@ -115,7 +115,7 @@ fn is_zero(count: &u64) -> bool {
 /// Coefficients of Forbes' slope-orthogonal polynomials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QFigures {
-    /// What they are, in one sentence.
+    /// Definitions in one sentence.
     pub definition: String,
     /// Radius of the disc they refer to, mm.
     pub radius_mm: f64,
@@ -145,7 +145,7 @@ pub struct QFigures {
     /// stresses the rim. Absent where a coefficient is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_rms_urad: Option<f64>,
-    /// What noise alone makes of it, µrad; taken off in squares.
+    /// Share of noise alone, µrad; taken off in squares.
     #[serde(default)]
     pub slope_noise_urad: f64,
     /// The interval of 95 %, µrad.
@@ -158,7 +158,7 @@ pub struct QFigures {
 pub struct TextureFigures {
     /// Which surface: `S-F`, `S-L`, or `all wavelengths measured`.
     pub surface: String,
-    /// What the heights are: the deviation from the fitted nominal, less this.
+    /// Meaning of the heights: the deviation from the fitted nominal, less this.
     pub f_operation: String,
     /// Nesting index of the S-filter, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

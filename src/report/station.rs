@@ -61,7 +61,7 @@ pub struct SessionEntry {
     pub id: String,
     /// When it began, RFC 3339, UTC; `None` where no `report.json` says so.
     pub started: Option<String>,
-    /// What was measured, and by whom.
+    /// Part and operator.
     pub label: Label,
     /// Why it ended; `None` where no `report.json` says so.
     pub ended: Option<String>,
@@ -80,7 +80,7 @@ pub struct SessionEntry {
 /// A result file of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionFile {
-    /// What it holds.
+    /// Content.
     pub bytes: Vec<u8>,
     /// The session, where its `report.json` tells.
     pub session: Option<SessionFigures>,
@@ -106,6 +106,6 @@ pub struct Waypoints {
 pub struct ControlError {
     /// Whether the station's state forbids it (answered with 409) rather than a fault (500).
     pub conflict: bool,
-    /// What stands in the way, in words for the operator.
+    /// Obstacle, in words for the operator.
     pub message: String,
 }

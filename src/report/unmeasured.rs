@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What may be missing from PV and RMS because points are where they are and not elsewhere.
+/// Amounts that may be missing from PV and RMS because points are where they are and not elsewhere.
 ///
 /// Between points that lie densely enough a bound holds: the deviation lies within ½·bend·gap² of the planes through
 /// them, if it bends no more between the points than anywhere at them. Of the rest of the aperture it is assumed
@@ -17,7 +17,7 @@ pub struct UnmeasuredFigures {
     pub gap_mm: Option<f64>,
     /// The largest second derivative of the deviation that the points tell, in nm/mm².
     pub bend_nm_per_mm2: Option<f64>,
-    /// What may stand out between the points at either end, in nm: ½·bend·gap².
+    /// Height that may stand out between the points at either end, in nm: ½·bend·gap².
     pub between_nm: Option<f64>,
     /// The PV may be larger by this between the points, in nm: twice that.
     pub pv_hidden_nm: Option<f64>,

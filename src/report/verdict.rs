@@ -69,7 +69,7 @@ pub struct Check {
     /// Standard uncertainty (k = 1) of the value; absent where it is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u: Option<f64>,
-    /// What `u` covers, in words; absent without.
+    /// Scope of `u`, in words; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_covers: Option<String>,
     /// Width of the guard band on either side of the limit; absent without one.
@@ -78,7 +78,7 @@ pub struct Check {
     /// The decision rule in words; absent without a guard band.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rule: Option<String>,
-    /// What the part of the aperture that was not measured may add to the value, at the probability of
+    /// Amount that the unmeasured part of the aperture may add to the value, at the probability of
     /// [`UnmeasuredFigures::p`](crate::UnmeasuredFigures::p); absent where that is not known, and for slopes, of which it is not told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hidden: Option<f64>,

@@ -130,14 +130,14 @@ pub const FORM_VIEW_FORMAT: &str = "asphera.form-view/1";
 pub struct FormView {
     /// [`FORM_VIEW_FORMAT`].
     pub format: &'static str,
-    /// What everything here is of: running figures are of the cells, each with as much weight as it has points,
+    /// Deviations that everything here is of: running figures are of the cells, each with as much weight as it has points,
     /// so that PV and RMS are those of the means of cells; final figures are of the points.
     pub source: Source,
     /// Points in the fit.
     pub as_of_points: u64,
     /// Whether these are running figures.
     pub provisional: bool,
-    /// What was taken out: `piston`, `tilt`, `power`, `astigmatism`, `coma`, `spherical`.
+    /// Terms removed: `piston`, `tilt`, `power`, `astigmatism`, `coma`, `spherical`.
     pub removed: Vec<String>,
     /// Each Fringe term that was taken out.
     pub terms: Vec<RemovedTerm>,

@@ -37,7 +37,7 @@ pub struct WeightFigures {
 /// A reference surface that was made from the points, because no design is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceFigures {
-    /// What lies under the splines: `plane`, `sphere` or `quadric`.
+    /// Surface under the splines: `plane`, `sphere` or `quadric`.
     pub base: String,
     /// Root mean square deviation of the points from that alone, nm.
     pub base_rms_nm: f64,

@@ -9,11 +9,11 @@ pub struct Criterion {
     pub loss: Loss,
     /// The scale of the loss, mm; `None`: found from the deviations.
     pub loss_scale_mm: Option<f64>,
-    /// What points are weighted by.
+    /// Weights of points.
     pub weights: Weights,
 }
 
-/// What points are weighted by.
+/// Weights of points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
     /// All alike.

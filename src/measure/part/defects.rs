@@ -9,7 +9,7 @@ pub struct DefectLimits {
     pub largest_mm: Option<f64>,
     /// How many false ones are put up with on the whole surface.
     pub false_expected: f64,
-    /// What is lower or less deep is not told, nm.
+    /// Least height or depth that is listed, nm.
     pub min_height_nm: f64,
     /// How many are listed at most.
     pub listed: usize,

@@ -26,7 +26,7 @@ pub struct FigureSettings {
 /// Between which wavelengths, and about what, surface texture is described.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureSettings {
-    /// What is taken out of the deviation from the nominal before the filters.
+    /// Terms removed from the deviation from the nominal before the filters.
     pub f_operation: Datum,
     /// The filters.
     pub scale: Scale,

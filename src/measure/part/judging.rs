@@ -5,7 +5,7 @@ use asphera_form::texture;
 use asphera_form::uncertainty::{Budget, Draws};
 use asphera_form::verdict::{Guard, Limit};
 
-/// What correlation of errors the uncertainties of pose and parameters count.
+/// Correlation of errors that uncertainties of pose and parameters count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CorrelationFrom {
     /// None: what is correlated in the deviations is form of this part, and no error.
@@ -24,7 +24,7 @@ pub struct Judging {
     pub limits: Vec<Limit>,
     /// The decision rule; `None`: values are held against limits as they are.
     pub guard: Option<Guard>,
-    /// What a drawing asks by ISO 10110-5; its limits are among [`Judging::limits`].
+    /// Indication of a drawing by ISO 10110-5; its limits are among [`Judging::limits`].
     pub indication: Option<Indication>,
     /// Largest width of the minimum zone allowed, nm.
     pub minimum_zone_nm: Option<f64>,
@@ -33,7 +33,7 @@ pub struct Judging {
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
     /// alone, as the points tell it, if a guard band needs them.
     pub uncertainty: Option<(Budget, Draws)>,
-    /// What the uncertainties of pose and parameters count of correlated errors.
+    /// Correlated errors that uncertainties of pose and parameters count.
     pub correlated: CorrelationFrom,
 }
 

@@ -18,7 +18,7 @@ pub(super) struct Station {
 pub(super) struct Coverage {
     /// Length of the line in the aperture, mm.
     pub(super) length_mm: f64,
-    /// Of it, what is sampled densely enough, mm.
+    /// Length of it that is sampled densely enough, mm.
     pub(super) covered_mm: f64,
     /// Largest distance of a place to its nearest point, mm.
     pub(super) gap_max_mm: f64,

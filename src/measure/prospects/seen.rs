@@ -18,7 +18,7 @@ use crate::errors::{Errors, ErrorsOfLimit};
 use crate::sampling::ZoneSampling;
 use crate::unmeasured::{Laid, Unmeasured};
 
-/// What is looked at.
+/// State of a measurement at a look.
 pub(crate) struct Look<'a> {
     pub(crate) part: &'a Part,
     /// In the frame of the plane of projection, as is the estimate.
@@ -31,21 +31,21 @@ pub(crate) struct Look<'a> {
     pub(crate) to_come: Option<u64>,
 }
 
-/// What was seen of the limits, by name.
+/// Findings about the limits, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Seen {
     limits: BTreeMap<String, OfLimit>,
 }
 
-/// Of one limit, as of the look.
+/// Findings about one limit, as of the look.
 #[derive(Clone, Debug)]
 pub(super) struct OfLimit {
     pub(super) value_nm: f64,
-    /// Of its zone.
+    /// Coverage of its zone.
     pub(super) coverage: Option<f64>,
-    /// What may stand out between the points.
+    /// Height that may stand out between the points.
     pub(super) between_nm: Option<f64>,
-    /// What the rest may add to an RMS.
+    /// Amount that the rest may add to an RMS.
     pub(super) beyond_nm: Option<f64>,
     pub(super) predicted: Option<Predicted>,
     /// Of a limit that is not of the whole: its figure is at least this in the end.
@@ -101,7 +101,7 @@ impl Seen {
     }
 }
 
-/// What is known of all limits together.
+/// Data shared by all limits.
 struct Told<'a> {
     look: &'a Look<'a>,
     laid: Laid<'a>,

@@ -7,7 +7,7 @@ use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};
 
 use super::{Now, P, guard};
 
-/// What a limit is open for.
+/// Reason why a limit is open.
 pub(super) struct Why<'a> {
     pub(super) limit: &'a Limit,
     pub(super) running: Running<'a>,
@@ -83,7 +83,7 @@ pub(super) fn at_end(of: &FigureName) -> String {
     format!("known at the end: {} is worked out from all points", of.words())
 }
 
-/// What all limits say together: first whether there is a decision.
+/// Outlook by all limits together: first whether there is a decision.
 pub(super) fn outlook(limits: Vec<ProspectFigures>) -> Option<Outlook> {
     limits.first()?;
     let having = |state| limits.iter().filter(move |limit| limit.state == state);

@@ -139,7 +139,7 @@ impl Border<'_> {
 
 /// A sine up to which an axis is upright: it foreshortens by 5e-9.
 const UPRIGHT: f64 = 1e-4;
-/// What is left of an area that is seen from its side.
+/// Share that is left of an area that is seen from its side.
 const LEAST: f64 = 1e-6;
 /// Sides of a circle.
 const CIRCLE: usize = 720;

@@ -21,7 +21,7 @@ pub(crate) struct Current {
     whole_area_mm2: f64,
 }
 
-/// What the figures refer to.
+/// Basis of the figures.
 struct Basis {
     pose: Pose,
     criteria: Criteria,

@@ -18,7 +18,7 @@ use super::zones::ZoneSampling;
 use super::{Sampled, no_area};
 use crate::Part;
 
-/// What was found.
+/// Findings about the sampling.
 pub(crate) struct Findings {
     pub(crate) figures: SamplingFigures,
     /// For each triangle whether it is sampled densely enough and has a part in the aperture.
@@ -32,7 +32,7 @@ pub(crate) struct Findings {
     pub(crate) otherwise_mm: Option<f64>,
 }
 
-/// What is looked at.
+/// Data of a look at the sampling.
 pub(super) struct Look<'a> {
     pub(super) sampled: Sampled<'a>,
     pub(super) wanted: Wanted,
@@ -146,7 +146,7 @@ impl Look<'_> {
 }
 
 impl Findings {
-    /// What to measure next on a part that lies at `pose` in the frame of the plane.
+    /// Next measurements on a part that lies at `pose` in the frame of the plane.
     pub(crate) fn next(&mut self, plane: &Plane, part: &Part, pose: &Pose) -> Option<Next> {
         let patches = std::mem::take(&mut self.coverage.as_mut()?.patches);
         let lifted = Lifted::onto_nominal(*plane, &part.nominal, pose);

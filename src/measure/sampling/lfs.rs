@@ -17,7 +17,7 @@ use crate::Part;
 #[derive(Clone, Debug, Default)]
 pub struct Remembered(pub(super) Known);
 
-/// What is known of a local feature size.
+/// Sources of a local feature size.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Known {
     #[default]

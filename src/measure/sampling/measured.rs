@@ -28,11 +28,11 @@ impl From<&NoiseEstimate> for Readings {
     }
 }
 
-/// What the points say.
+/// Local feature size by the points.
 pub(super) enum Measured {
-    /// Of medial balls.
+    /// Values by medial balls.
     Balls(Cells),
-    /// Of curvature: one radius in mm for all, infinite over an exact plane.
+    /// Value by curvature: one radius in mm for all, infinite over an exact plane.
     Curvature(f64),
 }
 

@@ -20,7 +20,7 @@ pub(super) enum MeridianError {
     /// The nominal has no meridian.
     #[error("a {kind} is not rotational")]
     NotRotational {
-        /// What it is.
+        /// Kind of the source.
         kind: &'static str,
     },
     /// The kernel found none.

@@ -22,13 +22,13 @@ impl Wanted {
     /// The largest ε where nothing is said: what Cocone's guarantees ask.
     pub const EPSILON: f64 = Target::COCONE_EPSILON;
 
-    /// What these limits ask for: where neither ε nor ρ is given, [`Wanted::EPSILON`] is.
+    /// Wishes by these limits: where neither ε nor ρ is given, [`Wanted::EPSILON`] is.
     pub fn new(epsilon: Option<f64>, rho: Option<f64>, gap_mm: Option<f64>) -> Wanted {
         let epsilon = epsilon.or_else(|| rho.is_none().then_some(Wanted::EPSILON));
         Wanted { epsilon, rho, gap_mm }
     }
 
-    /// What a part asks for.
+    /// Wishes of a part.
     pub(crate) fn of(part: &Part) -> Wanted {
         let Part { epsilon_limit, rho_limit, gap_limit_mm, .. } = *part;
         Wanted { epsilon: epsilon_limit, rho: rho_limit, gap_mm: gap_limit_mm }

@@ -31,7 +31,7 @@ pub(super) fn laid(part: &Part, pose: &Pose) -> Vec<(Aperture, coverage::Apertur
     zones
 }
 
-/// What of a ring lies in a round aperture.
+/// Part of a ring that lies in a round aperture.
 fn within(zone: Aperture, aperture: &Aperture) -> Aperture {
     match (zone, *aperture) {
         (Aperture::Annulus { inner_mm, outer_mm }, Aperture::Circle { radius_mm }) => {

@@ -21,13 +21,13 @@ use asphera_report::error_chain;
 use super::deviation_map::DeviationMap;
 use crate::Part;
 
-/// What they are made from, in the frame the fit was made in.
+/// Ingredients of the figures, in the frame the fit was made in.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     pub(super) part: &'a Part,
     pub(super) fit: &'a Fit,
     pub(super) points: &'a [PointMm],
-    /// Of every point, NaN for none.
+    /// Deviation of every point, NaN for none.
     pub(super) deviations_mm: &'a [f64],
     pub(super) triangles: &'a [[VertexId; 3]],
     /// Whether each triangle is sampled densely enough.
@@ -39,7 +39,7 @@ pub(super) struct Measured<'a> {
     pub(super) noise_nm: Option<f64>,
 }
 
-/// What the uncertainties of the figures need.
+/// Intermediate results that the uncertainties need.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) zone: Option<ZoneFit>,

@@ -25,7 +25,7 @@ pub(super) enum FreeformError {
     /// The nominal is none.
     #[error("a {kind} is rotational")]
     Rotational {
-        /// What it is.
+        /// Kind of the source.
         kind: &'static str,
     },
     /// It is too small or not defined at a place.
