@@ -7,9 +7,9 @@ use std::fmt;
 pub struct Problem {
     /// The key as a person writes it, relative to the table of the settings: `node_id`, `field[3].scale`.
     pub key: String,
-    /// What would do.
+    /// Value that would do.
     pub expected: String,
-    /// What is there.
+    /// Content found there.
     pub found: String,
 }
 

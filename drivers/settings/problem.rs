@@ -12,9 +12,9 @@ pub struct Problem {
     pub line: usize,
     /// The key, with the tables it is in: `link.probe.baud_bd`. Empty for a syntax error.
     pub key: String,
-    /// What would do.
+    /// Value that would do.
     pub expected: String,
-    /// What is there.
+    /// Content found there.
     pub found: String,
 }
 

@@ -31,7 +31,7 @@ pub struct LinkEvent {
     pub link: usize,
     /// When: for bytes, when they were read, however long the event then waited to be handled.
     pub at: Instant,
-    /// What happened.
+    /// Event.
     pub what: What,
 }
 

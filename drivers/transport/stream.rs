@@ -21,7 +21,7 @@ pub enum OpenError {
     Serial {
         /// The path tried.
         path: String,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// Another process has the port: what it reads would be missing here.
@@ -47,7 +47,7 @@ pub enum OpenError {
     Tcp {
         /// The address tried.
         address: String,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// No CAN interface.
@@ -55,7 +55,7 @@ pub enum OpenError {
     SocketCan {
         /// The interface tried.
         interface: String,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
 }

@@ -22,7 +22,7 @@ pub struct Simulator {
     shared: Arc<Shared>,
 }
 
-/// What became of the frames of a [`Simulator::sync`].
+/// Fate of the frames of a [`Simulator::sync`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
     /// They are on their way to the host.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What happens to the answer of one request.
+/// Event for the answer of one request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// It comes so much later.

@@ -9,7 +9,7 @@ use crate::session::{Header, Recovery};
 use crate::station::Bench;
 use asphera_measure::{Measurement, doubt, undecide};
 
-/// What the station knows at the end of a session.
+/// Knowledge of the station at the end of a session.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Triggers the primary device skipped.
@@ -20,7 +20,7 @@ pub struct Outcome {
     pub unreset: Option<u64>,
     /// When the last reading of the primary arrived.
     pub last_point: Option<Nanos>,
-    /// What every link and device delivered and lost.
+    /// Bytes and readings of every link and device, delivered and lost.
     pub links: Vec<LinkFigures>,
     /// Whose session it is and how it ended.
     pub session: SessionFigures,

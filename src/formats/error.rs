@@ -162,9 +162,9 @@ pub enum ReadError {
         format: Format,
         /// Where.
         place: Place,
-        /// What the format asks for there.
+        /// Content that the format asks for there.
         expected: String,
-        /// What is there.
+        /// Content found there.
         found: String,
     },
     /// The content may well be right, but this crate does not read it.
@@ -174,9 +174,9 @@ pub enum ReadError {
         format: Format,
         /// Where.
         place: Place,
-        /// What is read.
+        /// Content that is read.
         expected: String,
-        /// What is there.
+        /// Content found there.
         found: String,
     },
     /// The content may mean several things; what to add decides.
@@ -186,9 +186,9 @@ pub enum ReadError {
         format: Format,
         /// Where.
         place: Place,
-        /// What cannot be told.
+        /// Property that cannot be told.
         found: String,
-        /// What to do.
+        /// Cure.
         cure: String,
     },
     /// The content was changed after its checksum was taken.
@@ -196,7 +196,7 @@ pub enum ReadError {
     Checksum {
         /// Format of the file.
         format: Format,
-        /// What the checksum covers.
+        /// Bytes that the checksum covers.
         place: Place,
         /// The checksum that the file states, 32 hexadecimal digits.
         expected: String,
@@ -210,7 +210,7 @@ pub enum ReadError {
         format: Format,
         /// Where.
         place: Place,
-        /// What is counted: `points`, `bytes`.
+        /// Unit of the count: `points`, `bytes`.
         unit: &'static str,
         /// How many are read.
         limit: u64,
@@ -225,9 +225,9 @@ pub enum WriteError {
     /// The destination failed.
     #[error("cannot write {what}")]
     Io {
-        /// What was being written.
+        /// Part being written.
         what: &'static str,
-        /// What the destination reports.
+        /// Error of the destination.
         source: io::Error,
     },
     /// The values do not make what is to be written.
@@ -235,9 +235,9 @@ pub enum WriteError {
     Invalid {
         /// The value at fault.
         what: String,
-        /// What would do.
+        /// Value that would do.
         expected: String,
-        /// What was given.
+        /// Value given.
         found: String,
     },
 }

@@ -62,7 +62,7 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
     points.finish([1, 2, 3], Place::Byte(bytes.len() as u64))
 }
 
-/// What the header says of the points.
+/// Description in the header of the points.
 struct Header {
     minor: u8,
     point_format: u8,

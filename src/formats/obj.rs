@@ -92,7 +92,7 @@ fn without_comment(line: &[u8]) -> &[u8] {
 }
 
 const FORMAT: Format = Format::Obj;
-/// What may stand before the first vertex.
+/// Words that may stand before the first vertex.
 const KEYWORDS: [&[u8]; 12] =
     [b"mtllib", b"o", b"g", b"s", b"usemtl", b"vn", b"vt", b"vp", b"mg", b"cstype", b"deg", b"lod"];
 

@@ -125,7 +125,7 @@ fn expected_len(count: u32) -> u64 {
     HEADER as u64 + 4 + RECORD as u64 * u64::from(count)
 }
 
-/// What is expected next in an ASCII file.
+/// Token expected next in an ASCII file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
     /// A solid, or the end of the file after one.

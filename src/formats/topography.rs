@@ -57,7 +57,7 @@ pub struct Source {
     pub taken: Option<Taken>,
 }
 
-/// What one file holds.
+/// Content of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Topography {
     /// Heights on a regular grid.

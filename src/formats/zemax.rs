@@ -90,9 +90,9 @@ pub enum LensAperture {
 pub struct LensError {
     /// Line of the file, from 1 on.
     pub line: usize,
-    /// What should be there.
+    /// Content expected there.
     pub expected: &'static str,
-    /// What is there.
+    /// Content found there.
     pub found: String,
 }
 

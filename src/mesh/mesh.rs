@@ -63,7 +63,7 @@ pub struct Mesh {
     pending: Vec<PointMm>,
     /// Points taken so far, pending ones left out.
     taken: usize,
-    /// What became of those that are no vertices of their own, by index.
+    /// Fate of those that are no vertices of their own, by index.
     others: Vec<(usize, Outcome)>,
     repeats: BTreeMap<VertexId, Repeats>,
     duplicates: u64,
@@ -223,7 +223,7 @@ impl Mesh {
         }
     }
 
-    /// What became of point `index`, counted from 0; `None` if there is no such point.
+    /// Fate of point `index`, counted from 0; `None` if there is no such point.
     pub fn outcome(&self, index: usize) -> Option<Outcome> {
         if index >= self.taken {
             return (index < self.taken + self.pending.len()).then_some(Outcome::Pending);

@@ -2,7 +2,7 @@
 
 use asphera_geometry::{Rejection, VertexId};
 
-/// What became of one pushed point.
+/// Fate of one pushed point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// It waits for its batch to fill; see [`crate::Mesh::flush`].

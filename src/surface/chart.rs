@@ -106,7 +106,7 @@ struct Seen {
     good: bool,
 }
 
-/// What is known of a cell.
+/// Data known of a cell.
 #[derive(Clone, Default)]
 struct Tally {
     gap_mm: Option<f64>,

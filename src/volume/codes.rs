@@ -20,7 +20,7 @@ pub enum Case {
     Forbidden,
 }
 
-/// What is known of one code. Bit x + 2y + 4z of a code is the corner (x, y, z); 1 is foreground.
+/// Data known of one code. Bit x + 2y + 4z of a code is the corner (x, y, z); 1 is foreground.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeFacts {
     /// The smallest code that a symmetry of the cube makes of it: 22 classes.
@@ -33,7 +33,7 @@ pub struct CodeFacts {
     pub is_c2: bool,
 }
 
-/// What is known of every code.
+/// Data known of every code.
 pub fn facts() -> &'static [CodeFacts; 256] {
     static FACTS: OnceLock<[CodeFacts; 256]> = OnceLock::new();
     FACTS.get_or_init(|| {

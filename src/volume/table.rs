@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 use crate::cell::{EDGES, FACES, edge_between, share_face, symmetries};
 use crate::codes::{Case, facts};
 
-/// What is done with a face whose two foreground corners are diagonal.
+/// Treatment of a face whose two foreground corners are diagonal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ambiguity {
     /// Foreground stands apart, background is joined.

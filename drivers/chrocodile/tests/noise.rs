@@ -21,7 +21,7 @@ const RUNS: u64 = 2500;
 const LAYOUTS: [&[u16]; 4] =
     [&[75, 76, 65, 256, 257], &[65, 256, 257, 75], &[75, 256, 65], &[16640, 75, 16641, 65, 64]];
 
-/// What became of the runs.
+/// Fate of the runs.
 #[derive(Debug, Default)]
 struct Tally {
     wrong: u64,

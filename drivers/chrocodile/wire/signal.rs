@@ -199,7 +199,7 @@ pub struct Signal {
     pub id: u16,
     /// How its number is sent.
     pub value_type: ValueType,
-    /// What it measures.
+    /// Channels that it measures.
     pub quantity: Quantity,
     /// How its number is to be read; [`Encoding::Float`] for a global signal, whose unit is fixed.
     pub encoding: Encoding,

@@ -20,11 +20,11 @@ pub struct DeviceConfig {
     pub name: String,
     /// Index of its link in the order of the file.
     pub link: usize,
-    /// What its link must carry.
+    /// Kind of data its link must carry.
     pub carries: Carries,
     /// Its driver's settings.
     pub settings: Arc<dyn DeviceSettings>,
-    /// What it measures.
+    /// Channels that it measures.
     pub channels: Vec<Channel>,
 }
 

@@ -47,7 +47,7 @@ pub struct Config {
     pub kinematics: Kinematics,
     /// Along which direction the points are projected for their mesh.
     pub along: Along,
-    /// What the part should be.
+    /// Design of the part.
     pub part: Part,
     /// When a scan is over.
     pub end: EndSettings,
@@ -59,7 +59,7 @@ pub struct Config {
     pub recording: session::Settings,
     /// Whether points are recorded beside the bytes they were made of.
     pub records_points: bool,
-    /// What is left beside a recording.
+    /// Files beside a recording.
     pub output: OutputConfig,
     /// Where the page and the API are.
     pub listen: SocketAddr,
@@ -85,7 +85,7 @@ pub enum ConfigError {
     Text {
         /// Which.
         path: PathBuf,
-        /// What it is, and what to do.
+        /// Kind of the content, and the cure.
         found: String,
     },
     /// Its content cannot be used.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use asphera_report::ResultFile;
 use asphera_settings::Section;
 
-/// What is written into the folder of a session when it ended, and what runs then.
+/// Files written into the folder of a session when it ended, and what runs then.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputConfig {
     /// The files, in the order they are written.

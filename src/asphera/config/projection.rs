@@ -42,7 +42,7 @@ fn direction(table: &Section<'_>, numbers: &[f64]) -> Option<Along> {
     along.ok()
 }
 
-/// What may stand behind `along`.
+/// Words that may stand behind `along`.
 #[derive(PartialEq)]
 enum Direction {
     Word(String),

@@ -92,7 +92,7 @@ struct Core {
     _lock: Lock,
 }
 
-/// What a running session needs.
+/// Resources of a running session.
 struct Session {
     header: Header,
     recording: Recording,

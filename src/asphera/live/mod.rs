@@ -98,7 +98,7 @@ pub struct Station {
     task: JoinHandle<()>,
 }
 
-/// What others may ask of a running station.
+/// Handle by which others ask a running station.
 #[derive(Clone)]
 pub struct Handle {
     control: mpsc::Sender<Control>,
@@ -108,7 +108,7 @@ pub struct Handle {
     recordings: Arc<Path>,
 }
 
-/// What a station is asked to do.
+/// Request to a station.
 enum Control {
     Watch,
     Start(Label, oneshot::Sender<Result<(), StationError>>),
@@ -117,7 +117,7 @@ enum Control {
     Asked(Asked),
 }
 
-/// What is asked of its mesh. A reply that is dropped counts as none.
+/// Question to its mesh. A reply that is dropped counts as none.
 enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),

@@ -34,7 +34,7 @@ enum Job {
     },
 }
 
-/// What is known of the disk beside its errors.
+/// Data known of the disk beside its errors.
 struct Disk {
     /// Time at which the call that runs began, or [`IDLE`].
     busy_since: AtomicU64,

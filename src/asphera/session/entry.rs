@@ -18,7 +18,7 @@ pub struct Entry {
     pub what: What,
 }
 
-/// What happened. `link` is an index into [`super::Header::links`].
+/// Event. `link` is an index into [`super::Header::links`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum What {
     /// A link was opened.

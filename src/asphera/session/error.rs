@@ -16,11 +16,11 @@ pub enum RecordError {
     /// The file system refused.
     #[error("cannot {action} {}", path.display())]
     Storage {
-        /// What was tried.
+        /// Action that was tried.
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
-        /// What the file system said.
+        /// Error of the file system.
         source: io::Error,
     },
     /// Less free space than the reserve. The recording was closed in good order: everything appended
@@ -42,9 +42,9 @@ pub enum RecordError {
     Value {
         /// Which value.
         key: String,
-        /// What would do.
+        /// Value that would do.
         expected: String,
-        /// What is there.
+        /// Content found there.
         found: String,
     },
     /// An entry of a link the header does not name.
@@ -83,11 +83,11 @@ pub enum ReadError {
     /// The file system refused.
     #[error("cannot {action} {}", path.display())]
     Storage {
-        /// What was tried.
+        /// Action that was tried.
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
-        /// What the file system said.
+        /// Error of the file system.
         source: io::Error,
     },
     /// Neither a manifest nor the beginning of any segment can be read.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::format::{MAX_CONFIG_BYTES, MAX_LINKS};
 use super::{FormatVersion, RecordError};
 
-/// What is known when a session begins.
+/// Data known when a session begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Tells sessions of the same second apart.
@@ -26,7 +26,7 @@ pub struct Header {
     pub config_toml: String,
     /// The links, in the order entries number them.
     pub links: Vec<LinkInfo>,
-    /// What is measured, and by whom, where that was told.
+    /// Part and operator, where that was told.
     #[serde(default)]
     pub label: Label,
 }

@@ -20,9 +20,9 @@ pub struct Manifest {
     pub format: FormatVersion,
     /// [`Header::started_rfc3339`], for people.
     pub started: String,
-    /// What was known at the beginning.
+    /// Data known at the beginning.
     pub session: Header,
-    /// What was known at the end; `None` while the session runs and when it was interrupted.
+    /// Data known at the end; `None` while the session runs and when it was interrupted.
     pub end: Option<ManifestEnd>,
 }
 

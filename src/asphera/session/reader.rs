@@ -24,7 +24,7 @@ pub struct Session {
     first_sequence: Option<u64>,
 }
 
-/// What reading a session found, besides the entries.
+/// Findings of reading a session, besides the entries.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recovery {
     /// Entries read.
@@ -99,7 +99,7 @@ impl Session {
         &self.manifest
     }
 
-    /// What was known when the session began.
+    /// Data known when the session began.
     pub fn header(&self) -> &Header {
         &self.manifest.session
     }

@@ -63,7 +63,7 @@ pub struct Tally {
     pub bytes: u64,
 }
 
-/// What was recorded.
+/// Amounts recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Summary {
     /// The session's folder.

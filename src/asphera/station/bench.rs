@@ -40,7 +40,7 @@ pub struct EndSettings {
     pub first: Option<Duration>,
 }
 
-/// What happens to a station.
+/// Event for a station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Happening<'a> {
     /// A link opened.
@@ -56,7 +56,7 @@ pub enum Happening<'a> {
     OpenFailed(&'a str),
 }
 
-/// What a station wants done with a link.
+/// Action that a station wants with a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Send bytes on a connection.
@@ -325,7 +325,7 @@ impl Bench {
             .sum()
     }
 
-    /// What every link and device delivered and lost.
+    /// Bytes and readings of every link and device, delivered and lost.
     pub fn figures(&self) -> Vec<LinkFigures> {
         let coordinates = self.coordinates();
         let mut figures: Vec<LinkFigures> = self

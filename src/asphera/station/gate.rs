@@ -28,7 +28,7 @@ pub(crate) enum Gate {
     },
 }
 
-/// What to do with a reading.
+/// Treatment of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pass {
     /// Join it, and all that are held.

@@ -36,7 +36,7 @@ const UNUSABLE: Flags = Flags::all().difference(Flags::TRIGGER_LOST.union(Flags:
 /// One axis: which channel moves it and what the channel's value is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// What moves it; `None` for one that stands still at its offset.
+    /// Channel that moves it; `None` for one that stands still at its offset.
     pub source: Option<Source>,
     /// mm (or rad, for a rotary axis) per unit of the channel; negative where the axis runs the other way.
     pub scale: f64,

@@ -23,7 +23,7 @@ pub enum Framing {
 }
 
 impl Framing {
-    /// What drivers on such a link are given.
+    /// Kind of data for drivers on such a link.
     pub(crate) fn carries(self) -> Carries {
         match self {
             Framing::Raw => Carries::Bytes,
@@ -73,7 +73,7 @@ struct Running {
     count: u64,
 }
 
-/// What a line wants done.
+/// Action that a line wants.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Effect {
     /// Send these bytes on connection `epoch`.
@@ -152,7 +152,7 @@ impl Line {
         self.devices.iter().map(|device| device.last_reading).min().flatten()
     }
 
-    /// What was received and how often it was opened and lost.
+    /// Bytes received and how often it was opened and lost.
     pub(crate) fn traffic(&self) -> &LinkFigures {
         &self.figures
     }
@@ -169,7 +169,7 @@ impl Line {
         devices.sum::<u64>() + self.discarded_runs
     }
 
-    /// What was delivered so far; channels listed in `coordinates` (device, channel) are left out of the
+    /// Readings delivered so far; channels listed in `coordinates` (device, channel) are left out of the
     /// channel figures. What the synchronizer knows is filled in by the caller.
     pub(crate) fn figures(&self, coordinates: &[(usize, usize)]) -> LinkFigures {
         let mut figures = self.figures.clone();

@@ -23,7 +23,7 @@ pub struct SyncSettings {
     pub paced: bool,
 }
 
-/// What was read at one trigger.
+/// Readings at one trigger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Which trigger, from 0; `None` where it could not be told.
@@ -36,7 +36,7 @@ pub struct Record {
     pub flags: Flags,
 }
 
-/// What became of the readings of one stream.
+/// Fate of the readings of one stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StreamCounts {
     /// Triggers skipped: readings lost before they reached the host.
@@ -108,7 +108,7 @@ impl Synchronizer {
         }
     }
 
-    /// What became of the readings of each stream.
+    /// Fate of the readings of each stream.
     pub fn counts(&self) -> impl Iterator<Item = StreamCounts> + '_ {
         self.streams.iter().map(|stream| stream.counts)
     }

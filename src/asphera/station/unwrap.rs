@@ -22,7 +22,7 @@ pub(crate) struct Unwrapper {
     started_over: bool,
 }
 
-/// What is known beside a reading's own count.
+/// Data known beside a reading's own count.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Context {
     /// The device was ready before the first trigger, and the counters began with it.
@@ -35,7 +35,7 @@ pub(crate) struct Context {
     pub(crate) peak_hz: f64,
 }
 
-/// What is known of the trigger from another device.
+/// Data known of the trigger from another device.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
     /// Count of its latest reading.
@@ -46,7 +46,7 @@ pub(crate) struct Progress {
     pub(crate) rate_hz: f64,
 }
 
-/// What a count turned out to be.
+/// Place of a count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unwrapped {
     /// The count since the first trigger, and how many were skipped since the reading before.

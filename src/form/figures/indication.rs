@@ -241,7 +241,7 @@ impl Stated {
     }
 }
 
-/// What is left of a text. Spaces are passed over wherever they stand, but for those within a number.
+/// Remainder of a text. Spaces are passed over wherever they stand, but for those within a number.
 struct Reader<'a> {
     whole: &'a str,
     rest: &'a str,

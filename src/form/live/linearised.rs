@@ -444,5 +444,5 @@ fn spanned(points: &[PointMm], pose: &Pose, grid: &Grid) -> usize {
 
 /// Points of one block: so many that joining their cells costs little.
 const BLOCK: usize = 1 << 17;
-/// What is left of a sum of squares that a step to it may have missed the least of: eight times what was ever missed.
+/// Remainder of a sum of squares that a step to it may have missed the least of: eight times what was ever missed.
 const SURE_LEAST: f64 = 0.987;

@@ -113,7 +113,7 @@ pub enum LiveError {
     /// A direction of uncertainties that is none.
     #[error("uncertainties along {found:?}, expected a direction of length 1, as [0, 0, 1]")]
     Direction {
-        /// What was found.
+        /// Value found.
         found: [f64; 3],
     },
     /// An uncertainty that gives no weight.
@@ -199,7 +199,7 @@ pub struct LiveEstimate {
     pub reference_count: usize,
 }
 
-/// What is known of the weights of a running fit.
+/// Data known of the weights of a running fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveWeights {
     /// Smallest standard uncertainty of a point used, along the normal, in mm.

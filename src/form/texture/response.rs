@@ -24,7 +24,7 @@ pub(crate) struct NoiseLeft {
 }
 
 impl Scale {
-    /// What is left of functions over places that stand for `areas`, by `f_operation`, the filters and the `datum`
+    /// Remainder of functions over places that stand for `areas`, by `f_operation`, the filters and the `datum`
     /// at the end. Robust filters count as the linear ones. `O(k·m)` a place for k places within the window and m
     /// functions.
     pub(crate) fn of_functions(

@@ -52,9 +52,9 @@ struct Spread {
 
 /// What all of them have.
 struct Nodes {
-    /// What is left of each function at each node in nm.
+    /// Remainder of each function at each node in nm.
     functions: Functions,
-    /// What is left of the noise at each.
+    /// Remainder of the noise at each.
     left: Vec<NoiseLeft>,
     /// Area in mm² of a point there.
     areas_mm2: Vec<f64>,

@@ -73,7 +73,7 @@ impl Source<'_> {
         members.into_iter().enumerate().filter_map(of_node).collect()
     }
 
-    /// What is left of each function of the correlated errors at each patch, in nm; all of it where patches are too few for
+    /// Remainder of each function of the correlated errors at each patch, in nm; all of it where patches are too few for
     /// anything to be taken off.
     fn functions_left(
         &self,

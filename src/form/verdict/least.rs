@@ -31,7 +31,7 @@ pub struct Least {
     pub count: usize,
 }
 
-/// What is left of `points` of the measured frame, whatever values the `free` parameters have near these of `pose` and
+/// Remainder of `points` of the measured frame, whatever values the `free` parameters have near these of `pose` and
 /// `nominal`, and after removal of `less`. `None` with fewer points than columns, or where a point has no distance.
 /// `O(n·p²)`.
 pub fn least(

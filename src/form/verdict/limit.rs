@@ -226,7 +226,7 @@ impl Limit {
         Ok(self.figure(&sample, approximation(nominal)))
     }
 
-    /// What is left of a sample without the terms.
+    /// Remainder of a sample without the terms.
     fn without_terms<'a>(&self, sample: &'a Sample) -> Result<Cow<'a, Sample>, Unknown> {
         Ok(match &self.less.list()[..] {
             [] => Cow::Borrowed(sample),

@@ -42,7 +42,7 @@ pub struct Running<'a> {
     pub dof: f64,
     /// What noise adds to it, as the decision takes it off before it calls a limit broken: [`Finding::bias`].
     pub raised: Raised,
-    /// What may stand out between the points so far, in nm; `None` if that is not known.
+    /// Height that may stand out between the points so far, in nm; `None` if that is not known.
     pub between_nm: Option<f64>,
     /// What the part that was not measured may add to an RMS at the probability asked for, as the final decision has it (at least
     /// what independent patches say: [`rms_of_whole_nm`]), in nm; 0 for a PV; `None` if that is not known.

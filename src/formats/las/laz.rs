@@ -192,7 +192,7 @@ fn guarded<T>(run: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
         .unwrap_or_else(|_| Err("bytes that no packer writes".into()))
 }
 
-/// What is left of the packed points.
+/// Remainder of the packed points.
 struct Stream<'a>(&'a [u8]);
 
 /// The packed points as the crate reads them: it is not to look for the table of chunks.

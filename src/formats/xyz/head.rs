@@ -3,7 +3,7 @@
 use super::Unit;
 use super::dialect::{Separator, fields};
 
-/// What a column holds, by its name.
+/// Content of a column, by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     X,
@@ -43,7 +43,7 @@ impl Role {
     }
 }
 
-/// What the head says of the unit of a column.
+/// Statement of the head on the unit of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Stated {
     Nothing,
@@ -129,7 +129,7 @@ pub(super) fn units(content: &str, columns: usize) -> Option<Vec<Unit>> {
     units.collect::<Option<Vec<_>>>().filter(|units| units.len() == columns)
 }
 
-/// What one comment says of the units of x, y and z, or slope.
+/// Statement of one comment on the units of x, y and z, or slope.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Said {
     /// Of columns that it names.

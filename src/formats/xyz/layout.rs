@@ -5,7 +5,7 @@ use super::stated_units::with_units;
 use super::{Unit, unclear};
 use crate::ReadError;
 
-/// What the user says of a text file. All of it may be left out.
+/// Options of the user for a text file. All of it may be left out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TextOptions {
     /// The columns that hold x, y, z, and perhaps u_z; two are x and z, or x and slope.
@@ -32,9 +32,9 @@ pub enum Column {
 pub struct Taken {
     /// Those that were read, x first.
     pub columns: Vec<TakenColumn>,
-    /// What named the columns.
+    /// Origin of the names of columns.
     pub named_by: By,
-    /// What stated the units; [`By::Default`] is mm.
+    /// Origin of the units; [`By::Default`] is mm.
     pub units_by: By,
     /// Whether decimals have a comma.
     pub has_decimal_commas: bool,

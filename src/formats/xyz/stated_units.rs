@@ -53,7 +53,7 @@ pub(super) fn with_units(
     Ok((slots, units_by))
 }
 
-/// What the file says of the unit of one column.
+/// Statement of the file on the unit of one column.
 fn stated(
     line: usize,
     role: Role,
@@ -136,7 +136,7 @@ fn completed(
     found.iter().map(slot).collect()
 }
 
-/// What all comments before the points say of units.
+/// Statements of all comments before the points on units.
 struct Comments {
     of: Vec<(Role, Unit)>,
     all: Vec<Unit>,

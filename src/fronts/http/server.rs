@@ -24,7 +24,7 @@ pub struct Server {
     limits: Limits,
 }
 
-/// What clients may take.
+/// Bounds on clients.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Connections at one time; one more is closed at once. Default 256. A stream no longer counts as one.
@@ -170,7 +170,7 @@ pub(super) fn guarded(shared: &Arc<Shared>) -> Router {
         .layer(axum::middleware::from_fn_with_state(Arc::clone(shared), guard::every))
 }
 
-/// What every request handler sees.
+/// State that every request handler sees.
 pub(super) struct Shared {
     pub(super) source: Arc<dyn LiveStation>,
     pub(super) token: Token,

@@ -86,7 +86,7 @@ fn unmeasured(out: &mut String, found: &UnmeasuredFigures) -> Result {
     Ok(())
 }
 
-/// What u of the parameters is made of, and what it does not count.
+/// Sources of u of the parameters, and what it does not count.
 pub(super) fn of_parameters(out: &mut String, fit: &FitFigures) -> Result {
     let model = fit.details.u_model.as_deref().unwrap_or(FitDetails::BY_RESIDUALS);
     write!(out, "<p class=\"note\">u by {}.", text(model))?;

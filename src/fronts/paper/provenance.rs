@@ -8,7 +8,7 @@ use asphera_report::ResultFile;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-/// What a paper says of its origin, beside what the report itself knows.
+/// Statements of a paper on its origin, beside what the report itself knows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
     /// What was measured: a name or serial number, as whoever asks for the paper has it.

@@ -61,7 +61,7 @@ fn write_body(out: &mut String, report: &Report, provenance: &Provenance) -> Res
     results(out, report, provenance, &lengths)
 }
 
-/// What is asked of the part: four aspects of every characteristic, of which the first three stand here.
+/// Requirements on the part: four aspects of every characteristic, of which the first three stand here.
 fn characteristics(out: &mut String, report: &Report, lengths: &[Length<'_>]) -> Result {
     let count = lengths.len();
     writeln!(out, "  <Characteristics>\n    <FormalStandardId>{STANDARD_ID}</FormalStandardId>")?;
@@ -176,7 +176,7 @@ fn measurement(out: &mut String, report: &Report, length: &Length<'_>) -> Result
     )
 }
 
-/// What QIF has no place for that needs no tolerance: figures, coverage, fit, session, files. A name is unique within an entity
+/// Content that QIF has no place for that needs no tolerance: figures, coverage, fit, session, files. A name is unique within an entity
 /// (Primitives.xsd, AttributeBaseType): from the second on, those that are equal are numbered.
 fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)> {
     let mut attributes = vec![("software".to_owned(), Provenance::software())];

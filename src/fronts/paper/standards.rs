@@ -9,7 +9,7 @@ use asphera_report::{
 
 use super::words::{count, minus, percent, place, short, text};
 
-/// What a drawing asks and what was found, in its own notation.
+/// Indication of a drawing and the values found, in its own notation.
 pub(super) fn indication(out: &mut String, indication: &IndicationFigures) -> Result {
     write!(out, "<p>By ISO 10110-5 found <b>{}</b>", text(&indication.found))?;
     match &indication.asked {

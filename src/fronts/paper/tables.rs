@@ -289,7 +289,7 @@ pub(super) fn sampling(out: &mut String, sampling: &SamplingFigures) -> Result {
     Ok(())
 }
 
-/// What became of the points, and what the mesh is like.
+/// Fate of the points, and what the mesh is like.
 pub(super) fn points(out: &mut String, report: &Report) -> Result {
     let points = &report.points;
     let mut rows = vec![
@@ -315,7 +315,7 @@ pub(super) fn points(out: &mut String, report: &Report) -> Result {
     pairs(out, &rows)
 }
 
-/// What each link and device delivered and lost.
+/// Bytes and readings of each link and device, delivered and lost.
 pub(super) fn links(out: &mut String, links: &[LinkFigures]) -> Result {
     out.push_str(
         "<table class=\"wide\"><thead><tr><th>device</th><th>link</th><th class=\"n\">readings</th>\

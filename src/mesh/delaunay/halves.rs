@@ -35,7 +35,7 @@ pub(super) struct Halves<'a> {
     pub(super) first: VertexId,
 }
 
-/// What became of the points of a batch.
+/// Fate of the points of a batch.
 pub(super) struct Inserted {
     /// A triangle at each point that was inserted, or found to stand where another does.
     pub(super) slots: Vec<(usize, Slot)>,

@@ -13,7 +13,7 @@ use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
 use super::places::Places;
 
-/// What became of a point.
+/// Fate of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Placed {
     /// It is a corner of this triangle now.

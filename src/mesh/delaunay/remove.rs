@@ -66,7 +66,7 @@ impl<C: Cells> Delaunay<C> {
     }
 }
 
-/// What became of the cells of a star.
+/// Fate of the cells of a star.
 struct Hole {
     /// One that is in use still.
     kept: Slot,
@@ -130,7 +130,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     }
 }
 
-/// What is left of the rim of a hole: a closed line, counter-clockwise, the hole on its left.
+/// Remainder of the rim of a hole: a closed line, counter-clockwise, the hole on its left.
 struct Rim<'a> {
     /// The vertex that was removed.
     seen_from: Place,

@@ -29,7 +29,7 @@ pub struct Revision {
     heights: u64,
 }
 
-/// What changed in a mesh since a revision of it.
+/// Changes in a mesh since a revision of it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Changes {
     /// Everything may have changed: the revision is older than what the mesh remembers, or is none
@@ -39,7 +39,7 @@ pub enum Changes {
     Part(ChangedPart),
 }
 
-/// What changed in a mesh.
+/// Changes in a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChangedPart {
     /// The triangles that stand now and did not then, and those with a corner whose height was
@@ -68,7 +68,7 @@ impl Mesh {
         }
     }
 
-    /// What changed since a revision of this mesh. A triangle that went and came back has not
+    /// Changes since a revision of this mesh. A triangle that went and came back has not
     /// changed.
     ///
     /// The mesh remembers all insertions and removals, and the last [`HEIGHTS_REMEMBERED`] changes

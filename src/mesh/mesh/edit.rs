@@ -30,7 +30,7 @@ pub enum EditError {
     Height {
         /// Its number.
         vertex: VertexId,
-        /// What is wrong with the height.
+        /// Fault of the height.
         rejection: Rejection,
     },
 }

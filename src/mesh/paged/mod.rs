@@ -74,7 +74,7 @@ pub struct PagedMesh<S: Shelf, const BITS: u32 = 16> {
     counts: Counts,
 }
 
-/// What goes between a [`PagedMesh`] and its shelf.
+/// Traffic between a [`PagedMesh`] and its shelf.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paging {
     /// Bytes of memory the mesh takes now.
@@ -87,7 +87,7 @@ pub struct Paging {
     pub read_bytes: u64,
     /// How often the shelf failed to keep a chunk, which therefore stayed in memory.
     pub failed_puts: u64,
-    /// What it said last.
+    /// Error that it gave last.
     pub last_failure: Option<String>,
 }
 
@@ -240,7 +240,7 @@ impl<S: Shelf, const BITS: u32> PagedMesh<S, BITS> {
             + Self::CHUNK_BYTES
     }
 
-    /// What went between the mesh and its shelf.
+    /// Traffic between the mesh and its shelf.
     pub fn paging(&self) -> Paging {
         let desk = self.desk.lock().unwrap_or_else(PoisonError::into_inner);
         let bytes = |chunks: u64| chunks * Self::CHUNK_BYTES as u64;

@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt;
 
-/// What a shelf says when it fails.
+/// Error of a shelf.
 pub type ShelfFailure = Box<dyn Error + Send + Sync>;
 
 /// A place outside memory, such as a file, for the chunks of a [`crate::PagedMesh`].
@@ -38,9 +38,9 @@ pub enum ShelfError {
     Read {
         /// Its number.
         chunk: u32,
-        /// What it holds.
+        /// Content.
         part: Part,
-        /// What the shelf says.
+        /// Error of the shelf.
         source: ShelfFailure,
     },
     /// The shelf gave bytes that were not put there last.
@@ -48,7 +48,7 @@ pub enum ShelfError {
     Damaged {
         /// Its number.
         chunk: u32,
-        /// What it holds.
+        /// Content.
         part: Part,
         /// Checksum of what was put.
         expected: u64,
@@ -60,7 +60,7 @@ pub enum ShelfError {
     Lost,
 }
 
-/// What a chunk holds.
+/// Content of a chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Part {
     /// Points of vertices.

@@ -58,7 +58,7 @@ fn window(sorted: &[(f64, f64)], share: f64) -> Window {
     Window { low: low.unwrap_or(f64::NEG_INFINITY), high: high.unwrap_or(f64::INFINITY) }
 }
 
-/// What is known of all facets about a window.
+/// Data known of all facets about a window.
 pub(super) struct Distribution {
     window: Window,
     area_mm2: f64,

@@ -142,7 +142,7 @@ impl Tally {
         self.lfs_min_mm
     }
 
-    /// What is known of the facets that noise turns too far.
+    /// Data known of the facets that noise turns too far.
     pub(super) fn crumpled(&self) -> Crumpled {
         Crumpled {
             area_mm2: self.facets.total(),

@@ -27,7 +27,7 @@ pub(super) struct Row {
     pub(super) place: [usize; 2],
 }
 
-/// What was fitted.
+/// Fit.
 #[derive(Clone)]
 pub(super) struct Fitted {
     pub(super) terms: [f64; TERMS],

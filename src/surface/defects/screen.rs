@@ -217,7 +217,7 @@ impl Screen<'_> {
     }
 }
 
-/// What is left of a cell.
+/// Remainder of a cell.
 #[derive(Clone, Copy)]
 struct Residual {
     count: f64,

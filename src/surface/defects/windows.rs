@@ -293,7 +293,7 @@ fn part_of(set: &[usize], taken: &[Option<Taken>], parts: usize, of: impl Fn(Tak
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// What is left of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
+/// Remainder of a set of cells over what was taken off, by root mean squares, if its square is no more than the share
 /// `most`. `scatter` is the standard deviation of what noise leaves.
 fn share_left(set: &[usize], taken: &[Option<Taken>], (scatter, most): (f64, f64)) -> Option<f64> {
     let all = || set.iter().filter_map(|&cell| taken[cell]);

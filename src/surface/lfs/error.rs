@@ -10,7 +10,7 @@ pub enum LfsError {
     Argument {
         /// Its name, unit included.
         name: &'static str,
-        /// What was found.
+        /// Value found.
         found: f64,
         /// What is allowed.
         allowed: &'static str,

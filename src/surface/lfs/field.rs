@@ -17,7 +17,7 @@ use super::error::LfsError;
 use super::octree::{Cube, Octree};
 use super::value::Lfs;
 
-/// What is known of the local feature size at one place.
+/// Data known of the local feature size at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LfsNode {
     /// The place in mm.

@@ -54,7 +54,7 @@ pub struct MeasuredLfs {
     balls: HashMap<u32, Known>,
 }
 
-/// What is known of a point.
+/// Data known of a point.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     footing: Footing,

@@ -37,7 +37,7 @@ pub struct NoiseSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{neighbourhoods} neighbourhoods are not at least {min}", min = NoiseSettings::NEIGHBOURHOODS_MIN)]
 pub struct NoiseSettingsError {
-    /// What was given.
+    /// Value given.
     pub neighbourhoods: usize,
 }
 
@@ -186,7 +186,7 @@ pub(super) fn chosen(all: usize, count: usize) -> Vec<VertexId> {
     chosen
 }
 
-/// What is left of a neighbourhood without its wrong readings.
+/// Remainder of a neighbourhood without its wrong readings.
 struct Cleaned {
     sizes_mm: Vec<f64>,
     samples: Vec<VertexId>,

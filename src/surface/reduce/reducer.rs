@@ -37,7 +37,7 @@ pub struct Reducer {
     tally: Tally,
 }
 
-/// What became of a point.
+/// Fate of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// It is kept; the kept points are numbered from 0 in order of arrival.

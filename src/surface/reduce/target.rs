@@ -28,7 +28,7 @@ pub enum Keep {
     Most,
 }
 
-/// What is known of the points measured about a point.
+/// Data known of the points measured about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct About {
     /// Every point of the surface has a measured one within this distance in mm. Infinite or NaN:

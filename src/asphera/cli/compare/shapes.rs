@@ -34,7 +34,7 @@ pub(super) struct How<'a> {
     pub(super) text: &'a TextArgs,
 }
 
-/// What is known of one cloud.
+/// Data known of one cloud.
 enum Descriptor {
     Shape(ShapeDescriptor),
     /// One graph a function.

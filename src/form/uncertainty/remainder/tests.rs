@@ -6,7 +6,7 @@ use crate::uncertainty::philox::Numbers;
 use crate::uncertainty::{Budget, Kernel, LongWave, Noise, Uncertainty, uncertainty};
 use crate::{Aperture, FitSettings, Nominal, Parameter, PointMm, fit};
 
-/// What is left of the deviations: B, the PV over a ring, that without terms, and that of all.
+/// Remainder of the deviations: B, the PV over a ring, that without terms, and that of all.
 #[derive(Clone, Copy, Debug)]
 enum Of {
     Irregularity,

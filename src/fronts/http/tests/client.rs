@@ -234,7 +234,7 @@ impl Running {
 
 pub(super) type Stream = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
-/// What came back.
+/// Answer.
 pub(super) struct Answer {
     pub(super) status: u16,
     head: String,

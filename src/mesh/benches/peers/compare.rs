@@ -12,7 +12,7 @@ use crate::ours::{self, Meshed, TWO};
 use crate::peers::{self, Triangulated};
 use crate::report::{BatchMs, median, progress};
 
-/// What was measured of an order of arrival. Times are medians; `None` was not measured.
+/// Measurements of an order of arrival. Times are medians; `None` was not measured.
 #[derive(Serialize)]
 pub(crate) struct Row {
     pub(crate) order: Order,

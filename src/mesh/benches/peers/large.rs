@@ -10,7 +10,7 @@ use crate::orders::{Order, Scan};
 use crate::ours::{self, TWO};
 use crate::report::{median, progress};
 
-/// What was measured of an order of arrival. Times are medians; `None` was not measured.
+/// Measurements of an order of arrival. Times are medians; `None` was not measured.
 #[derive(Serialize)]
 pub(crate) struct Row {
     pub(crate) order: Order,

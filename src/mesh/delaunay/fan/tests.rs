@@ -86,7 +86,7 @@ impl Pattern {
     }
 }
 
-/// What comes between two batches of a line.
+/// Event between two batches of a line.
 #[derive(Clone, Copy, Debug)]
 enum Between {
     Nothing,
