@@ -11,12 +11,13 @@ mod heat;
 mod height;
 mod jacobi;
 mod laplacian;
+mod pieces;
 mod ring;
 
 pub use algebraic::{logarithm, saddle, squared_norm};
 pub use axes::{PrincipalAxes, principal_axes};
 pub use distance::{distance_from_axis, distance_from_centre, distance_from_point};
-pub use eigenfunctions::{Eigenfunctions, MOST_EIGENFUNCTIONS, eigenfunctions};
+pub use eigenfunctions::{Eigenfunctions, MOST_EIGENFUNCTIONS, eigenfunction, eigenfunctions};
 pub use geodesic::{MOST_SOURCES, geodesic, geodesic_from_ends, geodesic_mean};
 pub use harmonic::{harmonic, harmonic_between_ends};
 pub use heat::{HEAT_EIGENFUNCTIONS, heat_kernel};

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::chebyshev::{Block, largest};
 use super::laplacian::Laplacian;
+use super::pieces::by_piece;
 use super::{Field, FunctionError};
 use crate::cloud::Cloud;
 use crate::nearest::Nearest;
@@ -75,6 +76,23 @@ pub fn eigenfunctions<const D: usize>(
         fields: (1..=count).into_par_iter().map(field).collect(),
         residuals: found.residuals[1..=count].to_vec(),
         rounds: found.rounds,
+    })
+}
+
+/// The eigenfunction of a number, from 1: see [`eigenfunctions`]. Each piece of a cloud has its own; one of fewer places than
+/// four times the number has the value 0.
+///
+/// # Errors
+///
+/// A number that is none; a cloud without points, or all of whose pieces are too small.
+pub fn eigenfunction<const D: usize>(
+    cloud: &Cloud<D>,
+    nearest: &Nearest,
+    number: usize,
+) -> Result<Field, FunctionError> {
+    by_piece(cloud, nearest, |cloud, nearest| {
+        let mut found = eigenfunctions(cloud, nearest, number)?;
+        found.fields.pop().ok_or(FunctionError::NoPoints)
     })
 }
 

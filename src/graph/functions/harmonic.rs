@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::geodesic::{ends, geodesic_from_ends};
 use super::laplacian::{Laplacian, dot};
+use super::pieces::by_piece;
 use super::{Field, FunctionError};
 use crate::cloud::{Cloud, PlaceId};
 use crate::nearest::Nearest;
@@ -37,15 +38,19 @@ pub fn harmonic<const D: usize>(
 }
 
 /// The harmonic function that is 0 at one end of the cloud and 1 at the other, the ends being those of
-/// [`geodesic_from_ends`].
+/// [`geodesic_from_ends`]. Each piece of a cloud has its own ends.
 ///
 /// # Errors
 ///
-/// A cloud without points, or in pieces.
+/// A cloud without points.
 pub fn harmonic_between_ends<const D: usize>(
     cloud: &Cloud<D>,
     nearest: &Nearest,
 ) -> Result<Field, FunctionError> {
+    by_piece(cloud, nearest, of_piece)
+}
+
+fn of_piece<const D: usize>(cloud: &Cloud<D>, nearest: &Nearest) -> Result<Field, FunctionError> {
     let laplacian = Laplacian::new(cloud, nearest)?;
     let distances = geodesic_from_ends(cloud, nearest)?;
     let [low, high] = ends(&distances);

@@ -1,16 +1,18 @@
 //! The heat kernel signature: how much heat is left at a place some time after it was put there.
 
+use super::pieces::by_piece;
 use super::{Field, FunctionError, eigenfunctions};
 use crate::cloud::Cloud;
 use crate::nearest::Nearest;
 
 /// Σ exp(−λᵢt)·φᵢ² over the first [`HEAT_EIGENFUNCTIONS`] eigenfunctions and the constant one (J. Sun, M. Ovsjanikov, L. Guibas,
 /// Computer Graphics Forum 28 (2009) 1383-1392). Time is counted in units of 1/λ₁, so that the size of the cloud does not matter:
-/// 1 tells large shapes apart, 0.05 small ones. Fewer eigenfunctions where a quarter of the places are fewer.
+/// 1 tells large shapes apart, 0.05 small ones. Fewer eigenfunctions where a quarter of the places are fewer. Each piece of a
+/// cloud has its own heat; one of fewer than four places has the value 0.
 ///
 /// # Errors
 ///
-/// A time that is not above 0; a cloud in pieces, or of fewer than four places.
+/// A time that is not above 0; a cloud of fewer than four places.
 pub fn heat_kernel<const D: usize>(
     cloud: &Cloud<D>,
     nearest: &Nearest,
@@ -19,6 +21,14 @@ pub fn heat_kernel<const D: usize>(
     if !(time.is_finite() && time > 0.0) {
         return Err(FunctionError::Time { found: time });
     }
+    by_piece(cloud, nearest, |cloud, nearest| of_piece(cloud, nearest, time))
+}
+
+fn of_piece<const D: usize>(
+    cloud: &Cloud<D>,
+    nearest: &Nearest,
+    time: f64,
+) -> Result<Field, FunctionError> {
     let count = HEAT_EIGENFUNCTIONS.min(cloud.len() / 4).max(1);
     let found = eigenfunctions(cloud, nearest, count)?;
     let mut values = vec![1.0; cloud.len()];

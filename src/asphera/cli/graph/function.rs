@@ -106,11 +106,7 @@ impl FunctionChoice {
                 functions::geodesic_mean(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?, count)
             }
             FunctionChoice::Laplacian(number) => {
-                let nearest = cloud.nearest(GEODESIC_NEIGHBOURS)?;
-                functions::eigenfunctions(cloud, &nearest, number)?
-                    .fields
-                    .pop()
-                    .ok_or(FunctionError::NoPoints)
+                functions::eigenfunction(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?, number)
             }
             FunctionChoice::Harmonic => {
                 functions::harmonic_between_ends(cloud, &cloud.nearest(GEODESIC_NEIGHBOURS)?)

@@ -2,7 +2,7 @@
 
 use asphera_graph::Cloud;
 use asphera_graph::functions::{
-    FunctionError, eigenfunctions, harmonic, harmonic_between_ends, heat_kernel,
+    FunctionError, eigenfunction, eigenfunctions, harmonic, harmonic_between_ends, heat_kernel,
 };
 
 use crate::bodies::{Body, Random};
@@ -97,6 +97,38 @@ fn harmonic_functions_have_their_ends_where_they_are_given() {
     assert!(low >= 0.0 && high <= 10.0, "{low} {high}");
 }
 
+/// Each piece of a scene has functions of its own, as if it were alone; dust has none.
+#[test]
+fn pieces_have_functions_of_their_own() {
+    let one = rod(1_000, 8);
+    let other: Vec<[f64; 3]> = rod(1_000, 9).iter().map(|&[x, y, z]| [x, y + 70.0, z]).collect();
+    let dust = [[500.0, 500.0, 500.0]];
+    let scene = cloud(&[&one[..], &other, &dust].concat());
+    let of_rows = |cloud: &Cloud<3>, values: &[f64]| -> Vec<f64> {
+        cloud.places_of_rows().iter().map(|&place| values[place as usize]).collect()
+    };
+    type Function = fn(&Cloud<3>) -> asphera_graph::functions::Field;
+    let functions: [Function; 3] = [
+        |cloud| harmonic_between_ends(cloud, &cloud.nearest(10).unwrap()).unwrap(),
+        |cloud| eigenfunction(cloud, &cloud.nearest(10).unwrap(), 2).unwrap(),
+        |cloud| heat_kernel(cloud, &cloud.nearest(10).unwrap(), 0.2).unwrap(),
+    ];
+    for function in functions {
+        let whole = of_rows(&scene, &function(&scene).values);
+        for (part, rows) in [(&one, 0..1_000), (&other, 1_000..2_000)] {
+            let alone = cloud(part);
+            assert_eq!(of_rows(&alone, &function(&alone).values), whole[rows]);
+        }
+        assert_eq!(whole[2_000], 0.0);
+    }
+    // Of pieces that are all too small nothing is made up.
+    let crumbs: Vec<[f64; 3]> =
+        (0..12).map(|at| [f64::from(at / 4) * 1e3, f64::from(at % 4), 0.0]).collect();
+    let crumbs = cloud(&crumbs);
+    let refused = eigenfunction(&crumbs, &crumbs.nearest(2).unwrap(), 2).unwrap_err();
+    assert_eq!(refused, FunctionError::Pieces { pieces: 3 });
+}
+
 /// The order of the points, the threads and a scale by a power of two change no bit; a quarter turn changes rounding.
 #[test]
 fn the_same_points_give_the_same_functions() {
@@ -151,7 +183,7 @@ fn what_has_no_such_function_is_refused() {
         eigenfunctions(&parted, &nearest, 2).unwrap_err(),
         FunctionError::Pieces { pieces: 2 }
     );
-    let message = harmonic_between_ends(&parted, &nearest).unwrap_err().to_string();
+    let message = harmonic(&parted, &nearest, &[(0, 1.0)]).unwrap_err().to_string();
     assert!(message.contains("2 pieces") && message.contains("asphera parts"), "{message}");
     let strip = cloud(&rod(100, 7));
     let nearest = strip.nearest(10).unwrap();
