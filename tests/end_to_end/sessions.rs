@@ -22,9 +22,9 @@ fn session() -> &'static Path {
     path
 }
 
-/// A place within the entries of a recording, about its middle: MCAP's record 6 is a chunk of them. Its other records are
+/// Places within the entries of a recording, the middle one first: MCAP's record 6 is a chunk of them. Its other records are
 /// indices, of which a loss costs nothing.
-fn middle_chunk(bytes: &[u8]) -> usize {
+fn chunks_from_the_middle(bytes: &[u8]) -> Vec<usize> {
     let (mut at, mut chunks) = (8, Vec::new());
     while at + 17 < bytes.len() {
         let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
@@ -33,10 +33,14 @@ fn middle_chunk(bytes: &[u8]) -> usize {
         }
         at += 9 + length;
     }
-    chunks[chunks.len() / 2]
+    let middle = chunks.len() / 2;
+    let mut order: Vec<usize> = (0..chunks.len()).collect();
+    order.sort_by_key(|index| index.abs_diff(middle));
+    order.into_iter().map(|index| chunks[index]).collect()
 }
 
-/// The same session with 200 bytes in its middle turned.
+/// The same session with 200 bytes about its middle turned, where that leaves readings without a partner. Which readings share
+/// a chunk depends on the moment of the recording.
 fn damaged() -> &'static Path {
     static DAMAGED: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
     let (_, path) = DAMAGED.get_or_init(|| {
@@ -48,10 +52,15 @@ fn damaged() -> &'static Path {
             fs::copy(&entry, path.join(entry.file_name().unwrap())).unwrap();
         }
         let segment = path.join("0000.mcap");
-        let mut bytes = fs::read(&segment).unwrap();
-        let middle = middle_chunk(&bytes);
-        bytes[middle..middle + 200].iter_mut().for_each(|byte| *byte ^= 0x5A);
-        fs::write(&segment, bytes).unwrap();
+        let bytes = fs::read(&segment).unwrap();
+        let leaves_unjoined = |place: usize| {
+            let mut turned = bytes.clone();
+            turned[place..place + 200].iter_mut().for_each(|byte| *byte ^= 0x5A);
+            fs::write(&segment, turned).unwrap();
+            figures(&["measure", words(&path)])["points"]["flagged"]["unjoined"].as_u64() > Some(0)
+        };
+        let found = chunks_from_the_middle(&bytes).into_iter().any(leaves_unjoined);
+        assert!(found, "no chunk whose loss leaves a reading without a partner");
         (folder, path)
     });
     path

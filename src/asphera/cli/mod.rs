@@ -90,7 +90,7 @@ enum Command {
     /// Finds the curve that points in the plane are samples of: outlines, edges, closed sections.
     #[command(after_help = examples::CONTOUR)]
     Contour(contour::ContourArgs),
-    /// Compares two contours: distances, areas, edges.
+    /// Compares two contours: distances, areas, edges; with --shapes, how alike clouds are.
     #[command(after_help = examples::COMPARE)]
     Compare(compare::CompareArgs),
     /// Makes the graph of points: how parts hang together, where they have holes and branches, without a mesh.
