@@ -12,6 +12,14 @@ pub enum Endpoint {
         /// Host and port.
         address: String,
     },
+    /// Datagrams of UDP. Each is one received chunk; what the kernel drops is lost without a word.
+    Udp {
+        /// Address and port to receive at, `0.0.0.0:50001`.
+        listen: String,
+        /// Host and port of the device: only its datagrams are taken, and to it goes what is sent. Without it
+        /// everybody's are taken, and nothing can be sent.
+        peer: Option<String>,
+    },
     /// A CAN interface of the Linux kernel. Received chunks are records of 16 bytes, one a frame.
     SocketCan {
         /// Name of the network interface: `can0`.
@@ -62,6 +70,7 @@ impl Endpoint {
         match self {
             Endpoint::Serial(_) => "serial",
             Endpoint::Tcp { .. } => "tcp",
+            Endpoint::Udp { .. } => "udp",
             Endpoint::SocketCan { .. } => "socketcan",
         }
     }
@@ -73,6 +82,8 @@ impl fmt::Display for Endpoint {
         match self {
             Endpoint::Serial(serial) => f.write_str(&serial.path),
             Endpoint::Tcp { address } => f.write_str(address),
+            Endpoint::Udp { peer: Some(peer), .. } => f.write_str(peer),
+            Endpoint::Udp { listen, peer: None } => f.write_str(listen),
             Endpoint::SocketCan { interface } => f.write_str(interface),
         }
     }

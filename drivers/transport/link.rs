@@ -9,6 +9,7 @@ use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout};
 use tracing::{debug, trace};
 
+use crate::datagrams::Datagrams;
 use crate::socketcan::{CanPort, Received};
 use crate::stream::{Bytes, OpenError, Port, open};
 use crate::{Backoff, Endpoint};
@@ -138,6 +139,7 @@ impl Worker {
                     }
                     let end = match port {
                         Port::Stream(stream) => self.serve_stream(stream).await,
+                        Port::Datagrams(port) => self.serve_datagrams(port).await,
                         Port::Can(port) => self.serve_can(port).await,
                     };
                     match end {
@@ -190,6 +192,38 @@ impl Worker {
                             Ok(Ok(())) => {}
                             Ok(Err(error)) => return End::Closed(format!("writing failed: {error}")),
                             Err(_) => return End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}")),
+                        }
+                    }
+                    Act::Nothing => {}
+                    Act::End(end) => return end,
+                },
+            }
+        }
+    }
+
+    async fn serve_datagrams(&mut self, port: Datagrams) -> End {
+        let mut buffer = vec![0; LARGEST_DATAGRAM];
+        loop {
+            tokio::select! {
+                received = port.receive(&mut buffer) => match received {
+                    // A datagram without a byte says nothing.
+                    Ok(0) => {}
+                    Ok(count) => {
+                        let bytes = buffer[..count].to_vec();
+                        trace!(link = self.settings.index, bytes = %Hex(&bytes), "received");
+                        if !self.tell(What::Received(bytes)).await {
+                            return End::Shutdown;
+                        }
+                    }
+                    Err(error) => return End::Closed(format!("receiving failed: {error}")),
+                },
+                command = self.commands.recv() => match self.act(command) {
+                    Act::Send(bytes) => {
+                        trace!(link = self.settings.index, bytes = %Hex(&bytes), "sent");
+                        match timeout(WRITE_TIMEOUT, port.send(&bytes)).await {
+                            Ok(Ok(())) => {}
+                            Ok(Err(error)) => return End::Closed(format!("sending failed: {error}")),
+                            Err(_) => return End::Closed(format!("sending stalled for {WRITE_TIMEOUT:?}")),
                         }
                     }
                     Act::Nothing => {}
@@ -270,6 +304,8 @@ impl std::fmt::Display for Hex<'_> {
 }
 
 const READ_BYTES: usize = 16 * 1024;
+/// No datagram of IPv4 or IPv6 is larger, but for jumbograms.
+const LARGEST_DATAGRAM: usize = 65_535;
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// An error and its cause in one line.

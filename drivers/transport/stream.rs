@@ -8,6 +8,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
+use crate::datagrams::Datagrams;
 use crate::socketcan::CanPort;
 use crate::{Endpoint, Holder, Parity, serial};
 
@@ -50,6 +51,24 @@ pub enum OpenError {
         /// Error of the system.
         source: io::Error,
     },
+    /// The port is not free, or the address is none of this host.
+    #[error(
+        "cannot receive datagrams at {address}; `ss -lunp` lists who has the port, `ip address` the addresses"
+    )]
+    Udp {
+        /// The address tried.
+        address: String,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// The device's address means nothing.
+    #[error("cannot find the device {peer}")]
+    Peer {
+        /// Host and port of the device.
+        peer: String,
+        /// Error of the system.
+        source: io::Error,
+    },
     /// No CAN interface.
     #[error("cannot open CAN interface {interface}; `asphera ports` lists those there are")]
     SocketCan {
@@ -69,6 +88,8 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Bytes for T {}
 pub(crate) enum Port {
     /// A stream of bytes.
     Stream(Box<dyn Bytes>),
+    /// Datagrams.
+    Datagrams(Datagrams),
     /// A CAN socket.
     Can(CanPort),
 }
@@ -86,6 +107,9 @@ pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
             // Commands are short and wanted at once.
             stream.set_nodelay(true).map_err(tcp)?;
             Ok(Port::Stream(Box::new(stream)))
+        }
+        Endpoint::Udp { listen, peer } => {
+            Ok(Port::Datagrams(Datagrams::open(listen, peer.as_deref()).await?))
         }
         Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
     }

@@ -13,7 +13,7 @@ use crate::station::Framing;
 pub struct LinkConfig {
     /// Name of its table.
     pub name: String,
-    /// `serial`, `tcp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
+    /// `serial`, `tcp`, `udp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
     pub kind: &'static str,
     /// Where it leads.
     pub endpoint: Endpoint,
@@ -29,14 +29,16 @@ pub struct LinkConfig {
 enum Kind {
     Serial,
     Tcp,
+    Udp,
     SlcanSerial,
     SlcanTcp,
     SocketCan,
 }
 
-const KINDS: [(&str, Kind); 5] = [
+const KINDS: [(&str, Kind); 6] = [
     ("serial", Kind::Serial),
     ("tcp", Kind::Tcp),
+    ("udp", Kind::Udp),
     ("slcan-serial", Kind::SlcanSerial),
     ("slcan-tcp", Kind::SlcanTcp),
     ("socketcan", Kind::SocketCan),
@@ -48,12 +50,13 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
     let endpoint = match kind {
         Kind::Serial | Kind::SlcanSerial => serial(table),
         Kind::Tcp | Kind::SlcanTcp => tcp(table),
+        Kind::Udp => udp(table),
         Kind::SocketCan => {
             table.required("interface").map(|interface| Endpoint::SocketCan { interface })
         }
     };
     let framing = match kind {
-        Kind::Serial | Kind::Tcp => Some(Framing::Raw),
+        Kind::Serial | Kind::Tcp | Kind::Udp => Some(Framing::Raw),
         Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
         Kind::SocketCan => Some(Framing::CanRecords),
     };
@@ -99,13 +102,24 @@ fn serial(table: &Section<'_>) -> Option<Endpoint> {
 }
 
 fn tcp(table: &Section<'_>) -> Option<Endpoint> {
-    let address: String = table.required("address")?;
+    address(table, "address").map(|address| Endpoint::Tcp { address })
+}
+
+fn udp(table: &Section<'_>) -> Option<Endpoint> {
+    let listen = address(table, "listen");
+    let peer = if table.has("peer") { Some(address(table, "peer")?) } else { None };
+    Some(Endpoint::Udp { listen: listen?, peer })
+}
+
+/// Host and port.
+fn address(table: &Section<'_>, key: &str) -> Option<String> {
+    let address: String = table.required(key)?;
     let port = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
     if port.is_none_or(|(_, port)| port.parse::<u16>().is_err()) {
-        table.problem("address", "host:port", format!("{address:?}"));
+        table.problem(key, "host:port", format!("{address:?}"));
         return None;
     }
-    Some(Endpoint::Tcp { address })
+    Some(address)
 }
 
 fn bit_rate(table: &Section<'_>) -> Option<BitRate> {
