@@ -12,6 +12,7 @@ pub const FAMILY: Family = Family {
     name: "chrocodile2",
     carries: Carries::Bytes,
     settings: |table| Some(Box::new(read(table))),
+    propose: None,
 };
 
 fn read(table: &Section<'_>) -> Settings {

@@ -10,6 +10,7 @@ pub const FAMILY: Family = Family {
     name: "cia406",
     carries: Carries::CanFrames,
     settings: |table| Some(Box::new(read(table))),
+    propose: None,
 };
 
 fn read(table: &Section<'_>) -> Settings {

@@ -21,6 +21,27 @@ pub struct Family {
     /// It reports values of the wrong kind and absent keys to the table; what is out of range is found by
     /// [`DeviceSettings::problems`]. `None`: too little is there to go on.
     pub settings: fn(&Section<'_>) -> Option<Box<dyn DeviceSettings>>,
+    /// Proposes a table `settings` for a device that was listened to, where the driver can.
+    pub propose: Option<fn(&Capture) -> Proposal>,
+}
+
+/// All that was heard from a device that nobody has described yet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Capture {
+    /// Bytes it sent.
+    pub received: Vec<u8>,
+    /// Question it was asked again and again, and the time from one to the next in ms.
+    pub asked: Option<(Vec<u8>, u32)>,
+}
+
+/// Settings proposed for a device that nobody has described yet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Proposal {
+    /// Keys and values as TOML, comments among them, or `None` where nothing can be proposed. Tables are named as
+    /// below `settings`: `[[field]]`.
+    pub settings: Option<String>,
+    /// Remarks for a person: what was seen, what could not be told.
+    pub remarks: Vec<String>,
 }
 
 /// What a link carries.

@@ -12,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bytes;
 mod can;
 mod channel;
 mod driver;
@@ -20,10 +21,11 @@ mod reading;
 mod setting;
 mod time;
 
+pub use bytes::{BytesError, bytes_of, shown, text_of};
 pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
-pub use family::{BusNumber, Carries, DeviceSettings, Family};
+pub use family::{BusNumber, Capture, Carries, DeviceSettings, Family, Proposal};
 pub use reading::{Count, Flags, MAX_CHANNELS, Reading, Values};
 pub use setting::{Problem, check_range};
 pub use time::Nanos;

@@ -13,6 +13,7 @@ pub const FAMILY: Family = Family {
     name: "modbus",
     carries: Carries::Bytes,
     settings: |table| read(table).map(|settings| Box::new(settings) as _),
+    propose: None,
 };
 
 fn read(table: &Section<'_>) -> Option<Settings> {

@@ -9,6 +9,7 @@ mod browser;
 mod clocks;
 mod defects;
 mod demo;
+mod described;
 mod disks;
 mod errors;
 mod faults;

@@ -75,6 +75,11 @@ pub(super) const REPORT: &str = "Examples:
 pub(super) const SIMULATE: &str = "Example:
   asphera simulate simulators/rig/scenes/asphere.toml";
 
+pub(super) const DESCRIBE: &str = "Examples:
+  asphera describe --serial /dev/ttyUSB0 --baud-bd 38400
+  asphera describe --tcp 192.168.1.7:8500 --ask \"MAIN,1\\r\" --keep gauge.bin
+  asphera describe gauge.bin";
+
 pub(super) const PORTS: &str = "Example:
   asphera ports";
 

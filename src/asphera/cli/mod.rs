@@ -5,6 +5,7 @@ mod columns;
 mod compare;
 mod contour;
 mod demo;
+mod describe;
 mod examples;
 mod exit;
 mod export;
@@ -123,6 +124,9 @@ enum Command {
     /// Runs the simulators of a bench alone.
     #[command(after_help = examples::SIMULATE)]
     Simulate(simulate::SimulateArgs),
+    /// Listens to a device that sends lines or records, and proposes its settings.
+    #[command(after_help = examples::DESCRIBE)]
+    Describe(describe::DescribeArgs),
     /// Lists serial ports and CAN interfaces by their stable names.
     #[command(after_help = examples::PORTS)]
     Ports,
@@ -203,6 +207,7 @@ pub fn main() -> ExitCode {
         Command::Replay(args) => replay::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Describe(args) => describe::run(&args),
         Command::Ports => ports::run(),
         Command::Completions(args) => manual::completions(&args, Cli::command()),
         Command::Man(args) => manual::pages(&args, Cli::command()),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use asphera_link::{Carries, Channel, DeviceSettings, Family};
+use asphera_link::{Capture, Carries, Channel, DeviceSettings, Family, Proposal};
 use asphera_settings::Section;
 
 /// The drivers there are, a line each.
@@ -11,7 +11,14 @@ const DRIVERS: &[Family] = &[
     asphera_chrocodile::FAMILY,
     asphera_cia406::FAMILY,
     asphera_modbus::FAMILY,
+    asphera_described::FAMILY,
 ];
+
+/// What each driver that can proposes for a device that was listened to.
+pub(crate) fn proposals(capture: &Capture) -> Vec<(Family, Proposal)> {
+    let propose = |family: &Family| Some((*family, family.propose?(capture)));
+    DRIVERS.iter().filter_map(propose).collect()
+}
 
 /// One device.
 #[derive(Clone, Debug)]

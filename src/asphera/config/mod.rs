@@ -22,6 +22,7 @@ use toml_edit::{DocumentMut, Item};
 
 pub use asphera_settings::{Problem, Problems};
 pub use devices::DeviceConfig;
+pub(crate) use devices::proposals;
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use output::OutputConfig;

@@ -1,0 +1,483 @@
+//! The device as a state machine: what is said, and which frames are believed.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use asphera_link::{
+    Channel, Command, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Problem, shown,
+};
+
+use crate::assemble::{Assembled, Assembler, NoReading};
+use crate::framing::Splitter;
+use crate::settings::{Hello, Poll, Refusal, Settings};
+
+/// How often the question of [`Hello`] is asked.
+const ATTEMPTS: u8 = 2;
+
+/// Polls without an answer after which the link is opened anew.
+const MOST_SILENT: u32 = 5;
+
+/// A device described by [`Settings`].
+///
+/// ```text
+///         connected             answer                   due               answer
+/// Closed ───────────▶ Greeting ────────▶ Listening │ Idle ─────▶ Asking ───────────▶ Idle
+///                        │ no answer twice                         │ no answer
+///                        ▼                                         ▼
+///                     Abandoned ◀──── five times ──────────── Settling ── silence ─▶ Idle
+/// ```
+///
+/// # Devices that are asked
+///
+/// An answer does not say which question it belongs to. After a time-out nothing is asked until the line was
+/// silent for [`Poll::late_limit_ms`]; what comes in that time is dropped. Without a [`Hello`] the first answer of
+/// a connection only proves that the device is there, and the line must be silent for as long after it.
+///
+/// # Devices that send by themselves
+///
+/// What comes before the first end of a line may be half of one and is dropped, unless lines have a beginning.
+#[derive(Debug)]
+pub struct Described {
+    settings: Settings,
+    channels: Vec<Channel>,
+    assembler: Assembler,
+    splitter: Splitter,
+    state: State,
+    wanted: bool,
+    online: bool,
+    ready: bool,
+    /// The next answer is not to be trusted with values.
+    confirm: bool,
+    next_poll: Nanos,
+    /// Polls without an answer, one after the other.
+    silent: u32,
+    /// The last frame was no reading; the first of a run is worth a message.
+    muddled: bool,
+    in_trouble: bool,
+    last_receipt: Nanos,
+    outputs: VecDeque<Vec<u8>>,
+    events: VecDeque<Event>,
+    tally: Tally,
+}
+
+/// What happened since the driver was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Readings given.
+    pub readings: u64,
+    /// Questions asked.
+    pub asked: u64,
+    /// Questions without an answer in time.
+    pub timeouts: u64,
+    /// Due times passed over because another question was under way.
+    pub missed: u64,
+    /// Frames by which the device said no.
+    pub refused: u64,
+    /// Whole frames that were no reading.
+    pub unreadable: u64,
+    /// Frames whose check was wrong (lines; records that fail are bytes passed over).
+    pub damaged: u64,
+    /// Bytes passed over.
+    pub discarded_bytes: u64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum State {
+    /// No connection, or none to be trusted.
+    Closed,
+    /// Asked who is there.
+    Greeting { deadline: Nanos, attempt: u8, stranger: Option<String> },
+    /// The device sends by itself.
+    Listening,
+    /// Waits for the next question.
+    Idle { due: Nanos },
+    /// Has asked.
+    Asking { deadline: Nanos, stranger: Option<String> },
+    /// Waits for the line to be silent.
+    Settling { until: Nanos },
+}
+
+/// A frame that is no reading.
+enum Other {
+    /// The device says no.
+    Refused(String),
+    /// Neither a reading nor wrong.
+    Ignored,
+    /// Nothing that was described.
+    Strange(String),
+}
+
+impl Described {
+    /// A driver for the device.
+    ///
+    /// # Errors
+    ///
+    /// [`Settings::problems`], when there are any.
+    pub fn new(settings: Settings) -> Result<Described, Vec<Problem>> {
+        let problems = settings.problems();
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        Ok(Described {
+            channels: settings.channels(),
+            assembler: Assembler::new(&settings),
+            splitter: splitter(&settings),
+            state: State::Closed,
+            wanted: false,
+            online: false,
+            ready: false,
+            confirm: false,
+            next_poll: Nanos::ZERO,
+            silent: 0,
+            muddled: false,
+            in_trouble: false,
+            last_receipt: Nanos::ZERO,
+            outputs: VecDeque::new(),
+            events: VecDeque::new(),
+            tally: Tally::default(),
+            settings,
+        })
+    }
+
+    /// What happened since the driver was made.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    fn greet(&mut self, now: Nanos, hello: &Hello, attempt: u8) {
+        self.outputs.push_back(hello.ask.clone());
+        self.splitter.clear(true);
+        let deadline = now + millis(hello.timeout_ms);
+        self.state = State::Greeting { deadline, attempt, stranger: None };
+    }
+
+    /// The device may measure from now on.
+    fn begin(&mut self, now: Nanos) {
+        if self.wanted {
+            self.outputs.extend(self.settings.on_start.iter().cloned());
+        }
+        match &self.settings.poll {
+            None => self.state = State::Listening,
+            Some(poll) => {
+                self.next_poll = now + millis(poll.interval_ms);
+                self.ask(now, &poll.clone());
+            }
+        }
+    }
+
+    fn ask(&mut self, now: Nanos, poll: &Poll) {
+        self.outputs.push_back(poll.ask.clone());
+        self.tally.asked += 1;
+        self.splitter.clear(true);
+        self.state = State::Asking { deadline: now + millis(poll.timeout_ms), stranger: None };
+    }
+
+    /// Waits for the next due time that has not passed.
+    fn rest_until_due(&mut self, now: Nanos, poll: &Poll) {
+        let interval_ns = u64::from(poll.interval_ms) * 1_000_000;
+        let behind_ns = now.as_nanos().saturating_sub(self.next_poll.as_nanos());
+        let missed = behind_ns.div_ceil(interval_ns);
+        self.tally.missed += missed;
+        self.next_poll = self.next_poll + Duration::from_nanos(missed.saturating_mul(interval_ns));
+        self.state = State::Idle { due: self.next_poll };
+    }
+
+    /// Takes all whole frames.
+    fn proceed(&mut self, now: Nanos) {
+        match self.state {
+            // Nothing was asked: what comes is late, or not meant for us.
+            State::Closed | State::Idle { .. } => self.splitter.clear(false),
+            State::Settling { .. } => {
+                self.splitter.clear(false);
+                if let Some(poll) = &self.settings.poll {
+                    self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
+                }
+            }
+            _ => {
+                while let Some(frame) = self.splitter.next() {
+                    self.frame(now, &frame);
+                    if !matches!(
+                        self.state,
+                        State::Listening | State::Greeting { .. } | State::Asking { .. }
+                    ) {
+                        self.splitter.clear(false);
+                        break;
+                    }
+                }
+            }
+        }
+        self.report_discarded();
+    }
+
+    fn frame(&mut self, now: Nanos, frame: &[u8]) {
+        if let State::Greeting { stranger, .. } = &mut self.state
+            && let Some(hello) = &self.settings.hello
+        {
+            if hello.answer.matches(frame) {
+                self.prove_online();
+                self.prove_ready();
+                self.begin(now);
+                return;
+            }
+            // A device that sends by itself does so while it is asked, too.
+            *stranger = Some(shown(frame));
+            self.splitter.pass_over(frame);
+            return;
+        }
+        match self.judge(now, frame) {
+            Ok(assembled) => self.read(now, assembled),
+            Err(Other::Ignored) => {}
+            Err(Other::Refused(detail)) => {
+                self.tally.refused += 1;
+                self.prove_online();
+                self.fault(FaultKind::Refused, detail);
+                self.answered(now);
+            }
+            Err(Other::Strange(detail)) => {
+                self.splitter.pass_over(frame);
+                if let State::Asking { stranger, .. } = &mut self.state {
+                    *stranger = Some(shown(frame));
+                }
+                if !std::mem::replace(&mut self.muddled, true) {
+                    self.fault(FaultKind::Protocol, detail);
+                }
+            }
+        }
+    }
+
+    fn judge(&mut self, now: Nanos, frame: &[u8]) -> Result<Assembled, Other> {
+        let refused = |refusal: &&Refusal| refusal.pattern.matches(frame);
+        if let Some(refusal) = self.settings.refusals.iter().find(refused) {
+            let means = &refusal.means;
+            let means = if means.is_empty() { String::new() } else { format!(": {means}") };
+            return Err(Other::Refused(format!("the device answers `{}`{means}", shown(frame))));
+        }
+        if self.settings.ignore.iter().any(|pattern| pattern.matches(frame)) {
+            return Err(Other::Ignored);
+        }
+        let body = match self.settings.checksum {
+            None => frame,
+            Some(checksum) => match checksum.body(frame) {
+                Some(body) => body,
+                None => {
+                    self.tally.damaged += 1;
+                    let detail = format!("checksum of `{}` is wrong", shown(frame));
+                    return Err(Other::Strange(detail));
+                }
+            },
+        };
+        let body = &body[self.settings.framing.begin().len().min(body.len())..];
+        self.assembler.reading(now, body).map_err(|why| {
+            self.tally.unreadable += 1;
+            Other::Strange(no_reading(frame, &why))
+        })
+    }
+
+    fn read(&mut self, now: Nanos, Assembled { reading, trouble }: Assembled) {
+        self.prove_online();
+        self.muddled = false;
+        let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
+        if let Some((name, text)) = trouble.filter(|_| !was_in_trouble) {
+            self.fault(FaultKind::Device, format!("the device reports {name} `{text}`"));
+        }
+        if !self.confirm {
+            self.tally.readings += 1;
+            self.events.push_back(Event::Reading(reading));
+            self.prove_ready();
+        }
+        self.answered(now);
+    }
+
+    /// The question under way has its answer.
+    fn answered(&mut self, now: Nanos) {
+        let Some(poll) = self.settings.poll.clone() else { return };
+        self.silent = 0;
+        if std::mem::take(&mut self.confirm) {
+            self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
+        } else {
+            self.rest_until_due(now, &poll);
+        }
+    }
+
+    fn unanswered(&mut self, now: Nanos, poll: &Poll, stranger: Option<String>) {
+        self.tally.timeouts += 1;
+        self.silent += 1;
+        let came = stranger.map(|frame| format!("; `{frame}` came")).unwrap_or_default();
+        let (ask, timeout_ms) = (shown(&poll.ask), poll.timeout_ms);
+        let detail = format!("no answer to `{ask}` within {timeout_ms} ms{came}");
+        if self.silent >= MOST_SILENT {
+            self.abandon(FaultKind::Timeout, detail);
+            return;
+        }
+        self.fault(FaultKind::Timeout, detail);
+        self.splitter.clear(false);
+        self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
+    }
+
+    fn ungreeted(&mut self, now: Nanos, attempt: u8, stranger: Option<String>) {
+        let Some(hello) = self.settings.hello.clone() else { return };
+        if attempt < ATTEMPTS {
+            self.greet(now, &hello, attempt + 1);
+            return;
+        }
+        let ask = shown(&hello.ask);
+        let timeout_ms = hello.timeout_ms;
+        match stranger {
+            Some(frame) => {
+                let answer = hello.answer.text();
+                let detail = format!(
+                    "`{ask}` is answered by `{frame}`, expected `{answer}`: another device, or a wrong baud rate?"
+                );
+                self.abandon(FaultKind::Protocol, detail);
+            }
+            None => {
+                let detail =
+                    format!("no answer to `{ask}` within {timeout_ms} ms, asked {ATTEMPTS} times");
+                self.abandon(FaultKind::Timeout, detail);
+            }
+        }
+    }
+
+    fn abandon(&mut self, kind: FaultKind, detail: String) {
+        self.outputs.clear();
+        self.splitter.clear(false);
+        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.state = State::Closed;
+    }
+
+    fn prove_online(&mut self) {
+        if !std::mem::replace(&mut self.online, true) {
+            self.events.push_back(Event::Online);
+        }
+    }
+
+    fn prove_ready(&mut self) {
+        if !std::mem::replace(&mut self.ready, true) {
+            self.events.push_back(Event::Ready);
+        }
+    }
+
+    fn fault(&mut self, kind: FaultKind, detail: String) {
+        self.events.push_back(Event::Fault(Fault { kind, detail }));
+    }
+
+    fn report_discarded(&mut self) {
+        let bytes = self.splitter.take_discarded();
+        if bytes > 0 {
+            self.tally.discarded_bytes += bytes;
+            self.events.push_back(Event::Discarded { bytes });
+        }
+    }
+
+    fn silence(&self) -> Option<Nanos> {
+        let waits = self.settings.holds_back() && self.state == State::Listening;
+        (waits && self.splitter.is_waiting())
+            .then(|| self.last_receipt + millis(self.settings.silence_ms))
+    }
+}
+
+impl Driver for Described {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn connected(&mut self, now: Nanos) {
+        self.splitter = splitter(&self.settings);
+        (self.online, self.ready, self.muddled, self.in_trouble) = (false, false, false, false);
+        self.silent = 0;
+        self.last_receipt = now;
+        self.outputs.clear();
+        self.outputs.extend(self.settings.on_connect.iter().cloned());
+        match self.settings.hello.clone() {
+            Some(hello) => {
+                self.confirm = false;
+                self.greet(now, &hello, 1);
+            }
+            None => {
+                self.confirm = self.settings.poll.is_some();
+                self.begin(now);
+            }
+        }
+    }
+
+    fn disconnected(&mut self, _: Nanos) {
+        self.splitter.clear(false);
+        self.report_discarded();
+        self.outputs.clear();
+        self.state = State::Closed;
+    }
+
+    fn receive(&mut self, now: Nanos, input: Input<'_>) {
+        let Input::Bytes(bytes) = input else { return };
+        if bytes.is_empty() {
+            return;
+        }
+        self.last_receipt = now;
+        self.splitter.push(bytes);
+        self.proceed(now);
+    }
+
+    fn timeout(&mut self, now: Nanos) {
+        if self.poll_timeout().is_none_or(|due| now < due) {
+            return;
+        }
+        match (self.state.clone(), self.settings.poll.clone()) {
+            (State::Greeting { attempt, stranger, .. }, _) => {
+                self.ungreeted(now, attempt, stranger);
+            }
+            (State::Idle { .. }, Some(poll)) => {
+                self.next_poll = self.next_poll + millis(poll.interval_ms);
+                self.ask(now, &poll);
+            }
+            (State::Asking { stranger, .. }, Some(poll)) => self.unanswered(now, &poll, stranger),
+            (State::Settling { .. }, Some(poll)) => self.rest_until_due(now, &poll),
+            (State::Listening, _) => {
+                if let Some(frame) = self.splitter.silence() {
+                    self.frame(now, &frame);
+                }
+            }
+            _ => {}
+        }
+        self.report_discarded();
+    }
+
+    fn poll_timeout(&self) -> Option<Nanos> {
+        match self.state {
+            State::Closed => None,
+            State::Listening => self.silence(),
+            State::Greeting { deadline, .. } | State::Asking { deadline, .. } => Some(deadline),
+            State::Idle { due } => Some(due),
+            State::Settling { until } => Some(until),
+        }
+    }
+
+    fn poll_transmit(&mut self) -> Option<Output> {
+        self.outputs.pop_front().map(Output::Bytes)
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn command(&mut self, _: Nanos, command: Command) {
+        let wanted = command == Command::Start;
+        let is_open = !matches!(self.state, State::Closed | State::Greeting { .. });
+        self.wanted = wanted;
+        if is_open {
+            let words = if wanted { &self.settings.on_start } else { &self.settings.on_stop };
+            self.outputs.extend(words.iter().cloned());
+        }
+    }
+}
+
+fn splitter(settings: &Settings) -> Splitter {
+    Splitter::new(settings.framing.clone(), settings.checksum, settings.poll.is_some())
+}
+
+fn no_reading(frame: &[u8], why: &NoReading) -> String {
+    format!("`{}` {why}", shown(frame))
+}
+
+fn millis(ms: u32) -> Duration {
+    Duration::from_millis(ms.into())
+}
