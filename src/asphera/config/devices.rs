@@ -11,6 +11,7 @@ const DRIVERS: &[Family] = &[
     asphera_chrocodile::FAMILY,
     asphera_cia406::FAMILY,
     asphera_modbus::FAMILY,
+    asphera_optoncdt::FAMILY,
     asphera_described::FAMILY,
 ];
 
