@@ -25,6 +25,9 @@ pub(super) fn read(
         if ny == 0 {
             (nx, first) = (columns.len(), line);
         }
+        if nx == 0 {
+            return Err(malformed(line, 0, "a row of heights", "nothing".to_owned()));
+        }
         if columns.len() != nx {
             let expected = format!("{nx} heights as in line {first}");
             return Err(malformed(line, 0, &expected, columns.len().to_string()));

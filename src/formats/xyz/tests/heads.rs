@@ -209,6 +209,7 @@ fn matrices_of_heights_are_read_with_their_pitch() {
     assert_eq!((z_mm[0], z_mm[2], z_mm[3], z_mm[5]), (0.004, 0.006, 0.001, 0.003));
     assert!(z_mm[1].is_nan());
     assert!(refused("1 2 3\n4 5\n", &matrix).contains("3 heights as in line 1"));
+    assert!(refused("h\n\"\"", &matrix).contains("expected a row of heights, found nothing"));
     let unitless = TextOptions { units: Vec::new(), ..matrix };
     assert!(refused(text, &unitless).contains("add `--unit`"));
 }
