@@ -152,7 +152,12 @@ impl Stream {
             };
             let Some(at) = at else {
                 if rest.len() > longest + width {
-                    self.drop_all(false);
+                    // A beginning or an end may be half there.
+                    let half = begin.len().max(width) - 1;
+                    let begun = if begin.is_empty() { None } else { rfind(rest, begin) };
+                    let begun = begun.filter(|from| rest.len() - from <= longest + width);
+                    self.skip(begun.unwrap_or(rest.len() - half));
+                    self.aligned = false;
                 }
                 return None;
             };
@@ -256,9 +261,29 @@ mod tests {
         let mut splitter = lines(b"", End::Bytes(b"\r\n".to_vec()));
         splitter.clear(true);
         splitter.push(&[b'1'; 19]);
-        assert_eq!((splitter.next(), splitter.take_discarded()), (None, 19));
+        assert_eq!(
+            (splitter.next(), splitter.take_discarded()),
+            (None, 18),
+            "the last may be half an end"
+        );
         splitter.push(b"11\r\n2\r\n");
         assert_eq!(all(&mut splitter), [b"2".to_vec()], "the end of the long one is no line");
+        assert_eq!(splitter.take_discarded(), 5);
+    }
+
+    #[test]
+    fn a_line_that_begins_in_a_flood_is_read() {
+        for cut in 0..40 {
+            let mut splitter = lines(b"$$", End::Bytes(b"\r\n".to_vec()));
+            let bytes = [&[b'7'; 25][..], b"$$12.5\r\n"].concat();
+            let (first, second) = bytes.split_at(cut.min(bytes.len()));
+            let mut found = Vec::new();
+            for part in [first, second] {
+                splitter.push(part);
+                found.extend(std::iter::from_fn(|| splitter.next()));
+            }
+            assert_eq!((found, splitter.take_discarded()), (vec![b"$$12.5".to_vec()], 25), "{cut}");
+        }
     }
 
     fn records(begin: &[u8], checksum: Option<Checksum>) -> Splitter {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_link::{Flags, Unit};
+use asphera_link::{Flags, Unit, shown};
 
 use crate::field::{Field, Flagged, Place, Role};
 use crate::number::Form;
@@ -26,7 +26,8 @@ pub(super) fn field(
     let (known, scale) = unit.unwrap_or((Unit::One, 1.0));
     let mut field = Field { form, scale, ..Field::channel(&name, place, known) };
     if !words.is_empty() {
-        let told = words.join("`, `");
+        let words_shown: Vec<String> = words.iter().map(|word| shown(word.as_bytes())).collect();
+        let told = words_shown.join("`, `");
         remarks.push(format!("{name}: `{told}` stands in place of numbers; taken for no_signal"));
         let texts = words.iter().map(|word| (*word).to_owned()).collect();
         field.flagged = vec![Flagged { flag: Flags::NO_SIGNAL, texts }];
@@ -99,7 +100,7 @@ fn state(
     let name = format!("state{number}");
     let is_measured = |text: &&str| text.bytes().any(|byte| byte.is_ascii_digit());
     if counts.len() > 2 && counts.keys().all(is_measured) {
-        let last = counts.keys().next_back().unwrap_or(&"");
+        let last = counts.keys().next_back().map_or(String::new(), |last| shown(last.as_bytes()));
         let remark = format!(
             "column {number} holds a number within text, `{last}`: left out; a pattern can read it"
         );
@@ -110,15 +111,19 @@ fn state(
         let remark = format!("column {number} holds text that differs from line to line: left out");
         return (None, vec![remark]);
     };
-    let others: Vec<String> =
-        counts.keys().filter(|text| text != &good).map(|text| format!("`{text}`")).collect();
+    let others: Vec<String> = counts
+        .keys()
+        .filter(|text| text != &good)
+        .map(|text| format!("`{}`", shown(text.as_bytes())))
+        .collect();
     let remarks = if others.is_empty() {
         Vec::new()
     } else {
         let others = others.join(", ");
         vec![format!(
-            "{name} is `{good}` in {count} of {all} lines, also {others}: say which of them are weak, \
-             out_of_range, no_signal …"
+            "{name} is `{}` in {count} of {all} lines, also {others}: say which of them are weak, \
+             out_of_range, no_signal …",
+            shown(good.as_bytes())
         )]
     };
     let role = Role::Status { good: vec![(*good).to_owned()] };

@@ -1,6 +1,6 @@
 //! Devices that send lines.
 
-use asphera_link::{Capture, Proposal, Unit};
+use asphera_link::{Capture, Proposal, Unit, shown};
 
 use super::{column, poll, write};
 use crate::checksum::{Algorithm, Checksum, Digits};
@@ -40,7 +40,7 @@ pub(super) fn propose(capture: &Capture, bytes: &[u8]) -> Proposal {
     let mut remarks = vec![format!(
         "{} lines of text, the last `{}`",
         lines.len(),
-        bodies.last().map_or("", |b| b)
+        bodies.last().map_or(String::new(), |body| shown(body.as_bytes()))
     )];
     let found = by_columns(&texts).or_else(|| by_pattern(&texts));
     let Some((layout, fields, more)) = found else {
