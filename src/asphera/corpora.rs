@@ -15,11 +15,12 @@ mod http;
 #[expect(unreachable_pub, reason = "public in the crate of the fuzz targets")]
 mod toml;
 
-/// Holds a law over the seeds of a target, its corpus if there is one, and `changes` changes of each.
+/// Holds a law over the seeds of a target with `changes` changes of each, and over its corpus, if there is one, with a tenth
+/// as many.
 fn hold(target: &str, changes: u64, law: impl Fn(&[u8]) + RefUnwindSafe) {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz");
     let mut held = 0;
-    for kind in ["seeds", "corpus"] {
+    for (kind, changes) in [("seeds", changes), ("corpus", changes / 10)] {
         let Ok(inputs) = fs::read_dir(fuzz.join(kind).join(target)) else { continue };
         for input in inputs {
             let path = input.expect("a folder that can be listed").path();
