@@ -8,6 +8,7 @@ pub use crate::exact::lengths::{
     compare_angle_sum, compare_distances, compare_with_sum, scalar_product,
 };
 pub use crate::exact::limbs::Limbs;
+pub use crate::exact::radius::compare_circumradius;
 pub use crate::exact::space::orientation_in_space;
 pub use crate::exact::{
     Place, by_x_then_y, encloses, estimated_in_circle, estimated_orientation, in_circle, left_of,

@@ -14,6 +14,7 @@
 
 pub(crate) mod lengths;
 pub(crate) mod limbs;
+pub(crate) mod radius;
 pub(crate) mod space;
 pub(crate) mod unrounded;
 

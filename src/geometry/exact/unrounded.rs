@@ -80,16 +80,34 @@ pub(crate) trait Form<const N: usize> {
 /// The sign of a form for the differences `from - to` of each pair.
 #[inline(never)]
 pub(crate) fn decide<F: Form<N>, const N: usize>(pairs: [[f64; 2]; N]) -> Ordering {
+    by_size(
+        pairs,
+        F::sign::<1, 2, 4>,
+        F::sign::<2, 4, 8>,
+        F::sign::<4, 8, 16>,
+        F::sign::<33, 66, 132>,
+    )
+}
+
+/// The order that one of four functions finds of the differences `from - to` of each pair, the one for as few limbs as hold
+/// them: 1, 2, 4 or 33 limbs of at most 2⁶⁴ᴰ⁻² in size.
+pub(crate) fn by_size<const N: usize>(
+    pairs: [[f64; 2]; N],
+    one: impl Fn([Limbs<1>; N]) -> Ordering,
+    two: impl Fn([Limbs<2>; N]) -> Ordering,
+    four: impl Fn([Limbs<4>; N]) -> Ordering,
+    any: impl Fn([Limbs<33>; N]) -> Ordering,
+) -> Ordering {
     if let Some(differences) = whole_differences(pairs) {
-        return F::sign::<1, 2, 4>(differences.map(Limbs::from));
+        return one(differences.map(Limbs::from));
     }
     let unit = Unit::of(&pairs);
     if unit.bits <= BITS_OF_TWO {
-        F::sign::<2, 4, 8>(unit.differences(pairs))
+        two(unit.differences(pairs))
     } else if unit.bits <= BITS_OF_FOUR {
-        F::sign::<4, 8, 16>(unit.differences(pairs))
+        four(unit.differences(pairs))
     } else {
-        F::sign::<33, 66, 132>(unit.differences(pairs))
+        any(unit.differences(pairs))
     }
 }
 

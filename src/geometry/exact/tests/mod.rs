@@ -2,6 +2,7 @@
 
 mod lengths;
 mod limbs;
+mod radius;
 mod signs;
 mod space;
 mod ties;
