@@ -23,5 +23,5 @@ pub fn delaunay(triangulation: &Triangulation) -> Graph {
     Graph::of_edges(triangulation, |_| true)
 }
 
-pub(crate) use emst::Sets;
+pub(crate) use emst::{Sets, spanning};
 pub(crate) use gabriel::is_gabriel;

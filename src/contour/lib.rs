@@ -29,13 +29,17 @@ mod compare;
 pub mod curves;
 mod graph;
 pub mod graphs;
+mod inside;
 mod methods;
+mod region;
+pub mod regions;
 mod samples;
 mod triangulation;
 
 pub use compare::{Agreement, Deviation, IouError, agreement, intersection_over_union};
 pub use graph::{Chain, Graph};
 pub use methods::{Kind, Method, MethodError, Parameter, Parameters};
+pub use region::{Part, Region};
 pub use samples::{MOST_POINTS, PlaceMm, SampleId, Samples, SamplesError};
 pub use triangulation::{Edge, EdgeId, Spoke, TriangleId, Triangulation};
 

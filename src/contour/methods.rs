@@ -1,5 +1,6 @@
 //! The methods by name: parameters, guarantee, source.
 
+mod facts;
 mod list;
 mod parameters;
 
@@ -14,7 +15,12 @@ use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
     lune_beta_skeleton, rng, sig, sigdt,
 };
-use crate::{Graph, Triangulation};
+use crate::regions::{
+    a_shape, alpha_curve, alpha_shape, chi_default_mm, chi_length_mm, chi_shape,
+    connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm, relaxed_gabriel,
+    shape_hull_graph, simple_shape,
+};
+use crate::{Graph, Region, Triangulation};
 
 /// A method that makes a graph of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -39,6 +45,8 @@ pub enum Method {
     Gamma,
     /// [`bc0`].
     Bc0,
+    /// [`shape_hull_graph`].
+    ShapeHull,
     /// [`crust`].
     Crust,
     /// [`one_step_crust`].
@@ -69,15 +77,35 @@ pub enum Method {
     Gathan,
     /// [`lenz`].
     Lenz,
+    /// [`alpha_curve`].
+    AlphaCurve,
+    /// [`alpha_shape`].
+    Alpha,
+    /// [`chi_shape`].
+    Chi,
+    /// [`a_shape`].
+    A,
+    /// [`relaxed_gabriel`].
+    Rgg,
+    /// [`ec_shape`].
+    Ec,
+    /// [`ct_shape`].
+    Ct,
+    /// [`discern`].
+    Discern,
+    /// [`simple_shape`].
+    SimpleShape,
 }
 
-/// Whether a method tells which samples are near each other, or the curve they are of.
+/// Kind of what a method makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A proximity graph.
     Graph,
     /// A curve.
     Curve,
+    /// An area: parts with holes.
+    Region,
 }
 
 /// Reason why a method cannot be used.
@@ -155,7 +183,7 @@ impl Method {
         })
     }
 
-    /// The graph that the method makes.
+    /// The graph that the method makes; of a region its border.
     ///
     /// # Errors
     ///
@@ -166,7 +194,85 @@ impl Method {
         triangulation: &Triangulation,
         parameters: &Parameters,
     ) -> Result<Graph, MethodError> {
+        match self.region(triangulation, parameters)? {
+            Some(region) => Ok(region.border().clone()),
+            None => self.graph(triangulation, parameters),
+        }
+    }
+
+    /// The region that the method makes; none if it makes a graph or a curve.
+    ///
+    /// # Errors
+    ///
+    /// Parameters the method does not have or that are out of range.
+    pub fn region(
+        &self,
+        triangulation: &Triangulation,
+        parameters: &Parameters,
+    ) -> Result<Option<Region>, MethodError> {
+        let parameters = self.chosen(triangulation, parameters)?;
+        let value = |name| parameters.value(self, name);
+        // No triangles: no length could be chosen, and nothing encloses an area.
+        let within = |alpha_mm: f64, shape: &dyn Fn(f64) -> Region| {
+            if alpha_mm > 0.0 { shape(alpha_mm) } else { Region::default() }
+        };
+        Ok(Some(match self {
+            Method::Alpha => {
+                within(value("alpha_mm"), &|alpha_mm| alpha_shape(triangulation, alpha_mm))
+            }
+            Method::Chi => chi_shape(triangulation, value("l_mm")),
+            Method::A => {
+                let t = value("t");
+                within(value("alpha_mm"), &|alpha_mm| a_shape(triangulation, alpha_mm, t))
+            }
+            Method::Rgg => relaxed_gabriel(triangulation, value("holes") > 0.0),
+            Method::Ec => ec_shape(triangulation, value("v"), value("holes") > 0.0),
+            Method::Ct => ct_shape(triangulation),
+            Method::Discern => discern(triangulation),
+            Method::SimpleShape => simple_shape(triangulation),
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The parameters with the lengths that the method takes from the points where 0 stands for that; a run with them gives the
+    /// same.
+    ///
+    /// # Errors
+    ///
+    /// Parameters the method does not have or that are out of range.
+    pub fn chosen(
+        &self,
+        triangulation: &Triangulation,
+        parameters: &Parameters,
+    ) -> Result<Parameters, MethodError> {
         parameters.check(self)?;
+        let value = |name| parameters.value(self, name);
+        let (name, length_mm) = match self {
+            Method::Alpha | Method::A if value("alpha_mm") == 0.0 => {
+                ("alpha_mm", connecting_alpha_mm(triangulation))
+            }
+            Method::AlphaCurve if value("alpha_mm") == 0.0 => {
+                ("alpha_mm", joining_alpha_mm(triangulation))
+            }
+            Method::Chi if value("lambda") >= 0.0 => {
+                ("l_mm", chi_length_mm(triangulation, value("lambda")))
+            }
+            Method::Chi if value("l_mm") == 0.0 => ("l_mm", chi_default_mm(triangulation)),
+            _ => return Ok(parameters.clone()),
+        };
+        let parameters = parameters.clone();
+        Ok(match length_mm {
+            Some(length_mm) => parameters.with(name, length_mm),
+            None => parameters,
+        })
+    }
+
+    fn graph(
+        &self,
+        triangulation: &Triangulation,
+        parameters: &Parameters,
+    ) -> Result<Graph, MethodError> {
+        let parameters = self.chosen(triangulation, parameters)?;
         let value = |name| parameters.value(self, name);
         let paired = |graph: Option<Graph>| {
             graph.ok_or(MethodError::TooMany { method: self.name(), found: triangulation.len() })
@@ -201,6 +307,12 @@ impl Method {
             Method::Vicur => vicur(triangulation, value("c")),
             Method::Gathan => gathan(triangulation, value("phi_deg"), value("rho")),
             Method::Lenz => lenz(triangulation, value("u"), value("phi_deg")),
+            Method::ShapeHull => shape_hull_graph(triangulation),
+            Method::AlphaCurve if value("alpha_mm") > 0.0 => {
+                alpha_curve(triangulation, value("alpha_mm"))
+            }
+            // Of one sample no length can be chosen; regions are made elsewhere.
+            _ => Graph::default(),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! `asphera contour`: the curve that points in the plane are samples of.
+//! `asphera contour`: the curve or the area that points in the plane are samples of.
 
 mod draw;
 pub(super) mod report;
@@ -24,13 +24,13 @@ pub(super) struct ContourArgs {
     source: Option<PathBuf>,
     #[command(flatten)]
     text: TextArgs,
-    /// How the curve is found; --methods lists the names.
+    /// How the curve or region is found; --methods lists the names.
     #[arg(long, value_name = "NAME", default_value = "hnn-crust")]
     method: String,
     /// Parameters of the method or graph, as delta=2.5 or gamma0=0.3,gamma1=-0.3.
     #[arg(long, value_name = "KEY=VALUE,…", default_value = "", hide_default_value = true)]
     set: String,
-    /// A proximity graph instead of a curve; --methods lists the names.
+    /// A proximity graph instead; --methods lists the names.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     graph: Option<String>,
     /// List all methods and graphs with parameters, guarantee and source, and end.
@@ -83,14 +83,16 @@ pub(super) fn run(args: &ContourArgs) -> Result<Exit, Failure> {
 /// Reads the points and finds the curve.
 fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     let method = Method::from_name(args.graph.as_deref().unwrap_or(&args.method))?;
-    let (flag, kind) =
-        if args.graph.is_some() { ("--graph", Kind::Graph) } else { ("--method", Kind::Curve) };
-    if method.kind() != kind {
-        let other = if kind == Kind::Graph { "--method" } else { "--graph" };
+    let is_graph = |method: &Method| method.kind() == Kind::Graph;
+    if is_graph(&method) != args.graph.is_some() {
+        let (flag, other) = match args.graph {
+            Some(_) => ("--graph", "--method"),
+            None => ("--method", "--graph"),
+        };
+        let names = Method::ALL.iter().filter(|named| is_graph(named) != is_graph(&method));
+        let names = names.map(Method::name).collect::<Vec<_>>().join(", ");
         let name = method.name();
-        return Err(
-            format!("{flag} {name}: expected {}; give {other} {name}", of_kind(kind)).into()
-        );
+        return Err(format!("{flag} {name}: expected one of {names}; give {other} {name}").into());
     }
     let parameters = Parameters::parse(&args.set)?;
     let progress = Progress::start("contour");
@@ -116,8 +118,14 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         .into());
     }
     progress.stage(method.name());
-    let graph = method.run(&triangulation, &parameters)?;
-    Ok(ContourReport::new(&triangulation, method, &parameters, &graph))
+    let parameters = method.chosen(&triangulation, &parameters)?;
+    Ok(match method.region(&triangulation, &parameters)? {
+        Some(region) => ContourReport::of_region(&triangulation, method, &parameters, &region),
+        None => {
+            let graph = method.run(&triangulation, &parameters)?;
+            ContourReport::new(&triangulation, method, &parameters, &graph)
+        }
+    })
 }
 
 /// The places of the points in the plane: x and y, or of two columns both.
@@ -146,15 +154,14 @@ pub(super) fn places(
     Ok(source.points().map(place).collect())
 }
 
-fn of_kind(kind: Kind) -> String {
-    let names = Method::ALL.iter().filter(|method| method.kind() == kind).map(Method::name);
-    format!("one of {}", names.collect::<Vec<_>>().join(", "))
-}
-
 /// The table of `--methods`.
 fn listed() -> String {
     let mut text = String::new();
-    for (kind, title) in [(Kind::Curve, "Curves (--method)"), (Kind::Graph, "Graphs (--graph)")] {
+    for (kind, title) in [
+        (Kind::Curve, "Curves (--method)"),
+        (Kind::Region, "Regions (--method)"),
+        (Kind::Graph, "Graphs (--graph)"),
+    ] {
         // Writing into a String cannot fail.
         let _ = writeln!(text, "{title}");
         for method in Method::ALL.iter().filter(|method| method.kind() == kind) {

@@ -1,11 +1,10 @@
 //! Connect2D and SIG-Connect2D: a graph is inflated to a region with a simple border, which is then carved to its samples.
 
 mod inflate;
-mod region;
 mod sculpt;
 
-use self::region::Region;
 use crate::graphs::{raised, sigdt};
+use crate::inside::Inside;
 use crate::triangulation::EdgeId;
 use crate::{Graph, Triangulation};
 
@@ -48,8 +47,8 @@ fn connect(triangulation: &Triangulation, walls: &[bool], is_nested: bool) -> Gr
         return Graph::of_edges(triangulation, |edge| walls[edge as usize]);
     }
     let mut region = match is_nested {
-        true => Region::by_parity(triangulation, walls),
-        false => Region::within(triangulation, walls),
+        true => Inside::by_parity(triangulation, walls),
+        false => Inside::within(triangulation, walls),
     };
     inflate::inflate(triangulation, walls, &mut region);
     if !is_nested {

@@ -3,8 +3,8 @@
 use super::{Kind, Method, Parameter};
 
 impl Method {
-    /// All methods: graphs first, then curves.
-    pub const ALL: [Method; 25] = [
+    /// All methods: graphs first, then curves, then regions.
+    pub const ALL: [Method; 35] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -15,6 +15,7 @@ impl Method {
         Method::BetaLune,
         Method::Gamma,
         Method::Bc0,
+        Method::ShapeHull,
         Method::Crust,
         Method::OneStepCrust,
         Method::NnCrust,
@@ -30,6 +31,15 @@ impl Method {
         Method::Vicur,
         Method::Gathan,
         Method::Lenz,
+        Method::AlphaCurve,
+        Method::Alpha,
+        Method::Chi,
+        Method::A,
+        Method::Rgg,
+        Method::Ec,
+        Method::Ct,
+        Method::Discern,
+        Method::SimpleShape,
     ];
 
     /// The name on the command line.
@@ -37,7 +47,7 @@ impl Method {
         self.facts().0
     }
 
-    /// Whether it makes a proximity graph or a curve.
+    /// Whether it makes a proximity graph, a curve or a region.
     pub fn kind(&self) -> Kind {
         match self {
             Method::Delaunay
@@ -49,7 +59,16 @@ impl Method {
             | Method::Beta
             | Method::BetaLune
             | Method::Gamma
-            | Method::Bc0 => Kind::Graph,
+            | Method::Bc0
+            | Method::ShapeHull => Kind::Graph,
+            Method::Alpha
+            | Method::Chi
+            | Method::A
+            | Method::Rgg
+            | Method::Ec
+            | Method::Ct
+            | Method::Discern
+            | Method::SimpleShape => Kind::Region,
             _ => Kind::Curve,
         }
     }
@@ -77,87 +96,13 @@ impl Method {
             Method::Vicur => &VICUR,
             Method::Gathan => &GATHAN,
             Method::Lenz => &LENZ,
+            Method::AlphaCurve => &ALPHA_CURVE,
+            Method::Alpha => &ALPHA,
+            Method::Chi => &CHI,
+            Method::A => &A,
+            Method::Rgg => &RGG,
+            Method::Ec => &EC,
             _ => &[],
-        }
-    }
-
-    /// Name, guarantee and source.
-    fn facts(&self) -> (&'static str, &'static str, &'static str) {
-        const DENSE: &str = "dense, nearly uniform samples of smooth curves (no bound stated)";
-        match self {
-            Method::Delaunay => ("delaunay", "none", "the mesh of this program"),
-            Method::Emst => ("emst", DENSE, "Figueiredo, de Miranda Gomes 1994"),
-            Method::Rng => ("rng", "none", "Toussaint 1980"),
-            Method::Gabriel => ("gabriel", "none", "Gabriel, Sokal 1969"),
-            Method::Sig => ("sig", "none", "Toussaint 1988"),
-            Method::Sigdt => ("sigdt", "none", "edges of sig in the Delaunay triangulation"),
-            Method::Beta => ("beta", "none", "Kirkpatrick, Radke 1985, circles"),
-            Method::BetaLune => {
-                ("beta-lune", "none", "Kirkpatrick, Radke 1985, lunes; text not at hand")
-            }
-            Method::Gamma => ("gamma", "none", "Veltkamp 1992; text not at hand"),
-            Method::Bc0 => ("bc0", "none", "Ohrhallinger, Mudur 2013; text not at hand"),
-            Method::Crust => {
-                ("crust", "smooth closed curves, ε < 0.252", "Amenta, Bern, Eppstein 1998")
-            }
-            Method::OneStepCrust => {
-                ("one-step-crust", "none stated here", "Gold, Snoeyink 2001; text not at hand")
-            }
-            Method::NnCrust => ("nn-crust", "smooth closed curves, ε < 1/3", "Dey, Kumar 1999"),
-            Method::HnnCrust => (
-                "hnn-crust",
-                "smooth closed curves, ρ < 0.9 (ε < 0.47)",
-                "Ohrhallinger, Mitchell, Wimmer 2016",
-            ),
-            Method::ConservativeCrust => (
-                "conservative-crust",
-                "no edge without a reason in the samples (no bound stated)",
-                "Dey, Mehlhorn, Ramos 2000; text not at hand",
-            ),
-            Method::Crawl => {
-                ("crawl", "none", "Parakkat, Muthuganapathy 2016, as its public program")
-            }
-            Method::Peel => (
-                "peel",
-                "none",
-                "Parakkat, Methirumangalath, Muthuganapathy 2018, as its public program",
-            ),
-            Method::Connect2d => (
-                "connect2d",
-                "one closed curve (no bound)",
-                "Ohrhallinger, Mudur 2013; text not at hand",
-            ),
-            Method::SigConnect2d => (
-                "sig-connect2d",
-                "closed curves, ε < 0.5, neighbouring edges of a ratio below 2",
-                "Marin, Ohrhallinger, Wimmer 2022; text not at hand; nesting is our choice",
-            ),
-            Method::EmstCurve => (
-                "emst-curve",
-                DENSE,
-                "Figueiredo, de Miranda Gomes 1994; when it closes is our choice",
-            ),
-            Method::RRegular => (
-                "r-regular",
-                "borders that discs of radius r roll along on both sides, spacing < sin(π/8)·r",
-                "Attali 1997; text not at hand",
-            ),
-            Method::Discur => (
-                "discur",
-                "a condition of its own (not stated here)",
-                "Zeng, Nguyen, Yan, Li 2008, as a public program",
-            ),
-            Method::Vicur => ("vicur", "none", "Nguyen, Zeng 2008, as a public program"),
-            Method::Gathan => (
-                "gathan",
-                "none",
-                "Dey, Wenger 2001; text not at hand, order and angles are our choice",
-            ),
-            Method::Lenz => (
-                "lenz",
-                "none (ε < 0.48 claimed)",
-                "Lenz 2006; text not at hand, the probe is our choice",
-            ),
         }
     }
 }
@@ -267,4 +212,71 @@ const LENZ: [Parameter; 2] = [
         high: 89.99,
         meaning: "largest turn from one step to the next",
     },
+];
+
+const ALPHA_CURVE: [Parameter; 1] = [Parameter {
+    name: "alpha_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "radius of the discs, mm; 0 takes half the longest edge of the spanning tree",
+}];
+
+const CONNECTING: Parameter = Parameter {
+    name: "alpha_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "largest radius of a triangle's circle, mm; 0 takes the smallest alpha with one part and all points",
+};
+
+const ALPHA: [Parameter; 1] = [CONNECTING];
+
+const CHI: [Parameter; 2] = [
+    Parameter {
+        name: "l_mm",
+        default: 0.0,
+        low: 0.0,
+        high: 1e12,
+        meaning: "longest side of the border that may stay, mm; 0 takes it from the points",
+    },
+    Parameter {
+        name: "lambda",
+        default: -1.0,
+        low: -1.0,
+        high: 1.0,
+        meaning: "from 0 to 1 it sets l_mm: 0 the shortest edge, 1 the longest",
+    },
+];
+
+const A: [Parameter; 2] = [
+    CONNECTING,
+    Parameter {
+        name: "t",
+        default: 0.5,
+        low: 0.0,
+        high: 1.0,
+        meaning: "0 asks for alpha_mm everywhere, 1 scales it by the spacing of the points",
+    },
+];
+
+const HOLES: Parameter = Parameter {
+    name: "holes",
+    default: 0.0,
+    low: 0.0,
+    high: 1.0,
+    meaning: "true looks for holes; in points at random it finds some that are none",
+};
+
+const RGG: [Parameter; 1] = [HOLES];
+
+const EC: [Parameter; 2] = [
+    Parameter {
+        name: "v",
+        default: 1.0,
+        low: 1e-6,
+        high: 1e6,
+        meaning: "size of the circles; larger takes more away",
+    },
+    HOLES,
 ];

@@ -38,7 +38,8 @@ fn csv(report: &ContourReport) -> String {
     text
 }
 
-/// Scalable vector graphics (W3C SVG 1.1): one path a chain, y upwards, a unit of the picture is 1 mm.
+/// Scalable vector graphics (W3C SVG 1.1): one path a chain, y upwards, a unit of the picture is 1 mm. Of a region each part is
+/// filled but for its holes.
 fn svg(report: &ContourReport) -> String {
     let (low, high) = bounds(&report.chains);
     let [width, height] = [high[0] - low[0], high[1] - low[1]];
@@ -51,15 +52,28 @@ fn svg(report: &ContourReport) -> String {
          <g fill=\"none\" stroke=\"black\" stroke-width=\"{}\" stroke-linejoin=\"round\">\n",
         0.1 * rim
     );
-    for chain in &report.chains {
-        let places: Vec<String> =
-            chain.points_mm.iter().map(|[x, y]| format!("{x} {}", 0.0 - y)).collect();
-        let close = if chain.closed { " Z" } else { "" };
+    for part in report.regions.iter().flatten() {
+        let lines = std::iter::once(&part.outline_mm).chain(&part.holes_mm);
+        let lines: Vec<String> = lines.map(|line| way(line, true)).collect();
         // Writing into a String cannot fail.
-        let _ = writeln!(text, "<path d=\"M {}{close}\"/>", places.join(" L "));
+        let _ = writeln!(
+            text,
+            "<path fill=\"lightgray\" fill-rule=\"evenodd\" stroke=\"none\" d=\"{}\"/>",
+            lines.join(" ")
+        );
+    }
+    for chain in &report.chains {
+        // Writing into a String cannot fail.
+        let _ = writeln!(text, "<path d=\"{}\"/>", way(&chain.points_mm, chain.closed));
     }
     text.push_str("</g>\n</svg>\n");
     text
+}
+
+/// A line as the data of a path.
+fn way(places_mm: &[PlaceMm], closed: bool) -> String {
+    let places: Vec<String> = places_mm.iter().map(|[x, y]| format!("{x} {}", 0.0 - y)).collect();
+    format!("M {}{}", places.join(" L "), if closed { " Z" } else { "" })
 }
 
 /// Drawing exchange format of AutoCAD R12: one POLYLINE a chain, flag 1 where it is closed; lengths in mm.

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use asphera_contour::{Graph, Kind, Method, Parameters, PlaceMm, SampleId, Triangulation};
+use asphera_contour::{
+    Chain, Graph, Kind, Method, Parameters, Part, PlaceMm, Region, SampleId, Samples, Triangulation,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::summary::short;
@@ -26,13 +28,25 @@ pub(in crate::cli) struct ContourReport {
     pub(in crate::cli) guarantee: String,
     /// Pairs of rows, the smaller first, sorted. Of points in one place the first row stands for all.
     pub(in crate::cli) edges: Vec<[u32; 2]>,
-    /// Runs of edges; none of a graph.
+    /// Runs of edges; none of a graph. Of a region the lines round its parts and holes come first.
     pub(in crate::cli) chains: Vec<ChainFigures>,
+    /// Area of all parts in mm²; the next three are there for a region only, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) area_mm2: Option<f64>,
+    /// How many parts there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) parts: Option<usize>,
+    /// How many holes all parts have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) holes: Option<usize>,
+    /// The parts, by the samples of their outlines.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) regions: Option<Vec<RegionFigures>>,
     /// Rows with one edge.
     pub(in crate::cli) ends: Vec<u32>,
     /// Rows with more than two.
     pub(in crate::cli) junctions: Vec<u32>,
-    /// Rows without any: what the method left out.
+    /// Rows without any, of a region those that no part holds: what the method left out.
     pub(in crate::cli) left_out: Vec<u32>,
     /// What is not known, and why.
     pub(in crate::cli) unknown: Vec<String>,
@@ -60,7 +74,77 @@ pub(in crate::cli) struct ChainFigures {
     pub(in crate::cli) points_mm: Vec<PlaceMm>,
 }
 
+/// A part of a region.
+#[derive(Debug, Deserialize, PartialEq, Serialize)]
+pub(in crate::cli) struct RegionFigures {
+    /// Its area less its holes in mm².
+    pub(in crate::cli) area_mm2: f64,
+    /// Length of its outline and of the lines round its holes in mm.
+    pub(in crate::cli) perimeter_mm: f64,
+    /// Its outline, counter-clockwise; the first place is not repeated.
+    pub(in crate::cli) outline_mm: Vec<PlaceMm>,
+    /// The lines round its holes, clockwise.
+    pub(in crate::cli) holes_mm: Vec<Vec<PlaceMm>>,
+}
+
+impl RegionFigures {
+    fn new(part: &Part, samples: &Samples) -> RegionFigures {
+        let places = |line: &[SampleId]| -> Vec<PlaceMm> {
+            line.iter().map(|&sample| samples.places()[sample as usize]).collect()
+        };
+        RegionFigures {
+            area_mm2: part.area_mm2(samples),
+            perimeter_mm: part.perimeter_mm(samples),
+            outline_mm: places(&part.outline),
+            holes_mm: part.holes.iter().map(|hole| places(hole)).collect(),
+        }
+    }
+}
+
+/// The lines round the parts and holes of a region, then what of its border encloses nothing.
+fn lines(region: &Region, samples: usize) -> Vec<Chain> {
+    let closed = |line: &[SampleId]| Chain { samples: line.to_vec(), closed: true };
+    let round: Vec<Chain> =
+        region.parts().iter().flat_map(|part| part.lines()).map(closed).collect();
+    let sides = Graph::new(round.iter().flat_map(|line| {
+        let next = line.samples.iter().cycle().skip(1);
+        line.samples.iter().zip(next).map(|(&p, &q)| [p, q])
+    }));
+    let other = region.border().edges().iter().copied().filter(|&[p, q]| !sides.joins(p, q));
+    let other = Graph::new(other).chains(samples);
+    round.into_iter().chain(other).collect()
+}
+
 impl ContourReport {
+    /// The report of a region that a method made.
+    pub(super) fn of_region(
+        triangulation: &Triangulation,
+        method: Method,
+        parameters: &Parameters,
+        region: &Region,
+    ) -> ContourReport {
+        let samples = triangulation.samples();
+        let graph = region.border();
+        let chains = lines(region, samples.len());
+        let left_out = rows(samples, region.left_out().to_vec());
+        ContourReport {
+            chains: figures(samples, &chains),
+            area_mm2: Some(region.area_mm2(samples)),
+            parts: Some(region.parts().len()),
+            holes: Some(region.parts().iter().map(|part| part.holes.len()).sum()),
+            regions: Some(
+                region.parts().iter().map(|part| RegionFigures::new(part, samples)).collect(),
+            ),
+            left_out,
+            unknown: vec![
+                "sampling: whether the points meet the method's condition is not checked".to_owned(),
+                "kind: points are taken for samples of an area or its border as the method takes them"
+                    .to_owned(),
+            ],
+            ..ContourReport::new(triangulation, method, parameters, graph)
+        }
+    }
+
     /// The report of a graph that a method made.
     pub(super) fn new(
         triangulation: &Triangulation,
@@ -69,12 +153,6 @@ impl ContourReport {
         graph: &Graph,
     ) -> ContourReport {
         let samples = triangulation.samples();
-        let rows = |found: Vec<SampleId>| {
-            let mut rows: Vec<u32> =
-                found.into_iter().map(|sample| samples.row_of(sample)).collect();
-            rows.sort_unstable();
-            rows
-        };
         let is_curve = method.kind() == Kind::Curve;
         let chains = if is_curve { graph.chains(samples.len()) } else { Vec::new() };
         let mut distances_mm: Vec<f64> = (0..samples.len() as SampleId)
@@ -94,17 +172,14 @@ impl ContourReport {
             parameters: method.parameters().iter().map(|parameter| value(parameter.name)).collect(),
             guarantee: method.guarantee().to_owned(),
             edges: graph.edges_by_row(samples),
-            chains: chains
-                .iter()
-                .map(|chain| ChainFigures {
-                    closed: chain.closed,
-                    length_mm: chain.length_mm(samples),
-                    points_mm: chain.places_mm(samples),
-                })
-                .collect(),
-            ends: rows(graph.ends(samples.len())),
-            junctions: rows(graph.junctions(samples.len())),
-            left_out: rows(graph.alone(samples.len())),
+            chains: figures(samples, &chains),
+            area_mm2: None,
+            parts: None,
+            holes: None,
+            regions: None,
+            ends: rows(samples, graph.ends(samples.len())),
+            junctions: rows(samples, graph.junctions(samples.len())),
+            left_out: rows(samples, graph.alone(samples.len())),
             unknown: match is_curve {
                 true => vec![
                     "sampling: whether the points meet the method's condition is not checked"
@@ -144,6 +219,10 @@ impl ContourReport {
             let length = short(length_mm);
             writeln!(text, "curves     {closed} closed, {open} open, {length} mm together")?;
         }
+        if let (Some(area_mm2), Some(parts), Some(holes)) = (self.area_mm2, self.parts, self.holes)
+        {
+            writeln!(text, "area       {} mm², {parts} parts, {holes} holes", short(area_mm2))?;
+        }
         writeln!(
             text,
             "unjoined   {} ends, {} junctions, {} points left out",
@@ -153,4 +232,20 @@ impl ContourReport {
         )?;
         self.unknown.iter().try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))
     }
+}
+
+/// The rows of samples, sorted.
+fn rows(samples: &Samples, found: Vec<SampleId>) -> Vec<u32> {
+    let mut rows: Vec<u32> = found.into_iter().map(|sample| samples.row_of(sample)).collect();
+    rows.sort_unstable();
+    rows
+}
+
+fn figures(samples: &Samples, chains: &[Chain]) -> Vec<ChainFigures> {
+    let figures = |chain: &Chain| ChainFigures {
+        closed: chain.closed,
+        length_mm: chain.length_mm(samples),
+        points_mm: chain.places_mm(samples),
+    };
+    chains.iter().map(figures).collect()
 }

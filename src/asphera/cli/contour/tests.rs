@@ -71,6 +71,47 @@ fn methods_graphs_and_parameters() {
     assert!(listed.contains("guarantee  smooth closed curves, ε < 1/3"));
 }
 
+/// A square of 9 by 9 points, 1 mm apart, without those nearer than 2.1 mm to its middle.
+fn plate() -> String {
+    let raster = (0..81).map(|index| [f64::from(index % 9) - 4.0, f64::from(index / 9) - 4.0]);
+    raster.filter(|[x, y]| x.hypot(*y) > 2.1).map(|[x, y]| format!("{x} {y}\n")).collect()
+}
+
+#[test]
+fn regions_have_parts_holes_and_areas() {
+    let report = contour_of(&plate(), &["--method", "alpha", "--set", "alpha_mm=0.8"]).unwrap();
+    assert_eq!((report.parts, report.holes), (Some(1), Some(1)));
+    // The hole has corners at (±1, ±2) and (±2, ±1) and (±2, ±2) is inside the material: 3·5 + 2·3 half squares less.
+    let regions = report.regions.as_ref().unwrap();
+    assert_eq!((regions[0].outline_mm.len(), regions[0].holes_mm.len()), (32, 1));
+    let hole: f64 = report.chains[1].length_mm;
+    assert_eq!((report.chains.len(), report.chains[0].length_mm), (2, 32.0));
+    assert!((regions[0].perimeter_mm - 32.0 - hole).abs() < 1e-12);
+    assert_eq!(report.area_mm2, Some(regions[0].area_mm2));
+    assert!(report.left_out.is_empty() && report.ends.is_empty() && report.junctions.is_empty());
+    let summary = report.summary();
+    assert!(summary.contains("mm², 1 parts, 1 holes"), "{summary}");
+    let svg = drawing_text("a.svg", &report);
+    assert_eq!((svg.matches("<path d=").count(), svg.matches("evenodd").count()), (2, 1));
+    assert_eq!(
+        drawing_text("a.csv", &report).lines().count(),
+        1 + 32 + regions[0].holes_mm[0].len()
+    );
+    // The keys of regions are there for regions only.
+    let json = serde_json::to_value(&report).unwrap();
+    let keys = ["area_mm2", "parts", "holes", "regions"];
+    assert!(keys.iter().all(|key| json.get(key).is_some()));
+    assert!(json["regions"][0]["outline_mm"][0].is_array());
+    let curve = serde_json::to_value(contour_of(&points(), &[]).unwrap()).unwrap();
+    assert!(keys.iter().all(|key| curve.get(key).is_none()));
+    // What was chosen is shown, and gives the same again.
+    let chosen = contour_of(&plate(), &["--method", "alpha"]).unwrap();
+    let alpha = chosen.parameters["alpha_mm"];
+    let again = contour_of(&plate(), &["--method", "alpha", "--set", &format!("alpha_mm={alpha}")]);
+    assert_eq!(again.unwrap(), chosen);
+    assert!(alpha > 0.5);
+}
+
 #[test]
 fn points_that_no_curve_can_be_found_of_are_refused() {
     assert_eq!(

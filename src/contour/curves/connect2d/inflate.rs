@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::region::Region;
+use crate::inside::Inside;
 use crate::triangulation::{EdgeId, TriangleId};
 use crate::{SampleId, Triangulation};
 
@@ -16,9 +16,9 @@ struct Wedge {
 }
 
 /// Fills wedges, least cost first, until no sample has more than one.
-pub(super) fn inflate(triangulation: &Triangulation, walls: &[bool], region: &mut Region) {
+pub(super) fn inflate(triangulation: &Triangulation, walls: &[bool], region: &mut Inside) {
     let mut heap = BinaryHeap::new();
-    let offer = |heap: &mut BinaryHeap<_>, region: &Region, sample: SampleId| {
+    let offer = |heap: &mut BinaryHeap<_>, region: &Inside, sample: SampleId| {
         if let Some(wedge) = cheapest(triangulation, walls, region, sample) {
             heap.push(Reverse((key(wedge.cost_mm), sample)));
         }
@@ -53,7 +53,7 @@ pub(super) fn inflate(triangulation: &Triangulation, walls: &[bool], region: &mu
 fn cheapest(
     triangulation: &Triangulation,
     walls: &[bool],
-    region: &Region,
+    region: &Inside,
     sample: SampleId,
 ) -> Option<Wedge> {
     let wedges = wedges(triangulation, walls, region, sample);
@@ -72,7 +72,7 @@ fn cheapest(
 fn wedges(
     triangulation: &Triangulation,
     walls: &[bool],
-    region: &Region,
+    region: &Inside,
     sample: SampleId,
 ) -> Vec<Wedge> {
     let fan = triangulation.fan(sample);

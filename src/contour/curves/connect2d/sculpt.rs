@@ -3,13 +3,13 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::region::Region;
+use crate::inside::Inside;
 use crate::triangulation::{TriangleId, distance_mm};
 use crate::{SampleId, Triangulation};
 
 /// Takes triangles off the region, that of the least added border first, until no sample within can be brought to the
 /// border: a triangle goes if exactly one of its sides is border and the corner opposite lies within.
-pub(super) fn sculpt(triangulation: &Triangulation, region: &mut Region) {
+pub(super) fn sculpt(triangulation: &Triangulation, region: &mut Inside) {
     let mut is_within = vec![true; triangulation.len()];
     for (edge, id) in triangulation.edges().iter().zip(0..) {
         let is_hull = edge.triangles.contains(&None);
@@ -43,7 +43,7 @@ pub(super) fn sculpt(triangulation: &Triangulation, region: &mut Region) {
 /// What taking a triangle off adds to the border in mm, and the sample that it brings there; none if it must stay.
 fn removable(
     triangulation: &Triangulation,
-    region: &Region,
+    region: &Inside,
     is_within: &[bool],
     triangle: TriangleId,
 ) -> Option<(f64, SampleId)> {

@@ -11,4 +11,5 @@ mod invariance;
 mod outlines;
 mod peers;
 mod places;
+mod regions;
 mod smooth;

@@ -6,43 +6,48 @@ use crate::Triangulation;
 use crate::triangulation::{EdgeId, TriangleId};
 
 /// Whether each triangle lies inside. What lies beyond the hull is outside.
-pub(super) struct Region {
+pub(crate) struct Inside {
     inside: Vec<bool>,
 }
 
-impl Region {
+impl Inside {
+    /// The triangles for which `is_inside` is true.
+    pub(crate) fn of(is_inside: Vec<bool>) -> Inside {
+        Inside { inside: is_inside }
+    }
+
     /// All triangles that cannot be reached from beyond the hull without crossing a wall.
-    pub(super) fn within(triangulation: &Triangulation, walls: &[bool]) -> Region {
+    pub(crate) fn within(triangulation: &Triangulation, walls: &[bool]) -> Inside {
         let levels = levels(triangulation, walls);
-        Region { inside: levels.into_iter().map(|level| level > 0).collect() }
+        Inside { inside: levels.into_iter().map(|level| level > 0).collect() }
     }
 
     /// All triangles for which the least number of walls on a way from beyond the hull is odd.
-    pub(super) fn by_parity(triangulation: &Triangulation, walls: &[bool]) -> Region {
+    pub(crate) fn by_parity(triangulation: &Triangulation, walls: &[bool]) -> Inside {
         let levels = levels(triangulation, walls);
-        Region { inside: levels.into_iter().map(|level| level % 2 == 1).collect() }
+        Inside { inside: levels.into_iter().map(|level| level % 2 == 1).collect() }
     }
 
     /// Whether a triangle lies inside; beyond the hull nothing does.
-    pub(super) fn holds(&self, triangle: Option<TriangleId>) -> bool {
+    pub(crate) fn holds(&self, triangle: Option<TriangleId>) -> bool {
         triangle.is_some_and(|triangle| self.inside[triangle as usize])
     }
 
     /// Moves a triangle to the inside or outside.
-    pub(super) fn set(&mut self, triangle: TriangleId, is_inside: bool) {
+    pub(crate) fn set(&mut self, triangle: TriangleId, is_inside: bool) {
         self.inside[triangle as usize] = is_inside;
     }
 
     /// Fills what is outside but cannot be reached from beyond the hull through the outside.
-    pub(super) fn fill_pockets(&mut self, triangulation: &Triangulation) {
+    pub(crate) fn fill_pockets(&mut self, triangulation: &Triangulation) {
         let borders: Vec<bool> = (0..triangulation.edges().len() as EdgeId)
             .map(|edge| self.is_border(triangulation, edge))
             .collect();
-        *self = Region::within(triangulation, &borders);
+        *self = Inside::within(triangulation, &borders);
     }
 
     /// Whether an edge parts inside from outside.
-    pub(super) fn is_border(&self, triangulation: &Triangulation, edge: EdgeId) -> bool {
+    pub(crate) fn is_border(&self, triangulation: &Triangulation, edge: EdgeId) -> bool {
         let [left, right] = triangulation.edges()[edge as usize].triangles;
         self.holds(left) != self.holds(right)
     }

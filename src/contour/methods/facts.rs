@@ -1,0 +1,149 @@
+//! Names of the methods, what is proven of them, and where they come from.
+
+use super::{Kind, Method};
+
+/// Name, guarantee and source.
+type Facts = (&'static str, &'static str, &'static str);
+
+const DENSE: &str = "dense, nearly uniform samples of smooth curves (no bound stated)";
+
+/// Samples of an area, as the methods for regions ask for them.
+const R_SAMPLES: &str = "samples of an area, at most 2r apart on its border, at least 2r within";
+
+impl Method {
+    pub(super) fn facts(&self) -> Facts {
+        match self.kind() {
+            Kind::Graph => of_graph(self),
+            Kind::Curve => of_curve(self),
+            Kind::Region => of_region(self),
+        }
+    }
+}
+
+fn of_graph(method: &Method) -> Facts {
+    match method {
+        Method::Delaunay => ("delaunay", "none", "the mesh of this program"),
+        Method::Emst => ("emst", DENSE, "Figueiredo, de Miranda Gomes 1994"),
+        Method::Rng => ("rng", "none", "Toussaint 1980"),
+        Method::Gabriel => ("gabriel", "none", "Gabriel, Sokal 1969"),
+        Method::Sig => ("sig", "none", "Toussaint 1988"),
+        Method::Sigdt => ("sigdt", "none", "edges of sig in the Delaunay triangulation"),
+        Method::Beta => ("beta", "none", "Kirkpatrick, Radke 1985, circles"),
+        Method::BetaLune => {
+            ("beta-lune", "none", "Kirkpatrick, Radke 1985, lunes; text not at hand")
+        }
+        Method::Gamma => ("gamma", "none", "Veltkamp 1992; text not at hand"),
+        Method::Bc0 => ("bc0", "none", "Ohrhallinger, Mudur 2013; text not at hand"),
+        Method::ShapeHull => {
+            ("shape-hull", "none", "Peethambaran, Muthuganapathy 2015; text not at hand")
+        }
+        _ => UNNAMED,
+    }
+}
+
+fn of_curve(method: &Method) -> Facts {
+    match method {
+        Method::Crust => {
+            ("crust", "smooth closed curves, ε < 0.252", "Amenta, Bern, Eppstein 1998")
+        }
+        Method::OneStepCrust => {
+            ("one-step-crust", "none stated here", "Gold, Snoeyink 2001; text not at hand")
+        }
+        Method::NnCrust => ("nn-crust", "smooth closed curves, ε < 1/3", "Dey, Kumar 1999"),
+        Method::HnnCrust => (
+            "hnn-crust",
+            "smooth closed curves, ρ < 0.9 (ε < 0.47)",
+            "Ohrhallinger, Mitchell, Wimmer 2016",
+        ),
+        Method::ConservativeCrust => (
+            "conservative-crust",
+            "no edge without a reason in the samples (no bound stated)",
+            "Dey, Mehlhorn, Ramos 2000; text not at hand",
+        ),
+        Method::Crawl => ("crawl", "none", "Parakkat, Muthuganapathy 2016, as its public program"),
+        Method::Peel => (
+            "peel",
+            "none",
+            "Parakkat, Methirumangalath, Muthuganapathy 2018, as its public program",
+        ),
+        Method::Connect2d => (
+            "connect2d",
+            "one closed curve (no bound)",
+            "Ohrhallinger, Mudur 2013; text not at hand",
+        ),
+        Method::SigConnect2d => (
+            "sig-connect2d",
+            "closed curves, ε < 0.5, neighbouring edges of a ratio below 2",
+            "Marin, Ohrhallinger, Wimmer 2022; text not at hand; nesting is our choice",
+        ),
+        Method::EmstCurve => {
+            ("emst-curve", DENSE, "Figueiredo, de Miranda Gomes 1994; when it closes is our choice")
+        }
+        Method::RRegular => (
+            "r-regular",
+            "borders that discs of radius r roll along on both sides, spacing < sin(π/8)·r",
+            "Attali 1997; text not at hand",
+        ),
+        Method::Discur => (
+            "discur",
+            "a condition of its own (not stated here)",
+            "Zeng, Nguyen, Yan, Li 2008, as a public program",
+        ),
+        Method::Vicur => ("vicur", "none", "Nguyen, Zeng 2008, as a public program"),
+        Method::Gathan => (
+            "gathan",
+            "none",
+            "Dey, Wenger 2001; text not at hand, order and angles are our choice",
+        ),
+        Method::Lenz => (
+            "lenz",
+            "none (ε < 0.48 claimed)",
+            "Lenz 2006; text not at hand, the probe is our choice",
+        ),
+        Method::AlphaCurve => {
+            ("alpha-curve", "none stated here", "Edelsbrunner, Kirkpatrick, Seidel 1983")
+        }
+        _ => UNNAMED,
+    }
+}
+
+fn of_region(method: &Method) -> Facts {
+    match method {
+        Method::Alpha => {
+            ("alpha", "none stated here", "Edelsbrunner, Kirkpatrick, Seidel 1983; their α is -1/α")
+        }
+        Method::Chi => (
+            "chi",
+            "none",
+            "Duckham, Kulik, Worboys, Galton 2008; the default length is partly our choice",
+        ),
+        Method::A => (
+            "a",
+            "none",
+            "Melkemi, Djebali 2000; text not at hand, what α and t choose is our choice",
+        ),
+        Method::Rgg => (
+            "rgg",
+            "samples of areas whose concavities are divergent (no bound stated)",
+            "Peethambaran, Muthuganapathy 2015, as its public program",
+        ),
+        Method::Ec => (
+            "ec",
+            R_SAMPLES,
+            "Methirumangalath, Parakkat, Muthuganapathy 2015, as its public program",
+        ),
+        Method::Ct => {
+            ("ct", R_SAMPLES, "Thayyil, Parakkat, Muthuganapathy 2020, as its public program")
+        }
+        Method::Discern => (
+            "discern",
+            "nearest neighbours at the least reach of the concavities",
+            "Thayyil, Peethambaran, Muthuganapathy 2021, as its public program",
+        ),
+        Method::SimpleShape => ("simple-shape", "none", "Gheibi and others 2011; text not at hand"),
+        _ => UNNAMED,
+    }
+}
+
+/// What no method has: each is listed with those of its kind, which a test holds.
+const UNNAMED: Facts = ("", "", "");

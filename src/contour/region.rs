@@ -1,0 +1,237 @@
+//! Regions: parts of the plane with outlines and holes, made of triangles of the mesh.
+
+use std::collections::BTreeMap;
+
+use asphera_geometry::Sum;
+use asphera_geometry::predicates::left_of;
+
+use crate::inside::Inside;
+use crate::samples::{PlaceMm, SampleId, Samples};
+use crate::triangulation::{EdgeId, TriangleId, distance_mm};
+use crate::{Graph, Triangulation};
+
+/// An area of the plane: parts with holes, and its border.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Region {
+    parts: Vec<Part>,
+    border: Graph,
+    left_out: Vec<SampleId>,
+}
+
+/// A part of a region: what one can walk through without crossing a single place.
+///
+/// Lines are closed, and no sample comes twice in one. The outline runs counter-clockwise and holes clockwise, so the part lies on
+/// their left. Each begins at its smallest sample, which is not repeated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The line round the part.
+    pub outline: Vec<SampleId>,
+    /// The lines round what the part lacks, sorted.
+    pub holes: Vec<Vec<SampleId>>,
+}
+
+impl Region {
+    /// The region of triangles; n·log n time.
+    pub(crate) fn of(triangulation: &Triangulation, inside: &Inside) -> Region {
+        let border = Graph::of_edges(triangulation, |edge| inside.is_border(triangulation, edge));
+        Region::new(triangulation, inside, border)
+    }
+
+    /// The region that curves enclose, with those of them that enclose nothing as part of the border.
+    ///
+    /// A triangle belongs to it if the least number of edges on a way from it to beyond the hull is odd. The edges must be
+    /// Delaunay edges.
+    pub(crate) fn enclosed(triangulation: &Triangulation, curves: Graph) -> Region {
+        let edges = triangulation.edges().iter();
+        let walls: Vec<bool> = edges.map(|edge| curves.joins(edge.ends[0], edge.ends[1])).collect();
+        Region::new(triangulation, &Inside::by_parity(triangulation, &walls), curves)
+    }
+
+    fn new(triangulation: &Triangulation, inside: &Inside, border: Graph) -> Region {
+        let (part_of, count) = numbered(triangulation, inside);
+        let mut outlines: Vec<Vec<Vec<SampleId>>> = vec![Vec::new(); count];
+        let mut holes = outlines.clone();
+        for (triangle, ring) in rings(triangulation, inside) {
+            let Some(part) = part_of[triangle as usize] else { continue };
+            for line in simple_lines(&ring) {
+                let is_outline = is_counter_clockwise(&line, triangulation.samples());
+                (if is_outline { &mut outlines } else { &mut holes })[part as usize].push(line);
+            }
+        }
+        let parts = outlines.into_iter().zip(holes).filter_map(|(mut outlines, mut holes)| {
+            holes.sort_unstable();
+            Some(Part { outline: outlines.pop()?, holes })
+        });
+        let mut parts: Vec<Part> = parts.collect();
+        parts.sort_unstable_by(|a, b| a.outline.cmp(&b.outline));
+        let mut is_covered = vec![false; triangulation.len()];
+        let corners = triangulation.triangles().iter().zip(0..);
+        let kept = corners.filter(|&(_, triangle)| inside.holds(Some(triangle)));
+        let covered = kept.flat_map(|(corners, _)| corners).chain(border.edges().as_flattened());
+        for &sample in covered {
+            is_covered[sample as usize] = true;
+        }
+        let left_out = (0..).zip(is_covered).filter(|(_, is_covered)| !is_covered);
+        let left_out = left_out.map(|(sample, _)| sample).collect();
+        Region { parts, border, left_out }
+    }
+
+    /// The parts, by their outlines.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The border: all sides of outlines and holes, and lines that enclose nothing where the method makes such.
+    pub fn border(&self) -> &Graph {
+        &self.border
+    }
+
+    /// The samples that lie neither in a part nor on the border.
+    pub fn left_out(&self) -> &[SampleId] {
+        &self.left_out
+    }
+
+    /// The area of all parts, less their holes, in mm².
+    pub fn area_mm2(&self, samples: &Samples) -> f64 {
+        total(self.parts.iter().map(|part| part.area_mm2(samples)))
+    }
+}
+
+impl Part {
+    /// The lines of the part: its outline, then its holes.
+    pub fn lines(&self) -> impl Iterator<Item = &[SampleId]> {
+        std::iter::once(&self.outline).chain(&self.holes).map(Vec::as_slice)
+    }
+
+    /// Its area less that of its holes in mm².
+    pub fn area_mm2(&self, samples: &Samples) -> f64 {
+        0.5 * total(self.lines().map(|line| doubled_area_mm2(line, samples)))
+    }
+
+    /// Length of its outline and of the lines round its holes in mm.
+    pub fn perimeter_mm(&self, samples: &Samples) -> f64 {
+        total(self.lines().flat_map(|line| {
+            let at = |sample: &SampleId| samples.places()[*sample as usize];
+            let next = line.iter().cycle().skip(1);
+            line.iter().zip(next).map(move |(p, q)| distance_mm(at(p), at(q)))
+        }))
+    }
+}
+
+/// The number of the part of each triangle inside, and how many there are: triangles that share a side belong together.
+fn numbered(triangulation: &Triangulation, inside: &Inside) -> (Vec<Option<u32>>, usize) {
+    let mut parts: Vec<Option<u32>> = vec![None; triangulation.triangles().len()];
+    let mut count = 0;
+    let mut open = Vec::new();
+    for first in 0..parts.len() as TriangleId {
+        if !inside.holds(Some(first)) || parts[first as usize].is_some() {
+            continue;
+        }
+        parts[first as usize] = Some(count);
+        open.push(first);
+        while let Some(triangle) = open.pop() {
+            for beyond in triangulation.across(triangle) {
+                if let Some(beyond) = beyond.filter(|_| inside.holds(beyond))
+                    && parts[beyond as usize].is_none()
+                {
+                    parts[beyond as usize] = Some(count);
+                    open.push(beyond);
+                }
+            }
+        }
+        count += 1;
+    }
+    (parts, count as usize)
+}
+
+/// The closed lines round what is inside, which lies on their left, each with a triangle beside it.
+///
+/// At a sample a line goes on along the other side of the triangles that it comes along. So each line belongs to one part, and
+/// may come through a sample more than once.
+fn rings(triangulation: &Triangulation, inside: &Inside) -> Vec<(TriangleId, Vec<SampleId>)> {
+    let mut is_done = vec![false; triangulation.edges().len()];
+    let mut rings = Vec::new();
+    for first in 0..triangulation.edges().len() as EdgeId {
+        if is_done[first as usize] || !inside.is_border(triangulation, first) {
+            continue;
+        }
+        let [left, right] = triangulation.edges()[first as usize].triangles;
+        let Some(beside) = left.filter(|_| inside.holds(left)).or(right) else { continue };
+        let mut ring = Vec::new();
+        let (mut triangle, mut edge) = (beside, first);
+        loop {
+            is_done[edge as usize] = true;
+            let sides = triangulation.sides(triangle);
+            let mut next = (sides.iter().position(|&side| side == edge).unwrap_or(0) + 1) % 3;
+            let corner = triangulation.triangles()[triangle as usize][next];
+            ring.push(corner);
+            while let beyond @ Some(other) = triangulation.across(triangle)[next]
+                && inside.holds(beyond)
+            {
+                triangle = other;
+                let corners = triangulation.triangles()[triangle as usize];
+                next = corners.iter().position(|&other| other == corner).unwrap_or(0);
+            }
+            edge = triangulation.sides(triangle)[next];
+            if edge == first {
+                break;
+            }
+        }
+        rings.push((beside, ring));
+    }
+    rings
+}
+
+/// A closed line cut where it comes through a sample again, each piece from its smallest sample on.
+fn simple_lines(ring: &[SampleId]) -> Vec<Vec<SampleId>> {
+    let mut lines = Vec::new();
+    let mut open: Vec<SampleId> = Vec::new();
+    let mut place_of: BTreeMap<SampleId, usize> = BTreeMap::new();
+    for &sample in ring {
+        let before = place_of.insert(sample, open.len());
+        // What was cut off since may have left another sample in that place.
+        if let Some(begin) = before.filter(|&begin| open.get(begin) == Some(&sample)) {
+            lines.push(open.split_off(begin));
+            place_of.insert(sample, begin);
+        }
+        open.push(sample);
+    }
+    lines.push(open);
+    for line in &mut lines {
+        let smallest = (0..line.len()).min_by_key(|&index| line[index]).unwrap_or(0);
+        line.rotate_left(smallest);
+    }
+    lines
+}
+
+/// Whether a simple closed line from its smallest sample on runs counter-clockwise, decided exactly.
+///
+/// That sample lies farthest to the left, so the line turns there as it turns as a whole.
+fn is_counter_clockwise(line: &[SampleId], samples: &Samples) -> bool {
+    let [first, next, .., last] = line else { return false };
+    let [last, first, next] = [last, first, next].map(|&sample| samples.places()[sample as usize]);
+    left_of(last, first, next)
+}
+
+/// Twice the signed area of a closed line in mm², above 0 where it runs counter-clockwise.
+///
+/// It is computed in differences from its first place, so a place far from the origin costs nothing.
+fn doubled_area_mm2(line: &[SampleId], samples: &Samples) -> f64 {
+    let at = |sample: SampleId| samples.places()[sample as usize];
+    let Some(&first) = line.first() else { return 0.0 };
+    let [x, y] = at(first);
+    let away = |sample: SampleId| -> PlaceMm {
+        let place = at(sample);
+        [place[0] - x, place[1] - y]
+    };
+    total(line.windows(2).map(|pair| {
+        let [p, q] = [away(pair[0]), away(pair[1])];
+        p[0] * q[1] - p[1] * q[0]
+    }))
+}
+
+fn total(terms: impl Iterator<Item = f64>) -> f64 {
+    let mut sum = Sum::default();
+    terms.for_each(|term| sum.add(term));
+    sum.total()
+}

@@ -1,0 +1,111 @@
+//! The α-shape: as region, and as the edges of its border.
+
+use asphera_geometry::Sets;
+use asphera_geometry::predicates::{compare_circumradius, compare_distances};
+
+use super::radius_mm;
+use crate::graphs::{is_gabriel, spanning};
+use crate::inside::Inside;
+use crate::triangulation::{Edge, TriangleId};
+use crate::{Graph, Region, Triangulation};
+
+/// The α-shape: all triangles whose circumcircle has a radius of at most α.
+///
+/// A disc of radius α that holds no sample cannot come into the region. Decided exactly. H. Edelsbrunner, D. G. Kirkpatrick,
+/// R. Seidel, IEEE Transactions on Information Theory 29 (1983) 551-559; their α is -1/α here. Lines and single samples that
+/// belong to the shape but enclose nothing are those of [`alpha_curve`]. n·log n time.
+///
+/// # Panics
+///
+/// If α is not above 0 or not finite.
+pub fn alpha_shape(triangulation: &Triangulation, alpha_mm: f64) -> Region {
+    Region::of(triangulation, &Inside::of(within(triangulation, alpha_mm)))
+}
+
+/// The border of the α-shape as a curve: edges with a disc of radius α through both ends that holds no sample.
+///
+/// Some of them part the region of [`alpha_shape`] from what lies outside, others have the outside on both sides. Decided
+/// exactly; where a disc of radius α passes through three samples, an edge that only a disc with another sample on its rim shows is
+/// left out. The source is that of [`alpha_shape`]. n·log n time.
+///
+/// # Panics
+///
+/// If α is not above 0 or not finite.
+pub fn alpha_curve(triangulation: &Triangulation, alpha_mm: f64) -> Graph {
+    let within = within(triangulation, alpha_mm);
+    let kept = |triangle: Option<TriangleId>| triangle.is_some_and(|id| within[id as usize]);
+    Graph::of_edges(triangulation, |edge| {
+        let Edge { ends, triangles } = triangulation.edges()[edge as usize];
+        match triangles.map(kept) {
+            [true, true] => false,
+            [false, false] => {
+                // Half the edge is at most α where a step of α, and one more, reach as far as the edge.
+                let [p, q] = ends.map(|end| triangulation.place(end));
+                let reach = [2.0 * alpha_mm, 0.0];
+                is_gabriel(triangulation, edge) && compare_distances(p, q, reach, [0.0; 2]).is_le()
+            }
+            _ => true,
+        }
+    })
+}
+
+/// The smallest α for which the region of [`alpha_shape`] is one part that all samples belong to, in mm; none without triangles.
+///
+/// Triangles of radii that differ by less than 10⁻¹² of their size count as equal. n·log n time.
+pub fn connecting_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
+    let count = triangulation.triangles().len();
+    let mut by_radius: Vec<(f64, TriangleId)> = (0..count as TriangleId)
+        .map(|triangle| (radius_mm(triangulation, triangle), triangle))
+        .collect();
+    by_radius.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut sets = Sets::new(count);
+    let mut is_in = vec![false; count];
+    let mut is_covered = vec![false; triangulation.len()];
+    let (mut parts, mut bare) = (0_usize, triangulation.len());
+    for (rank, &(radius_mm, triangle)) in by_radius.iter().enumerate() {
+        is_in[triangle as usize] = true;
+        parts += 1;
+        for beyond in triangulation.across(triangle).into_iter().flatten() {
+            if is_in[beyond as usize] {
+                parts -= usize::from(sets.join(triangle as usize, beyond as usize));
+            }
+        }
+        for corner in triangulation.triangles()[triangle as usize] {
+            bare -= usize::from(!is_covered[corner as usize]);
+            is_covered[corner as usize] = true;
+        }
+        let alpha_mm = radius_mm * SLACK;
+        let is_last = by_radius.get(rank + 1).is_none_or(|next| next.0 > alpha_mm);
+        if is_last && parts == 1 && bare == 0 {
+            return alpha_mm.is_finite().then_some(alpha_mm);
+        }
+    }
+    None
+}
+
+/// Half the longest edge of the spanning tree in mm: the smallest α for which the edges of the α-shape, those within it among
+/// them, join all samples; none of fewer than two samples.
+pub fn joining_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
+    let in_tree = spanning(triangulation);
+    let by_length = triangulation.by_length().iter().rev();
+    let longest = by_length.copied().find(|&edge| in_tree[edge as usize])?;
+    Some(0.5 * triangulation.length_mm(longest) * SLACK)
+}
+
+/// Whether each triangle has a radius of at most α.
+fn within(triangulation: &Triangulation, alpha_mm: f64) -> Vec<bool> {
+    assert!(
+        alpha_mm.is_finite() && alpha_mm > 0.0,
+        "expected a finite α above 0, found {alpha_mm}"
+    );
+    let triangles = triangulation.triangles().iter();
+    triangles
+        .map(|corners| {
+            let places = corners.map(|corner| triangulation.place(corner));
+            compare_circumradius(places, alpha_mm).is_le()
+        })
+        .collect()
+}
+
+/// A radius is rounded: so much more than it holds all triangles of the same.
+const SLACK: f64 = 1.0 + 1e-12;
