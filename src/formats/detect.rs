@@ -47,9 +47,14 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
         Format::Off => off::read(bytes, options),
         Format::Las => las::read(bytes, options),
         Format::Npy => npy::read(bytes, options),
-        Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => {
-            Err(ReadError::Volume { name: name.into() })
-        }
+        Format::Vol
+        | Format::Nrrd
+        | Format::MetaImage
+        | Format::Nifti
+        | Format::Tiff
+        | Format::Vti
+        | Format::Raw
+        | Format::Vgi => Err(ReadError::Volume { name: name.into() }),
     }
 }
 
@@ -60,7 +65,14 @@ fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
         Format::Xyz => [true; 4],
         Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 4],
         // What is wrong with a volume is that it is one.
-        Format::Vol | Format::Nrrd | Format::MetaImage | Format::Nifti => [true; 4],
+        Format::Vol
+        | Format::Nrrd
+        | Format::MetaImage
+        | Format::Nifti
+        | Format::Tiff
+        | Format::Vti
+        | Format::Raw
+        | Format::Vgi => [true; 4],
         Format::Ply | Format::Stl | Format::Obj | Format::Off | Format::Las => {
             [false, true, false, false]
         }

@@ -14,7 +14,8 @@ pub const MAX_POINTS: u64 = 100_000_000;
 pub const KINDS: &str = "text (.xyz, .csv), X3P, MetroPro .dat, SDF, Zemax grid sag, PLY, STL, OBJ, OFF, LAS, LAZ or NumPy .npy";
 
 /// The kinds of files of volumes, in words.
-pub const VOLUME_KINDS: &str = ".vol, NRRD, MetaImage or NIfTI";
+pub const VOLUME_KINDS: &str =
+    ".vol, NRRD, MetaImage, NIfTI, TIFF stack, .vti, or raw samples with .toml or .vgi beside them";
 
 /// File formats this crate knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,6 +50,14 @@ pub enum Format {
     MetaImage,
     /// NIfTI-1 and NIfTI-2.
     Nifti,
+    /// Stacks of TIFF slices.
+    Tiff,
+    /// Images of VTK, `.vti`.
+    Vti,
+    /// Raw samples with a TOML file beside them.
+    Raw,
+    /// Headers of Volume Graphics, `.vgi`.
+    Vgi,
 }
 
 impl Format {
@@ -70,6 +79,10 @@ impl Format {
             Format::Nrrd => "NRRD",
             Format::MetaImage => "MetaImage",
             Format::Nifti => "NIfTI",
+            Format::Tiff => "TIFF",
+            Format::Vti => "VTK image",
+            Format::Raw => "raw volume",
+            Format::Vgi => "VGI",
         }
     }
 }
@@ -103,6 +116,10 @@ pub enum Place {
     Element(String),
     /// Name of an entry of a zip archive.
     Entry(String),
+    /// Page of a TIFF file, from 1.
+    Page(usize),
+    /// Name of a slice of a volume, in a folder of them.
+    Slice(String),
 }
 
 impl fmt::Display for Place {
@@ -115,6 +132,8 @@ impl fmt::Display for Place {
             Place::Row { row, column } => write!(f, "row {row}, column {column}"),
             Place::Element(path) => write!(f, "element {}", shown(path)),
             Place::Entry(name) => write!(f, "zip entry {}", shown(name)),
+            Place::Page(page) => write!(f, "page {page}"),
+            Place::Slice(name) => write!(f, "slice {}", shown(name)),
         }
     }
 }
@@ -252,6 +271,17 @@ impl ReadError {
                 | ReadError::NoVolume { .. }
                 | ReadError::Volume { .. }
         )
+    }
+
+    /// The same error in a slice of a volume.
+    pub(crate) fn in_slice(mut self, name: &str) -> ReadError {
+        if let ReadError::Malformed { place, .. }
+        | ReadError::Unsupported { place, .. }
+        | ReadError::TooLarge { place, .. } = &mut self
+        {
+            *place = Place::Slice(name.into());
+        }
+        self
     }
 
     /// The same error in another format, its lines being rows of an array.

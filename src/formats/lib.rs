@@ -14,7 +14,7 @@
 //! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
-//! | [`volume`] | `.vol`, NRRD, MetaImage, NIfTI | volumes | no |
+//! | [`volume`] | `.vol`, NRRD, MetaImage, NIfTI, TIFF stacks, `.vti`, `.vgi`, raw | volumes | no |
 //!
 //! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
 //! y up, z out of the surface towards the instrument. Missing data are gaps: NaN in a

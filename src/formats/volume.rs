@@ -6,6 +6,10 @@
 //! | NRRD | teem, NRRD0001 to NRRD0005, attached and detached headers | raw, gzip, ascii |
 //! | MetaImage | ITK MetaIO, `.mha` and `.mhd` | raw, zlib |
 //! | NIfTI | NIfTI-1.1 and NIfTI-2, `.nii`, `.nii.gz`, `.hdr` with `.img` | one volume |
+//! | TIFF stack | TIFF 6.0, BigTIFF: a page a slice, or a file a slice ([`read_slices`]) | 8 to 64 bits, LZW, deflate |
+//! | `.vti` | VTK, XML ImageData | ascii, base64, appended, zlib |
+//! | raw | `part.raw` with `part.toml` beside it: size, type, byte order, spacing | any type |
+//! | `.vgi` | Volume Graphics, Nikon: header beside `.vol` or `.raw` | 8 to 32 bits |
 //!
 //! Samples come with x fastest, then y, then z. The frame is that of the file, in mm. A sample that is not finite is missing.
 
@@ -14,8 +18,13 @@ mod header;
 mod metaimage;
 mod nifti;
 mod nrrd;
+mod raw;
+mod slices;
+mod tiff;
 mod unpack;
+mod vgi;
 mod vol;
+mod vti;
 
 #[cfg(test)]
 mod tests;
@@ -150,6 +159,8 @@ impl Frame {
 pub type Beside<'a> = &'a mut dyn FnMut(&str) -> Result<Vec<u8>, String>;
 
 /// The format of a volume, if the file is one: by its content, or where that is packed by its name.
+///
+/// Raw samples are known by the files beside them only, so they are none here.
 pub fn format_of(name: &str, bytes: &[u8]) -> Option<Format> {
     if nrrd::is_nrrd(bytes) {
         return Some(Format::Nrrd);
@@ -160,25 +171,110 @@ pub fn format_of(name: &str, bytes: &[u8]) -> Option<Format> {
     if metaimage::is_metaimage(bytes) {
         return Some(Format::MetaImage);
     }
+    if tiff::is_tiff(bytes) {
+        return Some(Format::Tiff);
+    }
+    if vti::is_vti(bytes) {
+        return Some(Format::Vti);
+    }
+    if vgi::is_vgi(bytes) {
+        return Some(Format::Vgi);
+    }
+    if raw::is_side_file(name, bytes) {
+        return Some(Format::Raw);
+    }
     vol::is_vol(bytes).then_some(Format::Vol)
 }
 
 /// Reads a volume.
 ///
-/// `name` tells a packed NIfTI file, and nothing else. Headers whose samples lie in another file ask `beside` for it.
+/// `name` tells a packed NIfTI file, and raw samples (`.raw`, `.vol`) whose header lies beside them; nothing else. Headers whose samples
+/// lie in another file ask `beside` for it.
 ///
 /// # Errors
 ///
-/// [`ReadError::Unknown`] where the content is no volume; otherwise what is wrong, and where. Nothing is allocated for a size that is
+/// [`ReadError::NoVolume`] where the content is no volume; otherwise what is wrong, and where. Nothing is allocated for a size that is
 /// only claimed.
 pub fn read(name: &str, bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError> {
     match format_of(name, bytes) {
         Some(Format::Nrrd) => nrrd::read(bytes, beside),
         Some(Format::Nifti) => nifti::read(name, bytes, beside),
         Some(Format::MetaImage) => metaimage::read(bytes, beside),
+        Some(Format::Tiff) => tiff::read(bytes),
+        Some(Format::Vti) => vti::read(bytes),
+        Some(Format::Vgi) => vgi::read(bytes, None, beside),
+        Some(Format::Raw) => raw::read(name, bytes, None, beside),
         Some(Format::Vol) => vol::read(bytes),
-        _ => Err(ReadError::NoVolume { name: name.into(), start: crate::error::quoted(bytes) }),
+        _ => samples_without_header(name, bytes, beside),
     }
+}
+
+/// Reads a volume whose slices are files of one page each, TIFF.
+///
+/// `names` come in any order; their numbers say which slice follows which. `open` is asked for one at a time.
+///
+/// # Errors
+///
+/// Names that do not differ in one number alone, a slice that lacks, and whatever is wrong with a slice.
+pub fn read_slices(names: &[String], open: Beside<'_>) -> Result<Volume, ReadError> {
+    let ordered = slices::ordered(Format::Tiff, names)?;
+    let mut stack = tiff::Stack::default();
+    for name in &ordered {
+        let malformed = |expected: &str, found: String| ReadError::Malformed {
+            format: Format::Tiff,
+            place: Place::Slice(name.clone()),
+            expected: expected.into(),
+            found,
+        };
+        let bytes = open(name).map_err(|why| malformed("a slice", why))?;
+        let pages = stack.push(&bytes).map_err(|error| error.in_slice(name))?;
+        if pages != 1 && ordered.len() > 1 {
+            return Err(malformed("one page a file", pages.to_string()));
+        }
+        if ordered.len() == 1 {
+            stack.check_images(pages)?;
+        }
+    }
+    stack.finish()
+}
+
+/// Reads samples whose header lies beside them, by the name of the file: `part.raw` has `part.toml` or `part.vgi`.
+fn samples_without_header(
+    name: &str,
+    bytes: &[u8],
+    beside: Beside<'_>,
+) -> Result<Volume, ReadError> {
+    let extension =
+        name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
+    let none = || ReadError::NoVolume { name: name.into(), start: crate::error::quoted(bytes) };
+    if !["raw", "vol", "bin"].contains(&extension.as_str()) {
+        return Err(none());
+    }
+    let side = format!("{}.toml", stem(name));
+    if let Ok(header) = beside(&side) {
+        return raw::read(&side, &header, Some(bytes), beside);
+    }
+    match beside(&format!("{}.vgi", stem(name))) {
+        Ok(header) if vgi::is_vgi(&header) => vgi::read(&header, Some(bytes), beside),
+        _ if extension == "vol" => Err(none()),
+        _ => Err(ReadError::Malformed {
+            format: Format::Raw,
+            place: Place::Byte(0),
+            expected: format!("{side} with size, type and byte_order, or a .vgi, beside it"),
+            found: "neither".into(),
+        }),
+    }
+}
+
+/// The name of a file without folder and extension.
+fn stem(name: &str) -> &str {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    file.rsplit_once('.').map_or(file, |(stem, _)| stem)
+}
+
+/// Whether a name that a header gives is that of a file in the same folder.
+fn is_beside(file: &str) -> bool {
+    !file.is_empty() && file != "." && file != ".." && !file.contains(['/', '\\', ':', '\0'])
 }
 
 /// How many samples a size asks for: at least one a side, at most [`MAX_SAMPLES`].

@@ -24,7 +24,8 @@ use super::progress::Progress;
 
 #[derive(Args)]
 pub(super) struct VolumeArgs {
-    /// The volume: .vol, NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd) or NIfTI (.nii, .nii.gz, .hdr).
+    /// The volume: .vol, NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz, .hdr), a TIFF stack (.tif with a page a slice,
+    /// or a folder of numbered slices), VTK (.vti), or raw samples with .toml or .vgi beside them.
     file: PathBuf,
     /// What is material: this value and above; `otsu`, or `iso50`, halfway between the modes of background and material. Without it
     /// the middle of two values, or of more Otsu's.

@@ -1,5 +1,8 @@
 //! Volumes as other programs wrote them, real files, and damage.
 
+mod images;
+mod sides;
+
 use std::cell::Cell;
 
 use super::{Frame, UnitKnown, Values, Volume, format_of, read};

@@ -1,6 +1,9 @@
 //! A volume file read, its threshold found, its part chosen.
 
-use asphera_formats::volume::{self, Frame, UnitKnown, Values};
+use std::path::Path;
+
+use asphera_formats::ReadError;
+use asphera_formats::volume::{self, Frame, UnitKnown, Values, Volume};
 use asphera_volume::{Levels, Parts, Samples, SlabBuilder};
 
 use super::super::files::read;
@@ -26,14 +29,7 @@ pub(super) struct Opened {
 
 pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
     let name = args.file.display().to_string();
-    let bytes = read(&args.file)?;
-    let folder = args.file.parent().unwrap_or_else(|| std::path::Path::new(""));
-    let mut beside =
-        |file: &str| std::fs::read(folder.join(file)).map_err(|error| format!("{file}: {error}"));
-    let volume = volume::read(&name, &bytes, &mut beside).map_err(|error| -> Failure {
-        if error.names_file() { error.into() } else { format!("{name}: {error}").into() }
-    })?;
-    drop(bytes);
+    let volume = if args.file.is_dir() { slices(&args.file) } else { file(&args.file) }?;
     let frame = spaced(&name, volume.frame, args.spacing)?;
     let floats = volume.values.to_floats();
     let Some(levels) = Levels::of(&floats) else {
@@ -80,6 +76,41 @@ pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
         parts: parts.count(),
         is_chosen,
     })
+}
+
+/// The volume of a file.
+fn file(path: &Path) -> Result<Volume, Failure> {
+    let bytes = read(path)?;
+    let name = path.display().to_string();
+    let folder = path.parent().unwrap_or_else(|| Path::new(""));
+    volume::read(&name, &bytes, &mut |file| in_folder(folder, file))
+        .map_err(|error| failed(&name, error))
+}
+
+/// The volume of a folder of slices, `.tif` and `.tiff`.
+fn slices(folder: &Path) -> Result<Volume, Failure> {
+    let name = folder.display().to_string();
+    let cannot =
+        |error: std::io::Error| -> Failure { format!("cannot read {name}: {error}").into() };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(cannot)? {
+        let Ok(file) = entry.map_err(cannot)?.file_name().into_string() else { continue };
+        let lower = file.to_lowercase();
+        // Files that begin with a dot are notes of the system about the others.
+        if !file.starts_with('.') && (lower.ends_with(".tif") || lower.ends_with(".tiff")) {
+            names.push(file);
+        }
+    }
+    volume::read_slices(&names, &mut |file| in_folder(folder, file))
+        .map_err(|error| failed(&name, error))
+}
+
+fn in_folder(folder: &Path, file: &str) -> Result<Vec<u8>, String> {
+    std::fs::read(folder.join(file)).map_err(|error| format!("{file}: {error}"))
+}
+
+fn failed(name: &str, error: ReadError) -> Failure {
+    if error.names_file() { error.into() } else { format!("{name}: {error}").into() }
 }
 
 /// The frame with the spacing that was asked for, if one was.

@@ -1,5 +1,7 @@
 //! The command from its arguments to its figures.
 
+use std::path::Path;
+
 use clap::Parser as _;
 use serde_json::Value;
 
@@ -11,7 +13,12 @@ fn figures_of(bytes: &[u8], extension: &str, more: &[&str]) -> Result<Value, Str
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join(format!("part.{extension}"));
     std::fs::write(&file, bytes).unwrap();
-    let mut words = vec!["asphera", "volume", file.to_str().unwrap()];
+    figures_at(&file, more)
+}
+
+/// The same of what lies at a path.
+fn figures_at(path: &Path, more: &[&str]) -> Result<Value, String> {
+    let mut words = vec!["asphera", "volume", path.to_str().unwrap()];
     words.extend(more);
     let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
     let Command::Volume(args) = cli.command else { panic!("another command") };
@@ -93,6 +100,55 @@ fn what_cannot_be_measured_is_said() {
     for more in [["--spacing", "0"], ["--regular", "-1"], ["--refine", "9"], ["--part", "0"]] {
         assert!(figures_of(&ball(), "vol", &more).is_err(), "{more:?}");
     }
+}
+
+/// Slices as files give the figures of the same samples with a TOML file beside them.
+#[test]
+fn folders_of_slices_and_raw_samples_are_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let header = b"X: 24\nY: 24\nZ: 24\nVersion: 2\n.\n".len();
+    let samples = &ball()[header..];
+    write("ball.raw", samples);
+    write("ball.toml", b"size = [24, 24, 24]\ntype = \"u8\"\nspacing_mm = 0.1\n");
+    std::fs::create_dir(folder.path().join("slices")).unwrap();
+    for (number, slice) in samples.chunks(576).enumerate() {
+        let entries: [(u16, u32); 9] = [
+            (256, 24),
+            (257, 24),
+            (258, 8),
+            (259, 1),
+            (262, 1),
+            (273, 122),
+            (277, 1),
+            (278, 24),
+            (279, 576),
+        ];
+        // TIFF 6.0: each entry is tag, type LONG, a count of 1 and the value.
+        let mut file = b"II\x2A\0\x08\0\0\0\x09\0".to_vec();
+        for (tag, value) in entries {
+            file.extend(tag.to_le_bytes());
+            file.extend([4, 0, 1, 0, 0, 0]);
+            file.extend(value.to_le_bytes());
+        }
+        file.extend([0; 4]);
+        file.extend(slice);
+        write(&format!("slices/{number}.tif"), &file);
+    }
+    write("slices/notes.txt", b"not a slice");
+    let expected = figures_of(&ball(), "vol", &["--spacing", "0.1"]).unwrap();
+    for path in ["ball.raw", "ball.toml", "slices"] {
+        let path = folder.path().join(path);
+        let found = figures_at(&path, &["--spacing", "0.1"]).unwrap();
+        for figure in ["volume", "topology", "measures", "mesh"] {
+            assert_eq!(found[figure], expected[figure], "{}", path.display());
+        }
+    }
+    let unspaced = figures_at(&folder.path().join("slices"), &[]).unwrap_err();
+    assert!(unspaced.contains("give --spacing MM"), "{unspaced}");
+    std::fs::remove_file(folder.path().join("slices/7.tif")).unwrap();
+    let lacking = figures_at(&folder.path().join("slices"), &[]).unwrap_err();
+    assert!(lacking.contains("slice 8.tif: expected the slice with number 7"), "{lacking}");
 }
 
 #[test]
