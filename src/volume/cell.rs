@@ -59,6 +59,11 @@ impl Symmetry {
         (0..8).fold(0, |image, corner| image | (code >> corner & 1) << self.corners[corner])
     }
 
+    #[cfg(test)]
+    pub(crate) fn corner(&self, corner: usize) -> usize {
+        self.corners[corner]
+    }
+
     pub(crate) fn edge(&self, edge: usize) -> usize {
         let [a, b] = EDGES[edge];
         edge_between(self.corners[a], self.corners[b])

@@ -43,21 +43,30 @@ pub struct Grey<'a> {
 /// The least distance of a crossing of grey values from a sample.
 pub const GREY_MARGIN: f64 = 0.01;
 
+impl Grey<'_> {
+    /// The value of a sample; none beyond the volume and where it is not finite.
+    fn value(&self, place: [i64; 3]) -> Option<f64> {
+        let is_within =
+            |axis: usize| place[axis] >= 0 && (place[axis] as u64) < self.size[axis] as u64;
+        let [x, y, z] = place.map(|coordinate| coordinate as usize);
+        if !(0..3).all(is_within) {
+            return None;
+        }
+        let value = self.values[(z * self.size[1] + y) * self.size[0] + x];
+        value.is_finite().then(|| f64::from(value))
+    }
+
+    /// How far the value of a sample lies above the threshold.
+    pub(crate) fn above_threshold(&self, place: [i64; 3]) -> Option<f64> {
+        self.value(place).map(|value| value - f64::from(self.threshold))
+    }
+}
+
 impl Crossings for Grey<'_> {
     fn share(&self, from: [i64; 3], axis: usize) -> f64 {
-        let value = |place: [i64; 3]| {
-            let is_within =
-                |axis: usize| place[axis] >= 0 && (place[axis] as u64) < self.size[axis] as u64;
-            let [x, y, z] = place.map(|coordinate| coordinate as usize);
-            if !(0..3).all(is_within) {
-                return None;
-            }
-            let value = self.values[(z * self.size[1] + y) * self.size[0] + x];
-            value.is_finite().then(|| f64::from(value))
-        };
         let mut to = from;
         to[axis] += 1;
-        match (value(from), value(to)) {
+        match (self.value(from), self.value(to)) {
             (Some(a), Some(b)) if a != b => {
                 let share = (f64::from(self.threshold) - a) / (b - a);
                 share.clamp(GREY_MARGIN, 1.0 - GREY_MARGIN)
@@ -76,7 +85,56 @@ impl Crossings for Grey<'_> {
 /// With [`Ambiguity::Paired`] this is the modified marching cubes of the source: of an r-regular solid sampled at h < r / √3 the
 /// surface is homeomorphic to that of the solid (theorem 23).
 pub fn marching_cubes(samples: &Samples, rule: Ambiguity, crossings: &impl Crossings) -> Surface {
-    let table = Table::of(rule);
+    marching_with(samples, Table::of(rule), crossings)
+}
+
+/// How a mixed cell is cut.
+pub(crate) trait Cuts: Sync {
+    /// Adds the triangles of a cell. Neighbours must leave the same segments on their common face, or close what lies between.
+    fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh);
+}
+
+/// Triangles of one cell. Their corners are edges of the cell, and from 12 on its own vertices.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellMesh {
+    /// Counter-clockwise seen from the background.
+    pub(crate) triangles: Vec<[u8; 3]>,
+    /// Vertices within the cell, each coordinate from 0 to 1.
+    pub(crate) vertices: Vec<[f64; 3]>,
+}
+
+impl CellMesh {
+    /// Adds a vertex within the cell, and gives its number.
+    pub(crate) fn add(&mut self, vertex: [f64; 3]) -> u8 {
+        self.vertices.push(vertex);
+        12 + (self.vertices.len() - 1) as u8
+    }
+}
+
+impl Cuts for Table {
+    fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh) {
+        mesh.triangles.extend_from_slice(&Table::cut(self, code).triangles);
+        let mut faces = facts()[usize::from(code)].c1_faces;
+        if self.joins(code) {
+            return;
+        }
+        while faces != 0 {
+            let face = faces.trailing_zeros() as usize;
+            faces &= faces - 1;
+            if self.joins(samples.code(beyond(place, face))) {
+                let [a, b, c, d] = hole(code, face).map(|edge| edge as u8);
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+}
+
+/// The surface of a volume, its cells cut by a rule. Vertices of cells come behind those of the grid, by layer and row.
+pub(crate) fn marching_with(
+    samples: &Samples,
+    cuts: &impl Cuts,
+    crossings: &impl Crossings,
+) -> Surface {
     let layers = samples.size()[2] + 2;
     // Vertices of slice z: first the edges within the slice, then those to the next one.
     let counts: Vec<[u32; 2]> =
@@ -89,20 +147,40 @@ pub fn marching_cubes(samples: &Samples, rule: Ambiguity, crossings: &impl Cross
     }
     let chunk = (layers - 1).div_ceil(CHUNKS).max(1);
     let bands: Vec<usize> = (0..layers - 1).step_by(chunk).collect();
-    let parts: Vec<Surface> = bands
+    let parts: Vec<Band> = bands
         .into_par_iter()
         .map(|first| {
-            band(samples, table, crossings, &starts, first..(first + chunk).min(layers - 1))
+            band(samples, cuts, crossings, &starts, first..(first + chunk).min(layers - 1))
         })
         .collect();
     let mut surface = Surface::default();
     surface.vertices.reserve_exact(total as usize);
-    surface.triangles.reserve_exact(parts.iter().map(|part| part.triangles.len()).sum());
-    for part in parts {
+    surface.triangles.reserve_exact(parts.iter().map(|part| part.surface.triangles.len()).sum());
+    let mut within = Vec::new();
+    for Band { surface: part, within: own } in parts {
+        // Counted from the largest number down, until the vertices of the grid are counted.
+        let first = total + within.len() as u32;
+        let least = u32::MAX - own.len() as u32;
+        let number =
+            |corner: u32| if corner > least { first + (u32::MAX - corner) } else { corner };
         surface.vertices.extend(part.vertices);
-        surface.triangles.extend(part.triangles);
+        if own.is_empty() {
+            surface.triangles.extend(part.triangles);
+        } else {
+            surface.triangles.extend(part.triangles.into_iter().map(|corners| corners.map(number)));
+        }
+        within.extend(own);
     }
+    surface.vertices.extend(within);
     surface
+}
+
+/// Vertices and triangles of a band of layers.
+#[derive(Default)]
+struct Band {
+    surface: Surface,
+    /// Vertices within cells; triangles count them from the largest number down.
+    within: Vec<[f64; 3]>,
 }
 
 /// Bands of layers that threads share: enough for some tens of threads, few enough that each is worth its numbering.
@@ -198,17 +276,18 @@ impl Numbers {
 /// The vertices of the slices `layers`, and the triangles of the layers of cells above them.
 fn band(
     samples: &Samples,
-    table: &Table,
+    cuts: &impl Cuts,
     crossings: &impl Crossings,
     starts: &[[u32; 2]],
     layers: std::ops::Range<usize>,
-) -> Surface {
-    let mut surface = Surface::default();
+) -> Band {
+    let mut band = Band::default();
+    let mut mesh = CellMesh::default();
     let (mut lower, mut upper) = (Numbers::new(samples), Numbers::new(samples));
     let first = layers.start;
     // The vertices of the last slice have no cells above them; it has none, being the layer around the volume.
     for z in layers {
-        let vertices = &mut surface.vertices;
+        let vertices = &mut band.surface.vertices;
         let mut add = |place: [usize; 3], direction: usize| {
             let from = place.map(|coordinate| coordinate as i64 - 1);
             let mut vertex = from.map(|coordinate| coordinate as f64);
@@ -229,37 +308,31 @@ fn band(
         }
         lower.fill(samples, z, true, between, &mut add);
         upper.fill(samples, z + 1, false, starts[z + 1][0], |_, _| ());
-        let triangles = &mut surface.triangles;
+        let Band { surface, within } = &mut band;
         mixed_words(samples, z, |y, word, corners, mixed| {
             mixed_codes(word, corners, mixed, |x, code| {
-                let number = |edge: usize| {
-                    let corner = EDGES[edge][0];
-                    let slice = if corner >> 2 & 1 == 1 { &upper } else { &lower };
-                    slice.get(edge / 4, x + (corner & 1), y + (corner >> 1 & 1))
+                mesh.triangles.clear();
+                mesh.vertices.clear();
+                cuts.cut(samples, [x, y, z], code, &mut mesh);
+                let number = |corner: u8| {
+                    let edge = usize::from(corner);
+                    let Some(&[low, _]) = EDGES.get(edge) else {
+                        return u32::MAX - (within.len() + edge - 12) as u32;
+                    };
+                    let slice = if low >> 2 & 1 == 1 { &upper } else { &lower };
+                    slice.get(edge / 4, x + (low & 1), y + (low >> 1 & 1))
                 };
-                let cut = table.cut(code);
-                triangles.extend(
-                    cut.triangles
-                        .iter()
-                        .map(|corners| corners.map(|edge| number(usize::from(edge)))),
-                );
-                let mut faces = facts()[usize::from(code)].c1_faces;
-                if table.joins(code) {
-                    return;
-                }
-                while faces != 0 {
-                    let face = faces.trailing_zeros() as usize;
-                    faces &= faces - 1;
-                    if table.joins(samples.code(beyond([x, y, z], face))) {
-                        let [a, b, c, d] = hole(code, face).map(number);
-                        triangles.extend([[a, b, c], [a, c, d]]);
-                    }
-                }
+                let triangles = mesh.triangles.iter().map(|corners| corners.map(number));
+                surface.triangles.extend(triangles);
+                let start = [x, y, z].map(|at| at as f64 - 1.0);
+                let places =
+                    mesh.vertices.iter().map(|own| [0, 1, 2].map(|axis| start[axis] + own[axis]));
+                within.extend(places);
             });
         });
         std::mem::swap(&mut lower, &mut upper);
     }
-    surface
+    band
 }
 
 /// The cell across a face. A C1 face has foreground samples, so there is one.

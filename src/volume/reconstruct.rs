@@ -31,7 +31,8 @@ pub enum Method {
         /// Pieces of a cell's side, 1 to [`MAX_REFINE`].
         refine: usize,
     },
-    /// Trilinear interpolation of ±1, seen on a grid `refine` times finer.
+    /// Trilinear interpolation of ±1, seen on a grid `refine` times finer. Of grey values
+    /// [`trilinear_surface`](crate::trilinear_surface) makes the surface.
     Trilinear {
         /// Pieces of a cell's side, 1 to [`MAX_REFINE`].
         refine: usize,

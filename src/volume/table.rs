@@ -108,12 +108,18 @@ pub(crate) fn hole(code: u8, face: usize) -> [usize; 4] {
     })
 }
 
-/// Segments of a code's faces: the edge that follows each edge on its loop. Foreground stands apart.
-fn followers(code: u8) -> [Option<usize>; 12] {
+/// Segments of a code's faces: the edge that follows each edge on its loop. Foreground stands apart, but on the C1 faces that join it.
+fn followers(code: u8, joined_faces: u8) -> [Option<usize>; 12] {
     let mut next = [None; 12];
-    for corners in FACES {
+    for (face, corners) in FACES.into_iter().enumerate() {
         let is_inside = |at: usize| code >> corners[at % 4] & 1 == 1;
         let edge = |at: usize| edge_between(corners[at % 4], corners[(at + 1) % 4]);
+        if joined_faces >> face & 1 == 1 {
+            // Each background corner is cut off: foreground begins behind it, and ended before it.
+            let background = (0..4).filter(|&at| !is_inside(at));
+            background.for_each(|at| next[edge(at)] = Some(edge(at + 3)));
+            continue;
+        }
         for at in 0..4 {
             if is_inside(at) && !is_inside(at + 1) {
                 // Foreground ends behind `at`; it began where the walk back meets background.
@@ -125,9 +131,9 @@ fn followers(code: u8) -> [Option<usize>; 12] {
     next
 }
 
-/// The loops of edges of a code.
-fn loops(code: u8) -> Vec<Vec<usize>> {
-    let next = followers(code);
+/// The loops of edges of a code; `joined_faces` are the C1 faces on which foreground is joined.
+pub(crate) fn loops_of(code: u8, joined_faces: u8) -> Vec<Vec<usize>> {
+    let next = followers(code, joined_faces);
     let mut is_used = [false; 12];
     let mut loops = Vec::new();
     for start in 0..12 {
@@ -178,10 +184,10 @@ fn apart_cuts() -> Vec<Cut> {
 
 fn cut_of_class(code: u8) -> Cut {
     let mut cut = Cut { loop_of_edge: [255; 12], ..Cut::default() };
-    for around in loops(code) {
+    for around in loops_of(code, 0) {
         around.iter().for_each(|&edge| cut.loop_of_edge[edge] = cut.loops);
         cut.loops += 1;
-        cut.triangles.extend(triangulated(&around));
+        cut.triangles.extend(triangulated(&around).unwrap_or_default());
     }
     cut
 }
@@ -198,8 +204,8 @@ fn middle(edge: usize) -> [i32; 3] {
 }
 
 /// The triangulation of least area of a loop whose diagonals do not lie in a face of the cell. There the neighbour might have the
-/// same one, and four triangles would meet at it.
-fn triangulated(around: &[usize]) -> Vec<[u8; 3]> {
+/// same one, and four triangles would meet at it. Some loops have none; foreground apart on all faces makes no such loop.
+pub(crate) fn triangulated(around: &[usize]) -> Option<Vec<[u8; 3]>> {
     let count = around.len();
     // best[i][j]: least area between the vertices i and j, and the vertex that makes it.
     let mut best = vec![vec![(f64::INFINITY, 0); count]; count];
@@ -221,6 +227,9 @@ fn triangulated(around: &[usize]) -> Vec<[u8; 3]> {
             }
         }
     }
+    if best[0][count - 1].0.is_infinite() {
+        return None;
+    }
     let mut triangles = Vec::with_capacity(count - 2);
     let mut spans = vec![(0, count - 1)];
     while let Some((i, j)) = spans.pop() {
@@ -230,7 +239,7 @@ fn triangulated(around: &[usize]) -> Vec<[u8; 3]> {
             spans.extend([(i, k), (k, j)]);
         }
     }
-    triangles
+    Some(triangles)
 }
 
 fn area(edges: [usize; 3]) -> f64 {

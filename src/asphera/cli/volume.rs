@@ -42,7 +42,7 @@ pub(super) struct VolumeArgs {
     /// trilinear interpolation, the same blended, or the faces of voxels.
     #[arg(long, value_enum, default_value = "mmc")]
     method: MethodName,
-    /// Pieces a side of a cell is cut into, for balls, trilinear and smooth.
+    /// Pieces a side of a cell is cut into, for balls, trilinear and smooth; with grey values trilinear needs none.
     #[arg(long, value_name = "K", default_value_t = 3, value_parser = refinement)]
     refine: usize,
     /// How pieces are blended by --method smooth.

@@ -2,11 +2,11 @@
 
 use asphera_formats::volume::UnitKnown;
 use asphera_volume::{
-    Ambiguity, BALL_RADIUS, Grey, GridCheck, Histogram, Majority, Middles, Parts, Surface,
+    Ambiguity, BALL_RADIUS, Grey, GridCheck, Histogram, Majority, Method, Middles, Parts, Surface,
     Topology, Verdict, VolumeBounds, area_bounds, ball_fractions, blurred_area,
     counting_uncertainty, difference_area, majority_fractions, marching_fractions,
-    needed_spacing_mm, reconstruct, semi_local_area, trilinear_fractions, tube_counts,
-    voxel_fractions,
+    needed_spacing_mm, reconstruct, semi_local_area, trilinear_fractions, trilinear_surface,
+    tube_counts, voxel_fractions,
 };
 use clap::ValueEnum as _;
 use serde::Serialize;
@@ -162,7 +162,10 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
     let surface = match &opened.grey {
         Some(values) => {
             let grey = Grey { values, size: samples.size(), threshold: opened.threshold as f32 };
-            reconstruct(samples, &method, &grey)?
+            match method {
+                Method::Trilinear { .. } => trilinear_surface(samples, &grey),
+                _ => reconstruct(samples, &method, &grey)?,
+            }
         }
         None => reconstruct(samples, &method, &Middles)?,
     };

@@ -176,3 +176,23 @@ fn grey_values_unequal_spacing_and_missing_samples_are_told() {
     assert!((mesh / truth - 1.0).abs() < 0.05, "{mesh} {truth}");
     assert!(found["reasons"].to_string().contains("mm is assumed"));
 }
+
+/// Two corners of a cell on its space diagonal, which trilinear interpolation of the values joins and that of their signs does not.
+#[test]
+fn trilinear_knows_grey_values() {
+    let of = |other: f32| {
+        let mut file =
+            b"NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nendian: little\n\
+            spacings: 1 1 1\n\n"
+                .to_vec();
+        for value in [1.0, other, other, other, other, other, 2.0 * other, 1.0] {
+            file.extend(f32::to_le_bytes(value));
+        }
+        let found =
+            figures_of(&file, "nrrd", &["--threshold", "0", "--method", "trilinear"]).unwrap();
+        assert_eq!(found["mesh"]["closed"], true);
+        found["topology"]["surfaces"].as_array().unwrap().len()
+    };
+    assert_eq!(of(-0.01), 1);
+    assert_eq!(of(-1.0), 2);
+}
