@@ -33,7 +33,7 @@ use crate::wire::{Command, Layout, NOT_VALID};
 /// How often a command is sent before it counts as unanswered or refused.
 const ATTEMPTS: u8 = 2;
 
-/// How much of a message the device sent is repeated in a fault.
+/// How much of a message the device sent is repeated in a fault, signs as written.
 const MESSAGE_LEN: usize = 120;
 
 /// Telegrams a free-running device may leave out before the link counts as dead.
@@ -252,9 +252,14 @@ impl Chrocodile {
             self.say(now, talk.topic, talk.attempt + 1);
             return;
         }
-        let message: String = text.chars().take(MESSAGE_LEN).collect();
+        // Signs that no device means to send take several each when they are written.
+        let written = format!("{text:?}");
+        let mut message: String = written.chars().take(MESSAGE_LEN).collect();
+        if message.len() < written.len() {
+            message.push('…');
+        }
         let reason = if text.contains(NOT_VALID) { "the value is not accepted" } else { "refused" };
-        let detail = format!("{}: {reason}, the answer was {message:?}", talk.command.text());
+        let detail = format!("{}: {reason}, the answer was {message}", talk.command.text());
         self.events.push_back(Event::Fault(Fault { kind: FaultKind::Refused, detail }));
         self.state = State::Refused;
     }

@@ -104,8 +104,7 @@ impl RegionFigures {
 /// The lines round the parts and holes of a region, then what of its border encloses nothing.
 fn lines(region: &Region, samples: usize) -> Vec<Chain> {
     let closed = |line: &[SampleId]| Chain { samples: line.to_vec(), closed: true };
-    let round: Vec<Chain> =
-        region.parts().iter().flat_map(|part| part.lines()).map(closed).collect();
+    let round: Vec<Chain> = region.parts().iter().flat_map(Part::lines).map(closed).collect();
     let sides = Graph::new(round.iter().flat_map(|line| {
         let next = line.samples.iter().cycle().skip(1);
         line.samples.iter().zip(next).map(|(&p, &q)| [p, q])
