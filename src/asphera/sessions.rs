@@ -6,7 +6,7 @@ use std::path::Path;
 use asphera_report::{Label, ResultFile, SessionEntry, SessionFigures, Status};
 use serde::Deserialize;
 
-/// What is read of a `report.json`; the rest is passed over.
+/// Part of a `report.json` that is read; the rest is passed over.
 #[derive(Deserialize)]
 struct Told {
     session: Option<SessionFigures>,

@@ -273,7 +273,7 @@ impl ReadError {
         )
     }
 
-    /// The same error in a slice of a volume.
+    /// Error in a slice of a volume.
     pub(crate) fn in_slice(mut self, name: &str) -> ReadError {
         if let ReadError::Malformed { place, .. }
         | ReadError::Unsupported { place, .. }

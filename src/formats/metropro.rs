@@ -66,7 +66,7 @@ pub(crate) fn is_metropro(bytes: &[u8]) -> bool {
     bytes.first_chunk().is_some_and(|magic| MAGICS.contains(magic))
 }
 
-/// What of the header is used.
+/// Part of the header that is used.
 struct Header {
     width: u16,
     height: u16,

@@ -180,7 +180,7 @@ impl<const D: usize> Cloud<D> {
     }
 }
 
-/// What one thread needs to search for the neighbours of leaves.
+/// Memory of one thread that searches for the neighbours of leaves.
 struct Search<'a, const D: usize> {
     cloud: &'a Cloud<D>,
     k: usize,

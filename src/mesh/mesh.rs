@@ -244,7 +244,7 @@ impl Mesh {
         self.repeats.get(&vertex)
     }
 
-    /// The same for all such vertices, in order.
+    /// Counterparts of all such vertices, in order.
     pub fn all_repeats(&self) -> impl Iterator<Item = (VertexId, &Repeats)> {
         self.repeats.iter().map(|(&vertex, repeats)| (vertex, repeats))
     }

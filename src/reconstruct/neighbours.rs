@@ -204,7 +204,7 @@ impl Neighbours {
     }
 }
 
-/// What a thread keeps between leaves.
+/// Memory of a thread between leaves.
 #[derive(Default)]
 struct Room {
     radius: f64,

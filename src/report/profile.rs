@@ -20,7 +20,7 @@ pub struct ProfileFigures {
     pub covered_mm: Option<f64>,
     /// Root of the mean square slope of the deviation, µrad.
     pub slope_rms_urad: Option<f64>,
-    /// The same about the mean slope, µrad.
+    /// RMS about the mean slope, µrad.
     pub slope_rms_about_mean_urad: Option<f64>,
     /// Largest slope of the deviation, µrad.
     pub slope_max_urad: Option<f64>,

@@ -43,7 +43,7 @@ pub struct ProspectFigures {
     pub coverage: Option<f64>,
     /// The probability of a pass, where one is told.
     pub p: f64,
-    /// The same in a sentence, and why it is open where it is.
+    /// Outlook in a sentence, and why it is open where it is.
     pub text: String,
 }
 

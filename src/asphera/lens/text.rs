@@ -18,7 +18,7 @@ impl Table {
         Table { lines: format!("kind = \"{kind}\"\n"), ..Table::default() }
     }
 
-    /// What must be known about it, before the table.
+    /// Cautions to be known before the table.
     pub(super) fn note(mut self, note: &str) -> Table {
         self.notes += &format!("# {note}\n");
         self

@@ -129,7 +129,7 @@ impl TryFrom<String> for SessionId {
     }
 }
 
-/// What the attachment `segment.json` holds.
+/// Content of the attachment `segment.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct SegmentHeader {
     pub(super) format: FormatVersion,

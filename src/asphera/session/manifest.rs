@@ -10,7 +10,7 @@ use super::format::MANIFEST;
 use super::header::FormatOnly;
 use super::{FormatVersion, Header, ReadError, RecordError, Storage};
 
-/// What `manifest.json` holds.
+/// Content of `manifest.json`.
 ///
 /// It repeats what every segment tells, so that a session without a readable segment can still be
 /// named, and says how the session ended, which only a reading of all segments would show.

@@ -166,7 +166,7 @@ fn begin(
     Ok(writer)
 }
 
-/// What the bits of a point's flags mean.
+/// Meaning of the bits of a point's flags.
 fn flag_names() -> String {
     let names = Flags::all().iter_names().map(|(name, flag)| format!("{} {name}", flag.bits()));
     names.collect::<Vec<_>>().join(", ").to_lowercase()

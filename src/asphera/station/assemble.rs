@@ -13,7 +13,7 @@ use crate::config::Config;
 pub struct AssembleError {
     /// The device.
     pub device: String,
-    /// What its driver says.
+    /// Words of its driver.
     pub reason: String,
 }
 

@@ -34,7 +34,7 @@ pub use zernike::{LARGEST_ORDER, Normalisation, Zernike, ZernikeError, zernike_v
 /// All terms are found in one pass by recurrences, in `O(terms)`. Implementations are smooth to rounding
 /// everywhere in their domain, the centre included.
 pub trait Basis: fmt::Debug + Send + Sync {
-    /// What it is, as reports name it: `Fringe Zernike series`.
+    /// Name in reports: `Fringe Zernike series`.
     fn kind(&self) -> &'static str;
 
     /// Number of terms.

@@ -175,7 +175,7 @@ impl Points<'_> {
     }
 }
 
-/// What the first pass sums.
+/// Sums of the first pass.
 pub(super) struct Sums {
     pub(super) sums: Vec<f64>,
     pub(super) tally: Tally,
@@ -224,7 +224,7 @@ impl Tally {
     }
 }
 
-/// What the second pass sums.
+/// Sums of the second pass.
 pub(super) struct Rest {
     /// The sums of the kernel.
     pub(super) sums: Vec<f64>,

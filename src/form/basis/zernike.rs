@@ -11,7 +11,7 @@ use super::indices::Counting;
 use super::recurrence::{Family, Step};
 use super::{Basis, LANES, NormalisedJet};
 
-/// What size a term has.
+/// Size of a term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Normalisation {
     /// Largest value 1, at the rim. A coefficient is a peak (half of peak to valley, for m ≠ 0).

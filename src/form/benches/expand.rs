@@ -50,7 +50,7 @@ fn main() {
     }
 }
 
-/// What `work` gives, and how many seconds it took.
+/// Result of `work`, and how many seconds it took.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     #[expect(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
     let begin = Instant::now();

@@ -45,7 +45,7 @@ fn zone(bencher: Bencher, count: usize) {
         .bench(|| minimum_zone(&points, &nominal(), &ZoneSettings::default()));
 }
 
-/// The same with a zone symmetric about the nominal.
+/// Zone symmetric about the nominal.
 #[divan::bench(args = [1_000_000], sample_count = 5)]
 fn centred_zone(bencher: Bencher, count: usize) {
     let points = points(count);

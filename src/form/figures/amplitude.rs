@@ -3,7 +3,7 @@
 use super::expansion::{FringeCount, FringeFit, fringe_fit};
 use super::{Definition, Figure, Sample, SettingError, Unknown};
 
-/// What a root mean square is about.
+/// Middle that a root mean square is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
     /// The nominal.

@@ -12,7 +12,7 @@ pub(super) struct Row {
     pub(super) name: &'static str,
     /// The unit of its values.
     pub(super) unit: Unit,
-    /// What it is, in one sentence.
+    /// Definition in one sentence.
     pub(super) text: &'static str,
     /// The standard or paper that defines it.
     pub(super) source: &'static str,

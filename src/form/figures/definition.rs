@@ -5,7 +5,7 @@ use std::fmt;
 /// A figure with its meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is.
+    /// Definition.
     pub definition: Definition,
     /// Its value in [`Definition::unit`].
     pub value: f64,
@@ -120,7 +120,7 @@ impl Definition {
         self.row().unit
     }
 
-    /// What the figure is, in one sentence.
+    /// Definition of the figure, in one sentence.
     pub fn text(&self) -> &'static str {
         self.row().text
     }

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::{Definition, Irregularity};
 
-/// What the numbers of an indication count.
+/// Unit of the numbers of an indication.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LengthUnit {
     /// Nanometres of surface height, the preferred unit.
@@ -64,9 +64,9 @@ pub enum IndicationError {
     /// What follows the code is not A, A(B) or A(B/C).
     #[error("expected {expected} at character {at}, found {}", or_end(found))]
     Limits {
-        /// What should stand there.
+        /// Text that should stand there.
         expected: &'static str,
-        /// What stands there; empty at the end of the text.
+        /// Text that stands there; empty at the end.
         found: String,
         /// Where.
         at: usize,
@@ -74,7 +74,7 @@ pub enum IndicationError {
     /// A number is not one, or negative.
     #[error("expected a number not below 0, or a dash, at character {at}, found {}", or_end(found))]
     Number {
-        /// What stands in its place; empty at the end of the text.
+        /// Text in its place; empty at the end.
         found: String,
         /// Where.
         at: usize,
@@ -82,7 +82,7 @@ pub enum IndicationError {
     /// Something that is neither an RMS limit nor a wavelength.
     #[error("expected RMSt<…, RMSi<…, RMSa<… or λ=… at character {at}, found {found:?}")]
     Item {
-        /// What stands there.
+        /// Text that stands there.
         found: String,
         /// Where.
         at: usize,
@@ -90,7 +90,7 @@ pub enum IndicationError {
     /// Something is stated twice.
     #[error("{name} is stated a second time at character {at}")]
     Twice {
-        /// What.
+        /// Text that stands there.
         name: &'static str,
         /// Where the second time begins.
         at: usize,
@@ -98,7 +98,7 @@ pub enum IndicationError {
     /// The wavelength is not a positive number.
     #[error("expected a wavelength above 0 in nm at character {at}, found {}", or_end(found))]
     Wavelength {
-        /// What stands in its place; empty at the end of the text.
+        /// Text in its place; empty at the end.
         found: String,
         /// Where.
         at: usize,

@@ -59,7 +59,7 @@ impl Approximation {
 /// The parts of a deviation and their figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregularity {
-    /// What was taken for the sphere.
+    /// Surface taken for the sphere.
     pub approximation: Approximation,
     /// Intervals asked for in the azimuthal mean.
     pub rings: NonZeroU16,

@@ -52,7 +52,7 @@ impl Band {
     }
 }
 
-/// What samples are multiplied with before the transform.
+/// Window by which samples are multiplied before the transform.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Window {
     /// Nothing. For profiles around a full turn, and where ends meet.

@@ -49,7 +49,7 @@ pub struct QSpectrum {
 pub struct SeriesSlope {
     /// By the coefficients as fitted.
     pub fitted_urad: f64,
-    /// What noise adds to that, in squares, on the average.
+    /// Mean share of noise in that, in squares.
     pub noise_urad: f64,
     /// Without what noise adds; 0 where noise makes all of it.
     pub form_urad: f64,

@@ -190,7 +190,7 @@ impl Sample {
         self.radius_mm
     }
 
-    /// The same places with other deviations, one a place.
+    /// Places kept, with other deviations, one a place.
     pub(crate) fn with_values(&self, values_nm: Vec<f64>) -> Sample {
         debug_assert_eq!(values_nm.len(), self.len(), "one value a place");
         Sample { values_nm, ..self.clone() }

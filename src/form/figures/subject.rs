@@ -32,11 +32,11 @@ pub enum Subject {
     Terms,
     /// The narrowest zone about it.
     MinimumZone,
-    /// What filters leave of it: texture and spectra.
+    /// Surface that filters leave: texture and spectra.
     Filtered,
 }
 
-/// What is done about a figure.
+/// Treatment of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treatment {
     /// It is formed of what the fit leaves: nothing of its subject is taken away.
@@ -86,7 +86,7 @@ impl Subject {
 }
 
 impl Definition {
-    /// What the figure is of.
+    /// Subject of the figure.
     pub fn subject(self) -> Subject {
         match self {
             Definition::Sagitta

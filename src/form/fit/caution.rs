@@ -57,7 +57,7 @@ pub struct Units {
     /// Root mean square deviation from the fitted nominal over that from the best plane, with the points as
     /// they are; `None` if there is no fit.
     pub now: Option<f64>,
-    /// The same with the points so multiplied.
+    /// Counterpart with the points so multiplied.
     pub then: f64,
 }
 

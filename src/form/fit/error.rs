@@ -58,7 +58,7 @@ pub enum FitError {
     Uncertainty {
         /// Index of the first such point.
         index: usize,
-        /// What was found, in mm.
+        /// Value found, in mm.
         found_mm: f64,
     },
     /// There is no finite point.
@@ -122,7 +122,7 @@ fn end(domain_mm: f64) -> String {
     ", which is too high or too steep there: correct its coefficients".to_owned()
 }
 
-/// What to say where no point can be fitted.
+/// Words for a place where no point can be fitted.
 fn no_points(given: usize) -> String {
     match given {
         0 => "there is no point to fit".to_owned(),

@@ -25,7 +25,7 @@ pub struct Freedoms {
     directions: Option<DMatrix<f64>>,
 }
 
-/// What a fit may change, and what it holds.
+/// Parameters that a fit may change, and those it holds.
 pub(crate) struct Chosen {
     pub(crate) freedoms: Freedoms,
     pub(crate) held: Vec<Held>,
@@ -91,7 +91,7 @@ impl Freedoms {
         Freedoms { moving, directions }
     }
 
-    /// The same of the moving parameters alone.
+    /// Count of the moving parameters alone.
     pub(crate) fn of_moving(&self) -> Freedoms {
         Freedoms { moving: (0..self.moving.len()).collect(), directions: self.directions.clone() }
     }

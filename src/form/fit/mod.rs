@@ -44,7 +44,7 @@ use crate::{Aperture, Nominal, Parameter, PointMm, Pose};
 /// Name of the criterion of least squares without weights, as reports give it.
 pub const METHOD: &str = "orthogonal least squares";
 
-/// What to fit and how far to go.
+/// Choice of what to fit and how far to go.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSettings {
     /// The parameters that may change. Empty is allowed: then the start is only evaluated.
@@ -139,7 +139,7 @@ pub struct Fit {
     /// Free parameters the points do not determine; they stayed at their start. Of a combination of shifts or of turns that
     /// stayed at its start, the parameter that leads it.
     pub indeterminate: Vec<Parameter>,
-    /// The same with the reason.
+    /// Counterpart with the reason.
     pub undetermined: Vec<Undetermined>,
     /// The combination of the estimates that is determined worst; `None` without estimates.
     pub weakest: Option<Combination>,
@@ -165,13 +165,13 @@ pub struct Fit {
     pub used: usize,
     /// (Σw)²/Σw² over the weights of the points: how many points of equal weight count as much (Kish).
     pub effective_points: f64,
-    /// What the robust loss did; `None` for least squares.
+    /// Effect of the robust loss; `None` for least squares.
     pub robust: Option<Robust>,
     /// Points left out.
     pub excluded: Excluded,
     /// Largest over smallest singular value of the scaled Jacobian of the estimated parameters.
     pub condition: f64,
-    /// What the figures must be read with.
+    /// Cautions that the figures must be read with.
     pub cautions: Vec<Caution>,
 }
 

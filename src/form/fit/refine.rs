@@ -53,7 +53,7 @@ pub(crate) struct Refined {
     pub(crate) system: System,
     /// The determinate directions of the free parameters.
     pub(crate) freedoms: Freedoms,
-    /// What the points do not feel.
+    /// Combinations that the points do not feel.
     pub(crate) held: Vec<Held>,
     pub(crate) last: Step,
     pub(crate) termination: Termination,
@@ -64,7 +64,7 @@ pub(crate) struct Refined {
     pub(crate) spread: Spread,
 }
 
-/// What a refinement may do.
+/// Bounds of a refinement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
     pub(crate) tolerance_mm: f64,

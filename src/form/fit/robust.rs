@@ -131,7 +131,7 @@ impl Loss {
     }
 }
 
-/// What a robust loss did.
+/// Effect of a robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Robust {
     /// The loss.

@@ -16,7 +16,7 @@ pub(crate) struct System {
     lengths: Vec<f64>,
     rhs: DVector<f64>,
     square: f64,
-    /// What no change of parameters removes from `square`.
+    /// Part of `square` that no change of parameters removes.
     beyond: f64,
     rows: usize,
 }

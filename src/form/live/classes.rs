@@ -73,7 +73,7 @@ impl Classes {
         Classes { layout, blocks: vec![None; blocks] }
     }
 
-    /// The same classes without points.
+    /// Classes without points.
     pub(crate) fn emptied(&self) -> Classes {
         Classes { layout: self.layout, blocks: vec![None; self.layout.blocks] }
     }

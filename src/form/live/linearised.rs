@@ -279,7 +279,7 @@ impl Linearised {
         self.merge(of_points);
     }
 
-    /// The same reference without its points.
+    /// Reference without its points.
     fn emptied(&self, grid: &Grid) -> Linearised {
         Linearised {
             fit: self.fit.clone(),

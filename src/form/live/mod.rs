@@ -66,7 +66,7 @@ pub struct Grid {
     pub ny: usize,
 }
 
-/// What a running estimator does.
+/// Work of a running estimator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveSettings {
     /// The fit it approaches.
@@ -121,7 +121,7 @@ pub enum LiveError {
         "the uncertainty of the point is {found_mm} mm, expected a positive finite length; leave a point out that is not to count"
     )]
     Uncertainty {
-        /// What was found, in mm.
+        /// Value found, in mm.
         found_mm: f64,
     },
     /// Points with and without uncertainties.

@@ -32,7 +32,7 @@ pub(crate) struct Reweighing {
     weight: f64,
 }
 
-/// What a reference fixes.
+/// Parameters that a reference fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct At {
     loss: Loss,
@@ -60,7 +60,7 @@ pub(crate) struct Reweighed {
     pub(crate) effective_points: f64,
 }
 
-/// What linearisation leaves out.
+/// Terms that linearisation leaves out.
 struct Bends {
     /// The second-order terms of every cell.
     cells: Vec<f64>,
@@ -143,7 +143,7 @@ impl Reweighing {
         }
     }
 
-    /// The same reference without its points.
+    /// Reference without its points.
     pub(crate) fn emptied(&self, grid: &Grid, columns: usize) -> Reweighing {
         let empty = |&(loss, _): &(Loss, Weighted)| {
             (loss, Weighted::new(columns, grid.cells() + 1, self.at.unit_mm))

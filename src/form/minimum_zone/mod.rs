@@ -48,7 +48,7 @@ impl Criterion {
     }
 }
 
-/// What to fit and how far to go.
+/// Choice of what to fit and how far to go.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneSettings {
     /// The least-squares fit the search begins with. Its free parameters are those of the search too.
@@ -130,7 +130,7 @@ pub enum Side {
     Low,
 }
 
-/// What shows that no place near by has a narrower zone.
+/// Proof that no place near by has a narrower zone.
 ///
 /// A pose is a local minimum to first order (the conditions of Karush, Kuhn and Tucker) if contacts with
 /// multipliers λ ≥ 0, Σ λ = 1, have Σ λ·s·∂d/∂x = 0 for every unknown x, s = ±1 being the side. For any

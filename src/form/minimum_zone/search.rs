@@ -5,7 +5,7 @@ use super::directions::Directions;
 use super::residuals::Residuals;
 use super::scan::{Extremes, Span, scan, span};
 
-/// What the search may do.
+/// Bounds of the search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Share of the half width by which the zone may exceed its lower bound.

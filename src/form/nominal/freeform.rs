@@ -100,7 +100,7 @@ impl Trial {
             .then_some(Trial { u, v, jet, above, gradient, half_square })
     }
 
-    /// What rounding of the coordinates is measured against.
+    /// Length against which rounding of the coordinates is measured.
     fn size_mm(&self, [x, y, _]: PointMm) -> f64 {
         self.u.abs() + self.v.abs() + x.abs() + y.abs() + self.above.abs()
     }

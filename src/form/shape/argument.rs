@@ -2,9 +2,9 @@
 
 use super::{ShapeError, ShapeParameter};
 
-/// What a radius may be.
+/// Range of a radius.
 pub(super) const RADIUS: &str = "a finite number other than 0 (what is flat has no radius)";
-/// What a coefficient may be.
+/// Range of a coefficient.
 pub(super) const FINITE: &str = "a finite number";
 
 /// The error about one value.

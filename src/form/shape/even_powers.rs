@@ -44,7 +44,7 @@ impl EvenPowers {
         self.orders.iter().map(|&n| coefficient(n, self.dense[usize::from(n / 2) - 1]))
     }
 
-    /// The same orders with other coefficients.
+    /// Orders kept, with other coefficients.
     pub(super) fn with_values(
         &self,
         kind: &'static str,

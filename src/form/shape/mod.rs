@@ -94,7 +94,7 @@ impl ShapeParameter {
 /// Implementations are exact to rounding, everywhere in their domain, the vertex included: no
 /// difference quotient, no `0/0` at r = 0.
 pub trait Shape: fmt::Debug + Send + Sync {
-    /// What it is, as reports name it: `toroid`, `Q-bfs asphere`.
+    /// Name in reports: `toroid`, `Q-bfs asphere`.
     fn kind(&self) -> &'static str;
 
     /// Height and derivatives at a place in mm; `None` beyond the domain and for places that are not finite.
@@ -136,7 +136,7 @@ pub enum ShapeError {
         parameter: String,
         /// The value.
         found: f64,
-        /// What values it can have.
+        /// Range of its values.
         expected: &'static str,
     },
     /// A wrong number of values.

@@ -22,7 +22,7 @@ pub struct OffAxis {
     origin_mm: [f64; 3],
     /// Unit vectors of x, y and z in the parent's frame.
     axes: [[f64; 3]; 3],
-    /// What the parameters do to the parent's height at the origin.
+    /// Effect of the parameters on the parent's height at the origin.
     at_origin: Vec<f64>,
     start: Met,
     domain: AtFirstUse,

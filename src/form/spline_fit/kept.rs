@@ -24,7 +24,7 @@ pub(super) struct Kept {
     motion: Motion,
     /// The base as a shape.
     shape: Arc<dyn Shape>,
-    /// What is told of the splines.
+    /// Report of the splines.
     pub(super) spline: SplineFit,
     /// Over the whole net: residuals are from the base with these.
     coefficients_mm: Vec<f64>,

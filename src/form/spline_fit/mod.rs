@@ -133,7 +133,7 @@ pub fn fit_spline(
     Ok(SplineFit { not_finite, outside, ..spline_fit(surface, &trial, at_limit, &system) })
 }
 
-/// What is told of the splines of a trial.
+/// Report of the splines of a trial.
 fn spline_fit(surface: SplineSurface, trial: &Trial, at_limit: bool, system: &System) -> SplineFit {
     let freedom = system.used as f64 - trial.effective;
     let holding = surface.defined().iter().filter(|defined| **defined).count();

@@ -17,7 +17,7 @@ use crate::shape::{Cells, Conic, LARGEST_SIDE, Series, Shape, SplineSurface, Sum
 use crate::spline_fit::{Smoothing, SplineFit, SplineFitError, fit_spline};
 use crate::{Aperture, ApertureError, Fit, FitError, Nominal, Parameter, PointMm, Pose};
 
-/// What lies under the splines.
+/// Surface under the splines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// A plane.
@@ -73,7 +73,7 @@ impl Default for ReferenceSettings {
 /// A reference surface, and how the points lie about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    /// What lies under the splines.
+    /// Surface under the splines.
     pub base: Base,
     /// The base alone, laid into a sample of at most 20,000 points.
     pub base_fit: Fit,

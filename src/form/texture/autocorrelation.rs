@@ -15,7 +15,7 @@ pub struct Autocorrelation {
     values: Vec<(f64, u64)>,
     /// Distance of columns and rows in mm.
     pub spacing_mm: [f64; 2],
-    /// What it rests on.
+    /// Samples that it rests on.
     pub support: Support,
 }
 

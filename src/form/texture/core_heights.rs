@@ -18,7 +18,7 @@ pub struct CoreParameters {
     pub smrk2_percent: f64,
     /// Where the 40 % of the equivalent line begin, in percent.
     pub line_from_percent: f64,
-    /// What they rest on.
+    /// Samples that they rest on.
     pub support: Support,
 }
 

@@ -5,14 +5,14 @@ use std::fmt;
 /// A parameter with its meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is.
+    /// Definition.
     pub definition: Definition,
     /// Its value in [`Definition::unit`].
     pub value: f64,
 }
 
 impl Figure {
-    /// Those of a list that have a value.
+    /// Parameters of a list that have a value.
     pub(super) fn known(list: &[(Definition, Option<f64>)]) -> Vec<Figure> {
         let known = list.iter().filter_map(|&(definition, value)| Some((definition, value?)));
         known.map(|(definition, value)| Figure { definition, value }).collect()
@@ -126,7 +126,7 @@ impl Definition {
         }
     }
 
-    /// What the parameter is, in one sentence.
+    /// Definition of the parameter, in one sentence.
     pub fn text(&self) -> &'static str {
         match self {
             Definition::Sa => "area-weighted mean of the size of the heights about the datum",

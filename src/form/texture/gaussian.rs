@@ -171,7 +171,7 @@ impl Gaussian {
     }
 }
 
-/// What a filter makes of a surface.
+/// Surface after a filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filtered<T> {
     /// The long waves, at the nodes that were measured.

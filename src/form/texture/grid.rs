@@ -54,7 +54,7 @@ impl Grid {
         Grid { heights_nm, measured, rows, columns, spacing_mm, datum: Datum::AsGiven }
     }
 
-    /// The same places with other heights, `None` for a gap.
+    /// Places kept, with other heights, `None` for a gap.
     pub(super) fn with_heights(&self, heights_nm: impl Iterator<Item = Option<f64>>) -> Grid {
         Grid::of_heights(heights_nm, self.rows, self.columns, self.spacing_mm)
     }
@@ -74,7 +74,7 @@ impl Grid {
         self.spacing_mm
     }
 
-    /// What the heights are about.
+    /// Height that the heights are about.
     pub fn datum(&self) -> Datum {
         self.datum
     }

@@ -19,7 +19,7 @@ pub struct HeightParameters {
     pub sv_nm: f64,
     /// Sp + Sv in nm.
     pub sz_nm: f64,
-    /// What they rest on.
+    /// Samples that they rest on.
     pub support: Support,
 }
 

@@ -58,7 +58,7 @@ impl Mesh {
         Ok(bare.with_heights(heights.into_iter()))
     }
 
-    /// The same triangulation with other heights, `None` for a gap.
+    /// Triangulation kept, with other heights, `None` for a gap.
     pub(super) fn with_heights(&self, heights_nm: impl Iterator<Item = Option<f64>>) -> Mesh {
         let (heights_nm, measured): (Vec<f64>, Vec<bool>) =
             heights_nm.map(|height| (height.unwrap_or(0.0), height.is_some())).unzip();
@@ -96,7 +96,7 @@ impl Mesh {
         self.places_mm.is_empty()
     }
 
-    /// What the heights are about.
+    /// Height that the heights are about.
     pub fn datum(&self) -> Datum {
         self.datum
     }

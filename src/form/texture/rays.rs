@@ -41,7 +41,7 @@ pub struct SpatialParameters {
     pub fastest: Decay,
     /// Slowest decay, or why it is not known; across the lay the former, along it the latter.
     pub slowest: Result<Decay, Unknown>,
-    /// What they rest on.
+    /// Samples that they rest on.
     pub support: Support,
 }
 
@@ -147,7 +147,7 @@ fn decays(function: &Autocorrelation, threshold: f64) -> Result<SpatialParameter
     Ok(SpatialParameters { threshold, fastest, slowest, support: function.support })
 }
 
-/// What a ray meets.
+/// Place that a ray meets.
 #[derive(Clone, Copy)]
 struct Ray {
     /// Where the function falls to the threshold, else the farthest lag looked at.

@@ -125,7 +125,7 @@ impl Gaussian {
         (0..places_mm.len()).into_par_iter().map(of_place).collect()
     }
 
-    /// What lies within the window about a place.
+    /// Samples within the window about a place.
     fn neighbours(&self, cells: &Cells<'_>, areas: &[f64], [x, y]: [f64; 2]) -> Vec<Neighbour> {
         let (unit_mm, window_mm) = (self.unit_mm(), self.window_mm());
         let near = cells.near([x, y]).filter_map(|index| {

@@ -9,7 +9,7 @@ pub struct Scale {
     pub(super) l: Option<Gaussian>,
 }
 
-/// What a scale-limited surface is.
+/// Kind of a scale-limited surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScaleKind {
     /// Neither filter: all wavelengths that were measured.
@@ -26,9 +26,9 @@ pub enum ScaleKind {
 pub struct ScaleLimited<T> {
     /// What remains.
     pub surface: T,
-    /// What it is.
+    /// Kind of surface.
     pub kind: ScaleKind,
-    /// What was removed before the filters.
+    /// Form removed before the filters.
     pub f_operation: Datum,
     /// Result of the S-filter, which removes short waves.
     pub s: Option<Filtered<T>>,
@@ -70,12 +70,12 @@ impl Scale {
         ScaleLimited { surface, kind: self.kind(), f_operation, s, l }
     }
 
-    /// The same of a mesh.
+    /// Counterpart for a mesh.
     pub fn of_mesh(&self, mesh: &Mesh, f_operation: Datum) -> ScaleLimited<Mesh> {
         self.of(mesh, f_operation, Gaussian::of_mesh)
     }
 
-    /// The same by [`Gaussian::of_dense_mesh`].
+    /// Counterpart by [`Gaussian::of_dense_mesh`].
     pub fn of_dense_mesh(&self, mesh: &Mesh, f_operation: Datum) -> ScaleLimited<Mesh> {
         self.of(mesh, f_operation, Gaussian::of_dense_mesh)
     }

@@ -32,7 +32,7 @@ impl Surface<'_> {
     }
 }
 
-/// What a result rests on.
+/// Samples that a result rests on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// Nodes that count: measured ones of a grid, those that stand for an area of a mesh.
@@ -40,7 +40,7 @@ pub struct Support {
     /// Share of the area that was measured, above 0 and at most 1: of the nodes of a grid, of the projected
     /// area of the triangles of a mesh. Where the result is a sum over triangles, of theirs.
     pub measured: f64,
-    /// What the heights are about.
+    /// Height that the heights are about.
     pub datum: Datum,
 }
 

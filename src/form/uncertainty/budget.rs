@@ -21,7 +21,7 @@ pub enum Noise {
     /// Measured by the scatter of neighbouring points about what is smooth in them.
     #[default]
     Measured,
-    /// The same standard uncertainty for all points.
+    /// One standard uncertainty for all points.
     Uniform {
         /// The standard uncertainty in mm, not below 0.
         sigma_mm: f64,
@@ -84,7 +84,7 @@ pub struct LongWave {
 /// measured frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effect {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
     /// Displacement in mm a mm of coordinate, row after row, for one standard uncertainty of the effect.
     pub displacement: [[f64; 3]; 3],
@@ -142,7 +142,7 @@ pub enum UncertaintyError {
         name: &'static str,
         /// The number.
         found: f64,
-        /// What is allowed.
+        /// Allowed values.
         expected: &'static str,
     },
     /// Not one uncertainty for each point.

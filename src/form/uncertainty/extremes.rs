@@ -304,7 +304,7 @@ struct All<'a> {
     largest: f64,
 }
 
-/// What tells which of them matter.
+/// Measure of which of them matter.
 struct Known<'a> {
     /// Of each coarse square.
     functions: &'a [Vec<f64>],

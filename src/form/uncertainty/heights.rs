@@ -50,7 +50,7 @@ struct Spread {
     twice: f64,
 }
 
-/// What all of them have.
+/// Part that all of them share.
 struct Nodes {
     /// Remainder of each function at each node in nm.
     functions: Functions,

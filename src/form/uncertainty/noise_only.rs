@@ -12,7 +12,7 @@
 use super::distribution::student_quantile;
 use super::places::Places;
 
-/// What noise alone does to PV and RMS.
+/// Effect of noise alone on PV and RMS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseOnly {
     /// Standard deviation of the noise of a point in nm.

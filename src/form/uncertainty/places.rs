@@ -42,7 +42,7 @@ pub struct Places {
     pub(super) strata: Vec<Stratum>,
 }
 
-/// What the places do to an estimate, in its unit.
+/// Effect of the places on an estimate, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Moved {
     /// From the fit to that of the area.

@@ -89,7 +89,7 @@ impl Simulated {
         }
     }
 
-    /// What that share of the draws does not exceed.
+    /// Value that such a share of the draws does not exceed.
     fn quantile(&self, share: f64) -> f64 {
         let last = self.sorted.len() - 1;
         self.sorted[((share * last as f64).round() as usize).min(last)]
@@ -255,7 +255,7 @@ impl Source<'_> {
         Ok(extremes.range((high - low) * NM_PER_MM, draws))
     }
 
-    /// What the correlated errors take off the parameters.
+    /// Share of the correlated errors that the parameters take up.
     pub(super) fn moved_by(&self, factors: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; self.linear.parameters.len()];
         for (of_function, factor) in self.modes.moved.iter().zip(factors) {

@@ -101,7 +101,7 @@ pub struct Finding {
     pub hidden: Option<f64>,
 }
 
-/// What a figure proves of its limit.
+/// Proof that a figure gives of its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// Pass if the limit is proven to hold, fail if it is proven to be broken.

@@ -191,7 +191,7 @@ impl Forecast {
     }
 }
 
-/// What of the blocks lies in a zone.
+/// Part of the blocks that lies in a zone.
 struct Inside<'a> {
     blocks: &'a [Block],
     /// Of each block.
@@ -289,7 +289,7 @@ fn orthonormal(columns: Vec<Vec<f64>>, weights: &[f64]) -> Vec<Vec<f64>> {
     found
 }
 
-/// What orthonormal columns take off values.
+/// Part of values that orthonormal columns take off.
 fn take_off(columns: &[Vec<f64>], weights: &[f64], values: &mut [f64]) {
     for column in columns {
         let along = product(column, values, weights);

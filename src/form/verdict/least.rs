@@ -20,7 +20,7 @@ use crate::fit::solve::System;
 use crate::fit::triangle::{CHUNK, Triangle};
 use crate::{Nominal, Parameter, PointMm, Pose};
 
-/// What is left of points at least.
+/// Least share of the points that is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Least {
     /// Sum of the squares of their deviations in nm².

@@ -30,7 +30,7 @@ pub struct Limit {
     pub less: Terms,
 }
 
-/// What the figures of limits are formed over.
+/// Points that the figures of limits are formed over.
 #[derive(Clone, Copy, Debug)]
 pub struct Over<'a> {
     /// The aperture of the part.
@@ -55,7 +55,7 @@ impl Over<'_> {
         self.weighted(limit, uncertainty, (places, deviations_mm), areas.as_deref())
     }
 
-    /// Those deviations with an area for each.
+    /// Deviations with an area for each.
     fn weighted(
         &self,
         limit: &Limit,

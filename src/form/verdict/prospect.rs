@@ -17,7 +17,7 @@ use super::forecast::Predicted;
 use super::status::Status;
 use crate::uncertainty::student_quantile;
 
-/// What can be said already.
+/// Statement that can be made already.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prospect {
     /// Whether a fail is certain: the bound of the final figure already breaks the limit by the guard band.
@@ -51,7 +51,7 @@ pub struct Running<'a> {
     pub coverage: f64,
     /// Of a figure over a zone.
     pub zone: Option<Zone>,
-    /// What it may be in the end; `None` if that is not known.
+    /// Range in the end; `None` if that is not known.
     pub predicted: Option<&'a Predicted>,
 }
 
@@ -64,7 +64,7 @@ pub struct Zone {
     pub area: f64,
 }
 
-/// What noise adds to a figure, by its kind.
+/// Share of noise in a figure, by its kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Raised {
     /// To a range: so much, in nm.

@@ -48,7 +48,7 @@ impl<const N: usize> Limbs<N> {
         Self(rest)
     }
 
-    /// The same number in more limbs.
+    /// Number in more limbs.
     #[inline]
     pub(crate) fn widened<const M: usize>(self) -> Limbs<M> {
         const { assert!(M >= N) };

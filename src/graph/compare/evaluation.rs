@@ -8,7 +8,7 @@ pub struct Evaluation {
     pub nearest_neighbour: f64,
     /// Share of the class among the first as many as it has.
     pub first_tier: f64,
-    /// The same among twice as many.
+    /// Share among twice as many.
     pub second_tier: f64,
     /// Discounted cumulative gain over the best possible one.
     pub dcg: f64,

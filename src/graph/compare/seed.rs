@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::graph::PointGraph;
 
-/// What the paper compares of a graph.
+/// Figures of a graph that the paper compares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraphFeatures {
     /// The Euclidean norm of the feature matrix B.

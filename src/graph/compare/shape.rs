@@ -13,7 +13,7 @@ pub enum Size {
     Free,
 }
 
-/// What is compared of a cloud.
+/// Figures of a cloud that are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeDescriptor {
     /// Quantiles of the distances of pairs of places in mm, over their mean where sizes are free (D2 of R. Osada and others, ACM

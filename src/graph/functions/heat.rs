@@ -44,5 +44,5 @@ fn of_piece<const D: usize>(
 
 /// Eigenfunctions that the sum runs over.
 pub const HEAT_EIGENFUNCTIONS: usize = 30;
-/// What a cut eigenspace may matter.
+/// Bound on what a cut eigenspace matters.
 const CUT_OFF: f64 = 1e-3;

@@ -68,7 +68,7 @@ struct Ahead<'a> {
     left: usize,
 }
 
-/// What the next pass reads.
+/// Memory that the next pass reads.
 #[derive(Clone, Copy)]
 enum Pass {
     /// Nothing yet.

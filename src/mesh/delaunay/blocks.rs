@@ -67,7 +67,7 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// What is left when only the first block is inserted.
+    /// Points left when only the first block is inserted.
     pub(super) fn rest(&self) -> Range<VertexId> {
         self.seam.end..self.batch.end
     }

@@ -102,7 +102,7 @@ pub(crate) trait Cells {
 
     fn corner(&self, slot: Slot, index: usize) -> VertexId;
 
-    /// The same side, seen from the triangle across it.
+    /// Side of the triangle across it that is the same edge.
     fn across(&self, side: Side) -> Side;
 
     fn write(&self, slot: Slot, corners: [VertexId; 3], across: [Side; 3]);

@@ -131,7 +131,7 @@ impl<C: Cells> Delaunay<C> {
         &self.cells
     }
 
-    /// The same, to be put in order between batches.
+    /// Counterpart to be put in order between batches.
     pub(crate) fn cells_mut(&mut self) -> &mut C {
         &mut self.cells
     }

@@ -23,7 +23,7 @@ pub(crate) trait Places {
 
 /// The points of vertices, the last of which can be moved up and taken away.
 pub(crate) trait Vertices {
-    /// What tells their places.
+    /// Source of their places.
     type Places: Places + ?Sized;
 
     fn places(&self) -> &Self::Places;

@@ -131,7 +131,7 @@ impl About {
     }
 }
 
-/// What cannot stay when a vertex is set somewhere.
+/// Triangles that cannot stay when a vertex is set somewhere.
 pub(crate) enum Conflict {
     /// A triangle.
     Triangle([VertexId; 3]),

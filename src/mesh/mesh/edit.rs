@@ -35,7 +35,7 @@ pub enum EditError {
     },
 }
 
-/// What was edited so far.
+/// Edits so far.
 #[derive(Default)]
 pub(super) struct Edits {
     /// In the order they were withdrawn.

@@ -18,7 +18,7 @@ use asphera_form::shape::{Conic, ConicSection, EvenAsphere, OffAxis, Shape, Shap
 use asphera_form::{Nominal, ReferenceSettings, provisional};
 use asphera_settings::Section;
 
-/// What `[surface]` says.
+/// Content of `[surface]`.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     /// The surface.

@@ -8,13 +8,13 @@ use crate::neighbours::{Near, Neighbours};
 /// Stands in a star where two neighbours have no facet between them.
 pub(super) const GAP: u32 = u32::MAX;
 
-/// What stars are made of.
+/// Ingredients of stars.
 pub(super) struct Maker<'a> {
     pub(super) tree: &'a Neighbours,
     pub(super) planes: &'a [Option<TangentPlane>],
 }
 
-/// What a thread keeps between stars.
+/// Memory of a thread between stars.
 #[derive(Default)]
 pub(super) struct Room {
     cell: Vec<Corner>,

@@ -31,7 +31,7 @@ use super::gram::{add_pair, dot};
 use super::normal::Normal;
 use super::passes::{Block, Equations, Kernel};
 
-/// What is to be summed for a disc.
+/// Sums for a disc.
 pub(super) struct Moments {
     bend: f64,
     terms: Vec<Term>,
@@ -45,7 +45,7 @@ pub(super) struct Moments {
     products: Vec<Run>,
     /// Of each m: sums of the right side, Re and Im, of each j; from m = 1 on in the first pass.
     sides: Vec<Run>,
-    /// The same in the second pass.
+    /// Sums of the second pass.
     rests: Vec<Run>,
     /// Largest |P| at a node.
     height: f64,

@@ -170,7 +170,7 @@ fn covariance(judged: &[Judged], chances: &[f64], parameters: &[TypeAParameter])
     Covariance::new(p, entries.as_slice(), 1.0)
 }
 
-/// What is found of the waves, without parameters.
+/// Estimate of the waves, without parameters.
 fn waves(judged: &[Judged], chances: &[f64], freedom: f64) -> TypeA {
     let of_waves = || {
         let each = judged.iter().zip(chances);
@@ -270,7 +270,7 @@ struct Wave {
     rest: f64,
 }
 
-/// What one correlation makes of some samples of deviations.
+/// Samples of deviations under one correlation.
 struct Judged {
     wave: Option<Wave>,
     before: f64,

@@ -12,7 +12,7 @@ pub(super) struct Block {
     pub(super) place_mm: [f64; 2],
     /// Points it holds in the end, if they lie as densely everywhere.
     pub(super) weight: f64,
-    /// What was measured; `None` of a rest.
+    /// Measured values; `None` of a rest.
     pub(super) seen: Option<Points>,
     /// Of a rest: the measured part of the same block, if that is half of it at least.
     pub(super) beside: Option<usize>,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-/// What `work` gives, and how many seconds it took.
+/// Result of `work`, and how many seconds it took.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     #[expect(clippy::disallowed_methods, reason = "a benchmark measures time")]
     let start = Instant::now();

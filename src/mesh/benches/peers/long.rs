@@ -45,7 +45,7 @@ struct Measured {
     insert_s: f64,
     /// The slowest batch.
     batch_s: f64,
-    /// What was read back while points were inserted.
+    /// Text read back while points were inserted.
     read_back: u64,
     read_s: f64,
     triangles: u64,

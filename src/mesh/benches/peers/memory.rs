@@ -15,7 +15,7 @@ use clap::ValueEnum;
 
 use crate::orders::Scan;
 
-/// What a child process does before it says its peak.
+/// Work of a child process before it says its peak.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Peak {
     /// Generates the points and meshes them.

@@ -55,12 +55,12 @@ pub(crate) enum Order {
     /// A closed curve, r = 10 + 0.8 cos 7t + 0.3 sin 13t, traced once: triangles reach from side to side, and most of
     /// those about its end change with each point.
     Outline,
-    /// The same points in no order.
+    /// Points in no order.
     OutlineShuffled,
     /// Two circles of radius 1 mm whose middles lie 100 mm apart, traced by turns a point each: the worst order that was
     /// found, as triangles reach from one to the other.
     TwoOutlines,
-    /// The same points in no order.
+    /// Points in no order.
     TwoOutlinesShuffled,
 }
 

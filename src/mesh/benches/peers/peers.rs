@@ -11,7 +11,7 @@ pub(crate) const CAP_S: f64 = 30.0;
 /// Points spade inserts between two looks at the clock.
 const LOOK_POINTS: usize = 1000;
 
-/// What a triangulation took and gave.
+/// Costs and result of a triangulation.
 #[derive(Clone, Copy)]
 pub(crate) struct Triangulated {
     pub(crate) seconds: f64,
