@@ -31,10 +31,24 @@ pub struct ValueError {
 /// Why a frame that addresses the request is no answer to it.
 #[derive(Debug, Error)]
 pub(crate) enum AnswerError {
-    #[error("{0}")]
+    #[error("{}", short(.0))]
     Library(tokio_modbus::Error),
     #[error("{found} values, expected {expected}")]
     Length { expected: usize, found: usize },
     #[error("the frame ends before its data")]
     Incomplete,
+}
+
+/// The library's words, but for the answers that they would quote whole.
+fn short(error: &tokio_modbus::Error) -> String {
+    use tokio_modbus::{Error, ProtocolError};
+    match error {
+        Error::Protocol(ProtocolError::FunctionCodeMismatch { request, .. }) => {
+            format!("it answers another function than the one asked, {}", request.value())
+        }
+        Error::Protocol(ProtocolError::HeaderMismatch { message, .. }) => {
+            format!("its header is that of another request: {message}")
+        }
+        error => error.to_string(),
+    }
 }
