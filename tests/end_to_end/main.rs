@@ -19,6 +19,7 @@ mod kills;
 mod measure;
 mod metamorphic;
 mod peers;
+mod playback;
 mod preloaded;
 mod profiles;
 mod projection;

@@ -72,8 +72,9 @@ pub(super) const REPORT: &str = "Examples:
   asphera report session-20261121T004006Z-0badcafe -o report.html
   asphera report part.xyz --nominal sphere.toml --part \"Lens 7\" -o report.html --qif report.xml";
 
-pub(super) const SIMULATE: &str = "Example:
-  asphera simulate simulators/rig/scenes/asphere.toml";
+pub(super) const SIMULATE: &str = "Examples:
+  asphera simulate simulators/rig/scenes/asphere.toml
+  asphera simulate --session session-20261121T004006Z-0badcafe --station again.toml";
 
 pub(super) const DESCRIBE: &str = "Examples:
   asphera describe --serial /dev/ttyUSB0 --baud-bd 38400

@@ -1,30 +1,53 @@
-//! `asphera simulate`: the simulators of a bench alone.
+//! `asphera simulate`: the simulators of a bench alone, or a recorded session played back from the devices' side.
 
-use std::path::PathBuf;
+mod playback;
+
+use std::path::{Path, PathBuf};
 
 use asphera_rig::{Rig, Scene};
-use clap::Args;
+use clap::{ArgGroup, Args};
 
+use super::Speed;
 use super::exit::Exit;
-use super::output::{Failure, print};
-use super::serve::interrupted;
+use super::output::{Failure, print, say};
+use super::serve::{block_on, interrupted};
+use playback::Playback;
 
 #[derive(Args)]
+#[command(group(ArgGroup::new("what").required(true).args(["rig", "session"])))]
 pub(super) struct SimulateArgs {
     /// The bench.
-    rig: PathBuf,
+    rig: Option<PathBuf>,
     /// Where the names of the simulated serial ports are put.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", requires = "rig")]
     ports: Option<PathBuf>,
+    /// Recorded session to play back as its devices: every byte they sent, each link at a TCP port.
+    #[arg(long, value_name = "SESSION")]
+    session: Option<PathBuf>,
+    /// Write the configuration of a station that measures it again into this new file.
+    #[arg(long, value_name = "FILE", requires = "session")]
+    station: Option<PathBuf>,
+    /// How many times as fast as it was recorded, or max: as fast as it is taken.
+    #[arg(long, default_value = "1", requires = "session")]
+    speed: Speed,
 }
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
-    let name = args.rig.display().to_string();
-    let text = std::fs::read_to_string(&args.rig)
-        .map_err(|error| format!("cannot read {name}: {error}"))?;
+    match (&args.rig, &args.session) {
+        (Some(rig), _) => bench(rig, args.ports.as_deref()),
+        (None, Some(session)) => block_on(play(session, args)),
+        // The parser asks for one of them.
+        (None, None) => Ok(Exit::Done),
+    }
+}
+
+fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
+    let name = rig.display().to_string();
+    let text =
+        std::fs::read_to_string(rig).map_err(|error| format!("cannot read {name}: {error}"))?;
     let scene = Scene::parse(&name, &text)?;
-    let ports = match &args.ports {
-        Some(folder) => folder.clone(),
+    let ports = match ports {
+        Some(folder) => folder.to_owned(),
         None => std::env::temp_dir().join(format!("asphera-rig-{}", std::process::id())),
     };
     tokio::runtime::Runtime::new()?.block_on(async {
@@ -35,4 +58,22 @@ pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
         interrupted().await?;
         Ok(Exit::Done)
     })
+}
+
+async fn play(session: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
+    if let Some(station) = args.station.as_ref().filter(|station| station.exists()) {
+        return Err(format!("{} is there already", station.display()).into());
+    }
+    let playback = Playback::open(session, args.speed).await?;
+    for (name, kind, address) in playback.listing() {
+        print(&format!("{name:<10} {kind:<14} {address}\n"));
+    }
+    if let Some(station) = &args.station {
+        std::fs::write(station, playback.station_toml()?)
+            .map_err(|error| format!("cannot write {}: {error}", station.display()))?;
+    }
+    let _links = playback.start();
+    say("playing; Ctrl-C ends it");
+    interrupted().await?;
+    Ok(Exit::Done)
 }
