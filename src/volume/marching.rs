@@ -90,6 +90,9 @@ pub fn marching_cubes(samples: &Samples, rule: Ambiguity, crossings: &impl Cross
 
 /// How a mixed cell is cut.
 pub(crate) trait Cuts: Sync {
+    /// The triangles of a code, where nothing else decides them.
+    fn plain(&self, code: u8) -> Option<&[[u8; 3]]>;
+
     /// Adds the triangles of a cell. Neighbours must leave the same segments on their common face, or close what lies between.
     fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh);
 }
@@ -112,6 +115,11 @@ impl CellMesh {
 }
 
 impl Cuts for Table {
+    fn plain(&self, code: u8) -> Option<&[[u8; 3]]> {
+        let is_plain = facts()[usize::from(code)].c1_faces == 0 || self.joins(code);
+        is_plain.then(|| Table::cut(self, code).triangles.as_slice())
+    }
+
     fn cut(&self, samples: &Samples, place: [usize; 3], code: u8, mesh: &mut CellMesh) {
         mesh.triangles.extend_from_slice(&Table::cut(self, code).triangles);
         let mut faces = facts()[usize::from(code)].c1_faces;
@@ -145,40 +153,58 @@ pub(crate) fn marching_with(
         starts.push([total, total + within]);
         total += within + between;
     }
-    let chunk = (layers - 1).div_ceil(CHUNKS).max(1);
-    let bands: Vec<usize> = (0..layers - 1).step_by(chunk).collect();
-    let parts: Vec<Band> = bands
-        .into_par_iter()
-        .map(|first| {
-            band(samples, cuts, crossings, &starts, first..(first + chunk).min(layers - 1))
-        })
-        .collect();
-    let mut surface = Surface::default();
-    surface.vertices.reserve_exact(total as usize);
-    surface.triangles.reserve_exact(parts.iter().map(|part| part.surface.triangles.len()).sum());
-    let mut within = Vec::new();
-    for Band { surface: part, within: own } in parts {
-        // Counted from the largest number down, until the vertices of the grid are counted.
-        let first = total + within.len() as u32;
-        let least = u32::MAX - own.len() as u32;
-        let number =
-            |corner: u32| if corner > least { first + (u32::MAX - corner) } else { corner };
-        surface.vertices.extend(part.vertices);
-        if own.is_empty() {
-            surface.triangles.extend(part.triangles);
-        } else {
-            surface.triangles.extend(part.triangles.into_iter().map(|corners| corners.map(number)));
-        }
-        within.extend(own);
+    // One thread has nothing to share, and need not put bands together.
+    let chunks = if rayon::current_num_threads() == 1 { 1 } else { CHUNKS };
+    let chunk = (layers - 1).div_ceil(chunks).max(1);
+    let mut vertices = vec![[0.0; 3]; total as usize];
+    let mut own = &mut vertices[..];
+    let mut bands = Vec::new();
+    for first in (0..layers - 1).step_by(chunk) {
+        let end = (first + chunk).min(layers - 1);
+        let (part, more) = own.split_at_mut((starts[end][0] - starts[first][0]) as usize);
+        own = more;
+        bands.push((first..end, part));
     }
-    surface.vertices.extend(within);
-    surface
+    let bands: Vec<Band> = bands
+        .into_par_iter()
+        .map(|(layers, vertices)| band(samples, cuts, crossings, &starts, layers, vertices))
+        .collect();
+    joined(vertices, bands)
 }
 
-/// Vertices and triangles of a band of layers.
+/// The surface of all bands, vertices within cells behind the others.
+fn joined(mut vertices: Vec<[f64; 3]>, mut bands: Vec<Band>) -> Surface {
+    for band in &mut bands {
+        // Counted from the largest number down, until the vertices of the grid are counted.
+        let first = vertices.len() as u32;
+        let least = u32::MAX - band.within.len() as u32;
+        if !band.within.is_empty() {
+            let corners = band.triangles.iter_mut().flatten();
+            corners
+                .filter(|corner| **corner > least)
+                .for_each(|corner| *corner = first + (u32::MAX - *corner));
+        }
+        vertices.append(&mut band.within);
+    }
+    if let [only] = &mut bands[..] {
+        return Surface { vertices, triangles: std::mem::take(&mut only.triangles) };
+    }
+    let mut triangles = vec![[0; 3]; bands.iter().map(|band| band.triangles.len()).sum()];
+    let mut rest = &mut triangles[..];
+    let mut copies = Vec::new();
+    for band in bands {
+        let (part, more) = rest.split_at_mut(band.triangles.len());
+        rest = more;
+        copies.push((part, band.triangles));
+    }
+    copies.into_par_iter().for_each(|(part, own)| part.copy_from_slice(&own));
+    Surface { vertices, triangles }
+}
+
+/// Triangles of a band of layers.
 #[derive(Default)]
 struct Band {
-    surface: Surface,
+    triangles: Vec<[u32; 3]>,
     /// Vertices within cells; triangles count them from the largest number down.
     within: Vec<[f64; 3]>,
 }
@@ -233,70 +259,90 @@ fn vertex_counts(samples: &Samples, z: usize) -> [u32; 2] {
     })
 }
 
-/// Numbers of the vertices of one slice, by direction and place.
+/// Numbers of the vertices of two slices, by direction and place.
 struct Numbers {
     columns: usize,
-    of: [Vec<u32>; 3],
+    places: usize,
+    of: Vec<u32>,
+    /// Which half of the numbers is the lower slice.
+    lower: usize,
 }
 
 impl Numbers {
     fn new(samples: &Samples) -> Numbers {
         let columns = samples.words_per_row() * 64;
         let places = columns * (samples.size()[1] + 2);
-        Numbers { columns, of: std::array::from_fn(|_| vec![0; places]) }
+        Numbers { columns, places, of: vec![0; 6 * places], lower: 0 }
     }
 
-    /// Numbers the edges of a slice from `start`, and calls `visit(place, direction)` for each in turn. Entries of other edges
-    /// keep what was there before; none of them is read.
+    fn start(&self, is_upper: bool, direction: usize) -> usize {
+        ((self.lower ^ usize::from(is_upper)) * 3 + direction) * self.places
+    }
+
+    /// Where the number of each edge of a cell lies, counted from the place of the cell.
+    fn offsets(&self) -> [usize; 12] {
+        std::array::from_fn(|edge| {
+            let corner = EDGES[edge][0];
+            let start = self.start(corner >> 2 & 1 == 1, edge / 4);
+            start + (corner >> 1 & 1) * self.columns + (corner & 1)
+        })
+    }
+
+    /// Numbers the edges of a slice from `next`, within it or to the one above, and calls `visit(place, direction)` for each in turn.
+    /// Entries of other edges keep what was there before; none of them is read.
     fn fill(
         &mut self,
         samples: &Samples,
         z: usize,
-        is_upward: bool,
-        mut start: u32,
+        [is_upper, is_upward]: [bool; 2],
+        mut next: u32,
         mut visit: impl FnMut([usize; 3], usize),
     ) {
+        let starts = [0, 1, 2].map(|direction| self.start(is_upper, direction));
         mixed_edges(samples, z, is_upward, |direction, y, word, mut bits| {
-            let row = &mut self.of[direction][y * self.columns..(y + 1) * self.columns];
+            let start = starts[direction] + y * self.columns;
+            let row = &mut self.of[start..start + self.columns];
             while bits != 0 {
                 let x = word * 64 + bits.trailing_zeros() as usize;
-                row[x] = start;
-                start += 1;
+                row[x] = next;
+                next += 1;
                 visit([x, y, z], direction);
                 bits &= bits - 1;
             }
         });
     }
-
-    fn get(&self, direction: usize, x: usize, y: usize) -> u32 {
-        self.of[direction][y * self.columns + x]
-    }
 }
 
-/// The vertices of the slices `layers`, and the triangles of the layers of cells above them.
+/// Places the vertices of the slices `layers`, and gives the triangles of the layers of cells above them.
 fn band(
     samples: &Samples,
     cuts: &impl Cuts,
     crossings: &impl Crossings,
     starts: &[[u32; 2]],
     layers: std::ops::Range<usize>,
+    vertices: &mut [[f64; 3]],
 ) -> Band {
     let mut band = Band::default();
+    // Nearly always there are two triangles a vertex.
+    band.triangles.reserve(2 * vertices.len());
     let mut mesh = CellMesh::default();
-    let (mut lower, mut upper) = (Numbers::new(samples), Numbers::new(samples));
+    let plain: [Option<&[[u8; 3]]>; 256] = std::array::from_fn(|code| cuts.plain(code as u8));
+    let mut numbers = Numbers::new(samples);
+    let mut places = vertices.iter_mut();
     let first = layers.start;
     // The vertices of the last slice have no cells above them; it has none, being the layer around the volume.
     for z in layers {
-        let vertices = &mut band.surface.vertices;
         let mut add = |place: [usize; 3], direction: usize| {
             let from = place.map(|coordinate| coordinate as i64 - 1);
             let mut vertex = from.map(|coordinate| coordinate as f64);
             vertex[direction] += crossings.share(from, direction);
-            vertices.push(vertex);
+            if let Some(place) = places.next() {
+                *place = vertex;
+            }
         };
         let [within, between] = starts[z];
         if z == first {
-            lower.fill(samples, z, false, within, &mut add);
+            numbers.fill(samples, z, [false, false], within, &mut add);
         } else {
             // Numbered already as the upper slice of the layer before.
             mixed_edges(samples, z, false, |direction, y, word, mut bits| {
@@ -306,31 +352,35 @@ fn band(
                 }
             });
         }
-        lower.fill(samples, z, true, between, &mut add);
-        upper.fill(samples, z + 1, false, starts[z + 1][0], |_, _| ());
-        let Band { surface, within } = &mut band;
+        numbers.fill(samples, z, [false, true], between, &mut add);
+        numbers.fill(samples, z + 1, [true, false], starts[z + 1][0], |_, _| ());
+        let offsets = numbers.offsets();
+        let Band { triangles, within } = &mut band;
         mixed_words(samples, z, |y, word, corners, mixed| {
             mixed_codes(word, corners, mixed, |x, code| {
+                let of_cell = &numbers.of[y * numbers.columns + x..];
+                if let Some(plain) = plain[usize::from(code)] {
+                    for &[a, b, c] in plain {
+                        let number = |edge: u8| of_cell[offsets[usize::from(edge)]];
+                        triangles.push([number(a), number(b), number(c)]);
+                    }
+                    return;
+                }
                 mesh.triangles.clear();
                 mesh.vertices.clear();
                 cuts.cut(samples, [x, y, z], code, &mut mesh);
-                let number = |corner: u8| {
-                    let edge = usize::from(corner);
-                    let Some(&[low, _]) = EDGES.get(edge) else {
-                        return u32::MAX - (within.len() + edge - 12) as u32;
-                    };
-                    let slice = if low >> 2 & 1 == 1 { &upper } else { &lower };
-                    slice.get(edge / 4, x + (low & 1), y + (low >> 1 & 1))
+                let number = |corner: u8| match offsets.get(usize::from(corner)) {
+                    Some(&offset) => of_cell[offset],
+                    None => u32::MAX - (within.len() + usize::from(corner) - 12) as u32,
                 };
-                let triangles = mesh.triangles.iter().map(|corners| corners.map(number));
-                surface.triangles.extend(triangles);
+                triangles.extend(mesh.triangles.iter().map(|corners| corners.map(number)));
                 let start = [x, y, z].map(|at| at as f64 - 1.0);
                 let places =
                     mesh.vertices.iter().map(|own| [0, 1, 2].map(|axis| start[axis] + own[axis]));
                 within.extend(places);
             });
         });
-        std::mem::swap(&mut lower, &mut upper);
+        numbers.lower ^= 1;
     }
     band
 }

@@ -30,13 +30,14 @@ struct Decided<'a> {
 }
 
 impl Cuts for Decided<'_> {
-    fn cut(&self, _: &Samples, [x, y, z]: [usize; 3], code: u8, mesh: &mut CellMesh) {
+    fn plain(&self, code: u8) -> Option<&[[u8; 3]]> {
         let cut = self.table.cut(code);
+        let is_plain = facts()[usize::from(code)].c1_faces == 0 && cut.loops <= 1;
+        is_plain.then_some(cut.triangles.as_slice())
+    }
+
+    fn cut(&self, _: &Samples, [x, y, z]: [usize; 3], code: u8, mesh: &mut CellMesh) {
         let c1_faces = facts()[usize::from(code)].c1_faces;
-        if c1_faces == 0 && cut.loops <= 1 {
-            mesh.triangles.extend_from_slice(&cut.triangles);
-            return;
-        }
         let mut values = [0.0; 8];
         for (corner, value) in values.iter_mut().enumerate() {
             let is_inside = code >> corner & 1 == 1;
