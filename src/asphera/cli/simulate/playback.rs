@@ -186,7 +186,7 @@ impl Client {
             Ok(Err(_left)) => return false,
             Ok(Ok(_)) => {}
             Err(_) => {
-                say("the client did not say what the recorded station said; the playback goes on")
+                say("the client did not say what the recorded station said; the playback goes on");
             }
         }
         // What follows was an answer: it comes as long after the question as it did.
