@@ -38,7 +38,10 @@ fn read(table: &Section<'_>) -> Option<Settings> {
     let ignore: Vec<String> = table.or("ignore", Vec::new());
     let ignore: Vec<Option<Pattern>> =
         ignore.iter().map(|text| compiled(table, "ignore", text)).collect();
-    let default = Settings::default();
+    let sayings = ["on_connect", "on_start", "on_stop"].map(|key| sayings(table, key));
+    let silence_ms = table.or("silence_ms", Settings::default().silence_ms);
+    // All keys are read by now: a mistake in one must not make others unknown.
+    let [on_connect, on_start, on_stop] = sayings;
     let settings = Settings {
         framing: framing?,
         checksum: checksum?,
@@ -46,12 +49,12 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         fields: fields?,
         poll: poll?,
         hello: hello?,
-        on_connect: sayings(table, "on_connect")?,
-        on_start: sayings(table, "on_start")?,
-        on_stop: sayings(table, "on_stop")?,
+        on_connect: on_connect?,
+        on_start: on_start?,
+        on_stop: on_stop?,
         refusals: refusals?,
         ignore: ignore.into_iter().collect::<Option<_>>()?,
-        silence_ms: table.or("silence_ms", default.silence_ms),
+        silence_ms,
     };
     (!settings.fields.is_empty()).then_some(settings)
 }
@@ -74,8 +77,10 @@ fn framing(table: &Section<'_>) -> Option<Framing> {
 fn layout(table: &Section<'_>) -> Option<Layout> {
     let pattern = table.get::<String>("pattern");
     if let Some(text) = pattern {
-        if table.has("separator") {
-            table.problem("separator", "either a pattern or columns", "both");
+        for key in ["separator", "columns"] {
+            if table.has(key) {
+                table.problem(key, "either a pattern or columns", "both");
+            }
         }
         return compiled(table, "pattern", &text).map(Layout::Pattern);
     }
@@ -383,6 +388,9 @@ saturatet = ["1"]
         ];
         assert_eq!(told(wrong), lines.map(|(line, key)| (line, key.to_owned())));
         assert_eq!(told(""), [(1, "field".to_owned())]);
+        // A mistake makes no other key unknown.
+        let known = "columns = 1\npattern = '('\non_start = ['GO']\nsilence_ms = 5\n[[field]]\nname = \"z\"\ngroup = \"z\"";
+        assert_eq!(told(known), [(1, "columns".to_owned()), (2, "pattern".to_owned())]);
     }
 
     #[test]
