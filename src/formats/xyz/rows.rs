@@ -114,6 +114,15 @@ impl Rows {
                 "add `--columns` with the columns of x, y, z, or of a profile x, z",
             ));
         }
+        if cloud.points_mm.is_empty() && cloud.missing > 1 {
+            let found =
+                format!("no line has all of x, y and z; {} lack one or more", cloud.missing);
+            return Err(unclear(
+                first,
+                found,
+                "add `--columns` with the columns that hold them, of a curve in the plane x and y",
+            ));
+        }
         integrate(&mut cloud);
         let taken = Some(layout.taken(has_decimal_commas));
         Ok(Topography::Cloud(cloud, Source { taken, ..Source::new(Format::Xyz) }))

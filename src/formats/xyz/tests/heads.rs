@@ -198,6 +198,15 @@ fn heights_beyond_all_numbers_are_refused() {
     assert!(error.contains("line 2, column 2: expected a height in m"), "{error}");
 }
 
+/// Empty columns at the ends of lines, as some programs write them.
+#[test]
+fn a_column_without_any_value_is_no_column_of_points() {
+    let text = "20\t17\t\t\r21\t18.5\t\t\r22\t17\t\t\r";
+    let told = refused(text, &TextOptions::default());
+    assert!(told.contains("no line has all of x, y and z; 3 lack"), "{told}");
+    assert!(told.contains("`--columns`"), "{told}");
+}
+
 #[test]
 fn matrices_of_heights_are_read_with_their_pitch() {
     let matrix = TextOptions { pitch_mm: Some([0.5, 2.0]), ..options("", &[Unit::Um]) };
