@@ -35,7 +35,15 @@ pub fn lenz(triangulation: &Triangulation, u: f64, phi_deg: f64) -> Graph {
         for end in [p, q] {
             is_free[end as usize] = false;
         }
-        for (mut from, mut to) in [(p, q), (q, p)] {
+        // An edge that one end made stops the other, so the end with the nearer step goes first.
+        let step_mm = |&(from, to): &(SampleId, SampleId)| {
+            probe.next(from, to).map_or(f64::INFINITY, |next| {
+                distance_mm(triangulation.place(to), triangulation.place(next))
+            })
+        };
+        let mut ways = [(p, q), (q, p)];
+        ways.sort_by(|a, b| step_mm(a).total_cmp(&step_mm(b)));
+        for (mut from, mut to) in ways {
             while let Some(next) = probe.next(from, to) {
                 if !edges.insert([to.min(next), to.max(next)]) {
                     break;
