@@ -1,8 +1,9 @@
 //! Curves and outlines from points in the plane.
 //!
 //! [`Samples`] are the points, each place once; [`Triangulation`] is their exact Delaunay triangulation as a graph.
-//! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. All
-//! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`Method`] names them all,
+//! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. Both
+//! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`regions`] are the methods
+//! that give a [`Region`]: an area in [`Part`]s with holes. [`Method`] names them all,
 //! with their parameters, what is proven of them and where they come from; [`agreement`] and [`Deviation`] compare
 //! outcomes.
 //!

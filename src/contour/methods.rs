@@ -16,9 +16,9 @@ use crate::graphs::{
     lune_beta_skeleton, rng, sig, sigdt,
 };
 use crate::regions::{
-    a_shape, alpha_curve, alpha_shape, chi_default_mm, chi_length_mm, chi_shape,
-    connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm, relaxed_gabriel,
-    shape_hull_graph, simple_shape,
+    a_shape, alpha_curve, alpha_shape, auto_shape, chi_default_mm, chi_length_mm, chi_shape,
+    connecting_a_mm, connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm,
+    relaxed_gabriel, shape_hull_graph, simple_shape,
 };
 use crate::{Graph, Region, Triangulation};
 
@@ -95,6 +95,8 @@ pub enum Method {
     Discern,
     /// [`simple_shape`].
     SimpleShape,
+    /// [`auto_shape`].
+    Auto,
 }
 
 /// Kind of what a method makes.
@@ -230,6 +232,7 @@ impl Method {
             Method::Ct => ct_shape(triangulation),
             Method::Discern => discern(triangulation),
             Method::SimpleShape => simple_shape(triangulation),
+            Method::Auto => auto_shape(triangulation),
             _ => return Ok(None),
         }))
     }
@@ -248,8 +251,11 @@ impl Method {
         parameters.check(self)?;
         let value = |name| parameters.value(self, name);
         let (name, length_mm) = match self {
-            Method::Alpha | Method::A if value("alpha_mm") == 0.0 => {
+            Method::Alpha if value("alpha_mm") == 0.0 => {
                 ("alpha_mm", connecting_alpha_mm(triangulation))
+            }
+            Method::A if value("alpha_mm") == 0.0 => {
+                ("alpha_mm", connecting_a_mm(triangulation, value("t")))
             }
             Method::AlphaCurve if value("alpha_mm") == 0.0 => {
                 ("alpha_mm", joining_alpha_mm(triangulation))

@@ -11,7 +11,7 @@ use crate::triangulation::{EdgeId, TriangleId, distance_mm};
 use crate::{Graph, Triangulation};
 
 /// An area of the plane: parts with holes, and its border.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     parts: Vec<Part>,
     border: Graph,
@@ -22,12 +22,14 @@ pub struct Region {
 ///
 /// Lines are closed, and no sample comes twice in one. The outline runs counter-clockwise and holes clockwise, so the part lies on
 /// their left. Each begins at its smallest sample, which is not repeated.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// The line round the part.
     pub outline: Vec<SampleId>,
     /// The lines round what the part lacks, sorted.
     pub holes: Vec<Vec<SampleId>>,
+    /// How far its border lies outside these lines, in mm; above 0 of [`crate::regions::auto_shape`] alone.
+    pub moved_mm: f64,
 }
 
 impl Region {
@@ -60,7 +62,7 @@ impl Region {
         }
         let parts = outlines.into_iter().zip(holes).filter_map(|(mut outlines, mut holes)| {
             holes.sort_unstable();
-            Some(Part { outline: outlines.pop()?, holes })
+            Some(Part { outline: outlines.pop()?, holes, moved_mm: 0.0 })
         });
         let mut parts: Vec<Part> = parts.collect();
         parts.sort_unstable_by(|a, b| a.outline.cmp(&b.outline));
@@ -74,6 +76,12 @@ impl Region {
         let left_out = (0..).zip(is_covered).filter(|(_, is_covered)| !is_covered);
         let left_out = left_out.map(|(sample, _)| sample).collect();
         Region { parts, border, left_out }
+    }
+
+    /// The region with the border of all parts moved out: outlines grow and holes shrink.
+    pub(crate) fn moved(mut self, by_mm: f64) -> Region {
+        self.parts.iter_mut().for_each(|part| part.moved_mm = by_mm);
+        self
     }
 
     /// The parts, by their outlines.
@@ -103,19 +111,74 @@ impl Part {
         std::iter::once(&self.outline).chain(&self.holes).map(Vec::as_slice)
     }
 
+    /// The lines where the border lies, in mm: through the samples of [`Part::lines`] in their order, or beside them by `moved_mm`.
+    ///
+    /// A place is moved to where the sides beside it meet once they are moved, but by twice that length at most. A hole that is no wider
+    /// than twice that length may turn over.
+    pub fn lines_mm(&self, samples: &Samples) -> Vec<Vec<PlaceMm>> {
+        let moved = |line: &[SampleId]| {
+            let [x, y] = samples.places()[line[0] as usize];
+            let places = self.relative_mm(line, samples).into_iter();
+            places.map(|place| [x + place[0], y + place[1]]).collect()
+        };
+        let through = |line: &[SampleId]| {
+            line.iter().map(|&sample| samples.places()[sample as usize]).collect()
+        };
+        match self.moved_mm == 0.0 {
+            true => self.lines().map(through).collect(),
+            false => self.lines().map(moved).collect(),
+        }
+    }
+
     /// Its area less that of its holes in mm².
     pub fn area_mm2(&self, samples: &Samples) -> f64 {
-        0.5 * total(self.lines().map(|line| doubled_area_mm2(line, samples)))
+        let doubled = |line| doubled_area_mm2(&self.relative_mm(line, samples));
+        0.5 * total(self.lines().map(doubled))
     }
 
     /// Length of its outline and of the lines round its holes in mm.
     pub fn perimeter_mm(&self, samples: &Samples) -> f64 {
         total(self.lines().flat_map(|line| {
-            let at = |sample: &SampleId| samples.places()[*sample as usize];
-            let next = line.iter().cycle().skip(1);
-            line.iter().zip(next).map(move |(p, q)| distance_mm(at(p), at(q)))
+            let places = self.relative_mm(line, samples);
+            let next = places.iter().cycle().skip(1);
+            places.iter().zip(next).map(|(&p, &q)| distance_mm(p, q)).collect::<Vec<f64>>()
         }))
     }
+
+    /// The places of a line less that of its first sample, moved: so a place far from the origin costs nothing.
+    fn relative_mm(&self, line: &[SampleId], samples: &Samples) -> Vec<PlaceMm> {
+        let at = |sample: SampleId| samples.places()[sample as usize];
+        let Some(&first) = line.first() else { return Vec::new() };
+        let [x, y] = at(first);
+        let places: Vec<PlaceMm> =
+            line.iter().map(|&sample| [at(sample)[0] - x, at(sample)[1] - y]).collect();
+        if self.moved_mm == 0.0 {
+            return places;
+        }
+        let around = |index: usize| {
+            let count = places.len();
+            [places[(index + count - 1) % count], places[index], places[(index + 1) % count]]
+        };
+        (0..places.len()).map(|index| moved(around(index), self.moved_mm)).collect()
+    }
+}
+
+/// A place of a line with what lies on its left, moved to the right of the sides before and after it.
+fn moved([before, place, after]: [PlaceMm; 3], by_mm: f64) -> PlaceMm {
+    let outwards = |p: PlaceMm, q: PlaceMm| {
+        let length_mm = distance_mm(p, q);
+        [(q[1] - p[1]) / length_mm, (p[0] - q[0]) / length_mm]
+    };
+    let [a, b] = [outwards(before, place), outwards(place, after)];
+    // Where the moved sides meet: (a + b) / (1 + a·b), which is 1 / cos² of half the turn long, squared. Above 4 it is cut.
+    let squared = 2.0 / (1.0 + a[0] * b[0] + a[1] * b[1]).max(0.0);
+    let sum = [a[0] + b[0], a[1] + b[1]];
+    let length = sum[0].hypot(sum[1]);
+    if length == 0.0 {
+        return place;
+    }
+    let step_mm = by_mm * squared.sqrt().min(2.0) / length;
+    [place[0] + step_mm * sum[0], place[1] + step_mm * sum[1]]
 }
 
 /// The number of the part of each triangle inside, and how many there are: triangles that share a side belong together.
@@ -213,21 +276,10 @@ fn is_counter_clockwise(line: &[SampleId], samples: &Samples) -> bool {
     left_of(last, first, next)
 }
 
-/// Twice the signed area of a closed line in mm², above 0 where it runs counter-clockwise.
-///
-/// It is computed in differences from its first place, so a place far from the origin costs nothing.
-fn doubled_area_mm2(line: &[SampleId], samples: &Samples) -> f64 {
-    let at = |sample: SampleId| samples.places()[sample as usize];
-    let Some(&first) = line.first() else { return 0.0 };
-    let [x, y] = at(first);
-    let away = |sample: SampleId| -> PlaceMm {
-        let place = at(sample);
-        [place[0] - x, place[1] - y]
-    };
-    total(line.windows(2).map(|pair| {
-        let [p, q] = [away(pair[0]), away(pair[1])];
-        p[0] * q[1] - p[1] * q[0]
-    }))
+/// Twice the signed area within a closed line in mm², above 0 where it runs counter-clockwise.
+fn doubled_area_mm2(line: &[PlaceMm]) -> f64 {
+    let next = line.iter().cycle().skip(1);
+    total(line.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]))
 }
 
 fn total(terms: impl Iterator<Item = f64>) -> f64 {

@@ -6,6 +6,7 @@
 
 mod a_shape;
 mod alpha;
+mod auto;
 mod chi;
 mod ct;
 mod discern;
@@ -14,8 +15,9 @@ mod gabriel;
 mod peeling;
 mod simple;
 
-pub use a_shape::a_shape;
+pub use a_shape::{a_shape, connecting_a_mm};
 pub use alpha::{alpha_curve, alpha_shape, connecting_alpha_mm, joining_alpha_mm};
+pub use auto::auto_shape;
 pub use chi::{chi_default_mm, chi_length_mm, chi_shape};
 pub use ct::ct_shape;
 pub use discern::{Sampling, discern, petals};

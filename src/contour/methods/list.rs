@@ -4,7 +4,7 @@ use super::{Kind, Method, Parameter};
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 35] = [
+    pub const ALL: [Method; 36] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -40,6 +40,7 @@ impl Method {
         Method::Ct,
         Method::Discern,
         Method::SimpleShape,
+        Method::Auto,
     ];
 
     /// The name on the command line.
@@ -68,7 +69,8 @@ impl Method {
             | Method::Ec
             | Method::Ct
             | Method::Discern
-            | Method::SimpleShape => Kind::Region,
+            | Method::SimpleShape
+            | Method::Auto => Kind::Region,
             _ => Kind::Curve,
         }
     }
@@ -222,15 +224,13 @@ const ALPHA_CURVE: [Parameter; 1] = [Parameter {
     meaning: "radius of the discs, mm; 0 takes half the longest edge of the spanning tree",
 }];
 
-const CONNECTING: Parameter = Parameter {
+const ALPHA: [Parameter; 1] = [Parameter {
     name: "alpha_mm",
     default: 0.0,
     low: 0.0,
     high: 1e12,
     meaning: "largest radius of a triangle's circle, mm; 0 takes the smallest alpha with one part and all points",
-};
-
-const ALPHA: [Parameter; 1] = [CONNECTING];
+}];
 
 const CHI: [Parameter; 2] = [
     Parameter {
@@ -250,7 +250,13 @@ const CHI: [Parameter; 2] = [
 ];
 
 const A: [Parameter; 2] = [
-    CONNECTING,
+    Parameter {
+        name: "alpha_mm",
+        default: 0.0,
+        low: 0.0,
+        high: 1e12,
+        meaning: "largest radius of a triangle's circle outside the set, mm; 0 takes one from the points",
+    },
     Parameter {
         name: "t",
         default: 0.5,

@@ -2,6 +2,7 @@
 
 use asphera_geometry::{RANGE_MM, WeightedTree};
 
+use super::alpha::{connecting, connecting_alpha_mm};
 use super::radius_mm;
 use crate::inside::Inside;
 use crate::triangulation::{TriangleId, distance_mm};
@@ -23,25 +24,11 @@ pub fn a_shape(triangulation: &Triangulation, alpha_mm: f64, t: f64) -> Region {
         alpha_mm.is_finite() && alpha_mm > 0.0,
         "expected a finite α above 0, found {alpha_mm}"
     );
-    assert!((0.0..=1.0).contains(&t), "expected t from 0 to 1, found {t}");
     let count = triangulation.triangles().len();
-    let around_mm: Vec<f64> = (0..triangulation.len() as SampleId)
-        .map(|sample| {
-            let spokes = triangulation.spokes(sample);
-            let lengths = spokes.iter().map(|spoke| triangulation.length_mm(spoke.edge));
-            lengths.sum::<f64>() / spokes.len().max(1) as f64
-        })
-        .collect();
-    let mut sorted_mm = around_mm.clone();
-    sorted_mm.sort_by(f64::total_cmp);
-    let median_mm = sorted_mm.get(sorted_mm.len() / 2).copied().unwrap_or(0.0);
+    let scales = scales(triangulation, t);
     let is_in_set: Vec<bool> = (0..count)
         .map(|triangle| {
-            let corners = triangulation.triangles()[triangle];
-            let mean_mm =
-                corners.map(|corner| around_mm[corner as usize]).iter().sum::<f64>() / 3.0;
-            let most_mm = alpha_mm * ((1.0 - t) + t * mean_mm / median_mm);
-            radius_mm(triangulation, triangle as TriangleId) > most_mm
+            radius_mm(triangulation, triangle as TriangleId) > alpha_mm * scales[triangle]
         })
         .collect();
     let centres = triangulation.centres_mm();
@@ -60,4 +47,44 @@ pub fn a_shape(triangulation: &Triangulation, alpha_mm: f64, t: f64) -> Region {
         set.least([x, y, 0.0]).is_none_or(|distance_mm| distance_mm >= radius_mm)
     };
     Region::of(triangulation, &Inside::of((0..count).map(keeps).collect()))
+}
+
+/// An α for the A-shape in mm: the larger of the smallest with which the triangles outside the set are one part with all samples, and
+/// [`connecting_alpha_mm`]; none without triangles.
+///
+/// Circles that hold a place of the set may still cut the shape. The rule is ours. n·log n time.
+///
+/// # Panics
+///
+/// If t is not from 0 to 1.
+pub fn connecting_a_mm(triangulation: &Triangulation, t: f64) -> Option<f64> {
+    let scales = scales(triangulation, t);
+    let scaled_mm = connecting(triangulation, |triangle| {
+        radius_mm(triangulation, triangle) / scales[triangle as usize]
+    });
+    Some(scaled_mm?.max(connecting_alpha_mm(triangulation)?))
+}
+
+/// The factor of α at each triangle: (1 - t) + t·h/h'.
+fn scales(triangulation: &Triangulation, t: f64) -> Vec<f64> {
+    assert!((0.0..=1.0).contains(&t), "expected t from 0 to 1, found {t}");
+    let around_mm: Vec<f64> = (0..triangulation.len() as SampleId)
+        .map(|sample| {
+            let spokes = triangulation.spokes(sample);
+            let mut lengths: Vec<f64> =
+                spokes.iter().map(|spoke| triangulation.length_mm(spoke.edge)).collect();
+            // In the order of their sizes the sum does not depend on the numbers of the samples.
+            lengths.sort_by(f64::total_cmp);
+            lengths.iter().sum::<f64>() / spokes.len().max(1) as f64
+        })
+        .collect();
+    let mut sorted_mm = around_mm.clone();
+    sorted_mm.sort_by(f64::total_cmp);
+    let median_mm = sorted_mm.get(sorted_mm.len() / 2).copied().unwrap_or(0.0);
+    let scale = |corners: &[SampleId; 3]| {
+        let mut at_corners = corners.map(|corner| around_mm[corner as usize]);
+        at_corners.sort_by(f64::total_cmp);
+        (1.0 - t) + t * at_corners.iter().sum::<f64>() / 3.0 / median_mm
+    };
+    triangulation.triangles().iter().map(scale).collect()
 }

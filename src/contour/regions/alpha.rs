@@ -53,16 +53,23 @@ pub fn alpha_curve(triangulation: &Triangulation, alpha_mm: f64) -> Graph {
 ///
 /// Triangles of radii that differ by less than 10⁻¹² of their size count as equal. n·log n time.
 pub fn connecting_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
+    connecting(triangulation, |triangle| radius_mm(triangulation, triangle))
+}
+
+/// The smallest size for which the triangles of at most that size are one part with all samples; none without triangles.
+pub(super) fn connecting(
+    triangulation: &Triangulation,
+    size: impl Fn(TriangleId) -> f64,
+) -> Option<f64> {
     let count = triangulation.triangles().len();
-    let mut by_radius: Vec<(f64, TriangleId)> = (0..count as TriangleId)
-        .map(|triangle| (radius_mm(triangulation, triangle), triangle))
-        .collect();
-    by_radius.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut by_size: Vec<(f64, TriangleId)> =
+        (0..count as TriangleId).map(|triangle| (size(triangle), triangle)).collect();
+    by_size.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut sets = Sets::new(count);
     let mut is_in = vec![false; count];
     let mut is_covered = vec![false; triangulation.len()];
     let (mut parts, mut bare) = (0_usize, triangulation.len());
-    for (rank, &(radius_mm, triangle)) in by_radius.iter().enumerate() {
+    for (rank, &(size, triangle)) in by_size.iter().enumerate() {
         is_in[triangle as usize] = true;
         parts += 1;
         for beyond in triangulation.across(triangle).into_iter().flatten() {
@@ -74,10 +81,10 @@ pub fn connecting_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
             bare -= usize::from(!is_covered[corner as usize]);
             is_covered[corner as usize] = true;
         }
-        let alpha_mm = radius_mm * SLACK;
-        let is_last = by_radius.get(rank + 1).is_none_or(|next| next.0 > alpha_mm);
+        let size = size * SLACK;
+        let is_last = by_size.get(rank + 1).is_none_or(|next| next.0 > size);
         if is_last && parts == 1 && bare == 0 {
-            return alpha_mm.is_finite().then_some(alpha_mm);
+            return size.is_finite().then_some(size);
         }
     }
     None

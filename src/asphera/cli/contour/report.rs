@@ -89,29 +89,37 @@ pub(in crate::cli) struct RegionFigures {
 
 impl RegionFigures {
     fn new(part: &Part, samples: &Samples) -> RegionFigures {
-        let places = |line: &[SampleId]| -> Vec<PlaceMm> {
-            line.iter().map(|&sample| samples.places()[sample as usize]).collect()
-        };
+        let mut lines_mm = part.lines_mm(samples).into_iter();
         RegionFigures {
             area_mm2: part.area_mm2(samples),
             perimeter_mm: part.perimeter_mm(samples),
-            outline_mm: places(&part.outline),
-            holes_mm: part.holes.iter().map(|hole| places(hole)).collect(),
+            outline_mm: lines_mm.next().unwrap_or_default(),
+            holes_mm: lines_mm.collect(),
         }
     }
 }
 
-/// The lines round the parts and holes of a region, then what of its border encloses nothing.
-fn lines(region: &Region, samples: usize) -> Vec<Chain> {
-    let closed = |line: &[SampleId]| Chain { samples: line.to_vec(), closed: true };
-    let round: Vec<Chain> = region.parts().iter().flat_map(Part::lines).map(closed).collect();
-    let sides = Graph::new(round.iter().flat_map(|line| {
-        let next = line.samples.iter().cycle().skip(1);
-        line.samples.iter().zip(next).map(|(&p, &q)| [p, q])
+/// The runs of a region's border that enclose nothing.
+fn open_runs(region: &Region, samples: usize) -> Vec<Chain> {
+    let round = region.parts().iter().flat_map(Part::lines);
+    let sides = Graph::new(round.flat_map(|line| {
+        let next = line.iter().cycle().skip(1);
+        line.iter().zip(next).map(|(&p, &q)| [p, q])
     }));
     let other = region.border().edges().iter().copied().filter(|&[p, q]| !sides.joins(p, q));
-    let other = Graph::new(other).chains(samples);
-    round.into_iter().chain(other).collect()
+    Graph::new(other).chains(samples)
+}
+
+/// The lines round the parts and holes of a region, then those that enclose nothing.
+fn lines(region: &Region, samples: &Samples) -> Vec<ChainFigures> {
+    let round = region.parts().iter().flat_map(|part| part.lines_mm(samples));
+    let closed = |points_mm: Vec<PlaceMm>| {
+        let next = points_mm.iter().cycle().skip(1);
+        let length_mm = points_mm.iter().zip(next).map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]));
+        ChainFigures { closed: true, length_mm: length_mm.sum(), points_mm }
+    };
+    let open = figures(samples, &open_runs(region, samples.len()));
+    round.map(closed).chain(open).collect()
 }
 
 impl ContourReport {
@@ -124,10 +132,9 @@ impl ContourReport {
     ) -> ContourReport {
         let samples = triangulation.samples();
         let graph = region.border();
-        let chains = lines(region, samples.len());
         let left_out = rows(samples, region.left_out().to_vec());
         ContourReport {
-            chains: figures(samples, &chains),
+            chains: lines(region, samples),
             area_mm2: Some(region.area_mm2(samples)),
             parts: Some(region.parts().len()),
             holes: Some(region.parts().iter().map(|part| part.holes.len()).sum()),

@@ -81,7 +81,6 @@ fn plate() -> String {
 fn regions_have_parts_holes_and_areas() {
     let report = contour_of(&plate(), &["--method", "alpha", "--set", "alpha_mm=0.8"]).unwrap();
     assert_eq!((report.parts, report.holes), (Some(1), Some(1)));
-    // The hole has corners at (±1, ±2) and (±2, ±1) and (±2, ±2) is inside the material: 3·5 + 2·3 half squares less.
     let regions = report.regions.as_ref().unwrap();
     assert_eq!((regions[0].outline_mm.len(), regions[0].holes_mm.len()), (32, 1));
     let hole: f64 = report.chains[1].length_mm;

@@ -1,12 +1,14 @@
-//! SciPy's Delaunay and Voronoi diagrams (Qhull) and spanning tree, against ours.
+//! SciPy's Delaunay and Voronoi diagrams (Qhull) and spanning tree, and unions of triangles by shapely (GEOS), against ours.
 //!
-//! `ASPHERA_PYTHON` names a python with SciPy; without it the test says that it is skipped.
+//! `ASPHERA_PYTHON` names a python with SciPy and shapely; without it the tests say that they are skipped.
 
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
+use asphera_contour::PlaceMm;
 use asphera_contour::curves::crust;
 use asphera_contour::graphs::{delaunay, emst, gabriel};
+use asphera_contour::regions::alpha_shape;
 
 use crate::places::{by_row, scattered, triangulation};
 
@@ -36,25 +38,79 @@ both = edges(Delaunay(np.vstack([p, Voronoi(p).vertices])))
 show(both[(both < n).all(axis=1)])
 ";
 
+/// Reads α, then points from stdin; writes area, perimeter, parts and holes of the union of all triangles of circles up to α.
+const UNION: &str = "
+import sys, numpy as np, shapely
+from scipy.spatial import Delaunay
+alpha = float(sys.stdin.readline())
+p = np.loadtxt(sys.stdin)
+t = p[Delaunay(p).simplices]
+a, b, c = (np.linalg.norm(t[:, i] - t[:, (i + 1) % 3], axis=1) for i in range(3))
+u, v = t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]
+area = abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+union = shapely.union_all([shapely.Polygon(x) for x in t[a * b * c <= 4 * area * alpha]])
+parts = [x for x in getattr(union, 'geoms', [union]) if not x.is_empty]
+print(union.area, union.length, len(parts), sum(len(x.interiors) for x in parts))
+";
+
+const SKIPPED: &str = "skipped: ASPHERA_PYTHON names no python with SciPy and shapely";
+
+/// The output of a script; none if no python is named.
+fn output(script: &str, input: &str) -> Option<String> {
+    let python = std::env::var_os("ASPHERA_PYTHON")?;
+    let mut peer = Command::new(&python)
+        .args(["-c", script])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // A script that ends at once does not read it all.
+    let written = peer.stdin.take().unwrap().write_all(input.as_bytes());
+    let output = peer.wait_with_output().unwrap();
+    let words = String::from_utf8_lossy(&output.stderr);
+    if words.contains("ModuleNotFoundError") {
+        return None;
+    }
+    assert!(written.is_ok() && output.status.success(), "{words}");
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+fn listed(points: &[PlaceMm]) -> String {
+    points.iter().map(|[x, y]| format!("{x} {y}\n")).collect()
+}
+
+#[test]
+fn shapely_gives_the_same_alpha_shapes() {
+    for seed in 0..3 {
+        let points = scattered(1500, seed + 720);
+        let set = triangulation(&points);
+        for alpha in [0.15, 0.2, 0.3, 0.6] {
+            let Some(text) = output(UNION, &format!("{alpha}\n{}", listed(&points))) else {
+                println!("{SKIPPED}");
+                return;
+            };
+            let theirs: Vec<f64> =
+                text.split_whitespace().map(|word| word.parse().unwrap()).collect();
+            let found = alpha_shape(&set, alpha);
+            let parts = found.parts();
+            let holes: usize = parts.iter().map(|part| part.holes.len()).sum();
+            let perimeter: f64 = parts.iter().map(|part| part.perimeter_mm(set.samples())).sum();
+            assert!((found.area_mm2(set.samples()) - theirs[0]).abs() < 1e-9 * theirs[0]);
+            assert!((perimeter - theirs[1]).abs() < 1e-9 * theirs[1]);
+            assert_eq!([parts.len() as f64, holes as f64], theirs[2..], "seed {seed} α {alpha}");
+        }
+    }
+}
+
 #[test]
 fn scipy_gives_the_same_graphs() {
-    let Some(python) = std::env::var_os("ASPHERA_PYTHON") else {
-        println!("skipped: ASPHERA_PYTHON names no python with SciPy");
-        return;
-    };
     for seed in 0..4 {
         let points = scattered(400, seed + 700);
-        let mut peer = Command::new(&python)
-            .args(["-c", SCRIPT])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let text: String = points.iter().map(|[x, y]| format!("{x} {y}\n")).collect();
-        peer.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
-        let output = peer.wait_with_output().unwrap();
-        assert!(output.status.success(), "scipy failed; is it installed?");
-        let output = String::from_utf8(output.stdout).unwrap();
+        let Some(output) = output(SCRIPT, &listed(&points)) else {
+            println!("{SKIPPED}");
+            return;
+        };
         let set = triangulation(&points);
         let ours = [delaunay(&set), emst(&set), gabriel(&set), crust(&set)];
         assert_eq!(output.lines().count(), ours.len());

@@ -1,67 +1,94 @@
-//! Areas of a disc, a ring and a D from 8,000 points at random.
+//! Areas of a disc, a ring and a D from 8,000 points, at random and on rasters.
 
 use std::f64::consts::PI;
 
-use asphera_contour::regions::alpha_shape;
-use asphera_contour::{Method, PlaceMm};
+use asphera_contour::{Method, PlaceMm, Region};
 
 use super::{check, region};
 use crate::places::{Random, triangulation};
 
-/// Points at random where `is_in` is true, within ±1 mm.
-fn within(is_in: impl Fn(PlaceMm) -> bool, seed: u64) -> Vec<PlaceMm> {
-    let mut random = Random::new(seed);
-    let mut points = Vec::new();
-    while points.len() < 8_000 {
-        let place = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
-        if is_in(place) {
-            points.push(place);
-        }
-    }
-    points
-}
+/// A shape within ±1 mm: whether it holds a place, its area in mm², its holes.
+type Shape = (&'static str, fn(PlaceMm) -> bool, f64, usize);
+
+const SHAPES: [Shape; 3] = [
+    ("disc", |place| radius(place) < 1.0, PI, 0),
+    ("ring", |place| (0.5..1.0).contains(&radius(place)), 0.75 * PI, 1),
+    ("D", |place| radius(place) < 1.0 && place[0] > 0.0, 0.5 * PI, 0),
+];
+
+const COUNT: usize = 8_000;
 
 fn radius([x, y]: PlaceMm) -> f64 {
     x.hypot(y)
 }
 
+/// Points at random.
+fn at_random(is_in: fn(PlaceMm) -> bool, seed: u64) -> Vec<PlaceMm> {
+    let mut random = Random::new(seed);
+    let place = || [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+    std::iter::repeat_with(place).filter(|&place| is_in(place)).take(COUNT).collect()
+}
+
+/// A raster of about as many points, shifted and turned at random: no border runs along its rows.
+fn on_a_raster(is_in: fn(PlaceMm) -> bool, area_mm2: f64, seed: u64) -> Vec<PlaceMm> {
+    let mut random = Random::new(seed);
+    let step = (area_mm2 / COUNT as f64).sqrt();
+    let (shift, turn) = ([random.share(), random.share()], random.between(0.2, 0.6));
+    let (sin, cos) = turn.sin_cos();
+    let rows = (1.5 / step) as i32;
+    let places = (-rows..=rows).flat_map(|x| (-rows..=rows).map(move |y| [x, y]));
+    let places = places.map(|[x, y]| {
+        let [x, y] = [step * (f64::from(x) + shift[0]), step * (f64::from(y) + shift[1])];
+        [cos * x - sin * y, sin * x + cos * y]
+    });
+    places.filter(|&place| is_in(place)).collect()
+}
+
+/// How far the area of a region is off, in % of the truth.
+fn error(points: &[PlaceMm], method: Method, truth: f64) -> (f64, Region) {
+    let set = triangulation(points);
+    let found = region(method, &set, "");
+    check(&set, &found, method.name());
+    (100.0 * (found.area_mm2(set.samples()) / truth - 1.0), found)
+}
+
 #[test]
-fn a_disc_a_ring_and_a_d() {
-    let disc = (within(|place| radius(place) < 1.0, 1), PI, 0);
-    let ring = (within(|place| (0.5..1.0).contains(&radius(place)), 2), 0.75 * PI, 1);
-    let half = (within(|place| radius(place) < 1.0 && place[0] > 0.0, 3), 0.5 * PI, 0);
-    for (name, (points, truth, holes)) in [("disc", disc), ("ring", ring), ("D", half)] {
-        let set = triangulation(&points);
-        // Discs as wide as two edges find the ring's hole and no other.
-        let edges = set.by_length();
-        let median_mm = set.length_mm(edges[edges.len() / 2]);
-        let found = alpha_shape(&set, 2.0 * median_mm);
-        let area = found.area_mm2(set.samples()) / truth - 1.0;
-        println!("{name:<5} alpha at twice the median edge: area {:+.2} %", 100.0 * area);
-        assert_eq!((found.parts().len(), found.parts()[0].holes.len()), (1, holes), "{name}");
-        // The border lies within by a third of an edge or so, all round.
-        let perimeter_mm = found.parts()[0].perimeter_mm(set.samples());
-        let within_mm = -area * truth / perimeter_mm;
-        assert!((0.2..0.5).contains(&(within_mm / median_mm)), "{name} {within_mm} {median_mm}");
-        for method in super::methods() {
-            let found = region(method, &set, "");
-            check(&set, &found, method.name());
-            let area = found.area_mm2(set.samples()) / truth - 1.0;
-            let found_holes: usize = found.parts().iter().map(|part| part.holes.len()).sum();
-            println!(
-                "{name:<5} {:<13} area {:+6.2} %, {} parts, {found_holes} holes, {} points left out",
-                method.name(),
-                100.0 * area,
-                found.parts().len(),
-                found.left_out().len()
-            );
-            let is_one = matches!(method, Method::Chi | Method::Rgg | Method::SimpleShape);
-            if holes == 0 {
-                // A disc and a D are convex: no triangle of their points reaches beyond them.
-                assert!(area < 0.0, "{name} {} {area}", method.name());
-                assert!(!is_one || area > -0.05, "{name} {} {area}", method.name());
+fn areas_are_right_within_half_a_percent() {
+    for (name, is_in, truth, holes) in SHAPES {
+        for seed in 1..=5 {
+            let random = at_random(is_in, seed);
+            let raster = on_a_raster(is_in, truth, seed);
+            for (kind, points) in [("random", random), ("raster", raster)] {
+                let (off, found) = error(&points, Method::Auto, truth);
+                println!("{name:<5} {kind} {seed}: auto {off:+.2} %");
+                assert_eq!((found.parts().len(), found.parts()[0].holes.len()), (1, holes));
+                assert!(off.abs() <= 0.5, "{name} {kind} {seed}: {off} %");
             }
-            assert!(!is_one || (found.parts().len(), found_holes) == (1, 0), "{name}");
+        }
+    }
+}
+
+/// Every region of triangles is too small by about half a spacing all round. The figures of all methods are printed.
+#[test]
+fn triangles_end_before_the_border() {
+    for (name, is_in, truth, holes) in SHAPES {
+        let sets = [("random", at_random(is_in, 1)), ("raster", on_a_raster(is_in, truth, 1))];
+        for (kind, points) in sets {
+            for method in super::methods().filter(|method| *method != Method::Auto) {
+                let (off, found) = error(&points, method, truth);
+                let found_holes: usize = found.parts().iter().map(|part| part.holes.len()).sum();
+                println!(
+                    "{name:<5} {kind} {:<13} {off:+7.2} %, {} parts, {found_holes} holes, {} points left out",
+                    method.name(),
+                    found.parts().len(),
+                    found.left_out().len()
+                );
+                // A disc and a D are convex: no triangle of their points reaches beyond them.
+                assert!(holes > 0 || off < 0.0, "{name} {} {off}", method.name());
+                if matches!(method, Method::Chi | Method::Rgg | Method::SimpleShape) {
+                    assert_eq!((found.parts().len(), found_holes), (1, 0), "{name}");
+                }
+            }
         }
     }
 }

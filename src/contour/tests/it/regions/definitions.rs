@@ -1,4 +1,4 @@
-//! α-shapes, the CT-shape and the petal ratio over all triangles and all pairs.
+//! α-shapes, the A-shape and the petal ratio over all triangles and all pairs.
 
 use asphera_contour::regions::{
     Sampling, alpha_curve, alpha_shape, connecting_alpha_mm, joining_alpha_mm, petals,
@@ -193,4 +193,56 @@ fn an_outlier_of_a_dot_pattern_is_left_out() {
     let outliers = [101, 100].map(|row| set.samples().of_row(row));
     assert_eq!(found.left_out(), outliers);
     assert!((found.area_mm2(set.samples()) - 81.0).abs() < 1e-9);
+}
+
+/// Every triangle against every place of the set, found anew.
+#[test]
+fn a_shapes_are_all_triangles_whose_circle_holds_no_place_of_the_set() {
+    for seed in 0..12 {
+        let set = triangulation(&scattered(60, seed + 440));
+        let mean = |sample: SampleId| {
+            let ends =
+                set.edges().iter().map(|edge| edge.ends).filter(|ends| ends.contains(&sample));
+            let lengths: Vec<f64> =
+                ends.map(|[p, q]| distance(set.place(p), set.place(q))).collect();
+            lengths.iter().sum::<f64>() / lengths.len() as f64
+        };
+        let around: Vec<f64> = (0..set.len() as SampleId).map(mean).collect();
+        let mut sorted = around.clone();
+        sorted.sort_by(f64::total_cmp);
+        let circle = |corners: &[SampleId; 3]| -> (PlaceMm, f64) {
+            let [a, b, c] = corners.map(|corner| set.place(corner));
+            let [b, c] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
+            let lift = |p: PlaceMm| p[0] * p[0] + p[1] * p[1];
+            let twice = 2.0 * (b[0] * c[1] - b[1] * c[0]);
+            let centre = [
+                (c[1] * lift(b) - b[1] * lift(c)) / twice,
+                (b[0] * lift(c) - c[0] * lift(b)) / twice,
+            ];
+            ([a[0] + centre[0], a[1] + centre[1]], centre[0].hypot(centre[1]))
+        };
+        for (alpha, t) in [(0.7, 0.0), (0.7, 0.5), (1.0, 1.0), (1.6, 0.3)] {
+            let is_in_set = |corners: &&[SampleId; 3]| {
+                let mean = corners.map(|corner| around[corner as usize]).iter().sum::<f64>() / 3.0;
+                circle(corners).1 > alpha * (1.0 - t + t * mean / sorted[sorted.len() / 2])
+            };
+            let places: Vec<PlaceMm> =
+                set.triangles().iter().filter(is_in_set).map(|corners| circle(corners).0).collect();
+            let kept = set.triangles().iter().filter(|corners| {
+                let (centre, radius) = circle(corners);
+                places.iter().all(|place| distance(*place, centre) >= radius)
+            });
+            let mut border = Vec::new();
+            for &[a, b, c] in kept {
+                for [p, q] in [[a, b], [b, c], [c, a]] {
+                    match border.iter().position(|&side| side == [q, p]) {
+                        Some(index) => drop(border.swap_remove(index)),
+                        None => border.push([p, q]),
+                    }
+                }
+            }
+            let found = region(Method::A, &set, &format!("alpha_mm={alpha},t={t}"));
+            assert_eq!(found.border(), &Graph::new(border), "seed {seed} α {alpha} t {t}");
+        }
+    }
 }

@@ -136,51 +136,140 @@ fn the_shape_hull_loses_triangles_whose_centre_lies_outside() {
     }
 }
 
+/// Whether one of the circles of a triangle's side holds a sample.
+fn ec_rule(
+    set: &Triangulation,
+    v: f64,
+) -> impl Fn(&[usize], usize, [SampleId; 2], SampleId) -> bool + '_ {
+    let within =
+        |centre: PlaceMm, x: SampleId, radius: f64| distance(set.place(x), centre) <= radius;
+    let middle = |p: SampleId, q: SampleId| {
+        let [p, q] = [p, q].map(|sample| set.place(sample));
+        [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
+    };
+    move |left, triangle, side, apex| {
+        let long = v * length(set, side);
+        let beyond = |x: SampleId, y: SampleId| {
+            let other = left.iter().copied().find(|&other| {
+                let corners = set.triangles()[other];
+                other != triangle && corners.contains(&x) && corners.contains(&y)
+            });
+            let Some(other) = other else { return false };
+            let mut corners = set.triangles()[other].into_iter();
+            let w = corners.find(|corner| ![x, y].contains(corner)).unwrap();
+            let (short, radius) = (length(set, [x, y]), 0.5 * v * long);
+            if short >= long || short >= 2.0 * radius {
+                return within(middle(x, y), w, radius);
+            }
+            let [p, q] = [x, y].map(|sample| set.place(sample));
+            let up = (radius.powi(2) - (0.5 * short).powi(2)).sqrt();
+            [up, -up].into_iter().any(|up| {
+                let [mx, my] = middle(x, y);
+                let normal = [(p[1] - q[1]) / short, (q[0] - p[0]) / short];
+                within([mx + up * normal[0], my + up * normal[1]], w, radius)
+            })
+        };
+        within(middle(side[0], side[1]), apex, 0.5 * long)
+            || beyond(side[0], apex)
+            || beyond(side[1], apex)
+    }
+}
+
 #[test]
 fn ec_shapes_lose_sides_whose_circles_are_not_empty() {
     for seed in 0..8 {
         let set = triangulation(&scattered(70, seed + 560));
         for v in [1.0, 0.9, 1.3] {
-            let rule = |left: &[usize], triangle: usize, side: [SampleId; 2], apex: SampleId| {
-                let within = |centre: PlaceMm, x: SampleId, radius: f64| {
-                    distance(set.place(x), centre) <= radius
-                };
-                let middle = |p: SampleId, q: SampleId| {
-                    let [p, q] = [p, q].map(|sample| set.place(sample));
-                    [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
-                };
-                let long = v * length(&set, side);
-                let beyond = |x: SampleId, y: SampleId| {
-                    let other = left.iter().copied().find(|&other| {
-                        let corners = set.triangles()[other];
-                        other != triangle && corners.contains(&x) && corners.contains(&y)
-                    });
-                    let Some(other) = other else { return false };
-                    let w = set.triangles()[other]
-                        .into_iter()
-                        .find(|corner| ![x, y].contains(corner))
-                        .unwrap();
-                    let (short, radius) = (length(&set, [x, y]), 0.5 * v * long);
-                    if short >= long || short >= 2.0 * radius {
-                        return within(middle(x, y), w, radius);
-                    }
-                    let [p, q] = [x, y].map(|sample| set.place(sample));
-                    let up = (radius.powi(2) - (0.5 * short).powi(2)).sqrt();
-                    [up, -up].into_iter().any(|up| {
-                        let [mx, my] = middle(x, y);
-                        let normal = [(p[1] - q[1]) / short, (q[0] - p[0]) / short];
-                        within([mx + up * normal[0], my + up * normal[1]], w, radius)
-                    })
-                };
-                within(middle(side[0], side[1]), apex, 0.5 * long)
-                    || beyond(side[0], apex)
-                    || beyond(side[1], apex)
-            };
-            let expected = peeled(&set, |_, side| length(&set, side), rule);
+            let expected = peeled(&set, |_, side| length(&set, side), ec_rule(&set, v));
             let found = region(Method::Ec, &set, &format!("v={v}"));
             assert_same(&set, &found, &expected, "ec");
         }
     }
+}
+
+/// Holes of the EC-shape by their steps: each begins with the largest triangle that does not touch the outer border.
+#[test]
+fn ec_holes_begin_with_the_largest_triangle_and_end_where_holes_touch() {
+    let mut holes = [0; 4];
+    for seed in 0..24 {
+        // A jittered raster with one or two openings.
+        let jitter = scattered(144, seed + 600).into_iter().zip(0..);
+        let points: Vec<PlaceMm> = jitter
+            .map(|([u, v], index)| {
+                [f64::from(index % 12) + 0.03 * (u - 5.0), f64::from(index / 12) + 0.03 * (v - 5.0)]
+            })
+            .filter(|place| distance(*place, [3.5, 3.5]) > 1.8)
+            .filter(|place| seed % 2 == 0 || distance(*place, [8.0, 7.5]) > 1.6)
+            .collect();
+        let set = triangulation(&points);
+        let outer = peeled(&set, |_, side| length(&set, side), ec_rule(&set, 1.0));
+        let expected = with_holes(&set, &outer);
+        let found = region(Method::Ec, &set, "holes=true");
+        assert!(
+            (found.area_mm2(set.samples()) - area(&set, &expected)).abs() < 1e-9,
+            "seed {seed}"
+        );
+        holes[found.parts()[0].holes.len().min(3)] += 1;
+    }
+    assert!(holes[1] + holes[2] + holes[3] >= 20, "{holes:?}");
+}
+
+/// The ends of all sides of triangles that no other of them has, beside a triangle of them.
+fn border_of(set: &Triangulation, triangles: &[usize]) -> Vec<[SampleId; 2]> {
+    let sides = triangles.iter().flat_map(|&triangle| {
+        let [a, b, c] = set.triangles()[triangle];
+        [[a, b], [b, c], [c, a]]
+    });
+    let all: Vec<[SampleId; 2]> = sides.collect();
+    all.iter().copied().filter(|&[p, q]| !all.contains(&[q, p])).collect()
+}
+
+fn with_holes(set: &Triangulation, outer: &[usize]) -> Vec<usize> {
+    let touches = |border: &[[SampleId; 2]], triangle: usize| {
+        let corners = set.triangles()[triangle];
+        border.iter().flatten().any(|end| corners.contains(end))
+    };
+    let rim = border_of(set, outer);
+    let mut seeds: Vec<usize> =
+        outer.iter().copied().filter(|&triangle| !touches(&rim, triangle)).collect();
+    seeds.sort_by(|&a, &b| area(set, &[b]).total_cmp(&area(set, &[a])));
+    let mut left = outer.to_vec();
+    for seed in seeds {
+        if !left.contains(&seed) {
+            continue;
+        }
+        if touches(&border_of(set, &left), seed) {
+            return left;
+        }
+        let before = left.clone();
+        left.retain(|&triangle| triangle != seed);
+        let mut hole = vec![seed];
+        loop {
+            let border = border_of(set, &left);
+            let ears = left.iter().copied().filter(|&triangle| {
+                let [a, b, c] = set.triangles()[triangle];
+                let sides = [([a, b], c), ([b, c], a), ([c, a], b)];
+                let open: Vec<_> =
+                    sides.into_iter().filter(|(side, _)| border.contains(side)).collect();
+                let &[([p, q], apex)] = &open[..] else { return false };
+                let is_of_hole = hole.iter().any(|&gone| {
+                    let corners = set.triangles()[gone];
+                    corners.contains(&p) && corners.contains(&q)
+                });
+                is_of_hole
+                    && !border.iter().flatten().any(|&end| end == apex)
+                    && ec_rule(set, 1.0)(&left, triangle, [p, q], apex)
+            });
+            let next = ears.max_by(|&a, &b| area(set, &[a]).total_cmp(&area(set, &[b])));
+            let Some(next) = next else { break };
+            left.retain(|&triangle| triangle != next);
+            hole.push(next);
+        }
+        if hole.len() + 2 <= 4 {
+            return before;
+        }
+    }
+    left
 }
 
 /// One simple polygon that holds all samples, on rasters with their ties, too.
