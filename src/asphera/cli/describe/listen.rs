@@ -59,7 +59,8 @@ impl Listener {
                 () = sleep_until(ask_at), if question.is_some() => {
                     if let Some((bytes, every_ms)) = question {
                         self.link.tell(LinkCommand::Send { epoch: self.epoch, bytes: bytes.clone() });
-                        ask_at += Duration::from_millis((*every_ms).into());
+                        // From now on: a link that was closed for a while has no questions to make up for.
+                        ask_at = Instant::now() + Duration::from_millis((*every_ms).into());
                     }
                 }
                 () = sleep_until(end) => return Ok(received),

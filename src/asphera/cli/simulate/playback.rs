@@ -97,7 +97,8 @@ impl Playback {
                 let mut run = Run { session, speed, index, listener: link.listener };
                 loop {
                     if let Err(error) = run.play().await {
-                        say(&format!("link {}: {error}", link.name));
+                        say(&format!("link {} ends: {error}", link.name));
+                        return;
                     }
                 }
             });
@@ -130,11 +131,12 @@ impl Run {
     /// Plays all connections of the recording. Ends when the client leaves before its time, or after the end.
     async fn play(&mut self) -> Result<(), Failure> {
         let mut entries = Session::open(&self.session)?.entries();
-        let mut client: Option<Client> = None;
+        let (mut client, mut was_opened): (Option<Client>, bool) = (None, false);
         // What cannot be read of the recording is passed over: it is lacking here as it is in a replay.
         while let Some(entry) = tokio::task::block_in_place(|| next(&mut entries)) {
             match entry.what {
                 What::Opened { link } if link == self.index => {
+                    was_opened = true;
                     let (stream, _) = self.listener.accept().await?;
                     client = Some(Client::new(stream, entry.at)?);
                 }
@@ -159,7 +161,9 @@ impl Run {
         match client {
             // The device stays connected until the client has had enough.
             Some(mut client) => while client.heard.changed().await.is_ok() {},
-            None => drop(self.listener.accept().await?),
+            None if was_opened => {}
+            // Nobody ever answered there, and nobody does now.
+            None => std::future::pending().await,
         }
         Ok(())
     }
