@@ -69,16 +69,12 @@ const EXPOSURE_COUNT: u16 = 75;
 
 #[cfg(test)]
 mod tests {
-    use asphera_settings::{File, Problems};
+    use asphera_settings::Problems;
 
     use super::*;
 
     fn settings(text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
-        let file = File::parse("probe", text)?;
-        let root = file.root();
-        let settings = FAMILY.read(&root);
-        drop(root);
-        file.conclude(settings)
+        FAMILY.parse("probe", text)
     }
 
     #[test]

@@ -80,16 +80,12 @@ impl DeviceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use asphera_settings::{File, Problems};
+    use asphera_settings::Problems;
 
     use super::*;
 
     fn settings(text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
-        let file = File::parse("stage", text)?;
-        let root = file.root();
-        let settings = FAMILY.read(&root);
-        drop(root);
-        file.conclude(settings)
+        FAMILY.parse("stage", text)
     }
 
     #[test]

@@ -59,7 +59,7 @@ fn framing(problems: &mut Vec<Problem>, settings: &Settings) {
         }
         Framing::Records { begin, length } => {
             check_range(problems, "length", *length, 1, 65_536);
-            let taken = begin.len() + settings.checksum.map_or(0, |check| check.len());
+            let taken = begin.len() + settings.checksum.map_or(0, |check| check.bytes());
             if *length < taken {
                 let expected = format!("at least the {taken} bytes of beginning and checksum");
                 problems.push(Problem::new("length", expected, length));
@@ -192,7 +192,7 @@ fn place(wrong: &mut impl FnMut(&str, &str, String), field: &Field, settings: &S
         }
         (Layout::Bytes, Place::At(at)) => {
             let Framing::Records { length, .. } = settings.framing else { return };
-            let last = length.saturating_sub(settings.checksum.map_or(0, |check| check.len()));
+            let last = length.saturating_sub(settings.checksum.map_or(0, |check| check.bytes()));
             match field.form.width() {
                 None => wrong("form", "a number in bytes: u8 to f64", "digits".to_owned()),
                 Some(width) if at + width > last => {

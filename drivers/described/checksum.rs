@@ -98,21 +98,16 @@ impl Algorithm {
 
 impl Checksum {
     /// Bytes it takes at the end of a frame.
-    pub fn len(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         match self.digits {
             Digits::Binary(_) => self.algorithm.width(),
             Digits::Hex => 2 * self.algorithm.width(),
         }
     }
 
-    /// Whether it takes no bytes; never.
-    pub fn is_empty(&self) -> bool {
-        false
-    }
-
     /// Bytes of a frame before [`Checksum::skip_last`], if its check is right.
     pub fn body<'a>(&self, frame: &'a [u8]) -> Option<&'a [u8]> {
-        let (rest, check) = frame.split_at_checked(frame.len().checked_sub(self.len())?)?;
+        let (rest, check) = frame.split_at_checked(frame.len().checked_sub(self.bytes())?)?;
         let (body, _) = rest.split_at_checked(rest.len().checked_sub(self.skip_last)?)?;
         let value = self.algorithm.value(body.get(self.skip_first..)?);
         check.eq_ignore_ascii_case(&self.written(value)).then_some(body)

@@ -130,13 +130,7 @@ fn field(table: &Section<'_>) -> Option<Field> {
     let role = role(table);
     let ordinary = if matches!(role, Some(Role::DeviceTime)) { Unit::Second } else { Unit::One };
     let unit = table.word("unit", ordinary, &units);
-    let valid_range = table.get::<Vec<f64>>("valid_range").and_then(|range| match range[..] {
-        [low, high] if low < high => Some((low, high)),
-        _ => {
-            table.problem("valid_range", "[lowest, highest]", format!("{range:?}"));
-            None
-        }
-    });
+    let valid_range = table.range("valid_range");
     let flagged = FLAGS.iter().filter_map(|(key, flag)| {
         let texts: Vec<String> = table.get(key)?;
         Some(Flagged { flag: *flag, texts })
@@ -274,16 +268,12 @@ impl DeviceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use asphera_settings::{File, Problems};
+    use asphera_settings::Problems;
 
     use super::*;
 
     fn settings(text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
-        let file = File::parse("gauge", text)?;
-        let root = file.root();
-        let settings = FAMILY.read(&root);
-        drop(root);
-        file.conclude(settings)
+        FAMILY.parse("gauge", text)
     }
 
     const GAUGE: &str = r#"

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::time::Duration;
 
-use asphera_settings::Section;
+use asphera_settings::{File, Problems, Section};
 
 use crate::{Channel, Driver, Problem};
 
@@ -109,5 +109,18 @@ impl Family {
             table.problem(&key, expected, found);
         }
         settings
+    }
+
+    /// Settings of a text of their own, with keys and tables as they stand below `settings`; `name` stands in the problems.
+    ///
+    /// # Errors
+    ///
+    /// All that is wrong, each with its line.
+    pub fn parse(&self, name: &str, text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
+        let file = File::parse(name, text)?;
+        let root = file.root();
+        let settings = self.read(&root);
+        drop(root);
+        file.conclude(settings)
     }
 }

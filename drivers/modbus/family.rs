@@ -67,13 +67,7 @@ fn field(table: &Section<'_>) -> Option<Field> {
     let units: Vec<(&str, Unit)> = Unit::ALL.iter().map(|unit| (unit.symbol(), *unit)).collect();
     let unit = table.word("unit", Unit::One, &units);
     let role = role(table);
-    let valid_range = table.get::<Vec<f64>>("valid_range").and_then(|range| match range[..] {
-        [low, high] if low < high => Some((low, high)),
-        _ => {
-            table.problem("valid_range", "[lowest, highest]", format!("{range:?}"));
-            None
-        }
-    });
+    let valid_range = table.range("valid_range");
     let (scale, offset) = (table.or("scale", 1.0), table.or("offset", 0.0));
     table.finish();
     Some(Field {
@@ -151,16 +145,12 @@ impl DeviceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use asphera_settings::{File, Problems};
+    use asphera_settings::Problems;
 
     use super::*;
 
     fn settings(text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
-        let file = File::parse("thermal", text)?;
-        let root = file.root();
-        let settings = FAMILY.read(&root);
-        drop(root);
-        file.conclude(settings)
+        FAMILY.parse("thermal", text)
     }
 
     #[test]

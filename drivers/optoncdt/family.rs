@@ -68,16 +68,12 @@ impl DeviceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use asphera_settings::{File, Problems};
+    use asphera_settings::Problems;
 
     use super::*;
 
     fn settings(text: &str) -> Result<Box<dyn DeviceSettings>, Problems> {
-        let file = File::parse("probe", text)?;
-        let root = file.root();
-        let settings = FAMILY.read(&root);
-        drop(root);
-        file.conclude(settings)
+        FAMILY.parse("probe", text)
     }
 
     #[test]

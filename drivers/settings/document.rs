@@ -225,6 +225,18 @@ impl<'a> Section<'a> {
         }
     }
 
+    /// The two ends of a range, `[lowest, highest]`, if the key is there.
+    pub fn range(&self, key: &str) -> Option<(f64, f64)> {
+        let range: Vec<f64> = self.get(key)?;
+        match range[..] {
+            [low, high] if low < high => Some((low, high)),
+            _ => {
+                self.problem(key, "[lowest, highest]", format!("{range:?}"));
+                None
+            }
+        }
+    }
+
     /// The value of the word at `key`, one of `words`; `default` where there is none, or another word.
     pub fn word<T: Copy>(&self, key: &str, default: T, words: &[(&str, T)]) -> T {
         if self.has(key) { self.required_word(key, words).unwrap_or(default) } else { default }

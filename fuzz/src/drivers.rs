@@ -9,7 +9,6 @@ use asphera_link::{
     CanFrame, Capture, Carries, Command, Driver, Event, Family, Fault, Input, Nanos, RECORD_LEN,
     Reading,
 };
-use asphera_settings::File;
 
 /// Gives an input to a driver and checks what came out of it.
 ///
@@ -74,11 +73,8 @@ const DEVICES: [(Family, &str, bool); 11] = [
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {
-    let file = File::parse("settings", settings).unwrap_or_else(|problems| panic!("{problems}"));
-    let root = file.root();
-    let settings = family.read(&root);
-    drop(root);
-    let settings = file.conclude(settings).unwrap_or_else(|problems| panic!("{problems}"));
+    let settings = family.parse("settings", settings);
+    let settings = settings.unwrap_or_else(|problems| panic!("{problems}"));
     settings.driver().unwrap_or_else(|problems| panic!("{problems:?}"))
 }
 

@@ -60,7 +60,7 @@ pub(super) fn propose(capture: &Capture, bytes: &[u8]) -> Proposal {
         return Proposal { settings: None, remarks };
     };
     let begin = records.begin().to_vec();
-    let last = records.length - checksum.map_or(0, |check: Checksum| check.len());
+    let last = records.length - checksum.map_or(0, |check: Checksum| check.bytes());
     let (fields, more) = fields(&records, begin.len(), last);
     remarks.push(format!("records of {} bytes", records.length));
     remarks.extend(more);

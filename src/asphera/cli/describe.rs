@@ -5,7 +5,6 @@ mod listen;
 use std::path::PathBuf;
 
 use asphera_link::{Capture, Channel, Family, Proposal, Reading, bytes_of};
-use asphera_settings::File;
 use asphera_transport::{Endpoint, FlowControl, Parity, SerialSettings};
 use clap::{ArgGroup, Args};
 
@@ -152,11 +151,7 @@ fn proposed(capture: &Capture) -> Result<Proposed, Failure> {
 impl Proposed {
     /// The settings, read as a configuration would be.
     fn device(&self) -> Result<Box<dyn asphera_link::DeviceSettings>, Failure> {
-        let file = File::parse("proposal", &self.settings)?;
-        let root = file.root();
-        let settings = self.family.read(&root);
-        drop(root);
-        Ok(file.conclude(settings)?)
+        Ok(self.family.parse("proposal", &self.settings)?)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use asphera_described::FAMILY;
 use asphera_link::{Driver, Event, Fault, FaultKind, Input, Nanos, Output, Reading};
-use asphera_settings::{File, Problems};
+use asphera_settings::Problems;
 
 /// A connected driver and everything it said.
 pub(crate) struct Bench {
@@ -14,11 +14,7 @@ pub(crate) struct Bench {
 
 /// A driver of a table `settings`.
 pub(crate) fn driver(text: &str) -> Result<Box<dyn Driver>, Problems> {
-    let file = File::parse("settings", text)?;
-    let root = file.root();
-    let settings = FAMILY.read(&root);
-    drop(root);
-    let settings = file.conclude(settings)?;
+    let settings = FAMILY.parse("settings", text)?;
     Ok(settings.driver().expect("settings without problems make a driver"))
 }
 
