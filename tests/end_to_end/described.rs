@@ -126,6 +126,10 @@ fn datagrams_become_a_measured_part() {
     let config = station(folder.path(), &link, "");
     std::thread::spawn(move || {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        // Until the daemon has the port nobody hears: it may have to be built first.
+        while UdpSocket::bind(address).is_ok() {
+            std::thread::park_timeout(Duration::from_millis(500));
+        }
         // Lines of which the daemon, once it listens, cannot say where the first begins; then the part.
         let part = lines(2500);
         for round in 0.. {
