@@ -9,7 +9,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it. Drivers and
 /// simulators follow a rule of their own: see [`allowed`].
-const ALLOWED: [(&str, &[&str]); 21] = [
+const ALLOWED: [(&str, &[&str]); 23] = [
     (
         "asphera",
         &[
@@ -37,18 +37,30 @@ const ALLOWED: [(&str, &[&str]); 21] = [
     (
         "asphera-nominal",
         &[
+            "asphera-figures",
             "asphera-form",
             "asphera-formats",
             "asphera-measure",
             "asphera-report",
             "asphera-settings",
             "asphera-surface",
+            "asphera-uncertainty",
         ],
     ),
     (
         "asphera-measure",
-        &["asphera-form", "asphera-geometry", "asphera-mesh", "asphera-report", "asphera-surface"],
+        &[
+            "asphera-figures",
+            "asphera-form",
+            "asphera-geometry",
+            "asphera-mesh",
+            "asphera-report",
+            "asphera-surface",
+            "asphera-uncertainty",
+        ],
     ),
+    ("asphera-uncertainty", &["asphera-figures", "asphera-form", "asphera-geometry"]),
+    ("asphera-figures", &["asphera-form"]),
     ("asphera-geometry", &[]),
     ("asphera-mesh", &["asphera-geometry"]),
     ("asphera-surface", &["asphera-geometry", "asphera-mesh"]),
@@ -73,7 +85,7 @@ const ALLOWED: [(&str, &[&str]); 21] = [
 const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 14] = [
+const PURE: [&str; 16] = [
     "asphera-geometry",
     "asphera-mesh",
     "asphera-surface",
@@ -82,6 +94,8 @@ const PURE: [&str; 14] = [
     "asphera-volume",
     "asphera-graph",
     "asphera-form",
+    "asphera-figures",
+    "asphera-uncertainty",
     "asphera-measure",
     "asphera-report",
     "asphera-formats",

@@ -83,7 +83,8 @@ struct Extreme {
     at_mm: PointMm,
 }
 
-pub(crate) const NM_PER_MM: f64 = 1e6;
+/// Nanometres a millimetre.
+pub const NM_PER_MM: f64 = 1e6;
 
 #[cfg(test)]
 mod tests {

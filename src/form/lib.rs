@@ -3,14 +3,12 @@
 //! The way through the crate: a [`Nominal`] says what the part should be, of revolution or any [`shape`];
 //! [`fit`] lays it into the measured points and gives a [`Pose`] and, if wanted, the shape parameters, by
 //! least squares, with uncertainties ([`fit_weighted`]) or with a robust [`Loss`]; [`minimum_zone`] does the
-//! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains, [`figures`] what standards
-//! make of it; [`mod@uncertainty`] says how well all of that is known, and [`mod@verdict`] hold it
-//! against limits. [`Live`] gives the same figures, provisional,
+//! same for the narrowest zone. [`deviations`] and [`Figures`] say what remains. [`Live`] gives the same figures, provisional,
 //! while points still arrive. Where no design is known, [`reference()`] makes one from the points, and
 //! [`LiveReference`] keeps one up while they arrive. [`artefact`] makes data whose fit is known exactly.
 //!
-//! [`figures`] are those of form by the optical standards, [`texture`] filters a deviation and gives its areal
-//! parameters.
+//! Figures by the standards are the crate `asphera-figures`; how sure all of it is, and limits, are
+//! `asphera-uncertainty`. They build on [`linear`], the linear problem under a fit.
 //!
 //! Lengths are millimetres and angles radians. Two frames occur: the *part frame*, in which the nominal
 //! has its vertex at the origin and its axis along +z, and the *measured frame*, in which the points are.
@@ -23,9 +21,9 @@ mod aperture;
 pub mod artefact;
 pub mod basis;
 mod deviation;
-pub mod figures;
 mod fit;
 pub mod form_error;
+pub mod linear;
 mod live;
 mod middle;
 mod minimum_zone;
@@ -33,12 +31,9 @@ mod nominal;
 mod pose;
 pub mod shape;
 mod spline_fit;
-pub mod texture;
-pub mod uncertainty;
-pub mod verdict;
 
 pub use aperture::{Aperture, ApertureError};
-pub use deviation::{Figures, deviations};
+pub use deviation::{Figures, NM_PER_MM, deviations};
 pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Freedoms,
     Loss, METHOD, Residuals, Robust, Termination, Undetermined, Units, along_normal_mm, fit,
@@ -50,12 +45,11 @@ pub use minimum_zone::{
     Certificate, Contact, Criterion, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
 pub use nominal::{Asphere, Curvatures, Foot, Nominal, NominalError, Parameter, ParameterError};
-pub use pose::Pose;
+pub use pose::{Motion, Pose};
 pub use spline_fit::{
     Base, Knots, LiveReference, Reference, ReferenceError, ReferenceSettings, Smoothing, SplineFit,
     SplineFitError, fit_spline, provisional, reference,
 };
-pub use verdict::{Reason, Status};
 
 /// A point as x, y, z in mm.
 pub type PointMm = [f64; 3];

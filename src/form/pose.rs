@@ -49,7 +49,7 @@ impl Pose {
     }
 
     /// The pose with its sines and cosines worked out, for many points.
-    pub(crate) fn motion(&self) -> Motion {
+    pub fn motion(&self) -> Motion {
         Motion { rotation: self.rotation(), shift_mm: [self.tx_mm, self.ty_mm, self.tz_mm] }
     }
 
@@ -81,30 +81,34 @@ pub(crate) fn within_half_turn(rad: f64) -> f64 {
     if rad.abs() <= PI { rad } else { (rad + PI).rem_euclid(TAU) - PI }
 }
 
-/// A [`Pose`] as matrix and shift.
+/// A [`Pose`] as matrix and shift: for many points, as the rotation is made once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub struct Motion {
     pub(crate) rotation: [[f64; 3]; 3],
     pub(crate) shift_mm: [f64; 3],
 }
 
 impl Motion {
-    pub(crate) fn to_measured(self, part_mm: PointMm) -> PointMm {
+    /// A point of the part in the measured frame, mm.
+    pub fn to_measured(self, part_mm: PointMm) -> PointMm {
         let turned = self.turn_to_measured(part_mm);
         std::array::from_fn(|i| turned[i] + self.shift_mm[i])
     }
 
-    pub(crate) fn turn_to_measured(self, direction: [f64; 3]) -> [f64; 3] {
+    /// A direction of the part in the measured frame.
+    pub fn turn_to_measured(self, direction: [f64; 3]) -> [f64; 3] {
         self.rotation
             .map(|row| row[0] * direction[0] + row[1] * direction[1] + row[2] * direction[2])
     }
 
-    pub(crate) fn to_part(self, measured_mm: PointMm) -> PointMm {
+    /// A measured point in the part frame, mm.
+    pub fn to_part(self, measured_mm: PointMm) -> PointMm {
         let from_vertex: [f64; 3] = std::array::from_fn(|i| measured_mm[i] - self.shift_mm[i]);
         self.turn_to_part(from_vertex)
     }
 
-    pub(crate) fn turn_to_part(self, direction: [f64; 3]) -> [f64; 3] {
+    /// A measured direction in the part frame.
+    pub fn turn_to_part(self, direction: [f64; 3]) -> [f64; 3] {
         let [a, b, c] = self.rotation;
         std::array::from_fn(|i| a[i] * direction[0] + b[i] * direction[1] + c[i] * direction[2])
     }

@@ -2,7 +2,7 @@
 //!
 //! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
 //! nearest of a set of points ([`WeightedTree`]), disjoint [`Sets`], sums that do not lose what is small
-//! ([`Sum`]), weighted [`quantile`]s, and single triangles in space.
+//! ([`Sum`]), counted random [`Numbers`], weighted [`quantile`]s, and single triangles in space.
 //!
 //! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
 
@@ -16,6 +16,7 @@ mod exact;
 mod exact_tests;
 mod nearest;
 pub mod nearness;
+mod numbers;
 mod point;
 pub mod predicates;
 pub mod quantile;
@@ -27,6 +28,7 @@ mod triangle;
 
 pub use bounds::BoundsMm;
 pub use nearest::{BoxMm, WeightedTree};
+pub use numbers::Numbers;
 pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
 pub use sets::Sets;
 pub use sum::Sum;

@@ -1,6 +1,6 @@
 //! What the cells of the running map tell of the form: its cost depends on the cells, not on the points.
 
-use asphera_form::figures::{FringeCount, Sample, SampleError, fringe_fit};
+use asphera_figures::{FringeCount, Sample, SampleError, fringe_fit};
 use asphera_form::{Aperture, Grid, Map, middle_mm};
 use asphera_report::{HistogramFigures, Source, ZernikeFigures};
 

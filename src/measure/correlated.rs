@@ -1,9 +1,9 @@
 //! What u of pose and parameters is made of, and whether it counts that deviations are correlated.
 
-use asphera_form::uncertainty::{TypeA, UncertaintyError, glance, type_a};
 use asphera_form::{Covariance, Parameter, Pose};
 use asphera_geometry::PointMm;
 use asphera_report::{CautionFigures, CorrelationFigures, FitDetails, FormFigures};
+use asphera_uncertainty::{TypeA, UncertaintyError, glance, type_a};
 
 use super::errors;
 use super::fit_details;

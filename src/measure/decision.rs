@@ -1,8 +1,9 @@
 //! A figure held against its limit, and what the verdict says of it: the one place.
 
-use asphera_form::Status as FormStatus;
-use asphera_form::verdict::{Decision, Doubt, Finding, Guard, Limit, decide};
 use asphera_report::{Check, FigureName, Status, Verdict};
+use asphera_uncertainty::verdict::{
+    Decision, Doubt, Finding, Guard, Limit, Status as FormStatus, decide,
+};
 
 use crate::judgement::undecide;
 use crate::unmeasured::Unmeasured;

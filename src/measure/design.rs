@@ -1,6 +1,6 @@
 //! The deviation from the design, where parameters of the shape were free: what figures that refer to the design are formed of.
 
-use asphera_form::figures::{Sample, SampleError, Subject, Treatment, is_motion};
+use asphera_figures::{Sample, SampleError, Subject, Treatment, is_motion};
 use asphera_form::{Figures, Fit, Parameter};
 use asphera_mesh::Mesh;
 use asphera_report::CautionFigures;

@@ -1,11 +1,11 @@
 //! The figures of standards and optical shops, of the final deviation.
 
-use asphera_form::basis::{Counting, aberration};
-use asphera_form::figures::{
+use asphera_figures::{
     Approximation, Definition, Figure, FringeCount, FringeFit, Reference, Ring, Sample,
     SampleError, Share, SlopeFigure, Slopes, Term, Unknown, decompose, fringe_fit, peak_to_valley,
     radial_profile, remove, rms, robust_peak_to_valley, slopes,
 };
+use asphera_form::basis::{Counting, aberration};
 use asphera_form::{Nominal, Pose};
 use asphera_geometry::{PointMm, VertexId};
 use asphera_report::{

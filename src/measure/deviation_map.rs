@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use asphera_form::figures::{Interpolation, Lattice};
+use asphera_figures::{Interpolation, Lattice};
 use asphera_geometry::{PointMm, VertexId};
 use asphera_mesh::Mesh;
 use asphera_report::Picture;

@@ -3,15 +3,13 @@
 
 use std::collections::BTreeMap;
 
-use asphera_form::figures::Definition;
-use asphera_form::uncertainty::{
-    Budget, Draws, Noise, NoiseOnly, Places, UncertaintyError, uncertainty,
-};
-use asphera_form::verdict::{Limit, Over, finding};
+use asphera_figures::Definition;
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_geometry::PointMm;
 use asphera_report::UncertaintyFigures;
 use asphera_surface::Plane;
+use asphera_uncertainty::verdict::{Limit, Over, finding};
+use asphera_uncertainty::{Budget, Draws, Noise, NoiseOnly, Places, UncertaintyError, uncertainty};
 
 use super::origin;
 use super::prospects::is_foreseen;

@@ -1,6 +1,6 @@
 //! The final fit of a part: of its nominal, or of a surface made from the points where none is known.
 
-use asphera_form::figures::{Subject, Treatment, is_motion};
+use asphera_figures::{Subject, Treatment, is_motion};
 use asphera_form::{
     Fit, FitError, FitSettings, Parameter, Reference, ReferenceError, along_normal_mm,
     fit_weighted, reference,

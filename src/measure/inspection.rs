@@ -1,12 +1,12 @@
 //! The final figures of a part from its fit, its sampling and its deviations.
 
-use asphera_form::figures::{Sample, SampleError};
-use asphera_form::uncertainty::{Places, UncertaintyError};
-use asphera_form::verdict::{Deviations, Limit, forecast};
+use asphera_figures::{Sample, SampleError};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, Pose};
 use asphera_mesh::Mesh;
 use asphera_report::{FeatureFigures, FormFigure, FormFigures, Map, Verdict};
 use asphera_surface::Plane;
+use asphera_uncertainty::verdict::{Deviations, Limit, forecast};
+use asphera_uncertainty::{Places, UncertaintyError};
 
 use super::correlated;
 use super::defects::{self, Meshed};

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use asphera_form::figures::{Approximation, Definition, Reference, Sample, decompose, rms};
+use asphera_figures::{Approximation, Definition, Reference, Sample, decompose, rms};
 use asphera_form::{Aperture, FitSettings, deviations, fit};
 use asphera_geometry::PointMm;
 use asphera_report::{Report, Status};

@@ -1,13 +1,13 @@
 //! The verdict: limits held against values, and what stands in the way of an answer.
 
-use asphera_form::figures::{Definition, Treatment};
-use asphera_form::verdict::{Finding, Limit, Over};
-use asphera_form::{Figures, Nominal, Reason};
+use asphera_figures::{Definition, Treatment};
+use asphera_form::{Figures, Nominal};
 use asphera_mesh::Mesh;
 use asphera_report::error_chain;
 use asphera_report::{
     FormFigure, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict,
 };
+use asphera_uncertainty::verdict::{Finding, Limit, Over, Reason};
 
 use super::decision::{Held, hold};
 use super::errors::ErrorsOfFigures;

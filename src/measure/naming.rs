@@ -1,10 +1,10 @@
 //! How reports name figures: by the catalogue of the kernel. No figure gets its names elsewhere.
 
+use asphera_figures::texture;
+use asphera_figures::{Definition, Figure, Term};
 use asphera_form::Aperture;
-use asphera_form::figures::{Definition, Figure, Term};
-use asphera_form::texture;
-use asphera_form::verdict::Limit;
 use asphera_report::{FigureName, FormFigure};
+use asphera_uncertainty::verdict::Limit;
 
 /// The figure of a limit.
 pub(super) fn of_limit(limit: &Limit) -> FigureName {

@@ -10,9 +10,9 @@ pub use defects::{DefectLimits, FLAT_BELOW_PER_MM, LISTED};
 pub use figures::{FigureSettings, Q_TERMS, TextureSettings};
 pub use judging::{CorrelationFrom, Judging};
 
-use asphera_form::verdict::Limit;
 use asphera_form::{Aperture, Nominal, Parameter, ReferenceSettings};
 use asphera_surface::coverage::Target;
+use asphera_uncertainty::verdict::Limit;
 
 /// The design of a part, and how it is judged.
 #[derive(Clone, Debug, PartialEq)]

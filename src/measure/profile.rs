@@ -12,8 +12,8 @@ mod line;
 mod sampled;
 
 use along::{Coverage, Station};
+use asphera_figures::{Reference, Sample, Share, peak_to_valley, rms, robust_peak_to_valley};
 use asphera_form::Fit;
-use asphera_form::figures::{Reference, Sample, Share, peak_to_valley, rms, robust_peak_to_valley};
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{

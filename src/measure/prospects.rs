@@ -10,10 +10,10 @@ mod words;
 
 use std::collections::BTreeMap;
 
-use asphera_form::figures::Definition;
-use asphera_form::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
+use asphera_figures::Definition;
 use asphera_form::{Aperture, FitSettings, LiveEstimate, ZoneSettings, minimum_zone};
 use asphera_geometry::PointMm;
+use asphera_uncertainty::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
 
 pub(super) use self::seen::Look;
 use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};

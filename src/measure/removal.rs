@@ -2,8 +2,8 @@
 //!
 //! Nothing here reaches the verdict: that is of the deviation as fitted.
 
-use asphera_form::figures::{
-    self, Reference, Removed, Sample, SampleError, Unknown, peak_to_valley, remove, rms,
+use asphera_figures::{
+    Reference, Removed, Sample, SampleError, Unknown, peak_to_valley, remove, rms,
 };
 use asphera_form::{Aperture, Grid, Map as CellMap};
 use asphera_report::{FORM_VIEW_FORMAT, FormView, Map, RemovedTerm, Source, Term};
@@ -55,14 +55,14 @@ pub(super) fn of_points(
 }
 
 /// The terms as the kernel names them.
-fn kernels(terms: &[Term]) -> Vec<figures::Term> {
+fn kernels(terms: &[Term]) -> Vec<asphera_figures::Term> {
     let kernel = |term: &Term| match term {
-        Term::Piston => figures::Term::Piston,
-        Term::Tilt => figures::Term::Tilt,
-        Term::Power => figures::Term::Power,
-        Term::Astigmatism => figures::Term::Astigmatism,
-        Term::Coma => figures::Term::Coma,
-        Term::Spherical => figures::Term::Spherical,
+        Term::Piston => asphera_figures::Term::Piston,
+        Term::Tilt => asphera_figures::Term::Tilt,
+        Term::Power => asphera_figures::Term::Power,
+        Term::Astigmatism => asphera_figures::Term::Astigmatism,
+        Term::Coma => asphera_figures::Term::Coma,
+        Term::Spherical => asphera_figures::Term::Spherical,
     };
     terms.iter().map(kernel).collect()
 }

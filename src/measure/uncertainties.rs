@@ -1,15 +1,15 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_form::figures::{Subject, Treatment, Unit};
-use asphera_form::uncertainty::{
-    Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
-    uncertainty as uncertainty_of,
-};
-use asphera_form::verdict::{Finding, Limit, LimitError, Over, finding};
+use asphera_figures::{Subject, Treatment, Unit};
 use asphera_form::{Aperture, Covariance};
 use asphera_geometry::PointMm;
 use asphera_report::{FitDetails, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict};
 use asphera_surface::Plane;
+use asphera_uncertainty::verdict::{Finding, Limit, LimitError, Over, finding};
+use asphera_uncertainty::{
+    Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
+    uncertainty as uncertainty_of,
+};
 
 use super::decision::{Held, hold};
 use super::errors::{self, ErrorsOfFigures};

@@ -1,13 +1,11 @@
 //! What the part of the aperture that was not measured may add to figures: of the whole, over zones, and of what terms
 //! leave.
 
+use asphera_figures::{Definition, Reference, Sample, Terms, Unit, peak_to_valley, remove, rms};
 use asphera_form::Aperture;
-use asphera_form::figures::{
-    Definition, Reference, Sample, Terms, Unit, peak_to_valley, remove, rms,
-};
-use asphera_form::uncertainty::{Hidden, largest_bend_of_windows, unmeasured};
-use asphera_form::verdict::{Forecast, Guard, Limit, Over, rms_of_whole_nm};
 use asphera_report::{SamplingFigures, UnmeasuredFigures};
+use asphera_uncertainty::verdict::{Forecast, Guard, Limit, Over, rms_of_whole_nm};
+use asphera_uncertainty::{Hidden, largest_bend_of_windows, unmeasured};
 use rayon::prelude::*;
 
 use super::prospects::{P, patches_nm2};

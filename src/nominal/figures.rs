@@ -2,8 +2,8 @@
 
 use std::num::NonZeroU8;
 
-use asphera_form::figures::{FringeCount, SlopeSettings};
-use asphera_form::texture::{Datum, Gaussian, Order, Robust, Scale};
+use asphera_figures::texture::{Datum, Gaussian, Order, Robust, Scale};
+use asphera_figures::{FringeCount, SlopeSettings};
 use asphera_measure::{FigureSettings, Q_TERMS, TextureSettings};
 use asphera_settings::Section;
 

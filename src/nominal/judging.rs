@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
+use asphera_figures::texture;
+use asphera_figures::{Definition, Indication, SlopeSettings, Term, Terms, Unit};
 use asphera_form::Aperture;
-use asphera_form::figures::{Definition, Indication, SlopeSettings, Term, Terms, Unit};
-use asphera_form::texture;
-use asphera_form::uncertainty::{Budget, Draws, Effect, Kernel, LongWave, Noise};
-use asphera_form::verdict::{Guard, Limit};
 use asphera_measure::{CorrelationFrom, Judging};
 use asphera_settings::Section;
+use asphera_uncertainty::verdict::{Guard, Limit};
+use asphera_uncertainty::{Budget, Draws, Effect, Kernel, LongWave, Noise};
 
 /// Reads the tables `tolerance` and `uncertainty`.
 /// `has_texture` if the scale of the texture is stated; `aperture` is what zones must lie in.
@@ -294,7 +294,7 @@ const DRAWS: u32 = 200;
 
 #[cfg(test)]
 mod tests {
-    use asphera_form::figures::Definition;
+    use asphera_figures::Definition;
 
     use asphera_measure::Part;
 

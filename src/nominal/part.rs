@@ -266,9 +266,9 @@ fn free(fit: &Section<'_>, surface: Option<&Surface>) -> Vec<Parameter> {
 
 #[cfg(test)]
 mod tests {
+    use asphera_figures::Definition;
     use asphera_form::Nominal;
-    use asphera_form::figures::Definition;
-    use asphera_form::verdict::Limit;
+    use asphera_uncertainty::verdict::Limit;
 
     use super::*;
 

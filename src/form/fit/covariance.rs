@@ -16,7 +16,8 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    pub(crate) fn new(size: usize, inverse_gram: &[f64], sigma_mm: f64) -> Covariance {
+    /// σ²·(JᵀJ)⁻¹ from the inverse Gram matrix, column after column, and σ in mm.
+    pub fn new(size: usize, inverse_gram: &[f64], sigma_mm: f64) -> Covariance {
         let entries = inverse_gram.iter().map(|entry| sigma_mm * sigma_mm * entry).collect();
         Covariance { size, entries }
     }

@@ -50,8 +50,7 @@ pub(crate) struct Held {
 
 impl Freedoms {
     /// Each of so many parameters by itself.
-    #[cfg(test)]
-    pub(crate) fn each(count: usize) -> Freedoms {
+    pub fn each(count: usize) -> Freedoms {
         Freedoms { moving: (0..count).collect(), directions: None }
     }
 
@@ -66,7 +65,7 @@ impl Freedoms {
     }
 
     /// One row a moving parameter, one column a direction; `None` where each parameter is a direction of its own.
-    pub(crate) fn directions(&self) -> Option<&DMatrix<f64>> {
+    pub fn directions(&self) -> Option<&DMatrix<f64>> {
         self.directions.as_ref()
     }
 

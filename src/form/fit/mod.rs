@@ -103,7 +103,7 @@ pub struct Estimate {
     /// It is about how far the best fit to this very part depends on which points were taken, at random, of it. Form error does
     /// not change from one such choice to the next; where it counts, as of another part, or where the errors of the
     /// machine are correlated, u is larger by a factor of 2 to 4 and more (Forbes, Metrologia 43 (2006) S282): see
-    /// [`crate::uncertainty`].
+    /// `asphera-uncertainty`.
     pub u: Option<f64>,
 }
 

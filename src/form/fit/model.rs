@@ -25,7 +25,7 @@ use crate::{Nominal, Parameter, PointMm, Pose};
 
 /// A pose and a nominal with the free parameters, made ready for many points.
 #[derive(Clone, Debug)]
-pub(crate) struct Model<'a> {
+pub struct Model<'a> {
     pub(crate) nominal: &'a Nominal,
     pub(crate) motion: Motion,
     turn_axes: [[f64; 3]; 3],
@@ -35,7 +35,8 @@ pub(crate) struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    pub(crate) fn new(nominal: &'a Nominal, pose: &Pose, free: &'a [Parameter]) -> Model<'a> {
+    /// The rows of a part that lies at `pose`, by the parameters `free`.
+    pub fn new(nominal: &'a Nominal, pose: &Pose, free: &'a [Parameter]) -> Model<'a> {
         let of_shape = free.iter().any(|parameter| matches!(parameter, Parameter::Shape(_)));
         let shape = nominal.freeform().filter(|_| of_shape);
         let shape = shape.map(|shape| (shape.as_ref(), shape.parameters().len()));
@@ -43,7 +44,7 @@ impl<'a> Model<'a> {
     }
 
     /// Columns of a row: one a free parameter, and the distance.
-    pub(crate) fn columns(&self) -> usize {
+    pub fn columns(&self) -> usize {
         self.free.len() + 1
     }
 
@@ -52,16 +53,29 @@ impl<'a> Model<'a> {
     }
 
     /// The signed distance; `None` where there is no foot.
-    pub(crate) fn distance_mm(&self, measured_mm: PointMm) -> Option<f64> {
+    pub fn distance_mm(&self, measured_mm: PointMm) -> Option<f64> {
         self.foot(measured_mm).map(|foot| foot.distance_mm())
     }
 
     /// Writes ∂d/∂parameter for every free parameter and then d. `None` where there is no foot.
-    pub(crate) fn row(&self, measured_mm: PointMm, row: &mut [f64]) -> Option<()> {
+    pub fn row(&self, measured_mm: PointMm, row: &mut [f64]) -> Option<()> {
         let foot = self.foot(measured_mm)?;
         self.derivatives(&foot, row)?;
         row[self.free.len()] = foot.distance_mm();
         Some(())
+    }
+
+    /// [`Model::row`], and the unit normal at the foot in the measured frame, which points to +z of the part.
+    pub fn row_and_normal(&self, measured_mm: PointMm, row: &mut [f64]) -> Option<[f64; 3]> {
+        let foot = self.foot(measured_mm)?;
+        self.derivatives(&foot, row)?;
+        row[self.free.len()] = foot.distance_mm();
+        Some(self.motion.turn_to_measured(foot.normal()))
+    }
+
+    /// A point in the part frame, mm.
+    pub fn to_part(&self, measured_mm: PointMm) -> PointMm {
+        self.motion.to_part(measured_mm)
     }
 
     /// Writes ∂d/∂parameter for every free parameter; `None` where the shape has no derivatives.

@@ -52,7 +52,7 @@ impl Loss {
     }
 
     /// ψ(e)/e at e scales: the weight.
-    pub(crate) fn weight(&self, e: f64) -> f64 {
+    pub fn weight(&self, e: f64) -> f64 {
         match *self {
             Loss::Squares => 1.0,
             Loss::Huber { k } => {
@@ -71,7 +71,7 @@ impl Loss {
 
     /// By how much the variance of the parameters by normal noise of one scale exceeds that with the weights as
     /// they are: E ψ²/(E ψ′)² (Huber & Ronchetti, Robust Statistics, 2nd ed., eq. 4.27) over E w²/(E w)².
-    pub(crate) fn noise_factor(&self) -> f64 {
+    pub fn noise_factor(&self) -> f64 {
         let psi = self.under_noise(|e| (self.weight(e) * e).powi(2));
         psi / self.under_noise(|e| self.weight(e).powi(2)) * self.pull_factor()
     }
@@ -79,7 +79,7 @@ impl Loss {
     /// By how much the square of what an outlier moves the parameters by, under normal noise of one scale of the
     /// others, exceeds that with the weights as they are: (E w/E ψ′)². An outlier of e scales pulls with ψ(e), and
     /// what resists is ψ′ of the others, not their weight (the sandwich of Huber & Ronchetti, 7.6).
-    pub(crate) fn pull_factor(&self) -> f64 {
+    pub fn pull_factor(&self) -> f64 {
         (self.under_noise(|e| self.weight(e)) / self.under_noise(|e| self.slope(e))).powi(2)
     }
 

@@ -68,17 +68,18 @@ impl Membership {
 
 /// The points that take part under one pose and nominal.
 #[derive(Clone, Debug)]
-pub(crate) struct Selection {
-    pub(crate) points: Vec<PointMm>,
+pub struct Selection {
+    /// Places of the points in the measured frame, mm.
+    pub points: Vec<PointMm>,
     /// Roots of their weights, if there are weights.
-    pub(crate) roots: Option<Vec<f64>>,
+    pub roots: Option<Vec<f64>>,
     pub(crate) memberships: Vec<Membership>,
     pub(crate) excluded: Excluded,
 }
 
 impl Selection {
     /// `roots` holds one root of a weight for each point.
-    pub(crate) fn new(
+    pub fn new(
         points: &[PointMm],
         roots: Option<&[f64]>,
         nominal: &Nominal,
@@ -138,7 +139,7 @@ impl Selection {
     }
 
     /// Indices of the used points among those it was made from.
-    pub(crate) fn indices(&self) -> Vec<usize> {
+    pub fn indices(&self) -> Vec<usize> {
         let used = self.memberships.iter().enumerate();
         used.filter(|&(_, &member)| member == Membership::Used).map(|(index, _)| index).collect()
     }

@@ -10,7 +10,7 @@ use crate::fit::triangle::Triangle;
 /// The linear problem |J·δ + d| → min, reduced to the triangular factor of [J | d] with columns of J
 /// scaled to unit length.
 #[derive(Clone, Debug)]
-pub(crate) struct System {
+pub struct System {
     scaled: DMatrix<f64>,
     /// Length of each column of J; 0 for a parameter without any influence.
     lengths: Vec<f64>,
@@ -23,38 +23,38 @@ pub(crate) struct System {
 
 /// A solution of the linear problem for some of the parameters.
 #[derive(Clone, Debug)]
-pub(crate) struct Step {
+pub struct Step {
     /// Change of each kept parameter.
-    pub(crate) change: Vec<f64>,
+    pub change: Vec<f64>,
     /// Root mean square of J·δ in mm: how far the surface moves at the points.
-    pub(crate) motion_mm: f64,
+    pub motion_mm: f64,
     /// Diagonal of (JᵀJ)⁻¹ for each kept parameter.
-    pub(crate) variance_factors: Vec<f64>,
+    pub variance_factors: Vec<f64>,
     /// The combination of the kept parameters, in columns of unit length, that moves the surface least: a
     /// unit vector; empty without parameters.
-    pub(crate) weakest: Vec<f64>,
+    pub weakest: Vec<f64>,
     /// A root W of (JᵀJ)⁻¹ = W·Wᵀ for the kept parameters.
     root: DMatrix<f64>,
     /// Largest over smallest singular value of the scaled Jacobian; 1 without parameters.
-    pub(crate) condition: f64,
+    pub condition: f64,
 }
 
 impl Step {
     /// (JᵀJ)⁻¹·g for a gradient g of the kept parameters.
-    pub(crate) fn undo_gram(&self, gradient: &[f64]) -> Vec<f64> {
+    pub fn undo_gram(&self, gradient: &[f64]) -> Vec<f64> {
         let gradient = DVector::from_column_slice(gradient);
         (&self.root * self.root.tr_mul(&gradient)).iter().copied().collect()
     }
 
     /// (JᵀJ)⁻¹ of the kept parameters, column after column.
-    pub(crate) fn inverse_gram(&self) -> Vec<f64> {
+    pub fn inverse_gram(&self) -> Vec<f64> {
         (&self.root * self.root.transpose()).iter().copied().collect()
     }
 }
 
 impl System {
     /// The factor must be flushed and finite.
-    pub(crate) fn new(triangle: &Triangle) -> System {
+    pub fn new(triangle: &Triangle) -> System {
         let p = triangle.columns() - 1;
         let lengths: Vec<f64> = (0..p).map(|j| triangle.column_square(j).sqrt()).collect();
         let scaled = DMatrix::from_fn(p, p, |i, j| {
@@ -71,29 +71,29 @@ impl System {
     }
 
     /// Some of the columns of the factor, of unit length.
-    pub(crate) fn columns(&self, some: &[usize]) -> DMatrix<f64> {
+    pub fn columns(&self, some: &[usize]) -> DMatrix<f64> {
         self.scaled.select_columns(some)
     }
 
     /// Rows of the tall matrix.
-    pub(crate) fn rows(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Length of a column of the tall matrix.
-    pub(crate) fn length(&self, column: usize) -> f64 {
+    pub fn length(&self, column: usize) -> f64 {
         self.lengths[column]
     }
 
     /// Sum of the squares of the distances in mm².
-    pub(crate) fn square(&self) -> f64 {
+    pub fn square(&self) -> f64 {
         self.square
     }
 
     /// The parameters the rows determine, ascending. Parameters are admitted in the order of the groups of
     /// `priority` as long as the smallest singular value of the scaled columns stays above `tolerance` times
     /// the largest; the others are indeterminate. Within a group the one that is determined best comes first.
-    pub(crate) fn determinate(&self, priority: &[Vec<usize>], tolerance: f64) -> Vec<usize> {
+    pub fn determinate(&self, priority: &[Vec<usize>], tolerance: f64) -> Vec<usize> {
         let mut kept: Vec<usize> = Vec::new();
         for group in priority {
             let mut left = group.clone();
@@ -124,7 +124,7 @@ impl System {
 
     /// The combination of the `kept` parameters and one more, in columns of unit length, that moves the
     /// surface least, as a unit vector in that order; and its singular value as a share of the largest.
-    pub(crate) fn combination(&self, kept: &[usize], other: usize) -> (Vec<f64>, f64) {
+    pub fn combination(&self, kept: &[usize], other: usize) -> (Vec<f64>, f64) {
         if self.lengths[other] == 0.0 {
             let mut alone = vec![0.0; kept.len()];
             alone.push(1.0);
@@ -138,7 +138,7 @@ impl System {
 
     /// The step for the `kept` parameters, which must be determinate, damped by `damping` relative to the
     /// unit columns (Levenberg-Marquardt; 0 is Gauss-Newton).
-    pub(crate) fn solve(&self, kept: &[usize], damping: f64) -> Step {
+    pub fn solve(&self, kept: &[usize], damping: f64) -> Step {
         let svd = Svd::new(self.scaled.select_columns(kept));
         let square = |k: usize| svd.sigma[k] * svd.sigma[k];
         let along = svd.scaled_u.tr_mul(&self.rhs);
@@ -162,7 +162,7 @@ impl System {
 
     /// As [`System::solve`], for the directions of `freedoms`, which must be determinate; the step is that of the
     /// parameters these move.
-    pub(crate) fn solve_along(&self, freedoms: &Freedoms, damping: f64) -> Step {
+    pub fn solve_along(&self, freedoms: &Freedoms, damping: f64) -> Step {
         let Some(directions) = freedoms.directions() else {
             return self.solve(freedoms.moving(), damping);
         };
@@ -189,7 +189,7 @@ impl System {
     }
 
     /// The problem with the directions for columns.
-    pub(crate) fn turned(&self, freedoms: &Freedoms) -> System {
+    pub fn turned(&self, freedoms: &Freedoms) -> System {
         let moving = freedoms.moving();
         let mut columns = self.scaled.select_columns(moving);
         for (mut column, &index) in columns.column_iter_mut().zip(moving) {
@@ -208,7 +208,7 @@ impl System {
     }
 
     /// The change of `count` parameters, of some and one more, that moves the surface least.
-    pub(crate) fn least_felt(&self, some: &[usize], other: usize, count: usize) -> Vec<f64> {
+    pub fn least_felt(&self, some: &[usize], other: usize, count: usize) -> Vec<f64> {
         let (shares, _) = self.combination(some, other);
         let mut change = vec![0.0; count];
         for (&index, share) in some.iter().chain([&other]).zip(shares) {
@@ -220,12 +220,12 @@ impl System {
     }
 
     /// Sum of the squares of d + J·δ for a change of all parameters.
-    pub(crate) fn square_after(&self, change: &[f64]) -> f64 {
+    pub fn square_after(&self, change: &[f64]) -> f64 {
         self.beyond + self.remainder(change).norm_squared()
     }
 
     /// Jᵀ·(d + J·δ) for a change of all parameters.
-    pub(crate) fn gradient(&self, change: &[f64]) -> Vec<f64> {
+    pub fn gradient(&self, change: &[f64]) -> Vec<f64> {
         let along = self.scaled.tr_mul(&self.remainder(change));
         along.iter().zip(&self.lengths).map(|(entry, length)| entry * length).collect()
     }

@@ -12,7 +12,7 @@ use crate::fit::model::Model;
 
 /// R of the rows so far. Invariant: no NaN unless a row had one or overflowed.
 #[derive(Clone, Debug)]
-pub(crate) struct Triangle {
+pub struct Triangle {
     columns: usize,
     /// Column after column, `columns` rows each; zero below the diagonal.
     r: Vec<f64>,
@@ -24,7 +24,8 @@ pub(crate) struct Triangle {
 }
 
 impl Triangle {
-    pub(crate) fn new(columns: usize) -> Triangle {
+    /// The factor of no rows.
+    pub fn new(columns: usize) -> Triangle {
         Triangle {
             columns,
             r: vec![0.0; columns * columns],
@@ -37,7 +38,7 @@ impl Triangle {
     /// The factor of the rows of `model` for all points, each times the root of its weight if there are
     /// weights, and the spread of the distances; `None` if a point has no foot. The result does not depend
     /// on the number of threads.
-    pub(crate) fn of_points(
+    pub fn of_points(
         model: &Model,
         points: &[PointMm],
         roots: Option<&[f64]>,
@@ -68,16 +69,18 @@ impl Triangle {
         Some((all, spread))
     }
 
-    pub(crate) fn rows(&self) -> usize {
+    /// Rows of the tall matrix so far.
+    pub fn rows(&self) -> usize {
         self.rows
     }
 
-    pub(crate) fn columns(&self) -> usize {
+    /// Columns of the tall matrix.
+    pub fn columns(&self) -> usize {
         self.columns
     }
 
     /// Adds one row of `columns` entries. Amortised `O(columns²)`.
-    pub(crate) fn push(&mut self, row: &[f64]) {
+    pub fn push(&mut self, row: &[f64]) {
         for (column, &entry) in row.iter().enumerate() {
             self.pending[column * BLOCK + self.pending_rows] = entry;
         }
@@ -89,7 +92,7 @@ impl Triangle {
     }
 
     /// Absorbs the waiting rows; entries of R are complete only after that.
-    pub(crate) fn flush(&mut self) {
+    pub fn flush(&mut self) {
         let mut pending = std::mem::take(&mut self.pending);
         self.absorb(&mut pending, BLOCK, self.pending_rows);
         self.pending = pending;
@@ -97,28 +100,29 @@ impl Triangle {
     }
 
     /// Entry of R. Zero below the diagonal.
-    pub(crate) fn entry(&self, row: usize, column: usize) -> f64 {
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.r[column * self.columns + row]
     }
 
     /// Sum of the squares of a column of the tall matrix.
-    pub(crate) fn column_square(&self, column: usize) -> f64 {
+    pub fn column_square(&self, column: usize) -> f64 {
         self.r[column * self.columns..][..=column].iter().map(|entry| entry * entry).sum()
     }
 
-    pub(crate) fn is_finite(&self) -> bool {
+    /// Whether no row had an entry that is not finite, and none overflowed.
+    pub fn is_finite(&self) -> bool {
         self.r.iter().all(|entry| entry.is_finite())
     }
 
     /// Both must be flushed.
-    pub(crate) fn join(&mut self, other: &Triangle) {
+    pub fn join(&mut self, other: &Triangle) {
         let mut rows = other.r.clone();
         self.absorb(&mut rows, self.columns, self.columns);
         self.rows += other.rows;
     }
 
     /// Multiplies every row by the same factor.
-    pub(crate) fn scale(&mut self, factor: f64) {
+    pub fn scale(&mut self, factor: f64) {
         self.r.iter_mut().chain(&mut self.pending).for_each(|entry| *entry *= factor);
     }
 
@@ -152,10 +156,13 @@ impl Triangle {
 /// Smallest and largest of the distances in mm, and the sum of their squares, whatever their weights; the
 /// range is empty without any.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread {
-    pub(crate) low_mm: f64,
-    pub(crate) high_mm: f64,
-    pub(crate) square_mm2: f64,
+pub struct Spread {
+    /// The smallest distance.
+    pub low_mm: f64,
+    /// The largest distance.
+    pub high_mm: f64,
+    /// Sum of the squares.
+    pub square_mm2: f64,
 }
 
 impl Default for Spread {
@@ -198,7 +205,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Points a parallel task works on. Fixed, because the result depends on it in the last bits.
-pub(crate) const CHUNK: usize = 4096;
+pub const CHUNK: usize = 4096;
 /// Rows absorbed together: small enough for the first-level cache at 18 columns.
 const BLOCK: usize = 128;
 

@@ -4,17 +4,17 @@ use crate::FitError;
 
 /// Roots of the weights 1/u², scaled so that the mean weight is 1, and what they were scaled by.
 #[derive(Clone, Debug)]
-pub(crate) struct Weights {
+pub struct Weights {
     /// `reference_mm / u` for each point.
-    pub(crate) roots: Vec<f64>,
+    pub roots: Vec<f64>,
     /// The uncertainty of a point of weight 1: the root of the harmonic mean of u².
-    pub(crate) reference_mm: f64,
+    pub reference_mm: f64,
 }
 
 impl Weights {
     /// From one standard uncertainty in mm for each of `points` points. Fails unless there are as many and
     /// all are positive and finite.
-    pub(crate) fn new(uncertainties_mm: &[f64], points: usize) -> Result<Weights, FitError> {
+    pub fn new(uncertainties_mm: &[f64], points: usize) -> Result<Weights, FitError> {
         if uncertainties_mm.len() != points {
             return Err(FitError::UncertaintyCount { points, found: uncertainties_mm.len() });
         }

@@ -9,7 +9,7 @@ use crate::{Parameter, PointMm};
 
 /// The linear minimax problem over some points, at the place of the zone.
 #[derive(Clone, Debug)]
-pub(crate) struct LinearZone {
+pub struct LinearZone {
     /// Distances count from the middle of the zone, in half widths.
     rows: Rows,
     half_mm: f64,
@@ -18,7 +18,7 @@ pub(crate) struct LinearZone {
 impl LinearZone {
     /// Over the points `near`, as indices of `points`; others only help to tell what the parameters do, some `SAMPLE` of
     /// them. `None` for a zone without a width, or where a point has no distance. `O(c·p²)` for c points.
-    pub(crate) fn new(
+    pub fn new(
         points: &[PointMm],
         near: &[usize],
         zone: &ZoneFit,
@@ -46,7 +46,7 @@ impl LinearZone {
     }
 
     /// The width of the zone in mm when the distance of each point is larger by its error in mm.
-    pub(crate) fn width_mm(&self, errors_mm: &[f64]) -> f64 {
+    pub fn width_mm(&self, errors_mm: &[f64]) -> f64 {
         let mut rows = self.rows.clone();
         let mut largest: f64 = 1.0;
         for (row, error_mm) in rows.entries.chunks_exact_mut(rows.columns + 1).zip(errors_mm) {

@@ -17,7 +17,7 @@ use crate::fit::selection::{Membership, Selection};
 use crate::fit::{extremes, fit};
 use crate::{Excluded, Fit, FitError, FitSettings, Nominal, Parameter, PointMm, Pose};
 use directions::Directions;
-pub(crate) use linearised::LinearZone;
+pub use linearised::LinearZone;
 use residuals::{Laid, Part};
 use search::{End, Found, Limits, search};
 

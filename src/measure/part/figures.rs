@@ -2,9 +2,9 @@
 
 use std::num::NonZeroU8;
 
+use asphera_figures::texture::{Datum, Scale};
+use asphera_figures::{FringeCount, SlopeSettings};
 use asphera_form::Aperture;
-use asphera_form::figures::{FringeCount, SlopeSettings};
-use asphera_form::texture::{Datum, Scale};
 
 /// Which figures are formed, and how.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! Limits beyond PV and RMS, the decision rule, and the error budget.
 
-use asphera_form::figures::Indication;
-use asphera_form::texture;
-use asphera_form::uncertainty::{Budget, Draws};
-use asphera_form::verdict::{Guard, Limit};
+use asphera_figures::Indication;
+use asphera_figures::texture;
+use asphera_uncertainty::verdict::{Guard, Limit};
+use asphera_uncertainty::{Budget, Draws};
 
 /// Correlation of errors that uncertainties of pose and parameters count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What is formed along a profile: its sampling, the slopes of its deviation, and how that bends.
 
-use asphera_form::figures::SlopeSettings;
+use asphera_figures::SlopeSettings;
 
 /// One point of a profile, in the order of `s_mm`.
 #[derive(Clone, Copy, Debug)]

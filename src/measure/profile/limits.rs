@@ -1,8 +1,8 @@
 //! Limits of a profile beside PV and RMS: those of slopes are held, those of surfaces refused.
 
-use asphera_form::figures::Definition;
-use asphera_form::verdict::{Finding, Limit};
+use asphera_figures::Definition;
 use asphera_report::Verdict;
+use asphera_uncertainty::verdict::{Finding, Limit};
 
 use super::along::{self, Station};
 use crate::Part;

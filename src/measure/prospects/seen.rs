@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use asphera_form::figures::Definition;
-use asphera_form::verdict::{
-    Deviations, Forecast, Limit, Predicted, forecast, least, least_square_nm2,
-};
+use asphera_figures::Definition;
 use asphera_form::{Aperture, LiveEstimate, Parameter, deviations};
 use asphera_geometry::PointMm;
 use asphera_report::SamplingFigures;
+use asphera_uncertainty::verdict::{
+    Deviations, Forecast, Limit, Predicted, forecast, least, least_square_nm2,
+};
 use rayon::prelude::*;
 
 use super::{figure_nm, is_foreseen};

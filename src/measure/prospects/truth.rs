@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use asphera_form::figures::{Reference, Sample, Term, peak_to_valley, remove, rms};
+use asphera_figures::{Reference, Sample, Term, peak_to_valley, remove, rms};
 use asphera_form::{Aperture, FitSettings, Nominal, deviations, fit};
 use asphera_geometry::PointMm;
 use asphera_report::ProspectState;

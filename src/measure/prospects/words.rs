@@ -1,9 +1,9 @@
 //! What can be said of limits, in sentences.
 
+use asphera_figures::Definition;
 use asphera_form::Aperture;
-use asphera_form::figures::Definition;
-use asphera_form::verdict::{Guard, Limit, Running};
 use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};
+use asphera_uncertainty::verdict::{Guard, Limit, Running};
 
 use super::{Now, P, guard};
 

@@ -1,6 +1,6 @@
 //! What was found, as a drawing would state it by ISO 10110-5.
 
-use asphera_form::figures::{Indication, Irregularity, LengthUnit};
+use asphera_figures::{Indication, Irregularity, LengthUnit};
 use asphera_report::IndicationFigures;
 
 /// In the unit of what is asked, else in nm.
@@ -32,8 +32,8 @@ fn four_digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use asphera_figures::{Approximation, Sample, decompose};
     use asphera_form::Aperture;
-    use asphera_form::figures::{Approximation, Sample, decompose};
 
     use super::*;
 

@@ -1,8 +1,8 @@
 //! Limits of the minimum zone and of texture.
 
-use asphera_form::figures::Definition;
-use asphera_form::verdict::{Finding, Limit};
+use asphera_figures::Definition;
 use asphera_report::{FormFigure, FormFigures, Verdict};
+use asphera_uncertainty::verdict::{Finding, Limit};
 
 use crate::Part;
 use crate::decision::{self, Held};

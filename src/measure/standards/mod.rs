@@ -7,7 +7,7 @@ mod texture;
 mod uncertain;
 mod zone;
 
-use asphera_form::texture::Mesh;
+use asphera_figures::texture::Mesh;
 use asphera_form::{Fit, ZoneFit};
 use asphera_geometry::{PointMm, VertexId};
 pub(super) use indication::found;

@@ -2,12 +2,12 @@
 
 use std::num::NonZeroU8;
 
-use asphera_form::Aperture;
-use asphera_form::figures::{
+use asphera_figures::{
     Band, FrequencyRing, HeightGrid, Sample, Term, Unknown, Window, map_psd, remove,
 };
-use asphera_form::uncertainty::coverage_factor;
+use asphera_form::Aperture;
 use asphera_report::{PsdFigures, QFigures};
+use asphera_uncertainty::coverage_factor;
 
 use crate::deviation_map::{DeviationMap, MapSource};
 use crate::uncertainties::COVERAGE;
@@ -102,7 +102,7 @@ pub(crate) fn q_spectrum(
     terms: NonZeroU8,
     noise_nm: Option<f64>,
 ) -> Result<(QFigures, Option<String>), Unknown> {
-    let found = asphera_form::figures::q_spectrum(sample, terms, noise_nm)?;
+    let found = asphera_figures::q_spectrum(sample, terms, noise_nm)?;
     let given = found.coefficients_nm.len();
     let errors = if found.noise_of_residuals {
         format!("the {:.3} nm that the series leaves", found.noise_nm)

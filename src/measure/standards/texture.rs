@@ -1,6 +1,6 @@
 //! Areal surface texture of the deviation.
 
-use asphera_form::texture::{
+use asphera_figures::texture::{
     Datum, Filtered, Mesh, Order, ScaleKind, Threshold, Unknown, core_parameters,
     height_parameters, hybrid_parameters, spatial_parameters,
 };

@@ -1,7 +1,7 @@
 //! Uncertainties of the minimum zone and of the texture.
 
-use asphera_form::uncertainty::{Simulated, UncertaintyError};
 use asphera_report::{FormFigure, FormFigures, SimulatedFigures, UncertaintyFigures};
+use asphera_uncertainty::{Simulated, UncertaintyError};
 
 use super::Found;
 use crate::Part;

@@ -1,6 +1,6 @@
 //! The minimum zone with its certificate.
 
-use asphera_form::figures::{Definition, Figure};
+use asphera_figures::{Definition, Figure};
 use asphera_form::{
     Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
