@@ -12,8 +12,9 @@ use asphera_report::{
     FormFigure, HistogramFigures, RingFigures, Source, StandardFigures, ZernikeFigures, ZernikeTerm,
 };
 
+use super::judged::Sure;
 use super::naming;
-use super::standards;
+use super::standards::{self, Standards};
 use crate::Part;
 
 /// Figures of a final report about the form beside fit, PV and RMS.
@@ -27,7 +28,17 @@ pub(super) struct FormDetails {
     pub(super) standards: StandardFigures,
     /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
-    noise_nm: Option<f64>,
+}
+
+/// What is known beside the deviations.
+#[derive(Clone, Copy)]
+pub(super) struct Beside<'a> {
+    /// RMS over the points.
+    pub(super) rms_nm: f64,
+    /// Noise of a point, where it is known.
+    pub(super) noise_nm: Option<f64>,
+    /// Uncertainties of the figures.
+    pub(super) sure: &'a Sure,
 }
 
 /// The deviation that A, B, C and their RMS are formed of, and the nominal it is from.
@@ -39,22 +50,20 @@ pub(super) struct Indicated<'a> {
 }
 
 /// Details of the deviations of `points`, in the frame the fit was made in. A point without a deviation has
-/// NaN; `rms_nm` is their RMS over the points. `noise_nm` is the noise of a point, where it is known. Takes time in
-/// proportion to the points, the most of it for the Fringe terms.
+/// NaN. Takes time in proportion to the points, the most of it for the Fringe terms.
 pub(super) fn details(
     part: &Part,
     sample: &Result<Sample, SampleError>,
     indicated: Result<Indicated<'_>, String>,
     areas_mm2: &[f64],
-    rms_nm: f64,
-    noise_nm: Option<f64>,
+    beside: Beside<'_>,
 ) -> FormDetails {
-    let mut details = FormDetails { noise_nm, ..FormDetails::default() };
+    let mut details = FormDetails::default();
     match sample {
         Ok(sample) => {
             // Where nothing is sampled densely enough, no point stands for an area, and all count alike.
             let weighted = sample.indices().iter().any(|&index| areas_mm2[index] > 0.0);
-            details.fill(part, sample, indicated, weighted, rms_nm);
+            details.fill(part, sample, indicated, weighted, beside);
         }
         Err(error) => details.unknown.push(format!("figures of the form: {error}")),
     }
@@ -74,12 +83,10 @@ pub(super) fn sample(
 
 /// Where points lie in the part frame, seen along its axis.
 pub(super) fn places_mm(pose: &Pose, points: &[PointMm]) -> Vec<[f64; 2]> {
-    let (turn, shift_mm) = (pose.rotation(), pose.to_measured([0.0; 3]));
-    // As `Pose::to_part`, which would make the rotation anew for every point.
+    let motion = pose.motion();
     let place = |point: &PointMm| {
-        [0, 1].map(|column| {
-            (0..3).map(|row| turn[row][column] * (point[row] - shift_mm[row])).sum::<f64>()
-        })
+        let [x, y, _] = motion.to_part(*point);
+        [x, y]
     };
     points.iter().map(place).collect()
 }
@@ -101,14 +108,26 @@ pub(super) fn areas_mm2(
 }
 
 impl FormDetails {
+    /// Adds figures of standards and of zones.
+    pub(super) fn with(mut self, standards: Standards, zones: Vec<FormFigure>) -> FormDetails {
+        let Standards { figures, unknown, .. } = standards;
+        // Indication and Q spectrum come of the deviations alone.
+        let StandardFigures { indication, q_spectrum, .. } = self.standards;
+        self.standards = StandardFigures { indication, q_spectrum, ..figures };
+        self.unknown.extend(unknown);
+        self.figures.extend(zones);
+        self
+    }
+
     fn fill(
         &mut self,
         part: &Part,
         sample: &Sample,
         indicated: Result<Indicated<'_>, String>,
         weighted: bool,
-        rms_nm: f64,
+        beside: Beside<'_>,
     ) {
+        let Beside { rms_nm, noise_nm, sure } = beside;
         let as_fitted = if weighted { "as fitted" } else { "as fitted, every point counted alike" };
         let fringe = fringe_fit(sample, part.figures.zernike);
         for (name, figure) in [
@@ -119,13 +138,13 @@ impl FormDetails {
             ("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE)),
             ("PVr", fringe.as_ref().map_err(Unknown::clone).and_then(FringeFit::pvr)),
         ] {
-            self.take(name, figure, as_fitted);
+            self.take(name, figure, as_fitted, sure);
         }
-        self.indication(part, indicated, as_fitted);
-        self.slopes(sample, part);
-        self.remainders(sample);
+        self.indication(part, indicated, as_fitted, sure);
+        self.slopes(sample, part, noise_nm);
+        self.remainders(sample, sure);
         if let Some(terms) = part.figures.q_terms {
-            match standards::q_spectrum(sample, terms, self.noise_nm) {
+            match standards::q_spectrum(sample, terms, noise_nm) {
                 Ok((found, lacking)) => {
                     self.standards.q_spectrum = Some(found);
                     self.unknown.extend(lacking.map(|why| format!("Q spectrum: {why}")));
@@ -154,6 +173,7 @@ impl FormDetails {
         part: &Part,
         indicated: Result<Indicated<'_>, String>,
         as_fitted: &str,
+        sure: &Sure,
     ) {
         let found = indicated.and_then(|Indicated { sample, nominal, from_design }| {
             let parts = decompose(sample, approximation(nominal), None);
@@ -167,7 +187,9 @@ impl FormDetails {
                     true => as_fitted.replace("as fitted", "against the design, shape held"),
                     false => as_fitted.to_owned(),
                 };
-                parts.figures().into_iter().for_each(|found| self.put(found, variant.clone()));
+                for found in parts.figures() {
+                    self.figures.push(naming::figure_of_all(found, &variant, sure));
+                }
             }
             Err(why) => self.unknown.push(format!("A, B, C and their RMS: {why}")),
         }
@@ -175,14 +197,14 @@ impl FormDetails {
 
     /// Slopes over the length that the nominal file states, else over a twentieth of the aperture's width: ISO
     /// 10110-12 leaves it to the drawing.
-    fn slopes(&mut self, sample: &Sample, part: &Part) {
+    fn slopes(&mut self, sample: &Sample, part: &Part, noise_nm: Option<f64>) {
         let Some(settings) = part.figures.slope_over(&part.aperture, sample.radius_mm()) else {
             return self.lacks("slopes", &Unknown::OnePlace);
         };
         match slopes(sample, settings) {
             Ok(found) => {
                 let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
-                let shares = self.noise_nm.map_or([(None, None); 4], |nm| noise_of(&found, nm));
+                let shares = noise_nm.map_or([(None, None); 4], |nm| noise_of(&found, nm));
                 for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)
                 {
                     let figure = naming::figure(figure, over.clone());
@@ -194,7 +216,7 @@ impl FormDetails {
     }
 
     /// PV and RMS of what is left when one more of the usual terms is taken out.
-    fn remainders(&mut self, sample: &Sample) {
+    fn remainders(&mut self, sample: &Sample, sure: &Sure) {
         for last in 1..REMOVED.len() {
             let terms = &REMOVED[..=last];
             match remove(sample, terms) {
@@ -203,7 +225,10 @@ impl FormDetails {
                     for (name, figure) in
                         [("PV", peak_to_valley(sample)), ("RMS", rms(sample, Reference::Zero))]
                     {
-                        self.add(name, figure.map(|figure| naming::figure_without(figure, terms)));
+                        self.add(
+                            name,
+                            figure.map(|figure| naming::figure_without(figure, terms, sure)),
+                        );
                     }
                 }
                 Err(why) => self.lacks(&naming::without(terms), &why),
@@ -211,8 +236,15 @@ impl FormDetails {
         }
     }
 
-    pub(super) fn take(&mut self, name: &str, figure: Result<Figure, Unknown>, variant: &str) {
-        self.add(name, figure.map(|figure| naming::figure(figure, variant.to_owned())));
+    /// Takes a figure of the whole aperture with its uncertainty, or why it is not known.
+    pub(super) fn take(
+        &mut self,
+        name: &str,
+        figure: Result<Figure, Unknown>,
+        variant: &str,
+        sure: &Sure,
+    ) {
+        self.add(name, figure.map(|figure| naming::figure_of_all(figure, variant, sure)));
     }
 
     fn add(&mut self, name: &str, figure: Result<FormFigure, Unknown>) {
@@ -220,10 +252,6 @@ impl FormDetails {
             Ok(figure) => self.figures.push(figure),
             Err(why) => self.lacks(name, &why),
         }
-    }
-
-    fn put(&mut self, figure: Figure, variant: String) {
-        self.figures.push(naming::figure(figure, variant));
     }
 
     fn lacks(&mut self, name: &str, why: &Unknown) {
@@ -338,139 +366,4 @@ const MOST_CONDITION: f64 = 1e4;
 const MOST_BINS: f64 = 64.0;
 
 #[cfg(test)]
-mod tests {
-    use crate::nominal::parse;
-    use asphera_form::basis::{Normalisation, zernike_value};
-    use asphera_form::{Fit, FitSettings, fit};
-    use proptest::prelude::*;
-
-    use super::*;
-
-    const RADIUS_MM: f64 = 4.0;
-
-    fn fringe(index: u32, u: f64, v: f64) -> f64 {
-        let (n, m) = Counting::Fringe.orders(index).unwrap();
-        zernike_value(n, m, Normalisation::UnitHeight, u, v).unwrap()
-    }
-
-    fn flat() -> Part {
-        let nominal = format!(
-            "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = {RADIUS_MM:?}\n\
-             [fit]\nfree = [\"tz\"]\n"
-        );
-        parse("flat.toml", &nominal).unwrap()
-    }
-
-    /// Places on a square lattice over the disc, with a deviation each.
-    fn measured(nm: impl Fn(f64, f64) -> f64) -> (Vec<PointMm>, Vec<f64>) {
-        let mut points = Vec::new();
-        for i in -50..=50 {
-            for j in -50..=50 {
-                let (u, v) = (f64::from(i) * 0.0199, f64::from(j) * 0.0199);
-                if u.hypot(v) <= 1.0 {
-                    points.push([RADIUS_MM * u, RADIUS_MM * v, nm(u, v) * 1e-6]);
-                }
-            }
-        }
-        let deviations_mm = points.iter().map(|point| point[2]).collect();
-        (points, deviations_mm)
-    }
-
-    fn of(
-        part: &Part,
-        points: &[PointMm],
-        deviations_mm: &[f64],
-        areas_mm2: &[f64],
-    ) -> FormDetails {
-        let settings = FitSettings { free: part.free.clone(), ..FitSettings::default() };
-        let fit = fit(points, &part.nominal, &settings).unwrap();
-        // The fit must not move the part, whose deviations are given.
-        let fit = Fit { pose: Pose::default(), ..fit };
-        let sample = sample(part, &fit.pose, points, deviations_mm, areas_mm2);
-        let indicated = sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
-            sample,
-            nominal: &fit.nominal,
-            from_design: false,
-        });
-        details(part, &sample, indicated, areas_mm2, 0.0, None)
-    }
-
-    fn value(details: &FormDetails, name: &str, variant: &str) -> f64 {
-        let found = |figure: &&FormFigure| figure.name == name && figure.variant == variant;
-        let figure = details.figures.iter().find(found);
-        figure.unwrap_or_else(|| panic!("no {name} {variant}: {:#?}", details.figures)).value
-    }
-
-    #[test]
-    fn terms_put_in_are_found_named_and_taken_out() {
-        let put_in = [(1, 5.0), (2, -8.0), (4, 30.0), (5, 12.0), (8, -7.0), (9, 6.0), (11, 4.0)];
-        let (points, deviations_mm) =
-            measured(|u, v| put_in.iter().map(|&(index, nm)| nm * fringe(index, u, v)).sum());
-        let found = of(&flat(), &points, &deviations_mm, &vec![1.0; points.len()]);
-        // What is not rotational counts as noise of the Q spectrum, whose first terms it drowns.
-        assert!(
-            found.unknown.iter().all(|why| why.starts_with("Q spectrum")),
-            "{:?}",
-            found.unknown
-        );
-        let zernike = found.zernike.as_ref().unwrap();
-        assert_eq!((zernike.terms.len(), zernike.radius_mm), (36, RADIUS_MM));
-        for term in &zernike.terms {
-            let had = put_in.iter().find(|(index, _)| *index == term.index);
-            let had = had.map_or(0.0, |(_, nm)| *nm);
-            assert!((term.value_nm - had).abs() < 1e-8, "{term:?}, not {had} nm");
-        }
-        let term = |index: usize| &zernike.terms[index - 1];
-        assert_eq!((term(4).name.as_str(), term(4).n, term(4).m), ("defocus", 2, 0));
-        assert_eq!((term(30).name.as_str(), term(30).n, term(30).m), ("tertiary trefoil x", 7, 3));
-        // What is left in the end is the trefoil: ±4 nm at the rim.
-        let all = "piston, tilt, power, astigmatism, coma, spherical removed";
-        let left_nm = value(&found, "PV", all);
-        assert!((7.6..8.0 + 1e-6).contains(&left_nm), "{left_nm}");
-        assert!(value(&found, "PV", "piston, tilt removed") > value(&found, "PV", all));
-        // The sphere of 30 nm of Fringe 4 and what 6 nm of Fringe 9 hold of it.
-        assert!((value(&found, "A", "as fitted") - 60.0).abs() < 1.0);
-    }
-
-    #[test]
-    fn what_the_points_do_not_tell_is_said() {
-        let points: Vec<PointMm> = (0..5).map(|i| [f64::from(i) * 0.5, 0.1, 1e-6]).collect();
-        let found = of(&flat(), &points, &[1e-6; 5], &[0.0; 5]);
-        assert_eq!(value(&found, "PV", "as fitted, every point counted alike"), 0.0);
-        assert_eq!(found.zernike, None);
-        for name in ["PVr", "Zernike terms", "slopes"] {
-            assert!(found.unknown.iter().any(|why| why.starts_with(name)), "{:?}", found.unknown);
-        }
-        assert_eq!(found.histogram.unwrap().counts, [5]);
-    }
-
-    #[test]
-    fn a_triangle_stands_for_a_third_at_each_corner() {
-        let points = [[0.0, 0.0, 9.0], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [3.0, 2.0, 0.0]];
-        let areas = areas_mm2(&points, [[0, 1, 2], [1, 3, 2]].into_iter());
-        assert_eq!(areas, [1.0, 2.0, 2.0, 1.0]);
-    }
-
-    proptest! {
-        #[test]
-        fn a_histogram_counts_every_point_where_it_lies(
-            values_nm in prop::collection::vec(-1e3..1e3f64, 1..200),
-            scale in prop::sample::select(vec![1e-9, 1e-3, 1.0, 1e9]),
-            offset_nm in prop::sample::select(vec![0.0, -1e3, 1e6]),
-        ) {
-            let values_nm: Vec<f64> =
-                values_nm.iter().map(|nm| nm * scale + offset_nm).collect();
-            let HistogramFigures { low_nm, width_nm, counts, .. } = histogram(&values_nm).unwrap();
-            prop_assert_eq!(counts.iter().sum::<u64>(), values_nm.len() as u64);
-            prop_assert!(counts[0] > 0 && counts[counts.len() - 1] > 0);
-            prop_assert!(counts.len() <= 66, "{} bins", counts.len());
-            let high_nm = low_nm + width_nm * counts.len() as f64;
-            let rounding = 1e-12 * (low_nm.abs() + high_nm.abs());
-            for nm in values_nm {
-                prop_assert!(low_nm - rounding <= nm && nm <= high_nm + rounding);
-            }
-            let digit = width_nm / 10.0_f64.powi((width_nm * 1.000_001).log10().floor() as i32);
-            prop_assert!([1.0, 2.0, 5.0].iter().any(|d| (digit - d).abs() < 1e-6), "{}", width_nm);
-        }
-    }
-}
+mod tests;

@@ -7,12 +7,14 @@ use asphera_form::{
     Termination,
 };
 use asphera_report::{
-    DeviationFigures, FitFigures, FormFigures, LossFigures, Map, ParameterFigures, PoseFigures,
-    ReferenceFigures, StandardFigures, WeightFigures,
+    DeviationFigures, FitDetails, FitFigures, FormFigures, LossFigures, Map, ParameterFigures,
+    PoseFigures, ReferenceFigures, StandardFigures, UncertaintyFigures, UnmeasuredFigures,
+    WeightFigures,
 };
 use asphera_surface::Plane;
 
 use super::cells;
+use super::correlated::Sources;
 use super::details::FormDetails;
 use super::errors::Errors;
 use super::fit_details;
@@ -21,14 +23,27 @@ use super::origin;
 use super::running::MadeReference;
 use crate::Part;
 
-/// `plane` is that of projection, in whose frame the fit was made.
+/// All that the final figures of a form are made of.
+pub(super) struct Ingredients<'a> {
+    pub(super) fitted: &'a Fitted,
+    /// PV and RMS.
+    pub(super) found: &'a Figures,
+    pub(super) details: FormDetails,
+    pub(super) sources: Sources,
+    /// Uncertainties of PV and RMS.
+    pub(super) uncertainty: Option<UncertaintyFigures>,
+    pub(super) unmeasured: UnmeasuredFigures,
+}
+
+/// The final figures, written once. `free` are the parameters that the nominal file names; `plane` is that of projection, in
+/// whose frame the fit was made.
 pub(super) fn form(
     part: &Part,
-    fitted: &Fitted,
-    figures: &Figures,
-    details: FormDetails,
+    free: &[Parameter],
+    of: Ingredients<'_>,
     plane: &Plane,
 ) -> FormFigures {
+    let Ingredients { fitted, found, details, sources, uncertainty, unmeasured } = of;
     let fit = &fitted.fit;
     // Of a surface made from the points, what was fitted by its parameters is the base.
     let reference = fitted.reference.as_ref().map(MadeReference::from);
@@ -36,6 +51,7 @@ pub(super) fn form(
         Some(reference) => (reference.base_fit, unknown(reference)),
         None => (fit, part.nominal.to_string()),
     };
+    let of_fit = fit_details::of_fit(fit, reference.as_ref(), part);
     FormFigures {
         nominal,
         reference: reference.map(|found| reference_figures(&found, part)),
@@ -43,17 +59,28 @@ pub(super) fn form(
             method: fit.method.to_owned(),
             termination: termination(&fit.termination),
             iterations: u32::try_from(laid.iterations).unwrap_or(u32::MAX),
-            free: reference.map_or_else(|| names(&part.free, &part.nominal), |_| free(laid)),
-            parameters: parameters(&laid.estimates, &laid.nominal),
+            free: reference.map_or_else(|| names(free, &part.nominal), |_| free_of_base(laid)),
+            parameters: sources.parameters,
             indeterminate: fit_details::held(&laid.undetermined),
             pose: pose(&fit.pose, plane),
             effective_points: (!part.criterion.is_plain()).then_some(fit.effective_points),
             loss: fit.robust.and_then(loss),
             weights: weights(fitted),
-            details: fit_details::of_fit(fit, reference.as_ref(), part),
+            details: FitDetails {
+                u_model: Some(sources.u_model.to_owned()),
+                covariance: sources.covariance.or(of_fit.covariance),
+                expanded_covers: sources.expanded_covers,
+                cautions: of_fit.cautions.into_iter().chain(sources.caution).collect(),
+                correlation: sources.correlation,
+                ..of_fit
+            },
         },
         origin: Some(origin::figures(part, plane.from_plane(fit.pose.to_measured([0.0; 3])))),
-        deviation: deviation(figures),
+        deviation: DeviationFigures {
+            uncertainty,
+            unmeasured: Some(unmeasured),
+            ..deviation(found)
+        },
         provisional: false,
         figures: details.figures,
         zernike: details.zernike,
@@ -80,7 +107,9 @@ pub(super) fn running_form(
     let origin_mm = estimate.pose.to_measured([x_mm, y_mm, 0.0]);
     // Of a surface made from the points, what is fitted by its parameters is the base.
     let (nominal, method, laid, free) = match reference {
-        Some(made) => (unknown(made), made.method, &made.base_fit.nominal, free(made.base_fit)),
+        Some(made) => {
+            (unknown(made), made.method, &made.base_fit.nominal, free_of_base(made.base_fit))
+        }
         None => {
             let free = names(&part.free, &part.nominal);
             (part.nominal.to_string(), estimate.method(), &part.nominal, free)
@@ -171,7 +200,7 @@ fn reference_figures(reference: &MadeReference<'_>, part: &Part) -> ReferenceFig
 }
 
 /// Free parameters of a base: what was estimated and what could not be.
-fn free(fit: &Fit) -> Vec<String> {
+fn free_of_base(fit: &Fit) -> Vec<String> {
     let estimated = fit.estimates.iter().map(|estimate| estimate.parameter);
     let all: Vec<Parameter> = estimated.chain(fit.indeterminate.iter().copied()).collect();
     names(&all, &fit.nominal)
@@ -239,6 +268,13 @@ fn deviation(figures: &Figures) -> DeviationFigures {
         uncertainty: None,
         unmeasured: None,
     }
+}
+
+/// Every free parameter of a fit, of a surface made from the points those of its base, with u by the residuals.
+pub(super) fn parameters_of(fitted: &Fitted) -> BTreeMap<String, ParameterFigures> {
+    let reference = fitted.reference.as_ref().map(MadeReference::from);
+    let laid = reference.as_ref().map_or(&fitted.fit, |reference| reference.base_fit);
+    parameters(&laid.estimates, &laid.nominal)
 }
 
 fn parameters(estimates: &[Estimate], nominal: &Nominal) -> BTreeMap<String, ParameterFigures> {

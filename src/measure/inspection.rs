@@ -3,25 +3,26 @@
 use asphera_figures::{Sample, SampleError};
 use asphera_form::{Aperture, Figures, Fit, Grid as MapGrid, Parameter, Pose};
 use asphera_mesh::Mesh;
-use asphera_report::{FeatureFigures, FormFigure, FormFigures, Map, Verdict};
+use asphera_report::{FeatureFigures, FormFigures, Map, Verdict};
 use asphera_surface::Plane;
 use asphera_uncertainty::verdict::{Deviations, Limit, forecast};
 use asphera_uncertainty::{Places, UncertaintyError};
 
-use super::correlated;
+use super::correlated::Sources;
 use super::defects::{self, Meshed};
 use super::design::Design;
-use super::details::{Indicated, details, places_mm, sample};
+use super::details::{Beside, FormDetails, Indicated, details, places_mm, sample};
 use super::deviation_map::DeviationMap;
 use super::errors::{Errors, ErrorsOfFigures};
-use super::figures;
+use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit};
-use super::judgement::{Deviating, Plain, compare, judge};
+use super::judged::{self, AllJudged, Sure, of_zones};
+use super::judgement::{Deviating, Plain, judge, plainly};
 use super::look::Look;
 use super::removal::cells_of;
 use super::standards::{self, Measured};
 use super::step::Step;
-use super::uncertainties::{self, Assessed, assess, tell};
+use super::uncertainties::{self, Assessed, assess};
 use super::unmeasured::{Laid, Unmeasured};
 use crate::Part;
 
@@ -76,19 +77,33 @@ impl Inspection<'_> {
         };
         let sample = sample(part, self.pose, points, self.deviations_mm, self.areas_mm2);
         let design = fitted.and_then(|fitted| Design::new(part, mesh, fitted, self.areas_mm2));
-        let mut form = self.form(&sample, design.as_ref(), noise_nm);
+        let judged = self.judged(assessed.as_ref(), design.as_ref(), known.as_ref());
+        let made = fitted.zip(self.found);
+        let heights = match (known.as_ref().zip(self.found), &assessed) {
+            (Some((known, found)), _) => Some(known.figures(found.pv_nm, true)),
+            (None, Some(Ok(assessed))) => Some(uncertainties::of_heights(assessed, part)),
+            _ => None,
+        };
+        let sure = heights.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
+        let sure = Sure::new(sure, &judged);
+        let details = made.map(|(fitted, found)| {
+            let beside = Beside { rms_nm: found.rms_nm, noise_nm, sure: &sure };
+            self.details(&sample, design.as_ref(), fitted, beside)
+        });
         begin(Step::Standards);
         // Without a fit no deviation is known.
         let counted = fitted.and(sample.as_ref().ok());
         let grid = grid.map(|grid| counted.map_or(grid, |sample| grid_of(sample, part, grid)));
         let cells = grid.as_ref().zip(counted).map(|(grid, sample)| cells_of(sample, grid));
         let deviations_nm: Vec<f64> = self.deviations_mm.iter().map(|mm| mm * 1e6).collect();
-        let map = form
-            .as_ref()
+        let map = made
             .and_then(|_| DeviationMap::of(mesh, (&look.triangles, &look.covered), &deviations_nm));
-        if let (Some(form), Some(fitted)) = (&mut form, fitted) {
-            self.complete(form, fitted, map.as_ref(), noise_nm, assessed.as_ref());
-        }
+        let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+        let standards = made.map(|(fitted, _)| {
+            standards::standards(&self.measured(fitted, map.as_ref(), noise_nm), by_budget)
+        });
+        let sources = made
+            .map(|(fitted, _)| Sources::new(part, fitted, (points, self.deviations_mm), by_budget));
         begin(Step::Unmeasured);
         let unmeasured =
             self.unmeasured(fitted.map(|fitted| &fitted.fit), self.deviations_mm, self.found);
@@ -96,32 +111,34 @@ impl Inspection<'_> {
         let unmeasured_of_design = of_design.map(|design| {
             self.unmeasured(Some(design.fit), &design.deviations_mm, design.found.as_ref())
         });
-        if let Some(form) = &mut form {
-            if let Some(known) = &known {
-                uncertainties::tell_noise(form, known);
-            } else if form.deviation.uncertainty.is_none() {
-                form.unknown.push("uncertainties: the noise of the points is not known".to_owned());
-            }
-            form.deviation.unmeasured = Some(unmeasured.figures());
-        }
         begin(Step::Defects);
-        let features = self.features(form.is_some());
+        let features = self.features(made.is_some());
         begin(Step::Verdict);
-        let mut without_form = Vec::new();
-        let figures = form.as_mut().map_or(&mut without_form, |form| &mut form.figures);
+        let zones = of_zones(&judged);
         let hidden = unmeasured_of_design.as_ref().unwrap_or(&unmeasured);
-        let unmeasured_of = [&unmeasured, hidden];
-        let mut compared = self.compared(
-            assessed.as_ref(),
-            design.as_ref(),
-            known.as_ref(),
-            unmeasured_of,
-            figures,
-        );
-        let noise_dof = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-        let noise_dof = noise_dof.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
-        standards::hold(&mut compared, part, form.as_ref(), noise_dof, &unmeasured);
+        let guard = part.judging.guard.filter(|_| assessed.is_some());
+        let mut compared = judged::verdict(part, guard, judged, [&unmeasured, hidden]);
+        let noise_dof = by_budget.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
+        standards::hold(&mut compared, part, standards.as_ref(), noise_dof, &unmeasured);
         let verdict = judge(compared, part, mesh, self.fitted, &look.mesh, &look.sampling);
+        let parts = made.zip(details).zip(standards).zip(sources);
+        let form = parts.map(|((((fitted, found), details), standards), sources)| {
+            let mut details = details.with(standards, zones);
+            details.unknown.extend(sources.unknown.iter().cloned());
+            if heights.is_none() {
+                let why = "uncertainties: the noise of the points is not known";
+                details.unknown.push(why.to_owned());
+            }
+            let of = Ingredients {
+                fitted,
+                found,
+                details,
+                sources,
+                uncertainty: heights,
+                unmeasured: unmeasured.figures(),
+            };
+            figures::form(part, &part.free, of, self.plane)
+        });
         Inspected { form, features, verdict, deviations_nm, map, grid, cells }
     }
 
@@ -136,14 +153,14 @@ impl Inspection<'_> {
         Some(taken.map_or(known, |taken| known.over(taken)))
     }
 
-    /// The figures of the form by the points alone; `None` without a fit.
-    fn form(
+    /// The figures of the form by the deviations.
+    fn details(
         &self,
         sample: &Result<Sample, SampleError>,
         design: Option<&Result<Design<'_>, String>>,
-        noise_nm: Option<f64>,
-    ) -> Option<FormFigures> {
-        let (fitted, found) = self.fitted.ok().zip(self.found)?;
+        fitted: &Fitted,
+        beside: Beside<'_>,
+    ) -> FormDetails {
         let indicated = match design {
             Some(design) => design.as_ref().map_err(Clone::clone).and_then(Design::indicated),
             None => sample.as_ref().map_err(ToString::to_string).map(|sample| Indicated {
@@ -152,38 +169,27 @@ impl Inspection<'_> {
                 from_design: false,
             }),
         };
-        let details = details(self.part, sample, indicated, self.areas_mm2, found.rms_nm, noise_nm);
-        Some(figures::form(self.part, fitted, found, details, self.plane))
+        details(self.part, sample, indicated, self.areas_mm2, beside)
     }
 
-    /// Adds the figures of standards and the uncertainties.
-    fn complete(
-        &self,
-        form: &mut FormFigures,
-        fitted: &Fitted,
-        map: Option<&DeviationMap>,
+    /// What the figures of standards are formed of.
+    fn measured<'a>(
+        &'a self,
+        fitted: &'a Fitted,
+        map: Option<&'a DeviationMap>,
         noise_nm: Option<f64>,
-        assessed: Option<&Result<Assessed, UncertaintyError>>,
-    ) {
-        let points = self.mesh.points();
-        let measured = Measured {
+    ) -> Measured<'a> {
+        Measured {
             part: self.part,
             fit: &fitted.fit,
-            points,
+            points: self.mesh.points(),
             deviations_mm: self.deviations_mm,
             triangles: &self.look.triangles,
             covered: &self.look.covered,
             areas_mm2: self.areas_mm2,
             map,
             noise_nm,
-        };
-        let of_standards = standards::add(form, &measured);
-        let assessed = assessed.and_then(|assessed| assessed.as_ref().ok());
-        if let Some(assessed) = assessed {
-            tell(form, assessed, self.part);
-            standards::tell(form, &of_standards, assessed, self.part);
         }
-        correlated::tell(form, self.part, fitted, (points, self.deviations_mm), assessed);
     }
 
     /// Allowance for the part that was not measured, as it adds to the figures of a fit.
@@ -229,25 +235,21 @@ impl Inspection<'_> {
         }
     }
 
-    /// The figures held against their limits: `unmeasured` of the deviation the fit leaves, and of that from the design.
-    fn compared(
+    /// What was found of the limits.
+    fn judged(
         &self,
         assessed: Option<&Result<Assessed, UncertaintyError>>,
         design: Option<&Result<Design<'_>, String>>,
         known: Option<&ErrorsOfFigures>,
-        unmeasured: [&Unmeasured; 2],
-        figures: &mut Vec<FormFigure>,
-    ) -> Verdict {
+    ) -> AllJudged<'_> {
         let points = self.mesh.points();
         let areas_mm2 = self.areas_mm2;
-        let assessed = match assessed {
-            None => None,
-            Some(Ok(assessed)) => Some(assessed),
-            Some(Err(error)) => return uncertainties::unknown(error),
-        };
-        if let Some(assessed) = assessed {
-            let areas_mm2 = Some(areas_mm2);
-            return uncertainties::compare(self.part, assessed, areas_mm2, unmeasured, figures);
+        match assessed {
+            None => {}
+            Some(Ok(assessed)) => {
+                return uncertainties::judged(self.part, assessed, Some(areas_mm2));
+            }
+            Some(Err(error)) => return Err(uncertainties::unknown(error)),
         }
         let left = self.fitted.ok().map(|fitted| &fitted.fit);
         let left = left.map(|fit| (places_mm(&fit.pose, points), &fit.nominal));
@@ -261,8 +263,8 @@ impl Inspection<'_> {
             Ok(design) => Ok(design.deviating(areas_mm2)),
             Err(why) => Err(why.clone()),
         });
-        let plain = Plain { found: self.found, errors: known, left, design, unmeasured };
-        compare(self.part, &plain, figures)
+        let plain = Plain { found: self.found, errors: known, left, design };
+        plainly(self.part, &plain)
     }
 }
 

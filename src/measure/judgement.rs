@@ -4,18 +4,14 @@ use asphera_figures::{Definition, Treatment};
 use asphera_form::{Figures, Nominal};
 use asphera_mesh::Mesh;
 use asphera_report::error_chain;
-use asphera_report::{
-    FormFigure, MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict,
-};
+use asphera_report::{MeshFigures, ProjectionFigures, SamplingFigures, Status, Verdict};
 use asphera_uncertainty::verdict::{Finding, Limit, Over, Reason};
 
-use super::decision::{Held, hold};
 use super::errors::ErrorsOfFigures;
 use super::figures;
 use super::fit_details::forbids_verdict;
 use super::fitting::{Fitted, NoFit};
-use super::naming;
-use super::unmeasured::Unmeasured;
+use super::judged::{AllJudged, Judged};
 use crate::Part;
 
 /// Obstacles to a verdict that limits and figures give.
@@ -140,14 +136,12 @@ pub(super) struct Plain<'a> {
     pub(super) left: Option<Deviating<'a>>,
     /// The deviation from the design, where the shape was free; else why it is not known.
     pub(super) design: Option<Result<Deviating<'a>, String>>,
-    /// Allowance for the unmeasured part: of the deviation the fit leaves, and of that from the design.
-    pub(super) unmeasured: [&'a Unmeasured; 2],
 }
 
 impl<'a> Plain<'a> {
     /// PV and RMS alone.
-    pub(super) fn of_heights(found: Option<&'a Figures>, unmeasured: &'a Unmeasured) -> Plain<'a> {
-        Plain { found, errors: None, left: None, design: None, unmeasured: [unmeasured; 2] }
+    pub(super) fn of_heights(found: Option<&'a Figures>) -> Plain<'a> {
+        Plain { found, errors: None, left: None, design: None }
     }
 
     /// The value of a limited figure, and whether it is of the deviation from the design.
@@ -174,39 +168,30 @@ impl<'a> Plain<'a> {
     }
 }
 
-/// The verdict where no uncertainty is asked for: values held against limits as they are, what is not measured regarded.
-/// Figures of zones are added to `figures`.
-pub(super) fn compare(part: &Part, plain: &Plain<'_>, figures: &mut Vec<FormFigure>) -> Verdict {
-    let mut verdict = without_checks(part);
+/// What was found of the limits where no uncertainty is asked for: values as they are.
+pub(super) fn plainly<'a>(part: &'a Part, plain: &Plain<'_>) -> AllJudged<'a> {
     let limits = part.limits();
     if !limits.is_empty() && plain.found.is_none() {
-        undecide(&mut verdict, Reason::NoFigures.to_string());
-        return verdict;
+        return Err(Reason::NoFigures.to_string());
     }
-    for limit in limits {
-        let figure = naming::of_limit(limit);
-        let (value, from_design) = match plain.value(limit, part) {
-            Ok(found) => found,
-            Err(why) => {
-                undecide(&mut verdict, format!("{}: {why}", figure.words()));
-                continue;
-            }
-        };
+    let judged = |limit: &'a Limit| {
         let errors = plain.errors.filter(|_| limit.is_of_whole());
         let u = errors.and_then(|errors| match limit.definition {
             Definition::PeakToValley => Some(errors.u_pv_nm),
             Definition::RmsOverPoints => Some(errors.u_rms_nm),
             _ => None,
         });
-        let unmeasured = plain.unmeasured[usize::from(from_design)];
-        let hidden = unmeasured.hidden(limit);
-        let finding = Finding { value, u, dof: f64::INFINITY, bias: 0.0, hidden };
-        figures.extend(naming::of_zone(limit, value));
+        let (found, from_design) = match plain.value(limit, part) {
+            Ok((value, from_design)) => {
+                let found = Finding { value, u, dof: f64::INFINITY, bias: 0.0, hidden: None };
+                (Ok(found), from_design)
+            }
+            Err(why) => (Err(why), false),
+        };
         let covers = errors.map(|errors| errors.covers(limit.definition));
-        let held = Held { covers, ..Held::new(figure, limit, finding, unmeasured) };
-        hold(&mut verdict, None, held);
-    }
-    verdict
+        Judged { limit, found, from_design, covers }
+    };
+    Ok(limits.iter().map(judged).collect())
 }
 
 /// A verdict before any limit was held: a pass if there are limits.

@@ -27,6 +27,7 @@ mod heights;
 mod inspection;
 #[cfg(test)]
 mod interval_study;
+mod judged;
 mod judgement;
 mod look;
 mod maps;

@@ -6,6 +6,8 @@ use asphera_form::Aperture;
 use asphera_report::{FigureName, FormFigure};
 use asphera_uncertainty::verdict::Limit;
 
+use super::judged::Sure;
+
 /// The figure of a limit.
 pub(super) fn of_limit(limit: &Limit) -> FigureName {
     FigureName { name: limit.name(), scope: limit.scope(), ..of_figure(limit.definition) }
@@ -37,7 +39,7 @@ fn of_figure(definition: Definition) -> FigureName {
     }
 }
 
-/// A figure of a deviation, of what `variant` says.
+/// A figure of a deviation, of what `variant` says, without an uncertainty.
 pub(super) fn figure(Figure { definition, value }: Figure, variant: String) -> FormFigure {
     FormFigure {
         id: definition.id().to_owned(),
@@ -56,10 +58,17 @@ pub(super) fn of_zone(limit: &Limit, value: f64) -> Option<FormFigure> {
     Some(figure(found, format!("from {inner_mm} to {outer_mm} mm")))
 }
 
-/// A figure of a deviation with terms removed.
-pub(super) fn figure_without(figure: Figure, terms: &[Term]) -> FormFigure {
+/// A figure of a deviation over the whole aperture, with its uncertainty where that is known.
+pub(super) fn figure_of_all(figure: Figure, variant: &str, sure: &Sure) -> FormFigure {
+    let u = sure.of(figure.definition, &[]);
+    FormFigure { u, ..self::figure(figure, variant.to_owned()) }
+}
+
+/// A figure of a deviation with terms removed, with its uncertainty where that is known.
+pub(super) fn figure_without(figure: Figure, terms: &[Term], sure: &Sure) -> FormFigure {
     let removed: Vec<String> = terms.iter().map(ToString::to_string).collect();
-    FormFigure { removed, ..self::figure(figure, without(terms)) }
+    let u = sure.of(figure.definition, terms);
+    FormFigure { removed, u, ..self::figure(figure, without(terms)) }
 }
 
 /// Terms removed, in words.

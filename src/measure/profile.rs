@@ -17,8 +17,8 @@ use asphera_form::Fit;
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{
-    FeatureFigures, FitDetails, FormFigures, MeshFigures, Points, ProfileFigures, REPORT_FORMAT,
-    Report, SamplingFigures, Timing, Verdict,
+    FeatureFigures, FormFigures, MeshFigures, Points, ProfileFigures, REPORT_FORMAT, Report,
+    SamplingFigures, Timing, Verdict,
 };
 use laid::{in_plane, laid};
 use limits::{hold_others, is_of_deviation};
@@ -26,13 +26,14 @@ pub(super) use line::Line;
 use line::Way;
 use sampled::sampled;
 
-use super::correlated;
+use super::correlated::Sources;
 use super::cutting::{FinishedMesh, Setting};
 use super::details::{FormDetails, places_mm};
-use super::figures;
+use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
-use super::judgement::{Plain, compare, judge, undecide};
+use super::judged::{self, Sure, of_zones};
+use super::judgement::{Plain, judge, plainly, undecide};
 use super::look::with_counts;
 use super::measurement::{Measurement, deviation};
 use super::naming;
@@ -100,15 +101,6 @@ pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measur
         along::largest_bend_per_mm(&stations),
         found.as_ref().map(|found| (found.pv_nm, found.rms_nm)),
     );
-    let mut form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
-        let places_mm = places_mm(&fitted.fit.pose, mesh.points());
-        let sample = Sample::new(&places_mm, &deviations_mm, None, &part.aperture);
-        let details = details(sample.ok().as_ref(), &profile);
-        let mut form = figures::form(&own, fitted, found, details, &plane);
-        form.fit.free = part.free.iter().map(|free| free.name(&part.nominal)).collect();
-        form.deviation.unmeasured = Some(unmeasured.figures());
-        form
-    });
     let own_limits = Judging {
         limits: part.limits().iter().copied().filter(is_of_deviation).collect(),
         ..part.judging.clone()
@@ -118,23 +110,30 @@ pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measur
     let laid_as_is = fitted.as_ref().ok().filter(|_| !profile.turned);
     let assessed =
         laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None));
-    if let Some(form) = &mut form {
-        let known = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-        tell(form, &judged, laid_as_is, (mesh.points(), &deviations_mm), known);
-    }
-    let mut compared = match &assessed {
-        None => {
-            let plain = Plain::of_heights(found.as_ref(), &unmeasured);
-            compare(&judged, &plain, &mut Vec::new())
-        }
-        Some(Ok(assessed)) => {
-            let mut none = Vec::new();
-            let told = form.as_mut().map(|form| &mut form.figures);
-            let told = told.unwrap_or(&mut none);
-            uncertainties::compare(&judged, assessed, None, [&unmeasured; 2], told)
-        }
-        Some(Err(error)) => uncertainties::unknown(error),
+    let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
+    let limits = match &assessed {
+        None => plainly(&judged, &Plain::of_heights(found.as_ref())),
+        Some(Ok(assessed)) => uncertainties::judged(&judged, assessed, None),
+        Some(Err(error)) => Err(uncertainties::unknown(error)),
     };
+    let form = fitted.as_ref().ok().zip(found.as_ref()).map(|(fitted, found)| {
+        let places_mm = places_mm(&fitted.fit.pose, mesh.points());
+        let sample = Sample::new(&places_mm, &deviations_mm, None, &part.aperture);
+        let uncertainty = by_budget.map(|assessed| uncertainties::of_heights(assessed, &judged));
+        let sure = uncertainty.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
+        let mut details = details(sample.ok().as_ref(), &profile, &Sure::new(sure, &limits));
+        let (sources, lacks) =
+            sources(&judged, fitted, (mesh.points(), &deviations_mm), by_budget, profile.turned);
+        details.figures.extend(of_zones(&limits));
+        details
+            .unknown
+            .extend(lacks.map(str::to_owned).into_iter().chain(sources.unknown.iter().cloned()));
+        let unmeasured = unmeasured.figures();
+        let of = Ingredients { fitted, found, details, sources, uncertainty, unmeasured };
+        figures::form(&own, &part.free, of, &plane)
+    });
+    let guard = judged.judging.guard.filter(|_| assessed.is_some());
+    let mut compared = judged::verdict(&judged, guard, limits, [&unmeasured; 2]);
     hold_others(&mut compared, (&judged, &part), &stations, &unmeasured);
     if part.judging.guard.is_some() && profile.turned {
         let why = "the guard band needs uncertainties, which are worked out of profiles along x or y only";
@@ -289,14 +288,14 @@ fn profile_figures(
 }
 
 /// The figures that a profile has.
-fn details(sample: Option<&Sample>, profile: &ProfileFigures) -> FormDetails {
+fn details(sample: Option<&Sample>, profile: &ProfileFigures, sure: &Sure) -> FormDetails {
     let mut details = FormDetails::default();
     let variant = "as fitted, every point counted alike";
     if let Some(sample) = sample {
-        details.take("PV", peak_to_valley(sample), variant);
-        details.take("RMS", rms(sample, Reference::Zero), variant);
-        details.take("RMS", rms(sample, Reference::Mean), variant);
-        details.take("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE), variant);
+        details.take("PV", peak_to_valley(sample), variant, sure);
+        details.take("RMS", rms(sample, Reference::Zero), variant, sure);
+        details.take("RMS", rms(sample, Reference::Mean), variant, sure);
+        details.take("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE), variant, sure);
     }
     for (kind, value) in [
         ("rms", profile.slope_rms_urad),
@@ -310,27 +309,21 @@ fn details(sample: Option<&Sample>, profile: &ProfileFigures) -> FormDetails {
     details
 }
 
-/// Writes the uncertainties beside the figures, of a profile that is not turned.
-fn tell(
-    form: &mut FormFigures,
+/// What the fit says of its uncertainties, and why more is not known; of a profile that was turned little is.
+fn sources(
     part: &Part,
-    fitted: Option<&Fitted>,
+    fitted: &Fitted,
     measured: (&[PointMm], &[f64]),
     assessed: Option<&Assessed>,
-) {
-    let Some(fitted) = fitted else {
-        form.fit.details.u_model = Some(FitDetails::BY_RESIDUALS.to_owned());
-        form.unknown.push("uncertainties: worked out of profiles along x or y only".to_owned());
-        return;
-    };
-    match assessed {
-        Some(assessed) => uncertainties::tell(form, assessed, part),
-        None => form.unknown.push(
-            "uncertainties of PV and RMS: the noise of a profile is not measured; state noise_nm in the table uncertainty"
-                .to_owned(),
-        ),
+    turned: bool,
+) -> (Sources, Option<&'static str>) {
+    if turned {
+        let why = "uncertainties: worked out of profiles along x or y only";
+        return (Sources::by_residuals(fitted), Some(why));
     }
-    correlated::tell(form, part, fitted, measured, assessed);
+    let why = "uncertainties of PV and RMS: the noise of a profile is not measured; state noise_nm in the table uncertainty";
+    let lacks = assessed.is_none().then_some(why);
+    (Sources::new(part, fitted, measured, assessed), lacks)
 }
 
 /// Caution to the verdict.

@@ -1,22 +1,19 @@
 //! Uncertainties of the final figures, and the limits held against them.
 
-use asphera_figures::{Subject, Treatment, Unit};
-use asphera_form::{Aperture, Covariance};
+use asphera_figures::{Subject, Treatment};
+use asphera_form::Covariance;
 use asphera_geometry::PointMm;
-use asphera_report::{FitDetails, FormFigure, FormFigures, Status, UncertaintyFigures, Verdict};
+use asphera_report::{FitDetails, UncertaintyFigures};
 use asphera_surface::Plane;
-use asphera_uncertainty::verdict::{Finding, Limit, LimitError, Over, finding};
+use asphera_uncertainty::verdict::{Limit, LimitError, Over, finding};
 use asphera_uncertainty::{
     Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
     uncertainty as uncertainty_of,
 };
 
-use super::decision::{Held, hold};
-use super::errors::{self, ErrorsOfFigures};
+use super::errors;
 use super::fitting::Fitted;
-use super::judgement::without_checks;
-use super::naming;
-use super::unmeasured::Unmeasured;
+use super::judged::{AllJudged, Judged};
 use crate::Part;
 use asphera_report::error_chain;
 
@@ -25,7 +22,7 @@ pub(super) struct Assessed {
     pub(super) uncertainty: Uncertainty,
     /// Against the design, where the shape was free and limits refer to it; else why it is not known.
     design: Option<Result<Uncertainty, String>>,
-    pv: Simulated,
+    pub(super) pv: Simulated,
     pub(super) draws: Draws,
     /// Whether averages and parameters count the places that were taken.
     places: [bool; 2],
@@ -123,29 +120,11 @@ pub(super) fn in_plane(effect: &Effect, plane: &Plane) -> Effect {
     }
 }
 
-/// Writes the uncertainties beside the figures.
-pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
-    let Assessed { uncertainty, pv, draws, places: [of_averages, of_parameters], .. } = assessed;
-    let model = errors::model(part);
-    if !uncertainty.parameters.is_empty() {
-        let covers = FitDetails::covers_part(model, *of_parameters);
-        form.fit.details.expanded_covers = Some(covers);
-    }
-    for of in &uncertainty.parameters {
-        if let Some(figures) = form.fit.parameters.get_mut(&of.parameter.name(&part.nominal)) {
-            figures.u = Some(of.u).filter(|u| u.is_finite());
-            figures.expanded_95 = Some(of.expanded(COVERAGE).expanded).filter(|u| u.is_finite());
-        }
-    }
-    let rms = &uncertainty.rms;
-    for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
-        figure.u = match &figure.name[..] {
-            "PV" => Some(pv.u),
-            "RMS over the points" => Some(rms.u_nm),
-            _ => None,
-        };
-    }
-    form.deviation.uncertainty = Some(UncertaintyFigures {
+/// Uncertainties of PV and RMS by the budget, as reports write them.
+pub(super) fn of_heights(assessed: &Assessed, part: &Part) -> UncertaintyFigures {
+    let Assessed { uncertainty, pv, draws, places: [of_averages, _], .. } = assessed;
+    let (model, rms) = (errors::model(part), &uncertainty.rms);
+    UncertaintyFigures {
         model: model.to_owned(),
         pv_at_most: false,
         u_pv_nm: pv.u,
@@ -160,117 +139,53 @@ pub(super) fn tell(form: &mut FormFigures, assessed: &Assessed, part: &Part) {
         noise_measured: uncertainty.noise.measured,
         draws: Some(draws.count),
         seed: Some(draws.seed),
-    });
-}
-
-/// As [`tell`], where only the noise is known: the uncertainties of PV and RMS.
-pub(super) fn tell_noise(form: &mut FormFigures, known: &ErrorsOfFigures) {
-    for figure in form.figures.iter_mut().filter(|figure| figure.variant.starts_with("as fitted")) {
-        figure.u = match &figure.name[..] {
-            "PV" => Some(known.u_pv_nm),
-            "RMS over the points" => Some(known.u_rms_nm),
-            _ => None,
-        };
     }
-    form.deviation.uncertainty = Some(known.figures(form.deviation.pv_nm, true));
 }
 
-/// The verdict by limits and guard band, what is not measured regarded: of the deviation the fit leaves, and of that from
-/// the design.
-/// Figures of zones are added to `figures`; others that have a limit get their uncertainty there.
-pub(super) fn compare(
-    part: &Part,
+/// Scope of the expanded uncertainties of the parameters by the budget, in words; `None` without parameters.
+pub(super) fn covers_parameters(assessed: &Assessed, part: &Part) -> Option<String> {
+    let [_, of_parameters] = assessed.places;
+    let some = !assessed.uncertainty.parameters.is_empty();
+    some.then(|| FitDetails::covers_part(errors::model(part), of_parameters))
+}
+
+/// What was found of the limits, with uncertainties by the budget.
+pub(super) fn judged<'a>(
+    part: &'a Part,
     assessed: &Assessed,
     areas_mm2: Option<&[f64]>,
-    unmeasured: [&Unmeasured; 2],
-    figures: &mut Vec<FormFigure>,
-) -> Verdict {
-    let guard = part.judging.guard;
+) -> AllJudged<'a> {
     let over = Over { aperture: &part.aperture, areas_mm2 };
-    let mut verdict = without_checks(part);
-    for limit in part.limits() {
-        let figure = naming::of_limit(limit);
-        let name = figure.words();
-        let (uncertainty, unmeasured) = match assessed.uncertainty_for(limit, part) {
-            Ok((uncertainty, from_design)) => (uncertainty, unmeasured[usize::from(from_design)]),
-            Err(why) => {
-                super::undecide(&mut verdict, format!("{name}: {why}"));
-                continue;
-            }
+    let one = |limit: &'a Limit| {
+        let unknown = |why| Judged { limit, found: Err(why), from_design: false, covers: None };
+        let (uncertainty, from_design) = match assessed.uncertainty_for(limit, part) {
+            Ok(found) => found,
+            Err(why) => return Ok(unknown(why)),
         };
         let found = finding(limit, uncertainty, &part.nominal, over, &assessed.draws);
-        let found = match found {
-            Ok(Ok(found)) => Finding { hidden: unmeasured.hidden(limit), ..found },
-            Ok(Err(unknown)) => {
-                super::undecide(&mut verdict, format!("{name}: {unknown}"));
-                continue;
+        match found.map_err(|error| without(&error))? {
+            Ok(found) => {
+                let covers =
+                    errors::covers(errors::model(part), limit.definition, assessed.places[0]);
+                Ok(Judged { limit, found: Ok(found), from_design, covers: Some(covers) })
             }
-            Err(error) => return without(&error),
-        };
-        beside(limit, &found, figures);
-        let of_zone = naming::of_zone(limit, found.value);
-        figures.extend(of_zone.map(|figure| FormFigure { u: found.u, ..figure }));
-        let covers = errors::covers(errors::model(part), limit.definition, assessed.places[0]);
-        let held = Held { covers: Some(covers), ..Held::new(figure, limit, found, unmeasured) };
-        hold(&mut verdict, guard, held);
-    }
-    verdict
+            Err(why) => Ok(unknown(why.to_string())),
+        }
+    };
+    part.limits().iter().map(one).collect()
 }
 
-/// Writes the uncertainty of a limited figure of the whole aperture where it stands already.
-fn beside(limit: &Limit, found: &Finding, figures: &mut [FormFigure]) {
-    let Limit { definition, zone, less, .. } = *limit;
-    // Slopes in the figures may be over another length.
-    if zone != Aperture::None || definition.unit() != Unit::Nanometres {
-        return;
-    }
-    let removed: Vec<String> = less.list().iter().map(ToString::to_string).collect();
-    let is_it =
-        |figure: &&mut FormFigure| figure.id == definition.id() && figure.removed == removed;
-    for figure in figures.iter_mut().filter(is_it) {
-        figure.u = figure.u.or(found.u);
-    }
-}
-
-/// The verdict where the uncertainty that limits need cannot be worked out.
-pub(super) fn unknown(error: &UncertaintyError) -> Verdict {
+/// Why no limit can be judged where uncertainties cannot be worked out.
+pub(super) fn unknown(error: &UncertaintyError) -> String {
     without(&LimitError::Uncertainty(error.clone()))
 }
 
-fn without(error: &LimitError) -> Verdict {
-    Verdict {
-        status: Status::Undecided,
-        checks: Vec::new(),
-        outlook: None,
-        reasons: vec![format!("the limits cannot be judged: {}", error_chain(error))],
-    }
+fn without(error: &LimitError) -> String {
+    format!("the limits cannot be judged: {}", error_chain(error))
 }
 
 /// Probability of coverage of the intervals told.
 pub(super) const COVERAGE: f64 = 0.95;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn effects_turn_with_the_plane() {
-        let plane = Plane::new([1.0, 2.0, 3.0], [1.0, 0.5, -0.2]).unwrap();
-        let effect = Effect { about_mm: [4.0, 0.0, -1.0], ..Effect::squareness(0, 2, 1e-3) };
-        let turned = in_plane(&effect, &plane);
-        // Displacing in the plane's frame is displacing in the measured one.
-        let displaced = |effect: &Effect, at: PointMm| -> PointMm {
-            let from: PointMm = std::array::from_fn(|i| at[i] - effect.about_mm[i]);
-            let row = |row: [f64; 3]| (0..3).map(|j| row[j] * from[j]).sum::<f64>();
-            let moved = effect.displacement.map(row);
-            std::array::from_fn(|i| at[i] + moved[i])
-        };
-        for point in [[5.0, -7.0, 11.0], [0.0; 3]] {
-            let truth = plane.to_plane(displaced(&effect, point));
-            let found = displaced(&turned, plane.to_plane(point));
-            for axis in 0..3 {
-                assert!((found[axis] - truth[axis]).abs() < 1e-13);
-            }
-        }
-    }
-}
+mod tests;

@@ -1,9 +1,10 @@
 //! Limits of the minimum zone and of texture.
 
 use asphera_figures::Definition;
-use asphera_report::{FormFigure, FormFigures, Verdict};
+use asphera_report::Verdict;
 use asphera_uncertainty::verdict::{Finding, Limit};
 
+use super::Standards;
 use crate::Part;
 use crate::decision::{self, Held};
 use crate::naming;
@@ -16,29 +17,21 @@ use crate::unmeasured::Unmeasured;
 pub(crate) fn hold(
     verdict: &mut Verdict,
     part: &Part,
-    form: Option<&FormFigures>,
+    standards: Option<&Standards>,
     dof: f64,
     unmeasured: &Unmeasured,
 ) {
     let judging = &part.judging;
     let zone = judging.minimum_zone_nm.map(|limit| {
-        let found = form.and_then(|form| form.standards.minimum_zone.as_ref());
+        let found = standards.and_then(|found| found.figures.minimum_zone.as_ref());
         // A zone that may still be too wide proves no limit broken.
         let least = found.filter(|zone| !zone.settled).map(|zone| zone.lower_nm);
         let hidden = unmeasured.hidden(&Limit::of_whole(Definition::MinimumZone, limit));
         (naming::of_zone_width(), limit, found.map(|zone| &zone.width), least, hidden)
     });
     let texture = judging.texture.iter().map(|(definition, limit)| {
-        let found = form.and_then(|form| form.standards.texture.as_ref());
-        let id = definition.id();
-        let named = |figure: &&FormFigure| figure.id == id;
-        (
-            naming::of_texture(*definition),
-            *limit,
-            found.and_then(|found| found.figures.iter().find(named)),
-            None,
-            Some(0.0),
-        )
+        let found = standards.and_then(|found| found.texture_of(*definition));
+        (naming::of_texture(*definition), *limit, found, None, Some(0.0))
     });
     for (of, limit, found, least, hidden) in zone.into_iter().chain(texture) {
         let name = of.words();

@@ -7,18 +7,18 @@ mod texture;
 mod uncertain;
 mod zone;
 
-use asphera_figures::texture::Mesh;
-use asphera_form::{Fit, ZoneFit};
+use asphera_figures::texture as texture_kernel;
+use asphera_form::Fit;
 use asphera_geometry::{PointMm, VertexId};
 pub(super) use indication::found;
 pub(super) use limits::hold;
 pub(super) use spectrum::q_spectrum;
-pub(super) use uncertain::tell;
+use uncertain::Uncertain;
 
-use asphera_report::FormFigures;
-use asphera_report::error_chain;
+use asphera_report::{FormFigure, StandardFigures, error_chain};
 
 use super::deviation_map::DeviationMap;
+use super::uncertainties::Assessed;
 use crate::Part;
 
 /// Ingredients of the figures, in the frame the fit was made in.
@@ -39,30 +39,38 @@ pub(super) struct Measured<'a> {
     pub(super) noise_nm: Option<f64>,
 }
 
-/// Intermediate results that the uncertainties need.
+/// Those that the nominal file asks for, with their uncertainties.
 #[derive(Default)]
-pub(super) struct Found {
-    pub(super) zone: Option<ZoneFit>,
-    /// The scale-limited surface.
-    pub(super) texture: Option<Mesh>,
+pub(super) struct Standards {
+    pub(super) figures: StandardFigures,
+    /// Definitions of the parameters of texture, in the order of their figures.
+    texture: Vec<texture_kernel::Definition>,
+    /// Why others are not known.
+    pub(super) unknown: Vec<String>,
 }
 
-/// Adds those that the nominal file asks for to the figures of the form, or why they are not known.
-pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) -> Found {
-    let Measured { part, map, .. } = *measured;
-    let (standards, unknown) = (&mut form.standards, &mut form.unknown);
-    let mut found = Found::default();
-    if part.figures.minimum_zone || part.judging.minimum_zone_nm.is_some() {
-        match zone::of(measured) {
-            Ok((figures, zone)) => {
-                standards.minimum_zone = Some(figures);
-                found.zone = Some(zone);
-            }
-            Err(why) => {
-                unknown.push(format!("minimum zone: {}", error_chain(&why)));
-            }
-        }
+impl Standards {
+    /// A parameter of texture; `None` where it is not known.
+    fn texture_of(&self, definition: texture_kernel::Definition) -> Option<&FormFigure> {
+        let place = self.texture.iter().position(|one| *one == definition)?;
+        self.figures.texture.as_ref()?.figures.get(place)
     }
+}
+
+/// Figures that the nominal file asks for, with their uncertainties where a budget gives some.
+pub(super) fn standards(measured: &Measured<'_>, assessed: Option<&Assessed>) -> Standards {
+    let Measured { part, map, .. } = *measured;
+    let mut standards = Standards::default();
+    let unknown = &mut standards.unknown;
+    let zone = (part.figures.minimum_zone || part.judging.minimum_zone_nm.is_some())
+        .then(|| zone::found(measured));
+    let zone = zone.and_then(|found| match found {
+        Ok(found) => Some(found),
+        Err(why) => {
+            unknown.push(format!("minimum zone: {}", error_chain(&why)));
+            None
+        }
+    });
     if part.figures.psd {
         let map = map.ok_or("there is no map of the deviation".to_owned());
         let found = map.and_then(|map| {
@@ -71,21 +79,31 @@ pub(super) fn add(form: &mut FormFigures, measured: &Measured<'_>) -> Found {
             spectrum::psd(map, noise).map_err(|why| why.to_string())
         });
         match found {
-            Ok(found) => standards.psd = Some(found),
+            Ok(found) => standards.figures.psd = Some(found),
             Err(why) => unknown.push(format!("PSD: {why}")),
         }
     }
-    if let Some(settings) = &part.figures.texture {
-        match texture::of(measured, settings) {
-            Ok((figures, lacking, surface)) => {
-                standards.texture = Some(figures);
-                found.texture = Some(surface);
-                unknown.extend(lacking);
-            }
-            Err(why) => unknown.push(format!("texture: {why}")),
+    let texture = part.figures.texture.as_ref();
+    let texture = texture.and_then(|settings| match texture::found(measured, settings) {
+        Ok(found) => {
+            unknown.extend(found.unknown.iter().cloned());
+            Some((settings, found))
         }
+        Err(why) => {
+            unknown.push(format!("texture: {why}"));
+            None
+        }
+    });
+    let sure = assessed.map_or_else(Uncertain::default, |assessed| {
+        Uncertain::of(zone.as_ref(), texture.as_ref(), assessed, part)
+    });
+    unknown.extend(sure.unknown);
+    standards.figures.minimum_zone = zone.map(|found| zone::figures(measured, &found, sure.zone));
+    if let Some((settings, found)) = texture {
+        standards.texture = found.figures.iter().map(|figure| figure.definition).collect();
+        standards.figures.texture = Some(texture::figures(settings, found, &sure.texture));
     }
-    found
+    standards
 }
 
 #[cfg(test)]

@@ -1,21 +1,31 @@
 //! Areal surface texture of the deviation.
 
 use asphera_figures::texture::{
-    Datum, Filtered, Mesh, Order, ScaleKind, Threshold, Unknown, core_parameters,
-    height_parameters, hybrid_parameters, spatial_parameters,
+    Datum, Definition, Figure, Filtered, Mesh, Order, ScaleKind, Support, Threshold, Unknown,
+    core_parameters, height_parameters, hybrid_parameters, spatial_parameters,
 };
 use asphera_report::TextureFigures;
 
 use super::Measured;
+use super::uncertain::{Sure, with};
 use crate::TextureSettings;
 use crate::details::places_mm;
 use crate::naming;
 
-/// The parameters, of those that are not known why, and the surface they are of.
-pub(super) fn of(
-    measured: &Measured<'_>,
-    settings: &TextureSettings,
-) -> Result<(TextureFigures, Vec<String>, Mesh), Unknown> {
+/// The parameters of a surface between two scales.
+pub(super) struct Found {
+    /// The scale-limited surface they are of.
+    pub(super) surface: Mesh,
+    pub(super) figures: Vec<Figure>,
+    /// Why others are not known.
+    pub(super) unknown: Vec<String>,
+    kind: &'static str,
+    filters: Vec<String>,
+    support: Support,
+}
+
+/// The parameters, and the surface they are of.
+pub(super) fn found(measured: &Measured<'_>, settings: &TextureSettings) -> Result<Found, Unknown> {
     let TextureSettings { f_operation, scale } = settings;
     let Measured { fit, points, deviations_mm, triangles, covered, .. } = *measured;
     let heights = places_mm(&fit.pose, points).into_iter().zip(deviations_mm);
@@ -58,7 +68,23 @@ pub(super) fn of(
     let spacing_mm = (mesh.areas_mm2().iter().sum::<f64>() / heights.support.points as f64).sqrt();
     let s = limited.s.as_ref().map(|s| filter("S-filter", s, spacing_mm));
     let l = limited.l.as_ref().map(|l| filter("L-filter", l, spacing_mm));
-    let found = TextureFigures {
+    let filters = s.into_iter().chain(l).collect();
+    Ok(Found { surface, figures, unknown, kind, filters, support: heights.support })
+}
+
+/// The parameters as reports write them.
+pub(super) fn figures(
+    settings: &TextureSettings,
+    found: Found,
+    sure: &[(Definition, Sure)],
+) -> TextureFigures {
+    let TextureSettings { f_operation, scale } = settings;
+    let Found { figures, kind, filters, support, .. } = found;
+    let figure = |figure: Figure| {
+        let sure = sure.iter().find(|(definition, _)| *definition == figure.definition);
+        with(naming::parameter(figure, kind), sure.map(|(_, sure)| sure))
+    };
+    TextureFigures {
         surface: kind.to_owned(),
         f_operation: match f_operation {
             Datum::AsGiven => "nothing more",
@@ -68,12 +94,11 @@ pub(super) fn of(
         .to_owned(),
         s_mm: scale.s_mm(),
         l_mm: scale.l_mm(),
-        filters: s.into_iter().chain(l).collect(),
-        points: heights.support.points as u64,
-        measured: heights.support.measured,
-        figures: figures.into_iter().map(|figure| naming::parameter(figure, kind)).collect(),
-    };
-    Ok((found, unknown, surface))
+        filters,
+        points: support.points as u64,
+        measured: support.measured,
+        figures: figures.into_iter().map(figure).collect(),
+    }
 }
 
 /// A filter in words, with what it had to do without.

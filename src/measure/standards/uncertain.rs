@@ -1,65 +1,95 @@
 //! Uncertainties of the minimum zone and of the texture.
 
-use asphera_report::{FormFigure, FormFigures, SimulatedFigures, UncertaintyFigures};
+use asphera_figures::texture::Definition;
+use asphera_form::ZoneFit;
+use asphera_report::{FormFigure, SimulatedFigures, UncertaintyFigures, error_chain};
 use asphera_uncertainty::{Simulated, UncertaintyError};
 
-use super::Found;
-use crate::Part;
+use super::texture::Found;
 use crate::errors;
 use crate::uncertainties::{Assessed, COVERAGE};
-use asphera_report::error_chain;
+use crate::{Part, TextureSettings};
 
-/// Writes them beside those of the figures that were found, or why they are not known.
-pub(crate) fn tell(form: &mut FormFigures, found: &Found, assessed: &Assessed, part: &Part) {
-    if let Err(why) = try_to_tell(form, found, assessed, part) {
-        let why = error_chain(&why);
-        form.unknown.push(format!("uncertainties of minimum zone and texture: {why}"));
-    }
+/// Results of simulated measurements.
+#[derive(Default)]
+pub(super) struct Uncertain {
+    pub(super) zone: Option<Sure>,
+    pub(super) texture: Vec<(Definition, Sure)>,
+    /// Why the others are not known.
+    pub(super) unknown: Option<String>,
 }
 
-fn try_to_tell(
-    form: &mut FormFigures,
-    found: &Found,
-    assessed: &Assessed,
-    part: &Part,
-) -> Result<(), UncertaintyError> {
-    let Assessed { uncertainty, draws, .. } = assessed;
-    if let (Some(zone), Some(figures)) = (&found.zone, &mut form.standards.minimum_zone)
-        && let Some(simulated) = uncertainty.minimum_zone_nm(zone, draws)?
-    {
-        beside(&mut figures.width, &simulated, assessed, part);
-    }
-    if let (Some(surface), Some(figures), Some(settings)) =
-        (&found.texture, &mut form.standards.texture, &part.figures.texture)
-    {
-        let all = uncertainty.texture(surface, &settings.scale, settings.f_operation, draws)?;
-        for (definition, simulated) in &all {
-            let id = definition.id();
-            let figure = figures.figures.iter_mut().find(|figure| figure.id == id);
-            figure.into_iter().for_each(|figure| beside(figure, simulated, assessed, part));
+/// The uncertainty of one figure.
+pub(super) struct Sure {
+    u: f64,
+    simulated: SimulatedFigures,
+}
+
+impl Uncertain {
+    /// By the budget, of the figures that were found.
+    pub(super) fn of(
+        zone: Option<&ZoneFit>,
+        texture: Option<&(&TextureSettings, Found)>,
+        assessed: &Assessed,
+        part: &Part,
+    ) -> Uncertain {
+        let mut found = Uncertain::default();
+        if let Err(why) = found.simulate(zone, texture, assessed, part) {
+            let why = error_chain(&why);
+            found.unknown = Some(format!("uncertainties of minimum zone and texture: {why}"));
         }
+        found
     }
-    Ok(())
+
+    fn simulate(
+        &mut self,
+        zone: Option<&ZoneFit>,
+        texture: Option<&(&TextureSettings, Found)>,
+        assessed: &Assessed,
+        part: &Part,
+    ) -> Result<(), UncertaintyError> {
+        let Assessed { uncertainty, draws, .. } = assessed;
+        if let Some(zone) = zone {
+            let simulated = uncertainty.minimum_zone_nm(zone, draws)?;
+            self.zone = simulated.map(|simulated| Sure::new(&simulated, assessed, part));
+        }
+        if let Some((settings, found)) = texture {
+            let TextureSettings { scale, f_operation } = settings;
+            let all = uncertainty.texture(&found.surface, scale, *f_operation, draws)?;
+            let sure = |(definition, simulated): &(Definition, Simulated)| {
+                (*definition, Sure::new(simulated, assessed, part))
+            };
+            self.texture = all.iter().map(sure).collect();
+        }
+        Ok(())
+    }
 }
 
-/// Writes the uncertainty beside a figure.
-pub(crate) fn beside(
-    figure: &mut FormFigure,
-    simulated: &Simulated,
-    assessed: &Assessed,
-    part: &Part,
-) {
-    let [low, high] = simulated.interval(COVERAGE);
-    figure.u = Some(simulated.u);
-    figure.simulated = Some(SimulatedFigures {
-        model: errors::model(part).to_owned(),
-        low,
-        high,
-        p: COVERAGE,
-        covers: UncertaintyFigures::covers_places(errors::model(part)),
-        without_noise: simulated.measured - simulated.bias,
-        bias: simulated.bias,
-        draws: simulated.draws,
-        seed: assessed.draws.seed,
-    });
+impl Sure {
+    fn new(simulated: &Simulated, assessed: &Assessed, part: &Part) -> Sure {
+        let [low, high] = simulated.interval(COVERAGE);
+        let model = errors::model(part);
+        let simulated_figures = SimulatedFigures {
+            model: model.to_owned(),
+            low,
+            high,
+            p: COVERAGE,
+            covers: UncertaintyFigures::covers_places(model),
+            without_noise: simulated.measured - simulated.bias,
+            bias: simulated.bias,
+            draws: simulated.draws,
+            seed: assessed.draws.seed,
+        };
+        Sure { u: simulated.u, simulated: simulated_figures }
+    }
+}
+
+/// The figure with its uncertainty, where that is known.
+pub(super) fn with(figure: FormFigure, sure: Option<&Sure>) -> FormFigure {
+    match sure {
+        Some(Sure { u, simulated }) => {
+            FormFigure { u: Some(*u), simulated: Some(simulated.clone()), ..figure }
+        }
+        None => figure,
+    }
 }

@@ -7,16 +7,26 @@ use asphera_form::{
 use asphera_report::{ContactFigures, MinimumZoneFigures};
 
 use super::Measured;
+use super::uncertain::{Sure, with};
 use crate::naming;
 use crate::origin;
 use crate::running::fit_settings;
 
-/// With what its uncertainty needs. Some three times the time of the fit.
-pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit), FitError> {
-    let Measured { part, fit, points, deviations_mm, .. } = *measured;
+/// The zone. Some three times the time of the fit.
+pub(super) fn found(measured: &Measured<'_>) -> Result<ZoneFit, FitError> {
+    let Measured { part, points, .. } = *measured;
     let fit_settings = FitSettings { start: origin::start_of(part, points), ..fit_settings(part) };
     let settings = ZoneSettings { fit: fit_settings, ..ZoneSettings::default() };
-    let found = minimum_zone(points, &part.nominal, &settings)?;
+    minimum_zone(points, &part.nominal, &settings)
+}
+
+/// The zone as reports write it.
+pub(super) fn figures(
+    measured: &Measured<'_>,
+    found: &ZoneFit,
+    sure: Option<Sure>,
+) -> MinimumZoneFigures {
+    let Measured { fit, points, deviations_mm, .. } = *measured;
     let [low_mm, high_mm] = deviations_mm
         .iter()
         .filter(|deviation| deviation.is_finite())
@@ -32,10 +42,10 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit
     let mut contacts: Vec<ContactFigures> = found.contacts.iter().map(contact).collect();
     contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
-    let figures = MinimumZoneFigures {
-        width: naming::figure(width, "of all points used".to_owned()),
+    MinimumZoneFigures {
+        width: with(naming::figure(width, "of all points used".to_owned()), sure.as_ref()),
         method: found.method.to_owned(),
-        termination: termination(&found),
+        termination: termination(found),
         settled: found.termination.is_settled(),
         lower_nm: found.certificate.lower_mm * NM_PER_MM,
         gap_nm: found.certificate.gap_mm * NM_PER_MM,
@@ -44,8 +54,7 @@ pub(super) fn of(measured: &Measured<'_>) -> Result<(MinimumZoneFigures, ZoneFit
         passes: found.certificate.scans as u64,
         least_squares_pv_nm: (high_mm - low_mm) * NM_PER_MM,
         contacts,
-    };
-    Ok((figures, found))
+    }
 }
 
 fn termination(found: &ZoneFit) -> String {
