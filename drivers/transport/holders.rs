@@ -92,6 +92,9 @@ const LONGEST: usize = 60;
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+    use std::time::Duration;
+
     use super::*;
 
     /// Lines of a Linux 6.1 machine: 127.0.0.1:7717 and [::]:22 listen, and a connection.
@@ -117,17 +120,25 @@ mod tests {
         assert_eq!(holder.process, std::process::id());
     }
 
+    /// Children that other tests start hold every file until their program begins, and a program's words are
+    /// written a moment after it began: so each state is awaited.
     #[test]
     fn a_file_of_another_process_is_found() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        assert_eq!(holder_of_file(file.path()), None, "this process does not count");
+        let seen = |wanted: Option<&Holder>| {
+            (0..2_000).any(|_| {
+                thread::sleep(Duration::from_millis(5));
+                holder_of_file(file.path()).as_ref() == wanted
+            })
+        };
+        assert!(seen(None), "this process does not count");
         let mut child = std::process::Command::new("sleep")
             .arg("60")
             .stdin(file.reopen().unwrap())
             .spawn()
             .unwrap();
-        let holder = holder_of_file(file.path()).unwrap();
-        assert_eq!((holder.process, holder.command.as_str()), (child.id(), "sleep 60"));
+        let sleeper = Holder { process: child.id(), command: "sleep 60".to_owned() };
+        assert!(seen(Some(&sleeper)), "{:?}", holder_of_file(file.path()));
         child.kill().unwrap();
         child.wait().unwrap();
     }
