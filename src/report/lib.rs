@@ -34,8 +34,10 @@ mod standards;
 mod station;
 mod unmeasured;
 mod verdict;
+mod view;
 mod views;
 mod weights;
+pub mod words;
 
 pub use chain::error_chain;
 pub use deviation::{DeviationFigures, UncertaintyFigures};
@@ -80,6 +82,7 @@ pub use standards::{
 pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};
 pub use unmeasured::UnmeasuredFigures;
 pub use verdict::{Check, Status, Verdict};
+pub use view::{Block, Chapter, ChapterId, Column, Fact, Layout, Table, View, columns};
 pub use views::{
     FORM_VIEW_FORMAT, FormView, FormViewAnswer, MAPS_FORMAT, Map, MapLayer, MapsState, RemovedTerm,
     SamplingMaps, Term,

@@ -17,13 +17,11 @@ const series = await load("series.js");
 const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
 
 test("what is absent is a dash, never a zero", () => {
-  const { nm, signedNm, mm, count, percent, significant, rate, duration, place } = format;
-  for (const show of [nm, signedNm, mm, count, percent, significant, rate, duration]) {
+  const { nm, signedNm, count, percent, significant, rate, duration, place } = format;
+  for (const show of [nm, signedNm, count, percent, significant, rate, duration]) {
     for (const absent of [null, undefined, NaN, Infinity]) assert.equal(show(absent), "–", show.name);
   }
   assert.equal(place(null), "–");
-  assert.equal(format.measured(null, 1, "mm").value, "–");
-  assert.equal(format.measured(1, null, "mm").uncertainty, "–");
 });
 
 test("a logarithmic axis has what it can show, and short names", () => {
@@ -39,8 +37,6 @@ test("numbers are rounded, grouped and signed", () => {
   assert.equal(plain(format.nm(-0.04)), "0.0");
   assert.equal(format.signedNm(3.25), "+3.3");
   assert.equal(format.signedNm(0), "0.0");
-  assert.equal(format.mm(0.021344), "0.0213");
-  assert.equal(format.mm(11.65021), "11.650");
   assert.equal(format.significant(0.0021149), "0.00211");
   assert.equal(plain(format.significant(123456)), "123 456");
   assert.equal(format.rate(1998.2), "1998");
@@ -56,17 +52,6 @@ test("a share is 100 % only where nothing is missing", () => {
 test("durations name their units", () => {
   const shown = [0, 9.96, 59.4, 59.6, 185, 3599.6, 3725].map(format.duration);
   assert.deepEqual(shown, ["0.0 s", "10.0 s", "59 s", "1 min 00 s", "3 min 05 s", "1 h 00 min", "1 h 02 min"]);
-});
-
-test("a value has the decimals of two digits of its uncertainty", () => {
-  const show = (...args) => Object.values(format.measured(...args)).map(plain).join(" | ");
-  assert.equal(show(11.6502134, 0.000031, "mm"), "11.650213 | 0.000031 | mm");
-  assert.equal(show(-0.0008765, 0.0000041, "mm"), "-0.0008765 | 0.0000041 | mm");
-  assert.equal(show(0.00031245, 3.1e-7, "rad"), "312.45 | 0.31 | µrad");
-  assert.equal(show(1.5, 0.01, "rad"), "1.500 | 0.010 | rad");
-  assert.equal(show(2.1034e-5, 4.2e-8, "mm^-3"), "2.1034·10⁻⁵ | 0.0042·10⁻⁵ | mm⁻³");
-  assert.equal(show(-1.1, null, ""), "-1.10000 | – | ");
-  assert.equal(show(0, null, "mm"), "0.00000 | – | mm");
 });
 
 test("a figure with a limit has sign, scope and the digits of its unit", () => {

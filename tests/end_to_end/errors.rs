@@ -150,7 +150,7 @@ fn without_limits_the_verdict_is_none() {
     let arguments = ["measure", file.to_str().unwrap(), "--nominal", nominal.to_str().unwrap()];
     let output = run(arguments);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(text.contains("verdict    none\n  no limits are given"), "{text}");
+    assert!(text.contains("verdict    NO LIMITS\n  no limits are given"), "{text}");
     // Too few points for a fit: that no limits are given is no excuse.
     std::fs::write(&file, "0 0 0\n").unwrap();
     let output = run(arguments);

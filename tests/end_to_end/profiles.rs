@@ -112,7 +112,7 @@ fn a_profile_has_a_report_on_paper() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(
-        text.contains("profile    of heights") && text.contains("slope RMS 1.0960 µrad"),
+        text.contains("profile    of heights") && text.contains("slope RMS 1.096 µrad"),
         "{text}"
     );
     assert!(std::fs::read_to_string(&out).unwrap().contains("62.6"));

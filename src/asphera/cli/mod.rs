@@ -151,6 +151,9 @@ struct OutputArgs {
     /// Print the report as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
+    /// Print all figures, not only the summary.
+    #[arg(long)]
+    details: bool,
     /// Write report.json, mesh.ply, deviation.ply and deviation.x3p into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -8,8 +8,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use asphera_report::ResultFile;
 use serde::Serialize;
 
+use super::OutputArgs;
 use super::progress::Progress;
-use super::{OutputArgs, summary};
+use super::summary::summary;
 use crate::results::{self};
 use asphera_measure::Measurement;
 use asphera_report::error_chain;
@@ -110,7 +111,7 @@ pub(super) fn deliver(
     if args.json {
         print_json(&measurement.report)?;
     } else {
-        print(&summary::of(&measurement.report));
+        print(&summary(&measurement.report, args.details));
     }
     Ok(())
 }

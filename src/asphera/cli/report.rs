@@ -10,7 +10,7 @@ use super::files::{measured, part, refuse};
 use super::output::{Failure, print};
 use super::progress::Progress;
 use super::source::{Content, Source, source_help};
-use super::summary;
+use super::summary::summary;
 use super::text::TextArgs;
 use asphera_measure::Along;
 use asphera_paper::{Provenance, SourceFile, html, qif};
@@ -76,7 +76,7 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         write(path, &qif(&measurement.report, &provenance))?;
     }
     drop(progress);
-    print(&summary::of(&measurement.report));
+    print(&summary(&measurement.report, false));
     Ok(Exit::of(&measurement.report))
 }
 

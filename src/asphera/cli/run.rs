@@ -8,7 +8,7 @@ use super::exit::Exit;
 use super::notify;
 use super::output::{Failure, complain, print, say};
 use super::serve::{Page, block_on, interrupted, stop_session};
-use super::summary;
+use super::summary::summary;
 use super::token::TokenArgs;
 use crate::config::Config;
 use crate::live::{Finished, Station, StationError};
@@ -82,7 +82,7 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
 }
 
 fn show(finished: &Finished) {
-    print(&summary::of(&finished.measurement.report));
+    print(&summary(&finished.measurement.report, false));
     match &finished.recording {
         Some(folder) => say(&format!("recording: {}", folder.display())),
         None => say("recording: not complete, see above"),

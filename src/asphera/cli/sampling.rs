@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asphera_report::{FeatureFigures, Report, SamplingFigures, Waypoints};
+use asphera_report::{ChapterId, FeatureFigures, Report, SamplingFigures, View, Waypoints};
 use clap::Args;
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use super::files::{measured, part, refuse};
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::source::{Source, source_help};
-use super::summary;
+use super::summary::{brief, tables};
 use super::text::TextArgs;
 use asphera_measure::Part;
 use asphera_measure::{Along, Next, PointsSampling, Wanted, sampling_of_points};
@@ -110,11 +110,9 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
     if args.json {
         print_json(&Told { sampling: &figures, features: &features })?;
     } else {
-        let mut text = String::new();
-        // Writing into a String cannot fail.
-        let _ = summary::sampling(&mut text, &figures)
-            .and_then(|()| summary::next(&mut text, &figures))
-            .and_then(|()| summary::features(&mut text, &features));
+        let view = View::of_sampling(&figures, &features);
+        let mut text = brief(&view);
+        text.push_str(&tables(&view, ChapterId::Sampling));
         if let (Some(out), Some(found)) = (&args.waypoints, &waypoints) {
             let Waypoints { places, regions, left_out, .. } = found;
             text.push_str(&format!("waypoints  {places} in {regions} regions: {}", out.display()));

@@ -8,16 +8,14 @@ use asphera_formats::{KINDS, Source as Origin, Topography};
 use asphera_geometry::PointMm;
 pub(super) use recorded::Recorded;
 
-use asphera_report::ReadingFigures;
+use asphera_report::{ReadingFigures, columns, error_chain};
 
 use super::files::read;
 use super::output::{Failure, say};
 use super::progress::Progress;
-use super::summary;
 use super::text::{TextArgs, reading};
 use asphera_measure::Along;
 use asphera_measure::Part;
-use asphera_report::error_chain;
 
 /// The points of a file or of a recorded session.
 pub(super) struct Source {
@@ -161,7 +159,7 @@ impl Source {
         match &self.content {
             Content::File(_) => {
                 if let Some(reading) = self.reading() {
-                    say(summary::reading(&reading).trim_end());
+                    say(&format!("columns    {}", columns(&reading)));
                 }
             }
             Content::Session(session) => {

@@ -2,9 +2,10 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::words::{minus, short};
 use asphera_report::{HistogramFigures, RingFigures, ZernikeFigures};
 
-use super::words::{minus, short, text};
+use super::words::text;
 
 /// A rectangle of the page on which values are plotted. Coordinates of the page grow downwards, in px.
 pub(super) struct Axes {

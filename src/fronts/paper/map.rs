@@ -2,12 +2,12 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::words::signed;
 use asphera_report::{Measured, Picture};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use super::charts::{Axes, open, ticks};
-use super::words::signed;
 
 /// The map of a measurement; nothing where there is none.
 pub(super) fn figure(out: &mut String, measurement: &dyn Measured) -> Result {

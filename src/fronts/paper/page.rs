@@ -2,11 +2,11 @@
 
 use std::fmt::{Result, Write as _};
 
-use asphera_report::{FormFigures, Measured, Report, Status, Verdict};
+use asphera_report::{Chapter, ChapterId, FormFigures, Measured, Report, Status, View};
 
 use super::provenance::Provenance;
-use super::words::{css_string, instant, percent, place, short, text, with_u};
-use super::{charts, defects, map, sections, spectra, standards, tables};
+use super::words::{css_string, instant, text};
+use super::{blocks, charts, map, sections, spectra};
 
 /// A measurement as one HTML file: style, drawings and pictures inside, no script, nothing from elsewhere.
 ///
@@ -21,6 +21,7 @@ pub fn html(measurement: &dyn Measured, provenance: &Provenance) -> String {
 
 fn write(out: &mut String, measurement: &dyn Measured, provenance: &Provenance) -> Result {
     let report = measurement.report();
+    let view = View::of_report(report);
     let title = title(report, provenance);
     let date = date(report, provenance);
     head(out, &title, &date)?;
@@ -29,69 +30,52 @@ fn write(out: &mut String, measurement: &dyn Measured, provenance: &Provenance) 
         writeln!(out, "<p class=\"nominal\">{}</p>", text(&form.nominal))?;
     }
     writeln!(out, "<p class=\"when\">Measured {}</p></header>", text(&date))?;
-    verdict(out, &report.verdict)?;
-    key_figures(out, report)?;
-    part(out, "Deviation", |out| map::figure(out, measurement))?;
-    if let Some(form) = &report.form {
-        drawings(out, measurement, form)?;
-        part(out, FIGURES, |out| {
-            form.standards.indication.iter().try_for_each(|of| standards::indication(out, of))?;
-            tables::figures(out, form)
-        })?;
-        further(out, form)?;
-        part(out, "Fit", |out| {
-            tables::fit(out, form)?;
-            tables::reference(out, form)
-        })?;
-        if let Some(zernike) = &form.zernike {
-            part(out, "Zernike terms", |out| {
-                writeln!(
-                    out,
-                    "<p class=\"note\">{} order, {}, over a disc of {} mm radius about the origin; fitted \
-                     together. They leave an RMS of {} nm.</p>",
-                    text(&zernike.scheme),
-                    text(&zernike.normalisation),
-                    short(zernike.radius_mm),
-                    short(zernike.residual_rms_nm)
-                )?;
-                charts::zernike(out, zernike)?;
-                if !zernike.indeterminate.is_empty() {
-                    let numbers: Vec<String> =
-                        zernike.indeterminate.iter().map(ToString::to_string).collect();
-                    writeln!(
-                        out,
-                        "<p class=\"note\">Not told from lower ones by these places: {}.</p>",
-                        numbers.join(", ")
-                    )?;
-                }
-                Ok(())
-            })?;
+    verdict(out, report.verdict.status, &view)?;
+    headline(out, &view)?;
+    for chapter in &view.chapters {
+        match chapter.id {
+            ChapterId::Deviation => {
+                part(out, chapter.title, |out| map::figure(out, measurement))?;
+                out.push_str("<section>\n");
+                blocks::draw(out, &chapter.blocks)?;
+                out.push_str("</section>\n");
+                report.form.iter().try_for_each(|form| drawings(out, measurement, form))?;
+            }
+            // The mesh needs no heading of its own beside the points.
+            ChapterId::Points => part(out, chapter.title, |out| {
+                blocks::draw(out, &chapter.blocks)?;
+                let mesh = view.chapter(ChapterId::Mesh);
+                mesh.iter().try_for_each(|mesh| blocks::draw(out, &mesh.blocks))
+            })?,
+            ChapterId::Mesh => {}
+            // They stand among the files and the software that the figures come from.
+            ChapterId::Session => {}
+            _ => part(out, chapter.title, |out| {
+                picture(out, chapter, report)?;
+                blocks::draw(out, &chapter.blocks)
+            })?,
         }
     }
-    part(out, "Sampling", |out| tables::sampling(out, &report.sampling))?;
-    part(out, "Defects", |out| defects::features(out, &report.features))?;
-    part(out, "Points", |out| tables::points(out, report))?;
-    if !report.links.is_empty() {
-        part(out, "Links and devices", |out| tables::links(out, &report.links))?;
-    }
-    part(out, "Provenance", |out| tables::provenance(out, report, provenance))?;
+    part(out, "Provenance", |out| {
+        if let Some(session) = view.chapter(ChapterId::Session) {
+            blocks::draw(out, &session.blocks)?;
+        }
+        provenance.draw(out, report)
+    })?;
     out.push_str("</body>\n</html>\n");
     Ok(())
 }
 
-/// Minimum zone, texture and spectra, those there are.
-fn further(out: &mut String, form: &FormFigures) -> Result {
+/// The curve or the bars of a chapter that has some.
+fn picture(out: &mut String, chapter: &Chapter, report: &Report) -> Result {
+    let Some(form) = &report.form else { return Ok(()) };
     let of = &form.standards;
-    if let Some(zone) = &of.minimum_zone {
-        part(out, "Minimum zone", |out| standards::minimum_zone(out, zone, &form.fit.pose))?;
+    match chapter.id {
+        ChapterId::Psd => of.psd.iter().try_for_each(|psd| spectra::psd(out, psd)),
+        ChapterId::QSpectrum => of.q_spectrum.iter().try_for_each(|q| spectra::q_spectrum(out, q)),
+        ChapterId::Zernike => form.zernike.iter().try_for_each(|of| charts::zernike(out, of)),
+        _ => Ok(()),
     }
-    if let Some(texture) = &of.texture {
-        part(out, "Surface texture", |out| standards::texture(out, texture))?;
-    }
-    part(out, "Spectra", |out| {
-        of.psd.iter().try_for_each(|psd| spectra::psd(out, psd))?;
-        of.q_spectrum.iter().try_for_each(|q| spectra::q_spectrum(out, q))
-    })
 }
 
 fn drawings(out: &mut String, measurement: &dyn Measured, form: &FormFigures) -> Result {
@@ -167,82 +151,37 @@ fn date(report: &Report, provenance: &Provenance) -> String {
     stated.map_or_else(|| "at a date not stated".to_owned(), instant)
 }
 
-fn verdict(out: &mut String, verdict: &Verdict) -> Result {
-    let (class, sign, word) = match verdict.status {
-        Status::Pass => ("pass", "\u{2713}", "PASS"),
-        Status::Fail => ("fail", "\u{2715}", "FAIL"),
-        Status::Undecided => ("undecided", "?", "UNDECIDED"),
-        Status::None => ("none", "\u{2013}", "NO LIMITS"),
+/// The word in large letters, with the lines of a short summary beside it.
+fn verdict(out: &mut String, status: Status, view: &View) -> Result {
+    let (class, sign) = match status {
+        Status::Pass => ("pass", "\u{2713}"),
+        Status::Fail => ("fail", "\u{2715}"),
+        Status::Undecided => ("undecided", "?"),
+        Status::None => ("none", "\u{2013}"),
     };
     writeln!(
         out,
-        "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {word}</p>\n<ul>"
+        "<section class=\"verdict {class}\"><p class=\"word\"><span aria-hidden=\"true\">{sign}</span> {}</p>\n<ul>",
+        status.word()
     )?;
-    for check in &verdict.checks {
-        let (name, unit) = (text(&check.figure.words()), text(&check.figure.unit));
-        let u = check.u.map_or(String::new(), |u| format!(" (u {} {unit})", short(u)));
-        let doubt = match &check.doubt {
-            Some(doubt) => format!(", not proven: {}", text(doubt)),
-            None => String::new(),
-        };
-        writeln!(
-            out,
-            "<li>{name} {} {unit} {} {} {unit} allowed{u}{doubt}</li>",
-            short(check.value),
-            if check.value <= check.limit { "\u{2264}" } else { "&gt;" },
-            short(check.limit),
-        )?;
-    }
-    for reason in &verdict.reasons {
-        writeln!(out, "<li>{}</li>", text(reason))?;
-    }
+    let lines = view.chapter(ChapterId::Verdict).map_or(&[][..], |chapter| &chapter.brief);
+    // The first of them is the word.
+    lines.iter().skip(1).try_for_each(|line| writeln!(out, "<li>{}</li>", text(line)))?;
     out.push_str("</ul></section>\n");
     Ok(())
 }
 
-fn key_figures(out: &mut String, report: &Report) -> Result {
-    let mut cards: Vec<(&str, String, String)> = Vec::new();
-    if let Some(form) = &report.form {
-        let deviation = &form.deviation;
-        let known = deviation.uncertainty.as_ref();
-        let about = |nm: f64, u_nm: Option<f64>| match u_nm.filter(|u_nm| *u_nm > 1e-9) {
-            Some(u_nm) => format!("{} nm", with_u(nm, Some(2.0 * u_nm))),
-            None => format!("{} nm", short(nm)),
-        };
-        let model = known.map_or(String::new(), |known| {
-            let bound = if known.pv_at_most { ", of PV an upper bound" } else { "" };
-            format!("; \u{b1} k = 2, {}{bound}", known.model)
-        });
-        cards.push((
-            "PV",
-            about(deviation.pv_nm, known.map(|known| known.u_pv_nm)),
-            format!(
-                "{} nm at {} to {} nm at {}",
-                short(deviation.min_nm),
-                place(&form.fit.pose.to_measured(deviation.at_min_mm)),
-                short(deviation.max_nm),
-                place(&form.fit.pose.to_measured(deviation.at_max_mm))
-            ),
-        ));
-        cards.push((
-            "RMS",
-            about(deviation.rms_nm, known.map(|known| known.u_rms_nm)),
-            format!("about the nominal, over the points used{model}"),
-        ));
-    }
-    let coverage = report.sampling.coverage.map_or_else(|| "not known".to_owned(), percent);
-    cards.push(("Coverage", coverage, "of the aperture sampled densely enough".to_owned()));
+fn headline(out: &mut String, view: &View) -> Result {
     out.push_str("<section class=\"cards\">\n");
-    for (name, value, note) in cards {
+    for fact in &view.headline {
         writeln!(
             out,
-            "<div><p class=\"name\">{name}</p><p class=\"value\">{}</p><p class=\"note\">{}</p></div>",
-            text(&value),
-            text(&note)
+            "<div><p class=\"name\">{}</p><p class=\"value\">{}</p><p class=\"note\">{}</p></div>",
+            text(&fact.name),
+            text(&fact.value),
+            text(fact.note.as_deref().unwrap_or_default())
         )?;
     }
     out.push_str("</section>\n");
     Ok(())
 }
-
-const FIGURES: &str = "Figures";

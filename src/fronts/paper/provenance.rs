@@ -1,12 +1,16 @@
 //! Where a measurement comes from: files with their checksums, the software, the command.
 
+use std::fmt::{self, Write as _};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use asphera_report::ResultFile;
+use asphera_report::words::count;
+use asphera_report::{Report, ResultFile};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
+
+use super::words::text;
 
 /// Statements of a paper on its origin, beside what the report itself knows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -99,6 +103,38 @@ impl Provenance {
             Some(commit) => format!("asphera {version}, commit {commit}"),
             None => format!("asphera {version}"),
         }
+    }
+
+    /// Instrument, software, command and files as HTML.
+    pub(super) fn draw(&self, out: &mut String, report: &Report) -> fmt::Result {
+        let mut rows: Vec<(&str, String)> = Vec::new();
+        if let Some(instrument) = &self.instrument {
+            rows.push(("instrument", text(instrument)));
+        }
+        rows.push(("evaluated by", text(&Provenance::software())));
+        rows.push(("command", format!("<code>{}</code>", text(&self.command))));
+        rows.push(("layout of the figures", text(&report.format)));
+        for (name, value) in rows {
+            writeln!(out, "<p class=\"origin\"><span>{name}</span> {value}</p>")?;
+        }
+        if self.files.is_empty() {
+            return Ok(());
+        }
+        out.push_str(
+            "<table class=\"wide\"><thead><tr><th>file</th><th class=\"n\">bytes</th><th>SHA-256</th></tr>\
+             </thead><tbody>\n",
+        );
+        for file in &self.files {
+            writeln!(
+                out,
+                "<tr><td>{}</td><td class=\"n\">{}</td><td><code class=\"hash\">{}</code></td></tr>",
+                text(&file.name),
+                count(file.bytes),
+                text(&file.sha256)
+            )?;
+        }
+        out.push_str("</tbody></table>\n");
+        Ok(())
     }
 }
 

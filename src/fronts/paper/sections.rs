@@ -2,10 +2,10 @@
 
 use std::fmt::{self, Write as _};
 
+use asphera_report::words::short;
 use asphera_report::{Columns, Measured, SectionRequest};
 
 use super::charts::{Axes, open};
-use super::words::short;
 
 /// The sections of a measurement, each with its PV and RMS; nothing without a fit.
 pub(super) fn figures(out: &mut String, measurement: &dyn Measured) -> fmt::Result {

@@ -5,7 +5,6 @@ use std::fmt::{Result, Write as _};
 use asphera_report::{PsdFigures, QFigures};
 
 use super::charts::{Axes, number, open, ticks};
-use super::words::{percent, short, text};
 
 /// Density by frequency.
 pub(super) fn psd(out: &mut String, psd: &PsdFigures) -> Result {
@@ -34,26 +33,7 @@ pub(super) fn psd(out: &mut String, psd: &PsdFigures) -> Result {
     }
     writeln!(out, r#"<path class="line" d="{path}"/>"#)?;
     out.push_str("</svg>\n");
-    writeln!(
-        out,
-        "<p class=\"note\">Power spectral density: {}; {}. Taken out before: {}. {} window; {} of the rectangle of the \
-         map is measured, nodes {} × {} mm apart. Given up to {} cycles per mm. RMS {} nm.{}</p>",
-        text(&psd.definition),
-        text(&psd.source),
-        text(&psd.removed),
-        text(&psd.window),
-        percent(psd.measured),
-        short(psd.spacing_mm[0]),
-        short(psd.spacing_mm[1]),
-        short(psd.up_to_per_mm),
-        short(psd.rms_nm),
-        psd.noise_nm2_mm2.map_or(String::new(), |noise| {
-            format!(
-                " Of the density, {} nm²·mm² at every frequency are noise of the points.",
-                short(noise)
-            )
-        })
-    )
+    Ok(())
 }
 
 /// Axes of powers of ten, with 2 and 5 between them where there is room.
@@ -160,37 +140,7 @@ pub(super) fn q_spectrum(out: &mut String, q: &QFigures) -> Result {
          <text x=\"380\" y=\"194\" class=\"mid name\">m</text>\n\
          <text transform=\"translate(18 87) rotate(-90)\" class=\"mid name\">coefficient / nm</text>\n</svg>\n",
     );
-    writeln!(
-        out,
-        "<p class=\"note\">Q spectrum: {}. Radius {} mm, power {} nm. {}{}{}</p>",
-        text(&q.definition),
-        short(q.radius_mm),
-        short(q.power_nm),
-        slope_of_series(q),
-        q.note.as_ref().map_or(String::new(), |note| format!(" {}.", text(note))),
-        if q.ends {
-            ""
-        } else {
-            " <b>The series does not end here</b>: the deviation has more waves along the radius than these terms can \
-             follow, which bends all of them. More are had by q_terms."
-        }
-    )
-}
-
-/// The RMS slope with what noise does to it, and whence the noise is.
-fn slope_of_series(q: &QFigures) -> String {
-    let by = if q.noise_of_residuals { "what the series leaves" } else { "noise of the points" };
-    let taken = format!("Lines: standard uncertainties by {by}, {} nm.", short(q.noise_nm));
-    match (q.slope_rms_urad, q.slope_95_urad) {
-        (Some(slope), Some([low, high])) => format!(
-            "RMS slope of the series {} µrad (95 %: {} to {} µrad), {} µrad of noise taken off. {taken}",
-            short(slope),
-            short(low),
-            short(high),
-            short(q.slope_noise_urad)
-        ),
-        _ => format!("RMS slope of the series not known: noise makes terms too uncertain. {taken}"),
-    }
+    Ok(())
 }
 
 /// Doubles have sixteen digits; squares of what is left of them lie deeper than this.

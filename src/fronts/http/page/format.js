@@ -27,9 +27,6 @@ export const nm = (value) => fixed(value, 1);
 /** Nanometres to 0.1 with their sign. */
 export const signedNm = (value) => (known(value) && value > 0 ? `+${nm(value)}` : nm(value));
 
-/** Millimetres: four decimals below 10, three above. */
-export const mm = (value) => fixed(value, known(value) && Math.abs(value) < 10 ? 4 : 3);
-
 /** A place `(x, y)` in mm. */
 export const place = (point) =>
   point ? `(${fixed(point[0], 3)}, ${fixed(point[1], 3)}) mm` : DASH;
@@ -66,45 +63,6 @@ export function duration(seconds) {
 /** The time of day of a Date, local. */
 export const timeOfDay = (date) => date.toLocaleTimeString("en-GB", { hour12: false });
 
-/**
- * A value with its standard uncertainty: both with as many decimals as two significant digits of
- * the uncertainty take. Small angles become µrad, very small or large numbers take an exponent.
- */
-export function measured(value, uncertainty, unit) {
-  if (!known(value)) return { value: DASH, uncertainty: DASH, unit: unitText(unit) };
-  let factor = 1;
-  let unitShown = unitText(unit);
-  if (unit === "rad" && Math.abs(value) < 0.01) {
-    factor = 1e6;
-    unitShown = "µrad";
-  }
-  const [v, u] = [value * factor, known(uncertainty) ? uncertainty * factor : null];
-  const size = Math.max(Math.abs(v), u ?? 0);
-  const power = size === 0 ? 0 : Math.floor(Math.log10(size));
-  const smallest = unit === "mm" ? -6 : -3;
-  const exponent = power < smallest || power > 5 ? power : 0;
-  const scale = 10 ** exponent;
-  const decimals = u ? 1 - Math.floor(Math.log10(u / scale)) : 5 - (power - exponent);
-  const places = Math.min(Math.max(decimals, 0), 9);
-  const tail = exponent ? `·10${raised(exponent)}` : "";
-  return {
-    value: fixed(v / scale, places) + tail,
-    uncertainty: u === null ? DASH : fixed(u / scale, places) + tail,
-    unit: unitShown,
-  };
-}
-
-/** Angles that belong together: µrad to 0.01 where all are small, else rad. */
-export function angles(list) {
-  const small = list.every((rad) => Math.abs(rad) < 0.01);
-  const shown = list.map((rad) => (small ? fixed(rad * 1e6, 2) : fixed(rad, 7)));
-  return `${shown.join(", ")} ${small ? "µrad" : "rad"}`;
-}
-
-/** `mm^-3` as `mm⁻³`; a pure number has none. */
-export const unitText = (unit) =>
-  !unit || unit === "1" ? "" : unit.replace(/\^(-?\d+)/g, (_, power) => raised(Number(power)));
-
 /** Sign and scope of a figure that has a limit: `PV`, `RMS from 0-4.5 mm`. */
 export const figureWords = ({ symbol, scope }) => (scope ? `${symbol} ${scope}` : symbol);
 
@@ -113,6 +71,3 @@ export const figureValue = ({ unit }, value) => (unit === "nm" ? nm(value) : sig
 
 /** With a capital in front. */
 export const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
-
-const raised = (n) =>
-  [...String(n)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");

@@ -1,9 +1,9 @@
 // The page: one snapshot in, every part drawn.
 
+import { showChapters } from "./chapters.js";
 import { Control } from "./control.js";
 import { Defects } from "./defects.js";
 import { byId, setText } from "./dom.js";
-import { showFigures } from "./figures.js";
 import { DASH, count, duration, timeOfDay } from "./format.js";
 import { Frames } from "./frames.js";
 import { Histogram } from "./histogram.js";
@@ -18,7 +18,6 @@ import { Removal } from "./removal.js";
 import { SectionView } from "./section.js";
 import { Sessions } from "./sessions.js";
 import { Spectrum } from "./spectrum.js";
-import { showStandards } from "./standards.js";
 import { Stream } from "./stream.js";
 import { takeToken } from "./token.js";
 import { showVerdict } from "./verdict.js";
@@ -85,10 +84,9 @@ function draw() {
   histogram.update(snapshot.form);
   zernike.update(snapshot.form);
   spectrum.update(snapshot.form);
-  showStandards(snapshot.form);
   links.update(snapshot);
   links.draw(link.name === "live");
-  showFigures(snapshot);
+  showChapters(snapshot.view);
   control.update(snapshot);
   sessions.update(snapshot);
 }

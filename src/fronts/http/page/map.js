@@ -4,10 +4,9 @@ import { drawAxes, drawBar, noDataPattern, place1to1, toMm } from "./axes.js";
 import { css } from "./colours.js";
 import { byId, setText } from "./dom.js";
 import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
-import { pointsSince } from "./figures.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
 import { drawBeyond, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
-import { listed } from "./series.js";
+import { listed, pointsSince } from "./series.js";
 
 const FONT = "12px system-ui, sans-serif";
 const DRAG_PIXELS = 5;

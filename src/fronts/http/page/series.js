@@ -71,3 +71,12 @@ export function silent({ state, links }) {
   const quiet = links.filter((link) => known(link.age_s) && !["connected", "closed"].includes(link.state));
   return quiet.sort((a, b) => b.age_s - a.age_s);
 }
+
+/** What is counted by its reason and is in the mesh all the same, or in its account. */
+const MESHED = ["conflict", "not_meshable", "outside_aperture", "outside_domain"];
+
+/** How many points for the mesh came after `asOf` of them; some fewer where one has several flags. */
+export function pointsSince({ received, flagged }, asOf) {
+  const unmeshed = Object.entries(flagged).filter(([reason]) => !MESHED.includes(reason));
+  return Math.max(received - unmeshed.reduce((sum, [, number]) => sum + number, 0) - asOf, 0);
+}

@@ -1,0 +1,133 @@
+//! Links, devices and the session in words.
+
+use std::collections::BTreeMap;
+
+use super::{Chapter, ChapterId, Fact, Layout, Table};
+use crate::words::{count, short};
+use crate::{DeviceFigures, LinkFigures, SessionFigures};
+
+/// Readings of each device and bytes of each link, delivered and lost. The summary has only what was lost.
+pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
+    let mut chapter = Chapter::new(ChapterId::Links, "Links and devices");
+    let mut devices = Table::new(&[
+        ("device", Layout::Head),
+        ("link", Layout::Text),
+        ("readings", Layout::Number),
+        ("lost", Layout::Number),
+        ("unjoined", Layout::Number),
+        ("flags and faults", Layout::Text),
+        ("channels: mean (smallest to largest)", Layout::Fine),
+    ]);
+    let mut bytes = Table::new(&[
+        ("link", Layout::Head),
+        ("received", Layout::Number),
+        ("discarded", Layout::Number),
+        ("opened", Layout::Number),
+        ("closed", Layout::Number),
+    ]);
+    for link in links {
+        for device in &link.devices {
+            chapter.brief.extend(losses(device, link));
+            devices.rows.push(row(device, link));
+        }
+        if link.discarded_bytes > 0 || link.closed > 0 {
+            chapter.brief.push(format!(
+                "{}: {} bytes discarded, opened {} times, closed {} times",
+                link.name,
+                count(link.discarded_bytes),
+                link.opened,
+                link.closed
+            ));
+        }
+        bytes.rows.push(vec![
+            link.name.clone(),
+            format!("{} bytes", count(link.received_bytes)),
+            format!("{} bytes", count(link.discarded_bytes)),
+            format!("{} times", link.opened),
+            format!("{} times", link.closed),
+        ]);
+    }
+    chapter.table(devices);
+    if links.iter().any(|link| link.discarded_bytes > 0 || link.closed > 0) {
+        chapter.table(bytes);
+    } else if !links.is_empty() {
+        chapter.note("No byte was discarded, and no link was lost.");
+    }
+    chapter
+}
+
+fn row(device: &DeviceFigures, link: &LinkFigures) -> Vec<String> {
+    let flags = [named(&device.flagged), named(&device.faults)].concat();
+    let channels = device.channels.iter().map(|(name, channel)| {
+        format!(
+            "{name} {} {} ({} to {})",
+            short(channel.mean),
+            channel.unit,
+            short(channel.min),
+            short(channel.max)
+        )
+    });
+    vec![
+        device.name.clone(),
+        link.name.clone(),
+        count(device.readings),
+        count(device.lost),
+        count(device.unjoined),
+        if flags.is_empty() { "none".to_owned() } else { flags.join(", ") },
+        channels.collect::<Vec<_>>().join("; "),
+    ]
+}
+
+/// What a device lost, and its faults; nothing of a device without.
+fn losses(device: &DeviceFigures, link: &LinkFigures) -> Option<String> {
+    let counts =
+        [(device.lost, "lost"), (device.unjoined, "unjoined"), (device.ambiguous, "ambiguous")];
+    let lost = counts.iter().filter(|(number, _)| *number > 0);
+    let lost = lost.map(|(number, what)| format!("{} {what}", count(*number)));
+    let faults =
+        device.faults.iter().map(|(kind, number)| format!("{} {kind} faults", count(*number)));
+    let said: Vec<String> = lost.chain(faults).collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "{}: {} readings on {}, {}",
+            device.name,
+            count(device.readings),
+            link.name,
+            said.join(", ")
+        )
+    })
+}
+
+fn named(counts: &BTreeMap<String, u64>) -> Vec<String> {
+    let words =
+        |(name, number): (&String, &u64)| format!("{} {}", count(*number), name.replace('_', " "));
+    counts.iter().map(words).collect()
+}
+
+/// An instant (RFC 3339) without its fraction of a second.
+fn to_the_second(instant: &str) -> String {
+    match instant.split_once('.') {
+        Some((whole, fraction)) => {
+            format!("{whole}{}", fraction.trim_start_matches(|digit: char| digit.is_ascii_digit()))
+        }
+        None => instant.to_owned(),
+    }
+}
+
+/// Session, part and operator.
+pub(super) fn session(session: &SessionFigures) -> Chapter {
+    let mut chapter = Chapter::new(ChapterId::Session, "Session");
+    chapter.brief.push(format!("{} ({})", session.id, session.ended));
+    let mut facts = vec![
+        Fact::new("Session", session.id.clone()),
+        Fact::new("Station", session.station.clone()),
+    ];
+    facts.extend(session.label.entries().map(|(name, entry)| Fact::new(name, entry)));
+    facts.extend([
+        Fact::new("Began", to_the_second(&session.started)),
+        Fact::new("Ended", session.ended.clone()),
+        Fact::new("Recorded by", format!("asphera {}", session.version)),
+    ]);
+    chapter.facts(facts);
+    chapter
+}

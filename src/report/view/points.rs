@@ -1,0 +1,106 @@
+//! Points and mesh in words.
+
+use super::{Chapter, ChapterId, Fact};
+use crate::words::{count, quantity, short};
+use crate::{MeshFigures, Points, ProjectionFigures, ReadingFigures, RepeatFigures};
+
+/// Points: how many came, and what became of them; how the columns of their file were read.
+pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chapter {
+    let mut chapter = Chapter::new(ChapterId::Points, "Points");
+    let reasons = points.flagged.iter().map(|(name, number)| (name.replace('_', " "), *number));
+    let reasons: Vec<(String, u64)> = reasons.collect();
+    let mut line = format!("{} received, {} used", count(points.received), count(points.used));
+    for (reason, number) in &reasons {
+        line.push_str(&format!(", {} {reason}", count(*number)));
+    }
+    for (number, what) in [(points.duplicates, "duplicate"), (points.lost, "lost")] {
+        if number > 0 {
+            line.push_str(&format!(", {} {what}", count(number)));
+        }
+    }
+    chapter.brief.push(line);
+    let mut facts =
+        vec![Fact::new("Received", count(points.received)), Fact::new("Used", count(points.used))];
+    facts.extend(
+        reasons
+            .iter()
+            .map(|(reason, number)| Fact::new(format!("Not used: {reason}"), count(*number))),
+    );
+    facts.push(Fact::new("Duplicates", count(points.duplicates)));
+    facts.push(Fact::new("Lost triggers", count(points.lost)).bad_if(points.lost > 0));
+    chapter.facts(facts);
+    if let Some(reading) = reading {
+        let line = columns(reading);
+        chapter.brief.push(format!("read as {line}"));
+        chapter.note(format!("Read as {line}."));
+    }
+    chapter
+}
+
+/// How columns and units of a file were read.
+pub fn columns(reading: &ReadingFigures) -> String {
+    if let [only] = &reading.columns[..] {
+        return format!("a matrix of heights in {}, the top row first", only.unit);
+    }
+    let columns = reading
+        .columns
+        .iter()
+        .map(|column| format!("{} in column {} in {}", column.name, column.number, column.unit));
+    let columns = columns.collect::<Vec<_>>().join(", ");
+    let commas = if reading.decimal_commas { ", decimal commas" } else { "" };
+    let assumed =
+        if reading.units_assumed { " (mm is assumed: the file states no unit)" } else { "" };
+    format!("{columns}{commas}{assumed}")
+}
+
+/// The mesh, its plane, and where the surface is too steep for it.
+pub(super) fn mesh(mesh: &MeshFigures) -> Chapter {
+    let mut chapter = Chapter::new(ChapterId::Mesh, "Mesh");
+    let relief = &mesh.relief;
+    let steep =
+        [(relief.folds.len() as u64, "folds"), (relief.walls, "walls"), (relief.spikes, "spikes")];
+    let found: Vec<String> = steep
+        .iter()
+        .filter(|(number, _)| *number > 0)
+        .map(|(number, what)| format!("{} {what}", count(*number)))
+        .collect();
+    if !found.is_empty() {
+        chapter.brief.push(found.join(", "));
+    }
+    let is_empty = mesh.vertices == 0;
+    let mut facts = vec![
+        Fact::new("Vertices", count(mesh.vertices)),
+        Fact::new("Triangles", count(mesh.triangles)),
+        Fact::new("Edges", count(mesh.edges)),
+        Fact::new("On the hull", count(mesh.hull)),
+        Fact::new("Area", quantity(mesh.area_mm2.filter(|_| !is_empty), "mm²")),
+    ];
+    facts.extend(mesh.projection.as_ref().map(plane));
+    if !is_empty {
+        let projectable = if mesh.projectable { "yes" } else { "no" };
+        facts.push(Fact::new("Projectable", projectable).bad_if(!mesh.projectable));
+        facts.push(
+            Fact::new("Folds, walls, spikes", steep.map(|(number, _)| count(number)).join(", "))
+                .bad_if(!relief.folds.is_empty()),
+        );
+    }
+    if let Some(spread_nm) = mesh.repeats.spread_nm {
+        let RepeatFigures { places, measurements, .. } = mesh.repeats;
+        facts.push(Fact::new(
+            "Places measured again",
+            format!(
+                "{} places, {} times, spread {} nm",
+                count(places),
+                count(measurements),
+                short(spread_nm)
+            ),
+        ));
+    }
+    chapter.facts(facts);
+    chapter
+}
+
+fn plane(projection: &ProjectionFigures) -> Fact {
+    let unfitted = matches!(projection, ProjectionFigures::Unfitted { .. });
+    Fact::new("Plane of projection", projection.to_string()).bad_if(unfitted)
+}
