@@ -1,13 +1,15 @@
 //! The results as a QIF 3.0 document (ANSI QIF 3.0, ISO 23952:2020).
 
 use std::collections::BTreeMap;
-use std::fmt::{Result, Write as _};
+use std::io;
 
 use asphera_report::{Check, Report, Status};
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesText, Event};
 use sha2::{Digest, Sha256};
 
 use super::provenance::Provenance;
-use super::words::text;
+use super::words::printable;
 
 /// The namespace of QIF 3.
 pub const QIF_NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
@@ -21,159 +23,194 @@ pub const QIF_NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
 /// other place. Lengths are in mm. The same report gives the same bytes: the identifier of the
 /// document is made from its content.
 pub fn qif(report: &Report, provenance: &Provenance) -> String {
-    let mut body = String::new();
-    // Writing into a String cannot fail.
+    let mut body = Xml::new_with_indent(Vec::new(), b' ', INDENT);
+    // Writing into a Vec cannot fail.
     let _ = write_body(&mut body, report, provenance);
-    let checks = lengths(report).len() as u64;
+    let identifier = identifier(&body.into_inner());
+    let mut document = Xml::new_with_indent(Vec::new(), b' ', INDENT);
+    let _ = write_document(&mut document, &identifier, report, provenance);
+    let mut text = String::from_utf8(document.into_inner()).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+type Xml = Writer<Vec<u8>>;
+
+fn write_document(
+    xml: &mut Xml,
+    identifier: &str,
+    report: &Report,
+    provenance: &Provenance,
+) -> io::Result<()> {
     // Standard and results have one each, every characteristic four.
-    let id_max = RESULTS_ID + 4 * checks;
-    format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <QIFDocument xmlns=\"{QIF_NAMESPACE}\" versionQIF=\"3.0.0\" idMax=\"{id_max}\">\n\
-         \x20 <QPId>{}</QPId>\n{body}</QIFDocument>\n",
-        identifier(&body)
-    )
-}
-
-fn write_body(out: &mut String, report: &Report, provenance: &Provenance) -> Result {
-    writeln!(
-        out,
-        "  <Header>\n    <Application>\n      <Name>{}</Name>\n      <Organization>asphera</Organization>\n    \
-         </Application>\n  </Header>",
-        text(&Provenance::software())
-    )?;
-    writeln!(
-        out,
-        "  <StandardsDefinitions n=\"1\">\n    <Standard id=\"{STANDARD_ID}\">\n      <Organization>\n        \
-         <StandardsOrganizationEnum>ISO</StandardsOrganizationEnum>\n      </Organization>\n      \
-         <Designator>10110-5</Designator>\n      <Year>2015</Year>\n    </Standard>\n  \
-         </StandardsDefinitions>"
-    )?;
-    out.push_str(
-        "  <FileUnits>\n    <PrimaryUnits>\n      <LinearUnit>\n        <SIUnitName>meter</SIUnitName>\n        \
-         <UnitName>mm</UnitName>\n        <UnitConversion>\n          <Factor>0.001</Factor>\n        \
-         </UnitConversion>\n      </LinearUnit>\n    </PrimaryUnits>\n  </FileUnits>\n",
-    );
-    let lengths = lengths(report);
-    if !lengths.is_empty() {
-        characteristics(out, report, &lengths)?;
-    }
-    results(out, report, provenance, &lengths)
-}
-
-/// Requirements on the part: four aspects of every characteristic, of which the first three stand here.
-fn characteristics(out: &mut String, report: &Report, lengths: &[Length<'_>]) -> Result {
-    let count = lengths.len();
-    writeln!(out, "  <Characteristics>\n    <FormalStandardId>{STANDARD_ID}</FormalStandardId>")?;
-    writeln!(out, "    <CharacteristicDefinitions n=\"{count}\">")?;
-    for length in lengths {
-        let (id, limit) = (length.id, decimal_mm(length.check.limit));
-        let nominal = report.form.as_ref().map_or("", |form| form.nominal.as_str());
-        writeln!(
-            out,
-            "      <OtherFormCharacteristicDefinition id=\"{id}\">\n        <Description>{} of the deviation from \
-             {} along its normal</Description>\n        <Name>{}</Name>\n        \
-             <ToleranceValue>{limit}</ToleranceValue>\n      </OtherFormCharacteristicDefinition>",
-            text(&length.name),
-            text(nominal),
-            text(&length.name)
-        )?;
-    }
-    writeln!(out, "    </CharacteristicDefinitions>\n    <CharacteristicNominals n=\"{count}\">")?;
-    for length in lengths {
-        writeln!(
-            out,
-            "      <OtherFormCharacteristicNominal id=\"{}\">\n        \
-             <CharacteristicDefinitionId>{}</CharacteristicDefinitionId>\n        <Name>{}</Name>\n      \
-             </OtherFormCharacteristicNominal>",
-            length.id + 1,
-            length.id,
-            text(&length.name)
-        )?;
-    }
-    writeln!(out, "    </CharacteristicNominals>\n    <CharacteristicItems n=\"{count}\">")?;
-    for length in lengths {
-        writeln!(
-            out,
-            "      <OtherFormCharacteristicItem id=\"{}\">\n        <Name>{}</Name>\n        \
-             <CharacteristicNominalId>{}</CharacteristicNominalId>\n      </OtherFormCharacteristicItem>",
-            length.id + 2,
-            text(&length.name),
-            length.id + 1
-        )?;
-    }
-    out.push_str("    </CharacteristicItems>\n  </Characteristics>\n");
+    let id_max = RESULTS_ID + 4 * lengths(report).len() as u64;
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    xml.create_element("QIFDocument")
+        .with_attribute(("xmlns", QIF_NAMESPACE))
+        .with_attribute(("versionQIF", "3.0.0"))
+        .with_attribute(("idMax", &id_max.to_string()[..]))
+        .write_inner_content(|xml| {
+            text(xml, "QPId", identifier)?;
+            write_body(xml, report, provenance)
+        })?;
     Ok(())
 }
 
+fn write_body(xml: &mut Xml, report: &Report, provenance: &Provenance) -> io::Result<()> {
+    inside(xml, "Header", |xml| {
+        inside(xml, "Application", |xml| {
+            text(xml, "Name", &Provenance::software())?;
+            text(xml, "Organization", "asphera")
+        })
+    })?;
+    counted(xml, "StandardsDefinitions", 1, |xml| {
+        identified(xml, "Standard", STANDARD_ID, |xml| {
+            inside(xml, "Organization", |xml| text(xml, "StandardsOrganizationEnum", "ISO"))?;
+            text(xml, "Designator", "10110-5")?;
+            text(xml, "Year", "2015")
+        })
+    })?;
+    inside(xml, "FileUnits", |xml| {
+        inside(xml, "PrimaryUnits", |xml| {
+            inside(xml, "LinearUnit", |xml| {
+                text(xml, "SIUnitName", "meter")?;
+                text(xml, "UnitName", "mm")?;
+                inside(xml, "UnitConversion", |xml| text(xml, "Factor", "0.001"))
+            })
+        })
+    })?;
+    let lengths = lengths(report);
+    if !lengths.is_empty() {
+        inside(xml, "Characteristics", |xml| characteristics(xml, report, &lengths))?;
+    }
+    inside(xml, "Results", |xml| {
+        counted(xml, "MeasurementResultsSet", 1, |xml| {
+            identified(xml, "MeasurementResults", RESULTS_ID, |xml| {
+                results(xml, report, provenance, &lengths)
+            })
+        })
+    })
+}
+
+/// Requirements on the part: four aspects of every characteristic, of which the first three stand here.
+fn characteristics(xml: &mut Xml, report: &Report, lengths: &[Length<'_>]) -> io::Result<()> {
+    let count = lengths.len();
+    let nominal = report.form.as_ref().map_or("", |form| form.nominal.as_str());
+    text(xml, "FormalStandardId", &STANDARD_ID.to_string())?;
+    counted(xml, "CharacteristicDefinitions", count, |xml| {
+        lengths.iter().try_for_each(|length| {
+            identified(xml, "OtherFormCharacteristicDefinition", length.id, |xml| {
+                let what =
+                    format!("{} of the deviation from {nominal} along its normal", length.name);
+                text(xml, "Description", &what)?;
+                text(xml, "Name", &length.name)?;
+                text(xml, "ToleranceValue", &decimal_mm(length.check.limit))
+            })
+        })
+    })?;
+    counted(xml, "CharacteristicNominals", count, |xml| {
+        lengths.iter().try_for_each(|length| {
+            identified(xml, "OtherFormCharacteristicNominal", length.id + 1, |xml| {
+                text(xml, "CharacteristicDefinitionId", &length.id.to_string())?;
+                text(xml, "Name", &length.name)
+            })
+        })
+    })?;
+    counted(xml, "CharacteristicItems", count, |xml| {
+        lengths.iter().try_for_each(|length| {
+            identified(xml, "OtherFormCharacteristicItem", length.id + 2, |xml| {
+                text(xml, "Name", &length.name)?;
+                text(xml, "CharacteristicNominalId", &(length.id + 1).to_string())
+            })
+        })
+    })
+}
+
 fn results(
-    out: &mut String,
+    xml: &mut Xml,
     report: &Report,
     provenance: &Provenance,
     lengths: &[Length<'_>],
-) -> Result {
-    writeln!(
-        out,
-        "  <Results>\n    <MeasurementResultsSet n=\"1\">\n      <MeasurementResults id=\"{RESULTS_ID}\">"
-    )?;
+) -> io::Result<()> {
     let attributes = attributes(report, provenance);
-    writeln!(out, "        <Attributes n=\"{}\">", attributes.len())?;
-    for (name, value) in attributes {
-        writeln!(
-            out,
-            "          <AttributeStr name=\"{}\" value=\"{}\"/>",
-            text(&name),
-            text(&value)
-        )?;
-    }
-    out.push_str("        </Attributes>\n");
+    counted(xml, "Attributes", attributes.len(), |xml| {
+        attributes.iter().try_for_each(|(name, value)| {
+            xml.create_element("AttributeStr")
+                .with_attribute(("name", &printable(name)[..]))
+                .with_attribute(("value", &printable(value)[..]))
+                .write_empty()?;
+            Ok(())
+        })
+    })?;
     if !lengths.is_empty() {
-        writeln!(
-            out,
-            "        <MeasuredCharacteristics>\n          <CharacteristicMeasurements n=\"{}\">",
-            lengths.len()
-        )?;
-        for length in lengths {
-            measurement(out, report, length)?;
-        }
-        out.push_str(
-            "          </CharacteristicMeasurements>\n        </MeasuredCharacteristics>\n",
-        );
+        inside(xml, "MeasuredCharacteristics", |xml| {
+            counted(xml, "CharacteristicMeasurements", lengths.len(), |xml| {
+                lengths.iter().try_for_each(|length| measurement(xml, report, length))
+            })
+        })?;
     }
     let status = match report.verdict.status {
         Status::Pass => "PASS",
         Status::Fail => "FAIL",
         Status::Undecided | Status::None => "UNKNOWN",
     };
-    writeln!(
-        out,
-        "        <InspectionStatus>\n          <InspectionStatusEnum>{status}</InspectionStatusEnum>\n        \
-         </InspectionStatus>\n      </MeasurementResults>\n    </MeasurementResultsSet>\n  </Results>"
-    )
+    inside(xml, "InspectionStatus", |xml| text(xml, "InspectionStatusEnum", status))
 }
 
-fn measurement(out: &mut String, report: &Report, length: &Length<'_>) -> Result {
+fn measurement(xml: &mut Xml, report: &Report, length: &Length<'_>) -> io::Result<()> {
     let status = match report.verdict.status {
         Status::Pass | Status::Fail if length.check.ok => "PASS",
         Status::Pass | Status::Fail if length.check.is_broken() => "FAIL",
         _ => "INDETERMINATE",
     };
-    writeln!(
-        out,
-        "            <OtherFormCharacteristicMeasurement id=\"{}\">\n              <Status>\n                \
-         <CharacteristicStatusEnum>{status}</CharacteristicStatusEnum>\n              </Status>\n              \
-         <CharacteristicItemId>{}</CharacteristicItemId>",
-        length.id + 3,
-        length.id + 2
-    )?;
-    if let Some(session) = &report.session {
-        writeln!(out, "              <TimeStamp>{}</TimeStamp>", text(&session.started))?;
-    }
-    writeln!(
-        out,
-        "              <Value>{}</Value>\n            </OtherFormCharacteristicMeasurement>",
-        decimal_mm(length.check.value)
-    )
+    identified(xml, "OtherFormCharacteristicMeasurement", length.id + 3, |xml| {
+        inside(xml, "Status", |xml| text(xml, "CharacteristicStatusEnum", status))?;
+        text(xml, "CharacteristicItemId", &(length.id + 2).to_string())?;
+        if let Some(session) = &report.session {
+            text(xml, "TimeStamp", &session.started)?;
+        }
+        text(xml, "Value", &decimal_mm(length.check.value))
+    })
+}
+
+/// An element that holds others.
+fn inside(
+    xml: &mut Xml,
+    name: &str,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    xml.create_element(name).write_inner_content(content)?;
+    Ok(())
+}
+
+/// An element that holds others and says how many.
+fn counted(
+    xml: &mut Xml,
+    name: &str,
+    count: usize,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let count = count.to_string();
+    xml.create_element(name).with_attribute(("n", &count[..])).write_inner_content(content)?;
+    Ok(())
+}
+
+/// An element with an id, which holds others.
+fn identified(
+    xml: &mut Xml,
+    name: &str,
+    id: u64,
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let id = id.to_string();
+    xml.create_element(name).with_attribute(("id", &id[..])).write_inner_content(content)?;
+    Ok(())
+}
+
+/// An element that holds words.
+fn text(xml: &mut Xml, name: &str, words: &str) -> io::Result<()> {
+    xml.create_element(name).write_text_content(BytesText::new(&printable(words)))?;
+    Ok(())
 }
 
 /// Content that QIF has no place for that needs no tolerance: figures, coverage, fit, session, files. A name is unique within an entity
@@ -286,8 +323,8 @@ fn decimal_mm(nm: f64) -> String {
 }
 
 /// An identifier from the content: the first 128 bits of its SHA-256 as a UUID of version 8 (RFC 9562, 5.8).
-fn identifier(content: &str) -> String {
-    let hash = Sha256::digest(content.as_bytes());
+fn identifier(content: &[u8]) -> String {
+    let hash = Sha256::digest(content);
     let mut bytes = [0; 16];
     bytes.copy_from_slice(&hash[..16]);
     bytes[6] = bytes[6] & 0x0f | 0x80;
@@ -298,3 +335,5 @@ fn identifier(content: &str) -> String {
 
 const STANDARD_ID: u64 = 1;
 const RESULTS_ID: u64 = 2;
+/// Spaces of a level.
+const INDENT: usize = 2;
