@@ -214,7 +214,8 @@ fn places_to_measure_are_written() {
     let output = sampling(&file, &arguments);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{text}");
-    for part in ["sampled densely enough", "largest gap", "noise", "1. ", "waypoints"] {
+    for part in ["sampled densely enough", "largest gap", "noise", "To measure next:", "waypoints"]
+    {
         assert!(text.contains(part), "{part}: {text}");
     }
     let written = std::fs::read_to_string(&out).unwrap();
@@ -314,6 +315,6 @@ fn a_target_in_rho_is_a_share_of_the_reach() {
     assert_eq!(asked["next"], needed["next"]);
     let output = sampling(&file, &["--nominal", file_of_nominal.to_str().unwrap()]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let told = "largest ρ 0.001424, allowed 0.0008000, reach 25.00 mm";
+    let told = "largest ρ 0.001424 of 0.0008000 allowed, reach 25.00 mm";
     assert!(text.contains(told), "{text}");
 }

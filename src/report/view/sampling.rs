@@ -49,6 +49,11 @@ fn brief(lines: &mut Vec<String>, sampling: &SamplingFigures) {
         format!("largest ε {}{allowed}", short(epsilon))
     });
     push(lines, [gap, epsilon].into_iter().flatten(), ", ");
+    if let (Some(allowed), Some(rho)) = (sampling.rho_target, sampling.rho_max) {
+        let reach = sampling.reach_mm.map(|mm| format!("reach {} mm", short(mm)));
+        let rho = format!("largest ρ {} of {} allowed", short(rho), short(allowed));
+        push(lines, std::iter::once(rho).chain(reach), ", ");
+    }
     push(lines, density(sampling), "; ");
     lines.extend(sampling.unknown.iter().cloned());
     push(
