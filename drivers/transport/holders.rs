@@ -127,7 +127,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let seen = |wanted: Option<&Holder>| {
             (0..2_000).any(|_| {
-                thread::sleep(Duration::from_millis(5));
+                thread::park_timeout(Duration::from_millis(5));
                 holder_of_file(file.path()).as_ref() == wanted
             })
         };
