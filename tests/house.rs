@@ -244,6 +244,42 @@ fn no_source_file_is_above_700_lines() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// Names come from the field. These words say nothing of what a file holds or an item is.
+const BANNED: [&str; 10] =
+    ["told", "tell", "look", "seen", "kept", "made", "rest", "of", "hold", "beside"];
+
+#[test]
+fn no_file_and_no_public_item_has_a_name_without_meaning() {
+    let mut wrong = Vec::new();
+    for folder in ["src", "drivers", "simulators"] {
+        for file in sources(&root().join(folder)) {
+            let name = file.file_stem().unwrap().to_str().unwrap();
+            if BANNED.contains(&name) {
+                wrong.push(file.display().to_string());
+            }
+            let text = std::fs::read_to_string(&file).unwrap();
+            for (number, line) in (1..).zip(text.lines()) {
+                if public_name(line).is_some_and(|name| BANNED.contains(&name)) {
+                    wrong.push(format!("{}:{number}: {}", file.display(), line.trim()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(public_name("    pub fn of(&self) -> u8 {"), Some("of"));
+    assert_eq!(public_name("    pub kept: Vec<u32>,"), Some("kept"));
+    assert_eq!(public_name("    pub(super) fn of() {"), None);
+}
+
+/// The name of the public item or field that a line begins.
+fn public_name(line: &str) -> Option<&str> {
+    let item = line.trim_start().strip_prefix("pub ")?;
+    let kinds =
+        ["const fn ", "async fn ", "fn ", "struct ", "enum ", "trait ", "mod ", "const ", "type "];
+    let name = kinds.iter().find_map(|kind| item.strip_prefix(kind)).unwrap_or(item);
+    name.split(|sign: char| !(sign.is_alphanumeric() || sign == '_')).next()
+}
+
 /// Rust sources below a folder.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

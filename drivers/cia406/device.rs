@@ -401,7 +401,7 @@ impl Driver for Cia406 {
             Input::Frame(frame) => frame,
             Input::Bytes(bytes) => return self.discard(bytes),
         };
-        match Cob::of(frame) {
+        match Cob::from_frame(frame) {
             Some(Cob::Sync) => {
                 if let State::Starting { cycle, .. } | State::Running { cycle, .. } =
                     &mut self.state

@@ -115,7 +115,7 @@ impl Checksum {
 
     /// The check of a frame that so far has all bytes before it, [`Checksum::skip_last`] among them. `None`: the
     /// frame is shorter than the bytes left out.
-    pub fn of(&self, frame: &[u8]) -> Option<Vec<u8>> {
+    pub fn compute(&self, frame: &[u8]) -> Option<Vec<u8>> {
         let body = frame.get(self.skip_first..frame.len().checked_sub(self.skip_last)?)?;
         Some(self.written(self.algorithm.value(body)))
     }
@@ -153,7 +153,7 @@ mod tests {
     /// Zaber ASCII: "01 tools echo" has 8F (test vector of zproto 0.4.2).
     #[test]
     fn lrc_of_zaber() {
-        assert_eq!(hex(Algorithm::Lrc8, 0, 0).of(b"01 tools echo"), Some(b"8F".to_vec()));
+        assert_eq!(hex(Algorithm::Lrc8, 0, 0).compute(b"01 tools echo"), Some(b"8F".to_vec()));
         let framed = hex(Algorithm::Lrc8, 1, 1);
         assert_eq!(framed.body(b"/01 tools echo:8F"), Some(&b"/01 tools echo"[..]));
         assert_eq!(framed.body(b"/01 tools echo:8E"), None);
@@ -180,7 +180,7 @@ mod tests {
         };
         let frame = [1, 1, 0, 0, 0, 0, 1, 0x5E, 0x61];
         assert_eq!(check.body(&frame), Some(&frame[..8]));
-        assert_eq!(check.of(&frame[..8]), Some(vec![0x61]));
+        assert_eq!(check.compute(&frame[..8]), Some(vec![0x61]));
     }
 
     #[test]
@@ -189,7 +189,7 @@ mod tests {
         for len in 0..7 {
             assert_eq!(check.body(&b"0000000"[..len]), None, "{len}");
         }
-        assert_eq!(check.of(b"0"), None);
+        assert_eq!(check.compute(b"0"), None);
     }
 
     #[test]
@@ -200,7 +200,7 @@ mod tests {
             skip_first: 0,
             skip_last: 0,
         };
-        assert_eq!(check(ByteOrder::Big).of(b"123456789"), Some(vec![0x4B, 0x37]));
-        assert_eq!(check(ByteOrder::Little).of(b"123456789"), Some(vec![0x37, 0x4B]));
+        assert_eq!(check(ByteOrder::Big).compute(b"123456789"), Some(vec![0x4B, 0x37]));
+        assert_eq!(check(ByteOrder::Little).compute(b"123456789"), Some(vec![0x37, 0x4B]));
     }
 }

@@ -99,8 +99,8 @@ impl Link {
         let _ = (&mut self.task).await;
     }
 
-    /// Tells the link something. A link that has ended takes no notice.
-    pub fn tell(&self, command: LinkCommand) {
+    /// Sends the link a command. A link that has ended takes no notice.
+    pub fn command(&self, command: LinkCommand) {
         // The task ends only when the station is going down; what is said then is said to nobody.
         let _ = self.commands.send(command);
     }

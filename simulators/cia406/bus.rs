@@ -59,7 +59,7 @@ impl Bus {
 
     /// Takes a frame somebody sent, and gives what the nodes send in turn.
     pub fn receive(&mut self, now: Nanos, frame: &CanFrame) -> Vec<CanFrame> {
-        match Cob::of(frame) {
+        match Cob::from_frame(frame) {
             Some(Cob::Nmt) => {
                 let Ok(request) = NmtRequest::decode(frame.data()) else { return Vec::new() };
                 let named = |node: &&mut Node| request.node.is_none_or(|id| id == node.id());

@@ -28,7 +28,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Taken at the end, before the devices are told to stop.
-    pub fn of(bench: &Bench, session: SessionFigures) -> Outcome {
+    pub fn new(bench: &Bench, session: SessionFigures) -> Outcome {
         Outcome {
             lost: bench.lost(),
             missing: bench.missing(),

@@ -121,7 +121,7 @@ impl Playback {
         });
         bench.flush();
         settle(&mut bench, &mut take);
-        let outcome = Outcome::of(&bench, session_figures(session.header(), &ended));
+        let outcome = Outcome::new(&bench, session_figures(session.header(), &ended));
         // Reading on to the end shows whether the rest of the recording is whole.
         entries.by_ref().for_each(drop);
         Played { outcome, recovery: entries.recovery().clone() }

@@ -26,7 +26,7 @@ impl Lattice {
     ///
     /// A place off its node by a fiftieth of a step puts a wave of two steps off its phase by 4°, which takes 0.2 % off
     /// its height.
-    pub fn of(places_mm: &[[f64; 2]], triangles: &[[u32; 3]]) -> Option<Lattice> {
+    pub fn find(places_mm: &[[f64; 2]], triangles: &[[u32; 3]]) -> Option<Lattice> {
         let start = Frame::of_a_cell(places_mm, triangles)?;
         let frame = start.followed(places_mm)?.rectangular()?;
         frame.occupied(places_mm)

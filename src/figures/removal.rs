@@ -66,7 +66,7 @@ impl Terms {
     pub const NONE: Terms = Terms { has: [false; Term::ALL.len()] };
 
     /// The terms of a list, each once.
-    pub fn of(terms: &[Term]) -> Terms {
+    pub fn new(terms: &[Term]) -> Terms {
         Terms { has: Term::ALL.map(|term| terms.contains(&term)) }
     }
 

@@ -30,12 +30,12 @@ impl Triangle {
     #[inline]
     pub fn new(points: &[PointMm], corners: [VertexId; 3]) -> Triangle {
         let [i, j, k] = corners;
-        Triangle::of([points[i as usize], points[j as usize], points[k as usize]], corners)
+        Triangle::at_places([points[i as usize], points[j as usize], points[k as usize]], corners)
     }
 
     /// The triangle of three places with these numbers.
     #[inline]
-    pub fn of([p, q, r]: [PointMm; 3], corners: [VertexId; 3]) -> Triangle {
+    pub fn at_places([p, q, r]: [PointMm; 3], corners: [VertexId; 3]) -> Triangle {
         let [i, j, k] = corners;
         let [pq, qr, rp] = [squared(minus(q, p)), squared(minus(r, q)), squared(minus(p, r))];
         if pq >= qr && pq >= rp {

@@ -69,7 +69,7 @@ fn steepness<const D: usize>(
     let of = |place: usize| {
         let value = field.values[place];
         let change = |&other: &PlaceId| (field.values[other as usize] - value).abs();
-        let most = nearest.of(place as PlaceId).iter().map(change).fold(0.0, f64::max);
+        let most = nearest.neighbours(place as PlaceId).iter().map(change).fold(0.0, f64::max);
         let reach_mm = nearest.distances_mm(place as PlaceId).last().copied();
         (value, reach_mm.map_or(0.0, |reach_mm| most * tau_mm / reach_mm))
     };

@@ -102,7 +102,7 @@ fn grow(
         visited += 1.0;
         let distances = nearest.distances_mm(place);
         let within = distances.partition_point(|&distance| distance <= tau);
-        for &other in &nearest.of(place)[..within] {
+        for &other in &nearest.neighbours(place)[..within] {
             if of_place[other as usize] == NONE && is_in(other) {
                 of_place[other as usize] = number;
                 queue.push_back(other);

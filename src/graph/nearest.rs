@@ -28,7 +28,7 @@ impl Nearest {
     /// # Panics
     ///
     /// If there is no such place.
-    pub fn of(&self, place: PlaceId) -> &[PlaceId] {
+    pub fn neighbours(&self, place: PlaceId) -> &[PlaceId] {
         let at = place as usize * self.k;
         &self.ids[at..at + self.k]
     }

@@ -17,7 +17,7 @@ impl Within {
     /// # Panics
     ///
     /// If there is no such place.
-    pub fn of(&self, place: PlaceId) -> &[PlaceId] {
+    pub fn neighbours(&self, place: PlaceId) -> &[PlaceId] {
         let at = place as usize;
         &self.ids[self.starts[at] as usize..self.starts[at + 1] as usize]
     }

@@ -11,8 +11,8 @@ use asphera_report::{
 };
 use asphera_surface::Plane;
 
+use super::assessment::assess;
 use super::details::sample;
-use super::look::look;
 use super::maps::{Raster, maps};
 use super::removal::{RemovalError, of_points};
 use super::sampling::Remembered;
@@ -42,7 +42,7 @@ pub(super) fn cut(
         }
     });
     let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
-    report(mesh, &path(request, centre_mm), gap_limit_mm, deviations_nm).map_err(Refusal::of)
+    report(mesh, &path(request, centre_mm), gap_limit_mm, deviations_nm).map_err(Refusal::new)
 }
 
 /// A finished mesh, to be cut and mapped.
@@ -93,7 +93,7 @@ impl FinishedMesh {
         let make = || {
             let pose = lies.as_ref().map(|(_, pose)| *pose).unwrap_or_default();
             let mut remembered = remembered.clone();
-            let seen = look(&self.mesh, part, &pose, plane, &mut remembered);
+            let seen = assess(&self.mesh, part, &pose, plane, &mut remembered);
             let lfs_mm = remembered.lfs_mm(&pose);
             let raster = Raster { grid: grid.as_ref()?, version: *maps_version };
             maps(&self.mesh, &seen, part, &pose, raster, lfs_mm).ok().map(Arc::new)
@@ -157,7 +157,7 @@ impl FinishedMesh {
         let deviations_mm = deviations(points, nominal, pose);
         let sample = sample(part, pose, points, &deviations_mm, areas_mm2);
         let view = sample.map_err(RemovalError::from);
-        Some(view.and_then(|sample| of_points(&sample, grid, terms)).map_err(Refusal::of))
+        Some(view.and_then(|sample| of_points(&sample, grid, terms)).map_err(Refusal::new))
     }
 
     /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.

@@ -66,7 +66,7 @@ impl DeviationMap {
         let places_mm: Vec<[f64; 2]> = mesh.points().iter().map(|&[x, y, _]| [x, y]).collect();
         let good = triangles.iter().zip(covered).filter(|(_, good)| **good);
         let good: Vec<[VertexId; 3]> = good.map(|(corners, _)| *corners).collect();
-        match Lattice::of(&places_mm, triangles) {
+        match Lattice::find(&places_mm, triangles) {
             Some(lattice) => on_raster(mesh.points(), &lattice, good, deviations_nm),
             None => interpolated(mesh.points(), &places_mm, good, deviations_nm),
         }

@@ -8,6 +8,7 @@ use asphera_surface::Plane;
 use asphera_uncertainty::verdict::{Deviations, Limit, forecast};
 use asphera_uncertainty::{Places, UncertaintyError};
 
+use super::assessment::Assessment;
 use super::correlated::Sources;
 use super::defects::{self, Meshed};
 use super::design::Design;
@@ -18,7 +19,6 @@ use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit};
 use super::judged::{self, AllJudged, Sure, of_zones};
 use super::judgement::{Deviating, Plain, judge, plainly};
-use super::look::Look;
 use super::removal::cells_of;
 use super::standards::{self, Measured};
 use super::step::Step;
@@ -34,7 +34,7 @@ pub(super) struct Inspection<'a> {
     /// Where the part lies in the frame of the plane.
     pub(super) pose: &'a Pose,
     pub(super) fitted: Result<&'a Fitted, &'a NoFit>,
-    pub(super) look: &'a Look,
+    pub(super) look: &'a Assessment,
     /// Why the mesh is none of the surface, if it is not.
     pub(super) folded: Option<&'a str>,
     /// Deviation of every vertex; NaN outside the aperture or without a fit.
@@ -224,7 +224,7 @@ impl Inspection<'_> {
     }
 
     fn features(&self, has_form: bool) -> FeatureFigures {
-        let Look { triangles, sampling, .. } = self.look;
+        let Assessment { triangles, sampling, .. } = self.look;
         let meshed = Meshed { mesh: self.mesh, triangles, plane: self.plane, sampling };
         let deviating = has_form.then_some(self.deviations_mm);
         match self.folded {

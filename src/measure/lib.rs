@@ -9,6 +9,7 @@
 //! - [`Measurement`]: report, mesh, deviations and maps.
 //! - [`section`]: cuts through a mesh.
 
+mod assessment;
 mod cells;
 mod correlated;
 mod cutting;
@@ -29,7 +30,6 @@ mod inspection;
 mod interval_study;
 mod judged;
 mod judgement;
-mod look;
 mod maps;
 mod measurement;
 mod naming;

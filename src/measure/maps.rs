@@ -7,7 +7,7 @@ use asphera_report::{MAPS_FORMAT, MapLayer, SamplingMaps};
 use asphera_surface::noise::{Along, Noise};
 use asphera_surface::{Criteria, Facets, Grid, RasterError, chart};
 
-use super::look::Look;
+use super::assessment::Assessment;
 use crate::Part;
 
 /// Where the maps of a part lie, and which they are.
@@ -26,7 +26,7 @@ pub(super) struct Raster<'a> {
 /// When the grid is none.
 pub(super) fn maps(
     mesh: &Mesh,
-    look: &Look,
+    look: &Assessment,
     part: &Part,
     pose: &Pose,
     Raster { grid, version }: Raster<'_>,

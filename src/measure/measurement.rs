@@ -9,13 +9,13 @@ use asphera_report::{
 };
 use asphera_surface::Plane;
 
+use super::assessment::{Assessment, assess};
 use super::cutting::{FinishedMesh, Setting};
 use super::details::areas_mm2;
 use super::deviation_map::DeviationMap;
 use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
 use super::inspection::{Inspected, Inspection};
-use super::look::{Look, look};
 use super::origin;
 use super::projection::{Projector, measured};
 use super::sampling::{Next, Remembered};
@@ -87,7 +87,7 @@ pub(super) fn measure(
         .map_or_else(|_| origin::start_of(&part, mesh.points()), |fitted| fitted.fit.pose);
     let points_mm = measured(&mesh, &plane);
     begin(Step::Sampling);
-    let mut look = look(&mesh, &part, &pose, &plane, &mut remembered);
+    let mut look = assess(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
     let folded = look.folded.take();
@@ -134,7 +134,7 @@ pub(super) fn measure(
         maps_version,
         remembered,
     };
-    let Look { triangles, mesh: seen, sampling, next, .. } = look;
+    let Assessment { triangles, mesh: seen, sampling, next, .. } = look;
     let Inspected { form, features, verdict, deviations_nm, map, cells, .. } = inspected;
     Measurement {
         report: report(points, seen, sampling, features, form, verdict),

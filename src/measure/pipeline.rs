@@ -22,7 +22,7 @@ use crate::prospects::{self, Now, Prospects};
 use crate::running::{History, Running};
 use crate::sampling::{Current, Next, Remembered};
 use crate::step::Step;
-use crate::{Part, Weights, cells, cutting, figures, look, maps, origin, removal};
+use crate::{Part, Weights, assessment, cells, cutting, figures, maps, origin, removal};
 
 /// Takes the points of one part.
 pub struct Pipeline {
@@ -100,7 +100,7 @@ impl RunningFigures {
     pub fn without(&self, terms: &[Term]) -> FormViewAnswer {
         let Cells { map, aperture, origin_mm, used } = self.cells.as_ref()?;
         let view = removal::of_cells((map, *origin_mm), aperture, *used, terms);
-        Some(view.map_err(Refusal::of))
+        Some(view.map_err(Refusal::new))
     }
 }
 
@@ -231,7 +231,8 @@ impl Pipeline {
                 || origin::start_of(&self.part, self.mesh.points()),
                 |estimate| estimate.pose,
             );
-            let look = look::look(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
+            let look =
+                assessment::assess(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
             self.looks += 1;
             self.maps = self.running.grid().and_then(|grid| {
                 let lfs_mm = self.remembered.lfs_mm(&pose);
@@ -248,7 +249,7 @@ impl Pipeline {
                 // Of many points to come a few more tell little.
                 self.next_foresight = counts.vertices + expected / FORESIGHT_SHARE;
                 let arrived = counts.pushed - counts.pending;
-                self.prospects.see(&prospects::Look {
+                self.prospects.see(&prospects::Evidence {
                     part: &self.part,
                     points: self.mesh.points(),
                     estimate,
@@ -276,7 +277,7 @@ impl Pipeline {
                     .area_mm2
                     .map(|seen| self.current.whole_area_mm2().unwrap_or(seen)),
                 // Looking at the whole mesh anew would cost every triangle.
-                ..look::with_counts(&self.mesh, self.seen.clone())
+                ..assessment::with_counts(&self.mesh, self.seen.clone())
             },
             sampling: SamplingFigures { current: self.current.figures(), ..self.sampling.clone() },
             form: estimate.as_ref().map(|estimate| {

@@ -26,6 +26,7 @@ pub(super) use line::Line;
 use line::Way;
 use sampled::sampled;
 
+use super::assessment::with_counts;
 use super::correlated::Sources;
 use super::cutting::{FinishedMesh, Setting};
 use super::details::{FormDetails, places_mm};
@@ -34,7 +35,6 @@ use super::fitting::{Fitted, NoFit, fitted};
 use super::heights::Heights;
 use super::judged::{self, Sure, of_zones};
 use super::judgement::{Plain, judge, plainly, undecide};
-use super::look::with_counts;
 use super::measurement::{Measurement, deviation};
 use super::naming;
 use super::projection::{Projector, measured};

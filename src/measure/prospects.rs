@@ -5,7 +5,7 @@
 //! held for fewer points holds for more. It rests on these points staying in the fit, which they do unless the mesh
 //! finds them above each other; then nothing is said.
 
-mod seen;
+mod evidence;
 mod words;
 
 use std::collections::BTreeMap;
@@ -15,10 +15,10 @@ use asphera_form::{Aperture, FitSettings, LiveEstimate, ZoneSettings, minimum_zo
 use asphera_geometry::PointMm;
 use asphera_uncertainty::verdict::{Guard, Limit, Prospect, Raised, Running, Zone, prospect};
 
-pub(super) use self::seen::Look;
+pub(super) use self::evidence::Evidence;
 use asphera_report::{FigureName, Outlook, ProspectFigures, ProspectState};
 
-use self::seen::{OfLimit, Seen};
+use self::evidence::{KnownLimits, OfLimit};
 use super::errors::ErrorsOfFigures;
 use super::naming;
 use super::running::fit_settings;
@@ -28,7 +28,7 @@ use crate::Part;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prospects {
     said: BTreeMap<String, Said>,
-    seen: Seen,
+    seen: KnownLimits,
     /// The least coverage from which on something more can be told, as of the last time it was said.
     next_coverage: Option<f64>,
 }
@@ -58,9 +58,9 @@ pub(super) struct Now<'a> {
 
 impl Prospects {
     /// Takes what a look at all points tells of the limits.
-    pub(super) fn see(&mut self, look: &Look<'_>) {
+    pub(super) fn see(&mut self, look: &Evidence<'_>) {
         let certain = |name: &str| self.said.get(name).is_some_and(|said| said.fail_is_certain);
-        self.seen = Seen::of(look, certain);
+        self.seen = KnownLimits::of(look, certain);
     }
 
     /// Whether a look at all points would tell a pass, if so much is covered by now.
@@ -280,8 +280,8 @@ pub(super) const P: f64 = 0.95;
 const ZONE_TOLERANCE: f64 = 1e-3;
 
 #[cfg(test)]
-mod tests;
+mod early_pass_study;
 #[cfg(test)]
-mod told;
+mod tests;
 #[cfg(test)]
 pub(super) mod truth;

@@ -78,7 +78,7 @@ fn told_of(
     let mut reasons = Vec::new();
     let height = height(&Profile::heights(found), straight, &mut reasons);
     let deviation = met.as_ref().and_then(|met| {
-        let profile = Profile::of(found, |vertex| met.deviation_nm(vertex) * 1e-6);
+        let profile = Profile::along(found, |vertex| met.deviation_nm(vertex) * 1e-6);
         told(deviation(&profile), "deviation", &mut reasons)
     });
     SectionReport {

@@ -171,11 +171,11 @@ fn terms(table: &Section<'_>) -> Option<Terms> {
         .filter(|term| names.iter().any(|name| *name == term.to_string()))
         .collect();
     if found.len() < names.len() || found.is_empty() {
-        let expected = format!("some of {}, each once", Terms::of(&Term::ALL));
+        let expected = format!("some of {}, each once", Terms::new(&Term::ALL));
         table.problem("terms", expected, format!("{names:?}"));
         return None;
     }
-    Some(Terms::of(&found))
+    Some(Terms::new(&found))
 }
 
 fn slope(tolerance: &Section<'_>) -> Option<SlopeSettings> {
@@ -347,7 +347,7 @@ mod tests {
             "rms_nm less astigmatism",
         ];
         assert_eq!(names, expected);
-        assert_eq!(limits[2].less, Terms::of(&[Term::Astigmatism]));
+        assert_eq!(limits[2].less, Terms::new(&[Term::Astigmatism]));
     }
 
     #[test]

@@ -9,7 +9,7 @@ pub struct Refusal(pub String);
 
 impl Refusal {
     /// The refusal that says what an error says.
-    pub fn of(error: impl std::error::Error) -> Refusal {
+    pub fn new(error: impl std::error::Error) -> Refusal {
         Refusal(error.to_string())
     }
 }

@@ -54,7 +54,7 @@ pub enum Verdict {
 
 impl GridCheck {
     /// Checks the codes of a volume, by layers in the caller's pool; `histogram` is that of the same volume.
-    pub fn of(samples: &Samples, histogram: &Histogram) -> GridCheck {
+    pub fn new(samples: &Samples, histogram: &Histogram) -> GridCheck {
         let facts = facts();
         let fact = |code: u8| facts[usize::from(code)];
         let case8 = histogram.count_where(|code| fact(code).case == Case::Paired);

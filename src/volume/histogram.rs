@@ -13,7 +13,7 @@ pub struct Histogram {
 
 impl Histogram {
     /// Counts the codes of a volume by layers of cells, in the caller's pool. The result does not depend on threads.
-    pub fn of(samples: &Samples) -> Histogram {
+    pub fn new(samples: &Samples) -> Histogram {
         let [nx, ny, nz] = samples.size();
         let counts = (0..=nz)
             .into_par_iter()

@@ -23,7 +23,7 @@ impl Levels {
     /// The levels of a volume's values; `None` where no two of them differ.
     ///
     /// Values are counted in [`BINS`] classes of equal width from the smallest to the largest.
-    pub fn of(values: &[f32]) -> Option<Levels> {
+    pub fn new(values: &[f32]) -> Option<Levels> {
         let finite = || values.iter().copied().filter(|value| value.is_finite());
         let (low, high) =
             finite().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -98,11 +98,11 @@ mod tests {
 
     #[test]
     fn two_values_are_parted_in_the_middle() {
-        let levels = Levels::of(&[0.0, 255.0, 255.0, f32::NAN, 0.0]).unwrap();
+        let levels = Levels::new(&[0.0, 255.0, 255.0, f32::NAN, 0.0]).unwrap();
         assert!(levels.are_two && levels.missing == 1);
         assert!((levels.otsu - 127.5).abs() < 1.0 && (levels.iso_50() - 127.5).abs() < 1.0);
-        assert_eq!(Levels::of(&[3.0, 3.0, f32::INFINITY]), None);
-        assert_eq!(Levels::of(&[]), None);
+        assert_eq!(Levels::new(&[3.0, 3.0, f32::INFINITY]), None);
+        assert_eq!(Levels::new(&[]), None);
     }
 
     /// Two normal classes around 100 and 200, 3 to 1: both thresholds lie between, ISO 50 in the middle.
@@ -114,7 +114,7 @@ mod tests {
             values.extend(std::iter::repeat_n(100.0 + k as f32, (300.0 * bell(k)) as usize));
             values.extend(std::iter::repeat_n(200.0 + k as f32, (100.0 * bell(k)) as usize));
         }
-        let levels = Levels::of(&values).unwrap();
+        let levels = Levels::new(&values).unwrap();
         assert!((levels.iso_50() - 150.0).abs() < 1.0, "{levels:?}");
         assert!(levels.otsu > 135.0 && levels.otsu < 165.0, "{levels:?}");
         assert!(!levels.are_two);

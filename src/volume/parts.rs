@@ -25,7 +25,7 @@ pub struct Parts {
 
 impl Parts {
     /// Finds the parts of the foreground.
-    pub fn of(samples: &Samples) -> Parts {
+    pub fn label(samples: &Samples) -> Parts {
         let (runs, mut forest) = runs_joined(samples, Phase::Foreground);
         let mut roots: Vec<(u64, u32)> = Vec::new();
         let mut number = vec![u32::MAX; runs.len()];

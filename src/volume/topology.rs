@@ -21,8 +21,8 @@ pub struct Topology {
 
 impl Topology {
     /// The topology of a volume; `histogram` is that of the same volume.
-    pub fn of(samples: &Samples, histogram: &Histogram) -> Topology {
-        Topology::of_parts(samples, histogram, &Parts::of(samples))
+    pub fn new(samples: &Samples, histogram: &Histogram) -> Topology {
+        Topology::of_parts(samples, histogram, &Parts::label(samples))
     }
 
     /// The same where the parts are known already.

@@ -39,7 +39,7 @@ impl VolumeBounds {
     /// ```
     ///
     /// for it touches a ball of radius r, and the chord between the samples of a face is √2 at most. The narrower bounds are given.
-    pub fn of(samples: &Samples, regular: Option<f64>) -> VolumeBounds {
+    pub fn new(samples: &Samples, regular: Option<f64>) -> VolumeBounds {
         let counts = Corners::of(samples);
         let by_balls = counts.bounds(&ball_fractions(LEAST_BALL_RADIUS));
         let depth = regular.filter(|r| *r * *r > 0.5).map(|r| r - (r * r - 0.5).sqrt());

@@ -87,7 +87,7 @@ pub(crate) async fn round_trips(interface: &Interface, report: &mut Report) {
         let mut peer = CanSocket::open(interface.name()).map_err(|error| error.to_string())?;
         let records = records();
         for record in &records {
-            probe.link.tell(LinkCommand::Send { epoch, bytes: record.to_vec() });
+            probe.link.command(LinkCommand::Send { epoch, bytes: record.to_vec() });
             let got = read(&mut peer).await?;
             if got != *record {
                 return Err(format!("sent {record:02X?}, the kernel carried {got:02X?}"));
@@ -148,7 +148,7 @@ pub(crate) async fn full_queue(interface: &Interface, report: &mut Report) {
         let epoch = probe.opened().await?;
         let mut peer = CanSocket::open(interface.name()).map_err(|error| error.to_string())?;
         let bytes = (0..FRAMES).flat_map(numbered).collect();
-        probe.link.tell(LinkCommand::Send { epoch, bytes });
+        probe.link.command(LinkCommand::Send { epoch, bytes });
         for place in 0..FRAMES {
             let got = tokio::select! {
                 got = read(&mut peer) => got?,
@@ -178,7 +178,7 @@ pub(crate) async fn stalled_queue(interface: &Interface, report: &mut Report) {
         let epoch = probe.opened().await?;
         // A frame of 16 bytes takes more than 12 s.
         let bytes = (0..64).flat_map(numbered).collect();
-        probe.link.tell(LinkCommand::Send { epoch, bytes });
+        probe.link.command(LinkCommand::Send { epoch, bytes });
         match probe.next().await? {
             What::Closed(words) if words.contains("stalled") => Ok(format!("Closed \"{words}\"")),
             other => Err(format!("expected Closed with \"stalled\", got {other:?}")),

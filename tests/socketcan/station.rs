@@ -274,12 +274,12 @@ impl Station {
         while let Some(Output::Frame(frame)) = self.driver.poll_transmit() {
             if let Some(epoch) = self.epoch {
                 let bytes = frame.to_record().to_vec();
-                self.probe.link.tell(LinkCommand::Send { epoch, bytes });
+                self.probe.link.command(LinkCommand::Send { epoch, bytes });
             }
         }
         while let Some(event) = self.driver.poll_event() {
             if matches!(event, Event::Online | Event::Ready) {
-                self.probe.link.tell(LinkCommand::Confirm);
+                self.probe.link.command(LinkCommand::Confirm);
             }
             self.told.push(event);
         }

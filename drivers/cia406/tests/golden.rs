@@ -162,12 +162,12 @@ fn identifiers_name_their_object() {
         (0x77F, Some(Cob::Heartbeat(node(127)))),
         (0x7FF, None),
     ] {
-        assert_eq!(Cob::of(&frame(id, &[])), cob, "{id:03X}");
+        assert_eq!(Cob::from_frame(&frame(id, &[])), cob, "{id:03X}");
         assert!(cob.is_none_or(|cob| cob.id() == id));
     }
     let long = CanFrame::data_frame(CanId::Extended(0x185), &[]).unwrap();
     let remote = CanFrame::remote_frame(CanId::Standard(0x185), 4).unwrap();
-    assert_eq!((Cob::of(&long), Cob::of(&remote)), (None, None));
+    assert_eq!((Cob::from_frame(&long), Cob::from_frame(&remote)), (None, None));
 }
 
 /// The first words of the driver to node 5, and the position 123456 of the E-Series at its end, all

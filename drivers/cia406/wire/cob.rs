@@ -62,7 +62,7 @@ impl Cob {
     }
 
     /// The object of a frame: none for remote frames, 29-bit identifiers and objects not used here.
-    pub fn of(frame: &CanFrame) -> Option<Cob> {
+    pub fn from_frame(frame: &CanFrame) -> Option<Cob> {
         let CanId::Standard(id) = frame.id() else { return None };
         if frame.is_remote() {
             return None;

@@ -77,7 +77,7 @@ fn records(bencher: Bencher<'_, '_>) {
     let record = |i: u32| {
         let mut record = vec![0xAA, 0x55];
         record.extend(height_nm(i).to_be_bytes());
-        record.extend(checksum.of(&record).unwrap_or_default());
+        record.extend(checksum.compute(&record).unwrap_or_default());
         record
     };
     let settings = Settings {

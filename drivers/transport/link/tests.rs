@@ -43,14 +43,14 @@ async fn tcp_link_comes_back_and_never_sends_to_the_wrong_connection() {
 
     let (mut peer, _) = listener.accept().await.unwrap();
     assert_eq!(next(&mut events).await, What::Opened { epoch: 2 });
-    link.tell(LinkCommand::Send { epoch: 1, bytes: b"old".to_vec() });
-    link.tell(LinkCommand::Reopen { epoch: 1 });
-    link.tell(LinkCommand::Send { epoch: 2, bytes: b"new".to_vec() });
+    link.command(LinkCommand::Send { epoch: 1, bytes: b"old".to_vec() });
+    link.command(LinkCommand::Reopen { epoch: 1 });
+    link.command(LinkCommand::Send { epoch: 2, bytes: b"new".to_vec() });
     let mut got = [0; 3];
     peer.read_exact(&mut got).await.unwrap();
     assert_eq!(&got, b"new");
 
-    link.tell(LinkCommand::Reopen { epoch: 2 });
+    link.command(LinkCommand::Reopen { epoch: 2 });
     assert!(matches!(next(&mut events).await, What::Closed(_)));
     assert_eq!(next(&mut events).await, What::Opened { epoch: 3 });
 }
@@ -84,7 +84,7 @@ async fn unplugged_serial_port_closes_and_its_successor_opens() {
     assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
     master.write_all(&[0x00, 0x0D, 0xFF, 0x11]).await.unwrap();
     assert_eq!(next(&mut events).await, What::Received(vec![0x00, 0x0D, 0xFF, 0x11]));
-    link.tell(LinkCommand::Send { epoch: 1, bytes: b"$VER\r".to_vec() });
+    link.command(LinkCommand::Send { epoch: 1, bytes: b"$VER\r".to_vec() });
     let mut got = [0; 5];
     master.read_exact(&mut got).await.unwrap();
     assert_eq!(&got, b"$VER\r");

@@ -1,6 +1,6 @@
 //! `asphera nominal`: a nominal file checked and told, or made from a surface of a Zemax lens file.
 
-mod told;
+mod description;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -61,7 +61,7 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
                     .into())
             }
             (false, None) => {
-                print(&told::of(&part, &args.sag)?);
+                print(&description::describe(&part, &args.sag)?);
                 Ok(Exit::Done)
             }
         };
@@ -93,7 +93,7 @@ pub(super) fn run(args: &NominalArgs) -> Result<Exit, Failure> {
 
 /// What a nominal says, as a person reads it.
 pub(super) fn told(part: &Part) -> Result<String, Failure> {
-    told::of(part, &[])
+    description::describe(part, &[])
 }
 
 fn turned(name: &str, text: &str) -> Result<String, Failure> {

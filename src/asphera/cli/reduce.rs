@@ -145,7 +145,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     if let Some(found) = reduction.shortfall {
         return Err(limits.shortfall(&name, &target, found));
     }
-    let kept: Vec<PointMm> = reduction.kept.iter().map(|&index| points[index as usize]).collect();
+    let kept: Vec<PointMm> =
+        reduction.retained.iter().map(|&index| points[index as usize]).collect();
     let height_mm = |point| laid.as_ref().and_then(|laid: &Laid<'_>| laid.height_mm(point));
     let averaged = args.average.then(|| {
         progress.stage("averaging heights");
@@ -165,7 +166,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         keep: args.keep.name(),
         lfs: Lfs { source: lfs_source, range_mm, reach_mm },
         noise,
-        kept: reduction.tally.kept(),
+        kept: reduction.tally.retained(),
         dropped: reduction.tally.dropped(),
         mended: reduction.mended,
         by: reduction.tally.into(),

@@ -59,11 +59,11 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
     let source = Source::open(&args.source, &args.text, &progress)?;
     let part = source.needed_part(given)?;
     provenance.files = match source.content() {
-        Content::File(_) => vec![SourceFile::of(source.file())?],
-        Content::Session(_) => SourceFile::of_session(&args.source)?,
+        Content::File(_) => vec![SourceFile::read(source.file())?],
+        Content::Session(_) => SourceFile::read_session(&args.source)?,
     };
     if let Some(nominal) = &args.nominal {
-        provenance.files.push(SourceFile::of(nominal)?);
+        provenance.files.push(SourceFile::read(nominal)?);
     }
     if let Some(origin) = source.origin() {
         provenance.date = origin.date.clone();

@@ -101,7 +101,7 @@ fn column(word: &str) -> Result<Column, String> {
 }
 
 fn unit(word: &str) -> Result<Unit, String> {
-    Unit::of(word).ok_or_else(|| {
+    Unit::from_word(word).ok_or_else(|| {
         format!(
             "expected mm, um, nm, cm, m, in, or of slopes rad, mrad, urad, arcsec; found `{word}`"
         )

@@ -226,11 +226,11 @@ impl Core {
             match action {
                 Action::Send { line, epoch, bytes } => {
                     self.record(now, What::Sent { link: line, bytes: bytes.clone() }).await;
-                    self.links[line].tell(LinkCommand::Send { epoch, bytes });
+                    self.links[line].command(LinkCommand::Send { epoch, bytes });
                 }
-                Action::Confirm { line } => self.links[line].tell(LinkCommand::Confirm),
+                Action::Confirm { line } => self.links[line].command(LinkCommand::Confirm),
                 Action::Reopen { line, epoch } => {
-                    self.links[line].tell(LinkCommand::Reopen { epoch });
+                    self.links[line].command(LinkCommand::Reopen { epoch });
                 }
             }
         }
@@ -272,7 +272,7 @@ impl Core {
 
     async fn record_points(&mut self, now: Nanos) {
         if !self.noted.is_empty() {
-            let cloud = PointCloud::of(now, &self.noted);
+            let cloud = PointCloud::new(now, &self.noted);
             self.noted.clear();
             self.record(now, What::Points(cloud)).await;
         }
@@ -469,7 +469,7 @@ impl Core {
             let _ = session.worker.points(points).await;
         }
         let measurement = session.worker.finish().await;
-        let outcome = Outcome::of(&self.bench, session_figures(&session.header, ended));
+        let outcome = Outcome::new(&self.bench, session_figures(&session.header, ended));
         session.ending = Some(Ending { at: now, outcome, measurement, asked: Vec::new() });
         self.view.state(State::Finishing);
         self.bench.command(now, Command::Stop);
@@ -502,7 +502,7 @@ impl Core {
             points_per_s: report.points.received as f64 / ending.at.as_secs_f64().max(1e-9),
         };
         // A report is numbers and text; should it be no JSON, the recording still ends without it.
-        let results = ResultsJson::of(&*report).ok();
+        let results = ResultsJson::encode(&*report).ok();
         let recording = session.recording.finish(ending.at, &reason, results).await;
         // The last writes may fail, too.
         if let (Err(failure), None) = (&recording, &failed) {

@@ -25,7 +25,7 @@ pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -
     let measurement = &finished.measurement;
     // Checksums cost a reading of the whole recording: only papers hold them.
     let files = match config.files.iter().any(|file| file.is_paper()) {
-        true => SourceFile::of_session(folder),
+        true => SourceFile::read_session(folder),
         false => Ok(Vec::new()),
     };
     let files = match files {

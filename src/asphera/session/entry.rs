@@ -97,7 +97,7 @@ impl ResultsJson {
     }
 
     /// Writes a value as JSON.
-    pub fn of<T: Serialize + ?Sized>(value: &T) -> Result<ResultsJson, serde_json::Error> {
+    pub fn encode<T: Serialize + ?Sized>(value: &T) -> Result<ResultsJson, serde_json::Error> {
         serde_json::to_string(value).map(ResultsJson)
     }
 

@@ -24,7 +24,7 @@ pub struct PointCloud(Vec<u8>);
 
 impl PointCloud {
     /// A message with the time `at`. O(points).
-    pub fn of(at: Nanos, points: &[RecordedPoint]) -> PointCloud {
+    pub fn new(at: Nanos, points: &[RecordedPoint]) -> PointCloud {
         let mut bytes = Vec::with_capacity(300 + POINT_BYTES * points.len());
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX).to_le_bytes();
         let word = |bytes: &mut Vec<u8>, word: &str| {
@@ -87,7 +87,7 @@ impl PointCloud {
 
     /// The points' bytes: what comes before them has always the same length.
     fn data(&self) -> Option<&[u8]> {
-        let start = PointCloud::of(Nanos::ZERO, &[]).0.len() - 1;
+        let start = PointCloud::new(Nanos::ZERO, &[]).0.len() - 1;
         let length = self.0.get(start - 4..start)?;
         let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
         (self.0.len() == start + length + 1).then(|| &self.0[start..start + length])
@@ -157,7 +157,7 @@ mod tests {
             flags: if good { Flags::empty() } else { Flags::WEAK },
         };
         let points = [point(0.1, true), point(0.2, false), point(-0.0, true)];
-        let cloud = PointCloud::of(Nanos::from_millis(2000), &points);
+        let cloud = PointCloud::new(Nanos::from_millis(2000), &points);
         let places = cloud.positions_mm();
         assert_eq!(places, [[0.1, -2.5, 1e-9], [0.0, -2.5, 1e-9]]);
         assert!(places[1][0].is_sign_negative());
@@ -165,6 +165,6 @@ mod tests {
         for length in 0..cloud.as_bytes().len() {
             assert_eq!(PointCloud::read(&cloud.as_bytes()[..length]), None, "{length}");
         }
-        assert!(PointCloud::of(Nanos::ZERO, &[]).positions_mm().is_empty());
+        assert!(PointCloud::new(Nanos::ZERO, &[]).positions_mm().is_empty());
     }
 }

@@ -15,7 +15,7 @@ impl Mesh {
 
     /// As [`Mesh::to_grid`], with the angle in rad from +x towards +y of its rows.
     pub(super) fn to_turned_grid(&self) -> Option<(Grid, f64)> {
-        let Some(lattice) = Lattice::of(self.places_mm(), self.triangles()) else {
+        let Some(lattice) = Lattice::find(self.places_mm(), self.triangles()) else {
             return self.interpolated().map(|grid| (grid, 0.0));
         };
         self.whole_triangles().next()?;

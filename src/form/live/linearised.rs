@@ -1,7 +1,7 @@
 //! All points so far, linearised at one pose and shape: what the running figures are made of.
 
+mod map_figures;
 mod step;
-mod told;
 
 use rayon::prelude::*;
 

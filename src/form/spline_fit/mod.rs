@@ -9,8 +9,8 @@
 //! The penalty carries the splines across areas without points; the surface is defined only in cells that
 //! hold a point.
 
+mod accumulated;
 mod band;
-mod kept;
 mod map_cells;
 mod moments;
 mod reference;

@@ -17,7 +17,7 @@
 //! that goes in steps. What differs is the base, fitted to fewer points, and how the smoothness is looked for.
 
 use super::SplineFit;
-use super::kept::{FEW, FINEST, Kept};
+use super::accumulated::{Accumulated, FEW, FINEST};
 use super::reference::{Base, ReferenceError, ReferenceSettings, made};
 use crate::{Fit, Grid, LiveError, LiveEstimate, PointMm};
 
@@ -44,7 +44,7 @@ pub struct LiveReference {
     next_reference: usize,
     /// Number of points when knots got another distance.
     stepped_at: usize,
-    kept: Option<Kept>,
+    kept: Option<Accumulated>,
     failure: Option<ReferenceError>,
 }
 
@@ -121,9 +121,9 @@ impl LiveReference {
     }
 
     /// All points about a reference made of them.
-    fn of_all(&self) -> Result<Kept, ReferenceError> {
+    fn of_all(&self) -> Result<Accumulated, ReferenceError> {
         let made = made(&self.points, &self.settings, FINEST)?;
-        Ok(Kept::of_points(made, &self.points, &self.settings, &self.grid))
+        Ok(Accumulated::of_points(made, &self.points, &self.settings, &self.grid))
     }
 
     /// The figures of the points so far; `None` before the first reference could be made. The cost depends on the

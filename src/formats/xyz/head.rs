@@ -70,7 +70,7 @@ impl Name {
         let (bare, unit) = match text.find(['[', '(']) {
             Some(open) => {
                 let inner = text[open + 1..].trim_end_matches([']', ')']).trim();
-                let stated = match Unit::of(inner) {
+                let stated = match Unit::from_word(inner) {
                     _ if inner.is_empty() => Stated::Nothing,
                     Some(unit) => Stated::Known(unit),
                     None => Stated::Unknown(inner.to_owned()),
@@ -79,7 +79,7 @@ impl Name {
             }
             None => {
                 let end = text.rsplit_once(['_', '/', ' ', '-', '.']);
-                match end.and_then(|(bare, end)| Some((bare, Unit::of(end)?))) {
+                match end.and_then(|(bare, end)| Some((bare, Unit::from_word(end)?))) {
                     Some((bare, unit)) if !bare.is_empty() => (bare, Stated::Known(unit)),
                     _ => (text, Stated::Nothing),
                 }
@@ -125,7 +125,7 @@ fn joined(words: impl Iterator<Item = String>) -> Vec<String> {
 pub(super) fn units(content: &str, columns: usize) -> Option<Vec<Unit>> {
     let bare = content.replace(['[', ']', '(', ')'], " ");
     let words = bare.split(|mark: char| mark.is_whitespace() || mark == ',' || mark == ';');
-    let units = words.filter(|word| !word.is_empty()).map(Unit::of);
+    let units = words.filter(|word| !word.is_empty()).map(Unit::from_word);
     units.collect::<Option<Vec<_>>>().filter(|units| units.len() == columns)
 }
 
@@ -163,7 +163,7 @@ pub(super) fn remark(comment: &str) -> Remark {
         let may_be_unit = before == "in"
             || is_bracketed
             || names_unit && !["in", "of", "is", "are", "length"].contains(&bare);
-        if let Some(unit) = Unit::of(bare).filter(|_| may_be_unit) {
+        if let Some(unit) = Unit::from_word(bare).filter(|_| may_be_unit) {
             remark.said.push(match &pending[..] {
                 [] if names_unit => Said::All(unit),
                 [] => Said::OfSomething(unit),

@@ -30,7 +30,7 @@ pub enum Unit {
 
 impl Unit {
     /// The unit that a word names, in any case of letters.
-    pub fn of(word: &str) -> Option<Unit> {
+    pub fn from_word(word: &str) -> Option<Unit> {
         Some(match word.trim().to_lowercase().as_str() {
             "nm" | "nanometre" | "nanometres" | "nanometer" | "nanometers" => Unit::Nm,
             "um" | "µm" | "μm" | "micron" | "microns" | "micrometre" | "micrometres"

@@ -54,7 +54,7 @@ impl SourceFile {
     /// # Errors
     ///
     /// When it cannot be read.
-    pub fn of(path: &Path) -> Result<SourceFile, SourceFileError> {
+    pub fn read(path: &Path) -> Result<SourceFile, SourceFileError> {
         let failed = |source| SourceFileError { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(failed)?;
         let (mut hash, mut bytes) = (Sha256::new(), 0);
@@ -76,9 +76,9 @@ impl SourceFile {
     /// # Errors
     ///
     /// When one of them cannot be read.
-    pub fn of_session(path: &Path) -> Result<Vec<SourceFile>, SourceFileError> {
+    pub fn read_session(path: &Path) -> Result<Vec<SourceFile>, SourceFileError> {
         if !path.is_dir() {
-            return Ok(vec![SourceFile::of(path)?]);
+            return Ok(vec![SourceFile::read(path)?]);
         }
         let failed = |source| SourceFileError { path: path.to_owned(), source };
         let mut files = Vec::new();
@@ -91,7 +91,7 @@ impl SourceFile {
             }
         }
         files.sort();
-        files.iter().map(|path| SourceFile::of(path)).collect()
+        files.iter().map(|path| SourceFile::read(path)).collect()
     }
 }
 
@@ -155,7 +155,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("b.txt"), "abc").unwrap();
         fs::write(folder.path().join("a.txt"), "").unwrap();
-        let files = SourceFile::of_session(folder.path()).unwrap();
+        let files = SourceFile::read_session(folder.path()).unwrap();
         let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
         assert_eq!(names, ["a.txt", "b.txt"]);
         assert_eq!(files[1].bytes, 3);
@@ -163,7 +163,7 @@ mod tests {
             files[1].sha256,
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
-        let missing = SourceFile::of(&folder.path().join("none")).unwrap_err();
+        let missing = SourceFile::read(&folder.path().join("none")).unwrap_err();
         assert!(missing.to_string().ends_with("none"));
     }
 }

@@ -97,7 +97,7 @@ fn apply(
     let width = block.width;
     let mut values = vec![0.0; block.values.len()];
     values.par_chunks_mut(width).enumerate().for_each(|(place, into)| {
-        for (other, weight) in operator.of(place) {
+        for (other, weight) in operator.neighbours(place) {
             let row = &block.values[other * width..][..width];
             into.iter_mut().zip(row).for_each(|(into, value)| *into += weight * value);
         }

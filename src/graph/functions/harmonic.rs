@@ -80,7 +80,7 @@ fn solve(laplacian: &Laplacian, fixed: &[(PlaceId, f64)]) -> Result<Vec<f64>, Fu
                 return 0.0;
             }
             let differences =
-                laplacian.of(place).map(|(other, w)| w * (values[place] - values[other]));
+                laplacian.neighbours(place).map(|(other, w)| w * (values[place] - values[other]));
             differences.sum::<f64>()
         };
         (0..count).into_par_iter().map(of).collect()

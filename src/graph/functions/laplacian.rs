@@ -39,19 +39,20 @@ impl Laplacian {
         let places = 0..count as PlaceId;
         let (mut edges, mut sum_mm) = (0_usize, 0.0);
         for place in places.clone() {
-            for (_, length_mm) in rings.of(place) {
+            for (_, length_mm) in rings.neighbours(place) {
                 (edges, sum_mm) = (edges + 1, sum_mm + length_mm);
             }
         }
         let width_mm = sum_mm / edges.max(1) as f64;
         let likeness = |length_mm: f64| (-(length_mm / width_mm).powi(2)).exp();
         // A place is its own neighbour, at no distance.
-        let density = |place| 1.0 + rings.of(place).map(|(_, mm)| likeness(mm)).sum::<f64>();
+        let density =
+            |place| 1.0 + rings.neighbours(place).map(|(_, mm)| likeness(mm)).sum::<f64>();
         let densities: Vec<f64> = places.clone().into_par_iter().map(density).collect();
         let (mut starts, mut ids, mut weights) = (vec![0], Vec::new(), Vec::new());
         let mut sets = Sets::new(count);
         for place in places {
-            for (other, length_mm) in rings.of(place) {
+            for (other, length_mm) in rings.neighbours(place) {
                 let likeness = likeness(length_mm);
                 if likeness > NOTHING {
                     let product = densities[place as usize] * densities[other as usize];
@@ -82,7 +83,7 @@ impl Laplacian {
     }
 
     /// The neighbours of a place with their weights.
-    pub(super) fn of(&self, place: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub(super) fn neighbours(&self, place: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = self.starts[place]..self.starts[place + 1];
         let ids = self.ids[range.clone()].iter().map(|&id| id as usize);
         ids.zip(self.weights[range].iter().copied())

@@ -48,14 +48,14 @@ fn pieces<const D: usize>(cloud: &Cloud<D>, nearest: &Nearest) -> Vec<Vec<PlaceI
     let count = cloud.len();
     let (mut edges, mut sum_mm) = (0_usize, 0.0);
     for place in 0..count as PlaceId {
-        for (_, length_mm) in rings.of(place) {
+        for (_, length_mm) in rings.neighbours(place) {
             (edges, sum_mm) = (edges + 1, sum_mm + length_mm);
         }
     }
     let reach_mm = REACH * sum_mm / edges.max(1) as f64;
     let mut sets = Sets::new(count);
     for place in 0..count as PlaceId {
-        for (other, _) in rings.of(place).filter(|&(_, length_mm)| length_mm < reach_mm) {
+        for (other, _) in rings.neighbours(place).filter(|&(_, length_mm)| length_mm < reach_mm) {
             sets.join(place as usize, other as usize);
         }
     }

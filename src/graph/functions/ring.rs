@@ -19,10 +19,12 @@ pub(super) struct Rings {
 impl Rings {
     pub(super) fn new<const D: usize>(cloud: &Cloud<D>, nearest: &Nearest) -> Rings {
         let count = cloud.len() as u32;
-        let is_mutual = |p: PlaceId, q: PlaceId| nearest.of(q).contains(&p);
+        let is_mutual = |p: PlaceId, q: PlaceId| nearest.neighbours(q).contains(&p);
         let mut degrees = vec![nearest.k() as u32; count as usize];
         for place in 0..count {
-            for &other in nearest.of(place).iter().filter(|&&other| !is_mutual(place, other)) {
+            for &other in
+                nearest.neighbours(place).iter().filter(|&&other| !is_mutual(place, other))
+            {
                 degrees[other as usize] += 1;
             }
         }
@@ -40,7 +42,7 @@ impl Rings {
             next[place as usize] += 1;
         };
         for place in 0..count {
-            for &other in nearest.of(place) {
+            for &other in nearest.neighbours(place) {
                 add(place, other);
                 if !is_mutual(place, other) {
                     add(other, place);
@@ -60,7 +62,7 @@ impl Rings {
     }
 
     /// The neighbours of a place with their distances in mm.
-    pub(super) fn of(&self, place: PlaceId) -> impl Iterator<Item = (PlaceId, f64)> {
+    pub(super) fn neighbours(&self, place: PlaceId) -> impl Iterator<Item = (PlaceId, f64)> {
         let at = place as usize;
         let range = self.starts[at] as usize..self.starts[at + 1] as usize;
         self.ids[range.clone()].iter().copied().zip(self.lengths_mm[range].iter().copied())

@@ -36,9 +36,9 @@ pub use self::wanted::Wanted;
 pub(crate) use self::zones::ZoneSampling;
 use asphera_report::{FeatureFigures, SamplingFigures, Waypoints};
 
+use super::assessment::assess;
 use super::defects::{self, Meshed};
 use super::folded::{folded, still_true};
-use super::look::look;
 use super::projection::{Along, Projector, measured as in_measured_frame};
 use crate::Part;
 
@@ -103,7 +103,7 @@ pub fn sampling_of_mesh(
     plane: &Plane,
     remembered: &mut Remembered,
 ) -> SamplingFigures {
-    look(mesh, part, pose, plane, remembered).sampling
+    assess(mesh, part, pose, plane, remembered).sampling
 }
 
 /// Says nothing of the sampling of a surface that does not project but why.

@@ -42,7 +42,7 @@ fn table() {
             let (before, _) = condition(&mesh, &target);
             let reduction = reduce(mesh.points(), mesh.triangles(), &target, lenses::lfs_mm);
             let kept: Vec<PointMm> =
-                reduction.kept.iter().map(|&index| mesh.points()[index as usize]).collect();
+                reduction.retained.iter().map(|&index| mesh.points()[index as usize]).collect();
             let (after, epsilon) = condition(&meshed(&kept), &target);
             println!(
                 "| {lens} | {:.0} | {keep:?} | {} | {:.1} % | {} | {:.2} | {:.1} % | {epsilon:.5} |",
@@ -144,7 +144,7 @@ fn averaged(bencher: Bencher, lens: &str) {
     let sigma_mm = target.noise().map_or(0.0, |noise| noise.sigma_mm());
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, lenses::lfs_mm);
     let kept: Vec<PointMm> =
-        reduction.kept.iter().map(|&index| mesh.points()[index as usize]).collect();
+        reduction.retained.iter().map(|&index| mesh.points()[index as usize]).collect();
     bencher
         .counter(ItemsCount::new(mesh.points().len()))
         .bench(|| average(mesh.points(), &kept, sigma_mm, lenses::lfs_mm));

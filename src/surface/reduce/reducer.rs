@@ -72,7 +72,7 @@ pub struct Tally {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Split {
     /// How many were kept.
-    pub kept: u64,
+    pub retained: u64,
     /// How many were dropped.
     pub dropped: u64,
 }
@@ -109,7 +109,7 @@ impl Reducer {
             self.recent = by;
             return Fate::Dropped { by };
         }
-        split.kept += 1;
+        split.retained += 1;
         let number = u32::try_from(self.points.len())
             .ok()
             .filter(|&number| number < u32::MAX)
@@ -163,8 +163,8 @@ impl Reducer {
 
 impl Tally {
     /// How many points were kept.
-    pub fn kept(&self) -> u64 {
-        self.splits().iter().map(|split| split.kept).sum()
+    pub fn retained(&self) -> u64 {
+        self.splits().iter().map(|split| split.retained).sum()
     }
 
     /// How many points were dropped.
@@ -174,14 +174,14 @@ impl Tally {
 
     /// How many points there were, rejected ones included.
     pub fn total(&self) -> u64 {
-        self.kept() + self.dropped() + self.rejected
+        self.retained() + self.dropped() + self.rejected
     }
 
     /// A dropped point is kept after all.
     pub(super) fn take_back(&mut self, bound: Bound) {
         let split = self.of(bound);
         split.dropped -= 1;
-        split.kept += 1;
+        split.retained += 1;
     }
 
     fn splits(&self) -> [Split; 5] {

@@ -13,7 +13,7 @@ use crate::rim::{cut_by_outline, on_outline, refined_gaps};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reduction {
     /// Which points are kept: indices in order of arrival.
-    pub kept: Vec<VertexId>,
+    pub retained: Vec<VertexId>,
     /// How many points were kept and dropped, by what their spacing followed from.
     pub tally: Tally,
     /// How many of the kept points were taken back because a facet between the others was longer than ε allows: on
@@ -148,7 +148,7 @@ pub fn reduce(
     let Mended { added, shortfall } = mending.mend(&mut kept);
     added.iter().for_each(|&index| tally.take_back(spacing(index as usize).bound()));
     Reduction {
-        kept,
+        retained: kept,
         tally,
         mended: added.len() as u64,
         shortfall,

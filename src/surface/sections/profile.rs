@@ -96,7 +96,7 @@ impl Profile {
 
     /// A value in mm given at the vertices, such as a deviation, along a section made by
     /// [`super::section`]. Where it is not finite, the profile is broken.
-    pub fn of(section: &Section, mut value_mm: impl FnMut(VertexId) -> f64) -> Profile {
+    pub fn along(section: &Section, mut value_mm: impl FnMut(VertexId) -> f64) -> Profile {
         let values = section.pieces.iter().map(|piece| {
             let points = piece.points.iter();
             points.map(|point| point.interpolate(&mut value_mm)).collect::<Vec<_>>()

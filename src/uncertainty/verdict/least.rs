@@ -295,7 +295,7 @@ mod tests {
         let points = scan();
         let free = [Parameter::Tz, Parameter::Rx, Parameter::Ry];
         let terms = [Term::Power, Term::Astigmatism, Term::Coma, Term::Spherical];
-        for less in [Terms::NONE, Terms::of(&terms[1..2]), Terms::of(&terms)] {
+        for less in [Terms::NONE, Terms::new(&terms[1..2]), Terms::new(&terms)] {
             let [pv_nm, rms_nm] = figures(&points, &less);
             let mut before = [0.0; 2];
             for share in [3, 6, 10] {
@@ -324,7 +324,7 @@ mod tests {
         let bowl: Vec<PointMm> =
             scan().iter().map(|&[x, y, _]| [x, y, 1e-6 * (x * x + y * y) + 1e-5 * x]).collect();
         let of = |points: &[PointMm], less: &[Term]| {
-            least(points, &Nominal::Plane, &Pose::default(), &[Parameter::Tz], &Terms::of(less))
+            least(points, &Nominal::Plane, &Pose::default(), &[Parameter::Tz], &Terms::new(less))
         };
         let found = of(&bowl, &[Term::Tilt, Term::Power]).unwrap();
         assert!(found.square_nm2 < 1e-12 && found.range_nm < 1e-6, "{found:?}");

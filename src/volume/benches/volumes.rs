@@ -35,16 +35,16 @@ fn main() {
     pool.install(|| {
         let size = [side; 3];
         let samples = Samples::from_bytes(size, &bytes, 100).unwrap();
-        let histogram = Histogram::of(&samples);
+        let histogram = Histogram::new(&samples);
         println!("  {} mixed cells, {} foreground", histogram.mixed(), samples.foreground());
         rate("threshold", bytes.len(), || {
             Samples::from_bytes(size, &bytes, 100).unwrap().foreground()
         });
         rate("threshold and histogram", bytes.len(), || {
-            Histogram::of(&Samples::from_bytes(size, &bytes, 100).unwrap()).mixed()
+            Histogram::new(&Samples::from_bytes(size, &bytes, 100).unwrap()).mixed()
         });
         rate("threshold and Euler numbers", bytes.len(), || {
-            let histogram = Histogram::of(&Samples::from_bytes(size, &bytes, 100).unwrap());
+            let histogram = Histogram::new(&Samples::from_bytes(size, &bytes, 100).unwrap());
             (euler_6(&histogram) + euler_26(&histogram)).unsigned_abs()
         });
         rate("threshold and marching cubes", bytes.len(), || {

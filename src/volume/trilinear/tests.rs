@@ -56,7 +56,7 @@ fn sampled(values: &[f64; 8], pieces: usize) -> Option<[[u64; 2]; 2]> {
             .unwrap();
     let mut found = [[0; 2]; 2];
     for (of, samples) in found.iter_mut().zip([inside, outside]) {
-        let topology = Topology::of(&samples, &Histogram::of(&samples));
+        let topology = Topology::new(&samples, &Histogram::new(&samples));
         if topology.cavities > 0 || topology.tunnels < 0 {
             return None;
         }

@@ -58,7 +58,7 @@ impl Listener {
                 },
                 () = sleep_until(ask_at), if question.is_some() => {
                     if let Some((bytes, every_ms)) = question {
-                        self.link.tell(LinkCommand::Send { epoch: self.epoch, bytes: bytes.clone() });
+                        self.link.command(LinkCommand::Send { epoch: self.epoch, bytes: bytes.clone() });
                         // From now on: a link that was closed for a while has no questions to make up for.
                         ask_at = Instant::now() + Duration::from_millis((*every_ms).into());
                     }
@@ -77,7 +77,7 @@ impl Listener {
     ) -> Result<Vec<Reading>, Failure> {
         let mut readings = Vec::new();
         let end = Instant::now() + Duration::from_secs(seconds.into());
-        self.link.tell(LinkCommand::Reopen { epoch: self.epoch });
+        self.link.command(LinkCommand::Reopen { epoch: self.epoch });
         let mut is_open = false;
         while readings.len() < ENOUGH {
             let due = driver.poll_timeout().filter(|_| is_open);
@@ -115,7 +115,7 @@ impl Listener {
     fn serve(&self, driver: &mut dyn Driver, readings: &mut Vec<Reading>) {
         while let Some(output) = driver.poll_transmit() {
             if let Output::Bytes(bytes) = output {
-                self.link.tell(LinkCommand::Send { epoch: self.epoch, bytes });
+                self.link.command(LinkCommand::Send { epoch: self.epoch, bytes });
             }
         }
         while let Some(event) = driver.poll_event() {
@@ -124,7 +124,7 @@ impl Listener {
                 Event::Fault(fault) => say(&fault.detail),
                 Event::Reopen(fault) => {
                     say(&fault.detail);
-                    self.link.tell(LinkCommand::Reopen { epoch: self.epoch });
+                    self.link.command(LinkCommand::Reopen { epoch: self.epoch });
                 }
                 Event::Online | Event::Ready | Event::Discarded { .. } => {}
             }

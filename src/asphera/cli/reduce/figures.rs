@@ -201,7 +201,7 @@ impl Averages {
 
 impl From<Tally> for By {
     fn from(tally: Tally) -> By {
-        let of = |Split { kept, dropped }| KeptDropped { kept, dropped };
+        let of = |Split { retained, dropped }| KeptDropped { kept: retained, dropped };
         By {
             epsilon: of(tally.epsilon),
             noise: of(tally.noise),

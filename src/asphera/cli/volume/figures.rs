@@ -156,8 +156,8 @@ impl VolumeReport {
 /// Measures a volume, and makes its surface in mm.
 pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Surface), Failure> {
     let Opened { samples, frame, .. } = opened;
-    let histogram = Histogram::of(samples);
-    let topology = Topology::of_parts(samples, &histogram, &Parts::of(samples));
+    let histogram = Histogram::new(samples);
+    let topology = Topology::of_parts(samples, &histogram, &Parts::label(samples));
     let method = args.method();
     let surface = match &opened.grey {
         Some(values) => {
@@ -172,7 +172,7 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
     let checked = surface.check();
     let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
     let spacing_mm = frame.spacing_mm();
-    let grid = grid(args, opened, &GridCheck::of(samples, &histogram));
+    let grid = grid(args, opened, &GridCheck::new(samples, &histogram));
     let pieces = surface.pieces();
     let surfaces = pieces.iter().map(|piece| SurfaceFigures {
         euler: piece.euler,
@@ -290,7 +290,7 @@ fn measures(
     let is_cubic = frame.is_orthogonal()
         && frame.spacing_mm().iter().all(|side| (side / h_mm - 1.0).abs() < 1e-5);
     let regular = args.regular.filter(|_| grid.known == Verdict::Proved).map(|r| r / h_mm);
-    let bounds = regular.map(|r| VolumeBounds::of(samples, Some(r)));
+    let bounds = regular.map(|r| VolumeBounds::new(samples, Some(r)));
     let mesh = surface.area();
     let area = if is_cubic {
         cubic_area(opened, h_mm, regular, 2 * euler, mesh)

@@ -32,7 +32,7 @@ pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
     let volume = if args.file.is_dir() { slices(&args.file) } else { file(&args.file) }?;
     let frame = spaced(&name, volume.frame, args.spacing)?;
     let floats = volume.values.to_floats();
-    let Some(levels) = Levels::of(&floats) else {
+    let Some(levels) = Levels::new(&floats) else {
         return Err(format!(
             "{name}: expected samples of at least two values, inside and outside; found one value all over"
         )
@@ -55,7 +55,7 @@ pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
         |threshold: f64| floats.iter().filter(|&&v| f64::from(v) >= threshold).count() as u64;
     let moved_foreground =
         (!levels.are_two).then(|| [count(threshold - step), count(threshold + step)]);
-    let parts = Parts::of(&all);
+    let parts = Parts::label(&all);
     let (samples, is_chosen) = match args.part {
         Part::All => (all, false),
         Part::Number(number) => {

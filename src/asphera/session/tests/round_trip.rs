@@ -209,7 +209,7 @@ fn too_long_results_are_left_out_and_told() {
     let parent = tempfile::tempdir().unwrap();
     let recorder = create(parent.path(), settings());
     let folder = recorder.folder().to_owned();
-    let results = ResultsJson::of(&"x".repeat(16 << 20)).unwrap();
+    let results = ResultsJson::encode(&"x".repeat(16 << 20)).unwrap();
     let error = recorder.finish(Nanos::ZERO, "complete", Some(&results)).unwrap_err();
     assert!(matches!(error, RecordError::EntryTooLarge { bytes: 16_777_218, .. }));
     assert!(read(&folder).unwrap().1.is_whole());

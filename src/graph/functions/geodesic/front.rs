@@ -31,11 +31,15 @@ pub(super) fn sweep<const D: usize>(
         is_passed[at] = true;
         let own = distances[at];
         behind.clear();
-        for (other, length) in rings.of(place).filter(|(other, _)| is_passed[*other as usize]) {
+        for (other, length) in
+            rings.neighbours(place).filter(|(other, _)| is_passed[*other as usize])
+        {
             let distance = distances[other as usize];
             behind.push(Corner { position: places[other as usize], length, distance });
         }
-        for (other, length) in rings.of(place).filter(|(other, _)| !is_passed[*other as usize]) {
+        for (other, length) in
+            rings.neighbours(place).filter(|(other, _)| !is_passed[*other as usize])
+        {
             let mut least = distances[other as usize].min(own + length);
             let position = &places[other as usize];
             for corner in &behind {

@@ -21,10 +21,13 @@ fn compare<const D: usize>(points: &[[f64; D]], k: usize, radius: f64) {
             others.map(|(other, position)| (square(place, position), other)).collect();
         let near = all.iter().filter(|(square, _)| *square < radius * radius);
         let near: Vec<PlaceId> = near.map(|(_, other)| *other).collect();
-        assert_eq!(within.of(at as u32), near);
+        assert_eq!(within.neighbours(at as u32), near);
         all.sort_by(|a, b| a.partial_cmp(b).unwrap());
         all.truncate(k);
-        assert_eq!(nearest.of(at as u32), all.iter().map(|(_, id)| *id).collect::<Vec<_>>());
+        assert_eq!(
+            nearest.neighbours(at as u32),
+            all.iter().map(|(_, id)| *id).collect::<Vec<_>>()
+        );
         let distances: Vec<f64> = all.iter().map(|(square, _)| square.sqrt()).collect();
         assert_eq!(nearest.distances_mm(at as u32), distances);
     }

@@ -191,7 +191,7 @@ fn a_value_that_is_unknown_breaks_the_profile() {
     let mesh = over(|x, y| x + y);
     let found = section(&mesh, &PATH, None).unwrap();
     let known = |x: f64| !(0.1..0.15).contains(&x);
-    let profile = Profile::of(&found, |vertex| {
+    let profile = Profile::along(&found, |vertex| {
         let [x, y, _] = mesh.points()[vertex as usize];
         if known(x) { x - y } else { f64::NAN }
     });
@@ -200,5 +200,5 @@ fn a_value_that_is_unknown_breaks_the_profile() {
     assert!(pieces[0].last().unwrap().s_mm < 0.06 && pieces[1][0].s_mm > 0.09);
     let length: f64 = profile.samples().iter().map(|sample| sample.length_mm).sum();
     assert!((profile.figures().unwrap().length_mm - length).abs() < 1e-15);
-    assert!(Profile::of(&found, |_| f64::NAN).samples().is_empty());
+    assert!(Profile::along(&found, |_| f64::NAN).samples().is_empty());
 }

@@ -178,8 +178,8 @@ fn lenses_too_dense_for_their_noise_pass_once_reduced() {
             let reduction = reduce(mesh.points(), mesh.triangles(), &target, lfs_mm);
             assert!(reduction.overdense);
             assert_eq!(reduction.tally.total(), points.len() as u64);
-            assert_eq!(reduction.tally.epsilon.kept, reduction.kept.len() as u64);
-            let kept = chosen(mesh.points(), &reduction.kept);
+            assert_eq!(reduction.tally.epsilon.retained, reduction.retained.len() as u64);
+            let kept = chosen(mesh.points(), &reduction.retained);
             let (overdense, reached) = condition(&kept, &target, lfs_mm);
             eprintln!("{name} {keep:?}: {} of {} {reached}", kept.len(), points.len());
             assert_eq!(overdense, 0.0, "{name} {keep:?}");
@@ -193,7 +193,7 @@ fn lenses_too_dense_for_their_noise_pass_once_reduced() {
             let mesh = meshed(&kept);
             let again =
                 reduce(mesh.points(), mesh.triangles(), &target.keeping(Keep::Most), lfs_mm);
-            assert_eq!((again.overdense, again.kept.len()), (false, kept.len()));
+            assert_eq!((again.overdense, again.retained.len()), (false, kept.len()));
         }
     }
 }
@@ -215,7 +215,7 @@ fn a_steep_lens_passes_the_check_once_reduced() {
             for keep in [Keep::Fewest, Keep::Truest] {
                 let target = target.keeping(keep);
                 let reduction = reduce(mesh.points(), mesh.triangles(), &target, lfs_mm);
-                let kept = chosen(mesh.points(), &reduction.kept);
+                let kept = chosen(mesh.points(), &reduction.retained);
                 let (overdense, reached) = condition(&kept, &target, lfs_mm);
                 let mended = reduction.mended;
                 eprintln!(
@@ -224,7 +224,7 @@ fn a_steep_lens_passes_the_check_once_reduced() {
                 );
                 assert!(reached <= epsilon, "{count} {epsilon} {keep:?}: {reached}");
                 assert_eq!(overdense, 0.0, "{count} {epsilon} {keep:?}");
-                assert_eq!(reduction.tally.kept(), kept.len() as u64);
+                assert_eq!(reduction.tally.retained(), kept.len() as u64);
                 assert_eq!(reduction.tally.total(), points.len() as u64);
                 all_mended += mended;
                 if keep == Keep::Fewest {
@@ -288,12 +288,12 @@ fn the_check_and_the_reduction_agree() {
                 let target = target.keeping(keep);
                 let reduction = reduce(points, mesh.triangles(), &target, lfs_mm);
                 assert_eq!(reduction.overdense, overdense > 0.0, "{what}");
-                let whole = reduction.kept.len() == points.len();
+                let whole = reduction.retained.len() == points.len();
                 if keep == Keep::Most {
                     assert_eq!(whole, overdense == 0.0, "{what}");
                 }
                 assert!(!whole || overdense == 0.0, "{what}");
-                let kept = chosen(points, &reduction.kept);
+                let kept = chosen(points, &reduction.retained);
                 let (overdense, epsilon) = condition(&kept, &target, lfs_mm);
                 assert_eq!(overdense, 0.0, "{what}, {} kept", kept.len());
                 // Where noise needs nearly what ε allows, on steep slopes nothing is left between.
@@ -340,7 +340,7 @@ fn the_kept_points_are_an_epsilon_sample_of_the_surface() {
     for epsilon in [0.02, 0.002, 0.000_5] {
         let target = Target::new(epsilon, 20.0).unwrap();
         let reduction = reduce(mesh.points(), mesh.triangles(), &target, lfs_mm);
-        let kept = chosen(mesh.points(), &reduction.kept);
+        let kept = chosen(mesh.points(), &reduction.retained);
         assert!(kept.len() < points.len(), "{epsilon}");
         // Places of the surface between those measured.
         for place in grid_lens(299, 0.0, 1).into_iter().step_by(97) {
@@ -360,8 +360,8 @@ fn where_noise_and_epsilon_disagree_the_noise_prevails_and_is_counted() {
     let target = Target::new(0.001, 20.0).unwrap().with_noise(along_z(sigma_mm)).unwrap();
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, lfs_mm);
     let tally = reduction.tally;
-    assert_eq!(tally.noise.kept + tally.noise.dropped, points.len() as u64, "{tally:?}");
-    let kept = chosen(mesh.points(), &reduction.kept);
+    assert_eq!(tally.noise.retained + tally.noise.dropped, points.len() as u64, "{tally:?}");
+    let kept = chosen(mesh.points(), &reduction.retained);
     let (overdense, reached) = condition(&kept, &target, lfs_mm);
     assert_eq!(overdense, 0.0);
     assert!(reached > 0.001, "{reached}");
@@ -375,10 +375,10 @@ fn a_cloud_not_dense_enough_is_kept_whole_and_said_so() {
     let mesh = meshed(&points);
     let target = Target::new(0.001, 100.0).unwrap();
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| Some(1.0));
-    assert_eq!(reduction.kept.len(), points.len());
+    assert_eq!(reduction.retained.len(), points.len());
     // Nothing was dropped that could mend it.
     assert_eq!(reduction.shortfall, None);
-    assert_eq!(reduction.tally.sparse, Split { kept: 2500, dropped: 0 });
+    assert_eq!(reduction.tally.sparse, Split { retained: 2500, dropped: 0 });
     assert_eq!(reduction.sparse_triangles, mesh.counts().triangles);
     assert!((reduction.sparse_area_mm2 - mesh.area().projected_mm2).abs() < 1e-12);
 }
@@ -390,8 +390,8 @@ fn unknown_feature_sizes_keep_all_points() {
     let target = Target::new(0.5, 100.0).unwrap().with_noise(along_z(1e-3)).unwrap();
     for unknown in [None, Some(0.0), Some(-1.0), Some(f64::NAN)] {
         let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| unknown);
-        assert_eq!(reduction.tally.unknown, Split { kept: 400, dropped: 0 });
-        assert_eq!(reduction.kept.len(), 400);
+        assert_eq!(reduction.tally.unknown, Split { retained: 400, dropped: 0 });
+        assert_eq!(reduction.retained.len(), 400);
     }
 }
 
@@ -402,7 +402,7 @@ fn a_plane_is_as_large_as_its_feature_size_is_taken_to_be() {
     let target = Target::new(0.1, 10.0).unwrap();
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| Some(f64::INFINITY));
     // Spacing near 0.9 mm, over 10 mm.
-    assert!((80..200).contains(&reduction.kept.len()), "{}", reduction.kept.len());
+    assert!((80..200).contains(&reduction.retained.len()), "{}", reduction.retained.len());
 }
 
 #[test]
@@ -412,8 +412,8 @@ fn a_spike_stays_to_be_found() {
     let mesh = meshed(&points);
     let target = Target::new(0.01, 5.0).unwrap();
     let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| Some(2.0));
-    assert!(reduction.kept.contains(&1234));
-    assert!(reduction.kept.len() < 1800, "{}", reduction.kept.len());
+    assert!(reduction.retained.contains(&1234));
+    assert!(reduction.retained.len() < 1800, "{}", reduction.retained.len());
 }
 
 #[test]
@@ -423,8 +423,8 @@ fn few_points_and_none() {
     {
         let mesh = meshed(&points);
         let reduction = reduce(mesh.points(), mesh.triangles(), &target, |_| Some(1.0));
-        assert_eq!(reduction.kept.len(), points.len());
-        assert_eq!(reduction.tally.sparse.kept, points.len() as u64);
+        assert_eq!(reduction.retained.len(), points.len());
+        assert_eq!(reduction.tally.sparse.retained, points.len() as u64);
         assert_eq!(curvature_bound(&points, 0.0), None);
     }
     assert_eq!(spread(&[[0.0; 3]]), None);
@@ -442,7 +442,7 @@ fn points_in_one_place_and_points_that_are_none() {
     assert_eq!(reducer.take([0.0; 3], spacing), Fate::Kept(1));
     assert_eq!(reducer.arrivals(), [0, 4]);
     assert_eq!((reducer.tally().rejected, reducer.tally().total()), (2, 5));
-    assert_eq!(reducer.tally().given, Split { kept: 2, dropped: 1 });
+    assert_eq!(reducer.tally().given, Split { retained: 2, dropped: 1 });
 }
 
 #[test]

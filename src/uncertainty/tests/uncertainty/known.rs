@@ -310,8 +310,8 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
             .collect();
     limits.push(Limit { zone, ..limits[0] });
     let terms = [Term::Power, Term::Astigmatism, Term::Coma];
-    limits.push(Limit { value: 1e4, less: Terms::of(&terms), ..limits[1] });
-    limits.push(Limit { less: Terms::of(&terms), zone, ..limits[0] });
+    limits.push(Limit { value: 1e4, less: Terms::new(&terms), ..limits[1] });
+    limits.push(Limit { less: Terms::new(&terms), zone, ..limits[0] });
     let nominal = &fitted.nominal;
     let held_all =
         limits.iter().map(|limit| held((limit, nominal), &found, Guard::default(), Some(0.0)));

@@ -45,7 +45,7 @@ fn foreseen(points: &[PointMm], less: &Terms, missing: Option<f64>) -> ([Predict
 #[test]
 fn what_is_measured_never_becomes_less_and_its_rms_hardly_more() {
     let points = disc(|x, y| 20.0 * (0.9 * x).sin() * (0.7 * y).cos() + 0.3 * x * y);
-    for less in [Terms::NONE, Terms::of(&[Term::Astigmatism])] {
+    for less in [Terms::NONE, Terms::new(&[Term::Astigmatism])] {
         let (predicted, now) = foreseen(&points, &less, None);
         // Blocks at the rim may seem not quite whole and have an extreme to come, the more where terms reach highest there.
         for ((predicted, now), most) in predicted.iter().zip(now).zip([1.6, 1.05]) {

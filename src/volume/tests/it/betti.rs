@@ -33,7 +33,7 @@ fn euler_and_betti_numbers_are_those_of_scikit_image_and_gudhi() {
     for (seed, share, foreground, euler_6, euler_26, betti) in FOUND {
         let samples = samples(seed, share);
         assert_eq!(samples.foreground(), foreground);
-        let found = Topology::of(&samples, &Histogram::of(&samples));
+        let found = Topology::new(&samples, &Histogram::new(&samples));
         assert_eq!((found.euler_6, found.euler_26), (euler_6, euler_26), "{seed}");
         let numbers = [found.components as i64, found.tunnels, found.cavities as i64];
         assert_eq!(numbers, betti, "{seed}");
@@ -44,7 +44,7 @@ fn euler_and_betti_numbers_are_those_of_scikit_image_and_gudhi() {
 fn degenerate_volumes_have_a_topology() {
     let of = |size, is_inside: fn(usize, usize, usize) -> bool| {
         let samples = Samples::from_fn(size, is_inside).unwrap();
-        let found = Topology::of(&samples, &Histogram::of(&samples));
+        let found = Topology::new(&samples, &Histogram::new(&samples));
         (
             found.euler_6,
             found.euler_26,

@@ -21,11 +21,11 @@ fn meshes(samples: &Samples) -> [Surface; 3] {
 }
 
 fn figures(samples: &Samples) -> (Figures, [f64; 6]) {
-    let histogram = Histogram::of(samples);
-    let check = GridCheck::of(samples, &histogram);
+    let histogram = Histogram::new(samples);
+    let check = GridCheck::new(samples, &histogram);
     let meshes = meshes(samples);
     let figures = Figures {
-        topology: Topology::of(samples, &histogram),
+        topology: Topology::new(samples, &histogram),
         check: [check.case8, check.case8_unpaired, check.forbidden, check.c1, check.c2],
         triangles: meshes.each_ref().map(|mesh| mesh.triangles.len()),
         euler: meshes.each_ref().map(Surface::euler),
@@ -86,8 +86,8 @@ fn the_complement_has_the_other_euler_number() {
             |x: usize, y: usize, z: usize| inner.get([x as i64 - 1, y as i64 - 1, z as i64 - 1]);
         let walled = Samples::from_fn([8, 9, 10], at).unwrap();
         let block = walled.complement();
-        let (here, there) = (Histogram::of(&walled), Histogram::of(&block));
-        let (here, there) = (Topology::of(&walled, &here), Topology::of(&block, &there));
+        let (here, there) = (Histogram::new(&walled), Histogram::new(&block));
+        let (here, there) = (Topology::new(&walled, &here), Topology::new(&block, &there));
         // A solid has half the Euler number of its surface; that of the block is a sphere and the surface of what is cut out.
         assert_eq!(there.euler_6, 1 + here.euler_26);
         assert_eq!(there.euler_26, 1 + here.euler_6);
@@ -105,8 +105,8 @@ fn threads_change_no_bit() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let histogram = Histogram::of(&samples);
-            (GridCheck::of(&samples, &histogram), histogram, meshes(&samples))
+            let histogram = Histogram::new(&samples);
+            (GridCheck::new(&samples, &histogram), histogram, meshes(&samples))
         })
     };
     let alone = on(1);

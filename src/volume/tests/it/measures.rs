@@ -17,7 +17,7 @@ use crate::noise::Random;
 fn tables_give_the_volumes_of_the_meshes() {
     let mut random = Random::new(8);
     let volume = random.volume([9, 8, 7], 0.4);
-    let histogram = Histogram::of(&volume);
+    let histogram = Histogram::new(&volume);
     let compare = |method: Method, table: asphera_volume::Fractions, tolerance: f64| {
         let surface = reconstruct(&volume, &method, &Middles).unwrap();
         let (mesh, sum) = (surface.volume(), histogram.volume(&table));
@@ -47,13 +47,13 @@ fn bounds_of_the_volume_hold_the_truth() {
         let radius = random.between(1.8, 12.0);
         let samples = ball(radius, &mut random);
         let truth = 4.0 / 3.0 * PI * radius.powi(3);
-        let plain = VolumeBounds::of(&samples, None);
-        let with_r = VolumeBounds::of(&samples, Some(radius));
+        let plain = VolumeBounds::new(&samples, None);
+        let with_r = VolumeBounds::new(&samples, Some(radius));
         for bounds in [plain, with_r] {
             assert!(bounds.low <= truth && truth <= bounds.high, "{radius} {bounds:?} {truth}");
         }
         assert!(with_r.relative_width() <= plain.relative_width());
-        let mixed = Histogram::of(&samples).mixed() as f64;
+        let mixed = Histogram::new(&samples).mixed() as f64;
         let of_source = mixed * 4.0 / 3.0 * PI * 0.75_f64.sqrt().powi(3);
         assert!(plain.high - plain.low < 0.6 * of_source, "{radius}");
         assert!(with_r.high - with_r.low < 0.45 * of_source || radius < 3.0, "{radius}");
@@ -61,7 +61,7 @@ fn bounds_of_the_volume_hold_the_truth() {
     // The guide's sphere of 30: 0.405 by the source, 0.220 by the union of the balls, 0.151 with r.
     let samples = ball(30.0, &mut random);
     let [plain, with_r] =
-        [None, Some(30.0)].map(|r| VolumeBounds::of(&samples, r).relative_width());
+        [None, Some(30.0)].map(|r| VolumeBounds::new(&samples, r).relative_width());
     assert!((plain - 0.220).abs() < 0.005, "{plain}");
     assert!((with_r - 0.151).abs() < 0.006, "{with_r}");
 }
@@ -69,7 +69,7 @@ fn bounds_of_the_volume_hold_the_truth() {
 #[test]
 fn nothing_has_no_volume_and_no_area() {
     let nothing = Samples::background([5, 5, 5]).unwrap();
-    let bounds = VolumeBounds::of(&nothing, Some(3.0));
+    let bounds = VolumeBounds::new(&nothing, Some(3.0));
     assert_eq!((bounds.low, bounds.high), (0.0, 0.0));
     assert_eq!(blurred_area(&nothing).area, 0.0);
     assert_eq!(tube_counts(&nothing, &[3.0]).unwrap(), [0]);

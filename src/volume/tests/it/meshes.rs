@@ -146,7 +146,7 @@ fn majority_interpolation_is_well_composed_for_every_volume() {
         let samples = random.volume([8, 8, 8], share);
         for which in [Majority::Foreground, Majority::Complement] {
             let finer = majority(&samples, which).unwrap();
-            let histogram = Histogram::of(&finer);
+            let histogram = Histogram::new(&finer);
             let critical = |code: u8| {
                 let facts = facts()[usize::from(code)];
                 facts.c1_faces != 0 || facts.is_c2

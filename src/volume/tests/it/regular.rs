@@ -20,8 +20,8 @@ fn digitized_regular_bodies_keep_their_topology() {
         let body = Body::random(&mut random);
         let samples = body.digitized(SPACING * body.regular, &mut random);
         let what = format!("{round}: {}", body.name);
-        let histogram = Histogram::of(&samples);
-        let check = GridCheck::of(&samples, &histogram);
+        let histogram = Histogram::new(&samples);
+        let check = GridCheck::new(&samples, &histogram);
         assert_eq!((check.forbidden, check.case8_unpaired, check.c2), (0, 0, 0), "{what}");
         assert_eq!(check.places, []);
         assert_eq!(2 * check.c1, check.case8, "{what}");
@@ -29,7 +29,7 @@ fn digitized_regular_bodies_keep_their_topology() {
         let spacing_mm = [SPACING * body.regular; 3];
         assert_eq!(check.verdict(spacing_mm, Some(body.regular)).0, Verdict::Proved);
         assert_eq!(check.verdict(spacing_mm, None).0, Verdict::Unknown);
-        let topology = Topology::of(&samples, &histogram);
+        let topology = Topology::new(&samples, &histogram);
         assert!(topology.is_determined());
         assert_eq!(2 * topology.euler_6, body.surface_euler, "{what}");
         assert_eq!((topology.components, topology.cavities), (body.components, 0), "{what}");

@@ -61,7 +61,7 @@ fn rasters_are_found_whatever_their_turn_steps_and_gaps() {
                     turned(angle, [steps[0] * i + tilt * steps[1] * j, steps[1] * j])
                 };
                 let (places, triangles, nodes) = raster(place, holes);
-                let found = Lattice::of(&places, &triangles).unwrap();
+                let found = Lattice::find(&places, &triangles).unwrap();
                 let is_across = (degrees as i32).rem_euclid(180) == 90;
                 let size = if is_across { [ROWS, COLUMNS] } else { [COLUMNS, ROWS] };
                 assert_eq!([found.columns(), found.rows()], size, "{degrees}°");
@@ -93,7 +93,7 @@ fn rasters_are_found_whatever_their_turn_steps_and_gaps() {
         }
     }
     let (places, triangles, _) = raster(|i, j| [0.1 * i, 0.1 * j], |_, _| false);
-    let upright = Lattice::of(&places, &triangles).unwrap();
+    let upright = Lattice::find(&places, &triangles).unwrap();
     assert_eq!(upright.turn_rad(), 0.0);
     assert!(upright.places().map(|place| place.unwrap()).eq(0..COLUMNS * ROWS));
 }
@@ -114,17 +114,17 @@ fn what_is_no_raster_is_none() {
     ];
     for (name, place) in kinds {
         let (places, triangles, _) = raster(place, |_, _| false);
-        assert_eq!(Lattice::of(&places, &triangles), None, "{name}");
+        assert_eq!(Lattice::find(&places, &triangles), None, "{name}");
     }
     // A raster but for one point between its nodes, or one twice.
     let (mut places, triangles, _) = raster(|i, j| [i, j], |_, _| false);
-    assert!(Lattice::of(&places, &triangles).is_some());
+    assert!(Lattice::find(&places, &triangles).is_some());
     places.push([3.4, 5.0]);
-    assert_eq!(Lattice::of(&places, &triangles), None);
+    assert_eq!(Lattice::find(&places, &triangles), None);
     places.pop();
     places.push([3.01, 5.0]);
-    assert_eq!(Lattice::of(&places, &triangles), None);
-    assert_eq!(Lattice::of(&[], &[]), None);
+    assert_eq!(Lattice::find(&places, &triangles), None);
+    assert_eq!(Lattice::find(&[], &[]), None);
 }
 
 /// Along the rows of a raster linear interpolation is convolution with a hat of two steps, whose transform is sinc².

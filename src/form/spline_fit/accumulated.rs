@@ -18,7 +18,7 @@ use crate::{Excluded, Figures, Fit, Grid, LiveEstimate, Map, Nominal, PointMm};
 
 /// All points so far about one surface.
 #[derive(Clone, Debug)]
-pub(super) struct Kept {
+pub(super) struct Accumulated {
     pub(super) base: Base,
     pub(super) base_fit: Arc<Fit>,
     motion: Motion,
@@ -63,7 +63,7 @@ enum Weight {
     Relative(f64),
 }
 
-impl Kept {
+impl Accumulated {
     /// All points about a full reference of them. Blocks are joined in order: the result does not depend on the number
     /// of threads.
     pub(super) fn of_points(
@@ -71,8 +71,8 @@ impl Kept {
         points: &[PointMm],
         settings: &ReferenceSettings,
         grid: &Grid,
-    ) -> Kept {
-        let empty = Kept::new(made, points.len(), settings, grid);
+    ) -> Accumulated {
+        let empty = Accumulated::new(made, points.len(), settings, grid);
         let of_block = |block: &[PointMm]| {
             let mut kept = empty.clone();
             for &point in block {
@@ -80,7 +80,7 @@ impl Kept {
             }
             kept
         };
-        let blocks: Vec<Kept> = points.par_chunks(BLOCK).map(of_block).collect();
+        let blocks: Vec<Accumulated> = points.par_chunks(BLOCK).map(of_block).collect();
         let joined = blocks.into_iter().reduce(|mut all, block| {
             all.merge(&block);
             all
@@ -96,12 +96,12 @@ impl Kept {
         kept
     }
 
-    fn new(made: Made, made_at: usize, settings: &ReferenceSettings, grid: &Grid) -> Kept {
+    fn new(made: Made, made_at: usize, settings: &ReferenceSettings, grid: &Grid) -> Accumulated {
         let Made { base, base_fit, spline } = made;
         let cells = spline.surface.cells();
         let margins = margins(&cells);
         let (net, coefficients_mm) = widened(&cells, spline.surface.coefficients_mm(), margins);
-        Kept {
+        Accumulated {
             motion: base_fit.pose.motion(),
             shape: shape_of(&base_fit.nominal),
             base,
@@ -157,7 +157,7 @@ impl Kept {
     }
 
     /// Everything of another about the same surface.
-    fn merge(&mut self, other: &Kept) {
+    fn merge(&mut self, other: &Accumulated) {
         self.excluded = self.excluded.with(other.excluded);
         self.moments.merge(&other.moments);
         for axis in [0, 1] {

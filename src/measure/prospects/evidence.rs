@@ -19,7 +19,7 @@ use crate::sampling::ZoneSampling;
 use crate::unmeasured::{Laid, Unmeasured};
 
 /// State of a measurement at a look.
-pub(crate) struct Look<'a> {
+pub(crate) struct Evidence<'a> {
     pub(crate) part: &'a Part,
     /// In the frame of the plane of projection, as is the estimate.
     pub(crate) points: &'a [PointMm],
@@ -33,7 +33,7 @@ pub(crate) struct Look<'a> {
 
 /// Findings about the limits, by name.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct KnownLimits {
     limits: BTreeMap<String, OfLimit>,
 }
 
@@ -54,15 +54,15 @@ pub(super) struct OfLimit {
     pub(super) errors: Option<ErrorsOfLimit>,
 }
 
-impl Seen {
+impl KnownLimits {
     /// Takes time in proportion to the points, and some tens of milliseconds; none where there is no limit of PV or
     /// RMS. Of limits whose fail `is_certain` no bound is looked for.
-    pub(super) fn of(look: &Look<'_>, is_certain: impl Fn(&str) -> bool + Sync) -> Seen {
-        let Look { part, points, estimate, sampling, zones, .. } = *look;
+    pub(super) fn of(look: &Evidence<'_>, is_certain: impl Fn(&str) -> bool + Sync) -> KnownLimits {
+        let Evidence { part, points, estimate, sampling, zones, .. } = *look;
         let mut foreseen = part.limits().to_vec();
         foreseen.retain(is_foreseen);
         if foreseen.is_empty() {
-            return Seen::default();
+            return KnownLimits::default();
         }
         let places_mm = places_mm(&estimate.pose, points);
         let mut deviations_mm = deviations(points, &estimate.nominal, &estimate.pose);
@@ -93,7 +93,7 @@ impl Seen {
             let found = told.of_limit(&name, limit, follows || is_certain(&name))?;
             Some((name, found))
         });
-        Seen { limits: found.collect() }
+        KnownLimits { limits: found.collect() }
     }
 
     pub(super) fn of_limit(&self, name: &str) -> Option<&OfLimit> {
@@ -103,7 +103,7 @@ impl Seen {
 
 /// Data shared by all limits.
 struct Told<'a> {
-    look: &'a Look<'a>,
+    look: &'a Evidence<'a>,
     laid: Laid<'a>,
     unmeasured: Unmeasured,
     forecast: Option<Forecast>,
@@ -149,7 +149,7 @@ impl Told<'_> {
     /// The figure is at least this in the end, in nm. A point at the border of a zone may be on its other side
     /// then: a cell's width of it is left out of what is summed, and another taken in where points are counted.
     fn at_least_nm(&self, limit: &Limit) -> Option<f64> {
-        let Look { estimate, to_come, .. } = *self.look;
+        let Evidence { estimate, to_come, .. } = *self.look;
         let LiveEstimate { nominal, pose, .. } = estimate;
         let inside = moved(limit.zone, -1.0);
         if limit.definition == Definition::PeakToValley {

@@ -11,7 +11,7 @@ use super::sampling::{self, Findings, Next, Remembered, Sampled, Wanted, ZoneSam
 use crate::Part;
 
 /// Figures of a mesh, its sampling and its folds.
-pub(super) struct Look {
+pub(super) struct Assessment {
     /// All triangles of the mesh.
     pub(super) triangles: Vec<[VertexId; 3]>,
     /// For each of them whether it is sampled densely enough and has a part in the aperture.
@@ -27,13 +27,13 @@ pub(super) struct Look {
 }
 
 /// Looks at a mesh in the frame of `plane` of a part that lies there at `pose`.
-pub(super) fn look(
+pub(super) fn assess(
     mesh: &Mesh,
     part: &Part,
     pose: &Pose,
     plane: &Plane,
     remembered: &mut Remembered,
-) -> Look {
+) -> Assessment {
     let points = mesh.points();
     let triangles = mesh.triangles();
     let relief = relief_inside(points, &triangles, part, pose);
@@ -44,7 +44,15 @@ pub(super) fn look(
         let seen = MeshFigures { relief: relief_figures(&relief, plane), ..MeshFigures::default() };
         let (mesh, zones) = (with_counts(mesh, seen), Vec::new());
         let folded = Some(folded);
-        return Look { mesh, triangles, covered, sampling: figures, zones, next: None, folded };
+        return Assessment {
+            mesh,
+            triangles,
+            covered,
+            sampling: figures,
+            zones,
+            next: None,
+            folded,
+        };
     }
     let mut findings = sampling::of_part(sampled, part, pose, remembered);
     let next = findings.next(plane, part, pose);
@@ -55,7 +63,7 @@ pub(super) fn look(
         ..MeshFigures::default()
     };
     let (mesh, folded) = (with_counts(mesh, seen), None);
-    Look { mesh, triangles, covered, sampling: figures, zones, next, folded }
+    Assessment { mesh, triangles, covered, sampling: figures, zones, next, folded }
 }
 
 /// The regions of steep triangles whose centres lie in the aperture.
@@ -90,7 +98,7 @@ pub(super) fn with_counts(mesh: &Mesh, seen: MeshFigures) -> MeshFigures {
     }
 }
 
-impl Look {
+impl Assessment {
     /// Adds what is worth its time only once all points have arrived.
     /// `measured_mm` are the vertices in the measured frame.
     pub(super) fn finish(&mut self, mesh: &Mesh, measured_mm: &[PointMm]) {

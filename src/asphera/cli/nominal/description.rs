@@ -8,7 +8,7 @@ use super::super::output::Failure;
 use asphera_measure::{Part, Weights};
 
 /// Surface, aperture, fit and limits, and heights at the distances `at_mm` from the axis, or to the rim of the aperture.
-pub(super) fn of(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
+pub(super) fn describe(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
     if let Some(bad) = at_mm.iter().find(|r_mm| !(r_mm.is_finite() && **r_mm >= 0.0)) {
         return Err(
             format!("--sag {bad}: expected distances from the axis in mm, not below 0").into()
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     fn told(text: &str, at_mm: &[f64]) -> String {
-        of(&asphera_nominal::parse("n.toml", text).unwrap(), at_mm).unwrap()
+        describe(&asphera_nominal::parse("n.toml", text).unwrap(), at_mm).unwrap()
     }
 
     #[test]
@@ -212,7 +212,7 @@ mod tests {
     fn distances_are_not_negative() {
         let part = asphera_nominal::parse("n.toml", "[surface]\nkind = \"plane\"\n").unwrap();
         for bad in [-1.0, f64::NAN] {
-            assert!(of(&part, &[bad]).unwrap_err().to_string().contains("not below 0"));
+            assert!(describe(&part, &[bad]).unwrap_err().to_string().contains("not below 0"));
         }
     }
 }
