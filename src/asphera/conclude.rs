@@ -2,6 +2,8 @@
 //!
 //! Live and replay both end here, so that their reports agree.
 
+use std::time::Duration;
+
 use asphera_link::Nanos;
 use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
@@ -18,6 +20,8 @@ pub struct Outcome {
     pub missing: u64,
     /// The primary's first count, if the counters had not been reset.
     pub unreset: Option<u64>,
+    /// How long the computer was suspended since the first reading.
+    pub suspended: Duration,
     /// When the last reading of the primary arrived.
     pub last_point: Option<Nanos>,
     /// Bytes and readings of every link and device, delivered and lost.
@@ -33,6 +37,7 @@ impl Outcome {
             lost: bench.lost(),
             missing: bench.missing(),
             unreset: bench.unreset(),
+            suspended: bench.suspended(),
             last_point: bench.last_primary(),
             links: bench.figures(),
             session,
@@ -75,6 +80,15 @@ impl Outcome {
                 verdict,
                 format!(
                     "the counters were not reset before the scan: the first count was {first}; nothing could be joined"
+                ),
+            );
+        }
+        if !self.suspended.is_zero() {
+            undecide(
+                verdict,
+                format!(
+                    "the computer was suspended for {:.1} s during the scan; readings of that time may be missing. Turn suspending off and measure again",
+                    self.suspended.as_secs_f64()
                 ),
             );
         }

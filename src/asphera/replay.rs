@@ -92,10 +92,10 @@ impl Playback {
                     bench.happened(now, *link, Happening::Closed(reason));
                 }
                 What::Command(command) => bench.command(now, *command),
-                What::HeldUp { until } => {
+                What::HeldUp { until, suspended } => {
                     // What had been due by then had been done.
                     bench.advance(now);
-                    bench.held_up(*until);
+                    bench.held_up(*until, *suspended);
                 }
                 What::Finish { reason } => {
                     // Why it ended was decided then; the rest of the time only has to pass.

@@ -39,7 +39,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     let clock = Clock::start();
     let mut pace: Box<dyn FnMut(Nanos)> = match args.speed {
         Speed::Max => Box::new(|_| {}),
-        Speed::Times(times) => Box::new(paced(times, clock)),
+        Speed::Times(times) => Box::new(paced(times, clock.clone())),
     };
     let playback = Playback::open(&args.session)?;
     let part = given.unwrap_or_else(|| playback.part().clone());

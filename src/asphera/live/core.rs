@@ -163,14 +163,20 @@ impl Core {
         self.turns = turns.unwrap_or(0);
     }
 
-    /// The task runs: if it should have long before, the core is told that the host was held up.
+    /// The task runs: if it should have long before, the core is told that the host was held up. Timers do not run out while a
+    /// computer is suspended, so that is looked for as well.
     async fn awake(&mut self) {
         let now = Instant::now();
-        if now.saturating_duration_since(self.awake_by) > HELD_UP {
+        let suspended = self.clock.catch_up();
+        if !suspended.is_zero() {
+            warn!(?suspended, "the computer was suspended");
+        }
+        let by = now.saturating_duration_since(self.awake_by);
+        if by > HELD_UP || !suspended.is_zero() {
             let until = self.clock.at(now.into());
-            debug!(by = ?now.saturating_duration_since(self.awake_by), "the host was held up");
-            self.bench.held_up(until);
-            self.record(self.bench.now(), What::HeldUp { until }).await;
+            debug!(?by, "the host was held up");
+            self.bench.held_up(until, suspended);
+            self.record(self.bench.now(), What::HeldUp { until, suspended }).await;
         }
         self.awake_by = now;
     }
@@ -419,9 +425,10 @@ impl Core {
         recorder
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
-        let recording = Recording::start(recorder, clock).map_err(folder)?;
+        let recording = Recording::start(recorder, clock.clone()).map_err(folder)?;
         let Config { part, along, end, .. } = &self.config;
-        let worker = Worker::start(part.clone(), *along, end.points, clock).map_err(folder)?;
+        let worker =
+            Worker::start(part.clone(), *along, end.points, clock.clone()).map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
         self.noted.clear();

@@ -55,7 +55,12 @@ impl Recording {
         let (failure, _) = watch::channel(None);
         let disk = Arc::new(Disk { busy_since: AtomicU64::new(IDLE) });
         let runtime = Handle::current();
-        let writer = Writer { recorder, clock, disk: Arc::clone(&disk), failure: failure.clone() };
+        let writer = Writer {
+            recorder,
+            clock: clock.clone(),
+            disk: Arc::clone(&disk),
+            failure: failure.clone(),
+        };
         std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || writer.run(&runtime, receiver))?;

@@ -1,5 +1,7 @@
 //! What a recording holds, entry by entry.
 
+use std::time::Duration;
+
 use asphera_link::{Command, Nanos};
 use serde::Serialize;
 use serde::de::IgnoredAny;
@@ -55,6 +57,8 @@ pub enum What {
     HeldUp {
         /// Until when.
         until: Nanos,
+        /// How long of that the computer was suspended.
+        suspended: Duration,
     },
     /// Points that were made of what was received.
     Points(PointCloud),

@@ -23,6 +23,7 @@ pub struct MinorVersion(pub u16);
 /// - 1.0: first version.
 /// - 1.1: the event "held up".
 /// - 1.2: the channel `/points`.
+/// - 1.3: `suspended_ns` of the event "held up".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FormatVersion {
@@ -35,7 +36,7 @@ pub struct FormatVersion {
 impl FormatVersion {
     /// The version written.
     pub const CURRENT: FormatVersion =
-        FormatVersion { major: MajorVersion(1), minor: MinorVersion(2) };
+        FormatVersion { major: MajorVersion(1), minor: MinorVersion(3) };
 
     /// The oldest major version read.
     pub const OLDEST_READ: MajorVersion = MajorVersion(1);

@@ -1,6 +1,7 @@
 //! Entries as MCAP messages: which channel, which bytes.
 
 use std::borrow::Cow;
+use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,8 @@ enum Event<'a> {
     #[serde(rename = "held up")]
     HeldUp {
         until_ns: u64,
+        #[serde(default, skip_serializing_if = "is_zero")]
+        suspended_ns: u64,
     },
     Finish {
         reason: Cow<'a, str>,
@@ -50,7 +53,10 @@ pub(super) fn encode<'a>(what: &'a What, links: &[LinkInfo]) -> (ChannelId, Cow<
         What::Closed { link, reason } => Event::Closed { link: name(*link), reason: reason.into() },
         What::Command(Command::Start) => Event::Command { command: CommandName::Start },
         What::Command(Command::Stop) => Event::Command { command: CommandName::Stop },
-        What::HeldUp { until } => Event::HeldUp { until_ns: until.as_nanos() },
+        What::HeldUp { until, suspended } => Event::HeldUp {
+            until_ns: until.as_nanos(),
+            suspended_ns: u64::try_from(suspended.as_nanos()).unwrap_or(u64::MAX),
+        },
         What::Finish { reason } => Event::Finish { reason: reason.into() },
     };
     let json = serde_json::to_vec(&event).expect("an event is a map of strings");
@@ -74,10 +80,18 @@ pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<Wh
             }
             Event::Command { command: CommandName::Start } => What::Command(Command::Start),
             Event::Command { command: CommandName::Stop } => What::Command(Command::Stop),
-            Event::HeldUp { until_ns } => What::HeldUp { until: Nanos::from_nanos(until_ns) },
+            Event::HeldUp { until_ns, suspended_ns } => What::HeldUp {
+                until: Nanos::from_nanos(until_ns),
+                suspended: Duration::from_nanos(suspended_ns),
+            },
             Event::Finish { reason } => What::Finish { reason: reason.into_owned() },
         },
     })
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 #[cfg(test)]
@@ -106,8 +120,12 @@ mod tests {
             (What::Command(Command::Start), r#"{"event":"command","command":"start"}"#),
             (What::Command(Command::Stop), r#"{"event":"command","command":"stop"}"#),
             (
-                What::HeldUp { until: Nanos::from_millis(3) },
+                What::HeldUp { until: Nanos::from_millis(3), suspended: Duration::ZERO },
                 r#"{"event":"held up","until_ns":3000000}"#,
+            ),
+            (
+                What::HeldUp { until: Nanos::from_millis(3), suspended: Duration::from_millis(2) },
+                r#"{"event":"held up","until_ns":3000000,"suspended_ns":2000000}"#,
             ),
             (What::Finish { reason: "ü".to_owned() }, r#"{"event":"finish","reason":"ü"}"#),
         ];

@@ -112,6 +112,8 @@ pub struct Bench {
     /// The primary waits to be started until its companions are ready, and no longer than this.
     primary_held: Option<Nanos>,
     patience: Patience,
+    /// How long the computer was suspended since the first reading of the primary.
+    suspended: Duration,
     last_primary: Option<Nanos>,
     /// Since when every device of the trigger would answer one.
     ready_since: Option<Nanos>,
@@ -134,6 +136,7 @@ impl Bench {
             now: Nanos::ZERO,
             primary_held: None,
             patience: Patience::default(),
+            suspended: Duration::ZERO,
             last_primary: None,
             ready_since: None,
             records: 0,
@@ -210,8 +213,11 @@ impl Bench {
 
     /// The host was held up until `until`, and whatever came meanwhile may still lie unread. So what was due is
     /// put off until there was time to read it: a heartbeat that waits in a buffer was not missed. Comes before
-    /// anything that happened after it.
-    pub fn held_up(&mut self, until: Nanos) {
+    /// anything that happened after it. `suspended` is how long of that the computer was suspended.
+    pub fn held_up(&mut self, until: Nanos, suspended: Duration) {
+        if self.last_primary.is_some() {
+            self.suspended += suspended;
+        }
         self.patience.held_up(until);
         self.synchronizer.put_off(self.patience.put_off(until));
     }
@@ -308,6 +314,11 @@ impl Bench {
     /// When the latest reading of the primary arrived.
     pub fn last_primary(&self) -> Option<Nanos> {
         self.last_primary
+    }
+
+    /// How long the computer was suspended since the first reading of the primary.
+    pub fn suspended(&self) -> Duration {
+        self.suspended
     }
 
     /// Triggers the primary device skipped.

@@ -236,7 +236,7 @@ fn other_formats_are_named() {
     for path in [parent.path(), &segment] {
         let error = Session::open(path).unwrap_err();
         assert!(matches!(error, ReadError::TooNew { .. }));
-        assert_eq!(error.to_string(), "recorded in format 2.0, the newest read is 1.2");
+        assert_eq!(error.to_string(), "recorded in format 2.0, the newest read is 1.3");
     }
     write_segment(&segment, &segment_header(0, 0), &[]);
     let error = Session::open(&segment).unwrap_err();

@@ -3,6 +3,7 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
 use proptest::collection::vec;
@@ -249,7 +250,10 @@ fn any_entry() -> impl Strategy<Value = Entry> {
         1 => (link, any::<String>()).prop_map(|(link, reason)| What::Closed { link, reason }),
         1 => Just(What::Command(Command::Start)),
         1 => Just(What::Command(Command::Stop)),
-        1 => any::<u64>().prop_map(|ns| What::HeldUp { until: Nanos::from_nanos(ns) }),
+        1 => (any::<u64>(), any::<u64>()).prop_map(|(until, suspended)| What::HeldUp {
+            until: Nanos::from_nanos(until),
+            suspended: Duration::from_nanos(suspended),
+        }),
     ];
     // Times may be equal and may even go back: the order is the order of appending.
     (any::<u64>(), what).prop_map(|(ns, what)| Entry { at: Nanos::from_nanos(ns), what })

@@ -156,7 +156,7 @@ fn a_scan_that_is_stopped_before_its_companion_came_is_not_started_any_more() {
 fn what_a_host_that_was_held_up_had_not_read_was_not_missed() {
     let mut bench = bench();
     bench.happened(ms(900), 0, Happening::Received(b"."));
-    bench.held_up(ms(2_900));
+    bench.held_up(ms(2_900), Duration::ZERO);
     for line in 0..2 {
         bench.happened(ms(2_950), line, Happening::Received(b"."));
     }
@@ -170,7 +170,7 @@ fn what_a_host_that_was_held_up_had_not_read_was_not_missed() {
 #[test]
 fn what_did_not_come_before_a_hold_up_or_after_was_missed() {
     let mut bench = bench();
-    bench.held_up(ms(2_000));
+    bench.held_up(ms(2_000), Duration::ZERO);
     bench.happened(ms(2_010), 0, Happening::Received(b"."));
     bench.advance(ms(2_249));
     assert_eq!((faults(&bench), bench.poll_timeout()), (0, Some(ms(2_250))));
@@ -180,4 +180,18 @@ fn what_did_not_come_before_a_hold_up_or_after_was_missed() {
     let mut late = self::bench();
     late.happened(ms(2_010), 0, Happening::Received(b"."));
     assert_eq!(faults(&late), 2);
+}
+
+/// Timers stand still while a computer is suspended; the time that passed counts all the same.
+#[test]
+fn a_suspended_time_holds_deadlines_up_and_counts_from_the_first_reading_on() {
+    let mut bench = bench();
+    bench.held_up(ms(3_600_000), ms(3_599_000).since(Nanos::ZERO));
+    assert_eq!(bench.suspended(), Duration::ZERO, "nothing was being measured");
+    bench.advance(ms(3_600_249));
+    assert_eq!(faults(&bench), 0);
+    bench.last_primary = Some(ms(3_600_249));
+    bench.held_up(ms(7_200_000), SECOND);
+    bench.held_up(ms(7_300_000), SECOND);
+    assert_eq!(bench.suspended(), 2 * SECOND);
 }
