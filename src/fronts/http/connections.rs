@@ -3,6 +3,7 @@
 //! A client that says nothing, or stops within the head of a request, is cut off after [`Limits::head_ms`]; one that does not
 //! take what it asked for after [`Limits::answer_ms`] without a byte taken. So neither holds memory or a connection for long.
 
+use std::convert::Infallible;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::{Pin, pin};
@@ -25,6 +26,7 @@ use tokio::time::{Sleep, sleep};
 use tower_service::Service as _;
 
 use super::server::Limits;
+use super::turns::{Turn, Turns};
 
 /// Serves until `closing` becomes true, then until the open answers have ended.
 pub(super) async fn serve(
@@ -80,13 +82,18 @@ pub(super) async fn connection<S>(
 ) where
     S: AsyncRead + AsyncWrite + Send + Unpin + 'static,
 {
+    let turn = Turn::new();
+    let socket =
+        Patient { socket, patience: Duration::from_millis(limits.answer_ms), gives_up: None };
+    let socket = Turns::new(socket, turn.clone());
     let service = service_fn(move |request: Request<Incoming>| {
         let mut request = request.map(Body::new);
         request.extensions_mut().insert(ConnectInfo(peer));
-        router.clone().call(request)
+        // Before anything waits: hyper reads on as soon as it may.
+        let is_last = turn.begin(&request);
+        let (turn, answer) = (turn.clone(), router.clone().call(request));
+        async move { Ok::<_, Infallible>(turn.answer(answer.await?, is_last)) }
     });
-    let socket =
-        Patient { socket, patience: Duration::from_millis(limits.answer_ms), gives_up: None };
     let serving = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(Duration::from_millis(limits.head_ms))

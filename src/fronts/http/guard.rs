@@ -160,7 +160,8 @@ fn single<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     if values.next().is_some() { None } else { first.to_str().ok() }
 }
 
-fn add_headers(headers: &mut HeaderMap, api: bool) {
+/// Adds the security headers that an answer does not have.
+pub(super) fn add_headers(headers: &mut HeaderMap, api: bool) {
     let cache = if api { "no-store" } else { "no-cache" };
     for (name, value) in [
         (header::CONTENT_SECURITY_POLICY, CONTENT_POLICY),

@@ -44,6 +44,7 @@ mod query;
 mod server;
 mod stream;
 mod token;
+mod turns;
 
 #[cfg(test)]
 mod tests;

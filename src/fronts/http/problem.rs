@@ -39,6 +39,12 @@ impl Problem {
         self.hint = Some(text.into());
         self
     }
+
+    /// The object alone, for an answer that no route gives.
+    pub(super) fn json(&self) -> Vec<u8> {
+        // Strings are JSON; without them the status still says it.
+        serde_json::to_vec(self).unwrap_or_default()
+    }
 }
 
 impl IntoResponse for Problem {

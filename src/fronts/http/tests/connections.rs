@@ -85,3 +85,93 @@ async fn two_hundred_silent_clients_hinder_nobody() {
     drop(silent);
     server.end().await;
 }
+
+/// Heads of all answers to what a client sends in pieces, until the other side has closed.
+async fn heads(server: &Running, pieces: &[&[u8]]) -> Vec<String> {
+    let mut socket = TcpStream::connect(server.addr).await.unwrap();
+    for piece in pieces {
+        // A server that has closed takes no more.
+        let _ = socket.write_all(piece).await;
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    let mut bytes = Vec::new();
+    let _ = within(socket.read_to_end(&mut bytes)).await;
+    let text = String::from_utf8_lossy(&bytes);
+    let answers = text.split("HTTP/1.1 ").skip(1);
+    answers.map(|answer| answer.split("\r\n\r\n").next().unwrap().to_owned()).collect()
+}
+
+#[tokio::test]
+async fn what_is_no_http_is_refused_with_all_headers() {
+    let limits = Limits { head_ms: 400, ..Limits::default() };
+    let server = Running::with(&Station::new(), limits, Vec::new()).await;
+    let host = server.host();
+    let good = format!("GET /api/v1/health HTTP/1.1\r\nHost: {host}\r\n\r\n");
+    let long_path = format!("GET /{} HTTP/1.1\r\n\r\n", "x".repeat(65_600));
+    let long_head = format!("GET / HTTP/1.1\r\nCookie: {}\r\n", "x".repeat(70_000));
+    let many = format!("GET / HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(101));
+    let bad: Vec<(&str, &str)> = vec![
+        ("nonsense\r\n\r\n", "400"),
+        ("GET / HTTP/1.1\r\nno header\r\n\r\n", "400"),
+        ("GET / HTTP/3.7\r\n\r\n", "400"),
+        ("G\u{7f}T / HTTP/1.1\r\n\r\n", "400"),
+        ("\u{16}\u{3}\u{1}\u{2}\u{0}\u{1}\u{0}\u{1}", "400"),
+        ("GET / HTTP/1.1\r\nContent-Length: two\r\n\r\n", "400"),
+        ("GET /ab c HTTP/1.1\r\n\r\n", "400"),
+        (&long_path, "414 or 431"),
+        (&long_head, "431"),
+        (&many, "431"),
+    ];
+    for (bad, status) in bad {
+        for before in 0..3 {
+            // At once, and byte for byte where that does not take long.
+            let text = good.repeat(before) + bad;
+            let pieces: Vec<&[u8]> = text.as_bytes().chunks(text.len().div_ceil(40)).collect();
+            for pieces in [&[text.as_bytes()][..], &pieces] {
+                let heads = heads(&server, pieces).await;
+                let words = &bad[..bad.len().min(60)];
+                // A client that still sends while the connection closes may not see the refusal.
+                let is_cut = bad.len() > 1000 && heads.len() == before;
+                assert!(is_cut || heads.len() == before + 1, "{words:?} after {before}: {heads:?}");
+                for (index, head) in heads.iter().enumerate() {
+                    let expected = if index < before { "200" } else { status };
+                    assert!(expected.contains(&head[..3]), "{words:?} after {before}: {head}");
+                    for name in
+                        ["content-security-policy", "x-content-type-options", "x-frame-options"]
+                    {
+                        assert!(
+                            head.contains(name),
+                            "{words:?} after {before}: no {name}:\n{head}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    server.end().await;
+}
+
+#[tokio::test]
+async fn requests_in_a_row_share_a_connection_and_one_with_a_body_ends_it() {
+    let limits = Limits { head_ms: 400, ..Limits::default() };
+    let server = Running::with(&Station::new(), limits, Vec::new()).await;
+    let host = server.host();
+    let get = |path: &str| format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
+    let post = format!(
+        "POST /api/v1/session/stop HTTP/1.1\r\nHost: {host}\r\nContent-Length: 5\r\n\r\nGET /"
+    );
+    let text = get("/") + &get("/api/v1/health") + &get("/none") + &post + &get("/api/v1/health");
+    let statuses = |heads: Vec<String>| heads.iter().map(|head| head[..3].to_owned()).collect();
+    let at_once: Vec<String> = statuses(heads(&server, &[text.as_bytes()]).await);
+    assert_eq!(at_once, ["200", "200", "404", "401"]);
+    let pieces: Vec<&[u8]> = text.as_bytes().chunks(7).collect();
+    let in_pieces: Vec<String> = statuses(heads(&server, &pieces).await);
+    assert_eq!(in_pieces, at_once);
+    let connections: Vec<bool> = heads(&server, &[text.as_bytes()])
+        .await
+        .iter()
+        .map(|head| head.contains("connection: close"))
+        .collect();
+    assert_eq!(connections, [false, false, false, true]);
+    server.end().await;
+}
