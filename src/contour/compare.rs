@@ -1,12 +1,11 @@
 //! How far two outcomes differ: distances of curves, areas of regions, edges in common.
 
 mod overlap;
-mod polylines;
 
 use asphera_geometry::WeightedTree;
 
 pub use self::overlap::{IouError, intersection_over_union};
-use self::polylines::Polylines;
+use crate::polylines::Polylines;
 use crate::{Graph, PlaceMm};
 
 /// Distances between two sets of places, each to the nearest place of the other set.

@@ -4,7 +4,8 @@
 //! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. Both
 //! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`regions`] are the methods
 //! that give a [`Region`]: an area in [`Part`]s with holes. [`Method`] names them all,
-//! with their parameters, what is proven of them and where they come from; [`agreement`] and [`Deviation`] compare
+//! with their parameters, what is proven of them and where they come from; [`CurveSampling`] says whether samples meet that for the curve that
+//! was found; [`agreement`] and [`Deviation`] compare
 //! outcomes.
 //!
 //! Lengths are mm. What is decided by comparing lengths or angles is decided exactly, and ties fall by coordinates: the
@@ -32,9 +33,11 @@ mod graph;
 pub mod graphs;
 mod inside;
 mod methods;
+mod polylines;
 mod region;
 pub mod regions;
 mod samples;
+mod sampling;
 mod triangulation;
 
 pub use compare::{Agreement, Deviation, IouError, agreement, intersection_over_union};
@@ -42,6 +45,9 @@ pub use graph::{Chain, Graph};
 pub use methods::{Kind, Method, MethodError, Parameter, Parameters};
 pub use region::{Part, Region};
 pub use samples::{MOST_POINTS, PlaceMm, SampleId, Samples, SamplesError};
+pub use sampling::{
+    Condition, CurveSampling, EdgeSampling, Failure, Quantity, Step, Verdict, medial_axis_mm,
+};
 pub use triangulation::{Edge, EdgeId, Spoke, TriangleId, Triangulation};
 
 /// The example of the README.

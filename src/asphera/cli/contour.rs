@@ -2,6 +2,7 @@
 
 mod draw;
 pub(super) mod report;
+mod sampled;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,7 @@
 //! What is known of each method.
 
 use super::{Kind, Method, Parameter};
+use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
@@ -78,6 +79,19 @@ impl Method {
     /// What is proven of it: the condition under which its edges are those of the curve. `none` if nothing is.
     pub fn guarantee(&self) -> &'static str {
         self.facts().1
+    }
+
+    /// The condition under which it is proven to find smooth closed curves; `None` if none is known or none can be checked.
+    pub fn condition(&self) -> Option<Condition> {
+        let none = Condition::default();
+        Some(match self {
+            Method::Crust => Condition { epsilon: Some(0.252), ..none },
+            Method::NnCrust => Condition { epsilon: Some(1.0 / 3.0), ..none },
+            Method::HnnCrust => Condition { rho: Some(0.9), ..none },
+            Method::SigConnect2d => Condition { epsilon: Some(0.5), uniformity: Some(2.0), ..none },
+            Method::RRegular => Condition { spacing: Some(SIN_22_5_DEG), ..none },
+            _ => return None,
+        })
     }
 
     /// Where it comes from, and at what point the description is not that of its authors.
@@ -286,3 +300,6 @@ const EC: [Parameter; 2] = [
     },
     HOLES,
 ];
+
+/// sin(π/8), the bound of the spacing of r-regular shapes.
+const SIN_22_5_DEG: f64 = 0.382_683_432_365_089_8;

@@ -8,6 +8,7 @@ use asphera_contour::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::sampled::SampledFigures;
 use crate::cli::summary::short;
 
 /// What a file of this kind says of itself.
@@ -48,6 +49,9 @@ pub(in crate::cli) struct ContourReport {
     pub(in crate::cli) junctions: Vec<u32>,
     /// Rows without any, of a region those that no part holds: what the method left out.
     pub(in crate::cli) left_out: Vec<u32>,
+    /// Whether the points suffice for the curve; of a curve only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) sampling: Option<SampledFigures>,
     /// What is not known, and why.
     pub(in crate::cli) unknown: Vec<String>,
 }
@@ -186,9 +190,10 @@ impl ContourReport {
             ends: rows(samples, graph.ends(samples.len())),
             junctions: rows(samples, graph.junctions(samples.len())),
             left_out: rows(samples, graph.alone(samples.len())),
+            sampling: is_curve.then(|| SampledFigures::new(triangulation, method, graph)),
             unknown: match is_curve {
                 true => vec![
-                    "sampling: whether the points meet the method's condition is not checked"
+                    "sampling: it is that of the curve found; parts without points do not show"
                         .to_owned(),
                     "kind: points are taken for samples of a curve, not of an area".to_owned(),
                 ],
@@ -236,6 +241,9 @@ impl ContourReport {
             self.junctions.len(),
             self.left_out.len()
         )?;
+        if let Some(sampling) = &self.sampling {
+            sampling.write_summary(text)?;
+        }
         self.unknown.iter().try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))
     }
 }

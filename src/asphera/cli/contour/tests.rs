@@ -53,6 +53,41 @@ fn two_columns_and_three_give_the_same_curve() {
 }
 
 #[test]
+fn a_curve_says_whether_its_points_suffice() {
+    let circle: String = points().lines().take(24).map(|line| format!("{line}\n")).collect();
+    let report = contour_of(&circle, &[]).unwrap();
+    let sampling = report.sampling.as_ref().unwrap();
+    assert_eq!((sampling.condition.as_deref(), sampling.holds), (Some("ρ < 0.9"), Some(true)));
+    // Twice the sine of a quarter of the angle between two points.
+    assert!((sampling.epsilon.unwrap() - 2.0 * 3.75_f64.to_radians().sin()).abs() < 1e-9);
+    assert!((sampling.lfs_least_mm.unwrap() - 5.0).abs() < 0.1);
+    let summary = report.summary();
+    assert!(
+        summary.contains("sampling   ε 0.1308, ρ 0.1311, u 1.000: ρ < 0.9 holds, closest at"),
+        "{summary}"
+    );
+    // With an arc beside it that ends: what is proven is proven of closed curves.
+    let open = contour_of(&points(), &[]).unwrap();
+    let sampling = open.sampling.as_ref().unwrap();
+    assert_eq!((sampling.holds, sampling.failing), (Some(false), 0));
+    assert!(open.summary().contains("this one has ends"), "{}", open.summary());
+    let square = "0 0\n1 0\n2 0\n3 0\n3 1\n3 2\n3 3\n2 3\n1 3\n0 3\n0 2\n0 1\n";
+    let report = contour_of(square, &[]).unwrap();
+    let sampling = report.sampling.as_ref().unwrap();
+    assert_eq!((sampling.holds, sampling.failing, sampling.failures.len()), (Some(false), 8, 8));
+    assert!(
+        report.summary().contains("ρ < 0.9 fails at 8 places, most at"),
+        "{}",
+        report.summary()
+    );
+    // No condition is known of it; of an area and a graph there is no curve.
+    let crawl = contour_of(square, &["--method", "crawl"]).unwrap();
+    assert_eq!(crawl.sampling.as_ref().map(|it| (it.holds, it.rho.is_some())), Some((None, true)));
+    assert!(contour_of(square, &["--method", "alpha"]).unwrap().sampling.is_none());
+    assert!(contour_of(square, &["--graph", "rng"]).unwrap().sampling.is_none());
+}
+
+#[test]
 fn methods_graphs_and_parameters() {
     let report = contour_of(&points(), &["--method", "peel", "--set", "delta=1.5"]).unwrap();
     assert_eq!(report.parameters.get("delta"), Some(&1.5));

@@ -12,4 +12,5 @@ mod outlines;
 mod peers;
 mod places;
 mod regions;
+mod sampling;
 mod smooth;
