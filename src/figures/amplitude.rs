@@ -55,6 +55,37 @@ pub fn rms(sample: &Sample, about: Reference) -> Result<Figure, Unknown> {
     Ok(Figure::new(definition, square.sqrt()))
 }
 
+/// The range or mean square of a sample; `None` of a variant that does not exist, and of other figures.
+pub(super) fn form(definition: &Definition, sample: &Sample) -> Option<Result<Figure, Unknown>> {
+    Some(match *definition {
+        Definition::PeakToValley => peak_to_valley(sample),
+        Definition::RmsOverPoints => {
+            let definition = Definition::RmsOverPoints;
+            rms(sample, Reference::Zero).map(|found| Figure { definition, ..found })
+        }
+        Definition::RmsAboutZero => rms(sample, Reference::Zero),
+        Definition::RmsAboutMean => rms(sample, Reference::Mean),
+        Definition::RobustPeakToValley { share } => {
+            robust_peak_to_valley(sample, Share::new(share).ok()?)
+        }
+        Definition::Pvr { terms } => pvr(sample, FringeCount::new(terms)?),
+        _ => return None,
+    })
+}
+
+/// Heights whose mean square is that of the figure; `None` of figures that are none.
+pub(super) fn averaged_nm(definition: &Definition, sample: &Sample) -> Option<Vec<f64>> {
+    let values = sample.values_nm();
+    match definition {
+        Definition::RmsOverPoints | Definition::RmsAboutZero => Some(values.to_vec()),
+        Definition::RmsAboutMean => {
+            let mean = sample.mean(|place| values[place]);
+            Some(values.iter().map(|value| value - mean).collect())
+        }
+        _ => None,
+    }
+}
+
 /// Range of the middle `share` of the area.
 ///
 /// The lower end is the smallest deviation such that at least (1 − share)/2 of the area lies at or below

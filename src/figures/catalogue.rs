@@ -1,6 +1,8 @@
 //! The catalogue of figures of a form deviation: one row a figure, and nothing about a figure stands elsewhere.
 
 use super::definition::{Definition, Unit};
+use super::statistic::Statistic;
+use super::subject::Subject;
 
 /// All that is said of a figure.
 pub(super) struct Row {
@@ -12,6 +14,10 @@ pub(super) struct Row {
     pub(super) name: &'static str,
     /// The unit of its values.
     pub(super) unit: Unit,
+    /// What of the deviation it judges.
+    pub(super) subject: Subject,
+    /// What it makes of the deviations.
+    pub(super) statistic: Statistic,
     /// Definition in one sentence.
     pub(super) text: &'static str,
     /// The standard or paper that defines it.
@@ -68,6 +74,8 @@ const PEAK_TO_VALLEY: Row = Row {
     symbol: "PV",
     name: "PV",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::Extreme,
     text: "largest minus smallest deviation at the measured places",
     source: ISO_14999_4,
 };
@@ -76,6 +84,8 @@ const RMS_OVER_POINTS: Row = Row {
     symbol: "RMS",
     name: "RMS over the points",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::MeanSquare,
     text: "root of the mean square about the nominal, every measured point counted alike",
     source: "no standard: of the measured places, however densely they lie",
 };
@@ -84,6 +94,8 @@ const RMS_ABOUT_ZERO: Row = Row {
     symbol: "RMS by area",
     name: "RMS by area",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::MeanSquare,
     text: "root of the area-weighted mean square about the nominal",
     source: ISO_14999_4,
 };
@@ -92,6 +104,8 @@ const RMS_ABOUT_MEAN: Row = Row {
     symbol: "RMS about the mean",
     name: "RMS about the mean, by area",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::MeanSquare,
     text: "root of the area-weighted mean square about the mean",
     source: ISO_14999_4,
 };
@@ -100,6 +114,8 @@ const ROBUST: Row = Row {
     symbol: "PV99%",
     name: "PV",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::Extreme,
     text: "range of the deviations after half of the remaining share of the area is left out \
                at either end, by whole points",
     source: "no standard: share and rule as stated",
@@ -110,6 +126,8 @@ const PVR: Row = Row {
     symbol: "PVr",
     name: "PVr",
     unit: Unit::Nanometres,
+    subject: Subject::Deviation,
+    statistic: Statistic::Compound,
     text: "peak to valley, at the measured places, of the least-squares sum of Fringe terms, \
                piston included, plus three times the RMS of the residual",
     source: "Evans, Optical Fabrication and Testing 2008, OWA4, and ISO 14999-4:2015; Fringe \
@@ -126,6 +144,8 @@ const SAGITTA: Row = Row {
     symbol: "A",
     name: "A",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::Coefficient,
     text: "peak to valley over the aperture of the approximating sphere, for aspheres of the \
                quadratic part",
     source: ISO_10110_5,
@@ -135,6 +155,8 @@ const IRREGULARITY: Row = Row {
     symbol: "B",
     name: "B",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::Compound,
     text: "peak to valley of what piston, tilt and the approximating sphere leave",
     source: ISO_10110_5,
 };
@@ -143,6 +165,8 @@ const INVARIANT_IRREGULARITY: Row = Row {
     symbol: "C",
     name: "C",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::Compound,
     text: "peak to valley of the azimuthal mean of the irregularity",
     source: ISO_10110_5,
 };
@@ -151,6 +175,8 @@ const RMS_TOTAL: Row = Row {
     symbol: "RMSt",
     name: "RMSt",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::MeanSquare,
     text: "RMS of what piston and tilt leave",
     source: ISO_10110_5,
 };
@@ -159,6 +185,8 @@ const RMS_IRREGULARITY: Row = Row {
     symbol: "RMSi",
     name: "RMSi",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::MeanSquare,
     text: "RMS of the irregularity",
     source: ISO_10110_5,
 };
@@ -167,6 +195,8 @@ const RMS_VARIANT: Row = Row {
     symbol: "RMSa",
     name: "RMSa",
     unit: Unit::Nanometres,
+    subject: Subject::Indication,
+    statistic: Statistic::MeanSquare,
     text: "RMS of the irregularity less its azimuthal mean",
     source: ISO_10110_5,
 };
@@ -175,6 +205,8 @@ const MINIMUM_ZONE: Row = Row {
     symbol: "minimum zone",
     name: "PV, minimum zone",
     unit: Unit::Nanometres,
+    subject: Subject::MinimumZone,
+    statistic: Statistic::Extreme,
     text: "distance of the two nearest parallels of the nominal between which every point lies, \
                pose and free parameters being those that make it least",
     source: "minimax (Chebyshev) criterion; of planes the minimum zone of ISO 12781-1:2011",
@@ -184,6 +216,8 @@ const MERIDIONAL_SLOPE_MAX: Row = Row {
     symbol: "slope max",
     name: "meridional slope, max",
     unit: Unit::Microradians,
+    subject: Subject::Slope,
+    statistic: Statistic::LargestSlope,
     text: "largest slope of the deviation along the meridian, by local planes over the \
                integration length",
     source: ISO_10110_12,
@@ -193,6 +227,8 @@ const MERIDIONAL_SLOPE_RMS: Row = Row {
     symbol: "slope RMS",
     name: "meridional slope, RMS",
     unit: Unit::Microradians,
+    subject: Subject::Slope,
+    statistic: Statistic::MeanSquareSlope,
     text: "RMS slope of the deviation along the meridian, by local planes over the \
                integration length",
     source: ISO_10110_12,
@@ -202,6 +238,8 @@ const GRADIENT_MAX: Row = Row {
     symbol: "gradient max",
     name: "gradient, max",
     unit: Unit::Microradians,
+    subject: Subject::Slope,
+    statistic: Statistic::LargestSlope,
     text: "largest gradient of the deviation, by local planes over the integration length",
     source: ISO_10110_12,
 };
@@ -210,6 +248,8 @@ const GRADIENT_RMS: Row = Row {
     symbol: "gradient RMS",
     name: "gradient, RMS",
     unit: Unit::Microradians,
+    subject: Subject::Slope,
+    statistic: Statistic::MeanSquareSlope,
     text: "RMS gradient of the deviation, by local planes over the integration length",
     source: ISO_10110_12,
 };

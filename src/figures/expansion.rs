@@ -14,6 +14,13 @@ pub enum FringeCount {
 }
 
 impl FringeCount {
+    /// As many terms; `None` if no such fit exists.
+    pub fn new(terms: u8) -> Option<FringeCount> {
+        [FringeCount::ThirtySix, FringeCount::ThirtySeven]
+            .into_iter()
+            .find(|count| count.last() == terms)
+    }
+
     /// The number of the last term.
     pub fn last(self) -> u8 {
         match self {

@@ -100,6 +100,16 @@ impl Irregularity {
             Figure::new(Definition::RmsVariant, self.rms_variant_nm),
         ]
     }
+
+    /// Heights in nm, one a place, whose mean square is that of the figure; of A those that are left beside it.
+    pub(super) fn averaged_nm(self, definition: &Definition) -> Option<Vec<f64>> {
+        match definition {
+            Definition::RmsTotal => Some(self.total_nm),
+            Definition::RmsVariant => Some(self.variant_nm),
+            Definition::RmsIrregularity | Definition::Sagitta => Some(self.irregularity_nm),
+            _ => None,
+        }
+    }
 }
 
 /// Decomposes a deviation by ISO 10110-5:2015 with the functions of ISO 14999-4:2015.

@@ -87,26 +87,8 @@ impl Subject {
 
 impl Definition {
     /// Subject of the figure.
-    pub fn subject(self) -> Subject {
-        match self {
-            Definition::Sagitta
-            | Definition::Irregularity
-            | Definition::InvariantIrregularity
-            | Definition::RmsTotal
-            | Definition::RmsIrregularity
-            | Definition::RmsVariant => Subject::Indication,
-            Definition::PeakToValley
-            | Definition::RmsOverPoints
-            | Definition::RmsAboutZero
-            | Definition::RmsAboutMean
-            | Definition::RobustPeakToValley { .. }
-            | Definition::Pvr { .. } => Subject::Deviation,
-            Definition::MeridionalSlopeMax
-            | Definition::MeridionalSlopeRms
-            | Definition::GradientMax
-            | Definition::GradientRms => Subject::Slope,
-            Definition::MinimumZone => Subject::MinimumZone,
-        }
+    pub fn subject(&self) -> Subject {
+        self.row().subject
     }
 }
 

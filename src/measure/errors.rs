@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use asphera_figures::Definition;
+use asphera_figures::{Definition, Statistic};
 use asphera_form::{Figures, FitSettings, fit};
 use asphera_geometry::PointMm;
 use asphera_report::UncertaintyFigures;
@@ -240,20 +240,14 @@ pub(super) fn model(part: &Part) -> &'static str {
 
 /// Scope of the uncertainty of a figure by a model, in words. `places`: whether averages count the places taken.
 pub(super) fn covers(model: &str, definition: Definition, places: bool) -> String {
-    match definition {
-        Definition::PeakToValley
-        | Definition::RobustPeakToValley { .. }
-        | Definition::MinimumZone
-        | Definition::MeridionalSlopeMax
-        | Definition::GradientMax => UncertaintyFigures::covers_places(model),
-        Definition::RmsOverPoints
-        | Definition::RmsAboutZero
-        | Definition::RmsAboutMean
-        | Definition::RmsTotal
-        | Definition::RmsIrregularity
-        | Definition::RmsVariant
-        | Definition::Sagitta => UncertaintyFigures::covers_area(model, places),
-        _ => UncertaintyFigures::covers_difference(model, places),
+    match definition.statistic() {
+        Statistic::Extreme | Statistic::LargestSlope => UncertaintyFigures::covers_places(model),
+        Statistic::MeanSquare | Statistic::Coefficient => {
+            UncertaintyFigures::covers_area(model, places)
+        }
+        Statistic::MeanSquareSlope | Statistic::Compound => {
+            UncertaintyFigures::covers_difference(model, places)
+        }
     }
 }
 

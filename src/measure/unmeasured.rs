@@ -1,7 +1,9 @@
 //! What the part of the aperture that was not measured may add to figures: of the whole, over zones, and of what terms
 //! leave.
 
-use asphera_figures::{Definition, Reference, Sample, Terms, Unit, peak_to_valley, remove, rms};
+use asphera_figures::{
+    Definition, Reference, Sample, Statistic, Terms, Unit, peak_to_valley, remove, rms,
+};
 use asphera_form::Aperture;
 use asphera_report::{SamplingFigures, UnmeasuredFigures};
 use asphera_uncertainty::verdict::{Forecast, Guard, Limit, Over, rms_of_whole_nm};
@@ -365,14 +367,7 @@ fn steepest(limit: &Limit) -> Option<Limit> {
 }
 
 fn is_rms(definition: Definition) -> bool {
-    matches!(
-        definition,
-        Definition::RmsOverPoints
-            | Definition::RmsAboutMean
-            | Definition::RmsTotal
-            | Definition::RmsIrregularity
-            | Definition::RmsVariant
-    )
+    definition.statistic() == Statistic::MeanSquare
 }
 
 /// Points and sums of squares in nm² of blocks over the extent of the places.

@@ -1,22 +1,27 @@
-//! Distributions that coverage factors come from: normal, Student's, χ².
+//! Distributions that coverage factors come from: normal, Student's, χ², Fisher's.
+//!
+//! Incomplete gamma and beta functions are those of statrs; what stands here joins them at many degrees of freedom.
 
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use statrs::function::beta::beta_reg;
+use statrs::function::erf::erfc;
+use statrs::function::gamma::{gamma_lr, ln_gamma};
 
 /// P(X ≤ t) of Student's distribution with `dof` > 0 degrees of freedom, infinite ones being the normal
 /// distribution.
 pub(crate) fn student_cdf(t: f64, dof: f64) -> f64 {
     if dof > NEARLY_NORMAL {
-        let tail = 0.5 * (1.0 - gamma_p(0.5, 0.5 * t * t));
-        return if t < 0.0 { tail } else { 1.0 - tail };
+        return normal_cdf(t);
     }
     // DLMF 8.17.
-    let tail = 0.5 * beta_i(0.5 * dof, 0.5, dof / (dof + t * t));
+    let tail = 0.5 * beta_reg(0.5 * dof, 0.5, dof / (dof + t * t));
     if t < 0.0 { tail } else { 1.0 - tail }
 }
 
 /// P(X ≤ x) of the standard normal distribution.
 pub(crate) fn normal_cdf(x: f64) -> f64 {
-    student_cdf(x, f64::INFINITY)
+    0.5 * erfc(-x * FRAC_1_SQRT_2)
 }
 
 /// The t with P(X ≤ t) = p of Student's distribution, p between 0 and 1 exclusive.
@@ -60,7 +65,7 @@ pub(crate) fn normal_exceeded(share: f64) -> f64 {
 
 /// P(X ≤ x) of the χ² distribution with `dof` > 0 degrees of freedom, whole or not.
 pub(crate) fn chi_square_cdf(x: f64, dof: f64) -> f64 {
-    if x <= 0.0 { 0.0 } else { gamma_p(0.5 * dof, 0.5 * x) }
+    if x <= 0.0 { 0.0 } else { gamma_lr(0.5 * dof, 0.5 * x) }
 }
 
 /// Density of the χ² distribution at x > 0.
@@ -76,7 +81,7 @@ pub(crate) fn fisher_cdf(f: f64, over: f64, under: f64) -> f64 {
     } else if under > NEARLY_NORMAL {
         chi_square_cdf(over * f, over)
     } else {
-        beta_i(0.5 * over, 0.5 * under, over * f / (over * f + under))
+        beta_reg(0.5 * over, 0.5 * under, over * f / (over * f + under))
     }
 }
 
@@ -101,102 +106,10 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -
     0.5 * (low + high)
 }
 
-/// The regularised incomplete gamma function P(a, x): series (DLMF 8.11.4) or continued fraction (DLMF 8.9.2).
-fn gamma_p(a: f64, x: f64) -> f64 {
-    if x <= 0.0 {
-        return 0.0;
-    }
-    if a > NEARLY_NORMAL {
-        // Wilson & Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684; here its error is below 1e-7.
-        let variance = 1.0 / (9.0 * a);
-        return student_cdf(((x / a).cbrt() - 1.0 + variance) / variance.sqrt(), f64::INFINITY);
-    }
-    let front = (a * x.ln() - x - ln_gamma(a)).exp();
-    if x < a + 1.0 {
-        let (mut term, mut sum, mut k) = (1.0 / a, 1.0 / a, a);
-        while term > sum * f64::EPSILON {
-            k += 1.0;
-            term *= x / k;
-            sum += term;
-        }
-        (front * sum).min(1.0)
-    } else {
-        let fraction = lentz(x + 1.0 - a, |k| (-k * (k - a), x + 2.0 * k + 1.0 - a));
-        (1.0 - front / fraction).max(0.0)
-    }
-}
-
-/// The regularised incomplete beta function I_x(a, b) (DLMF 8.17.22).
-fn beta_i(a: f64, b: f64, x: f64) -> f64 {
-    if x > (a + 1.0) / (a + b + 2.0) {
-        return 1.0 - beta_i(b, a, 1.0 - x);
-    }
-    if x <= 0.0 {
-        return 0.0;
-    }
-    let ln_front = ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * x.ln() + b * (-x).ln_1p();
-    let fraction = lentz(1.0, |k| {
-        let m = (k / 2.0).floor();
-        let term = if k % 2.0 == 0.0 {
-            m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m))
-        } else {
-            -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0))
-        };
-        (term, 1.0)
-    });
-    ln_front.exp() / (a * fraction)
-}
-
-/// The continued fraction b₀ + a₁/(b₁ + a₂/(b₂ + …)), `term` giving aₖ and bₖ (Lentz, Appl. Opt. 15 (1976) 668).
-fn lentz(first: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
-    let nonzero = |value: f64| if value == 0.0 { f64::MIN_POSITIVE } else { value };
-    let mut value = nonzero(first);
-    let (mut c, mut d) = (value, 0.0);
-    let mut k = 1.0;
-    while k < MOST_TERMS {
-        let (a, b) = term(k);
-        d = nonzero(b + a * d).recip();
-        c = nonzero(b + a / c);
-        value *= c * d;
-        if (c * d - 1.0).abs() < 4.0 * f64::EPSILON {
-            break;
-        }
-        k += 1.0;
-    }
-    value
-}
-
-/// ln Γ(x) for x > 0 (Lanczos, SIAM J. Numer. Anal. B 1 (1964) 86, with g = 7 and nine terms).
-fn ln_gamma(x: f64) -> f64 {
-    if x < 0.5 {
-        return (PI / (PI * x).sin()).ln() - ln_gamma(1.0 - x);
-    }
-    let x = x - 1.0;
-    let sum = LANCZOS
-        .iter()
-        .zip(1..)
-        .fold(0.999_999_999_999_809_9, |sum, (c, k)| sum + c / (x + f64::from(k)));
-    let t = x + 7.5;
-    0.5 * (2.0 * PI).ln() + (x + 0.5) * t.ln() - t + sum.ln()
-}
-
-const LANCZOS: [f64; 8] = [
-    676.520_368_121_885_1,
-    -1_259.139_216_722_402_8,
-    771.323_428_777_653_1,
-    -176.615_029_162_140_6,
-    12.507_343_278_686_905,
-    -0.138_571_095_265_720_12,
-    9.984_369_578_019_572e-6,
-    1.505_632_735_149_311_6e-7,
-];
 /// Degrees of freedom from which distributions are normal, or nearly so, to 1e-7.
 const NEARLY_NORMAL: f64 = 1e6;
 /// All bits of an answer above 2⁻¹⁵⁰ of the first interval.
 const HALVINGS: usize = 200;
-/// Continued fractions at a = 1e6 take some thousands.
-const MOST_TERMS: f64 = 1e5;
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use super::limit::Limit;
 use crate::{Uncertainty, Worth};
-use asphera_figures::{Approximation, Definition, Sample, decompose, sagitta_gains};
+use asphera_figures::{Approximation, Definition, Sample, sagitta_gains};
 use asphera_form::NM_PER_MM;
 
 /// Standard uncertainty in nm of a figure by how its places scatter, beside noise. `sample` has the deviations in the zone,
@@ -14,7 +14,7 @@ pub(super) fn by_places(
     sample: &Sample,
     value_nm: f64,
 ) -> f64 {
-    let Some(values_nm) = averaged(limit.definition, approximation, sample) else { return 0.0 };
+    let Some(values_nm) = limit.definition.averaged_nm(sample, approximation) else { return 0.0 };
     let gains = match limit.definition {
         Definition::Sagitta => match sagitta_gains(sample, approximation) {
             Some(gains) => Some(gains),
@@ -43,31 +43,4 @@ pub(super) fn by_places(
     }
     let scatter = uncertainty.scatter_of_mean(&worth).sqrt();
     if gains.is_some() { scatter } else { value_nm.hypot(scatter.sqrt()) - value_nm }
-}
-
-/// What of a sample the figure is the root mean square of, or a coefficient of which it leaves.
-fn averaged(
-    definition: Definition,
-    approximation: Approximation,
-    sample: &Sample,
-) -> Option<Vec<f64>> {
-    match definition {
-        Definition::RmsOverPoints | Definition::RmsAboutZero => Some(sample.values_nm().to_vec()),
-        Definition::RmsAboutMean => {
-            let mean = sample.mean(|place| sample.values_nm()[place]);
-            Some(sample.values_nm().iter().map(|value| value - mean).collect())
-        }
-        Definition::Sagitta
-        | Definition::RmsTotal
-        | Definition::RmsIrregularity
-        | Definition::RmsVariant => {
-            let parts = decompose(sample, approximation, None).ok()?;
-            Some(match definition {
-                Definition::RmsTotal => parts.total_nm,
-                Definition::RmsVariant => parts.variant_nm,
-                _ => parts.irregularity_nm,
-            })
-        }
-        _ => None,
-    }
 }

@@ -9,9 +9,8 @@ use super::by_places::by_places;
 use super::decision::Finding;
 use crate::{Average, Draws, Simulated, Uncertainty, UncertaintyError};
 use asphera_figures::{
-    Approximation, Definition, Figure, FringeCount, Reference, Sample, SampleError, Share,
-    SlopeSettings, Terms, Unknown, decompose, irregular, peak_to_valley, pvr, remove, rms,
-    robust_peak_to_valley, slopes,
+    Approximation, Definition, Figure, Formation, FringeCount, Sample, SampleError, Share,
+    SlopeSettings, Statistic, Subject, Terms, Unknown, irregular, peak_to_valley, remove, slopes,
 };
 use asphera_form::{Aperture, Nominal};
 
@@ -187,15 +186,10 @@ impl Limit {
         self.check_value()?;
         let definition = self.definition;
         match definition {
-            Definition::MeridionalSlopeMax
-            | Definition::MeridionalSlopeRms
-            | Definition::GradientMax
-            | Definition::GradientRms
-                if self.slope.is_none() =>
-            {
+            _ if definition.subject() == Subject::Slope && self.slope.is_none() => {
                 Err(LimitError::Slope { definition })
             }
-            Definition::Pvr { terms } if fringes(terms).is_none() => {
+            Definition::Pvr { terms } if FringeCount::new(terms).is_none() => {
                 Err(LimitError::Figure { definition })
             }
             // It is of points and a nominal, not of deviations.
@@ -253,8 +247,7 @@ impl Limit {
     /// What noise may have raised a largest slope by, at most, on the average; `None` for other figures. Draws add noise to
     /// what has some already, and so tell too little of it.
     fn noise_on_largest_slope(&self, sample: &Sample, noise_nm: f64) -> Option<f64> {
-        let is_max =
-            matches!(self.definition, Definition::MeridionalSlopeMax | Definition::GradientMax);
+        let is_max = self.definition.statistic() == Statistic::LargestSlope;
         let settings = self.slope.filter(|_| is_max)?;
         let found = slopes(&*self.without_terms(sample).ok()?, settings).ok()?;
         let figure = match self.definition {
@@ -271,43 +264,8 @@ impl Limit {
             return Ok(Figure { definition: self.definition, ..range });
         }
         let sample = &*self.without_terms(sample)?;
-        let among = |figures: &[Figure]| {
-            let found = figures.iter().find(|figure| figure.definition == self.definition);
-            *found.expect("the list has every definition of its kind")
-        };
-        match self.definition {
-            Definition::RmsOverPoints => {
-                let definition = self.definition;
-                rms(sample, Reference::Zero).map(|found| Figure { definition, ..found })
-            }
-            Definition::RmsAboutZero => rms(sample, Reference::Zero),
-            Definition::RmsAboutMean => rms(sample, Reference::Mean),
-            Definition::RobustPeakToValley { share } => robust_peak_to_valley(
-                sample,
-                Share::new(share).expect("checked when the limit was"),
-            ),
-            Definition::Pvr { terms } => {
-                pvr(sample, fringes(terms).expect("checked when the limit was"))
-            }
-            Definition::Sagitta
-            | Definition::InvariantIrregularity
-            | Definition::RmsTotal
-            | Definition::RmsIrregularity
-            | Definition::RmsVariant => {
-                decompose(sample, approximation, None).map(|found| among(&found.figures()))
-            }
-            Definition::MeridionalSlopeMax
-            | Definition::MeridionalSlopeRms
-            | Definition::GradientMax
-            | Definition::GradientRms => {
-                let settings = self.slope.expect("checked when the limit was");
-                slopes(sample, settings).map(|found| among(&found.figures()))
-            }
-            Definition::PeakToValley | Definition::Irregularity => {
-                unreachable!("a range was told above")
-            }
-            Definition::MinimumZone => unreachable!("refused when the limit was checked"),
-        }
+        let by = Formation { approximation, slope: self.slope };
+        self.definition.form(sample, by).expect("checked when the limit was")
     }
 }
 
@@ -422,39 +380,20 @@ fn of_any(
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
     let all = || (0..uncertainty.indices().len()).collect::<Vec<usize>>();
-    let simulated = match (average(limit.definition), limit.definition) {
-        (Some(kind), _) => uncertainty.simulate_average(draws, kind, of),
-        (None, Definition::MeridionalSlopeRms | Definition::GradientRms) => {
+    let simulated = match limit.definition.statistic() {
+        Statistic::MeanSquare => uncertainty.simulate_average(draws, Average::OfSquares, of),
+        Statistic::Coefficient => uncertainty.simulate_average(draws, Average::OfHeights, of),
+        Statistic::MeanSquareSlope => {
             let all = all();
             uncertainty.simulate_of_squares(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
         }
-        (None, _) => {
+        // Of extremes, or of as many rings as the points fill.
+        Statistic::Extreme | Statistic::LargestSlope | Statistic::Compound => {
             let all = all();
             uncertainty.simulate(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
         }
     };
     Ok(Ok((figure.value, simulated?)))
-}
-
-/// How noise adds to a figure that averages over the area; `None` for one made of extremes, or of as many rings as the
-/// points fill.
-fn average(definition: Definition) -> Option<Average> {
-    match definition {
-        Definition::RmsOverPoints
-        | Definition::RmsAboutZero
-        | Definition::RmsAboutMean
-        | Definition::RmsTotal
-        | Definition::RmsIrregularity
-        | Definition::RmsVariant => Some(Average::OfSquares),
-        Definition::Sagitta => Some(Average::OfHeights),
-        _ => None,
-    }
-}
-
-fn fringes(terms: u8) -> Option<FringeCount> {
-    [FringeCount::ThirtySix, FringeCount::ThirtySeven]
-        .into_iter()
-        .find(|count| count.last() == terms)
 }
 
 #[cfg(test)]
