@@ -29,7 +29,7 @@ mod triangle;
 pub use bounds::BoundsMm;
 pub use nearest::{BoxMm, WeightedTree};
 pub use numbers::Numbers;
-pub use point::{PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
+pub use point::{Point, PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
 pub use sets::Sets;
 pub use sum::Sum;
 pub use triangle::{Gap, Sizes, Triangle, from_smallest, greater, lesser, sizes};

@@ -5,6 +5,21 @@ use std::fmt;
 /// A measured point: x, y, z in mm in the part's frame, z along the direction of projection.
 pub type PointMm = [f64; 3];
 
+/// A measured point with what is known of its height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Its place.
+    pub at_mm: PointMm,
+    /// Standard uncertainty of its z in the measured frame, mm; `None` where nothing was said of it.
+    pub u_z_mm: Option<f64>,
+}
+
+impl From<PointMm> for Point {
+    fn from(at_mm: PointMm) -> Point {
+        Point { at_mm, u_z_mm: None }
+    }
+}
+
 /// Number of a vertex: its index in the list of a mesh's points. It is never given again.
 pub type VertexId = u32;
 

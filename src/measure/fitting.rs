@@ -10,7 +10,7 @@ use asphera_surface::Plane;
 use thiserror::Error;
 
 use super::figures::termination;
-use super::heights::{Heights, up};
+use super::heights::up;
 use super::origin;
 use super::running::fit_settings;
 use crate::{Part, Weights};
@@ -82,8 +82,8 @@ pub(super) enum NoFit {
     NoUncertainties,
     /// A profile that runs along neither axis, over a part that has axes.
     #[error(
-        "the points lie on an oblique line: expected a profile along x or y of a freeform, of a rectangular aperture, and \
-         with weights by uncertainty"
+        "the points lie on an oblique line: expected a profile along x or y of a freeform, or of a rectangular \
+         aperture"
     )]
     Oblique,
     /// The points are those of no surface over its plane.
@@ -91,12 +91,13 @@ pub(super) enum NoFit {
     Folded(String),
 }
 
-/// Fits the part to the vertices of a mesh in the frame of `plane`.
+/// Fits the part to the vertices of a mesh in the frame of `plane`. `heights_mm` are the standard uncertainties of their
+/// heights, where all have one.
 pub(super) fn fitted(
     points: &[PointMm],
     part: &Part,
     plane: &Plane,
-    heights: &mut Heights,
+    heights_mm: Option<&[f64]>,
 ) -> Result<Fitted, NoFit> {
     if let Some(settings) = &part.reference {
         let reference = reference(points, settings)?;
@@ -114,8 +115,8 @@ pub(super) fn fitted(
     match part.criterion.weights {
         Weights::None => Ok(Fitted::new(first, None, points, part)),
         Weights::Uncertainty => {
-            let heights_mm = heights.of_all(points, plane).ok_or(NoFit::NoUncertainties)?;
-            let u_mm = along_normal_mm(points, &heights_mm, up(plane), &first);
+            let heights_mm = heights_mm.ok_or(NoFit::NoUncertainties)?;
+            let u_mm = along_normal_mm(points, heights_mm, up(plane), &first);
             let fit = laid(points, Some(&u_mm), part, &settings)?;
             Ok(Fitted::new(fit, Some(u_mm), points, part))
         }

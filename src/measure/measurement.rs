@@ -14,7 +14,6 @@ use super::cutting::{FinishedMesh, Setting};
 use super::details::areas_mm2;
 use super::deviation_map::DeviationMap;
 use super::fitting::{Fitted, NoFit, fitted};
-use super::heights::Heights;
 use super::inspection::{Inspected, Inspection};
 use super::origin;
 use super::projection::{Projector, measured};
@@ -58,8 +57,8 @@ pub(super) struct Gathered {
     pub(super) mesh: Mesh,
     /// Their counts.
     pub(super) points: Points,
-    /// How well their heights are known.
-    pub(super) heights: Heights,
+    /// Standard uncertainties of the heights of the vertices, mm, where all have one and they are the weights.
+    pub(super) heights_mm: Option<Vec<f64>>,
     /// The maps to come.
     pub(super) grids: Grids,
     /// Local feature sizes found before.
@@ -73,11 +72,11 @@ pub(super) fn measure(
     projector: &Projector,
     begin: &mut dyn FnMut(Step),
 ) -> Measurement {
-    let Gathered { mesh, mut points, mut heights, grids, mut remembered } = gathered;
+    let Gathered { mesh, mut points, heights_mm, grids, mut remembered } = gathered;
     let Grids { grid, version: maps_version } = grids;
     begin(Step::Fit);
     let plane = projector.plane();
-    let mut fitted = fitted(mesh.points(), &part, &plane, &mut heights);
+    let mut fitted = fitted(mesh.points(), &part, &plane, heights_mm.as_deref());
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();

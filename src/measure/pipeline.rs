@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use asphera_form::{Aperture, LiveEstimate};
-use asphera_geometry::PointMm;
+use asphera_geometry::{Point, PointMm};
 use asphera_mesh::{BATCH_POINTS, Mesh};
 use asphera_report::{
     Convergence, Cut, FormFigures, FormViewAnswer, Map, MeshFigures, Outlook, Points, Refusal,
@@ -14,7 +14,7 @@ use asphera_report::{
 use asphera_surface::Plane;
 
 use crate::errors::Errors;
-use crate::heights::Heights;
+use crate::heights::{Height, Heights, up};
 use crate::measurement::{self, Gathered, Grids, Measurement};
 use crate::profile;
 use crate::projection::{self, Along, Projector};
@@ -56,8 +56,8 @@ pub struct Pipeline {
     remembered: Remembered,
     /// The sampling as of the last batch.
     current: Current,
-    /// How well the heights of points are known, where these are weights.
-    heights: Heights,
+    /// How well the heights of points are known; `None` where these are no weights.
+    heights: Option<Heights>,
     /// Slopes of a file that has them.
     slopes: profile::Slopes,
 }
@@ -112,6 +112,8 @@ impl Pipeline {
 
     /// For one part and a plane of projection. Until a plane that is to be fitted is known, points wait.
     pub fn along(part: Part, along: Along) -> Pipeline {
+        let is_weighted = part.criterion.weights == Weights::Uncertainty;
+        let heights = is_weighted.then(Heights::default);
         Pipeline {
             projector: Projector::new(along),
             running: Running::new(&part),
@@ -132,7 +134,7 @@ impl Pipeline {
             next_foresight: 0,
             remembered: Remembered::default(),
             current: Current::default(),
-            heights: Heights::default(),
+            heights,
             slopes: profile::Slopes::default(),
         }
     }
@@ -147,7 +149,7 @@ impl Pipeline {
     /// of them and no more.
     pub fn take(
         &mut self,
-        position_mm: PointMm,
+        point: impl Into<Point>,
         forbidden_by: impl IntoIterator<Item = &'static str>,
     ) {
         self.received += 1;
@@ -157,43 +159,36 @@ impl Pipeline {
             *self.flagged.entry(name).or_default() += 1;
         }
         if is_good {
-            self.accept(position_mm);
+            self.accept(point.into());
         }
     }
 
     /// Takes a point of a file.
-    pub fn take_position(&mut self, position_mm: PointMm) {
-        self.take_positions([position_mm]);
+    pub fn take_position(&mut self, point: impl Into<Point>) {
+        self.take_positions([point]);
     }
 
-    /// Takes points of a file. The mesh gets many at a time, which two threads can share.
-    pub fn take_positions(&mut self, positions_mm: impl IntoIterator<Item = PointMm>) {
+    /// Takes points of a file. The mesh gets many at a time, which two threads can share. Where the nominal asks for weights
+    /// by uncertainty, every point needs one.
+    pub fn take_positions(&mut self, points: impl IntoIterator<Item = impl Into<Point>>) {
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         let mut accepted = Vec::new();
-        for position_mm in positions_mm {
+        for point in points {
+            let point = point.into();
             self.received += 1;
-            if !position_mm.iter().all(|coordinate| coordinate.is_finite()) {
+            if !point.at_mm.iter().all(|coordinate| coordinate.is_finite()) {
                 *self.flagged.entry("not_finite").or_default() += 1;
                 continue;
             }
-            self.projector.take(position_mm, |uvw_mm, plane| {
-                accepted.push(uvw_mm);
-                running.push(uvw_mm, heights.of(uvw_mm, plane));
+            self.projector.take(point, |point, plane| {
+                accepted.push(point.at_mm);
+                know(running, heights.as_mut(), point, plane);
             });
             if accepted.len() >= AT_A_TIME {
                 mesh.extend(accepted.drain(..));
             }
         }
         mesh.extend(accepted);
-    }
-
-    /// Says how well the heights of points are known: their standard uncertainties, mm, by their places in the
-    /// measured frame. Used where the nominal asks for weights by uncertainty; then every point needs one, before it is
-    /// taken if the running fit is to use it.
-    pub fn know_uncertainties(&mut self, of: impl IntoIterator<Item = (PointMm, f64)>) {
-        if self.part.criterion.weights == Weights::Uncertainty {
-            self.heights.extend(of);
-        }
     }
 
     /// Says which slopes dz/dx the heights of a profile along x are integrated from, by x in mm.
@@ -346,17 +341,21 @@ impl Pipeline {
     pub fn finish_by_steps(mut self, begin: &mut dyn FnMut(Step)) -> Measurement {
         begin(Step::Mesh);
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
-        self.projector.finish(|point, plane| accept(mesh, running, heights, point, plane));
+        self.projector.finish(|point, plane| {
+            mesh.push(point.at_mm);
+            know(running, heights.as_mut(), point, plane);
+        });
         self.mesh.flush();
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
         let grids = Grids { grid, version };
         let Pipeline { mesh, part, projector, heights, slopes, remembered, .. } = self;
+        let heights_mm = heights.and_then(|heights| heights.of_vertices(&mesh));
         if let Some(line) = profile::Line::through(mesh.points()) {
-            let taken = profile::Taken { mesh, line, points, heights, slopes, remembered };
+            let taken = profile::Taken { mesh, line, points, heights_mm, slopes, remembered };
             return profile::measure(taken, part, &projector);
         }
-        let gathered = Gathered { mesh, points, heights, grids, remembered };
+        let gathered = Gathered { mesh, points, heights_mm, grids, remembered };
         measurement::measure(gathered, part, &projector, begin)
     }
 
@@ -387,10 +386,12 @@ impl Pipeline {
         self.next.as_ref()
     }
 
-    fn accept(&mut self, position_mm: PointMm) {
+    fn accept(&mut self, point: Point) {
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
-        self.projector
-            .take(position_mm, |point, plane| accept(mesh, running, heights, point, plane));
+        self.projector.take(point, |point, plane| {
+            mesh.push(point.at_mm);
+            know(running, heights.as_mut(), point, plane);
+        });
     }
 
     fn points(&self) -> Points {
@@ -406,16 +407,13 @@ impl Pipeline {
     }
 }
 
-/// Takes a point in the frame of the plane of projection.
-fn accept(
-    mesh: &mut Mesh,
-    running: &mut Running,
-    heights: &mut Heights,
-    uvw_mm: PointMm,
-    plane: &Plane,
-) {
-    mesh.push(uvw_mm);
-    running.push(uvw_mm, heights.of(uvw_mm, plane));
+/// Takes a point in the frame of the plane of projection into the running figures, with its uncertainty where that counts.
+fn know(running: &mut Running, heights: Option<&mut Heights>, point: Point, plane: &Plane) {
+    let height = heights.and_then(|heights| {
+        heights.push(point.u_z_mm);
+        Some(Height { u_mm: point.u_z_mm?, up: up(plane) })
+    });
+    running.push(point.at_mm, height);
 }
 
 /// How many points there are at the next look at the whole mesh: a quarter more, but once when all but a few of those

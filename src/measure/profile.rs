@@ -32,7 +32,6 @@ use super::cutting::{FinishedMesh, Setting};
 use super::details::{FormDetails, places_mm};
 use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit, fitted};
-use super::heights::Heights;
 use super::judged::{self, Sure, of_zones};
 use super::judgement::{Plain, judge, plainly, undecide};
 use super::measurement::{Measurement, deviation};
@@ -67,18 +66,19 @@ pub(super) struct Taken {
     pub(super) mesh: Mesh,
     pub(super) line: Line,
     pub(super) points: Points,
-    pub(super) heights: Heights,
+    pub(super) heights_mm: Option<Vec<f64>>,
     pub(super) slopes: Slopes,
     pub(super) remembered: Remembered,
 }
 
 /// The final figures of a profile.
 pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measurement {
-    let Taken { mesh, line, mut points, mut heights, slopes, remembered } = taken;
+    let Taken { mesh, line, mut points, heights_mm, slopes, remembered } = taken;
     let plane = projector.plane();
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
-    let fitted =
-        laid(mesh.points(), &own, &line, |points, part| fitted(points, part, &plane, &mut heights));
+    let fitted = laid(mesh.points(), &own, &line, |points, part| {
+        fitted(points, part, &plane, heights_mm.as_deref())
+    });
     let fit = fitted.as_ref().ok().map(|fitted| &fitted.fit);
     let (deviations_mm, found) = match fit {
         Some(fit) => deviation(&mesh, &part, fit),

@@ -11,7 +11,7 @@
 use std::borrow::Cow;
 use std::str::FromStr;
 
-use asphera_geometry::{PointMm, RANGE_MM};
+use asphera_geometry::{Point, PointMm, RANGE_MM};
 use asphera_mesh::Mesh;
 use asphera_report::{PlaneFigures, ProjectionFigures};
 use asphera_surface::{Plane, PlaneError};
@@ -120,7 +120,7 @@ pub(super) enum Projector {
         wanted: usize,
         /// At how many it is tried next.
         next: usize,
-        waiting: Vec<PointMm>,
+        waiting: Vec<Point>,
     },
     /// It goes through the first points.
     Fitted { plane: Plane, points: usize },
@@ -139,13 +139,13 @@ impl Projector {
     }
 
     /// Takes the next point; gives those whose u, v and w are known now to `out`, in their order, with the plane.
-    pub(super) fn take(&mut self, point: PointMm, mut out: impl FnMut(PointMm, &Plane)) {
+    pub(super) fn take(&mut self, point: Point, mut out: impl FnMut(Point, &Plane)) {
         let Projector::Fitting { next, waiting, .. } = self else {
             let plane = self.plane();
-            return out(plane.to_plane(point), &plane);
+            return out(laid(point, &plane), &plane);
         };
         // One that no mesh admits must not turn the plane, nor fill the memory.
-        if !point.iter().all(|coordinate| coordinate.abs() <= RANGE_MM) {
+        if !point.at_mm.iter().all(|coordinate| coordinate.abs() <= RANGE_MM) {
             return out(point, &Plane::XY);
         }
         waiting.push(point);
@@ -161,7 +161,7 @@ impl Projector {
     }
 
     /// There are no more points: those that wait have to do.
-    pub(super) fn finish(&mut self, out: impl FnMut(PointMm, &Plane)) {
+    pub(super) fn finish(&mut self, out: impl FnMut(Point, &Plane)) {
         if let Projector::Fitting { waiting, .. } = self {
             let found = through(waiting);
             self.settle(found, out);
@@ -205,7 +205,7 @@ impl Projector {
         }
     }
 
-    fn settle(&mut self, found: Result<Plane, PlaneError>, mut out: impl FnMut(PointMm, &Plane)) {
+    fn settle(&mut self, found: Result<Plane, PlaneError>, mut out: impl FnMut(Point, &Plane)) {
         let Projector::Fitting { waiting, .. } = self else { return };
         let waiting = std::mem::take(waiting);
         let points = waiting.len();
@@ -214,8 +214,13 @@ impl Projector {
             Err(why) => Projector::Unfitted { points, why },
         };
         let plane = self.plane();
-        waiting.into_iter().for_each(|point| out(plane.to_plane(point), &plane));
+        waiting.into_iter().for_each(|point| out(laid(point, &plane), &plane));
     }
+}
+
+/// A point in the frame of a plane.
+fn laid(point: Point, plane: &Plane) -> Point {
+    Point { at_mm: plane.to_plane(point.at_mm), ..point }
 }
 
 /// The vertices of a mesh in the measured frame.
@@ -227,8 +232,9 @@ pub(super) fn measured<'a>(mesh: &'a Mesh, plane: &Plane) -> Cow<'a, [PointMm]> 
 }
 
 /// The least-squares plane, with u and v zero at the origin of the measured frame.
-fn through(points: &[PointMm]) -> Result<Plane, PlaneError> {
-    let fitted = Plane::fitted(points)?;
+fn through(points: &[Point]) -> Result<Plane, PlaneError> {
+    let places_mm: Vec<PointMm> = points.iter().map(|point| point.at_mm).collect();
+    let fitted = Plane::fitted(&places_mm)?;
     let (normal, centre_mm) = (fitted.normal(), fitted.origin_mm());
     let height_mm: f64 = (0..3).map(|axis| normal[axis] * centre_mm[axis]).sum();
     Plane::new(normal.map(|coordinate| height_mm * coordinate), normal)

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use asphera_formats::Topography;
+use asphera_geometry::Point;
 use asphera_mesh::Mesh;
 use asphera_report::Timing;
 
@@ -24,8 +26,8 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
     Ok(asphera_nominal::parse(&name, &text)?)
 }
 
-/// The standard uncertainty of the height of every point of a file, mm, with its place.
-fn uncertainties(source: &Source) -> Result<Vec<([f64; 3], f64)>, Failure> {
+/// Fails where the nominal asks for weights by uncertainty and a point of the source has none.
+fn check_uncertainties(source: &Source) -> Result<(), Failure> {
     let name = source.path().display();
     let topography = match source.content() {
         Content::File(topography) => topography,
@@ -49,7 +51,14 @@ fn uncertainties(source: &Source) -> Result<Vec<([f64; 3], f64)>, Failure> {
         )
         .into());
     }
-    Ok(topography.points().zip(uncertainties_mm.iter().copied()).collect())
+    Ok(())
+}
+
+/// The points of a file, each with what the file says of its height.
+fn points_of(topography: &Topography) -> Vec<Point> {
+    let known = topography.uncertainties_mm().iter().map(|&u_mm| Some(u_mm));
+    let known = known.chain(std::iter::repeat(None));
+    topography.points().zip(known).map(|(at_mm, u_z_mm)| Point { at_mm, u_z_mm }).collect()
 }
 
 /// Why a nominal with weights by uncertainty cannot be used for a recording.
@@ -72,12 +81,10 @@ pub(super) fn refuse_weights(part: &Part, recording: &Path) -> Result<(), Failur
 
 /// A pipeline for the points of a source, which knows how well they are known where the nominal asks for it.
 fn pipeline(part: Part, along: Along, source: &Source) -> Result<Pipeline, Failure> {
-    let uncertain = match part.criterion.weights {
-        Weights::None => Vec::new(),
-        Weights::Uncertainty => uncertainties(source)?,
-    };
+    if part.criterion.weights == Weights::Uncertainty {
+        check_uncertainties(source)?;
+    }
     let mut pipeline = Pipeline::along(part, along);
-    pipeline.know_uncertainties(uncertain);
     if let Content::File(topography) = source.content() {
         let places = topography.points().map(|[x, ..]| x);
         pipeline.know_slopes(places.zip(topography.slopes().iter().copied()));
@@ -135,7 +142,7 @@ pub(super) fn timed(
 fn feed(pipeline: &mut Pipeline, source: &Source, seed: Option<u64>, progress: &Progress) -> usize {
     match source.content() {
         Content::File(topography) => {
-            let mut points: Vec<[f64; 3]> = topography.points().collect();
+            let mut points = points_of(topography);
             shuffle(&mut points, seed);
             progress.count("meshing", Some(points.len() as u64));
             for piece in points.chunks(PIECE) {

@@ -1,7 +1,7 @@
 //! Surfaces made from the points, losses and weights, through the whole pipeline.
 
 use asphera_form::reference;
-use asphera_geometry::PointMm;
+use asphera_geometry::{Point, PointMm};
 use asphera_report::{Report, Status};
 
 use crate::nominal::parse;
@@ -30,6 +30,11 @@ fn bowl(side: u32, [x0, y0]: [f64; 2]) -> Vec<PointMm> {
         [x0 + x, y0 + y, sphere + 2e-4 * (0.628 * x).cos() + noise]
     };
     (0..side * side).map(point).collect()
+}
+
+/// A point with the standard uncertainty of its height, mm.
+fn known_to((at_mm, u_z_mm): (PointMm, f64)) -> Point {
+    Point { at_mm, u_z_mm: Some(u_z_mm) }
 }
 
 fn pipeline(part: &str) -> Pipeline {
@@ -184,8 +189,7 @@ fn a_point_of_a_tenth_of_the_uncertainty_weighs_a_hundred_times() {
         || (0..900_u32).map(|i| ([f64::from(i % 30), f64::from(i / 30), level(i).0], level(i).1));
     let part = format!("{PLANE}free = [\"tz\"]\nweights = \"uncertainty\"\n");
     let mut known = pipeline(&part);
-    known.know_uncertainties(points());
-    known.take_positions(points().map(|(point, _)| point));
+    known.take_positions(points().map(known_to));
     let running = known.figures().form.unwrap();
     let fit = known.finish().report.form.unwrap().fit;
     for fit in [&running.fit, &fit] {
@@ -233,8 +237,7 @@ fn the_running_fit_of_weighted_points_is_the_final_one() {
         let part = format!("{sphere}{aperture}{fit}");
         let mut known =
             Pipeline::along(parse("part.toml", &part).unwrap(), Along::fitted(500).unwrap());
-        known.know_uncertainties(points.iter().copied());
-        known.take_positions(points.iter().map(|(point, _)| *point));
+        known.take_positions(points.iter().copied().map(known_to));
         let running = known.figures().form.unwrap();
         let last = known.finish().report.form.unwrap();
         assert_eq!(running.fit.method, last.fit.method);
@@ -263,11 +266,27 @@ fn uncertainties_of_heights_become_those_of_distances() {
     let points =
         || (0..900_u32).map(|i| ([f64::from(i % 30), f64::from(i / 30), f64::from(i % 30)], 2e-5));
     let mut known = pipeline(part);
-    known.know_uncertainties(points());
-    known.take_positions(points().map(|(point, _)| point));
+    known.take_positions(points().map(known_to));
     let weights = known.finish().report.form.unwrap().fit.weights.unwrap();
     assert!((weights.u_min_nm - 20.0 / 2.0_f64.sqrt()).abs() < 1e-6, "{weights:?}");
     assert!((weights.u_max_nm - weights.u_min_nm).abs() < 1e-6);
+}
+
+/// Places measured again, one after the other and the other way round: the vertex is the first measurement, and so is its weight.
+#[test]
+fn a_place_measured_again_has_the_uncertainty_of_its_first_measurement() {
+    let part = format!("{PLANE}free = [\"tz\"]\nweights = \"uncertainty\"\n");
+    let place = |i: u32| [f64::from(i % 30), f64::from(i / 30), 0.0];
+    let taken = |first_mm: f64, again_mm: f64| {
+        let mut pipeline = pipeline(&part);
+        for u_mm in [first_mm, again_mm] {
+            pipeline.take_positions((0..900).map(|i| known_to((place(i), u_mm))));
+        }
+        let report = pipeline.finish().report;
+        assert_eq!(report.points.duplicates, 900);
+        report.form.unwrap().fit.weights.unwrap().u_max_nm
+    };
+    assert!((taken(1e-5, 3e-5) - 10.0).abs() < 1e-9 && (taken(3e-5, 1e-5) - 30.0).abs() < 1e-9);
 }
 
 /// 20,000 points of a sphere in no order, one in twelve of them 1 to 20 µm too high: at every look the running fit by

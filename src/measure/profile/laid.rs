@@ -4,8 +4,8 @@ use asphera_form::{Aperture, Parameter, Pose};
 use asphera_geometry::PointMm;
 
 use super::line::{Line, Way};
+use crate::Part;
 use crate::fitting::{Fitted, NoFit};
-use crate::{Part, Weights};
 
 /// The free parameters that a line feels: those of an oblique one as of one along x.
 pub(super) fn in_plane(free: &[Parameter], way: Way) -> Vec<Parameter> {
@@ -36,8 +36,7 @@ pub(super) fn laid(
         return fit(points, part);
     }
     let is_round = !matches!(part.aperture, Aperture::Rectangle { .. });
-    if !part.nominal.is_rotational() || !is_round || part.criterion.weights == Weights::Uncertainty
-    {
+    if !part.nominal.is_rotational() || !is_round {
         return Err(NoFit::Oblique);
     }
     let turned: Vec<PointMm> = points.iter().map(|&point| line.turned(point)).collect();

@@ -296,8 +296,8 @@ fn waiting_for_a_plane_has_an_end() {
     let mut projector = Projector::new(Along::fitted(3).unwrap());
     let (mut given, mut most) = (0_u64, 0);
     for i in 0..800_000 {
-        projector.take([f64::from(i), 1.0, 2.0], |point, _| {
-            assert_eq!(point, [given as f64, 1.0, 2.0]);
+        projector.take([f64::from(i), 1.0, 2.0].into(), |point, _| {
+            assert_eq!(point.at_mm, [given as f64, 1.0, 2.0]);
             given += 1;
         });
         most = most.max(projector.waiting());

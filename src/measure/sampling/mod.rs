@@ -73,9 +73,9 @@ pub fn sampling_of_points(
 ) -> PointsSampling {
     let (mut mesh, mut projector) = (Mesh::new(), Projector::new(along));
     for point in points {
-        projector.take(point, |point, _| mesh.push(point));
+        projector.take(point.into(), |point, _| mesh.push(point.at_mm));
     }
-    projector.finish(|point, _| mesh.push(point));
+    projector.finish(|point, _| mesh.push(point.at_mm));
     mesh.flush();
     let (triangles, plane) = (mesh.triangles(), projector.plane());
     let relief = topography(mesh.points(), &triangles, &Relief::default());
