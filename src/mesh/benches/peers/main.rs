@@ -5,6 +5,7 @@
 
 mod clock;
 mod compare;
+mod families;
 mod large;
 mod long;
 mod memory;
@@ -13,6 +14,7 @@ mod ours;
 mod peers;
 mod report;
 mod table;
+mod worst;
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -31,6 +33,13 @@ fn main() -> ExitCode {
     }
     if let Some(points) = options.long {
         return long::measure(points.get(), &options);
+    }
+    if let Some(each) = options.worst {
+        let report = options.report_of(worst::search(each, &options));
+        report.print(options.json, |rows| {
+            rows.iter().map(|row| worst::line(row) + "\n").collect::<String>()
+        });
+        return ExitCode::SUCCESS;
     }
     if options.large.is_some() {
         options.report(large::measure).print(options.json, table::large);
@@ -78,6 +87,15 @@ struct Options {
     /// Measure the mesh of a line scan of N points that memory has no room for.
     #[arg(long, value_name = "N", conflicts_with_all = ["points", "no_spade", "large", "order", "json"])]
     long: Option<NonZeroUsize>,
+    /// Try so many orders of each family, ours alone against the same points shuffled.
+    #[arg(long, value_name = "N", conflicts_with_all = ["no_spade", "large", "long", "order"])]
+    worst: Option<NonZeroUsize>,
+    /// Try only this family; may be given several times.
+    #[arg(long, value_name = "NAME", requires = "worst")]
+    family: Vec<String>,
+    /// Points of a batch; may be given several times. 1, 1,000 and all at once unless given.
+    #[arg(long, value_name = "N", requires = "worst")]
+    batches: Vec<usize>,
     /// Megabytes (10^6 bytes) of memory the chunks of that mesh may take.
     #[arg(long, value_name = "MB", default_value = "1900", requires = "long")]
     memory_mb: NonZeroUsize,
@@ -109,6 +127,11 @@ impl Options {
 
     /// Measures the chosen orders one after the other.
     fn report<Row>(&self, measure: impl Fn(Scan, &Options) -> Row) -> Report<Row> {
+        let chosen = self.chosen().into_iter();
+        self.report_of(chosen.map(|order| measure(self.scan(order), self)).collect())
+    }
+
+    fn report_of<Row>(&self, orders: Vec<Row>) -> Report<Row> {
         Report {
             points: self.count(),
             seed: self.seed,
@@ -116,11 +139,7 @@ impl Options {
             batch: self.batch.get(),
             batch2: self.batch2.get(),
             machine: Machine::this(),
-            orders: self
-                .chosen()
-                .into_iter()
-                .map(|order| measure(self.scan(order), self))
-                .collect(),
+            orders,
         }
     }
 }

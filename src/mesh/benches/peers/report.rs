@@ -92,3 +92,9 @@ pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 pub(crate) fn progress(scan: Scan, run: usize, runs: NonZeroUsize) {
     eprintln!("{}, {} points: run {run} of {runs}", scan.order.name(), scan.count);
 }
+
+/// Says on standard error what was found.
+#[expect(clippy::print_stderr, reason = "a benchmark of minutes should show that it goes on")]
+pub(crate) fn say(line: &str) {
+    eprintln!("{line}");
+}
