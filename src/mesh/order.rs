@@ -6,6 +6,8 @@
 //! covers the last line and only ever gets split. Bisection depth first keeps each new point next
 //! to one that has just been inserted, in the mesh and in memory.
 
+use std::ops::Range;
+
 use asphera_geometry::predicates::Place;
 
 /// One step of the order.
@@ -37,8 +39,45 @@ pub(crate) fn by_bisection(len: usize) -> impl Iterator<Item = Step> {
 }
 
 /// The indices of places in an order that keeps near ones together: by the squares of a grid over
-/// all of them, row by row, every other row backwards.
+/// all of them, row by row, every other row backwards, and within a crowded square in the same way.
 pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> Vec<usize> {
+    let (mut order, bounds) = by_squares(places.clone());
+    let crowded: Vec<Range<usize>> = bounds
+        .windows(2)
+        .map(|pair| pair[0] as usize..pair[1] as usize)
+        .filter(|square| square.len() > CROWD)
+        .collect();
+    if !crowded.is_empty() {
+        let places: Vec<Place> = places.collect();
+        crowded.into_iter().for_each(|square| refine(&places, &mut order[square]));
+    }
+    order
+}
+
+/// Brings the indices of places of a crowded square into such an order.
+fn refine(places: &[Place], indices: &mut [usize]) {
+    // Squares within squares, on a stack of its own: far from all others there may be many, one in another.
+    let mut open = vec![indices];
+    while let Some(indices) = open.pop() {
+        let (order, bounds) = by_squares(indices.iter().map(|&index| places[index]));
+        let sorted: Vec<usize> = order.into_iter().map(|at| indices[at]).collect();
+        indices.copy_from_slice(&sorted);
+        let mut rest = indices;
+        for pair in bounds.windows(2) {
+            let (square, after) = rest.split_at_mut((pair[1] - pair[0]) as usize);
+            rest = after;
+            // Of many points in one place none is nearer than another.
+            if square.len() > CROWD
+                && square.iter().any(|&index| places[index] != places[square[0]])
+            {
+                open.push(square);
+            }
+        }
+    }
+}
+
+/// The indices of places by the squares of one grid, and where in that order each square begins, and the last ends.
+fn by_squares(places: impl ExactSizeIterator<Item = Place> + Clone) -> (Vec<usize>, Vec<u32>) {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for [x, y] in places.clone() {
         low = [low[0].min(x), low[1].min(y)];
@@ -66,20 +105,35 @@ pub(crate) fn by_place(places: impl ExactSizeIterator<Item = Place> + Clone) -> 
         order[*next as usize] = index;
         *next += 1;
     }
-    order
+    // Where each begins is by now where the one before it ended.
+    next.rotate_right(1);
+    next[0] = 0;
+    (order, next)
 }
 
+/// More points in a square are a crowd; one to a few are the rule.
+const CROWD: usize = 32;
+
 /// Such an order cut in rounds: every fourth, of those every fourth, and so on down to a few, the fewest first.
+///
+/// Along a curve each point tears down most of what lies between those beside it that are in. So the few go in by
+/// bisection, and of three between two others the middle one goes first.
 pub(crate) fn in_rounds(order: &[usize]) -> Vec<Vec<usize>> {
     let mut rounds = Vec::new();
     let mut left = order.to_vec();
     while left.len() > SPREAD * SPREAD {
-        let (next, round) =
-            left.iter().enumerate().partition::<Vec<_>, _>(|(at, _)| at % SPREAD == 0);
-        rounds.push(round.into_iter().map(|(_, &index)| index).collect());
-        left = next.into_iter().map(|(_, &index)| index).collect();
+        let next = left.iter().copied().step_by(SPREAD).collect();
+        let mut round = Vec::with_capacity(left.len() - left.len() / SPREAD);
+        for group in left.chunks(SPREAD) {
+            match *group {
+                [_, first, middle, last] => round.extend([middle, first, last]),
+                _ => round.extend(&group[1..]),
+            }
+        }
+        rounds.push(round);
+        left = next;
     }
-    rounds.push(left);
+    rounds.push(by_bisection(left.len()).map(|step| left[step.index]).collect());
     rounds.reverse();
     rounds
 }
@@ -126,6 +180,30 @@ mod tests {
         assert_eq!(by_place(std::iter::empty()), []);
     }
 
+    #[test]
+    fn a_crowd_within_a_square_is_ordered_as_all_are() {
+        // Two far squares of a hundred places, by turns: each row by row in turn.
+        let places: Vec<Place> = (0..200)
+            .map(|i: u8| {
+                let (column, row) = (i / 2 % 10, i / 20);
+                [column, row].map(|on| f64::from(on) + 1e6 * f64::from(i % 2))
+            })
+            .collect();
+        let order = by_place(places.iter().copied());
+        let mut all = order.clone();
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..200));
+        let far = order.windows(2).filter(|pair| {
+            let [p, q] = [places[pair[0]], places[pair[1]]];
+            (p[0] - q[0]).hypot(p[1] - q[1]) > 3.0
+        });
+        assert!(far.count() < 6, "{order:?}");
+        // Places of which none is nearer than another come to an end.
+        assert_eq!(by_place([[1.0, 2.0]; 100].into_iter()), Vec::from_iter(0..100));
+        let halves = (0..1000).map(|i| [0.5_f64.powi(i % 500), 0.0]);
+        assert_eq!(by_place(halves).len(), 1000);
+    }
+
     /// Every index once, rounds in the order given, and each about four times as long as those before it in all.
     #[test]
     fn rounds_have_every_index_once_and_grow_fourfold() {
@@ -133,8 +211,13 @@ mod tests {
         let order: Vec<usize> = (0..1000).map(|index| 7 * index % 1000).collect();
         let rounds = in_rounds(&order);
         let at = |index: usize| order.iter().position(|&other| other == index).unwrap();
-        for round in &rounds {
-            assert!(round.is_sorted_by_key(|&index| at(index)));
+        for round in &rounds[1..] {
+            // Of three between two others the middle one is the first.
+            let threes = round.chunks(3).map(|three| match *three {
+                [middle, first, last] => [first, middle, last].map(at).to_vec(),
+                _ => three.iter().map(|&index| at(index)).collect(),
+            });
+            assert!(threes.flatten().is_sorted());
         }
         let mut all = rounds.concat();
         all.sort_unstable();

@@ -21,8 +21,8 @@
 
 use std::cmp::Ordering;
 
-use super::Place;
 use super::limbs::{Limbs, odd_part};
+use super::{Place, estimated_in_circle};
 
 /// See [`super::orientation`].
 #[inline(never)]
@@ -57,6 +57,9 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
             None => circle::<1, 2, 4>(differences.map(Limbs::from)),
         };
     }
+    if let Some(decided) = about_another([a, b, c], d) {
+        return decided;
+    }
     let unit = Unit::of(&pairs);
     if unit.bits <= BITS_OF_TWO {
         circle::<2, 4, 8>(unit.differences(pairs))
@@ -65,6 +68,19 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
     } else {
         circle::<33, 66, 132>(unit.differences(pairs))
     }
+}
+
+/// The sign of the circle's determinant in doubles, where it is sure for differences from another corner than `d`.
+///
+/// Where three corners lie near one another and `d` far from them, the differences from `d` are all but the same, and what
+/// tells is rounded away. Those from one of the three are not. Each turn of the four by one place changes the sign.
+fn about_another([a, b, c]: [Place; 3], d: Place) -> Option<Ordering> {
+    let turns = [(b, c, d, a, true), (c, d, a, b, false), (d, a, b, c, true)];
+    turns.into_iter().find_map(|(a, b, c, d, is_changed)| {
+        let (det, bound) = estimated_in_circle(a, b, c, d);
+        let sign = det.partial_cmp(&0.0).filter(|_| det.abs() > bound)?;
+        Some(if is_changed { sign.reverse() } else { sign })
+    })
 }
 
 /// A form in coordinate differences, homogeneous so that its sign does not depend on their unit.

@@ -30,6 +30,8 @@ pub(super) struct Work {
     pub(super) doomed: Vec<Slot>,
     pub(super) border: Vec<(Side, VertexId)>,
     pub(super) strip: super::strip::Plan,
+    /// How many triangles have been torn down, sides flipped and steps gone on long walks.
+    pub(super) effort: usize,
 }
 
 impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
@@ -45,12 +47,19 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Walking in a triangulation, Int. J. Found. Comput. Sci. 13 (2002) 181-199,
     /// doi:10.1142/S0129054102001047).
     pub(super) fn locate(&self, place: Place, from: Slot) -> Slot {
+        self.locate_among(place, self.inside(from), |_, _| true)
+            .expect("every triangle is one of all")
+    }
+
+    /// A triangle from which a walk can start: `from` or, before the hull, one behind it.
+    #[inline(always)]
+    pub(super) fn inside(&self, from: Slot) -> Slot {
         let mut slot = from;
         // A cell that is not used any more leads on as a ghost does, perhaps to another such.
         while self.cells.is_ghost(slot) {
             slot = self.cells.across(Side::new(slot, 2)).slot();
         }
-        self.locate_among(place, slot, |_| true).expect("every triangle is one of all")
+        slot
     }
 
     /// The same from a triangle, no ghost, if the walk only meets some of the triangles and ghosts.
@@ -59,12 +68,12 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         &self,
         place: Place,
         from: Slot,
-        among: impl Fn([VertexId; 3]) -> bool,
+        among: impl Fn(Slot, [VertexId; 3]) -> bool,
     ) -> Option<Slot> {
         let (mut slot, mut entered) = (from, 3);
         loop {
             let corners = self.cells.corners(slot);
-            if !among(corners) {
+            if !among(slot, corners) {
                 return None;
             }
             if corners[2] == GHOST {
@@ -164,6 +173,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             self.work.suspects.extend([side, side.prev(), across, across.prev()]);
             flips += 1;
         }
+        self.work.effort += 2 * flips;
         flips
     }
 }

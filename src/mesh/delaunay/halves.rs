@@ -159,7 +159,7 @@ impl Editor<'_, [PointMm], FlatCells> {
     /// takes part that is not.
     fn insert_in(&mut self, half: Half, vertex: VertexId, from: Slot) -> Option<Placed> {
         let place = self.at(vertex);
-        let home = self.locate_among(place, from, |corners| self.are_in(half, corners))?;
+        let home = self.find(place, from, |editor, corners| editor.are_in(half, corners))?;
         if let Some(other) = self.corner_at(home, place) {
             return Some(Placed::Occupied(other, home));
         }

@@ -6,8 +6,10 @@
 //! connected and have no vertex inside, so they are found by a search from the one in which the point
 //! lies that never meets a triangle twice, and the search meets the sides around them in order.
 
+use std::cell::Cell;
+
 use asphera_geometry::VertexId;
-use asphera_geometry::predicates::Place;
+use asphera_geometry::predicates::{Place, estimated_orientation};
 
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
@@ -26,12 +28,91 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Inserts a point, walking to it from a triangle.
     pub(super) fn insert(&mut self, vertex: VertexId, from: Slot) -> Placed {
         let place = self.at(vertex);
-        let home = self.locate(place, from);
+        let found = self.find(place, self.inside(from), |_, _| true);
+        let home = found.expect("every triangle is one of all");
         if let Some(other) = self.corner_at(home, place) {
             return Placed::Occupied(other, home);
         }
         self.carve(place, home);
         Placed::New(self.fill(vertex))
+    }
+
+    /// As [`Editor::locate_among`], for a place that is as a rule not far or near the point inserted last.
+    ///
+    /// Where points have thousands of neighbours, as along a curve, a walk from any triangle at the point before would lead
+    /// through a good part of those about it. So after some steps it starts anew from that point, in the right sense.
+    #[inline(always)]
+    pub(super) fn find(
+        &mut self,
+        place: Place,
+        from: Slot,
+        among: impl Fn(&Self, [VertexId; 3]) -> bool,
+    ) -> Option<Slot> {
+        let (steps, last) = (Cell::new(0), Cell::new(from));
+        let is_near = |slot, corners| {
+            steps.set(steps.get() + 1);
+            last.set(slot);
+            steps.get() < FAR_STEPS && among(self, corners)
+        };
+        match self.locate_among(place, from, is_near) {
+            None if steps.get() == FAR_STEPS => self.find_far(place, last.get(), among),
+            found => found,
+        }
+    }
+
+    /// The same, from the point inserted last if that is nearer than the triangle.
+    #[cold]
+    #[inline(never)]
+    fn find_far(
+        &mut self,
+        place: Place,
+        from: Slot,
+        among: impl Fn(&Self, [VertexId; 3]) -> bool,
+    ) -> Option<Slot> {
+        let squared = |corner: VertexId| {
+            let [x, y] = self.at(corner);
+            (x - place[0]).powi(2) + (y - place[1]).powi(2)
+        };
+        let corners = self.cells.corners(from).into_iter().filter(|&corner| corner != GHOST);
+        let there = corners.map(squared).fold(f64::INFINITY, f64::min);
+        let towards = self.towards(place).filter(|&(apex, _)| squared(apex) <= there);
+        let start = self.inside(towards.map_or(from, |(_, slot)| slot));
+        let steps = Cell::new(0);
+        let home = self.locate_among(place, start, |_, corners| {
+            steps.set(steps.get() + 1);
+            among(self, corners)
+        });
+        self.work.effort += steps.get();
+        home
+    }
+
+    /// The triangle or ghost at the point inserted last, seen from there in the sense of a place, in all likelihood.
+    fn towards(&self, place: Place) -> Option<(VertexId, Slot)> {
+        let star = &self.work.doomed[..];
+        // A ghost has no start, and there are two next to one another.
+        let start = |index: usize| {
+            let mut known = star[index..].iter().take(3).map(|&slot| self.cells.corners(slot));
+            known.find(|&[_, _, last]| last != GHOST).map(|[apex, start, _]| (apex, self.at(start)))
+        };
+        let (apex, first) = start(0)?;
+        let at = self.at(apex);
+        let is_left = |of: Place, place: Place| estimated_orientation(at, of, place).0 > 0.0;
+        let is_near_half = is_left(first, place);
+        let (mut low, mut high) = (0, star.len());
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            let Some((other, spoke)) = start(middle) else { break };
+            if other != apex {
+                return None;
+            }
+            let passed = match (is_left(first, spoke), is_near_half) {
+                (true, false) => true,
+                (false, true) => false,
+                _ => is_left(spoke, place),
+            };
+            if passed { low = middle } else { high = middle }
+        }
+        Some((apex, star[low]))
     }
 
     /// Finds the triangles in conflict with `place`, of which `home` is one, and the sides around.
@@ -85,6 +166,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// ```
     pub(super) fn fill(&mut self, vertex: VertexId) -> Slot {
         let work = &mut *self.work;
+        work.effort += work.doomed.len();
         if work.border.iter().any(|&(_, start)| start == GHOST) {
             let ghosts = work.doomed.iter().filter(|&&slot| self.cells.is_ghost(slot)).count();
             work.ghosts = work.ghosts + 2 - ghosts;
@@ -114,3 +196,6 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         slots[0]
     }
 }
+
+/// A place is far after so many steps of a walk; three are the rule.
+const FAR_STEPS: u32 = 24;

@@ -17,19 +17,36 @@ use super::sheet::Inserter;
 use crate::order::{by_place, in_rounds};
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
-    /// Inserts all points of the batch in rounds, in each those near one another together; by two threads where there
+    /// Inserts points of the batch in rounds, in each those near one another together; by two threads where there
     /// are two and it pays.
-    pub(super) fn insert_scattered(&mut self) {
-        let order = by_place((0..self.slots.len()).map(|index| self.place(index)));
+    pub(super) fn insert_scattered(&mut self, indices: &[usize]) {
+        self.adapt_hints();
+        let order = by_place(indices.iter().map(|&index| self.place(index)));
+        let order: Vec<usize> = order.into_iter().map(|at| indices[at]).collect();
         for round in in_rounds(&order) {
             self.insert_round(&round);
         }
     }
 
+    /// Runs are as well off with an old table, which goes afterwards. Scattered points beyond it would be led to those on
+    /// its other side.
+    fn adapt_hints(&mut self) {
+        let Some(hints) = self.plane.hints.get_mut() else { return };
+        if hints.is_narrow() {
+            self.plane.room = ROOM;
+            self.plane.hints.take();
+        } else if hints.are_outgrown() && !hints.refine() {
+            self.plane.hints.take();
+        }
+    }
+
+    /// Where two threads have a triangulation each among the same cells, both are at work already.
     fn insert_round(&mut self, order: &[usize]) {
         match (self.editor.points.in_memory(), self.editor.cells.in_memory()) {
             (Some(points), Some(cells))
-                if order.len() >= self.for_two && rayon::current_num_threads() > 1 =>
+                if order.len() >= self.for_two
+                    && !self.shares_cells
+                    && rayon::current_num_threads() > 1 =>
             {
                 let make_hints = self.make_hints();
                 let hints = self.plane.hints.get_or_init(make_hints);
@@ -72,3 +89,6 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
         self.plane.recent = slot;
     }
 }
+
+/// How much wider than its points a table is made once they outgrew one.
+const ROOM: f64 = 1.5;

@@ -31,6 +31,7 @@ pub(super) struct Sheet {
     /// Whether another triangulation grows among the cells.
     pub(super) shares_cells: bool,
     pub(super) for_two: ForTwo,
+    pub(super) setback: Setback,
     runs: Vec<Run>,
     /// A triangle at each of the last points of the batch, those before it had any left out.
     pub(super) slots: Vec<Slot>,
@@ -49,6 +50,31 @@ impl Default for ForTwo {
         ForTwo { lines: 8192, scattered: 256 }
     }
 }
+
+/// How many batches are spared the trial of runs, as those of the last ones took too much.
+#[derive(Default)]
+pub(super) struct Setback {
+    last: u32,
+    left: u32,
+}
+
+impl Setback {
+    /// Whether one more batch is spared it.
+    fn is_on(&mut self) -> bool {
+        let is_on = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        is_on
+    }
+
+    /// Takes note of whether runs were worth it. More and more batches are spared the trial as long as they are not.
+    fn note(&mut self, worth_it: bool) {
+        self.last = if worth_it { 0 } else { (2 * self.last + 1).min(LONGEST_SETBACK) };
+        self.left = self.last;
+    }
+}
+
+/// How many batches are spared the trial of runs at most before one is tried again.
+const LONGEST_SETBACK: u32 = 31;
 
 /// Where insertions start from.
 pub(super) struct Plane {
@@ -137,17 +163,9 @@ impl Sheet {
         let Some(plane) = &mut self.plane else { return };
         runs(batch.clone().map(|vertex| points.place(vertex)), &mut self.runs);
         self.slots.resize(batch.len(), plane.recent);
-        let are_scattered = self.runs.len() > batch.len() / SCATTERED;
+        let are_scattered = self.runs.len() > batch.len() / SCATTERED || self.setback.is_on();
         if let Some(hints) = plane.hints.get_mut() {
             hints.expect(batch.len(), extent);
-            // Runs are as well off with an old one, which goes afterwards. Scattered points beyond the table would be led to
-            // those on its other side.
-            if are_scattered && hints.is_narrow() {
-                plane.room = ROOM;
-                plane.hints.take();
-            } else if are_scattered && hints.are_outgrown() && !hints.refine() {
-                plane.hints.take();
-            }
         }
         let mut inserter = Inserter {
             editor: Editor { points, cells, work: &mut self.work },
@@ -161,11 +179,10 @@ impl Sheet {
             for_two: self.for_two.scattered,
         };
         if are_scattered {
-            inserter.insert_scattered();
+            inserter.insert_scattered(&(0..batch.len()).collect::<Vec<_>>());
         } else {
-            for run in &self.runs {
-                inserter.insert_run(run);
-            }
+            let worth_it = inserter.insert_runs(&self.runs);
+            self.setback.note(worth_it);
         }
         // The next one to ask gets a finer one.
         if plane.hints.get().is_some_and(Hints::are_outgrown) {
@@ -186,20 +203,43 @@ pub(super) struct Inserter<'a, P: ?Sized, C> {
     /// The box around all places, those of the batch among them, and about how many there are.
     extent: Extent,
     pub(super) vertices: usize,
-    shares_cells: bool,
+    pub(super) shares_cells: bool,
     /// How many points must be left to be worth a second thread, if they are scattered.
     pub(super) for_two: usize,
 }
 
 impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
-    fn insert_run(&mut self, run: &Run) {
+    /// Inserts runs one after the other as long as that is worth it, and all that is left as points in no order.
+    ///
+    /// Returns whether it was for all.
+    fn insert_runs(&mut self, runs: &[Run]) -> bool {
+        let before = self.editor.work.effort;
+        let mut left = Vec::new();
+        for run in runs {
+            if left.is_empty() {
+                self.insert_run(run, before, &mut left);
+            } else {
+                left.extend(run.points.clone());
+            }
+        }
+        if !left.is_empty() {
+            self.insert_scattered(&left);
+        }
+        left.is_empty()
+    }
+
+    /// Inserts a run, but for points that are `left` as it takes too much.
+    fn insert_run(&mut self, run: &Run, before: usize, left: &mut Vec<usize>) {
         let Range { start, end } = run.points;
         let mut from = self.nearest(run);
         let mut done = 0;
+        let is_worth_it = |inserter: &Self, points: usize| {
+            inserter.editor.work.effort - before <= MOST_EFFORT * (points + LEAST_POINTS)
+        };
         if let Some(axis) = run.axis {
             // Where the first points lie inside the hull, the rest may still lie outside.
             let mut skipped = 0;
-            while skipped < SKIPPED && start + done + 1 < end {
+            while skipped < SKIPPED && start + done + 1 < end && is_worth_it(self, start + done) {
                 let piece = self.editor.next_strip(end - start - done);
                 if piece < 2 {
                     break;
@@ -218,14 +258,21 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
                 }
             }
         }
-        for step in by_bisection(end - start - done) {
-            let from = step.near.map_or(from, |near| self.slots[start + done + near]);
-            self.insert(start + done + step.index, from);
+        let inserted = start + done;
+        for (count, step) in by_bisection(end - inserted).enumerate() {
+            let index = inserted + step.index;
+            if left.is_empty() && is_worth_it(self, inserted + count) {
+                let from = step.near.map_or(from, |near| self.slots[inserted + near]);
+                self.insert(index, from);
+            } else {
+                left.push(index);
+            }
         }
         self.plane.run_start = self.slots[start];
-        self.plane.recent = self.slots[end - 1];
+        let known = if left.is_empty() { start..end } else { start..inserted };
+        self.plane.recent = self.slots[known.end.max(start + 1) - 1];
         if let Some(hints) = self.plane.hints.get() {
-            for index in start..end {
+            for index in known {
                 hints.note(self.place(index), self.slots[index]);
             }
         }
@@ -292,8 +339,12 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
 /// Batches of which more than one point in so many starts a run follow no line.
 pub(super) const SCATTERED: usize = 8;
 
-/// How much wider than its points a table is made once they outgrew one.
-const ROOM: f64 = 1.5;
+/// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
+/// order 4 in rounds.
+const MOST_EFFORT: usize = 12;
+
+/// So many points more may take as much.
+const LEAST_POINTS: usize = 64;
 
 /// How many points of a run are inserted alone before it is not tried as a strip any more.
 const SKIPPED: usize = 3;

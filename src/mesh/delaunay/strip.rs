@@ -94,6 +94,10 @@ pub(super) struct Plan {
     setback: u32,
     /// How many times as many points as at first the next strip may have.
     trust: u32,
+    /// The first and the last side between the hull and the run.
+    bridges: [[Place; 2]; 2],
+    /// Whether one of those of the last strip was wide.
+    is_wide: bool,
     /// The hull after the strip: vertices, and the triangle's side that ends at each.
     hull: Vec<(VertexId, Side)>,
 }
@@ -127,7 +131,11 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let ghost = self.hull_side_at(self.at(path.at(0)), axis, edge);
         let mut plan = std::mem::take(&mut self.work.strip);
         let planned = match ghost {
-            Some(ghost) if self.plan(&mut plan, path, axis, ghost) && plan.is_sewn() => {
+            Some(ghost)
+                if self.plan(&mut plan, path, axis, ghost)
+                    && plan.is_sewn()
+                    && !self.is_too_wide(&mut plan, path) =>
+            {
                 self.sew(&mut plan, path, ghost);
                 if backwards {
                     plan.slots.reverse();
@@ -144,8 +152,23 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         };
         self.work.strip = plan;
         let flips = self.legalize();
-        self.work.strip.note_flips(flips, count as usize);
+        if planned {
+            self.work.strip.note_flips(flips, count as usize);
+        }
         planned
+    }
+
+    /// Whether a strip has so many points that it must be narrow, and is not.
+    ///
+    /// Between lines that lie apart by many times their steps, and are not straight, flips may be as many as pairs of points.
+    /// Of shorter strips that shows when the first ones were made.
+    fn is_too_wide(&self, plan: &mut Plan, path: Path) -> bool {
+        let [first, last] = [0, path.count - 1].map(|index| self.at(path.at(index)));
+        let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+        let step = distance([first, last]) / f64::from(path.count);
+        plan.is_wide =
+            plan.bridges.map(distance).into_iter().any(|width| width > WIDE_STEPS * step);
+        plan.is_wide && path.count as usize >= 2 * LONGEST_WIDE
     }
 
     /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
@@ -156,7 +179,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             plan.left_alone -= 1;
             return 0;
         }
-        let most = FIRST_STRIP << plan.trust;
+        let most =
+            (FIRST_STRIP << plan.trust).min(if plan.is_wide { LONGEST_WIDE } else { usize::MAX });
         if points < 2 * most { points } else { most }
     }
 
@@ -241,6 +265,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             on_hull = end;
             side = self.next_side(plan, axis, on_hull);
         }
+        plan.bridges[0] = [on_hull, on_run];
         // Whether the run went on although the hull's next side lay before it.
         let mut owed = false;
         loop {
@@ -250,6 +275,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 && matches!(plan.steps.last(), Some(Step::Hull(_)))
                 && self.begins_fan(plan.ghost, axis, on_run)
             {
+                plan.bridges[1] = [on_hull, on_run];
                 return plan.ends(side, true);
             }
             // Places are read where they are needed: in an Option they would go through memory in halves.
@@ -289,6 +315,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 owed = false;
                 side = self.next_side(plan, axis, on_hull);
             } else {
+                plan.bridges[1] = [on_hull, on_run];
                 let behind = axis.along(on_hull) >= axis.along(on_run);
                 return (behind || !owed) && plan.ends(side, behind);
             }
@@ -498,6 +525,12 @@ const MOST_FLIPS: usize = 8;
 
 /// More triangles for each side of the hull are fans.
 const FAN: usize = 16;
+
+/// A strip is wide from so many steps of its run on.
+const WIDE_STEPS: f64 = 64.0;
+
+/// Points of a wide strip at most, or twice as many where those are all there are.
+const LONGEST_WIDE: usize = 1024;
 
 /// Points of the first strip, each next one being four times as long as long as flips are few.
 const FIRST_STRIP: usize = 64;

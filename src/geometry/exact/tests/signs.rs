@@ -68,6 +68,20 @@ fn places(low: i32, high: i32) -> impl Strategy<Value = [Place; 4]> {
     prop::array::uniform4((double(low, high), double(low, high)).prop_map(|(x, y)| [x, y]))
 }
 
+/// Places near one another on a circle, and such far away on another.
+fn far_clusters() -> impl Strategy<Value = [Place; 4]> {
+    let on_circle = (0.0..1e-3_f64, any::<bool>());
+    (prop::array::uniform4(on_circle), 10.0..1e5_f64, 0.0..std::f64::consts::TAU).prop_map(
+        |(places, apart, turn)| {
+            places.map(|(step, is_far)| {
+                let (sin, cos) = (turn + step).sin_cos();
+                let moved = if is_far { apart } else { 0.0 };
+                [cos + moved, sin + 0.3 * moved]
+            })
+        },
+    )
+}
+
 /// As near a neighbour as doubles have, above or below, or the place itself.
 fn nudged(place: Place, axis: usize, step: i32) -> Place {
     let mut nudged = place;
@@ -101,6 +115,11 @@ proptest! {
         let counts: [i64; 6] = std::array::from_fn(|i| mantissas[i] << exponents[i]);
         let whole = [0, 2, 4].map(|i| [counts[i], counts[i + 1]]);
         prop_assert_eq!(orientation_both_ways(whole.map(near_place)), integer_orientation(whole));
+    }
+
+    #[test]
+    fn agrees_with_robust_on_far_clusters(places in far_clusters()) {
+        prop_assert_eq!(in_circle_both_ways(places), robust_in_circle(places));
     }
 
     /// All that the mesh admits.
