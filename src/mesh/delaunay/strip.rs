@@ -94,9 +94,9 @@ pub(super) struct Plan {
     setback: u32,
     /// How many times as many points as at first the next strip may have.
     trust: u32,
-    /// The first and the last side between the hull and the run.
-    bridges: [[Place; 2]; 2],
-    /// Whether one of those of the last strip was wide.
+    /// The side between the hull and the middle of the run: at the ends of a line it may lead along the side of the mesh.
+    bridge: [Place; 2],
+    /// Whether that of the last strip was long.
     is_wide: bool,
     /// The hull after the strip: vertices, and the triangle's side that ends at each.
     hull: Vec<(VertexId, Side)>,
@@ -166,8 +166,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         let [first, last] = [0, path.count - 1].map(|index| self.at(path.at(index)));
         let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
         let step = distance([first, last]) / f64::from(path.count);
-        plan.is_wide =
-            plan.bridges.map(distance).into_iter().any(|width| width > WIDE_STEPS * step);
+        plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
         plan.is_wide && path.count as usize >= 2 * LONGEST_WIDE
     }
 
@@ -265,7 +264,6 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
             on_hull = end;
             side = self.next_side(plan, axis, on_hull);
         }
-        plan.bridges[0] = [on_hull, on_run];
         // Whether the run went on although the hull's next side lay before it.
         let mut owed = false;
         loop {
@@ -275,7 +273,6 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 && matches!(plan.steps.last(), Some(Step::Hull(_)))
                 && self.begins_fan(plan.ghost, axis, on_run)
             {
-                plan.bridges[1] = [on_hull, on_run];
                 return plan.ends(side, true);
             }
             // Places are read where they are needed: in an Option they would go through memory in halves.
@@ -303,6 +300,9 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 on_run = self.at(path.at(passed));
                 passed += 1;
                 owed |= hull_is_next;
+                if passed == path.count / 2 {
+                    plan.bridge = [on_hull, on_run];
+                }
             } else if let Some(NextSide { inner, of_ghost }) = side
                 && hull_is_next
             {
@@ -315,7 +315,6 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 owed = false;
                 side = self.next_side(plan, axis, on_hull);
             } else {
-                plan.bridges[1] = [on_hull, on_run];
                 let behind = axis.along(on_hull) >= axis.along(on_run);
                 return (behind || !owed) && plan.ends(side, behind);
             }
