@@ -341,10 +341,10 @@ pub(super) const SCATTERED: usize = 8;
 
 /// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
 /// order 4 in rounds.
-const MOST_EFFORT: usize = 12;
+const MOST_EFFORT: usize = 10;
 
 /// So many points more may take as much.
-const LEAST_POINTS: usize = 64;
+const LEAST_POINTS: usize = 256;
 
 /// How many points of a run are inserted alone before it is not tried as a strip any more.
 const SKIPPED: usize = 3;

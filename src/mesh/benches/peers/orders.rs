@@ -57,11 +57,19 @@ pub(crate) enum Order {
     Outline,
     /// Points in no order.
     OutlineShuffled,
-    /// Two circles of radius 1 mm whose middles lie 100 mm apart, traced by turns a point each: the worst order that was
-    /// found, as triangles reach from one to the other.
+    /// Two circles of radius 1 mm whose middles lie 100 mm apart, traced by turns a point each: triangles reach from one to
+    /// the other.
     TwoOutlines,
     /// Points in no order.
     TwoOutlinesShuffled,
+    /// A star of six spikes, traced once.
+    Star,
+    /// Points in no order.
+    StarShuffled,
+    /// A spiral of nine turns from the outside: each point sees all that is inside it.
+    SpiralIn,
+    /// Points in no order.
+    SpiralInShuffled,
 }
 
 impl Order {
@@ -146,6 +154,10 @@ impl Scan {
             Order::OutlineShuffled => outline(self.shuffled(index) as f64 / self.count as f64),
             Order::TwoOutlines => self.of_two_outlines(index),
             Order::TwoOutlinesShuffled => self.of_two_outlines(self.shuffled(index)),
+            Order::Star => star(index as f64 / self.count as f64),
+            Order::StarShuffled => star(self.shuffled(index) as f64 / self.count as f64),
+            Order::SpiralIn => few_turns(index as f64 / self.count as f64),
+            Order::SpiralInShuffled => few_turns(self.shuffled(index) as f64 / self.count as f64),
         };
         [x, y, sag_mm(x, y)]
     }
@@ -197,6 +209,20 @@ fn polar(radius: f64, angle: f64) -> [f64; 2] {
 fn outline(share: f64) -> [f64; 2] {
     let t = TAU * share;
     polar(10.0 + 0.8 * (7.0 * t).cos() + 0.3 * (13.0 * t).sin(), t)
+}
+
+/// A place on the sides of a star of six spikes, by the share of all.
+fn star(share: f64) -> [f64; 2] {
+    let side = 12.0 * share;
+    let corner = |at: f64| polar(if at % 2.0 == 0.0 { 10.0 } else { 6.8 }, TAU * at / 12.0);
+    let [from, to] = [corner(side.floor()), corner(side.floor() + 1.0)];
+    [0, 1].map(|axis| from[axis] + side.fract() * (to[axis] - from[axis]))
+}
+
+/// A place of a spiral inwards of nine turns, by the share of the way.
+fn few_turns(share: f64) -> [f64; 2] {
+    let left = (1.0 - share).sqrt();
+    polar(10.0 * left, 9.0 * TAU * left)
 }
 
 /// Height of the sphere above its vertex at the origin.
