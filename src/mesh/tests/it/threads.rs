@@ -81,6 +81,64 @@ fn scattered_points_of_every_kind_give_the_same_mesh_with_any_number_of_threads(
     }
 }
 
+/// A large batch is shared as two blocks; one of them goes over to rounds, which two threads share as a rule.
+#[test]
+fn a_block_that_ends_in_no_order_gives_the_same_mesh_with_any_number_of_threads() {
+    for seed in 0..4 {
+        let mut points: Vec<PointMm> = (0..6_000)
+            .map(|index| {
+                let (row, step) = (index / 50, index % 50);
+                let column = if row % 2 == 0 { step } else { 49 - step };
+                [f64::from(column), f64::from(row), 0.0]
+            })
+            .collect();
+        points.extend(scattered(3_600, 50.0, seed).into_iter().map(|[x, y, z]| [x, y + 130.0, z]));
+        let alone = pool(1).install(|| meshed(&points, points.len()));
+        assert_eq!(check::delaunay(alone.points(), alone.triangles()), Ok(()));
+        for threads in [2, 8] {
+            let mesh = pool(threads).install(|| meshed(&points, points.len()));
+            assert!(mesh.triangles() == alone.triangles(), "seed {seed}, {threads} threads");
+        }
+    }
+}
+
+/// Traced curves, by batches of which most go over to rounds.
+#[test]
+fn traced_curves_give_the_same_mesh_with_any_number_of_threads() {
+    let turns = |count: usize| {
+        (0..count)
+            .map(move |index| (index as f64, std::f64::consts::TAU * index as f64 / count as f64))
+    };
+    let inwards = |(_, t): (f64, f64)| {
+        let left = (1.0 - t / std::f64::consts::TAU).sqrt();
+        let angle = 6.0 * std::f64::consts::TAU * left;
+        [left * angle.cos(), left * angle.sin(), 0.0]
+    };
+    let star = |(_, t): (f64, f64)| {
+        let spike = (3.0 * t / std::f64::consts::PI).rem_euclid(2.0) - 1.0;
+        let radius = 1.0 + spike.abs();
+        [radius * t.cos(), radius * t.sin(), 0.0]
+    };
+    let far = |(index, t): (f64, f64)| [t.cos() + 100.0 * (index % 2.0), t.sin(), 0.0];
+    let parabola = |(_, t): (f64, f64)| [t - 3.0, 5.0 * (t - 3.0) * (t - 3.0), 0.0];
+    for (name, points) in [
+        ("spiral inwards", turns(9_000).map(inwards).collect::<Vec<PointMm>>()),
+        ("star", turns(9_000).map(star).collect()),
+        ("far circles by turns", turns(9_000).map(far).collect()),
+        ("parabola", turns(9_000).map(parabola).collect()),
+    ] {
+        let once = pool(1).install(|| meshed(&points, points.len()));
+        assert_eq!(check::delaunay(once.points(), once.triangles()), Ok(()), "{name}");
+        for threads in [1, 2, 8] {
+            for batch in [500, 3_000, 9_000] {
+                let mesh = pool(threads).install(|| meshed(&points, batch));
+                let case = format!("{name} by {batch} with {threads} threads");
+                assert!(mesh.triangles() == once.triangles(), "{case}");
+            }
+        }
+    }
+}
+
 /// Points one after the other along an Archimedean spiral, from the inside.
 fn spiral(count: usize) -> Vec<PointMm> {
     let at = |index: usize| {
