@@ -7,7 +7,8 @@
 //! Scans are what it is made for: a batch is cut into runs along lines ([`runs`]); a run that lies outside
 //! the hull, as the next line of a growing scan does, is sewn to it as a whole ([`strip`]); all
 //! else is inserted point by point ([`insert`]), runs ends first and then by bisection, and points in no
-//! order in rounds, each four times as long as those before it, by the places they belong to. A large batch of lines
+//! order in rounds, each four times as long as those before it, by the places they belong to (`scattered.rs`). Where runs
+//! tear down too much, as along an outline that is traced, the rest of the batch goes in in rounds, too. A large batch of lines
 //! is meshed as two [`blocks`] at the same time. Vertices go one by one ([`remove`]).
 
 mod ahead;

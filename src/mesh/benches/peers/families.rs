@@ -149,7 +149,7 @@ fn facing_chains(draw: &mut Draw, count: usize) -> (String, Vec<Place>) {
     let half = count / 2;
     let at = |index: usize| {
         let (first, step) = if by_turns {
-            (index % 2 == 0, index / 2)
+            (index.is_multiple_of(2), index / 2)
         } else {
             (index < half, index % half.max(1))
         };
@@ -232,7 +232,7 @@ fn cross(draw: &mut Draw, count: usize) -> (String, Vec<Place>) {
         let (arm, step) =
             if order <= 2 { (index % arms, index / arms) } else { (index / each, index % each) };
         let along = 2.0 * step as f64 / each as f64 - 1.0;
-        let along = if order % 2 == 0 && along < 0.0 { -1.0 - along } else { along };
+        let along = if order.is_multiple_of(2) && along < 0.0 { -1.0 - along } else { along };
         polar(along, PI * arm as f64 / arms as f64 + 0.1)
     };
     let by = if order <= 2 { "by turns" } else { "one after the other" };
