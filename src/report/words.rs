@@ -25,8 +25,7 @@ pub fn short(value: f64) -> String {
 /// [`short`] with a unit; [`DASH`] where there is no value. A pure number has the unit "" or "1".
 pub fn quantity(value: Option<f64>, unit: &str) -> String {
     match value {
-        Some(value) if unit.is_empty() || unit == "1" => short(value),
-        Some(value) => format!("{} {unit}", short(value)),
+        Some(value) => format!("{}{}", short(value), self::unit(unit)),
         None => DASH.to_owned(),
     }
 }
@@ -69,6 +68,17 @@ pub fn count(count: u64) -> String {
         grouped.push(digit);
     }
     grouped
+}
+
+/// A count with its noun: `1 link`, `3 links`.
+pub fn counted(number: u64, noun: &str) -> String {
+    let ending = if number == 1 { "" } else { "s" };
+    format!("{} {noun}{ending}", count(number))
+}
+
+/// A unit behind its number; nothing of a pure number, whose unit is written 1.
+pub fn unit(unit: &str) -> String {
+    if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") }
 }
 
 /// A place of the measured frame, in mm.
@@ -134,6 +144,7 @@ mod tests {
             (count(1234), count(1_234_567)),
             ("1234".into(), "1\u{202f}234\u{202f}567".into())
         );
+        assert_eq!([0, 1, 2].map(|n| counted(n, "point")), ["0 points", "1 point", "2 points"]);
         assert_eq!((percent(1.0), percent(0.999_999)), ("100.00 %".into(), "99.99 %".into()));
         assert_eq!((percent(0.0), percent(1e-9)), ("0.00 %".into(), "< 0.01 %".into()));
         assert_eq!(raised("A4 -2 mm^-3, A10 mm^10 ^ ^x"), "A4 -2 mm⁻³, A10 mm¹⁰ ^ ^x");

@@ -153,6 +153,10 @@ async fn a_command_of_the_results_holds_nothing_up() {
     });
     let (words, code) = ended.await.unwrap();
     assert!(code.is_some(), "{words}");
+    assert!(
+        words.contains("the command of [output] still runs; asphera does not wait for it"),
+        "{words}"
+    );
     drop(rig);
 }
 

@@ -193,3 +193,31 @@ fn every_verb_has_a_page_that_is_typeset_without_a_warning() {
     assert!(String::from_utf8_lossy(&again.stderr).contains("--force overwrites it"));
     assert_eq!(run(["man", words(&pages), "--force"]).status.code(), Some(0));
 }
+
+/// A full disk behind `> results.json` must not look like a measurement that is done.
+#[test]
+fn results_that_cannot_be_written_to_stdout_are_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, nominal) = points(folder.path());
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(asphera());
+    command.args(["sampling", "--json", "--nominal", words(&nominal), words(&file)]);
+    let output = command.stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("cannot write the results to stdout: No space left"), "{said}");
+}
+
+/// Whoever reads the messages may go before the work is done, as `head` does.
+#[test]
+fn messages_that_nobody_reads_end_no_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, nominal) = points(folder.path());
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(asphera());
+    command.args(["sampling", "--json", "--nominal", words(&nominal), words(&file)]);
+    let output = command.stdout(Stdio::piped()).stderr(writer).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap();
+}

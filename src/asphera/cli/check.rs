@@ -9,6 +9,7 @@ use super::files::part;
 use super::nominal;
 use super::output::{Failure, print};
 use crate::config::Config;
+use asphera_report::words::counted;
 
 pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
     if is_nominal(path) {
@@ -18,11 +19,11 @@ pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
     }
     let config = Config::load(path)?;
     print(&format!(
-        "{}: station {:?}, {} links, {} devices: fine\n",
+        "{}: station {:?}, {}, {}: fine\n",
         path.display(),
         config.name,
-        config.links.len(),
-        config.devices.len()
+        counted(config.links.len() as u64, "link"),
+        counted(config.devices.len() as u64, "device")
     ));
     Ok(Exit::Done)
 }

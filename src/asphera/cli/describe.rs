@@ -12,6 +12,7 @@ use super::exit::Exit;
 use super::output::{Failure, print, say};
 use super::serve::block_on;
 use crate::config;
+use asphera_report::words::{counted, unit};
 use listen::Listener;
 
 #[derive(Args)]
@@ -210,14 +211,15 @@ fn show(proposed: &Proposed, readings: &[Reading]) {
     say(&match readings.last() {
         None => "no reading came of it: compare with the manual".to_owned(),
         Some(last) => {
-            format!("{} readings with it, the last: {}", readings.len(), values(&channels, last))
+            let readings = counted(readings.len() as u64, "reading");
+            format!("{readings} with it, the last: {}", values(&channels, last))
         }
     });
 }
 
 fn values(channels: &[Channel], reading: &Reading) -> String {
     let value = |(channel, value): (&Channel, Option<f64>)| match value {
-        Some(value) => format!("{} {value} {}", channel.name, channel.unit),
+        Some(value) => format!("{} {value}{}", channel.name, unit(&channel.unit.to_string())),
         None => format!("{} missing", channel.name),
     };
     let mut texts: Vec<String> = channels.iter().zip(reading.values.iter()).map(value).collect();

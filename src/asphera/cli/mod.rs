@@ -56,7 +56,8 @@ struct Cli {
         global = true,
         env = "ASPHERA_LOG",
         hide_env_values = true,
-        default_value = "warn"
+        default_value = "warn",
+        value_parser = filter
     )]
     log: String,
 }
@@ -162,6 +163,12 @@ struct OutputArgs {
     force: bool,
 }
 
+/// A filter of log lines, as it was given.
+fn filter(text: &str) -> Result<String, String> {
+    let known = EnvFilter::try_new(text).map(|_| text.to_owned());
+    known.map_err(|_| "expected a level, or MODULE=LEVEL with commas between".to_owned())
+}
+
 /// How fast simulated or recorded time passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Speed {
@@ -215,7 +222,7 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => manual::completions(&args, Cli::command()),
         Command::Man(args) => manual::pages(&args, Cli::command()),
     };
-    match done {
+    match done.and_then(|exit| output::stdout_failure().map_or(Ok(exit), Err)) {
         Ok(exit) => exit.into(),
         Err(failure) => {
             output::complain(&failure);
@@ -231,6 +238,16 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn filters_of_log_lines_are_levels_or_modules_with_levels() {
+        for text in ["warn", "info,asphera_transport=trace", "off"] {
+            assert_eq!(filter(text), Ok(text.to_owned()));
+        }
+        for text in ["asphera=loud", "info,a=b=c"] {
+            assert!(filter(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -23,19 +23,33 @@ pub(super) fn complain(failure: &Failure) {
     say(&format!("error: {}", error_chain(&**failure)));
 }
 
-/// A line on stderr.
-#[expect(clippy::print_stderr, reason = "the place where stderr is written")]
+/// A line on stderr. Where nobody reads it any more, the work goes on: a daemon may outlive its log.
 pub(super) fn say(line: &str) {
     let _nothing_is_drawn = cleared();
-    eprintln!("{line}");
+    let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
-/// Text on stdout. A reader that went away ends the command quietly: there is nobody left to tell.
+/// Text on stdout. Of a reader that went away nothing is said, for nobody is left to tell. Any other failure is kept for
+/// [`stdout_failure`].
 pub(super) fn print(text: &str) {
     let _nothing_is_drawn = cleared();
     let mut out = io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Err(error) = written
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        *FAILED.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    }
 }
+
+/// Why not all that was printed has arrived, if so.
+pub(super) fn stdout_failure() -> Option<Failure> {
+    let error = FAILED.lock().unwrap_or_else(PoisonError::into_inner).take()?;
+    Some(format!("cannot write the results to stdout: {error}").into())
+}
+
+/// The last failure of stdout that is to be told.
+static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Whether log lines may have colours: on a terminal, unless `NO_COLOR` (https://no-color.org) is set.
 pub(super) fn has_colours() -> bool {
@@ -48,13 +62,11 @@ pub(super) fn draws_progress() -> bool {
 }
 
 /// Progress on a terminal, over the line before.
-#[expect(clippy::print_stderr, reason = "the place where stderr is written")]
 pub(super) fn progress(line: &str) {
     if draws_progress() {
         let mut is_drawn = IS_DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
         *is_drawn = true;
-        eprint!("\r{CLEAR_LINE}{line}");
-        let _ = io::stderr().flush();
+        let _ = io::stderr().write_all(format!("\r{CLEAR_LINE}{line}").as_bytes());
     }
 }
 
@@ -64,12 +76,10 @@ pub(super) fn clear_progress() {
 }
 
 /// Clears the line of progress; none is drawn while the guard is held.
-#[expect(clippy::print_stderr, reason = "the place where stderr is written")]
 fn cleared() -> MutexGuard<'static, bool> {
     let mut is_drawn = IS_DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
     if std::mem::take(&mut *is_drawn) {
-        eprint!("\r{CLEAR_LINE}");
-        let _ = io::stderr().flush();
+        let _ = io::stderr().write_all(format!("\r{CLEAR_LINE}").as_bytes());
     }
     is_drawn
 }

@@ -72,6 +72,9 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let stopped = stop_session(&mut station).await;
     page.close().await?;
     watchdog.abort();
+    if station.commands() > 0 {
+        say("the command of [output] still runs; asphera does not wait for it");
+    }
     if let Some(finished) = stopped? {
         show(&finished);
         if args.once {

@@ -151,6 +151,11 @@ impl Station {
         self.finished.recv().await.unwrap_or(Err(StationError::Ended))
     }
 
+    /// How many commands of `[output]` run.
+    pub fn commands(&self) -> usize {
+        *self.commands_running.borrow()
+    }
+
     /// Waits until no command of `[output]` runs.
     pub async fn commands_ended(&mut self) {
         // A station that has ended runs none.

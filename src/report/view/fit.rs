@@ -2,7 +2,7 @@
 
 use super::reliability;
 use super::{Block, Chapter, ChapterId, Fact, Layout, Table};
-use crate::words::{count, minus, place, quantity, raised, short, with_u};
+use crate::words::{count, counted, minus, place, quantity, raised, short, with_u};
 use crate::{CovarianceFigures, FitDetails, FitFigures, FormFigures, ReferenceFigures};
 
 pub(super) fn chapter(form: &FormFigures) -> Chapter {
@@ -16,7 +16,10 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     chapter.note(format!("Nominal: {}.", raised(&form.nominal)));
     let mut facts = vec![
         Fact::new("Method", fit.method.clone()),
-        Fact::new("Ended", format!("{}, after {} steps", fit.termination, fit.iterations)),
+        Fact::new(
+            "Ended",
+            format!("{}, after {}", fit.termination, counted(fit.iterations.into(), "step")),
+        ),
         Fact::new(
             "Free",
             if fit.free.is_empty() { "nothing".to_owned() } else { fit.free.join(", ") },
@@ -53,7 +56,11 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
 /// Only what must be known to trust the figures: how a fit ended that did not converge, and cautions.
 fn brief(chapter: &mut Chapter, fit: &FitFigures) {
     if fit.details.converged == Some(false) {
-        chapter.brief.push(format!("{}, after {} steps", fit.termination, fit.iterations));
+        chapter.brief.push(format!(
+            "{}, after {}",
+            fit.termination,
+            counted(fit.iterations.into(), "step")
+        ));
     }
     if !fit.indeterminate.is_empty() {
         chapter

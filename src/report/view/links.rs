@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Chapter, ChapterId, Fact, Layout, Table};
-use crate::words::{count, short};
+use crate::words::{count, counted, short};
 use crate::{DeviceFigures, LinkFigures, SessionFigures};
 
 /// Readings of each device and bytes of each link, delivered and lost. The summary has only what was lost.
@@ -32,19 +32,19 @@ pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
         }
         if link.discarded_bytes > 0 || link.closed > 0 {
             chapter.brief.push(format!(
-                "{}: {} bytes discarded, opened {} times, closed {} times",
+                "{}: {} discarded, opened {}, closed {}",
                 link.name,
-                count(link.discarded_bytes),
-                link.opened,
-                link.closed
+                counted(link.discarded_bytes, "byte"),
+                counted(link.opened, "time"),
+                counted(link.closed, "time")
             ));
         }
         bytes.rows.push(vec![
             link.name.clone(),
-            format!("{} bytes", count(link.received_bytes)),
-            format!("{} bytes", count(link.discarded_bytes)),
-            format!("{} times", link.opened),
-            format!("{} times", link.closed),
+            counted(link.received_bytes, "byte"),
+            counted(link.discarded_bytes, "byte"),
+            counted(link.opened, "time"),
+            counted(link.closed, "time"),
         ]);
     }
     chapter.table(devices);
@@ -85,13 +85,13 @@ fn losses(device: &DeviceFigures, link: &LinkFigures) -> Option<String> {
     let lost = counts.iter().filter(|(number, _)| *number > 0);
     let lost = lost.map(|(number, what)| format!("{} {what}", count(*number)));
     let faults =
-        device.faults.iter().map(|(kind, number)| format!("{} {kind} faults", count(*number)));
+        device.faults.iter().map(|(kind, number)| counted(*number, &format!("{kind} fault")));
     let said: Vec<String> = lost.chain(faults).collect();
     (!said.is_empty()).then(|| {
         format!(
-            "{}: {} readings on {}, {}",
+            "{}: {} on {}, {}",
             device.name,
-            count(device.readings),
+            counted(device.readings, "reading"),
             link.name,
             said.join(", ")
         )

@@ -6,6 +6,7 @@ use asphera_form::{Aperture, Base, Knots, Loss, Pose, ReferenceSettings, Smoothi
 
 use super::super::output::Failure;
 use asphera_measure::{Part, Weights};
+use asphera_report::words::unit as with_unit;
 
 /// Surface, aperture, fit and limits, and heights at the distances `at_mm` from the axis, or to the rim of the aperture.
 pub(super) fn describe(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
@@ -38,7 +39,7 @@ fn write(text: &mut String, part: &Part, at_mm: &[f64]) -> std::fmt::Result {
                 continue;
             }
             let free = if is_free { "   free" } else { "" };
-            writeln!(text, "  {name:<8} {value:?} {unit}{free}")?;
+            writeln!(text, "  {name:<8} {value:?}{}{free}", with_unit(&unit))?;
         }
         if nominal.domain_mm().is_finite() {
             writeln!(text, "  ends {:.6} mm from the axis", nominal.domain_mm())?;
