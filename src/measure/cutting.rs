@@ -81,6 +81,11 @@ impl FinishedMesh {
         &self.mesh
     }
 
+    /// The plane of projection.
+    pub fn plane(&self) -> &Plane {
+        &self.setting.plane
+    }
+
     /// How to tell [`FinishedMesh::maps`] from others of the same part; `None` where there are none.
     pub fn maps_version(&self) -> Option<u64> {
         self.setting.grid.map(|_| self.setting.maps_version)
@@ -102,7 +107,7 @@ impl FinishedMesh {
     }
 
     /// Where a place of the part frame lies in the frame of the mesh, mm; `None` without a fit.
-    pub(crate) fn on_plane(&self, part_mm: PointMm) -> Option<PointMm> {
+    pub fn on_plane(&self, part_mm: PointMm) -> Option<PointMm> {
         self.setting.lies.as_ref().map(|(_, pose)| pose.to_measured(part_mm))
     }
 

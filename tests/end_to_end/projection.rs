@@ -6,7 +6,7 @@ use asphera::config::Config;
 use asphera::live::Station;
 use asphera::replay::replay;
 use asphera_link::Command;
-use asphera_report::{ProjectionFigures, Report};
+use asphera_report::{ProjectionFigures, Report, SectionRequest};
 use asphera_rig::{Rig, Scene, Speed, StationOptions};
 use asphera_tests::{count, json, json_file, number, run};
 
@@ -25,6 +25,24 @@ async fn measured_twice(projection: &str) -> [Report; 2] {
     let recording = finished.recording.clone().unwrap();
     let mut replayed = replay(&recording, |_| {}).unwrap().report;
     replayed.timing = live.timing.clone();
+    // A section of the recording is cut from the same mesh, in the same frame.
+    let surface = &finished.measurement.surface;
+    let request = SectionRequest::Line { from_mm: [-80.0, -29.5], to_mm: [80.0, 30.5] };
+    let cut = surface.section(&request).unwrap().unwrap();
+    let pv_nm = cut.deviation.unwrap().pv_nm;
+    let source = recording.to_str().unwrap();
+    let again = json(&run(["section", source, "--line", "-80,-29.5,80,30.5", "--json"]));
+    assert_eq!(number(&again, "/length_mm"), cut.length_mm);
+    assert_eq!(number(&again, "/deviation/pv_nm"), pv_nm);
+    // So it is by the plane 3u − 8v = −4, said in the measured frame.
+    let [u, v, _] = surface.plane().axes();
+    let normal: [f64; 3] = std::array::from_fn(|axis| 3.0 * u[axis] - 8.0 * v[axis]);
+    let offset: f64 = (0..3).map(|axis| normal[axis] * surface.plane().origin_mm()[axis]).sum();
+    let [a, b, c] = normal;
+    let plane = format!("{a},{b},{c},{}", offset - 4.0);
+    let upright = json(&run(["section", source, "--plane", &plane, "--json"]));
+    let upright_nm = number(&upright, "/deviation/pv_nm");
+    assert!((upright_nm - pv_nm).abs() < 0.1, "{upright_nm} nm, {pv_nm} nm");
     [live, replayed]
 }
 

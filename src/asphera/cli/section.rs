@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use asphera_geometry::VertexId;
 use asphera_mesh::Mesh;
 use asphera_report::SectionReport;
-use asphera_surface::sections::{CuttingPlane, SectionPath};
+use asphera_surface::Plane;
+use asphera_surface::sections::{CuttingPlane, SectionError, SectionPath};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
@@ -16,8 +17,8 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
+use asphera_measure::no_area;
 use asphera_measure::section::{Deviations, report, report_of_plane};
-use asphera_measure::{Along, no_area};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
@@ -26,7 +27,8 @@ pub(super) struct SectionArgs {
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
-    /// From one place to another, in mm of the measured frame.
+    /// From one place to another, in mm of the measured frame; u and v of the plane if a session was projected along another
+    /// direction than z.
     #[arg(long, value_name = "X1,Y1,X2,Y2", value_parser = numbers::<4>, allow_hyphen_values = true)]
     line: Option<[f64; 4]>,
     /// Around a centre, counter-clockwise from its right, in mm of the measured frame.
@@ -98,21 +100,30 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
 
 /// Meshes the points and cuts the surface.
 fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure> {
-    let plane = args.plane.map(|[a, b, c, d]| CuttingPlane::new([a, b, c], d)).transpose()?;
+    // A plane that cannot be is told before anything is read.
+    let plane = args.plane;
+    plane.map(|plane| on(&Plane::XY, plane)).transpose()?;
     let given = args.nominal.as_deref().map(part).transpose()?;
     let is_given = given.is_some();
     let source = Source::open(&args.source, &args.text, progress)?;
     source.say_reading();
-    // The section lies in the measured frame; so does the mesh it is cut from.
-    let measured = |part| measured(part, Along::Z, &source, progress);
-    let mut measurement = source.part(given).map(measured).transpose()?;
-    if !is_given && measurement.as_ref().is_some_and(|found| found.report.form.is_none()) {
-        say("the session's own nominal has no fit here: no deviation is told");
+    let measured = |part| measured(part, source.along(None), &source, progress);
+    let found = source.part(given).map(measured).transpose()?;
+    let surface = found.as_ref().map(|found| &found.surface);
+    let mut measurement = found.as_ref();
+    if !is_given && measurement.is_some_and(|found| found.report.form.is_none()) {
+        say("the section has no deviation, because the nominal of the session has no fit here");
         measurement = None;
     }
+    let projection = surface.map_or(&Plane::XY, |surface| surface.plane());
+    if *projection != Plane::XY {
+        say(&format!(
+            "x, y and z of the section are u, v and w of the session's plane: {projection}"
+        ));
+    }
     let unmeasured;
-    let mesh = match &measurement {
-        Some(measurement) => measurement.surface.mesh(),
+    let mesh = match surface {
+        Some(surface) => surface.mesh(),
         None => {
             unmeasured = meshed(&source, progress);
             &unmeasured
@@ -122,16 +133,16 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
         return Err(format!("{}: {}", args.source.display(), no_area(mesh)).into());
     }
     progress.stage("cutting");
-    let form = measurement.as_ref().map(|measurement| {
+    let form = measurement.map(|measurement| {
         let reasons = || measurement.report.verdict.reasons.join("; ");
         measurement.report.form.as_ref().ok_or_else(|| format!("there is no fit: {}", reasons()))
     });
     let form = form.transpose()?;
-    let gap_limit_mm = args.gap_limit.or_else(|| match &measurement {
+    let gap_limit_mm = args.gap_limit.or_else(|| match measurement {
         Some(measurement) => measurement.report.sampling.gap_limit_mm,
         None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
     });
-    let deviations_nm = measurement.as_ref().map(|measurement| {
+    let deviations_nm = measurement.map(|measurement| {
         |vertices: &[VertexId]| {
             let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
             vertices.iter().map(of).collect::<Vec<f64>>()
@@ -143,6 +154,7 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
         report
     };
     if let Some(plane) = plane {
+        let plane = on(projection, plane)?;
         return Ok(with_losses(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?));
     }
     let path = match (args.line, args.circle, args.radius) {
@@ -151,7 +163,8 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
             SectionPath::Circle { centre_mm: [x, y], radius_mm, start_rad: 0.0 }
         }
         (.., angle_deg) => {
-            let fitted = form.map(|form| [form.fit.pose.tx_mm, form.fit.pose.ty_mm]);
+            let origin_mm = surface.filter(|_| form.is_some()).and_then(|it| it.on_plane([0.0; 3]));
+            let fitted = origin_mm.map(|[u, v, _]| [u, v]);
             let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(mesh));
             SectionPath::Radius {
                 centre_mm: centre_mm.ok_or_else(|| no_points(&args.source))?,
@@ -160,6 +173,15 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
         }
     };
     Ok(with_losses(report(mesh, &path, gap_limit_mm, deviations_nm)?))
+}
+
+/// A plane a·x + b·y + c·z = d of the measured frame in the frame of the plane of projection.
+fn on(projection: &Plane, [a, b, c, d]: [f64; 4]) -> Result<CuttingPlane, SectionError> {
+    if *projection == Plane::XY {
+        return CuttingPlane::new([a, b, c], d);
+    }
+    let along = |[x, y, z]: [f64; 3]| a * x + b * y + c * z;
+    CuttingPlane::new(projection.axes().map(along), d - along(projection.origin_mm()))
 }
 
 fn no_points(file: &Path) -> String {
@@ -215,7 +237,7 @@ fn write_summary(text: &mut String, report: &SectionReport) -> std::fmt::Result 
         if let Some(circle) = &height.circle {
             match circle.radius_mm.zip(circle.u_radius_mm) {
                 Some((radius, u)) => write!(text, "circle     radius {radius:.6} mm (u {u:.1e})")?,
-                None => write!(text, "circle     curvature not told from zero")?,
+                None => write!(text, "circle     none: the curvature is not significant")?,
             }
             writeln!(text, ", left PV {:.1} nm, RMS {:.2} nm", circle.pv_nm, circle.rms_nm)?;
         }

@@ -195,7 +195,7 @@ fn points_out_of_range_are_named_for_what_they_are() {
             said.contains("far.xyz: the points span no area: 3 of 3 lie farther than"),
             "{said}"
         );
-        assert!(said.contains("check the unit of the file"), "{said}");
+        assert!(said.contains("Check the unit of the file"), "{said}");
     });
 }
 
