@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use asphera_link::{Capture, Carries, Channel, DeviceSettings, Family, Proposal};
+use asphera_link::{Capture, Carries, Channel, Command, DeviceSettings, Family, Nanos, Proposal};
 use asphera_settings::Section;
 
 /// The drivers there are, a line each.
@@ -36,6 +36,27 @@ pub struct DeviceConfig {
     pub channels: Vec<Channel>,
 }
 
+impl DeviceConfig {
+    /// Whether anything is sent to the device, from its start to its end: questions, commands, settings.
+    pub(super) fn is_sent_to(&self) -> bool {
+        // Settings that cannot be used are a problem of their own.
+        let Ok(mut driver) = self.settings.driver() else { return false };
+        let mut now = Nanos::ZERO;
+        driver.connected(now);
+        driver.command(now, Command::Start);
+        for _ in 0..TIMERS {
+            if driver.poll_transmit().is_some() {
+                return true;
+            }
+            let Some(due) = driver.poll_timeout() else { break };
+            now = now.max(due);
+            driver.timeout(now);
+        }
+        driver.command(now, Command::Stop);
+        driver.poll_transmit().is_some()
+    }
+}
+
 /// Reads one device; `links` are the names of the links there are.
 pub(super) fn read(name: String, table: &Section<'_>, links: &[String]) -> Option<DeviceConfig> {
     let drivers: Vec<(&str, Family)> =
@@ -63,6 +84,9 @@ fn listed(names: &[String]) -> String {
     let rest = if names.len() > LISTED { ", …" } else { "" };
     names[..names.len().min(LISTED)].join(", ") + rest
 }
+
+/// Timers of a driver that run out before it has sent what it sends by itself: a delay after the start, and a question's.
+const TIMERS: usize = 8;
 
 /// Most names that a problem lists.
 const LISTED: usize = 20;

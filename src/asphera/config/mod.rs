@@ -17,6 +17,7 @@ use std::time::Duration;
 use asphera_link::{BusNumber, Carries};
 use asphera_measure::{Along, Part, Weights};
 use asphera_settings::Section;
+use asphera_transport::Endpoint;
 use thiserror::Error;
 use toml_edit::{DocumentMut, Item};
 
@@ -324,13 +325,24 @@ fn check_links(
         if device.carries != carries {
             let expected = match device.carries {
                 Carries::CanFrames => "a CAN link",
-                Carries::Bytes => "a serial or tcp link",
+                Carries::Bytes => "a serial, tcp or udp link",
             };
             table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
         }
         let others = on_link[device.link];
         if carries == Carries::Bytes && others > 1 {
             table.problem("link", "one device on a link that is no CAN bus", others);
+        }
+        if matches!(link.endpoint, Endpoint::Udp { peer: None, .. }) && device.is_sent_to() {
+            let expected = format!(
+                "a link that can send: set link.{}.peer to the address and port of the device",
+                link.name
+            );
+            table.problem(
+                "link",
+                expected,
+                "a udp link without peer, and settings with questions or commands",
+            );
         }
     }
 }

@@ -189,6 +189,30 @@ fn all_mistakes_of_a_station_come_at_once() {
     );
 }
 
+/// Without the address of the device datagrams come in, and none can go out.
+#[test]
+fn a_udp_link_without_a_peer_leads_to_no_device_that_is_asked() {
+    let tcp = "kind = \"tcp\"\naddress = \"192.168.1.7:8500\"";
+    let text = read(&project("examples/described.toml")).unwrap();
+    assert!(text.contains(tcp));
+    let udp = |text: &str, peer: &str| {
+        let link = format!("kind = \"udp\"\nlisten = \"0.0.0.0:8500\"\n{peer}");
+        let nominal = "[nominal.surface]\nkind = \"plane\"\n";
+        let text = text.replace(tcp, &link).replace("[nominal]\nfile = \"flat.toml\"\n", nominal);
+        Config::parse("described.toml", &text)
+    };
+    let problems = udp(&text, "").unwrap_err();
+    let keys: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["device.arm.link"], "{problems}");
+    assert!(problems.to_string().contains("set link.arm.peer to the address"), "{problems}");
+    udp(&text, "peer = \"192.168.1.7:8500\"").unwrap();
+    // A device that sends by itself needs none.
+    let (from, to) = (text.find("[device.arm.settings.hello]"), text.find("# Lines by which"));
+    let quiet = text[..from.unwrap()].to_owned() + &text[to.unwrap()..];
+    let quiet = quiet.replace("['GO\\r\\n']", "[]").replace("['STOP\\r\\n']", "[]");
+    udp(&quiet, "").unwrap();
+}
+
 /// What else is wrong is told, what merely follows is not.
 #[test]
 fn a_setting_that_cannot_be_used_is_one_mistake() {
