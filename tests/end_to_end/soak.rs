@@ -114,6 +114,7 @@ async fn sessions_in_a_row_leave_nothing_behind() {
             }
         }
         let (before, after) = (before.unwrap(), settled(process));
+        eprintln!("after {warm} sessions {before:?}, after {sessions} {after:?}");
         assert!(after.files <= before.files, "{before:?} {after:?}");
         assert!(after.threads <= before.threads + 1, "{before:?} {after:?}");
         let more_kib = after.memory_kib.saturating_sub(before.memory_kib);
@@ -135,6 +136,7 @@ async fn memory_grows_with_the_points_and_is_given_back() {
         let base_kib = held(process).memory_kib;
         let peaks_kib: Vec<u64> = (0..3).map(|_| measure(&address, &token, process)).collect();
         let a_point = (peaks_kib[0] - base_kib) * 1024 / points;
+        eprintln!("{base_kib} KiB at first; with {points} points at most {peaks_kib:?} KiB, {a_point} bytes a point");
         assert!(a_point < BYTES_A_POINT, "{a_point} bytes a point; {peaks_kib:?} KiB");
         // The result of the session before is there while the next one runs.
         let bound_kib = base_kib + 2 * points * BYTES_A_POINT / 1024;
