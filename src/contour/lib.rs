@@ -3,7 +3,7 @@
 //! [`Samples`] are the points, each place once; [`Triangulation`] is their exact Delaunay triangulation as a graph.
 //! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. Both
 //! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`regions`] are the methods
-//! that give a [`Region`]: an area in [`Part`]s with holes. [`Method`] names them all,
+//! that give a [`Region`]: an area in [`Part`]s with holes. [`sampler`] makes samples of known curves. [`Method`] names them all,
 //! with their parameters, what is proven of them and where they come from; [`CurveSampling`] says whether samples meet that for the curve that
 //! was found; [`agreement`] and [`Deviation`] compare
 //! outcomes.
@@ -36,6 +36,7 @@ mod methods;
 mod polylines;
 mod region;
 pub mod regions;
+pub mod sampler;
 mod samples;
 mod sampling;
 mod triangulation;

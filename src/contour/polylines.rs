@@ -12,6 +12,8 @@ pub(crate) struct Polylines {
     sides: Vec<[PlaceMm; 2]>,
     /// Their middles; half their lengths are negative weights, so that weight + distance bounds the distance to a side.
     tree: WeightedTree,
+    /// Share of a distance by which what is found may be too long.
+    slack: f64,
 }
 
 impl Polylines {
@@ -36,7 +38,14 @@ impl Polylines {
             ([x, y, 0.0], -0.5 * distance_mm(p, q))
         });
         let tree = WeightedTree::new(middles);
-        Polylines { sides, tree }
+        Polylines { sides, tree, slack: 0.0 }
+    }
+
+    /// The same with distances that may be too long by a share of 10⁻⁶.
+    ///
+    /// So sides that lie nearly in one place, as the centres of a circle's samples, are not all looked at.
+    pub(crate) fn nearly(self) -> Polylines {
+        Polylines { slack: 1e-6, ..self }
     }
 
     /// The distance of a place to the nearest place on a side in mm; none without sides.
@@ -68,7 +77,8 @@ impl Polylines {
         let best = Cell::new((of(self.sides[first as usize]), first));
         self.tree.visit(
             |bounds, weight_mm| {
-                bounds.squared_distance_mm2(at).sqrt() + weight_mm - reach_mm <= best.get().0
+                let floor_mm = bounds.squared_distance_mm2(at).sqrt() + weight_mm - reach_mm;
+                floor_mm <= best.get().0 * (1.0 - self.slack)
             },
             |side| {
                 let found = (of(self.sides[side as usize]), side);

@@ -55,6 +55,11 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
         | Format::Vti
         | Format::Raw
         | Format::Vgi => Err(ReadError::Volume { name: name.into() }),
+        // Lines and images are no points; nothing detects them here.
+        Format::Svg | Format::Dxf | Format::Png => Err(ReadError::Unknown {
+            name: name.into(),
+            start: quoted(&bytes[..bytes.len().min(16)]),
+        }),
     }
 }
 
@@ -72,7 +77,10 @@ fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
         | Format::Tiff
         | Format::Vti
         | Format::Raw
-        | Format::Vgi => [true; 4],
+        | Format::Vgi
+        | Format::Svg
+        | Format::Dxf
+        | Format::Png => [true; 4],
         Format::Ply | Format::Stl | Format::Obj | Format::Off | Format::Las => {
             [false, true, false, false]
         }

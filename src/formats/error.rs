@@ -58,6 +58,12 @@ pub enum Format {
     Raw,
     /// Headers of Volume Graphics, `.vgi`.
     Vgi,
+    /// Drawings of the W3C, `.svg`.
+    Svg,
+    /// Drawings of AutoCAD, `.dxf`.
+    Dxf,
+    /// Images, `.png`.
+    Png,
 }
 
 impl Format {
@@ -83,6 +89,9 @@ impl Format {
             Format::Vti => "VTK image",
             Format::Raw => "raw volume",
             Format::Vgi => "VGI",
+            Format::Svg => "SVG",
+            Format::Dxf => "DXF",
+            Format::Png => "PNG",
         }
     }
 }

@@ -14,6 +14,8 @@
 //! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
+//! | [`drawing`] | lines of SVG and DXF | lines in the plane | no |
+//! | [`mask`] | PNG images | black and white | no |
 //! | [`volume`] | `.vol`, NRRD, MetaImage, NIfTI, TIFF stacks, `.vti`, `.vgi`, raw | volumes | no |
 //!
 //! Every length is in mm, whatever the unit in the file. The frame is right-handed: x to the right,
@@ -28,8 +30,10 @@
 
 #![forbid(unsafe_code)]
 
+pub mod drawing;
 pub mod grid_sag;
 pub mod las;
+pub mod mask;
 pub mod metropro;
 pub mod npy;
 pub mod obj;

@@ -12,5 +12,6 @@ mod outlines;
 mod peers;
 mod places;
 mod regions;
+mod sampler;
 mod sampling;
 mod smooth;

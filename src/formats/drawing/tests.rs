@@ -1,0 +1,181 @@
+//! Lines of small drawings against what their specifications say.
+
+use super::*;
+use crate::{Format, Place, ReadError};
+
+fn svg(body: &str) -> Vec<DrawnLine> {
+    read_svg(format!("<svg xmlns='http://www.w3.org/2000/svg'>{body}</svg>").as_bytes()).unwrap()
+}
+
+fn at([a, b, c, d]: [PlaceMm; 4], t: f64) -> PlaceMm {
+    let s = 1.0 - t;
+    std::array::from_fn(|axis| {
+        s * s * s * a[axis]
+            + 3.0 * s * s * t * b[axis]
+            + 3.0 * s * t * t * c[axis]
+            + t * t * t * d[axis]
+    })
+}
+
+fn corners(line: &DrawnLine) -> Vec<PlaceMm> {
+    let mut places = vec![line.pieces[0][0]];
+    places.extend(line.pieces.iter().map(|piece| piece[3]));
+    places
+}
+
+/// Every piece begins where the one before ended, and a closed line ends where it begins.
+fn hangs_together(line: &DrawnLine) {
+    assert!(line.pieces.windows(2).all(|pair| pair[0][3] == pair[1][0]), "{line:?}");
+    assert!(!line.closed || line.pieces.last().unwrap()[3] == line.pieces[0][0], "{line:?}");
+}
+
+fn on_circle(line: &DrawnLine, centre: PlaceMm, radius: f64) {
+    hangs_together(line);
+    for piece in &line.pieces {
+        for step in 0..=20 {
+            let [x, y] = at(*piece, f64::from(step) / 20.0);
+            let off = (x - centre[0]).hypot(y - centre[1]) - radius;
+            assert!(off.abs() < 2e-9 * radius, "{off}");
+        }
+    }
+}
+
+#[test]
+fn commands_of_paths_in_full_and_relative() {
+    let lines = svg("<path d='M10-5 20,5l.5.5H3v2zm1 1 1 0M0 0'/>");
+    assert_eq!(
+        corners(&lines[0]),
+        [[10.0, 5.0], [20.0, -5.0], [20.5, -5.5], [3.0, -5.5], [3.0, -7.5], [10.0, 5.0]]
+    );
+    assert!(lines[0].closed && !lines[1].closed);
+    assert_eq!(corners(&lines[1]), [[11.0, 4.0], [12.0, 4.0]]);
+    assert_eq!(lines.len(), 2);
+    let [c, s, q, t] = [
+        "M0 0C1 1 2 1 3 0S5-1 6 0",
+        "M0 0C1 1 2 1 3 0C4 -1 5 -1 6 0",
+        "M0 0Q1 2 2 0T4 0",
+        "M0 0Q1 2 2 0Q3 -2 4 0",
+    ]
+    .map(|data| svg(&format!("<path d='{data}'/>")));
+    assert_eq!((c, q), (s, t));
+    // A quadratic curve has its middle half way to its control point.
+    let quadratic = svg("<path d='M0 0q1 2 2 0'/>");
+    assert_eq!(
+        at(quadratic[0].pieces[0], 0.5).map(|value| (value * 1e12).round() / 1e12),
+        [1.0, -1.0]
+    );
+}
+
+#[test]
+fn arcs_are_arcs() {
+    // Flags may stand without anything between.
+    let half = svg("<path d='M-5 0a5 5 0 0110 0'/>");
+    on_circle(&half[0], [0.0, 0.0], 5.0);
+    // With the sweep flag the arc goes clockwise on the picture, so above the line.
+    assert!(at(half[0].pieces[4], 0.5)[1] > 0.0);
+    let large = svg("<path d='M0 0A5 5 0 1 0 5 5'/>");
+    on_circle(&large[0], [0.0, -5.0], 5.0);
+    assert_eq!(large[0].pieces.len(), 24);
+    // A radius too small is made to fit.
+    on_circle(&svg("<path d='M0 0A1 1 0 0 0 8 0'/>")[0], [4.0, 0.0], 4.0);
+    let ellipse = svg("<ellipse cx='1' cy='2' rx='3' ry='0.5'/>");
+    hangs_together(&ellipse[0]);
+    for piece in &ellipse[0].pieces {
+        let [x, y] = at(*piece, 0.3);
+        assert!((((x - 1.0) / 3.0).powi(2) + ((y + 2.0) / 0.5).powi(2) - 1.0).abs() < 1e-8);
+    }
+    on_circle(&svg("<circle cx='-3' cy='4' r='2'/>")[0], [-3.0, -4.0], 2.0);
+}
+
+#[test]
+fn shapes_transforms_and_what_is_not_drawn() {
+    let lines = svg("<defs><path d='M0 0L1 1'/></defs><g transform='translate(10 0) scale(2)'>\
+         <rect x='1' y='1' width='2' height='1'/><polyline points='0,0 1,0 1,1' transform='rotate(90)'/></g>\
+         <polygon points='0 0 4 0 4 4'/><line x1='1' y1='2' x2='3' y2='4'/><text>no</text>");
+    assert_eq!(lines.len(), 4);
+    assert_eq!(
+        corners(&lines[0]),
+        [[12.0, -2.0], [16.0, -2.0], [16.0, -4.0], [12.0, -4.0], [12.0, -2.0]]
+    );
+    let turned = corners(&lines[1]);
+    assert!((turned[1][0] - 10.0).abs() < 1e-12 && (turned[1][1] + 2.0).abs() < 1e-12);
+    assert!(lines[0].closed && !lines[1].closed && lines[2].closed && !lines[3].closed);
+    let round = svg("<rect width='4' height='2' rx='1'/>");
+    hangs_together(&round[0]);
+    assert_eq!(round[0].pieces.len(), 4 * 8 + 2);
+}
+
+#[test]
+fn units_come_from_the_root() {
+    let scaled = |root: &str| {
+        let text = format!("<svg {root}><path d='M0 0L10 0'/></svg>");
+        corners(&read_svg(text.as_bytes()).unwrap()[0])[1][0]
+    };
+    assert_eq!(scaled("width='50mm' height='50mm' viewBox='0 0 100 100'"), 5.0);
+    assert!((scaled("width='1in' viewBox='0 0 127 127'") - 2.0).abs() < 1e-12);
+    assert_eq!(scaled("width='100' viewBox='0 0 50 50'"), 10.0);
+    assert_eq!(scaled("width='96px'"), 10.0);
+    assert!((scaled("width='10mm'") - 2.645_833_333_333_333).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_not_understood_is_refused_with_its_place() {
+    let refused = |text: &str| read_svg(text.as_bytes()).unwrap_err().to_string();
+    assert!(
+        refused("<svg><path d='M0 0L1 x'/></svg>").contains("element path: expected path data")
+    );
+    assert!(refused("<svg><path d='0 0'/></svg>").contains("path data"));
+    assert!(refused("<svg><g transform='turn(3)'/></svg>").contains("a transform"));
+    assert!(refused("<svg><circle r='wide'/></svg>").contains("a number as r"));
+    assert!(refused("<html/>").contains("an element svg"));
+    assert!(refused("<svg><g></svg>").contains("well-formed XML"));
+    assert!(read_svg(b"<svg/>").unwrap().is_empty());
+}
+
+/// The text of a DXF file with entities.
+fn dxf(entities: &str) -> Vec<u8> {
+    let text = format!("0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
+    text.replace(';', "\n").into_bytes()
+}
+
+#[test]
+fn entities_of_dxf() {
+    let square = dxf("0;LWPOLYLINE;90;4;70;1;10;0;20;0;10;2;20;0;10;2;20;2;10;0;20;2;");
+    let lines = read_dxf(&square).unwrap();
+    assert_eq!(corners(&lines[0]), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0]]);
+    assert!(lines[0].closed);
+    // Two half circles by bulges are a circle; the first runs counter-clockwise below.
+    let round =
+        dxf("0;POLYLINE;66;1;70;1;0;VERTEX;10;-1;20;0;42;1;0;VERTEX;10;1;20;0;42;1;0;SEQEND;");
+    let lines = read_dxf(&round).unwrap();
+    on_circle(&lines[0], [0.0, 0.0], 1.0);
+    assert!(at(lines[0].pieces[8], 0.0)[1] < -0.999);
+    let quarter = read_dxf(&dxf("0;ARC;10;1;20;1;40;2;50;0;51;90;")).unwrap();
+    on_circle(&quarter[0], [1.0, 1.0], 2.0);
+    on_circle(&read_dxf(&dxf("0;CIRCLE;10;1;20;1;40;2;")).unwrap()[0], [1.0, 1.0], 2.0);
+    // Lines in any direction are joined to one that closes.
+    let joined = dxf(
+        "0;LINE;10;0;20;0;11;1;21;0;0;LINE;10;1;20;1;11;1;21;0;0;TEXT;1;hello;0;LINE;10;1;20;1;11;0;21;0;",
+    );
+    let lines = read_dxf(&joined).unwrap();
+    assert!(lines.len() == 1 && lines[0].closed);
+    assert_eq!(corners(&lines[0]), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]]);
+    hangs_together(&lines[0]);
+}
+
+#[test]
+fn dxf_units_and_mistakes() {
+    let header = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n".to_vec();
+    let inch = [header, dxf("0;LINE;10;0;20;0;11;1;21;0;")].concat();
+    assert_eq!(corners(&read_dxf(&inch).unwrap()[0])[1], [25.4, 0.0]);
+    let spline = read_dxf(&dxf("0;SPLINE;70;8;")).unwrap_err();
+    assert!(matches!(
+        spline,
+        ReadError::Unsupported { format: Format::Dxf, place: Place::Line { line: 6, .. }, .. }
+    ));
+    let wrong = read_dxf(&dxf("0;LINE;10;wide;")).unwrap_err().to_string();
+    assert!(wrong.contains("line 8") && wrong.contains("a number"), "{wrong}");
+    assert!(read_dxf(b"0\nSECTION\n2\n").is_err());
+    assert!(read_dxf(b"hello\nworld\n").is_err());
+    assert!(read_dxf(b"AutoCAD Binary DXF\r\n").is_err());
+}
