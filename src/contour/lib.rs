@@ -27,6 +27,7 @@
 
 #![forbid(unsafe_code)]
 
+mod choice;
 mod compare;
 pub mod curves;
 mod graph;
@@ -41,6 +42,7 @@ mod samples;
 mod sampling;
 mod triangulation;
 
+pub use choice::{Choice, ChosenCurve};
 pub use compare::{Agreement, Deviation, IouError, agreement, intersection_over_union};
 pub use graph::{Chain, Graph};
 pub use methods::{Kind, Method, MethodError, Parameter, Parameters};

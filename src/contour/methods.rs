@@ -8,8 +8,9 @@ use thiserror::Error;
 
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
-    connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan, hnn_crust, lenz,
-    nn_crust, one_sided_hnn_crust, one_step_crust, peel, regular_shape, sig_connect2d, vicur,
+    connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan, hnn_crust, lee,
+    lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust, peel, regular_shape,
+    sig_connect2d, vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -77,6 +78,8 @@ pub enum Method {
     Gathan,
     /// [`lenz`].
     Lenz,
+    /// [`lee`].
+    Lee,
     /// [`alpha_curve`].
     AlphaCurve,
     /// [`alpha_shape`].
@@ -260,6 +263,7 @@ impl Method {
             Method::AlphaCurve if value("alpha_mm") == 0.0 => {
                 ("alpha_mm", joining_alpha_mm(triangulation))
             }
+            Method::Lee if value("h_mm") == 0.0 => ("h_mm", lee_reach_mm(triangulation)),
             Method::Chi if value("lambda") >= 0.0 => {
                 ("l_mm", chi_length_mm(triangulation, value("lambda")))
             }
@@ -313,6 +317,7 @@ impl Method {
             Method::Vicur => vicur(triangulation, value("c")),
             Method::Gathan => gathan(triangulation, value("phi_deg"), value("rho")),
             Method::Lenz => lenz(triangulation, value("u"), value("phi_deg")),
+            Method::Lee if value("h_mm") > 0.0 => lee(triangulation, value("h_mm")).graph,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))

@@ -29,6 +29,11 @@ pub(super) const CONTOUR: &str = "Examples:
   asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json
   asphera contour --methods";
 
+pub(super) const SAMPLE: &str = "Examples:
+  asphera sample blade.svg --rho 0.9 -o blade.xy
+  asphera sample blade.svg --epsilon 0.2 --noise 0.003 --outliers 5 --seed 7 -o blade.xy --truth blade.json
+  asphera sample mask.png --pixel 0.01 -o edge.xy";
+
 pub(super) const COMPARE: &str = "Examples:
   asphera compare found.json truth.json --json
   asphera compare --shapes a.ply b.ply c.xyz --scale-free

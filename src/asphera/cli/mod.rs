@@ -24,6 +24,7 @@ mod reduce;
 mod replay;
 mod report;
 mod run;
+mod sample;
 mod sampling;
 mod section;
 mod serve;
@@ -92,6 +93,9 @@ enum Command {
     /// Finds the curve that points in the plane are samples of: outlines, edges, closed sections.
     #[command(after_help = examples::CONTOUR)]
     Contour(contour::ContourArgs),
+    /// Makes samples of a known curve, a drawing or an image, with noise and outliers, to try `contour` without data.
+    #[command(after_help = examples::SAMPLE)]
+    Sample(sample::SampleArgs),
     /// Compares two contours: distances, areas, edges; with --shapes, how alike clouds are.
     #[command(after_help = examples::COMPARE)]
     Compare(compare::CompareArgs),
@@ -206,6 +210,7 @@ pub fn main() -> ExitCode {
         Command::Reduce(args) => reduce::run(&args),
         Command::Section(args) => section::run(&args),
         Command::Contour(args) => contour::run(&args),
+        Command::Sample(args) => sample::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Sampling(args) => sampling::run(&args),
         Command::Graph(args) => graph::run(&args),

@@ -100,6 +100,11 @@ fn of_curve(method: &Method) -> Facts {
             "none (ε < 0.48 claimed)",
             "Lenz 2006; text not at hand, the probe is our choice",
         ),
+        Method::Lee => (
+            "lee",
+            "none",
+            "Lee 2000; text not at hand, distance, thinning and joining are our choice",
+        ),
         Method::AlphaCurve => {
             ("alpha-curve", "none stated here", "Edelsbrunner, Kirkpatrick, Seidel 1983")
         }

@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 36] = [
+    pub const ALL: [Method; 37] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -32,6 +32,7 @@ impl Method {
         Method::Vicur,
         Method::Gathan,
         Method::Lenz,
+        Method::Lee,
         Method::AlphaCurve,
         Method::Alpha,
         Method::Chi,
@@ -112,6 +113,7 @@ impl Method {
             Method::Vicur => &VICUR,
             Method::Gathan => &GATHAN,
             Method::Lenz => &LENZ,
+            Method::Lee => &LEE,
             Method::AlphaCurve => &ALPHA_CURVE,
             Method::Alpha => &ALPHA,
             Method::Chi => &CHI,
@@ -229,6 +231,14 @@ const LENZ: [Parameter; 2] = [
         meaning: "largest turn from one step to the next",
     },
 ];
+
+const LEE: [Parameter; 1] = [Parameter {
+    name: "h_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "points within this distance are averaged, mm; 0 takes it from the points",
+}];
 
 const ALPHA_CURVE: [Parameter; 1] = [Parameter {
     name: "alpha_mm",

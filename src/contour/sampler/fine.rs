@@ -108,6 +108,17 @@ impl TrueCurve {
         self.lines.iter().map(|line| samples_of(line, spacing)).collect()
     }
 
+    /// All places of the curve as samples, line by line.
+    pub fn every_place(&self) -> Vec<SampledLine> {
+        let line = |line: &FineLine| SampledLine {
+            places_mm: line.places.clone(),
+            normals: line.normals.clone(),
+            lfs_mm: line.lfs_mm.clone(),
+            closed: line.closed,
+        };
+        self.lines.iter().map(line).collect()
+    }
+
     /// The curve itself as places close together, by line, and whether each is closed.
     pub fn lines_mm(&self) -> Vec<(Vec<PlaceMm>, bool)> {
         self.lines.iter().map(|line| (line.places.clone(), line.closed)).collect()

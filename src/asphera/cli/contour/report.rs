@@ -114,13 +114,21 @@ fn open_runs(region: &Region, samples: usize) -> Vec<Chain> {
     Graph::new(other).chains(samples)
 }
 
+/// Length of a line in mm, with the side that closes it.
+fn line_mm(places_mm: &[PlaceMm], closed: bool) -> f64 {
+    let sides = places_mm.len().saturating_sub(usize::from(!closed));
+    let next = places_mm.iter().cycle().skip(1);
+    let sides = places_mm.iter().zip(next).take(sides);
+    sides.map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).sum()
+}
+
 /// The lines round the parts and holes of a region, then those that enclose nothing.
 fn lines(region: &Region, samples: &Samples) -> Vec<ChainFigures> {
     let round = region.parts().iter().flat_map(|part| part.lines_mm(samples));
-    let closed = |points_mm: Vec<PlaceMm>| {
-        let next = points_mm.iter().cycle().skip(1);
-        let length_mm = points_mm.iter().zip(next).map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]));
-        ChainFigures { closed: true, length_mm: length_mm.sum(), points_mm }
+    let closed = |points_mm: Vec<PlaceMm>| ChainFigures {
+        closed: true,
+        length_mm: line_mm(&points_mm, true),
+        points_mm,
     };
     let open = figures(samples, &open_runs(region, samples.len()));
     round.map(closed).chain(open).collect()
@@ -199,6 +207,49 @@ impl ContourReport {
                 ],
                 false => Vec::new(),
             },
+        }
+    }
+
+    /// The true contour of points made of a known curve: its edges by rows, and its lines as places close together.
+    pub(in crate::cli) fn of_truth(
+        points_mm: &[PlaceMm],
+        edges: &[[u32; 2]],
+        lines: Vec<(Vec<PlaceMm>, bool)>,
+    ) -> ContourReport {
+        let graph = Graph::new(edges.iter().copied());
+        let chains = lines.into_iter().map(|(points_mm, closed)| ChainFigures {
+            closed,
+            length_mm: line_mm(&points_mm, closed),
+            points_mm,
+        });
+        let count = points_mm.len();
+        let mut edge_mm: Vec<f64> = edges
+            .iter()
+            .map(|edge| edge.map(|row| points_mm[row as usize]))
+            .map(|[p, q]| (p[0] - q[0]).hypot(p[1] - q[1]))
+            .collect();
+        edge_mm.sort_by(f64::total_cmp);
+        ContourReport {
+            format: FORMAT.to_owned(),
+            input: InputFigures {
+                points: count,
+                distinct: count,
+                spacing_median_mm: edge_mm.get(edge_mm.len() / 2).copied().unwrap_or(0.0),
+            },
+            method: "truth".to_owned(),
+            parameters: BTreeMap::new(),
+            guarantee: "the curve itself".to_owned(),
+            edges: graph.edges().to_vec(),
+            chains: chains.collect(),
+            area_mm2: None,
+            parts: None,
+            holes: None,
+            regions: None,
+            ends: graph.ends(count),
+            junctions: graph.junctions(count),
+            left_out: graph.alone(count),
+            sampling: None,
+            unknown: Vec::new(),
         }
     }
 

@@ -28,7 +28,7 @@ fn ellipse(half_axes: [f64; 2]) -> BezierLine {
 }
 
 /// A smooth closed curve through corners at random about a circle (cardinal spline).
-fn random_curve(random: &mut Random) -> BezierLine {
+pub(crate) fn random_curve(random: &mut Random) -> BezierLine {
     let count = 9;
     let corners: Vec<PlaceMm> = (0..count)
         .map(|index| {

@@ -1,0 +1,245 @@
+//! Choice of a method by the points: border or area, outliers, noise.
+
+use crate::curves::{hnn_crust, lee, lee_reach_mm};
+use crate::graphs::spanning;
+use crate::triangulation::{circumcentre_mm, distance_mm};
+use crate::{Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
+
+/// What points are samples of, and the method that suits them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Whether they lie all over an area.
+    pub is_area: bool,
+    /// Share of the samples that lie within an area as dense as most: what decides that.
+    pub inner_share: f64,
+    /// Samples far from all others, and from their neighbours' spacing: left out. None of an area.
+    pub outliers: Vec<SampleId>,
+    /// Share of the turns of the curve, as far as it is joined, that go the other way than the turn before: 0 of a smooth curve, 0.73 of
+    /// noise. None of an area.
+    pub zigzag: Option<f64>,
+    /// Share of the samples but outliers that end a curve or are joined to none.
+    pub loose_share: f64,
+    /// The method.
+    pub method: Method,
+}
+
+/// A curve that was chosen: its edges, and where it goes if not through its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChosenCurve {
+    /// The edges.
+    pub graph: Graph,
+    /// The place of every sample on the curve, if it does not go through them, mm.
+    pub places_mm: Option<Vec<PlaceMm>>,
+    /// The standard deviation of the samples to it in mm, where noise was taken away.
+    pub sigma_mm: Option<f64>,
+}
+
+impl Choice {
+    /// The choice for samples; n·log n time.
+    ///
+    /// An area has at least 0.62 of its samples off the hull with no triangle about them of a circle wider than 2.2 times the median edge
+    /// of the minimum spanning tree. Of a border, outliers are samples whose second nearest sample is more than four times as far as that
+    /// of one of their two nearest, looked for twice; then open runs of up to four samples, where others have thirty or more. The rest is noisy if more than 0.4 of the turns of its [`hnn_crust`] change their
+    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen. All figures are ours, from points made for each case.
+    pub fn of(triangulation: &Triangulation) -> Choice {
+        let inner_share = inner_share(triangulation);
+        let is_area = inner_share >= AREA;
+        if is_area {
+            return Choice {
+                is_area,
+                inner_share,
+                outliers: Vec::new(),
+                zigzag: None,
+                loose_share: 0.0,
+                method: Method::Auto,
+            };
+        }
+        let outliers = outliers(triangulation);
+        let rest = Rest::new(triangulation, &outliers);
+        let curve = hnn_crust(&rest.triangulation);
+        let zigzag = zigzag(&rest.triangulation, &curve);
+        let count = rest.triangulation.len();
+        let loose = curve.ends(count).len() + curve.alone(count).len();
+        let loose_share = loose as f64 / count.max(1) as f64;
+        let is_noisy = zigzag > ZIGZAG || loose_share > LOOSE;
+        let method = if is_noisy { Method::Lee } else { Method::HnnCrust };
+        Choice { is_area, inner_share, outliers, zigzag: Some(zigzag), loose_share, method }
+    }
+
+    /// The curve by the method chosen, without the outliers; none of an area.
+    pub fn curve(&self, triangulation: &Triangulation) -> Option<ChosenCurve> {
+        if self.is_area {
+            return None;
+        }
+        let rest = Rest::new(triangulation, &self.outliers);
+        let reach_mm = lee_reach_mm(&rest.triangulation).filter(|_| self.method == Method::Lee);
+        let Some(reach_mm) = reach_mm else {
+            let graph = rest.back(&hnn_crust(&rest.triangulation));
+            return Some(ChosenCurve { graph, ..ChosenCurve::default() });
+        };
+        let moved = lee(&rest.triangulation, reach_mm);
+        let mut places_mm = triangulation.samples().places().to_vec();
+        for (&sample, place) in rest.kept.iter().zip(moved.places_mm) {
+            places_mm[sample as usize] = place;
+        }
+        Some(ChosenCurve {
+            graph: rest.back(&moved.graph),
+            places_mm: Some(places_mm),
+            sigma_mm: Some(moved.sigma_mm),
+        })
+    }
+
+    /// The reason in words.
+    pub fn reason(&self) -> String {
+        let share = |share: f64| format!("{:.0} %", 100.0 * share);
+        let Some(zigzag) = self.zigzag else {
+            return format!(
+                "area: {} of the points lie within an area as dense as most ({} or more needed)",
+                share(self.inner_share),
+                share(AREA)
+            );
+        };
+        let kind = format!(
+            "border: {} of the points lie within an area as dense as most ({} would make an area)",
+            share(self.inner_share),
+            share(AREA)
+        );
+        let outliers = match self.outliers.len() {
+            0 => String::new(),
+            count => format!("; {count} outliers left out"),
+        };
+        let noise = match self.method == Method::Lee {
+            true => "noise",
+            false => "no noise",
+        };
+        format!(
+            "{kind}{outliers}; {noise}: {} of its turns change direction, {} of its points are loose",
+            share(zigzag),
+            share(self.loose_share)
+        )
+    }
+}
+
+/// Share of the samples off the hull whose triangles all have small circles.
+fn inner_share(triangulation: &Triangulation) -> f64 {
+    let in_tree = spanning(triangulation);
+    let tree = triangulation.by_length().iter().copied().filter(|&edge| in_tree[edge as usize]);
+    let tree: Vec<u32> = tree.collect();
+    let Some(&median) = tree.get(tree.len() / 2) else { return 0.0 };
+    let most_mm = WIDEST * triangulation.length_mm(median);
+    let mut is_inner = vec![!triangulation.triangles().is_empty(); triangulation.len()];
+    for corners in triangulation.triangles() {
+        let places = corners.map(|corner| triangulation.place(corner));
+        let radius_mm = distance_mm(circumcentre_mm(places), places[0]);
+        // NaN of a flat triangle is wide, too.
+        if radius_mm.is_nan() || radius_mm > most_mm {
+            corners.iter().for_each(|&corner| is_inner[corner as usize] = false);
+        }
+    }
+    for edge in triangulation.edges().iter().filter(|edge| edge.triangles.contains(&None)) {
+        edge.ends.iter().for_each(|&end| is_inner[end as usize] = false);
+    }
+    let inner = is_inner.iter().filter(|is_inner| **is_inner).count();
+    inner as f64 / triangulation.len().max(1) as f64
+}
+
+/// Samples far from all others, measured by the spacing of the samples nearest to them.
+fn outliers(triangulation: &Triangulation) -> Vec<SampleId> {
+    let mut out = Vec::new();
+    for _ in 0..2 {
+        let rest = Rest::new(triangulation, &out);
+        let set = &rest.triangulation;
+        if set.len() < 8 {
+            break;
+        }
+        let nearest: Vec<[(SampleId, f64); 2]> = (0..set.len() as SampleId)
+            .map(|sample| {
+                let mut nearby = set.nearby(sample);
+                [(); 2].map(|()| {
+                    let other = nearby.next().unwrap_or(sample);
+                    (other, distance_mm(set.place(sample), set.place(other)))
+                })
+            })
+            .collect();
+        let found = nearest.iter().enumerate().filter(|(_, [first, second])| {
+            let spacing = |other: SampleId| nearest[other as usize][1].1;
+            second.1 > FAR * spacing(first.0).min(spacing(second.0))
+        });
+        let found: Vec<SampleId> = found.map(|(index, _)| rest.kept[index]).collect();
+        if found.is_empty() {
+            break;
+        }
+        out.extend(found);
+        out.sort_unstable();
+    }
+    let rest = Rest::new(triangulation, &out);
+    let curve = hnn_crust(&rest.triangulation);
+    let chains = curve.chains(rest.kept.len());
+    if chains.iter().any(|chain| chain.samples.len() >= LONG) {
+        let short = chains.iter().filter(|chain| !chain.closed && chain.samples.len() <= SHORT);
+        let ends = short.flat_map(|chain| &chain.samples).copied();
+        let apart = ends.chain(curve.alone(rest.kept.len()));
+        out.extend(apart.map(|sample| rest.kept[sample as usize]));
+        out.sort_unstable();
+        out.dedup();
+    }
+    out
+}
+
+/// Share of the turns that go the other way than the one before.
+fn zigzag(triangulation: &Triangulation, curve: &Graph) -> f64 {
+    let (mut changes, mut pairs) = (0_usize, 0_usize);
+    for chain in curve.chains(triangulation.len()) {
+        let places = chain.places_mm(triangulation.samples());
+        let count = places.len();
+        let turns = if chain.closed { count } else { count.saturating_sub(2) };
+        let turn = |index: usize| {
+            let [a, b, c] = [0, 1, 2].map(|step| places[(index + step) % count]);
+            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+        };
+        let turns: Vec<f64> = (0..turns).map(turn).collect();
+        for pair in turns.windows(2) {
+            pairs += 1;
+            changes += usize::from(pair[0] * pair[1] < 0.0);
+        }
+    }
+    changes as f64 / pairs.max(1) as f64
+}
+
+/// The samples without some of them.
+struct Rest {
+    triangulation: Triangulation,
+    /// The sample that each of the rest is.
+    kept: Vec<SampleId>,
+}
+
+impl Rest {
+    fn new(triangulation: &Triangulation, without: &[SampleId]) -> Rest {
+        let is_kept = |sample: &SampleId| without.binary_search(sample).is_err();
+        let kept: Vec<SampleId> = (0..triangulation.len() as SampleId).filter(is_kept).collect();
+        let places: Vec<PlaceMm> = kept.iter().map(|&sample| triangulation.place(sample)).collect();
+        // Places of samples are admitted and sorted already: numbers are those of `kept`.
+        let samples = Samples::new(&places).unwrap_or_else(|_| triangulation.samples().clone());
+        Rest { triangulation: Triangulation::new(samples), kept }
+    }
+
+    /// A graph of the rest as one of all samples.
+    fn back(&self, graph: &Graph) -> Graph {
+        Graph::new(graph.edges().iter().map(|edge| edge.map(|end| self.kept[end as usize])))
+    }
+}
+
+/// Share of inner samples from which on points are an area.
+const AREA: f64 = 0.62;
+/// Widest circle of a triangle within an area over the median edge of the spanning tree.
+const WIDEST: f64 = 2.2;
+/// Distance of an outlier to its second nearest sample over that of its neighbours.
+const FAR: f64 = 4.0;
+/// Open runs of so many samples or fewer are outliers,
+const SHORT: usize = 4;
+/// where a run has so many or more.
+const LONG: usize = 30;
+/// Share of changes of direction that says noise.
+const ZIGZAG: f64 = 0.4;
+/// Share of loose samples that says noise.
+const LOOSE: f64 = 0.25;

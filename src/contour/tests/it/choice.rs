@@ -1,0 +1,138 @@
+//! Choice of a method by the points, and how well the chosen curve lies beside those of all other methods.
+
+use std::f64::consts::TAU;
+
+use asphera_contour::sampler::{Disturbance, Spacing, TrueCurve};
+use asphera_contour::{Choice, Deviation, Graph, Kind, Method, Parameters, PlaceMm, Triangulation};
+
+use crate::places::{Random, scattered, triangulation};
+use crate::sampler::random_curve;
+
+type Lines = Vec<(Vec<PlaceMm>, bool)>;
+
+/// Lines of a graph, through moved places if there are such.
+fn lines_of(graph: &Graph, set: &Triangulation, places: Option<&[PlaceMm]>) -> Lines {
+    let places = places.unwrap_or(set.samples().places());
+    let chains = graph.chains(set.len()).into_iter();
+    chains
+        .map(|chain| {
+            (chain.samples.iter().map(|&sample| places[sample as usize]).collect(), chain.closed)
+        })
+        .collect()
+}
+
+fn chosen(set: &Triangulation) -> (Choice, Lines) {
+    let choice = Choice::of(set);
+    let curve = choice.curve(set).unwrap();
+    let lines = lines_of(&curve.graph, set, curve.places_mm.as_deref());
+    (choice, lines)
+}
+
+/// The RMS of what is chosen over that of the best of all other curves, in the mean over some curves.
+fn against_best(spacing: Spacing, disturbance: Disturbance, expected: Method) -> f64 {
+    let mut random = Random::new(120);
+    let mut logs = 0.0;
+    let rounds = 8;
+    let mut names = Vec::new();
+    for seed in 0..rounds {
+        let line = random_curve(&mut random);
+        let curve = TrueCurve::of_beziers(&[line], &spacing);
+        let samples = curve.sampled(&spacing);
+        let points = Disturbance { seed, ..disturbance }.apply(&curve, &samples).points_mm;
+        let set = triangulation(&points);
+        let truth = curve.lines_mm();
+        let rms = |lines: &Lines| {
+            Deviation::between_lines(lines, &truth).map_or(f64::INFINITY, |it| it.rms_mm)
+        };
+        let (choice, lines) = chosen(&set);
+        assert_eq!(choice.method, expected, "{} of {} points", choice.reason(), points.len());
+        let best = Method::ALL
+            .into_iter()
+            .filter(|method| method.kind() == Kind::Curve && *method != Method::Lee)
+            .map(|method| {
+                let graph = method.run(&set, &Parameters::new()).unwrap();
+                (rms(&lines_of(&graph, &set, None)), method.name())
+            })
+            .fold((f64::INFINITY, ""), |best, next| if next.0 < best.0 { next } else { best });
+        names.push(best.1);
+        logs += (rms(&lines) / best.0).ln() / rounds as f64;
+    }
+    println!("auto over best, {spacing:?} {disturbance:?}: {:.3} (best: {names:?})", logs.exp());
+    logs.exp()
+}
+
+/// A spacing that gives about 600 samples of a curve of 60 mm.
+const DENSE: Spacing = Spacing { epsilon: None, rho: None, chord_mm: Some(2e-4) };
+
+#[test]
+fn clean_samples_are_joined_as_well_as_by_the_best() {
+    for epsilon in [0.1, 0.3] {
+        let spacing = Spacing { epsilon: Some(epsilon), ..Spacing::default() };
+        assert!(against_best(spacing, Disturbance::default(), Method::HnnCrust) <= 1.15);
+    }
+}
+
+#[test]
+fn noise_is_taken_away() {
+    let noise = Disturbance { of_box: 0.01, ..Disturbance::default() };
+    assert!(against_best(DENSE, noise, Method::Lee) <= 0.75);
+}
+
+#[test]
+fn outliers_are_left_out() {
+    let outliers = Disturbance { outliers_percent: 5.0, ..Disturbance::default() };
+    assert!(against_best(DENSE, outliers, Method::HnnCrust) <= 0.6);
+}
+
+#[test]
+fn areas_are_told_from_borders() {
+    for seed in 0..10 {
+        let area = triangulation(&scattered(2000, seed + 500));
+        let choice = Choice::of(&area);
+        assert!(choice.is_area && choice.method == Method::Auto, "{}", choice.reason());
+        assert!(choice.curve(&area).is_none() && choice.reason().starts_with("area: "));
+    }
+    let raster: Vec<PlaceMm> =
+        (0..900).map(|index| [f64::from(index % 30), f64::from(index / 30)]).collect();
+    assert!(Choice::of(&triangulation(&raster)).is_area);
+}
+
+#[test]
+fn small_sets_and_lines_are_borders() {
+    for points in
+        [vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (0..20).map(|x| [f64::from(x), 0.0]).collect()]
+    {
+        let set = triangulation(&points);
+        let (choice, _) = chosen(&set);
+        assert!(!choice.is_area && choice.outliers.is_empty());
+    }
+}
+
+#[test]
+fn a_noisy_circle_is_found_with_its_noise() {
+    // 2,000 points of normal noise of 20 µm on 5 mm.
+    let mut random = Random::new(121);
+    let mut normal = || (0..12).map(|_| random.share()).sum::<f64>() - 6.0;
+    let points: Vec<PlaceMm> = (0..2000)
+        .map(|index| {
+            let (sin, cos) = (TAU * f64::from(index) / 2000.0).sin_cos();
+            let radius = 5.0 + 0.02 * normal();
+            [radius * cos, radius * sin]
+        })
+        .collect();
+    let set = triangulation(&points);
+    let choice = Choice::of(&set);
+    assert_eq!(choice.method, Method::Lee, "{}", choice.reason());
+    let curve = choice.curve(&set).unwrap();
+    let lines = lines_of(&curve.graph, &set, curve.places_mm.as_deref());
+    assert!(lines.len() == 1 && lines[0].1, "{} lines", lines.len());
+    let off = lines[0].0.iter().map(|[x, y]| (x.hypot(*y) - 5.0).powi(2)).sum::<f64>();
+    let rms = (off / lines[0].0.len() as f64).sqrt();
+    assert!(rms < 0.01, "{rms}");
+    assert!((curve.sigma_mm.unwrap() - 0.02).abs() < 0.004, "{:?}", curve.sigma_mm);
+    // The order of the points changes nothing.
+    let mut turned = points.clone();
+    Random::new(5).shuffle(&mut turned);
+    let other = triangulation(&turned);
+    assert_eq!(Choice::of(&other).curve(&other), Some(curve));
+}
