@@ -3,7 +3,7 @@
 use crate::curves::{hnn_crust, lee, lee_reach_mm};
 use crate::graphs::spanning;
 use crate::triangulation::{circumcentre_mm, distance_mm};
-use crate::{Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
+use crate::{CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
 
 /// What points are samples of, and the method that suits them.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,15 +23,36 @@ pub struct Choice {
     pub method: Method,
 }
 
-/// A curve that was chosen: its edges, and where it goes if not through its samples.
+/// A curve that was found: its edges, and where it goes if not through its samples.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ChosenCurve {
+pub struct FoundCurve {
     /// The edges.
     pub graph: Graph,
     /// The place of every sample on the curve, if it does not go through them, mm.
     pub places_mm: Option<Vec<PlaceMm>>,
     /// The standard deviation of the samples to it in mm, where noise was taken away.
     pub sigma_mm: Option<f64>,
+}
+
+impl FoundCurve {
+    /// How well the places of the curve show it; samples without an edge do not count.
+    pub fn sampling(&self, triangulation: &Triangulation) -> CurveSampling {
+        let Some(places_mm) = &self.places_mm else {
+            return CurveSampling::new(triangulation, &self.graph);
+        };
+        let degrees = self.graph.degrees(triangulation.len());
+        let used: Vec<usize> = (0..degrees.len()).filter(|&sample| degrees[sample] > 0).collect();
+        let places: Vec<PlaceMm> = used.iter().map(|&sample| places_mm[sample]).collect();
+        // Places fitted to admitted ones lie beside them.
+        let Ok(samples) = Samples::new(&places) else {
+            return CurveSampling::new(triangulation, &Graph::default());
+        };
+        let number = |sample: SampleId| {
+            samples.of_row(used.partition_point(|&other| other < sample as usize))
+        };
+        let graph = Graph::new(self.graph.edges().iter().map(|edge| edge.map(number)));
+        CurveSampling::new(&Triangulation::new(samples), &graph)
+    }
 }
 
 impl Choice {
@@ -67,7 +88,7 @@ impl Choice {
     }
 
     /// The curve by the method chosen, without the outliers; none of an area.
-    pub fn curve(&self, triangulation: &Triangulation) -> Option<ChosenCurve> {
+    pub fn curve(&self, triangulation: &Triangulation) -> Option<FoundCurve> {
         if self.is_area {
             return None;
         }
@@ -75,14 +96,14 @@ impl Choice {
         let reach_mm = lee_reach_mm(&rest.triangulation).filter(|_| self.method == Method::Lee);
         let Some(reach_mm) = reach_mm else {
             let graph = rest.back(&hnn_crust(&rest.triangulation));
-            return Some(ChosenCurve { graph, ..ChosenCurve::default() });
+            return Some(FoundCurve { graph, ..FoundCurve::default() });
         };
         let moved = lee(&rest.triangulation, reach_mm);
         let mut places_mm = triangulation.samples().places().to_vec();
         for (&sample, place) in rest.kept.iter().zip(moved.places_mm) {
             places_mm[sample as usize] = place;
         }
-        Some(ChosenCurve {
+        Some(FoundCurve {
             graph: rest.back(&moved.graph),
             places_mm: Some(places_mm),
             sigma_mm: Some(moved.sigma_mm),

@@ -3,7 +3,8 @@
 //! [`Samples`] are the points, each place once; [`Triangulation`] is their exact Delaunay triangulation as a graph.
 //! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. Both
 //! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`regions`] are the methods
-//! that give a [`Region`]: an area in [`Part`]s with holes. [`sampler`] makes samples of known curves. [`Method`] names them all,
+//! that give a [`Region`]: an area in [`Part`]s with holes. [`sampler`] makes samples of known curves. [`features`] are circles
+//! and deviations from nominal outlines. [`Method`] names them all,
 //! with their parameters, what is proven of them and where they come from; [`CurveSampling`] says whether samples meet that for the curve that
 //! was found; [`agreement`] and [`Deviation`] compare
 //! outcomes.
@@ -27,9 +28,11 @@
 
 #![forbid(unsafe_code)]
 
+mod bezier;
 mod choice;
 mod compare;
 pub mod curves;
+pub mod features;
 mod graph;
 pub mod graphs;
 mod inside;
@@ -42,7 +45,7 @@ mod samples;
 mod sampling;
 mod triangulation;
 
-pub use choice::{Choice, ChosenCurve};
+pub use choice::{Choice, FoundCurve};
 pub use compare::{Agreement, Deviation, IouError, agreement, intersection_over_union};
 pub use graph::{Chain, Graph};
 pub use methods::{Kind, Method, MethodError, Parameter, Parameters};

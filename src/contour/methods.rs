@@ -21,7 +21,7 @@ use crate::regions::{
     connecting_a_mm, connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm,
     relaxed_gabriel, shape_hull_graph, simple_shape,
 };
-use crate::{Graph, Region, Triangulation};
+use crate::{FoundCurve, Graph, Region, Triangulation};
 
 /// A method that makes a graph of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -203,6 +203,30 @@ impl Method {
             Some(region) => Ok(region.border().clone()),
             None => self.graph(triangulation, parameters),
         }
+    }
+
+    /// The curve that the method makes, with the places that it goes through if those are not the samples; of a region its border.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::run`].
+    pub fn curve(
+        &self,
+        triangulation: &Triangulation,
+        parameters: &Parameters,
+    ) -> Result<FoundCurve, MethodError> {
+        let parameters = self.chosen(triangulation, parameters)?;
+        let reach_mm = parameters.value(self, "h_mm");
+        if *self != Method::Lee || reach_mm == 0.0 {
+            let graph = self.run(triangulation, &parameters)?;
+            return Ok(FoundCurve { graph, ..FoundCurve::default() });
+        }
+        let moved = lee(triangulation, reach_mm);
+        Ok(FoundCurve {
+            graph: moved.graph,
+            places_mm: Some(moved.places_mm),
+            sigma_mm: Some(moved.sigma_mm),
+        })
     }
 
     /// The region that the method makes; none if it makes a graph or a curve.

@@ -7,7 +7,9 @@ mod sampled;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use asphera_contour::{Kind, Method, Parameters, PlaceMm, Samples, Triangulation};
+use asphera_contour::{
+    Choice, Kind, Method, MethodError, Parameters, PlaceMm, Samples, Triangulation,
+};
 use asphera_geometry::PointMm;
 use clap::Args;
 
@@ -25,7 +27,8 @@ pub(super) struct ContourArgs {
     source: Option<PathBuf>,
     #[command(flatten)]
     text: TextArgs,
-    /// How the curve or region is found; --methods lists the names.
+    /// How the curve or region is found; --methods lists the names. `auto` chooses by the points: an area, or a border
+    /// without its outliers and noise.
     #[arg(long, value_name = "NAME", default_value = "hnn-crust")]
     method: String,
     /// Parameters of the method or graph, as delta=2.5 or gamma0=0.3,gamma1=-0.3.
@@ -119,14 +122,35 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         .into());
     }
     progress.stage(method.name());
+    if method == Method::Auto {
+        let parameters = method.chosen(&triangulation, &parameters)?;
+        return by_points(&triangulation, &parameters).map_err(Failure::from);
+    }
     let parameters = method.chosen(&triangulation, &parameters)?;
     Ok(match method.region(&triangulation, &parameters)? {
         Some(region) => ContourReport::of_region(&triangulation, method, &parameters, &region),
         None => {
-            let graph = method.run(&triangulation, &parameters)?;
-            ContourReport::new(&triangulation, method, &parameters, &graph)
+            let curve = method.curve(&triangulation, &parameters)?;
+            ContourReport::new(&triangulation, method, &parameters, &curve)
         }
     })
+}
+
+/// The outcome by the method that the points ask for.
+fn by_points(
+    triangulation: &Triangulation,
+    parameters: &Parameters,
+) -> Result<ContourReport, MethodError> {
+    let choice = Choice::of(triangulation);
+    let method = choice.method;
+    let report = match (method.region(triangulation, parameters)?, choice.curve(triangulation)) {
+        (Some(region), _) => ContourReport::of_region(triangulation, method, parameters, &region),
+        (None, curve) => {
+            let curve = curve.unwrap_or_default();
+            ContourReport::new(triangulation, method, parameters, &curve)
+        }
+    };
+    Ok(report.chosen(&choice))
 }
 
 /// The places of the points in the plane: x and y, or of two columns both.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::step::{Spacing, samples_of};
 use super::{BezierLine, SampledLine};
 use crate::PlaceMm;
+use crate::bezier::{at, slope};
 use crate::polylines::Polylines;
 use crate::triangulation::distance_mm;
 
@@ -252,23 +253,10 @@ fn hull_mm(places: &[PlaceMm; 4]) -> f64 {
     places.windows(2).map(|pair| distance_mm(pair[0], pair[1])).sum()
 }
 
-/// The place of a Bézier curve at a parameter.
-fn at([a, b, c, d]: &[PlaceMm; 4], t: f64) -> PlaceMm {
-    let s = 1.0 - t;
-    let [u, v, w, z] = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
-    std::array::from_fn(|axis| u * a[axis] + v * b[axis] + w * c[axis] + z * d[axis])
-}
-
 /// The unit normal of a Bézier curve, left of the way. Where the curve stands still, that of its control points.
 fn normal(piece: &[PlaceMm; 4], t: f64) -> [f64; 2] {
     let [a, b, c, d] = piece;
-    let s = 1.0 - t;
-    let slope = |axis: usize| {
-        s * s * (b[axis] - a[axis])
-            + 2.0 * s * t * (c[axis] - b[axis])
-            + t * t * (d[axis] - c[axis])
-    };
-    let [x, y] = [slope(0), slope(1)];
+    let [x, y] = slope(piece, t);
     if x.hypot(y) > 1e-9 * hull_mm(piece) {
         return unit_normal([0.0; 2], [x, y]);
     }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use asphera_contour::{
-    Chain, Graph, Kind, Method, Parameters, Part, PlaceMm, Region, SampleId, Samples, Triangulation,
+    Chain, Choice, FoundCurve, Graph, Kind, Method, Parameters, Part, PlaceMm, Region, SampleId,
+    Samples, Triangulation,
 };
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +24,9 @@ pub(in crate::cli) struct ContourReport {
     pub(in crate::cli) input: InputFigures,
     /// The method or graph.
     pub(in crate::cli) method: String,
+    /// Why this method; where it was chosen by the points only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) reason: Option<String>,
     /// Its parameters with their values.
     pub(in crate::cli) parameters: BTreeMap<String, f64>,
     /// The condition under which its edges are proven to be those of the curve.
@@ -63,6 +67,15 @@ pub(in crate::cli) struct InputFigures {
     pub(in crate::cli) points: usize,
     /// How many different places.
     pub(in crate::cli) distinct: usize,
+    /// Whether they are of an area or of a border; where the method was chosen by the points only, as the next.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) kind: Option<String>,
+    /// How many of them are outliers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) outliers: Option<usize>,
+    /// The standard deviation of their distances to the curve, where noise was taken away, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) noise_sigma_mm: Option<f64>,
     /// Median of the distances of places to their nearest one, mm.
     pub(in crate::cli) spacing_median_mm: f64,
 }
@@ -130,7 +143,7 @@ fn lines(region: &Region, samples: &Samples) -> Vec<ChainFigures> {
         length_mm: line_mm(&points_mm, true),
         points_mm,
     };
-    let open = figures(samples, &open_runs(region, samples.len()));
+    let open = figures(samples.places(), &open_runs(region, samples.len()));
     round.map(closed).chain(open).collect()
 }
 
@@ -146,6 +159,9 @@ impl ContourReport {
         let graph = region.border();
         let left_out = rows(samples, region.left_out().to_vec());
         ContourReport {
+            edges: graph.edges_by_row(samples),
+            ends: rows(samples, graph.ends(samples.len())),
+            junctions: rows(samples, graph.junctions(samples.len())),
             chains: lines(region, samples),
             area_mm2: Some(region.area_mm2(samples)),
             parts: Some(region.parts().len()),
@@ -159,17 +175,27 @@ impl ContourReport {
                 "kind: points are taken for samples of an area or its border as the method takes them"
                     .to_owned(),
             ],
-            ..ContourReport::new(triangulation, method, parameters, graph)
+            ..ContourReport::new(triangulation, method, parameters, &FoundCurve::default())
         }
     }
 
-    /// The report of a graph that a method made.
+    /// The same with what the points say of themselves and of the method.
+    pub(super) fn chosen(mut self, choice: &Choice) -> ContourReport {
+        self.input.kind = Some(if choice.is_area { "area" } else { "border" }.to_owned());
+        self.input.outliers = Some(choice.outliers.len());
+        self.reason = Some(choice.reason());
+        self.unknown.retain(|unknown| !unknown.starts_with("kind: "));
+        self
+    }
+
+    /// The report of a graph or a curve that a method made.
     pub(super) fn new(
         triangulation: &Triangulation,
         method: Method,
         parameters: &Parameters,
-        graph: &Graph,
+        curve: &FoundCurve,
     ) -> ContourReport {
+        let graph = &curve.graph;
         let samples = triangulation.samples();
         let is_curve = method.kind() == Kind::Curve;
         let chains = if is_curve { graph.chains(samples.len()) } else { Vec::new() };
@@ -184,13 +210,17 @@ impl ContourReport {
             input: InputFigures {
                 points: samples.points(),
                 distinct: samples.len(),
+                kind: None,
+                outliers: None,
+                noise_sigma_mm: curve.sigma_mm,
                 spacing_median_mm: distances_mm[distances_mm.len() / 2],
             },
             method: method.name().to_owned(),
+            reason: None,
             parameters: method.parameters().iter().map(|parameter| value(parameter.name)).collect(),
             guarantee: method.guarantee().to_owned(),
             edges: graph.edges_by_row(samples),
-            chains: figures(samples, &chains),
+            chains: figures(curve.places_mm.as_deref().unwrap_or(samples.places()), &chains),
             area_mm2: None,
             parts: None,
             holes: None,
@@ -198,7 +228,7 @@ impl ContourReport {
             ends: rows(samples, graph.ends(samples.len())),
             junctions: rows(samples, graph.junctions(samples.len())),
             left_out: rows(samples, graph.alone(samples.len())),
-            sampling: is_curve.then(|| SampledFigures::new(triangulation, method, graph)),
+            sampling: is_curve.then(|| SampledFigures::new(&curve.sampling(triangulation), method)),
             unknown: match is_curve {
                 true => vec![
                     "sampling: it is that of the curve found; parts without points do not show"
@@ -234,9 +264,13 @@ impl ContourReport {
             input: InputFigures {
                 points: count,
                 distinct: count,
+                kind: None,
+                outliers: None,
+                noise_sigma_mm: None,
                 spacing_median_mm: edge_mm.get(edge_mm.len() / 2).copied().unwrap_or(0.0),
             },
             method: "truth".to_owned(),
+            reason: None,
             parameters: BTreeMap::new(),
             guarantee: "the curve itself".to_owned(),
             edges: graph.edges().to_vec(),
@@ -262,7 +296,7 @@ impl ContourReport {
     }
 
     fn write_summary(&self, text: &mut String) -> std::fmt::Result {
-        let InputFigures { points, distinct, spacing_median_mm } = &self.input;
+        let InputFigures { points, distinct, spacing_median_mm, .. } = &self.input;
         writeln!(
             text,
             "points     {points}, {distinct} places, spacing {} mm (median)",
@@ -273,6 +307,12 @@ impl ContourReport {
             write!(text, " {name}={value}")?;
         }
         writeln!(text, "; proven for: {}", self.guarantee)?;
+        if let Some(reason) = &self.reason {
+            writeln!(text, "chosen     {reason}")?;
+        }
+        if let Some(sigma_mm) = self.input.noise_sigma_mm {
+            writeln!(text, "noise      {} mm (standard deviation), taken away", short(sigma_mm))?;
+        }
         writeln!(text, "edges      {}", self.edges.len())?;
         if !self.chains.is_empty() {
             let closed = self.chains.iter().filter(|chain| chain.closed).count();
@@ -306,11 +346,12 @@ fn rows(samples: &Samples, found: Vec<SampleId>) -> Vec<u32> {
     rows
 }
 
-fn figures(samples: &Samples, chains: &[Chain]) -> Vec<ChainFigures> {
-    let figures = |chain: &Chain| ChainFigures {
-        closed: chain.closed,
-        length_mm: chain.length_mm(samples),
-        points_mm: chain.places_mm(samples),
+fn figures(places: &[PlaceMm], chains: &[Chain]) -> Vec<ChainFigures> {
+    let figures = |chain: &Chain| {
+        let points_mm: Vec<PlaceMm> =
+            chain.samples.iter().map(|&sample| places[sample as usize]).collect();
+        let length_mm = line_mm(&points_mm, chain.closed);
+        ChainFigures { closed: chain.closed, length_mm, points_mm }
     };
     chains.iter().map(figures).collect()
 }

@@ -2,9 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asphera_contour::{
-    CurveSampling, Failure, Graph, Method, PlaceMm, Quantity, Triangulation, Verdict,
-};
+use asphera_contour::{CurveSampling, Failure, Method, PlaceMm, Quantity, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::summary::short;
@@ -50,12 +48,7 @@ const MOST_LISTED: usize = 100;
 
 impl SampledFigures {
     /// The figures of a curve found by a method.
-    pub(super) fn new(
-        triangulation: &Triangulation,
-        method: Method,
-        curve: &Graph,
-    ) -> SampledFigures {
-        let sampling = CurveSampling::new(triangulation, curve);
+    pub(super) fn new(sampling: &CurveSampling, method: Method) -> SampledFigures {
         let condition = method.condition();
         let verdict = condition.map(|condition| sampling.against(&condition));
         let finite = |value: f64| value.is_finite().then_some(value);

@@ -147,6 +147,35 @@ fn regions_have_parts_holes_and_areas() {
 }
 
 #[test]
+fn the_points_choose_a_method_and_say_why() {
+    let circle = |noise: f64| -> String {
+        let at = |index: u32| {
+            let (sin, cos) = (f64::from(index) * 0.010_471_975_511_965_978).sin_cos();
+            // No random numbers: far from periodic along the circle.
+            let radius = 5.0 + noise * (f64::from(index * index) * 1.7).sin();
+            format!("{} {}\n", radius * cos, radius * sin)
+        };
+        (0..600).map(at).collect()
+    };
+    let clean = contour_of(&format!("{}9 9\n", circle(0.0)), &["--method", "auto"]).unwrap();
+    assert_eq!((clean.method.as_str(), clean.input.kind.as_deref()), ("hnn-crust", Some("border")));
+    assert_eq!((clean.input.outliers, clean.input.noise_sigma_mm), (Some(1), None));
+    assert!(clean.reason.as_ref().unwrap().contains("1 outliers left out; no noise"));
+    let noisy = contour_of(&circle(0.2), &["--method", "auto"]).unwrap();
+    assert_eq!(noisy.method, "lee");
+    // The standard deviation of a sine is 0.707 of its height.
+    assert!((noisy.input.noise_sigma_mm.unwrap() - 0.141).abs() < 0.03, "{}", noisy.summary());
+    assert!((noisy.chains[0].length_mm - 31.4).abs() < 0.3 && noisy.chains[0].closed);
+    assert!(noisy.summary().contains("chosen     border: "), "{}", noisy.summary());
+    let named = contour_of(&circle(0.2), &["--method", "lee"]).unwrap();
+    assert_eq!((&named.chains, named.reason), (&noisy.chains, None));
+    let raster: String = (0..900).map(|it| format!("{} {}\n", it % 30, it / 30)).collect();
+    let area = contour_of(&raster, &["--method", "auto"]).unwrap();
+    assert_eq!((area.method.as_str(), area.parts), ("auto", Some(1)));
+    assert!(area.reason.unwrap().starts_with("area: "));
+}
+
+#[test]
 fn points_that_no_curve_can_be_found_of_are_refused() {
     assert_eq!(
         contour_of("1 2\n1 2\n3 4\n", &[]).unwrap_err(),

@@ -6,6 +6,7 @@ mod choice;
 mod compare;
 mod curves;
 mod degenerate;
+mod features;
 mod graphs;
 mod guarantees;
 mod invariance;
