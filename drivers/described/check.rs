@@ -65,8 +65,8 @@ fn framing(problems: &mut Vec<Problem>, settings: &Settings) {
                 problems.push(Problem::new("length", expected, length));
             }
             if settings.holds_back() && begin.len() < 2 {
-                let expected = "two bytes or more, a checksum or a poll: without them nobody knows where \
-                                a record begins";
+                let expected =
+                    "two bytes or more, a checksum or a poll, to find the begin of a record";
                 problems.push(Problem::new("begin", expected, format!("{} bytes", begin.len())));
             }
         }

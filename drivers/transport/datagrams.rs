@@ -33,7 +33,7 @@ impl Datagrams {
     /// Sends one datagram.
     pub(crate) async fn send(&self, bytes: &[u8]) -> io::Result<()> {
         if !self.knows_peer {
-            let why = "nobody is known to send to: set peer to the device's address and port";
+            let why = "a udp link without peer cannot send: set peer to the address and port of the device";
             return Err(io::Error::new(io::ErrorKind::NotConnected, why));
         }
         self.socket.send(bytes).await.map(|_| ())

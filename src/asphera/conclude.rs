@@ -79,7 +79,7 @@ impl Outcome {
             doubt(
                 verdict,
                 format!(
-                    "the counters were not reset before the scan: the first count was {first}; nothing could be joined"
+                    "the counters were not reset before the scan: the first count was {first}, so no readings could be joined. Reset them and scan again"
                 ),
             );
         }
@@ -87,7 +87,7 @@ impl Outcome {
             undecide(
                 verdict,
                 format!(
-                    "the computer was suspended for {:.1} s during the scan; readings of that time may be missing. Turn suspending off and measure again",
+                    "the computer was suspended for {:.1} s during the scan, and readings may be missing. Turn suspending off and measure again",
                     self.suspended.as_secs_f64()
                 ),
             );
@@ -98,7 +98,7 @@ impl Outcome {
         if self.last_point.is_none() && self.session.ended == "idle" {
             undecide(
                 verdict,
-                "no trigger came: every device was ready, and the scan was not started".to_owned(),
+                "no trigger came, though every device was ready: start the scan sooner, or set [scan] first_s to more".to_owned(),
             );
         }
         if !matches!(self.session.ended.as_str(), "complete" | "idle") {

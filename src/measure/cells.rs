@@ -36,7 +36,7 @@ pub(super) fn details(map: &Map, part: &Part) -> CellDetails {
             details.zernike = Some(zernike(&fit, Source::Cells));
         }
         Ok(fit) => details.unknown.push(format!(
-            "Zernike terms: the places measured so far tell them apart too badly, condition {:.0}, at most {MOST_CONDITION} is allowed",
+            "Zernike terms: the places measured so far cannot separate them yet (condition {:.0}, at most {MOST_CONDITION} is allowed)",
             fit.condition
         )),
         Err(why) => details.unknown.push(format!("Zernike terms: {why}")),

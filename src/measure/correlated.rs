@@ -159,8 +159,7 @@ impl Sources {
                 let name = of.parameter.name(&part.nominal);
                 let [off, half_told, half] = [off, half_told, half].map(two_digits);
                 format!(
-                    "{name} is {off}{unit} off its design, more than the {half_told} that u allows, but not than the {half} \
-                     that form error like this part's makes"
+                    "{name} is {off}{unit} off its design; u allows {half_told}, form error like that of this part {half}"
                 )
             })
         });
@@ -169,8 +168,8 @@ impl Sources {
             self.caution = Some(CautionFigures {
                 kind: "correlated".to_owned(),
                 text: format!(
-                    "it is not proven that the design is missed: {} (at 95 %). Deviations are correlated over about {} mm, which \
-                     u does not count; correlation = \"deviations\" in the table uncertainty does",
+                    "{} (at 95 %). So it is not proven that the design is missed. Deviations are correlated over about {} mm, and u \
+                     does not include that. Set correlation = \"deviations\" in the table uncertainty to include it",
                     unproven.join("; "),
                     two_digits(found.correlation.length_mm),
                 ),

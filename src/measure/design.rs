@@ -66,8 +66,8 @@ pub(super) fn caution(part: &Part) -> Option<CautionFigures> {
     let names: Vec<String> =
         of_shape.iter().map(|parameter| parameter.name(&part.nominal)).collect();
     let text = format!(
-        "free: {}. {} are of what the fit leaves and do not judge it against the design; {} are formed against the \
-         design, with the shape held",
+        "the fit changes the shape (free: {}). {} are figures of what the fit leaves, and say nothing of the design. {} \
+         compare with the design, with the shape held",
         names.join(", "),
         with(Treatment::Cautioned),
         with(Treatment::FromDesign)

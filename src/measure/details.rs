@@ -154,8 +154,7 @@ impl FormDetails {
         }
         match &fringe {
             Ok(found) if found.condition > MOST_CONDITION => self.unknown.push(format!(
-                "Zernike terms: over the places measured they cancel one another (condition {:.1e}, at most {MOST_CONDITION:.0e} is \
-                 allowed): expected points about the origin, or an aperture laid about them (centre_mm)",
+                "Zernike terms: the places measured cannot separate them (condition {:.1e}, at most {MOST_CONDITION:.0e} is allowed). Measure about the origin, or set [aperture] centre_mm to the middle of the points",
                 found.condition
             )),
             Ok(found) => self.zernike = Some(zernike(found, Source::Points)),

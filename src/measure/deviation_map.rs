@@ -46,8 +46,7 @@ impl fmt::Display for MapSource {
             }
             MapSource::Scattered { interpolation } => write!(
                 f,
-                "heights interpolated linearly between scattered points, which takes half of the power of waves of {:.4} \
-                 mm and more of shorter ones",
+                "heights interpolated linearly between scattered points: waves of {:.4} mm lose half of their power, shorter ones more",
                 1.0 / interpolation.half_power_per_mm()
             ),
         }

@@ -160,7 +160,7 @@ impl Errors {
 
 fn by_the_budget(how: &str) -> String {
     format!(
-        "{how} {}; the places taken, and what is not measured yet, are not in it",
+        "{how} {}; without the choice of places, and without what is not measured yet",
         UncertaintyFigures::BUDGET
     )
 }
@@ -168,7 +168,7 @@ fn by_the_budget(how: &str) -> String {
 fn by_noise_only(how: &str) -> String {
     let how = if how == "by noise" { String::new() } else { format!("{how}, ") };
     format!(
-        "{how}{}: nothing correlated, and nothing of the places taken or not measured yet, is in it",
+        "{how}{}: without correlated errors, the choice of places, and what is not measured yet",
         UncertaintyFigures::NOISE_ONLY
     )
 }

@@ -154,8 +154,7 @@ pub(super) fn running_form(
 pub(super) fn made_from_points(reference: &MadeReference<'_>) -> String {
     let [x_mm, y_mm] = reference.spline.cutoff_mm;
     format!(
-        "the reference was made from these points: form error of waves longer than about {:.3} mm is in it, and no \
-         deviation shows it",
+        "the reference was made from these points. It contains form error of waves longer than about {:.3} mm, and no deviation shows it",
         x_mm.max(y_mm)
     )
 }

@@ -148,8 +148,7 @@ fn of_reference(reference: Option<&MadeReference<'_>>) -> Vec<CautionFigures> {
     let spline = reference.spline;
     // At the other end a surface needs no more than its base.
     let coarse = (spline.at_limit && spline.lambda < 1.0).then(|| {
-        "the points have form that these knots cannot follow, and the noise told holds some of it: finer knots \
-         would"
+        "the points have form that these knots cannot follow, and the noise contains some of it. Finer knots follow it"
             .to_owned()
     });
     let made = mild("made_from_points", made_from_points(reference));
@@ -160,12 +159,10 @@ fn of_reference(reference: Option<&MadeReference<'_>>) -> Vec<CautionFigures> {
 fn provisional(estimate: &LiveEstimate, part: &Part) -> Vec<CautionFigures> {
     let Criterion { weights, .. } = part.criterion;
     let kept_up = part.reference.is_some().then_some(
-        "until the end the reference is kept up as points arrive, with at most 40 cells of knots over the longer side; \
-         then it is made anew from all points",
+        "while points arrive the reference has at most 40 cells of knots over the longer side. At the end it is made anew from all points",
     );
     let alike = (weights == Weights::Uncertainty && estimate.weights.is_none()).then_some(
-        "weights by uncertainty are asked for, but the points carry none: they count alike until the end, when there is \
-         no fit",
+        "weights = \"uncertainty\", but the points carry none. Until the end they count alike; at the end there is no fit. Set weights = \"none\"",
     );
     let all = kept_up.into_iter().chain(alike);
     all.map(|text| mild("provisional", text.to_owned())).collect()

@@ -63,7 +63,7 @@ impl Fitted {
 
 /// Why there is no figure against the design.
 fn against_design(why: &str) -> String {
-    format!("the shape was free, and there is no fit with it held at the design: {why}")
+    format!("the fit with the shape held at the design failed: {why}")
 }
 
 /// Why there is no fit.
@@ -77,13 +77,12 @@ pub(super) enum NoFit {
     Reference(#[from] ReferenceError),
     /// Weights are asked for, but points have no uncertainties.
     #[error(
-        "weights by uncertainty are asked for, but the points carry none: expected a column u_z[mm] in the file, or weights = \"none\""
+        "weights = \"uncertainty\", but the points carry none. Add a column u_z[mm] to the file, or set weights = \"none\""
     )]
     NoUncertainties,
     /// A profile that runs along neither axis, over a part that has axes.
     #[error(
-        "the points lie on an oblique line: expected a profile along x or y of a freeform, or of a rectangular \
-         aperture"
+        "the points lie on an oblique line. A freeform and a rectangular aperture need a profile along x or y"
     )]
     Oblique,
     /// The points are those of no surface over its plane.

@@ -15,14 +15,14 @@ pub(super) fn folded(mesh: &Mesh, relief: &Topography, plane: &Plane) -> Option<
         let [x, y, z] = plane.from_plane(fold.at_mm);
         let triangles = fold.triangles;
         return Some(format!(
-            "the surface does not project: it folds in {places} places, the largest about ({x:.4}, {y:.4}, {z:.4}) mm with {triangles} triangles; its mesh joins points that lie one above the other, so no figure of it is given"
+            "the surface does not project: it folds in {places} places, the largest about ({x:.4}, {y:.4}, {z:.4}) mm with {triangles} triangles. Its mesh would join points that lie one above the other, so it has no figures"
         ));
     }
     let counts = mesh.counts();
     (counts.conflicts as f64 > STRAY * counts.pushed as f64).then(|| {
         let (conflicts, pushed) = (counts.conflicts, counts.pushed);
         format!(
-            "the surface does not project: {conflicts} of {pushed} points stand above or below others; no figure of its mesh is given"
+            "the surface does not project: {conflicts} of {pushed} points lie above or below others, so its mesh has no figures"
         )
     })
 }

@@ -151,7 +151,7 @@ pub(super) fn measure(
 fn laid_about(pose: &Pose, plane: &Plane) -> String {
     let [x_mm, y_mm, _] = plane.from_plane([pose.tx_mm, pose.ty_mm, 0.0]);
     format!(
-        "where the part lies is not known, as there is no fit: its aperture is laid about x {x_mm:.3}, y {y_mm:.3} mm"
+        "without a fit the place of the part is unknown: the aperture is centred on x {x_mm:.3}, y {y_mm:.3} mm"
     )
 }
 

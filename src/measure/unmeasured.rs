@@ -126,7 +126,7 @@ impl Unmeasured {
         let beyond_nm = share.zip(pv_and_rms_nm).map(|(share, (pv_nm, rms_nm))| {
             ((1.0 - share) * rms_nm * rms_nm + share * pv_nm * pv_nm).sqrt() - rms_nm
         });
-        let why = "too few points tell how the deviation bends between them";
+        let why = "too few points to know how the deviation bends between them";
         let unknown = if between_nm.is_none() { vec![why.to_owned()] } else { Vec::new() };
         let figures = UnmeasuredFigures {
             share,
@@ -224,8 +224,7 @@ impl Unmeasured {
                     "the {share:.1} % of the {of} not sampled densely enough may add up to {more:.2} µrad"
                 ),
                 None => format!(
-                    "{share:.1} % of the {of} are not sampled densely enough and hold the steepest place with up to \
-                     {share:.1} %, {allowed:.1} % are allowed"
+                    "{share:.1} % of the {of} are not sampled densely enough, and hold the steepest place with a probability up to {share:.1} %; {allowed:.1} % are allowed"
                 ),
             };
         }
@@ -241,8 +240,7 @@ impl Unmeasured {
         } else if share > 0.0 && self.by_probability {
             let missed = 100.0 * found.extreme_missed_p.unwrap_or(1.0);
             parts.push(format!(
-                "{share:.1} % of the {of} are not sampled densely enough and hold an extreme with up to \
-                 {missed:.1} %, {:.1} % are allowed",
+                "{share:.1} % of the {of} are not sampled densely enough, and hold an extreme with a probability up to {missed:.1} %; {:.1} % are allowed",
                 100.0 * (1.0 - found.p)
             ));
         }
@@ -321,7 +319,7 @@ fn figures(
     }
     let bend_per_mm = largest_bend_of_windows(places_mm, deviations_mm, laid.most_bent);
     if bend_per_mm.is_none() {
-        unknown.push("too few points tell how the deviation bends between them".to_owned());
+        unknown.push("too few points to know how the deviation bends between them".to_owned());
     }
     let gap_mm = match (gap_max_mm, sampling.gap_limit_mm) {
         (Some(largest), Some(limit)) => Some(largest.min(limit)),
@@ -339,7 +337,8 @@ fn figures(
         rms_of_whole_nm(rms_nm, &patches, 1.0 - share, p)
     });
     if share.is_some() && whole_nm.is_none() {
-        unknown.push("too few places tell how the deviation varies over the aperture".to_owned());
+        unknown
+            .push("too few places to know how the deviation varies over the aperture".to_owned());
     }
     let beyond_nm = whole_nm.map(|whole_nm| (whole_nm - rms_nm).max(0.0));
     UnmeasuredFigures {

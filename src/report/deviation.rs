@@ -79,16 +79,16 @@ impl UncertaintyFigures {
 
     /// Scope of an uncertainty by a model, of a figure of single points, or of what is formed at the places measured.
     pub fn covers_places(model: &str) -> String {
-        format!("{}, at the places measured; not what lies between them", errors_of(model))
+        format!("{}, at the measured places; without what lies between them", errors_of(model))
     }
 
     /// Scope of an uncertainty by a model, of an average. `counted`: whether the places are in it.
     pub fn covers_area(model: &str, counted: bool) -> String {
         let errors = errors_of(model);
         if counted {
-            format!("{errors}, and the places that were taken of the area")
+            format!("{errors}, and the choice of places")
         } else {
-            format!("{errors}; not the places that were taken of the area")
+            format!("{errors}; without the choice of places")
         }
     }
 
@@ -98,7 +98,7 @@ impl UncertaintyFigures {
             return UncertaintyFigures::covers_area(model, false);
         }
         format!(
-            "{}; of the places only how far the figure is from that of the area",
+            "{}; of the choice of places only the difference between points and area",
             errors_of(model)
         )
     }
@@ -112,6 +112,6 @@ impl UncertaintyFigures {
 fn errors_of(model: &str) -> &'static str {
     match model {
         UncertaintyFigures::BUDGET => "the error budget of the nominal file",
-        _ => "the noise of the points, nothing correlated",
+        _ => "the noise of the points, without correlated errors",
     }
 }

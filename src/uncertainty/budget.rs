@@ -165,7 +165,7 @@ pub enum UncertaintyError {
     },
     /// The points are not those of the fit.
     #[error(
-        "{found} of the points count under the fitted pose, but the fit used {used}: give the points, aperture and uncertainties of the fit"
+        "the fit used {used} points, but {found} count under its pose: give the points, aperture and uncertainties of that fit"
     )]
     OtherPoints {
         /// Points that count.

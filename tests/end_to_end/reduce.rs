@@ -424,7 +424,7 @@ fn a_result_that_falls_short_is_not_written() {
     let dir = tempfile::tempdir().unwrap();
     let (file, out) = (cap_with(dir.path(), 1e-3, 0), dir.path().join("reduced.xyz"));
     let text = complaint(&reduce(&file, &out, &["--epsilon", "0.006"]));
-    assert!(text.contains("times what was asked for") && !out.exists(), "{text}");
+    assert!(text.contains("times the limit. Noise of") && !out.exists(), "{text}");
     let advised = text.split("--epsilon ").nth(1).unwrap().split([' ', ',']).next().unwrap();
     let again = reduce(&file, &out, &["--epsilon", advised, "--force"]);
     assert_eq!(again.status.code(), Some(0), "{text} {}", String::from_utf8_lossy(&again.stderr));

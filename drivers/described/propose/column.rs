@@ -28,7 +28,8 @@ pub(super) fn field(
     if !words.is_empty() {
         let words_shown: Vec<String> = words.iter().map(|word| shown(word.as_bytes())).collect();
         let told = words_shown.join("`, `");
-        remarks.push(format!("{name}: `{told}` stands in place of numbers; taken for no_signal"));
+        remarks
+            .push(format!("{name}: `{told}` comes instead of a number, and is read as no_signal"));
         let texts = words.iter().map(|word| (*word).to_owned()).collect();
         field.flagged = vec![Flagged { flag: Flags::NO_SIGNAL, texts }];
     }
@@ -41,7 +42,7 @@ pub(super) fn field(
             ));
         }
         None if unit.is_none() => {
-            remarks.push(format!("{name}: its unit is not sent; set unit, and scale to get there"));
+            remarks.push(format!("{name}: the device sends no unit. Set `unit`, and `scale` if it counts in another one"));
         }
         None => {}
     }
@@ -121,8 +122,7 @@ fn state(
     } else {
         let others = others.join(", ");
         vec![format!(
-            "{name} is `{}` in {count} of {all} lines, also {others}: say which of them are weak, \
-             out_of_range, no_signal …",
+            "{name} is `{}` in {count} of {all} lines, also {others}. Name those that mean weak, out_of_range or no_signal",
             shown(good.as_bytes())
         )]
     };

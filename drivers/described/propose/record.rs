@@ -74,9 +74,7 @@ pub(super) fn propose(capture: &Capture, bytes: &[u8]) -> Proposal {
     };
     let usable = settings.problems().is_empty();
     if !usable {
-        remarks.push(
-            "nothing varies but the check, or nothing tells where a record begins".to_owned(),
-        );
+        remarks.push("only the check varies, or no byte marks the begin of a record".to_owned());
     }
     Proposal { settings: usable.then(|| write::toml(&settings)), remarks }
 }
@@ -144,8 +142,7 @@ fn fields(records: &Records<'_>, from: usize, to: usize) -> (Vec<Field>, Vec<Str
         fields.push(Field { form, ..Field::channel(&name, Place::At(at), Unit::One) });
         let end = at + width - 1;
         remarks.push(format!(
-            "bytes {at} to {end} vary; taken for one whole number with its sign. They may be several, or a float: \
-             compare with the display, then set form, scale and unit"
+            "bytes {at} to {end} vary, and are read as one signed whole number. They may be several numbers, or a float. Compare with the display, then set form, scale and unit"
         ));
         at += width;
     }

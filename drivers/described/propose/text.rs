@@ -25,7 +25,7 @@ pub(super) fn propose(capture: &Capture, bytes: &[u8]) -> Proposal {
     if lines.len() < LEAST_LINES {
         let (bytes, lines) = (bytes.len(), lines.len());
         let remark = format!(
-            "{bytes} bytes of text with {lines} whole lines: listen longer, or ask more often"
+            "{bytes} bytes of text came, whole lines in them: {lines}. Listen longer, or ask more often"
         );
         return Proposal { settings: None, remarks: vec![remark] };
     }
@@ -44,7 +44,7 @@ pub(super) fn propose(capture: &Capture, bytes: &[u8]) -> Proposal {
     )];
     let found = by_columns(&texts).or_else(|| by_pattern(&texts));
     let Some((layout, fields, more)) = found else {
-        remarks.push("no number stands at the same place in all of them".to_owned());
+        remarks.push("they have no number at the same place".to_owned());
         return Proposal { settings: None, remarks };
     };
     remarks.extend(more);

@@ -38,6 +38,6 @@ pub(super) fn watch(beats: watch::Receiver<u64>) -> JoinHandle<()> {
 
 fn tell(words: &[NotifyState<'_>]) {
     if let Err(error) = sd_notify::notify(words) {
-        warn!(%error, "the service manager cannot be told");
+        warn!(%error, "cannot notify the service manager");
     }
 }

@@ -238,7 +238,7 @@ fn refuse_line(mesh: &Mesh, name: &str) -> Result<(), Failure> {
     let counts = mesh.counts();
     match (counts.triangles, counts.rejected) {
         (0, 0) => Err(format!(
-            "{name}: expected points that span an area, found {} places on no more than a line",
+            "{name}: expected points that span an area, found {} places on a line or a point",
             counts.vertices
         )
         .into()),

@@ -192,7 +192,7 @@ fn place(path: &Path) -> Result<Place, Failure> {
     }
     let sessions = sessions_in(path)?;
     let found = match &sessions[..] {
-        [] => "neither of them: give a file of points, or another folder".to_owned(),
+        [] => "neither; give a file of points, or another folder".to_owned(),
         [one] => format!("a session inside: give {}", one.display()),
         [first, ..] => {
             format!("{} sessions inside: give one, as {}", sessions.len(), first.display())

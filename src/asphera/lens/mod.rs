@@ -44,8 +44,7 @@ pub enum LensImportError {
     },
     /// A grid sag without its file of heights.
     #[error(
-        "surface {number}, line {line}, is of the kind GRID_SAG, whose heights are in a file of their own, expected the file that was \
-         imported: --grid FILE.DAT"
+        "surface {number}, line {line}, is of the kind GRID_SAG, and its heights are in another file: add --grid FILE.DAT"
     )]
     NoHeights {
         /// Number of the surface.

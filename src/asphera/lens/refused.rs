@@ -4,17 +4,14 @@
 pub(super) fn why(kind: &str) -> &'static str {
     match kind {
         "CHEBYSHV" => {
-            " (neither OpticStudio's help nor a file that could be had says in which order the coefficients stand: write kind = \
-             \"chebyshev\" by hand, each term by the heading of its column; half_x_mm and half_y_mm are the Norm X Length and Norm Y \
-             Length)"
+            " (the order of its coefficients is not documented. Write kind = \"chebyshev\" by hand, each term by the heading of its column; half_x_mm and half_y_mm are the Norm X Length and Norm Y Length)"
         }
         "COORDBRK" => {
             " (a coordinate break has no surface: choose the one after it; decentres and tilts are no part of a nominal, a fit finds \
              them)"
         }
         "BINARY_2" | "DGRATING" | "FZERNPHA" | "SZERNPHA" => {
-            " (it adds a phase to a base, and no heights of its relief are in the file: for the base alone change, in a copy of the \
-             file, its TYPE to STANDARD or EVENASPH)"
+            " (it adds a phase to a base, and the file has no heights of its relief. For the base alone change its TYPE to STANDARD or EVENASPH in a copy of the file)"
         }
         "PARAXIAL" => " (an ideal lens has no shape)",
         _ => " (if it has a shape, export its sag as heights on a grid and use kind = \"grid\")",

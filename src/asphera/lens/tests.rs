@@ -277,11 +277,7 @@ fn a_grid_sag_stands_on_its_base() {
     assert_near(flat.height_mm(-3.0, 2.0).unwrap(), -3e-3 + 2e-4 + 18e-5);
 
     for (surface, heights, said) in [
-        (
-            TEXT,
-            None,
-            "is of the kind GRID_SAG, whose heights are in a file of their own, expected the file",
-        ),
+        (TEXT, None, "is of the kind GRID_SAG, and its heights are in another file: add --grid"),
         (
             "  TYPE EVENASPH\n",
             Some(path),
@@ -301,9 +297,9 @@ fn a_grid_sag_stands_on_its_base() {
 #[test]
 fn what_has_no_kind_names_the_cure() {
     for (kind, cure) in [
-        ("CHEBYSHV", "write kind = \"chebyshev\" by hand"),
+        ("CHEBYSHV", "Write kind = \"chebyshev\" by hand"),
         ("COORDBRK", "choose the one after it"),
-        ("BINARY_2", "change, in a copy of the file, its TYPE to STANDARD or EVENASPH"),
+        ("BINARY_2", "change its TYPE to STANDARD or EVENASPH in a copy of the file"),
         ("PARAXIAL", "an ideal lens has no shape"),
         ("PERIODIC", "use kind = \"grid\""),
     ] {
@@ -327,7 +323,10 @@ fn unknown_kinds_and_numbers_list_the_surfaces() {
                     1  CHEBYSHV         -25.000000      12.500000  front\n";
     assert_eq!(list(&lens), listed);
     for (number, begins) in [
-        (1, "surface 1, line 5, is of the kind CHEBYSHV (neither OpticStudio's help nor "),
+        (
+            1,
+            "surface 1, line 5, is of the kind CHEBYSHV (the order of its coefficients is not documented",
+        ),
         (7, "there is no surface 7; "),
     ] {
         let told = nominal(&lens, number, "lens.zmx", None).unwrap_err().to_string();

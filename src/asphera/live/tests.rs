@@ -90,7 +90,7 @@ async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().ended, "idle");
     assert_eq!(report.verdict.status, Status::Undecided);
-    let reason = "no trigger came: every device was ready, and the scan was not started";
+    let reason = "no trigger came, though every device was ready: start the scan sooner, or set [scan] first_s to more";
     assert!(report.verdict.reasons.iter().any(|found| found == reason), "{:?}", report.verdict);
     let ended = until(&mut snapshots, |now| now.outputs.is_some()).await;
     assert_eq!((ended.state, &ended.progress.waiting), (State::Complete, &None));

@@ -176,10 +176,13 @@ fn what_fails_says_by_how_much_and_what_is_missing_why() {
     let page = html(&measured(FLAT, Along::Z), &provenance());
     // RMS of 20·ρ²·cos 2φ is 20/√6 = 8.2 nm: above 3 nm.
     assert!(page.contains("FAIL") && page.contains("nm &gt; 3.000 nm</li>"), "{page}");
-    assert!(page.contains("Uncertainty (k = 1) by noise only.") && page.contains("are not in it"));
+    assert!(
+        page.contains("Uncertainty (k = 1) by noise only.")
+            && page.contains("It does not include errors")
+    );
     assert!(
         page.contains(
-            "u (k = 1) by residuals, taken as independent. It tells how far the best fit "
+            "u (k = 1) by residuals, taken as independent. It says how far the best fit "
         )
     );
     let counted = format!("{FLAT}[uncertainty]\ncorrelation = \"deviations\"\n");
@@ -189,7 +192,9 @@ fn what_fails_says_by_how_much_and_what_is_missing_why() {
             .contains("u (k = 1) by deviations, correlated as they are. Correlation over about ")
     );
     assert!(counted.contains("Uncertainty (k = 1) by noise only, what is correlated being form."));
-    assert!(!counted.contains("It tells how far") && !counted.contains("are not in it"));
+    assert!(
+        !counted.contains("It says how far") && !counted.contains("It does not include errors")
+    );
     assert!(page.contains("Correlation of the parameters") && page.contains("Degrees of freedom"));
     let mut few = Pipeline::new(asphera_nominal::parse("flat.toml", FLAT).unwrap());
     few.take_position([0.0, 0.0, 0.0]);

@@ -91,13 +91,13 @@ pub enum ReadError {
         source: io::Error,
     },
     /// Neither a manifest nor the beginning of any segment can be read.
-    #[error("{} is no recording: no manifest and no segment tells what it holds", path.display())]
+    #[error("{} is no recording: it has neither a manifest nor a segment that can be read. Give a folder session-… or one of its .mcap files", path.display())]
     NoHeader {
         /// The folder or file.
         path: PathBuf,
     },
     /// Recorded by software whose format is not read any more.
-    #[error("recorded in format {found}, the oldest read is {oldest}")]
+    #[error("the recording has format {found}, and this asphera reads {oldest} and newer")]
     TooOld {
         /// The recording's format.
         found: FormatVersion,
@@ -105,7 +105,9 @@ pub enum ReadError {
         oldest: MajorVersion,
     },
     /// Recorded by newer software.
-    #[error("recorded in format {found}, the newest read is {newest}")]
+    #[error(
+        "the recording has format {found}, and this asphera reads up to {newest}: use a newer one"
+    )]
     TooNew {
         /// The recording's format.
         found: FormatVersion,

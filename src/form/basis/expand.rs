@@ -76,9 +76,7 @@ pub enum ExpandError {
     },
     /// Every place lies where the basis is not defined.
     #[error(
-        "none of {outside} points lies where the {kind} is defined: \
-         half width {half_x_mm} mm by {half_y_mm} mm, nearest point at {nearest_mm} mm, farthest at \
-         {farthest_mm} mm from the axis; normalise by at least the latter or centre the points"
+        "none of {outside} points lies where the {kind} is defined, half width {half_x_mm} mm by {half_y_mm} mm. The points are {nearest_mm} to {farthest_mm} mm from the axis: centre them, or normalise by {farthest_mm} mm or more"
     )]
     Outside {
         /// The basis.

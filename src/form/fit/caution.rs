@@ -72,14 +72,12 @@ impl fmt::Display for Units {
         if self.heights_only {
             write!(
                 f,
-                "the heights look as if they were in {unit}, beside places in mm, {size} for the nominal: z times {factor:e} \
-                 they fit"
+                "the heights seem to be in {unit}, the places in mm: they are {size} for the nominal, and times {factor:e} they fit"
             )?;
         } else {
             write!(
                 f,
-                "the points look as if they were in {unit}, {size} for the nominal (or the nominal as if in {other}): times \
-                 {factor:e} they fit"
+                "the points seem to be in {unit}: they are {size} for the nominal, and times {factor:e} they fit. Or the nominal is in {other}"
             )?;
         }
         write!(f, " to {then:.1e} of their height over the best plane")?;
@@ -94,14 +92,11 @@ impl fmt::Display for Caution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Caution::UpsideDown => f.write_str(
-                "the points only fit the part upside down: it was measured from its other side, or convex and concave are \
-                 exchanged in the nominal. Add `--along 0,0,-1` (of a station, `[projection] along = [0, 0, -1]`), or make the \
-                 nominal of the other side with `asphera nominal FILE --flip`",
+                "the points fit the part upside down only. Either it was measured from its other side: add `--along 0,0,-1` (in a station, `[projection] along = [0, 0, -1]`). Or the nominal exchanges convex and concave: `asphera nominal FILE --flip`",
             ),
             Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
                 f,
-                "the points fit the nominal with the sign of z exchanged to {mirrored_rms_mm:.1e} mm rms, the \
-                 nominal as given to {rms_mm:.1e} mm: make the nominal of the other side with `asphera nominal FILE --flip`"
+                "with the sign of z exchanged the points fit the nominal to {mirrored_rms_mm:.1e} mm RMS, as they are to {rms_mm:.1e} mm. Make the nominal of the other side: `asphera nominal FILE --flip`"
             ),
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } if domain_mm.is_infinite() => write!(
                 f,
@@ -116,8 +111,7 @@ impl fmt::Display for Caution {
             Caution::Units(units) => units.fmt(f),
             Caution::FewCount { effective, used, estimated } => write!(
                 f,
-                "{estimated} parameters rest on what {effective:.1} points of equal weight would tell, of {used} used: some \
-                 uncertainties are far smaller than the others; correct them, or let all points count alike"
+                "{estimated} parameters are determined by few points: {used} have a weight, but count as {effective:.1} of equal weight. Correct the smallest uncertainties, or set weights = \"none\""
             ),
             Caution::IllConditioned { condition, combination } => write!(
                 f,

@@ -92,8 +92,7 @@ pub enum SplineFitError {
     },
     /// Points that leave the surface free.
     #[error(
-        "{used} points in the cells ({outside} more lie outside, {not_finite} are not finite) do not \
-         determine a surface: at least four are needed, not all on one or two lines along x and y"
+        "{used} points in the cells do not determine a surface ({outside} more lie outside, {not_finite} are not finite). Measure four or more, on three or more lines along x and y"
     )]
     Undetermined {
         /// Points in the cells.

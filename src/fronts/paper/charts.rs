@@ -142,8 +142,7 @@ pub(super) fn histogram(
         (None, _) => writeln!(out, "<p class=\"note\">No PV limit was given.</p>"),
         (Some(limit), Some(_)) => writeln!(
             out,
-            "<p class=\"note\">The dashed lines are {} nm apart, the PV limit, about the middle of the \
-             range: the limit holds where no bar lies outside.</p>",
+            "<p class=\"note\">The dashed lines are {} nm apart, which is the PV limit, about the middle of the range. If no bar lies outside, the limit holds.</p>",
             short(limit)
         ),
         (Some(limit), None) => writeln!(

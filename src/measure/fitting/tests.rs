@@ -211,7 +211,7 @@ fn a_point_of_a_tenth_of_the_uncertainty_weighs_a_hundred_times() {
         (running.fit.parameters["tz"].value - 5e-4).abs() < 1e-12 && running.fit.weights.is_none()
     );
     let caution = &running.fit.details.cautions[0].text;
-    assert!(caution.contains("the points carry none: they count alike until the end"), "{caution}");
+    assert!(caution.contains("the points carry none. Until the end they count alike"), "{caution}");
     let unknown = unknown.finish().report;
     let said = |reason: &String| reason.contains("the points carry none");
     assert!(unknown.verdict.reasons.iter().any(said), "{:?}", unknown.verdict);

@@ -54,7 +54,7 @@ pub(super) fn sampled(
     });
     let mut unknown = vec![WHY.to_owned()];
     if fit.is_none() && part.aperture != Aperture::None {
-        unknown.insert(0, "where the part lies is not known, as there is no fit".to_owned());
+        unknown.insert(0, "without a fit the place of the part is unknown".to_owned());
     }
     let is_known = found.length_mm > 0.0 && (fit.is_some() || part.aperture == Aperture::None);
     if found.length_mm <= 0.0 {

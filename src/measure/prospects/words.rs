@@ -41,20 +41,19 @@ impl Why<'_> {
         }
         match running.between_nm {
             _ if now.part.aperture == Aperture::None => {
-                "without an aperture nobody knows how much is to come".to_owned()
+                "without an aperture the rest is unknown: set [nominal.aperture]".to_owned()
             }
             _ if running.coverage == 0.0 => "the coverage is not known".to_owned(),
             _ if !now.part.criterion.is_plain() => {
-                "points do not count alike: what the rest will make of their weights is not known"
-                    .to_owned()
+                "points have weights, and the rest of the points will change them".to_owned()
             }
-            None => "too few points tell what may stand out between them".to_owned(),
+            None => "too few points to know what stands out between them".to_owned(),
             Some(nm) if value_nm + nm > limit_nm => format!(
                 "{name} is {value_nm:.1} nm so far and {nm:.1} nm may stand out between the points, {limit_nm} nm \
                  are allowed"
             ),
             _ if running.predicted.is_none() || running.beyond_nm.is_none() => {
-                "too few places are measured to tell the rest by".to_owned()
+                "too few places are measured to foresee the rest".to_owned()
             }
             _ if running.coverage == 1.0 => {
                 format!("{name} may still change by more than the room to its limit")

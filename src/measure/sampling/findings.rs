@@ -57,7 +57,7 @@ impl Look<'_> {
         let target = self.wanted.target(self.scale.gap_mm, self.reach_mm);
         let is_reach_wanting = self.wanted.rho.is_some() && self.reach_mm.is_none();
         if is_reach_wanting {
-            self.unknown.push("the reach is not known, and so ρ is not".to_owned());
+            self.unknown.push("without the reach there is no ρ".to_owned());
         }
         let noise = self.known_noise();
         // A target that is none is told by the examination.

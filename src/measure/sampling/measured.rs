@@ -81,7 +81,7 @@ pub(super) fn measured(
     }
     match curvature_bound(points, noise.sigma_mm()) {
         Some(bound) => Ok(Measured::Curvature(bound.radius_mm)),
-        None => Err("fewer than 30 points on an eighth of the extent tell of curvature".to_owned()),
+        None => Err("fewer than 30 points on an eighth of the extent show curvature".to_owned()),
     }
 }
 

@@ -196,8 +196,7 @@ pub fn no_area(mesh: &Mesh) -> String {
     match counts.rejected {
         0 => "the points span no area".to_owned(),
         rejected => format!(
-            "the points span no area: {rejected} of {} lie farther than {RANGE_MM:e} mm from the origin and were left \
-             out; check the unit of the file, or leave out numbers that stand for missing points",
+            "the points span no area: {rejected} of {} lie farther than {RANGE_MM:e} mm from the origin and were left out. Check the unit of the file, and delete numbers that mean missing points",
             counts.pushed
         ),
     }

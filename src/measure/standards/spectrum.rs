@@ -115,8 +115,7 @@ pub(crate) fn q_spectrum(
         .collect();
     let why = (!lost.is_empty()).then(|| {
         format!(
-            "by {errors} {} are uncertain by more than all of the deviation, and so is the RMS slope of the series: \
-             measure nearer to the rim, or ask for fewer q_terms",
+            "by {errors} {} are less certain than the deviation is large, and so is the RMS slope of the series. Measure nearer to the rim, or set fewer q_terms",
             lost.join(", ")
         )
     });

@@ -18,7 +18,7 @@ pub(super) fn headline(form: Option<&FormFigures>, sampling: &SamplingFigures) -
             None => format!("{} nm", short(nm)),
         };
         let model = known.map_or(String::new(), |known| {
-            let bound = if known.pv_at_most { ", of PV an upper bound" } else { "" };
+            let bound = if known.pv_at_most { ". PV: an upper bound" } else { "" };
             format!("; ± k = 2, {}{bound}", known.model)
         });
         let [lowest, highest] = extremes(form);

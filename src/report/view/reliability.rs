@@ -23,8 +23,8 @@ pub(super) fn of_uncertainty(known: &UncertaintyFigures) -> String {
     }
     if known.model == UncertaintyFigures::NOISE_ONLY {
         text.push_str(
-            " Errors that are correlated from point to point, and those of the machine, are not in it: they need a \
-             table [uncertainty] in the nominal file.",
+            " It does not include errors correlated from point to point, nor those of the machine. State them in the table \
+             [uncertainty] of the nominal file.",
         );
     }
     text
@@ -66,7 +66,7 @@ pub(super) fn of_parameters(fit: &FitFigures) -> String {
     let mut text = format!("u (k = 1) by {model}.");
     if model == FitDetails::BY_RESIDUALS {
         text.push_str(
-            " It tells how far the best fit to this very part changes with the points that were taken of it.",
+            " It says how far the best fit to this very part changes with the choice of points.",
         );
     }
     match &fit.details.correlation {
@@ -91,8 +91,8 @@ fn by_form(fit: &FitFigures, found: &CorrelationFigures) -> String {
         .largest_ratio
         .map_or(String::new(), |ratio| format!(": up to {} times as much", short(ratio)));
     format!(
-        " Form error like that of this part, correlated over about {} mm, changes {} from part to part (k = 1, roughly), \
-         which u does not count{ratio}.",
+        " Form error like that of this part, correlated over about {} mm, changes {} from part to part (k = 1, roughly). u \
+         does not include that{ratio}.",
         short(found.length_mm),
         changes.join(", "),
     )
@@ -116,7 +116,7 @@ fn correlation(found: &CorrelationFigures) -> String {
         ));
     }
     text.push_str(
-        " Waves longer than the part look as a change of its parameters, and no deviation tells of them.",
+        " Waves longer than the part look like a change of its parameters, and no deviation shows them.",
     );
     text
 }

@@ -39,8 +39,8 @@ fn q_spectrum(q: &QFigures) -> Chapter {
     let end = if q.ends {
         ""
     } else {
-        " The series does not end here: the deviation has more waves along the radius than these terms can follow, which \
-         bends all of them. More are had by q_terms."
+        " The series does not end here: the deviation has more waves along the radius than these terms can follow, and \
+         that changes all of them. Set q_terms to more."
     };
     chapter.note(format!(
         "Q spectrum: {}. Radius {} mm, power {} nm. {}{note}{end}",

@@ -107,8 +107,8 @@ fn texture(texture: &TextureFigures) -> Chapter {
     chapter.table(table);
     chapter.note(match simulated {
         Some(simulated) => format!(
-            "Intervals cover 95 % of {}. They are of the surface without noise, whose share is taken off; those of \
-             extremes (Sp, Sv, Sz, as of the minimum zone) reach up to what a defect of a single point may hide in it. {}",
+            "Intervals cover 95 % of {}. They are of the surface without the share of noise. Those of extremes (Sp, Sv, Sz, \
+             minimum zone) include a defect of a single point that noise may hide. {}",
             simulated.covers,
             of_draws(simulated)
         ),

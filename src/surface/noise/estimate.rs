@@ -91,7 +91,7 @@ pub struct NoiseEstimate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
 pub enum NoiseUnknown {
     /// Too few vertices have neighbourhoods that tell something.
-    #[error("{usable} neighbourhoods tell of the noise, {needed} are needed", needed = NoiseSettings::NEIGHBOURHOODS_MIN)]
+    #[error("the points have {usable} neighbourhoods to estimate it from, {needed} are needed", needed = NoiseSettings::NEIGHBOURHOODS_MIN)]
     TooFewNeighbourhoods {
         /// How many there are.
         usable: u64,

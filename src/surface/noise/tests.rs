@@ -144,7 +144,10 @@ fn too_little_to_tell() {
     let nothing = Adjacency::new(&[], &[], None).unwrap();
     let found = estimate_noise(&[], &nothing, &NoiseSettings::default()).unwrap_err();
     assert_eq!(found, NoiseUnknown::TooFewNeighbourhoods { usable: 0 });
-    assert_eq!(found.to_string(), "0 neighbourhoods tell of the noise, 20 are needed");
+    assert_eq!(
+        found.to_string(),
+        "the points have 0 neighbourhoods to estimate it from, 20 are needed"
+    );
     assert!(noise_map(&[], &nothing, &NoiseSettings::default(), [3, 0]).cells().len() == 3);
     let points = over(&raster([0.0, 0.0], 4, 1.0, 0.1, 1), sphere);
     let few = adjacency(&points, None);

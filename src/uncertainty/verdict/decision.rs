@@ -139,7 +139,7 @@ impl fmt::Display for Doubt {
         f.write_str(match self {
             Doubt::WithinGuardBand => "the figure is nearer to its limit than its guard band",
             Doubt::NoUncertainty => "the guard band needs an uncertainty, and none is known",
-            Doubt::Unmeasured => "what is not measured might break the limit",
+            Doubt::Unmeasured => "places that are not measured might break the limit",
             Doubt::NotANumber => "a limit or a figure is not a number",
         })
     }

@@ -18,11 +18,10 @@ pub(super) fn drawing_of(path: &Path) -> Result<Drawing, Failure> {
         Some("csv") => Ok(csv),
         Some("svg") => Ok(svg),
         Some("dxf") => Ok(dxf),
-        _ => Err(format!(
-            "{}: expected a name that ends in .csv, .svg or .dxf, found none of them",
-            path.display()
-        )
-        .into()),
+        _ => {
+            Err(format!("{}: expected a name that ends in .csv, .svg or .dxf", path.display())
+                .into())
+        }
     }
 }
 

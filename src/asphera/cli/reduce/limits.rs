@@ -55,8 +55,7 @@ impl Limits {
         let sigma_nm = target.noise().map_or(0.0, |noise| noise.sigma_mm() * 1e6);
         let tilt_rad = target.criteria().tilt_limit_rad();
         format!(
-            "{name}: {facets} facets of the kept points have gaps of up to {times:.3} times what was asked for, as noise of \
-             {sigma_nm:.3} nm may tilt none by more than {tilt_rad:.4} rad: allow {}, or more than --tilt {tilt_rad:.4}",
+            "{name}: {facets} facets of the kept points have gaps up to {times:.3} times the limit. Noise of {sigma_nm:.3} nm would tilt smaller facets by more than {tilt_rad:.4} rad. Allow {}, or more than --tilt {tilt_rad:.4}",
             wider.join(" and ")
         )
         .into()

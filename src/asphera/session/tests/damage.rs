@@ -236,11 +236,17 @@ fn other_formats_are_named() {
     for path in [parent.path(), &segment] {
         let error = Session::open(path).unwrap_err();
         assert!(matches!(error, ReadError::TooNew { .. }));
-        assert_eq!(error.to_string(), "recorded in format 2.0, the newest read is 1.3");
+        assert_eq!(
+            error.to_string(),
+            "the recording has format 2.0, and this asphera reads up to 1.3: use a newer one"
+        );
     }
     write_segment(&segment, &segment_header(0, 0), &[]);
     let error = Session::open(&segment).unwrap_err();
-    assert_eq!(error.to_string(), "recorded in format 0.0, the oldest read is 1");
+    assert_eq!(
+        error.to_string(),
+        "the recording has format 0.0, and this asphera reads 1 and newer"
+    );
 
     // Without a segment that can tell, the manifest decides; the rest of it may mean anything.
     put(&segment, b"");

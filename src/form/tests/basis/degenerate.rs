@@ -30,9 +30,8 @@ fn all_points_outside_names_the_cure() {
     let error = expand(&basis(), &scale, &places, &[1.0; 4], None).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "none of 4 points lies where the Fringe Zernike series is defined: half width 5 mm by 5 mm, \
-         nearest point at 5.5 mm, farthest at 7 mm from the axis; normalise by at least the latter or \
-         centre the points"
+        "none of 4 points lies where the Fringe Zernike series is defined, half width 5 mm by 5 mm. \
+         The points are 5.5 to 7 mm from the axis: centre them, or normalise by 7 mm or more"
     );
 }
 

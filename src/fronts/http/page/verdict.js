@@ -67,8 +67,8 @@ function showUncertainty(deviation) {
   const about = deviation?.uncertainty;
   setText(byId("pv-u"), about ? `± ${significant(COVERAGE * about.u_pv_nm, 2)}` : "");
   setText(byId("rms-u"), about ? `± ${significant(COVERAGE * about.u_rms_nm, 2)}` : "");
-  const most = about?.pv_at_most ? ", of PV an upper bound" : "";
-  const covers = about?.rms_covers ? `; of RMS ${about.rms_covers}` : "";
+  const most = about?.pv_at_most ? ". PV: an upper bound" : "";
+  const covers = about?.rms_covers ? `. RMS: ${about.rms_covers}` : "";
   setText(byId("u-model"), about ? `± k = ${COVERAGE}, ${about.model}${most}${covers}` : "");
 }
 
