@@ -79,6 +79,9 @@ use self::steps::Step;
 /// Windows of the reference in largest widths.
 const WINDOW: f64 = 3.0;
 
+/// Standard deviations that the residuals of a defect's own vertices add up to, at least.
+const OWN_LEAST: f64 = 2.0;
+
 /// How near to a step what stands off is the step's own, in spacings.
 const OWN_SPACINGS: f64 = 2.0;
 
@@ -266,6 +269,8 @@ fn find(
             })
         })
     });
+    // Beside an edge means over rings may stand off by what lies about the vertices, while these themselves do not.
+    found.retain(|found| found.significance >= OWN_LEAST);
     found.sort_by(|p, q| q.significance.total_cmp(&p.significance));
     let field_at = |zone: &Zone<'_>| Field {
         samples: *samples,
