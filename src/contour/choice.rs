@@ -1,6 +1,6 @@
 //! Choice of a method by the points: border or area, outliers, noise.
 
-use crate::curves::{hnn_crust, lee, lee_reach_mm};
+use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm};
 use crate::graphs::spanning;
 use crate::triangulation::{circumcentre_mm, distance_mm};
 use crate::{CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
@@ -60,8 +60,10 @@ impl Choice {
     ///
     /// An area has at least 0.62 of its samples off the hull with no triangle about them of a circle wider than 2.2 times the median edge
     /// of the minimum spanning tree. Of a border, outliers are samples whose second nearest sample is more than four times as far as that
-    /// of one of their two nearest, looked for twice; then open runs of up to four samples, where others have thirty or more. The rest is noisy if more than 0.4 of the turns of its [`hnn_crust`] change their
-    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen. All figures are ours, from points made for each case.
+    /// of one of their two nearest, looked for twice; then open runs of up to four samples, where others have thirty or more
+    /// and less than a quarter of the samples is in such runs. The rest is noisy if more than 0.4 of the turns of its [`hnn_crust`] change their
+    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen. Otherwise [`connect2d`] is, where [`hnn_crust`] leaves
+    /// something loose and one closed curve needs no edge longer than 1.5 times its longest: corners. All figures are ours, from points made for each case.
     pub fn of(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -83,7 +85,11 @@ impl Choice {
         let loose = curve.ends(count).len() + curve.alone(count).len();
         let loose_share = loose as f64 / count.max(1) as f64;
         let is_noisy = zigzag > ZIGZAG || loose_share > LOOSE;
-        let method = if is_noisy { Method::Lee } else { Method::HnnCrust };
+        let method = match is_noisy {
+            true => Method::Lee,
+            false if loose > 0 && closes(&rest.triangulation, &curve) => Method::Connect2d,
+            false => Method::HnnCrust,
+        };
         Choice { is_area, inner_share, outliers, zigzag: Some(zigzag), loose_share, method }
     }
 
@@ -95,7 +101,11 @@ impl Choice {
         let rest = Rest::new(triangulation, &self.outliers);
         let reach_mm = lee_reach_mm(&rest.triangulation).filter(|_| self.method == Method::Lee);
         let Some(reach_mm) = reach_mm else {
-            let graph = rest.back(&hnn_crust(&rest.triangulation));
+            let graph = match self.method {
+                Method::Connect2d => connect2d(&rest.triangulation),
+                _ => hnn_crust(&rest.triangulation),
+            };
+            let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
         };
         let moved = lee(&rest.triangulation, reach_mm);
@@ -133,8 +143,12 @@ impl Choice {
             true => "noise",
             false => "no noise",
         };
+        let corners = match self.method == Method::Connect2d {
+            true => "; corners: one closed curve joins what is loose",
+            false => "",
+        };
         format!(
-            "{kind}{outliers}; {noise}: {} of its turns change direction, {} of its points are loose",
+            "{kind}{outliers}; {noise}: {} of its turns change direction, {} of its points are loose{corners}",
             share(zigzag),
             share(self.loose_share)
         )
@@ -199,8 +213,12 @@ fn outliers(triangulation: &Triangulation) -> Vec<SampleId> {
     if chains.iter().any(|chain| chain.samples.len() >= LONG) {
         let short = chains.iter().filter(|chain| !chain.closed && chain.samples.len() <= SHORT);
         let ends = short.flat_map(|chain| &chain.samples).copied();
-        let apart = ends.chain(curve.alone(rest.kept.len()));
-        out.extend(apart.map(|sample| rest.kept[sample as usize]));
+        let apart: Vec<SampleId> = ends.chain(curve.alone(rest.kept.len())).collect();
+        // Where much is in short runs, noise broke the curve.
+        let is_noise = apart.len() as f64 > LOOSE * rest.kept.len() as f64;
+        out.extend(
+            apart.into_iter().filter(|_| !is_noise).map(|sample| rest.kept[sample as usize]),
+        );
         out.sort_unstable();
         out.dedup();
     }
@@ -216,7 +234,10 @@ fn zigzag(triangulation: &Triangulation, curve: &Graph) -> f64 {
         let turns = if chain.closed { count } else { count.saturating_sub(2) };
         let turn = |index: usize| {
             let [a, b, c] = [0, 1, 2].map(|step| places[(index + step) % count]);
-            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+            let turn = (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0]);
+            // On straight pieces rounding turns, not the curve.
+            let is_straight = turn.abs() <= STRAIGHT * distance_mm(a, b) * distance_mm(b, c);
+            if is_straight { 0.0 } else { turn }
         };
         let turns: Vec<f64> = (0..turns).map(turn).collect();
         for pair in turns.windows(2) {
@@ -225,6 +246,15 @@ fn zigzag(triangulation: &Triangulation, curve: &Graph) -> f64 {
         }
     }
     changes as f64 / pairs.max(1) as f64
+}
+
+/// Whether one closed curve joins all samples with no edge longer than [`JOINS`] times the longest of another.
+fn closes(triangulation: &Triangulation, curve: &Graph) -> bool {
+    let longest_mm = |graph: &Graph| {
+        let lengths = graph.edges().iter().map(|edge| edge.map(|end| triangulation.place(end)));
+        lengths.map(|[p, q]| distance_mm(p, q)).fold(0.0, f64::max)
+    };
+    longest_mm(&connect2d(triangulation)) <= JOINS * longest_mm(curve)
 }
 
 /// The samples without some of them.
@@ -250,6 +280,10 @@ impl Rest {
     }
 }
 
+/// Sine of a turn that counts as none.
+const STRAIGHT: f64 = 1e-6;
+/// Length of the edges that close a curve over that of the others.
+const JOINS: f64 = 1.5;
 /// Share of inner samples from which on points are an area.
 const AREA: f64 = 0.62;
 /// Widest circle of a triangle within an area over the median edge of the spanning tree.

@@ -28,6 +28,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod benchmark;
 mod bezier;
 mod choice;
 mod compare;

@@ -20,6 +20,20 @@ pub struct BezierLine {
     pub closed: bool,
 }
 
+impl BezierLine {
+    /// The polygon through corners; if it is closed, with a side from the last to the first. Sides without length are left out.
+    pub fn through(corners_mm: &[PlaceMm], closed: bool) -> BezierLine {
+        let sides = corners_mm.len().saturating_sub(usize::from(!closed));
+        let next = corners_mm.iter().cycle().skip(1);
+        let sides = corners_mm.iter().zip(next).take(sides).filter(|(p, q)| p != q);
+        let pieces = sides.map(|(&p, &q)| {
+            let at = |share: f64| [0, 1].map(|axis| p[axis] + share * (q[axis] - p[axis]));
+            [p, at(1.0 / 3.0), at(2.0 / 3.0), q]
+        });
+        BezierLine { pieces: pieces.collect(), closed }
+    }
+}
+
 /// Samples of one line of a curve, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SampledLine {

@@ -1,6 +1,7 @@
 //! `asphera contour`: the curve or the area that points in the plane are samples of.
 
 mod draw;
+mod figures;
 pub(super) mod report;
 mod sampled;
 
@@ -8,11 +9,13 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use asphera_contour::{
-    Choice, Kind, Method, MethodError, Parameters, PlaceMm, Samples, Triangulation,
+    Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
+    Triangulation,
 };
 use asphera_geometry::PointMm;
 use clap::Args;
 
+use self::figures::{CircleFigures, DeviationFigures};
 use self::report::ContourReport;
 use super::exit::Exit;
 use super::files::refuse;
@@ -34,6 +37,10 @@ pub(super) struct ContourArgs {
     /// Parameters of the method or graph, as delta=2.5 or gamma0=0.3,gamma1=-0.3.
     #[arg(long, value_name = "KEY=VALUE,…", default_value = "", hide_default_value = true)]
     set: String,
+    /// The nominal outline, as it lies: .svg, .dxf, a .json of contour, or corners of a polygon in order as text. The report holds
+    /// every point against it.
+    #[arg(long, value_name = "NOMINAL", conflicts_with = "graph")]
+    outline: Option<PathBuf>,
     /// A proximity graph instead; --methods lists the names.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     graph: Option<String>,
@@ -122,35 +129,69 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         .into());
     }
     progress.stage(method.name());
-    if method == Method::Auto {
-        let parameters = method.chosen(&triangulation, &parameters)?;
-        return by_points(&triangulation, &parameters).map_err(Failure::from);
-    }
     let parameters = method.chosen(&triangulation, &parameters)?;
-    Ok(match method.region(&triangulation, &parameters)? {
-        Some(region) => ContourReport::of_region(&triangulation, method, &parameters, &region),
+    let region = method.region(&triangulation, &parameters)?;
+    let (mut report, used) = match region {
+        _ if method == Method::Auto => by_points(&triangulation, &parameters)?,
+        Some(region) => {
+            let report = ContourReport::of_region(&triangulation, method, &parameters, &region);
+            (report, joined(&triangulation, region.border()))
+        }
         None => {
             let curve = method.curve(&triangulation, &parameters)?;
-            ContourReport::new(&triangulation, method, &parameters, &curve)
+            let report = ContourReport::new(&triangulation, method, &parameters, &curve);
+            (report, used_of(&triangulation, &curve, &[]))
         }
-    })
+    };
+    if report.sampling.is_some() && report.chains.len() == 1 {
+        report.circle = CircleFigures::of(&used);
+    }
+    if let Some(outline) = &args.outline {
+        report.deviation = Some(DeviationFigures::of(outline, &used, report.input.noise_sigma_mm)?);
+    }
+    Ok(report)
 }
 
-/// The outcome by the method that the points ask for.
+/// The places of samples that an edge joins.
+fn joined(triangulation: &Triangulation, graph: &Graph) -> Vec<PlaceMm> {
+    let degrees = graph.degrees(triangulation.len());
+    let places = triangulation.samples().places().iter().zip(degrees);
+    places.filter(|(_, degree)| *degree > 0).map(|(&place, _)| place).collect()
+}
+
+/// The places that a curve was made of: all but outliers where noise was taken away, else those that it joins.
+fn used_of(
+    triangulation: &Triangulation,
+    curve: &FoundCurve,
+    outliers: &[SampleId],
+) -> Vec<PlaceMm> {
+    if curve.places_mm.is_none() {
+        return joined(triangulation, &curve.graph);
+    }
+    let is_used = |sample: &SampleId| outliers.binary_search(sample).is_err();
+    let used = (0..triangulation.len() as SampleId).filter(is_used);
+    used.map(|sample| triangulation.place(sample)).collect()
+}
+
+/// The outcome by the method that the points ask for, and the points it was made of.
 fn by_points(
     triangulation: &Triangulation,
     parameters: &Parameters,
-) -> Result<ContourReport, MethodError> {
+) -> Result<(ContourReport, Vec<PlaceMm>), MethodError> {
     let choice = Choice::of(triangulation);
     let method = choice.method;
-    let report = match (method.region(triangulation, parameters)?, choice.curve(triangulation)) {
-        (Some(region), _) => ContourReport::of_region(triangulation, method, parameters, &region),
-        (None, curve) => {
-            let curve = curve.unwrap_or_default();
-            ContourReport::new(triangulation, method, parameters, &curve)
+    let (report, used) = match method.region(triangulation, parameters)? {
+        Some(region) => {
+            let report = ContourReport::of_region(triangulation, method, parameters, &region);
+            (report, joined(triangulation, region.border()))
+        }
+        None => {
+            let curve = choice.curve(triangulation).unwrap_or_default();
+            let report = ContourReport::new(triangulation, method, parameters, &curve);
+            (report, used_of(triangulation, &curve, &choice.outliers))
         }
     };
-    Ok(report.chosen(&choice))
+    Ok((report.chosen(&choice), used))
 }
 
 /// The places of the points in the plane: x and y, or of two columns both.

@@ -27,12 +27,17 @@ pub(super) const SECTION: &str = "Examples:
 pub(super) const CONTOUR: &str = "Examples:
   asphera contour edge.xyz -o edge.svg
   asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json
+  asphera contour edge.xyz --method auto --outline nominal.svg
   asphera contour --methods";
 
 pub(super) const SAMPLE: &str = "Examples:
   asphera sample blade.svg --rho 0.9 -o blade.xy
   asphera sample blade.svg --epsilon 0.2 --noise 0.003 --outliers 5 --seed 7 -o blade.xy --truth blade.json
   asphera sample mask.png --pixel 0.01 -o edge.xy";
+
+pub(super) const BENCHMARK: &str = "Examples:
+  asphera benchmark curves
+  asphera benchmark curves --category open --methods auto,hnn-crust,vicur --trials 50 --json";
 
 pub(super) const COMPARE: &str = "Examples:
   asphera compare found.json truth.json --json

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand.
 
+mod benchmark;
 mod check;
 mod columns;
 mod compare;
@@ -96,6 +97,9 @@ enum Command {
     /// Makes samples of a known curve, a drawing or an image, with noise and outliers, to try `contour` without data.
     #[command(after_help = examples::SAMPLE)]
     Sample(sample::SampleArgs),
+    /// Compares the methods of `contour` on curves made for it: which is best for which points. No data are needed.
+    #[command(after_help = examples::BENCHMARK)]
+    Benchmark(benchmark::BenchmarkArgs),
     /// Compares two contours: distances, areas, edges; with --shapes, how alike clouds are.
     #[command(after_help = examples::COMPARE)]
     Compare(compare::CompareArgs),
@@ -211,6 +215,7 @@ pub fn main() -> ExitCode {
         Command::Section(args) => section::run(&args),
         Command::Contour(args) => contour::run(&args),
         Command::Sample(args) => sample::run(&args),
+        Command::Benchmark(args) => benchmark::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Sampling(args) => sampling::run(&args),
         Command::Graph(args) => graph::run(&args),

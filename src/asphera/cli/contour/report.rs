@@ -9,6 +9,7 @@ use asphera_contour::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::figures::{CircleFigures, DeviationFigures};
 use super::sampled::SampledFigures;
 use crate::cli::summary::short;
 
@@ -56,6 +57,12 @@ pub(in crate::cli) struct ContourReport {
     /// Whether the points suffice for the curve; of a curve only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::cli) sampling: Option<SampledFigures>,
+    /// The circle of the points; of one curve that is near a circle only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) circle: Option<CircleFigures>,
+    /// Deviations from the nominal outline; where one is given only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) deviation: Option<DeviationFigures>,
     /// What is not known, and why.
     pub(in crate::cli) unknown: Vec<String>,
 }
@@ -229,6 +236,8 @@ impl ContourReport {
             junctions: rows(samples, graph.junctions(samples.len())),
             left_out: rows(samples, graph.alone(samples.len())),
             sampling: is_curve.then(|| SampledFigures::new(&curve.sampling(triangulation), method)),
+            circle: None,
+            deviation: None,
             unknown: match is_curve {
                 true => vec![
                     "sampling: it is that of the curve found; parts without points do not show"
@@ -283,6 +292,8 @@ impl ContourReport {
             junctions: graph.junctions(count),
             left_out: graph.alone(count),
             sampling: None,
+            circle: None,
+            deviation: None,
             unknown: Vec::new(),
         }
     }
@@ -334,6 +345,12 @@ impl ContourReport {
         )?;
         if let Some(sampling) = &self.sampling {
             sampling.write_summary(text)?;
+        }
+        if let Some(circle) = &self.circle {
+            circle.write_summary(text)?;
+        }
+        if let Some(deviation) = &self.deviation {
+            deviation.write_summary(text)?;
         }
         self.unknown.iter().try_for_each(|unknown| writeln!(text, "unknown    {unknown}"))
     }

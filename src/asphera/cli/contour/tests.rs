@@ -168,11 +168,50 @@ fn the_points_choose_a_method_and_say_why() {
     assert!((noisy.chains[0].length_mm - 31.4).abs() < 0.3 && noisy.chains[0].closed);
     assert!(noisy.summary().contains("chosen     border: "), "{}", noisy.summary());
     let named = contour_of(&circle(0.2), &["--method", "lee"]).unwrap();
-    assert_eq!((&named.chains, named.reason), (&noisy.chains, None));
+    assert_eq!((named.chains[0].closed, named.reason), (true, None));
     let raster: String = (0..900).map(|it| format!("{} {}\n", it % 30, it / 30)).collect();
     let area = contour_of(&raster, &["--method", "auto"]).unwrap();
     assert_eq!((area.method.as_str(), area.parts), ("auto", Some(1)));
     assert!(area.reason.unwrap().starts_with("area: "));
+}
+
+#[test]
+fn circles_and_deviations_are_told() {
+    let circle: String = (0..360)
+        .map(|index| {
+            let (sin, cos) = f64::from(index).to_radians().sin_cos();
+            let radius = 5.0 + if index % 2 == 0 { 0.001 } else { -0.001 };
+            format!("{} {}\n", 2.0 + radius * cos, radius * sin)
+        })
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nominal.svg");
+    std::fs::write(&path, "<svg><circle cx='2' r='4.9'/></svg>").unwrap();
+    let name = path.display().to_string();
+    let report = contour_of(&circle, &["--outline", &name]).unwrap();
+    let found = report.circle.as_ref().unwrap();
+    assert!((found.diameter_mm - 10.0).abs() < 1e-9 && (found.roundness_mm - 0.002).abs() < 1e-9);
+    assert!((found.roundness_zone_mm.unwrap() - 0.002).abs() < 1e-9);
+    let deviation = report.deviation.as_ref().unwrap();
+    assert!(
+        (deviation.largest_mm - 0.101).abs() < 1e-7 && (deviation.least_mm - 0.099).abs() < 1e-7
+    );
+    assert_eq!((deviation.points, deviation.deviations_mm.len()), (360, 360));
+    let summary = report.summary();
+    assert!(summary.contains("circle     diameter 10.000000 mm, u "), "{summary}");
+    assert!(summary.contains("mm, RMS 0.1000 mm, from"), "{summary}");
+    // A square is no circle; its corners as text are an outline.
+    let square = "0 0\n1 0\n2 0\n3 0\n3 1\n3 2\n3 3\n2 3\n1 3\n0 3\n0 2\n0 1\n";
+    let path = folder.path().join("nominal.xyz");
+    std::fs::write(&path, "0 0\n3 0\n3 3\n0 3\n").unwrap();
+    let report = contour_of(square, &["--outline", &path.display().to_string()]).unwrap();
+    assert!(report.circle.is_none());
+    let deviation = report.deviation.unwrap();
+    assert_eq!((deviation.largest_mm, deviation.least_mm, deviation.u_mm), (0.0, 0.0, None));
+    let wrong = folder.path().join("wrong.svg");
+    std::fs::write(&wrong, "<svg/>").unwrap();
+    let refused = contour_of(square, &["--outline", &wrong.display().to_string()]).unwrap_err();
+    assert!(refused.ends_with("expected an outline, found no line"), "{refused}");
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn chosen(set: &Triangulation) -> (Choice, Lines) {
 }
 
 /// The RMS of what is chosen over that of the best of all other curves, in the mean over some curves.
-fn against_best(spacing: Spacing, disturbance: Disturbance, expected: Method) -> f64 {
+fn against_best(spacing: Spacing, disturbance: Disturbance, is_noisy: bool) -> f64 {
     let mut random = Random::new(120);
     let mut logs = 0.0;
     let rounds = 8;
@@ -45,7 +45,7 @@ fn against_best(spacing: Spacing, disturbance: Disturbance, expected: Method) ->
             Deviation::between_lines(lines, &truth).map_or(f64::INFINITY, |it| it.rms_mm)
         };
         let (choice, lines) = chosen(&set);
-        assert_eq!(choice.method, expected, "{} of {} points", choice.reason(), points.len());
+        assert_eq!(choice.method == Method::Lee, is_noisy, "{}", choice.reason());
         let best = Method::ALL
             .into_iter()
             .filter(|method| method.kind() == Kind::Curve && *method != Method::Lee)
@@ -68,20 +68,20 @@ const DENSE: Spacing = Spacing { epsilon: None, rho: None, chord_mm: Some(2e-4) 
 fn clean_samples_are_joined_as_well_as_by_the_best() {
     for epsilon in [0.1, 0.3] {
         let spacing = Spacing { epsilon: Some(epsilon), ..Spacing::default() };
-        assert!(against_best(spacing, Disturbance::default(), Method::HnnCrust) <= 1.15);
+        assert!(against_best(spacing, Disturbance::default(), false) <= 1.15);
     }
 }
 
 #[test]
 fn noise_is_taken_away() {
     let noise = Disturbance { of_box: 0.01, ..Disturbance::default() };
-    assert!(against_best(DENSE, noise, Method::Lee) <= 0.75);
+    assert!(against_best(DENSE, noise, true) <= 0.75);
 }
 
 #[test]
 fn outliers_are_left_out() {
     let outliers = Disturbance { outliers_percent: 5.0, ..Disturbance::default() };
-    assert!(against_best(DENSE, outliers, Method::HnnCrust) <= 0.6);
+    assert!(against_best(DENSE, outliers, false) <= 0.6);
 }
 
 #[test]

@@ -1,0 +1,68 @@
+//! The comparison of methods: figures of perfect outcomes, and what is chosen beside the best.
+
+use asphera_contour::benchmark::{Category, Score, Trial};
+use asphera_contour::{Kind, Method};
+
+const TRIALS: u32 = 6;
+
+/// Mean figures of a method in a category.
+fn mean(category: Category, method: Method) -> Score {
+    let scores = (0..TRIALS).map(|number| category.trial(9, number).score(method).unwrap());
+    let share = 1.0 / f64::from(TRIALS);
+    scores.fold(Score { rms: 0.0, f: 0.0, two_edges: 0.0 }, |sum, score| Score {
+        rms: sum.rms + share * score.rms,
+        f: sum.f + share * score.f,
+        two_edges: sum.two_edges + share * score.two_edges,
+    })
+}
+
+#[test]
+fn trials_are_the_same_again_and_differ_by_number() {
+    for category in Category::ALL {
+        let places = |number| category.trial(3, number).triangulation.samples().places().to_vec();
+        assert_eq!(places(0), places(0));
+        assert_ne!(places(0), places(1), "{}", category.name());
+        assert!(places(0).len() > 12, "{}", category.name());
+    }
+}
+
+#[test]
+fn what_is_proven_is_perfect() {
+    let found = mean(Category::NonUniform, Method::NnCrust);
+    let is_perfect = |score: Score| score.f > 1.0 - 1e-12 && score.two_edges > 1.0 - 1e-12;
+    assert!(is_perfect(found) && found.rms < 0.01);
+    assert!(is_perfect(mean(Category::Multiple, Method::NnCrust)));
+    // Connect2D makes one closed curve of everything that can be one.
+    assert!(mean(Category::Manifold, Method::Connect2d).two_edges > 1.0 - 1e-12);
+}
+
+#[test]
+fn what_the_points_choose_beside_the_best() {
+    for category in Category::ALL {
+        let trials: Vec<Trial> = (0..2).map(|number| category.trial(9, number)).collect();
+        let mut all: Vec<(f64, &str)> = Method::ALL
+            .into_iter()
+            .filter(|method| method.kind() == Kind::Curve || *method == Method::Auto)
+            .map(|method| {
+                let scores = trials.iter().map(|trial| trial.score(method).unwrap().rms);
+                (scores.sum::<f64>() / trials.len() as f64, method.name())
+            })
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let auto = all.iter().find(|it| it.1 == "auto").unwrap();
+        let best = all.iter().find(|it| it.1 != "auto").unwrap();
+        println!(
+            "{:<18} auto {:.5} / best {:.5} = {:.3}; {:?}",
+            category.name(),
+            auto.0,
+            best.0,
+            auto.0 / best.0,
+            all.iter().take(4).map(|it| it.1).collect::<Vec<_>>()
+        );
+        // Noise that follows the feature size is not mastered yet, and not every corner.
+        match category {
+            Category::NonUniformNoise | Category::Sharp => assert!(auto.0 < 0.015),
+            _ => assert!(auto.0 <= 1.15 * best.0 + 1e-12, "{}", category.name()),
+        }
+    }
+}
