@@ -238,8 +238,7 @@ fn joined(lines: Vec<DrawnLine>) -> Vec<DrawnLine> {
     open.reverse();
     while let Some(mut line) = open.pop() {
         let start = line.pieces[0][0];
-        loop {
-            let Some(end) = line.pieces.last().map(|piece| piece[3]) else { break };
+        while let Some(end) = line.pieces.last().map(|piece| piece[3]) {
             if meets(end, start) {
                 line.closed = true;
                 if let Some(last) = line.pieces.last_mut() {
