@@ -7,6 +7,10 @@ use crate::places::{by_row, closed, triangulation};
 fn each(points: &[PlaceMm], check: impl Fn(Method, Vec<[u32; 2]>)) {
     let set = triangulation(points);
     for method in Method::ALL.into_iter().filter(|method| method.kind() != Kind::Region) {
+        // lee averages eight samples or more, and leaves samples out.
+        if method == Method::Lee {
+            continue;
+        }
         check(method, by_row(&method.run(&set, &Parameters::new()).unwrap(), &set));
     }
 }
@@ -80,7 +84,9 @@ fn far_offsets_lose_nothing() {
         .map(|place| place.map(|value| (value * 1024.0).round() / 1024.0))
         .collect();
     let far: Vec<PlaceMm> = near.iter().map(|[x, y]| [x + 3e11, y - 2e11]).collect();
-    for method in Method::ALL.into_iter().filter(|method| method.kind() == Kind::Curve) {
+    // lee thins, so it does not join all samples.
+    let of_curves = |method: &Method| method.kind() == Kind::Curve && *method != Method::Lee;
+    for method in Method::ALL.into_iter().filter(of_curves) {
         let edges = [&near, &far].map(|points| {
             let set = triangulation(points);
             by_row(&method.run(&set, &Parameters::new()).unwrap(), &set)

@@ -34,7 +34,9 @@ fn most_edges_of_real_outlines_are_found() {
         return;
     }
     let sets: Vec<_> = outlines.iter().map(|places| triangulation(places)).collect();
-    for method in Method::ALL.into_iter().filter(|method| method.kind() == Kind::Curve) {
+    // lee thins, so edges are no measure of it.
+    let of_curves = |method: &Method| method.kind() == Kind::Curve && *method != Method::Lee;
+    for method in Method::ALL.into_iter().filter(of_curves) {
         let (mut precision, mut recall) = (0.0, 0.0);
         for (set, places) in sets.iter().zip(&outlines) {
             let samples = set.samples();
