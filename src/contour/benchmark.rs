@@ -184,7 +184,7 @@ impl Trial {
     /// As [`Method::run`].
     pub fn score(&self, method: Method) -> Result<Score, MethodError> {
         let set = &self.triangulation;
-        let chosen = (method == Method::Auto).then(|| Choice::of(set).curve(set)).flatten();
+        let chosen = (method == Method::Auto).then(|| Choice::new(set).curve(set)).flatten();
         let found = match chosen {
             Some(found) => found,
             None => method.curve(set, &Parameters::new())?,

@@ -64,7 +64,7 @@ impl Choice {
     /// and less than a quarter of the samples is in such runs. The rest is noisy if more than 0.4 of the turns of its [`hnn_crust`] change their
     /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen. Otherwise [`connect2d`] is, where [`hnn_crust`] leaves
     /// something loose and one closed curve needs no edge longer than 1.5 times its longest: corners. All figures are ours, from points made for each case.
-    pub fn of(triangulation: &Triangulation) -> Choice {
+    pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
         if is_area {

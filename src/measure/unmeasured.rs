@@ -291,7 +291,9 @@ impl Extent {
         let (Some(forecast), Some(share)) = (forecast, self.figures.share) else { return self };
         let laid = (laid.places_mm, laid.deviations_mm);
         let predicted = (share > 0.0)
-            .then(|| forecast.of(Definition::RmsOverPoints, &self.zone, &self.less, rms_nm, laid))
+            .then(|| {
+                forecast.predict(Definition::RmsOverPoints, &self.zone, &self.less, rms_nm, laid)
+            })
             .flatten();
         let beyond_nm = predicted.map(|found| found.quantile_nm(self.figures.p) - rms_nm);
         let hidden =

@@ -178,7 +178,7 @@ fn by_points(
     triangulation: &Triangulation,
     parameters: &Parameters,
 ) -> Result<(ContourReport, Vec<PlaceMm>), MethodError> {
-    let choice = Choice::of(triangulation);
+    let choice = Choice::new(triangulation);
     let method = choice.method;
     let (report, used) = match method.region(triangulation, parameters)? {
         Some(region) => {

@@ -124,7 +124,7 @@ impl Told<'_> {
         };
         let predicted = self.forecast.as_ref().and_then(|forecast| {
             let laid = (places_mm, deviations_mm);
-            forecast.of(limit.definition, &limit.zone, &limit.less, value_nm, laid)
+            forecast.predict(limit.definition, &limit.zone, &limit.less, value_nm, laid)
         });
         let mut found = OfLimit {
             value_nm,

@@ -96,7 +96,7 @@ impl Forecast {
     ///
     /// What the blocks tell of the present figure is replaced by that value. `None` where the zone holds nothing
     /// measured. `places_mm` and `deviations_mm` are those the forecast is of.
-    pub fn of(
+    pub fn predict(
         &self,
         definition: Definition,
         zone: &Aperture,

@@ -154,6 +154,11 @@ fn lines(region: &Region, samples: &Samples) -> Vec<ChainFigures> {
     round.map(closed).chain(open).collect()
 }
 
+/// Points of which the sampling is checked: above them it takes longer than the curve itself by far.
+const MOST_CHECKED: usize = 200_000;
+
+const TAKEN_FOR_CURVE: &str = "kind: points are taken for samples of a curve, not of an area";
+
 impl ContourReport {
     /// The report of a region that a method made.
     pub(super) fn of_region(
@@ -205,6 +210,7 @@ impl ContourReport {
         let graph = &curve.graph;
         let samples = triangulation.samples();
         let is_curve = method.kind() == Kind::Curve;
+        let is_checked = is_curve && samples.len() <= MOST_CHECKED;
         let chains = if is_curve { graph.chains(samples.len()) } else { Vec::new() };
         let mut distances_mm: Vec<f64> = (0..samples.len() as SampleId)
             .filter_map(|sample| triangulation.nearest(sample))
@@ -235,16 +241,24 @@ impl ContourReport {
             ends: rows(samples, graph.ends(samples.len())),
             junctions: rows(samples, graph.junctions(samples.len())),
             left_out: rows(samples, graph.alone(samples.len())),
-            sampling: is_curve.then(|| SampledFigures::new(&curve.sampling(triangulation), method)),
+            sampling: is_checked
+                .then(|| SampledFigures::new(&curve.sampling(triangulation), method)),
             circle: None,
             deviation: None,
-            unknown: match is_curve {
-                true => vec![
+            unknown: match (is_curve, is_checked) {
+                (false, _) => Vec::new(),
+                (true, true) => vec![
                     "sampling: it is that of the curve found; parts without points do not show"
                         .to_owned(),
-                    "kind: points are taken for samples of a curve, not of an area".to_owned(),
+                    TAKEN_FOR_CURVE.to_owned(),
                 ],
-                false => Vec::new(),
+                (true, false) => vec![
+                    format!(
+                        "sampling: not checked of {} points, at most of {MOST_CHECKED}: it would take minutes",
+                        samples.len()
+                    ),
+                    TAKEN_FOR_CURVE.to_owned(),
+                ],
             },
         }
     }

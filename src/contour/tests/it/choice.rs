@@ -22,7 +22,7 @@ fn lines_of(graph: &Graph, set: &Triangulation, places: Option<&[PlaceMm]>) -> L
 }
 
 fn chosen(set: &Triangulation) -> (Choice, Lines) {
-    let choice = Choice::of(set);
+    let choice = Choice::new(set);
     let curve = choice.curve(set).unwrap();
     let lines = lines_of(&curve.graph, set, curve.places_mm.as_deref());
     (choice, lines)
@@ -89,13 +89,13 @@ fn outliers_are_left_out() {
 fn areas_are_told_from_borders() {
     for seed in 0..10 {
         let area = triangulation(&scattered(2000, seed + 500));
-        let choice = Choice::of(&area);
+        let choice = Choice::new(&area);
         assert!(choice.is_area && choice.method == Method::Auto, "{}", choice.reason());
         assert!(choice.curve(&area).is_none() && choice.reason().starts_with("area: "));
     }
     let raster: Vec<PlaceMm> =
         (0..900).map(|index| [f64::from(index % 30), f64::from(index / 30)]).collect();
-    assert!(Choice::of(&triangulation(&raster)).is_area);
+    assert!(Choice::new(&triangulation(&raster)).is_area);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_noisy_circle_is_found_with_its_noise() {
         })
         .collect();
     let set = triangulation(&points);
-    let choice = Choice::of(&set);
+    let choice = Choice::new(&set);
     assert_eq!(choice.method, Method::Lee, "{}", choice.reason());
     let curve = choice.curve(&set).unwrap();
     let lines = lines_of(&curve.graph, &set, curve.places_mm.as_deref());
@@ -135,5 +135,5 @@ fn a_noisy_circle_is_found_with_its_noise() {
     let mut turned = points.clone();
     Random::new(5).shuffle(&mut turned);
     let other = triangulation(&turned);
-    assert_eq!(Choice::of(&other).curve(&other), Some(curve));
+    assert_eq!(Choice::new(&other).curve(&other), Some(curve));
 }

@@ -37,7 +37,7 @@ fn foreseen(points: &[PointMm], less: &Terms, missing: Option<f64>) -> ([Predict
     let of = [Definition::PeakToValley, Definition::RmsOverPoints];
     let predicted = [0, 1].map(|figure| {
         let laid = (&places[..], &deviations_mm[..]);
-        whole.of(of[figure], &Aperture::None, less, now[figure], laid).unwrap()
+        whole.predict(of[figure], &Aperture::None, less, now[figure], laid).unwrap()
     });
     (predicted, now)
 }
