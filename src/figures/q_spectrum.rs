@@ -15,7 +15,7 @@ use asphera_form::linear::{Step, System};
 /// The rotational part of a deviation in slope-orthogonal polynomials.
 ///
 /// Where the noise is known, the series has no more terms than stand out of it: those beyond are taken to be 0. All
-/// uncertainties are by independent noise of the points, or by what the series leaves, if that is more.
+/// uncertainties are by independent noise of the points, or by what the fit leaves, if that is more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QSpectrum {
     /// Radius in mm at which u = 1.
@@ -34,8 +34,8 @@ pub struct QSpectrum {
     pub asked: usize,
     /// The noise of a point in nm that was taken.
     pub noise_nm: f64,
-    /// Whether that is the RMS of what the series leaves, because no noise was known or this is more: form that is not
-    /// rotational errs like noise at places without order.
+    /// Whether that is the RMS of what the fit leaves, because no noise was known or this is more: form that is finer, or not
+    /// rotational and of a higher order than what is fitted beside the series, errs like noise at places without order.
     pub noise_of_residuals: bool,
     /// Whether what it leaves has waves along the radius of a tenth of the series' height or more.
     pub waves_left: bool,
@@ -86,6 +86,9 @@ impl QSpectrum {
 /// Fits up to `terms` Q-bfs polynomials with piston, tilt and power, together, by area-weighted least squares at
 /// the measured places. `O(n·p²)` for p terms.
 ///
+/// Coma, astigmatism of two orders and trefoil are fitted with them where the places tell all apart: they are form, not noise,
+/// and are no part of the series.
+///
 /// `noise_nm` is the independent noise of a point. From the last term down, those are left out whose coefficient is
 /// below four of its standard uncertainties, until one is not: near the rim and the vertex few points tell many terms
 /// apart, and their noise would come back in the first ones a hundredfold. Where all terms leave more than the noise, that
@@ -109,21 +112,32 @@ pub fn q_spectrum(
         return Err(Unknown::OnePlace);
     }
     let recurrence = Recurrence::new(asked);
-    let columns = |place: [f64; 2], row: &mut [f64]| {
-        recurrence.row(place.map(|part| part / radius_mm), row);
+    let with = |beside: usize| {
+        let columns = |place: [f64; 2], row: &mut [f64]| {
+            recurrence.row(place.map(|part| part / radius_mm), row, beside);
+        };
+        let system = factored(sample, beside + asked, columns);
+        let gram = noise_gram(sample, beside + asked, columns);
+        Problem { system, gram, beside }
     };
-    let system = factored(sample, asked + BESIDE, columns);
-    let gram = noise_gram(sample, asked + BESIDE, columns);
+    let whole = (used >= 2 * (asked + BESIDE + VARIANT)).then(|| with(BESIDE + VARIANT));
+    let problem = whole.filter(|whole| Fitted::new(whole, asked).is_some());
+    let problem = problem.unwrap_or_else(|| with(BESIDE));
+    let Problem { system, beside, .. } = &problem;
+    let beside = *beside;
+    let columns = |place: [f64; 2], row: &mut [f64]| {
+        recurrence.row(place.map(|part| part / radius_mm), row, beside);
+    };
     let rms_after = |change: &[f64]| {
-        let mut all = vec![0.0; asked + BESIDE];
+        let mut all = vec![0.0; asked + beside];
         all[..change.len()].copy_from_slice(change);
         (system.square_after(&all) / sample.total_area()).sqrt()
     };
-    let mut fewer = (1..=asked).rev().filter_map(|terms| Fitted::new(&system, &gram, terms));
+    let mut fewer = (1..=asked).rev().filter_map(|terms| Fitted::new(&problem, terms));
     let Some(most) = fewer.next() else {
-        let all: Vec<Vec<usize>> = (0..asked + BESIDE).map(|column| vec![column]).collect();
+        let all: Vec<Vec<usize>> = (0..asked + beside).map(|column| vec![column]).collect();
         let determined = system.determinate(&all, RANK_TOLERANCE).len();
-        return Err(Unknown::IndeterminateSeries { determined, wanted: asked + BESIDE });
+        return Err(Unknown::IndeterminateSeries { determined, wanted: asked + beside });
     };
     let freedom = (used - most.step.change.len()).max(1) as f64 / used as f64;
     let left_nm = rms_after(&most.step.change) / freedom.sqrt();
@@ -132,13 +146,13 @@ pub fn q_spectrum(
     let noise = noise_nm.filter(|_| !noise_of_residuals).unwrap_or(left_nm);
     let shorter = noise_nm.is_some().then_some(fewer).into_iter().flatten();
     let Fitted { step, covariance } = most.shortened(shorter, noise);
-    let beside: Vec<usize> = (0..BESIDE).collect();
-    let rms_nm = rms_after(&system.solve(&beside, 0.0).change);
-    let series = step.change[BESIDE..].to_vec();
+    let low: Vec<usize> = (0..BESIDE).collect();
+    let rms_nm = rms_after(&system.solve(&low, 0.0).change);
+    let series = step.change[beside..].to_vec();
     let waves = rotational_square(sample, &step.change, left_nm, columns);
     let covariance = covariance * (noise * noise);
     let u_nm: Vec<f64> = covariance.diagonal().iter().map(|square| square.sqrt()).collect();
-    let height = |term: usize| system.length(BESIDE + term) / sample.total_area().sqrt();
+    let height = |term: usize| system.length(beside + term) / sample.total_area().sqrt();
     Ok(QSpectrum {
         radius_mm,
         power_nm: step.change[BESIDE - 1],
@@ -182,6 +196,15 @@ fn rotational_square(
     if square > 4.0 * by_noise { square } else { 0.0 }
 }
 
+/// The least-squares problem of all terms.
+struct Problem {
+    system: System,
+    /// Of [`noise_gram`].
+    gram: DMatrix<f64>,
+    /// Columns before those of the series.
+    beside: usize,
+}
+
 /// A fit of some of the terms, with the covariance of their coefficients for a noise of 1 nm.
 struct Fitted {
     step: Step,
@@ -190,8 +213,9 @@ struct Fitted {
 
 impl Fitted {
     /// `None` where the places do not tell them apart.
-    fn new(system: &System, gram: &DMatrix<f64>, terms: usize) -> Option<Fitted> {
-        let count = BESIDE + terms;
+    fn new(problem: &Problem, terms: usize) -> Option<Fitted> {
+        let Problem { system, gram, beside } = problem;
+        let count = beside + terms;
         let kept: Vec<usize> = (0..count).collect();
         let step = system.solve(&kept, 0.0);
         if step.condition * RANK_TOLERANCE >= 1.0 || step.condition.is_nan() {
@@ -199,7 +223,7 @@ impl Fitted {
         }
         let inverse = DMatrix::from_vec(count, count, step.inverse_gram());
         let all = &inverse * gram.view((0, 0), (count, count)) * &inverse;
-        let covariance = all.view((BESIDE, BESIDE), (terms, terms)).into_owned();
+        let covariance = all.view((*beside, *beside), (terms, terms)).into_owned();
         Some(Fitted { step, covariance })
     }
 
@@ -219,7 +243,7 @@ impl Fitted {
     fn last_in_u(&self, noise_nm: f64) -> f64 {
         let last = self.covariance.nrows() - 1;
         let u_nm = noise_nm * self.covariance[(last, last)].sqrt();
-        let size_nm = self.step.change[BESIDE + last].abs();
+        let size_nm = self.step.change.last().map_or(0.0, |last| last.abs());
         if u_nm > 0.0 { size_nm / u_nm } else { f64::INFINITY }
     }
 }
@@ -266,11 +290,26 @@ impl Recurrence {
         Recurrence { f, g, h }
     }
 
-    /// Piston, tilts, power and series at a place in units of the radius.
-    fn row(&self, [u, v]: [f64; 2], row: &mut [f64]) {
+    /// What is `beside` the series, and the series, at a place in units of the radius.
+    fn row(&self, [u, v]: [f64; 2], row: &mut [f64], beside: usize) {
         let square = u * u + v * v;
-        let (beside, series) = row.split_at_mut(BESIDE);
-        beside.copy_from_slice(&[1.0, u, v, square]);
+        let (cosine, sine) = (u * u - v * v, 2.0 * u * v);
+        let all: [f64; BESIDE + VARIANT] = [
+            1.0,
+            u,
+            v,
+            square,
+            square * u,
+            square * v,
+            cosine,
+            sine,
+            square * cosine,
+            square * sine,
+            u * cosine - v * sine,
+            u * sine + v * cosine,
+        ];
+        let (before, series) = row.split_at_mut(beside);
+        before.copy_from_slice(&all[..beside]);
         self.values(square, series);
     }
 
@@ -294,6 +333,8 @@ impl Recurrence {
 
 /// Columns beside the series: piston, tilt, power.
 const BESIDE: usize = 4;
+/// Further ones, in pairs: coma, astigmatism, its second order, trefoil.
+const VARIANT: usize = 8;
 /// A last term below so many standard uncertainties may be noise: of 24 that are, one in 700 is above.
 const STANDS_OUT: f64 = 4.0;
 /// What the series leaves counts as noise from here on, in units of the noise.

@@ -78,7 +78,11 @@ for name, form in (("quadratic", lambda r: r**2), ("sphere", lambda r: np.sqrt(3
          rms(irregularity, a), rms(irregularity - mean, a))
 
 u = r / RADIUS
-show("qbfs", fit(np.column_stack([one, x, y, u**2, *Qbfs_sequence(range(6), u)]), z, a)[3:])
+# Coma, astigmatism of two orders and trefoil beside the series.
+t = np.arctan2(y, x)
+beside = [wave(m * t) * u**n for m, n in ((1, 3), (2, 2), (2, 4), (3, 3)) for wave in (np.cos, np.sin)]
+qbfs = np.column_stack([u**2, *Qbfs_sequence(range(6), u), one, x, y, *beside])
+show("qbfs", fit(qbfs, z, a)[:7])
 
 # Slopes over 0.5 mm at every 0.25 mm.
 found, unmeasured = [], 0
