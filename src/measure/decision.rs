@@ -6,6 +6,7 @@ use asphera_uncertainty::verdict::{
 };
 
 use crate::judgement::undecide;
+use crate::uncertainties::COVERAGE;
 use crate::unmeasured::Unmeasured;
 
 /// A figure as found, and its limit.
@@ -66,6 +67,7 @@ fn add(verdict: &mut Verdict, guard: Option<Guard>, held: Held, decision: &Decis
         ok: decision.status == FormStatus::Pass,
         u: finding.u,
         u_covers: finding.u.and(covers),
+        interval_95: finding.interval(COVERAGE),
         guard_band: decision.band.filter(|_| guard.is_some()),
         rule: guard.map(|guard| guard.to_string()),
         hidden,

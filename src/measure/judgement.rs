@@ -183,7 +183,7 @@ pub(super) fn plainly<'a>(part: &'a Part, plain: &Plain<'_>) -> AllJudged<'a> {
         });
         let (found, from_design) = match plain.value(limit, part) {
             Ok((value, from_design)) => {
-                let found = Finding { value, u, dof: f64::INFINITY, bias: 0.0, hidden: None };
+                let found = Finding { u, ..Finding::of_value(value) };
                 (Ok(found), from_design)
             }
             Err(why) => (Err(why), false),

@@ -86,7 +86,9 @@ impl UncertaintyFigures {
     pub fn covers_area(model: &str, counted: bool) -> String {
         let errors = errors_of(model);
         if counted {
-            format!("{errors}, and the choice of places")
+            format!(
+                "{errors}, and the choice of places; without form finer than some four of their distances"
+            )
         } else {
             format!("{errors}; without the choice of places")
         }

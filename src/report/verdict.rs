@@ -72,6 +72,10 @@ pub struct Check {
     /// Scope of `u`, in words; absent without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_covers: Option<String>,
+    /// 95 % interval of the figure of the part, without noise and over the area; scope as of `u`. Absent of what does not average
+    /// over the area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval_95: Option<[f64; 2]>,
     /// Width of the guard band on either side of the limit; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard_band: Option<f64>,
@@ -110,6 +114,7 @@ mod tests {
             u: None,
             u_covers: None,
             guard_band,
+            interval_95: None,
             rule: None,
             hidden: None,
             doubt: None,

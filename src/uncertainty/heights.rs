@@ -42,14 +42,6 @@ struct Place {
 /// The mean of a quantity over the places.
 type Mean<'a> = dyn Fn(&dyn Fn(&Place) -> f64) -> f64 + 'a;
 
-/// Variances by independent noise of the means of the size and of the square of the heights.
-struct Spread {
-    of_size: f64,
-    of_square: f64,
-    /// How much of the latter to take off, as heights as measured hold the noise already.
-    twice: f64,
-}
-
 /// Part that all of them share.
 struct Nodes {
     /// Remainder of each function at each node in nm.
@@ -143,8 +135,7 @@ impl Source<'_> {
         let measured = [whole(&f64::abs), whole(&|h| h * h)];
         let of_some =
             [mean(&|place| place.height_nm.abs()), mean(&|place| place.height_nm.powi(2))];
-        let Spread { of_size, of_square, twice } = self.spread(places, &mean, nodes, &table);
-        let spread = [of_size, of_square];
+        let spread = self.spread(places, &mean, nodes, &table);
         let with_waves = |draw: u32| {
             let factors = factors(draws.seed, draw, self.modes.functions());
             let waves_nm: Vec<f64> =
@@ -174,20 +165,23 @@ impl Source<'_> {
                 Definition::Sq => measured[column].sqrt(),
                 _ => measured[column],
             };
-            let twice = if definition == Definition::Sq { twice } else { 0.0 };
-            Some((definition, Simulated::of_squares(measured, &found, some.len(), twice)?))
+            let simulated = match definition {
+                Definition::Sq => Simulated::of_squares(measured, &found, some.len(), 0.0),
+                _ => Simulated::of_sizes(measured, &found, some.len()),
+            };
+            Some((definition, simulated?))
         };
         definitions.into_iter().enumerate().filter_map(figure).collect()
     }
 
-    /// How independent noise scatters the averages.
+    /// Variances by independent noise of the means of the size and of the square of the heights.
     fn spread(
         &self,
         places: &[Place],
         mean: &Mean<'_>,
         nodes: &Nodes,
         table: &FoldedNormal,
-    ) -> Spread {
+    ) -> [f64; 2] {
         // What one place of many counts.
         let single: f64 = places.iter().map(|place| place.share * place.share).sum();
         let of = |first: &dyn Fn(f64, f64) -> f64, all: &dyn Fn(f64, f64) -> f64| {
@@ -208,8 +202,7 @@ impl Source<'_> {
                 h * h + s2 - table.mean(h, s2.sqrt()).powi(2)
             });
         let of_square = of(&|h, s2| 4.0 * h * h * s2, &|h, s2| 4.0 * h * h * s2 + 2.0 * s2 * s2);
-        let twice = of(&|_, s2| TAKEN_OFF * s2 * s2, &|_, s2| TAKEN_OFF * s2 * s2);
-        Spread { of_size, of_square, twice }
+        [of_size, of_square]
     }
 
     /// Sp, Sv and Sz.
@@ -321,8 +314,6 @@ const MOST_NEAR: usize = 2048;
 const MISSED: f64 = 1e-4;
 /// By how much more the noise may be left at the border.
 const AT_BORDER: f64 = 2.0;
-/// Of the 4·s⁴ that noise upon noise adds to 4·h²·s² of a place: without all of it u is too small where h² is low by chance.
-const TAKEN_OFF: f64 = 2.0;
 /// A stream of random numbers, beside those of the measurements.
 const TEXTURE: u32 = 3;
 /// Of the table, in standard deviations.

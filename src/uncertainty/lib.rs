@@ -33,6 +33,7 @@ mod remainder;
 mod rms;
 mod scatter;
 mod simulate;
+mod square;
 mod strata;
 mod taken;
 mod type_a;
@@ -58,6 +59,7 @@ pub use noise_only::NoiseOnly;
 pub use places::{Places, places};
 pub use rms::RmsUncertainty;
 pub use simulate::{Draws, Simulated};
+pub use square::MeanSquare;
 use taken::Worth;
 pub use type_a::{Correlation, Independence, TypeA, TypeAParameter, glance, type_a};
 pub use unmeasured::{Hidden, largest_bend, largest_bend_of_windows, unmeasured};
@@ -95,6 +97,8 @@ pub struct NoiseFound {
     pub dof: f64,
     /// Whether it was measured from the points themselves.
     pub measured: bool,
+    /// How much of its variance may be form that is fine against the points, in mm²; 0 where it is stated.
+    pub by_form_mm2: f64,
 }
 
 /// The standard uncertainty of a parameter and where it comes from.
@@ -194,8 +198,7 @@ pub fn uncertainty(
         }
     }
     let total = &by_noise + &by_modes + DMatrix::from_row_slice(p, p, &by_outliers);
-    let dof = noise.measured.then_some(noise.dof);
-    let rms = RmsUncertainty::new(&linear, &modes, &noise_mm2, &by_noise, dof);
+    let rms = RmsUncertainty::new(&linear, &modes, &noise_mm2, &by_noise, &noise);
     Ok(Uncertainty {
         parameters: parameters(fit, &linear, &modes, budget, (&by_noise, noise.dof)),
         covariance: Covariance::new(p, total.as_slice(), 1.0),
@@ -367,9 +370,11 @@ impl Uncertainty {
 /// The independent variance of each point used, and what is told of it.
 fn noise(linear: &Linear, budget: &Budget) -> Result<(Vec<f64>, NoiseFound), UncertaintyError> {
     let count = linear.len();
+    let mut by_form_mm2 = 0.0;
     let (variances, dof, measured) = match &budget.noise {
         Noise::Measured => {
             let found = scatter::scatter(&linear.places_mm, &linear.distances_mm)?;
+            by_form_mm2 = scatter::by_form_mm2(&linear.places_mm, &linear.distances_mm, &found);
             (vec![found.sigma_mm * found.sigma_mm; count], found.dof, true)
         }
         Noise::Uniform { sigma_mm, dof } => (vec![sigma_mm * sigma_mm; count], *dof, false),
@@ -379,7 +384,7 @@ fn noise(linear: &Linear, budget: &Budget) -> Result<(Vec<f64>, NoiseFound), Unc
         }
     };
     let sigma_mm = (variances.iter().sum::<f64>() / count as f64).sqrt();
-    Ok((variances, NoiseFound { sigma_mm, dof, measured }))
+    Ok((variances, NoiseFound { sigma_mm, dof, measured, by_form_mm2 }))
 }
 
 fn parameters(

@@ -3,8 +3,7 @@
 //! Of n points N are taken, spread evenly over them. Their correlated errors are what they are. Independent noise averages
 //! out as over all points if each has √(N/n) of it; what the noise of all does to the parameters is then n/N times as
 //! much as that of these. A mean square also grows by the whole noise of a point, which draws with all of
-//! it tell beside: the mean of their squares less that of the others is added. How much the noise's own mean square
-//! scatters is then lost, so that u of an RMS is up to a fifth too small where noise makes all of it.
+//! it tell beside: the mean of their squares less that of the others is added.
 
 use rayon::prelude::*;
 
@@ -62,7 +61,7 @@ impl Source<'_> {
             Some(square.max(0.0).sqrt())
         });
         let found: Vec<Option<f64>> = shifted.collect();
-        Ok(Simulated::of_squares(measured, &found, some.len(), 0.0))
+        Ok(Simulated::of_squares(measured, &found, some.len(), more))
     }
 
     /// Residuals of one draw at some places in mm: with noise as it averages out, and with all of it.

@@ -2,8 +2,8 @@
 //!
 //! A figure counts points, the part has an area. With w the share of the area that a stratum of neighbours stands for, and
 //! v that of a point of the stratum ([`super::strata`]), the mean square over the area is `Σ w·Σ v·r²`, and places scattered
-//! within the strata leave it a variance of at most `Σ w²·s²·Σ v²` (Cochran, Sampling Techniques, 3rd ed., 5.3 and 5A.9), s²
-//! being that of r² within a stratum. It is less as far as r² rises evenly over a stratum, and of a raster, which is no
+//! within the strata leave it a variance of `Σ w²·s²·Σ v²` (Cochran, Sampling Techniques, 3rd ed., 5.3 and 5A.9), s² being that
+//! of r² within a stratum, about an even rise where the weights v take one off (7.3). It is less of a raster, which is no
 //! scatter; but so few points do not tell how much less.
 //!
 //! The fit counts points too. If every point counted by its area, the parameters would be off by H⁻¹·g, where
@@ -16,7 +16,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::strata::{Stratum, strata, variance};
+use super::strata::{Stratum, strata};
 use asphera_form::linear::Model;
 use asphera_form::{Aperture, Fit, NM_PER_MM, Parameter, PointMm};
 
@@ -169,6 +169,7 @@ struct Summed {
 impl Summed {
     fn new(stratum: &Stratum, deviations_mm: &[f64]) -> Summed {
         let values: Vec<f64> = stratum.members.iter().map(|&at| deviations_mm[at]).collect();
+        let squares: Vec<f64> = values.iter().map(|r| r * r).collect();
         let weighted = |of: &dyn Fn(f64) -> f64| {
             values.iter().zip(&stratum.weights).map(|(&r, weight)| weight * of(r)).sum::<f64>()
         };
@@ -178,8 +179,8 @@ impl Summed {
             mean: weighted(&|r| r),
             sum: values.iter().sum(),
             mean_square: weighted(&|r| r * r),
-            variance: variance(values.iter().copied()),
-            variance_of_square: variance(values.iter().map(|r| r * r)),
+            variance: stratum.variance(&values),
+            variance_of_square: stratum.variance(&squares),
         }
     }
 

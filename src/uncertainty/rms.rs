@@ -13,6 +13,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::NoiseFound;
 use super::distribution::{bisect, chi_square_cdf};
 use super::linear::{Linear, dot};
 use super::modes::Modes;
@@ -69,15 +70,15 @@ impl RmsUncertainty {
             .map(|share| (self.spread.limit(share) / self.spread.points).sqrt() * NM_PER_MM)
     }
 
-    /// `noise_mm2` is the independent variance of each point, `covariance` that of the parameters by it;
-    /// `dof` its degrees of freedom if it was measured from these points. `O(n·p² + N·m² + m³)` for N nodes
+    /// `noise_mm2` is the independent variance of each point, `covariance` that of the parameters by it; `found` how well it
+    /// is known. `O(n·p² + N·m² + m³)` for N nodes
     /// and m functions.
     pub(super) fn new(
         linear: &Linear,
         modes: &Modes,
         noise_mm2: &[f64],
         covariance: &DMatrix<f64>,
-        dof: Option<f64>,
+        found: &NoiseFound,
     ) -> RmsUncertainty {
         let p = linear.parameters.len();
         // The diagonal of P·D·Pᵀ: D − 2·D·(J·G) + J·C·Jᵀ.
@@ -109,7 +110,11 @@ impl RmsUncertainty {
             direction.variance += own;
         }
         directions.push(Direction { square: rest.max(0.0), variance: own });
-        variance += by_measuring(independent, freedom, dof);
+        variance += by_measuring(independent, freedom, found.measured.then_some(found.dof));
+        // Half of what may be form is taken for it.
+        let by_form = 0.5 * linear.len() as f64 * found.by_form_mm2;
+        variance += by_form * by_form;
+        trace -= by_form.min(independent);
         let spread = Spread {
             points: linear.len() as f64,
             square,

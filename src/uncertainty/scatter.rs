@@ -28,18 +28,24 @@ pub(crate) fn scatter(
     places_mm: &[[f64; 2]],
     deviations_mm: &[f64],
 ) -> Result<Scatter, UncertaintyError> {
+    grouped(places_mm, deviations_mm, LEAST_GROUP)
+        .ok_or(UncertaintyError::TooFewPoints { used: places_mm.len(), needed: LEAST_GROUP })
+}
+
+/// By groups of `least` points at least; `None` without one.
+fn grouped(places_mm: &[[f64; 2]], deviations_mm: &[f64], least: usize) -> Option<Scatter> {
     let mut order: Vec<usize> = (0..places_mm.len()).collect();
     let mut groups = Vec::new();
-    split(&mut order, places_mm, LEAST_GROUP, &mut groups);
+    split(&mut order, places_mm, least, &mut groups);
     let stride = groups.len().div_ceil(MOST_GROUPS).max(1);
     let chosen: Vec<&Vec<usize>> = groups.iter().step_by(stride).collect();
     let of_group = |group: &&Vec<usize>| left_over(group, places_mm, deviations_mm);
     let found: Vec<(f64, usize)> = chosen.par_iter().filter_map(of_group).collect();
     if found.is_empty() {
-        return Err(UncertaintyError::TooFewPoints { used: places_mm.len(), needed: LEAST_GROUP });
+        return None;
     }
     let medians: Vec<f64> =
-        (0..2 * LEAST_GROUP).map(|dof| chi_square_median(dof.max(1) as f64)).collect();
+        (0..2 * least).map(|dof| chi_square_median(dof.max(1) as f64)).collect();
     let mut variances: Vec<f64> =
         found.iter().map(|&(square, dof)| square / medians[dof]).collect();
     variances.sort_unstable_by(f64::total_cmp);
@@ -51,7 +57,28 @@ pub(crate) fn scatter(
     let density = density.sum::<f64>() / count as f64;
     let all: usize = found.iter().map(|&(_, dof)| dof).sum();
     let dof = (8.0 * count as f64 * density * density).min(all as f64);
-    Ok(Scatter { sigma_mm: median.sqrt(), dof })
+    Some(Scatter { sigma_mm: median.sqrt(), dof })
+}
+
+/// How much of the variance of the noise found may be form, in mm²; 0 where groups of more points tell of none.
+///
+/// What a quadratic misses of smooth form adds to the variance of a group by the third power of its number of points: 8 times as
+/// much where that is doubled. So what groups twice as large have more tells what the smallest have, and groups four times
+/// as large whether it goes by that power. Form that is as fine as the groups grows less: then more of the noise may be form,
+/// all of it where it does not grow.
+pub(crate) fn by_form_mm2(places_mm: &[[f64; 2]], deviations_mm: &[f64], found: &Scatter) -> f64 {
+    let of = |times: usize| {
+        let least = times * LEAST_GROUP;
+        grouped(places_mm, deviations_mm, least).map(|of| of.sigma_mm.powi(2))
+    };
+    let smallest = found.sigma_mm * found.sigma_mm;
+    let (Some(twice), fourfold) = (of(2), of(4)) else { return 0.0 };
+    let more = twice - smallest;
+    if more <= PLAINLY * smallest * (2.0 / found.dof).sqrt() {
+        return 0.0;
+    }
+    let growth = fourfold.map_or(1.0, |fourfold| (fourfold - twice) / more);
+    (more / (growth.min(8.0) - 1.0).max(f64::MIN_POSITIVE)).min(smallest)
 }
 
 /// Halves at the median of the longer extent, down to groups of `least` to just below twice that.
@@ -142,6 +169,8 @@ const LEAST_GROUP: usize = 12;
 const MOST_GROUPS: usize = 4096;
 /// As where a line or a lattice does not determine a quadratic.
 const RANK_TOLERANCE: f64 = 1e-6;
+/// Standard deviations from which on larger groups tell of form.
+const PLAINLY: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
@@ -179,6 +208,26 @@ mod tests {
         assert!((found.sigma_mm / 10e-6 - 1.0).abs() < 0.1, "{found:?}");
         let smooth = places.iter().map(|[x, y]| 1e-3 * (x * y + x * x)).collect::<Vec<_>>();
         assert!(scatter(&places, &smooth).unwrap().sigma_mm < 1e-15);
+    }
+
+    /// Waves 8 spacings long raise what is taken for noise; of none nothing is told.
+    #[test]
+    fn form_that_counts_as_noise_is_told() {
+        let places = places(1200);
+        let spacing_mm = 10.0 * (std::f64::consts::PI / 1200.0).sqrt();
+        for (wave, is_told) in [(0.0, false), (4.0, true)] {
+            let turns = std::f64::consts::TAU / (7.0 * spacing_mm);
+            let deviations: Vec<f64> = places
+                .iter()
+                .zip(noise(1200, 1.0, 3))
+                .map(|([x, y], noise)| noise + wave * (turns * x).sin() * (0.7 * turns * y).cos())
+                .collect();
+            let found = scatter(&places, &deviations).unwrap();
+            let by_form = by_form_mm2(&places, &deviations, &found);
+            assert_eq!(by_form > 0.0, is_told, "{by_form}");
+            let more = found.sigma_mm.powi(2) - 1.0;
+            assert!(more < 0.15 + 2.0 * by_form, "{more} {by_form}");
+        }
     }
 
     /// Over 400 samples the variance scatters as its degrees of freedom say: that of a variance is 2/ν, and its

@@ -5,7 +5,7 @@
 //! Am. Stat. Assoc. 69 (1974) 383). Places scattered within strata give that mean a variance, as in [`super::places()`].
 
 use super::places::Places;
-use super::strata::{Stratum, variance};
+use super::strata::Stratum;
 
 /// The points used, by their order there.
 #[derive(Clone, Debug)]
@@ -28,10 +28,15 @@ impl Taken {
     pub(super) fn new(places: &Places, indices: &[usize]) -> Taken {
         let used = |index: &usize| indices.binary_search(index).ok();
         let strata = places.strata.iter().map(|stratum| {
-            let members = stratum.members.iter().zip(&stratum.weights);
-            let (members, weights) =
-                members.filter_map(|(index, &weight)| Some((used(index)?, weight))).unzip();
-            Stratum { members, weights, share: stratum.share }
+            let all = stratum.members.iter().map(used);
+            let kept = all.enumerate().filter_map(|(at, place)| Some((at, place?)));
+            let (kept, members): (Vec<usize>, Vec<usize>) = kept.unzip();
+            Stratum {
+                members,
+                weights: kept.iter().map(|&at| stratum.weights[at]).collect(),
+                off_mm: kept.iter().map(|&at| stratum.off_mm[at]).collect(),
+                ..*stratum
+            }
         });
         Taken {
             strata: strata.collect(),
@@ -48,7 +53,8 @@ impl Taken {
                 noise_mm2[at] * (square + fourth * noise_mm2[at])
             });
             let by_noise = by_noise.sum::<f64>() / stratum.members.len().max(1) as f64;
-            stratum.weight() * (variance(members().map(|&at| worth[at].value)) - by_noise)
+            let values: Vec<f64> = members().map(|&at| worth[at].value).collect();
+            stratum.weight() * (stratum.variance(&values) - by_noise)
         };
         let strata = self.strata.iter().filter(|stratum| !stratum.members.is_empty());
         strata.map(of_stratum).sum::<f64>().max(0.0)

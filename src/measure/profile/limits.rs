@@ -71,7 +71,7 @@ fn hold_slope(
     unmeasured: &Unmeasured,
 ) {
     let hidden = unmeasured.figures().share.map(|_| 0.0);
-    let finding = Finding { value, u: None, dof: f64::INFINITY, bias: 0.0, hidden };
+    let finding = Finding { hidden, ..Finding::of_value(value) };
     let held = Held::new(naming::of_limit(limit), limit, finding, unmeasured);
     hold(verdict, part.judging.guard, held);
 }

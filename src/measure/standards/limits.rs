@@ -42,7 +42,7 @@ pub(crate) fn hold(
         let (value, u) = (figure.value, figure.u);
         let by_noise = figure.simulated.as_ref().map_or(0.0, |simulated| simulated.bias.max(0.0));
         let bias = least.map_or(0.0, |least| value - least) + by_noise;
-        let finding = Finding { value, u, dof, bias, hidden };
+        let finding = Finding { u, dof, bias, hidden, ..Finding::of_value(value) };
         // Only of the minimum zone it is known what was not measured.
         let of_zone = Limit::of_whole(Definition::MinimumZone, limit);
         let held = Held {

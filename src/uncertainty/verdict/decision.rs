@@ -8,7 +8,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::status::Status;
-use crate::student_quantile;
+use crate::{MeanSquare, student_quantile};
 
 /// The decision rule: how wide the guard band is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +99,37 @@ pub struct Finding {
     /// The most that what is not measured can add; `None` if that is not known. A limit can then be broken, but not
     /// kept.
     pub hidden: Option<f64>,
+    /// Whether it averages over the area, so that `bias` is all that moved it.
+    pub is_average: bool,
+    /// The mean square it is the root of, of an average of squares: near nothing its interval is not the same to either side.
+    pub square: Option<MeanSquare>,
+}
+
+impl Finding {
+    /// A figure without an uncertainty.
+    pub fn of_value(value: f64) -> Finding {
+        let dof = f64::INFINITY;
+        Finding { value, u: None, dof, bias: 0.0, hidden: None, is_average: false, square: None }
+    }
+
+    /// The value less what noise and places have added to it.
+    pub fn left(&self) -> f64 {
+        self.value - self.bias
+    }
+
+    /// An interval that holds the figure of the part, without noise and over the area, with probability `p`, above 0 and below
+    /// 1; never below 0, as no figure that has a limit is. `None` without an uncertainty, and of what is no average.
+    pub fn interval(&self, p: f64) -> Option<[f64; 2]> {
+        if !self.is_average {
+            return None;
+        }
+        let k = student_quantile(0.5 + 0.5 * p, self.dof);
+        let half = k * self.u?;
+        if let Some(square) = self.square {
+            return Some(square.interval(k));
+        }
+        Some([(self.left() - half).max(0.0), self.left() + half])
+    }
 }
 
 /// Proof that a figure gives of its limit.
@@ -180,7 +211,7 @@ mod tests {
     use super::*;
 
     fn found(value: f64, u: Option<f64>) -> Finding {
-        Finding { value, u, dof: f64::INFINITY, bias: 0.0, hidden: Some(0.0) }
+        Finding { u, hidden: Some(0.0), ..Finding::of_value(value) }
     }
 
     fn status(finding: &Finding, guard: Guard) -> (Status, Option<Doubt>) {

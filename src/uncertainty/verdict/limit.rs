@@ -5,14 +5,14 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-use super::by_places::by_places;
+use super::by_places::{OfArea, of_area};
 use super::decision::Finding;
 use crate::{Average, Draws, Simulated, Uncertainty, UncertaintyError};
 use asphera_figures::{
     Approximation, Definition, Figure, Formation, FringeCount, Sample, SampleError, Share,
     SlopeSettings, Statistic, Subject, Terms, Unknown, irregular, peak_to_valley, remove, slopes,
 };
-use asphera_form::{Aperture, Nominal};
+use asphera_form::{Aperture, NM_PER_MM, Nominal};
 
 /// The largest value allowed of one figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -285,7 +285,7 @@ fn approximation(nominal: &Nominal) -> Approximation {
 /// area (A and any RMS) are of 16,384 points at most. Draws of ranges of what least squares leave (B, and the PV over a zone or
 /// without terms) cost the same for any number of points. Of others each draw works the figure of all points out anew. Where
 /// `uncertainty` is that over the area ([`Uncertainty::over`]), the change of a figure by weights of the area it knows counts
-/// in u; of A and any RMS so does how places scatter.
+/// in u; of A and any RMS it is a bias, and how places scatter counts in u.
 ///
 /// # Errors
 ///
@@ -306,12 +306,12 @@ pub fn finding(
             let rms = &uncertainty.rms;
             let bias = rms.measured_nm - rms.form_nm;
             let (value, u) = (rms.measured_nm, Some(rms.u_nm));
-            return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
+            return Ok(Ok(Finding { u, dof, bias, ..Finding::of_value(value) }));
         }
         if limit.definition == Definition::PeakToValley {
             let found = uncertainty.peak_to_valley_nm(draws)?;
             let (value, u, bias) = (found.measured, Some(found.u), found.bias);
-            return Ok(Ok(Finding { value, u, dof, bias, hidden: None }));
+            return Ok(Ok(Finding { u, dof, bias, ..Finding::of_value(value) }));
         }
     }
     let all: Vec<usize> = (0..uncertainty.indices().len()).collect();
@@ -321,23 +321,62 @@ pub fn finding(
         Some(Err(unknown)) => Err(unknown),
         None => of_any(limit, uncertainty, approximation, over, draws, &sample)?,
     };
-    // The figure over the area, and how its places scatter it.
-    let over_area = uncertainty.shares().and_then(|shares| {
+    let area = uncertainty.shares().and_then(|shares| {
         let deviations_mm = uncertainty.deviations_mm();
         let sample = over.weighted(limit, uncertainty, (&all, deviations_mm), Some(shares)).ok()?;
         let value = limit.figure(&sample, approximation).ok()?.value;
         let left = limit.without_terms(&sample).ok()?;
-        Some((value, by_places(limit, uncertainty, approximation, &left, value)))
+        let areas = over.areas_for(limit);
+        Some(of_area(limit.definition, uncertainty, approximation, &left, (value, areas)))
     });
     let noise_nm = uncertainty.noise.sigma_mm * 1e6;
     let on_max = limit.noise_on_largest_slope(&sample, noise_nm);
     Ok(found.map(|(value, simulated)| {
+        let averaged = simulated.as_ref().zip(average(limit.definition));
+        if let Some((simulated, kind)) = averaged {
+            return averaged_finding(value, (simulated, kind), area, uncertainty);
+        }
         let (u, bias) = simulated.map_or((None, 0.0), |found| (Some(found.u), found.bias));
         let bias = on_max.map_or(bias, |on_max| on_max.min(value));
         // How far the figure is from that of the area is known, but not taken off.
-        let moved = over_area.map_or(0.0, |(area, scatter)| scatter.hypot(area - value));
-        Finding { value, u: u.map(|u| u.hypot(moved)), dof, bias, hidden: None }
+        let moved = area.map_or(0.0, |area| area.value - value);
+        Finding { u: u.map(|u| u.hypot(moved)), dof, bias, ..Finding::of_value(value) }
     }))
+}
+
+/// Of what averages over the area: by how much noise and places have moved it is its bias.
+fn averaged_finding(
+    value: f64,
+    (simulated, kind): (&Simulated, Average),
+    area: Option<OfArea>,
+    uncertainty: &Uncertainty,
+) -> Finding {
+    let area = area.unwrap_or(OfArea { value, variance: 0.0, crowding: 1.0 });
+    let noise = &uncertainty.noise;
+    let found = |left: f64, u: f64| Finding {
+        u: Some(u),
+        dof: noise.dof,
+        bias: value - left,
+        is_average: true,
+        ..Finding::of_value(value)
+    };
+    match (kind, simulated.mean_square()) {
+        (Average::OfSquares, Some(mut square)) => {
+            square.left += area.value * area.value - value * value;
+            square.rate *= area.crowding;
+            let fourth_nm4 = (noise.sigma_mm * NM_PER_MM).powi(4);
+            // The noise may be another than was taken: see `rms.rs`.
+            let best = if noise.measured { 2.0 / uncertainty.indices().len() as f64 } else { 0.0 };
+            let by_measuring = 2.0 * fourth_nm4 * (noise.dof.recip() - best);
+            square.apart += area.variance + by_measuring.max(-2.0 * square.rate * square.noise);
+            // Half of what may be form is taken for it.
+            let by_form = 0.5 * noise.by_form_mm2 * NM_PER_MM * NM_PER_MM;
+            square.left += by_form;
+            square.apart += by_form * by_form;
+            Finding { square: Some(square), ..found(square.root(), square.u()) }
+        }
+        _ => found(area.value, (area.crowding * simulated.u * simulated.u + area.variance).sqrt()),
+    }
 }
 
 /// A value and what draws tell of it.
@@ -377,6 +416,11 @@ fn of_any(
     };
     let of = |places: &[usize], deviations_mm: &[f64]| {
         let sample = over.sample(limit, uncertainty, (places, deviations_mm)).ok()?;
+        // With its sense: errors go into A evenly, but not into its amount where that is about nothing.
+        if limit.definition == Definition::Sagitta {
+            let left = limit.without_terms(&sample).ok()?;
+            return decompose(&left, approximation, None).ok().map(|found| found.sagitta_nm);
+        }
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
     let all = || (0..uncertainty.indices().len()).collect::<Vec<usize>>();

@@ -95,7 +95,7 @@ pub fn prospect(
             }
         };
         let (u, dof, hidden) = (running.u_nm, running.dof, running.between_nm);
-        Finding { value, u, dof, bias, hidden }
+        Finding { u, dof, bias, hidden, ..Finding::of_value(value) }
     };
     let fail_is_certain = match running.at_least_nm {
         Some(least_nm) => decide(&finding(least_nm), limit_nm, guard)?.status == Status::Fail,

@@ -272,6 +272,7 @@ const OF_THE_UNIT: &[&str] = &[
     "limit",
     "u",
     "guard_band",
+    "interval_95",
     "hidden",
     "low",
     "high",
@@ -321,6 +322,7 @@ const UNHELD_TURNED: &[&str] = &[
     "form/fit/parameters/*/expanded_95",
     "form/deviation/uncertainty",
     "verdict/checks/*/u",
+    "verdict/checks/*/interval_95",
 ];
 
 /// Figures by draws, whose random numbers go by the order of the points: the share they are known to.
@@ -334,6 +336,7 @@ const BY_DRAWS: &[(&str, f64)] = &[
     // Scatter of the points about a defect, in order.
     ("defects", 1e-3),
     ("verdict/checks/*/u", 0.15),
+    ("verdict/checks/*/interval_95", 0.15),
 ];
 
 /// Figures formed in cells or windows along the axes: the share they are known to.
