@@ -1,7 +1,7 @@
 //! The same surface in every kind of file: whole reports are compared.
 //!
 //! Heights are whole multiples of 2⁻³² m and places of 2⁻¹² m, which every format holds to the last bit. Files whose origin is
-//! the corner then have the same report but for `reading` and `timing`, with no figure left out. PLY is not read. Points of a
+//! the corner then have the same report but for `reading` and `timing`, with no figure left out. Points of a
 //! session carry flags and links that no file has; that a replay gives the report of its session is tested elsewhere.
 
 use std::fmt::Write as _;
@@ -130,6 +130,26 @@ fn x3p_file() -> Vec<u8> {
     bytes
 }
 
+/// Vertices alone, those without a height too.
+fn ply(binary: bool) -> Vec<u8> {
+    let format = if binary { "binary_little_endian" } else { "ascii" };
+    let head = format!(
+        "ply\nformat {format} 1.0\ncomment coordinates in mm\nelement vertex {}\nproperty double x\nproperty double y\n\
+         property double z\nend_header\n",
+        NX * NY
+    );
+    let mut bytes = head.into_bytes();
+    if binary {
+        for (column, row) in places() {
+            let [x, y] = [column, row].map(|at| at as f64 * PITCH_MM);
+            bytes.extend([x, y, z_mm(column, row)].iter().flat_map(|number| number.to_le_bytes()));
+        }
+    } else {
+        bytes.extend(lines(" ", |number| number.to_string()).into_bytes());
+    }
+    bytes
+}
+
 fn matrix() -> String {
     (0..NY).rev().fold(String::new(), |mut text, row| {
         let row: Vec<String> = (0..NX).map(|column| z_mm(column, row).to_string()).collect();
@@ -215,7 +235,7 @@ fn whole_reports_are_the_same_to_the_last_bit() {
         assert!(first["form"]["figures"].as_array().unwrap().len() > 10, "{:#}", first["verdict"]);
         let comma = lines("\t", |number| number.to_string().replace('.', ","));
         let pitch = format!("{PITCH_MM}");
-        let files: [(&str, Vec<u8>, Vec<&str>); 8] = [
+        let files: [(&str, Vec<u8>, Vec<&str>); 10] = [
             (
                 "head.csv",
                 format!("x_mm,y_mm,z_mm\n{}", plain.replace(' ', ",")).into_bytes(),
@@ -228,6 +248,8 @@ fn whole_reports_are_the_same_to_the_last_bit() {
             ("binary.sdf", sdf(true), vec![]),
             ("zygo.dat", metropro(), vec![]),
             ("map.x3p", x3p_file(), vec![]),
+            ("text.ply", ply(false), vec![]),
+            ("binary.ply", ply(true), vec![]),
         ];
         for (name, bytes, more) in files {
             let other = report(folder, name, &bytes, &path, &more);
@@ -277,7 +299,7 @@ const MOVED: [&str; 8] = [
 
 /// Estimates of uncertainty of patches and draws. On an exact raster, rounding decides to which of two patches a point between
 /// them belongs; a file whose origin is elsewhere rounds otherwise.
-const ESTIMATED: [&str; 9] = [
+const ESTIMATED: [&str; 10] = [
     "/simulated/",
     "/deviation/uncertainty/",
     "/fit/correlation/",
@@ -287,6 +309,7 @@ const ESTIMATED: [&str; 9] = [
     "/u_by_form:",
     "/expanded_95:",
     "/guard_band:",
+    "/interval_95/",
 ];
 
 /// As [`differences`], of numbers by more than a millionth and 1e-6 of their unit.
