@@ -8,7 +8,7 @@ use asphera_link::Nanos;
 use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
 use crate::session::{Header, Recovery};
-use crate::station::Bench;
+use crate::station::{Bench, Kinematics};
 use asphera_measure::{Measurement, doubt, undecide};
 
 /// Knowledge of the station at the end of a session.
@@ -28,6 +28,8 @@ pub struct Outcome {
     pub links: Vec<LinkFigures>,
     /// Whose session it is and how it ended.
     pub session: SessionFigures,
+    /// How its axes make points.
+    pub kinematics: Kinematics,
 }
 
 impl Outcome {
@@ -41,6 +43,7 @@ impl Outcome {
             last_point: bench.last_primary(),
             links: bench.figures(),
             session,
+            kinematics: bench.kinematics().clone(),
         }
     }
 }
@@ -50,11 +53,15 @@ pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     let report = &mut measurement.report;
     report.points.lost = outcome.lost + outcome.missing;
     outcome.judge(&mut report.verdict);
-    if report.profile.is_some() {
+    let direction_deg = report.profile.as_ref().map(|profile| profile.direction_deg);
+    let stood_still = direction_deg.and_then(|of| outcome.kinematics.stood_still(of));
+    if let Some((axis, key)) = stood_still {
         undecide(
             &mut report.verdict,
-            "all points of the session lie on a straight line: an axis may have stood still"
-                .to_owned(),
+            format!(
+                "all points of the session lie on a straight line: the axis {axis} may have stood still; for a line scan give \
+                 it {key} in the table kinematics of the station"
+            ),
         );
     }
     report.links = outcome.links;

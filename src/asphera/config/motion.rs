@@ -138,7 +138,8 @@ fn axis(
     sync: &SyncConfig,
     devices: &[DeviceConfig],
 ) -> Option<Axis> {
-    if let Some(offset) = table.get("constant_mm").filter(|_| !rotary) {
+    let constant_key = if rotary { "constant_rad" } else { "constant_mm" };
+    if let Some(offset) = table.get(constant_key) {
         return Some(Axis { source: None, scale: 1.0, offset });
     }
     let device: String = table.required("device")?;

@@ -306,6 +306,11 @@ impl Bench {
         self.end.points.map_or(0, |points| points.saturating_sub(self.seen()))
     }
 
+    /// How the axes make points.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
     /// The primary's first count, if the counters had not been reset before the scan.
     pub fn unreset(&self) -> Option<u64> {
         self.synchronizer.unreset()

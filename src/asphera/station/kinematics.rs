@@ -79,6 +79,29 @@ pub enum Kinematics {
 }
 
 impl Kinematics {
+    /// The measured axis that may have stood still where all points lie on a straight line of this direction against x, and the
+    /// key that states it. `None` where the line says that it moved, or the station that it does not.
+    pub fn stood_still(&self, direction_deg: f64) -> Option<(&'static str, &'static str)> {
+        let along = |axis_deg: f64| {
+            let off_deg = (direction_deg - axis_deg).rem_euclid(180.0);
+            off_deg.min(180.0 - off_deg) < ALONG_DEG
+        };
+        let measured = |axis: &Axis| axis.source.is_some();
+        match self {
+            Kinematics::Cartesian { y, .. } if along(0.0) && measured(y) => {
+                Some(("y", "constant_mm"))
+            }
+            Kinematics::Cartesian { x, .. } if along(90.0) && measured(x) => {
+                Some(("x", "constant_mm"))
+            }
+            // A line through the axis of rotation: the part did not turn.
+            Kinematics::Polar { rotary, .. } if measured(rotary) => {
+                Some(("rotary", "constant_rad"))
+            }
+            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => None,
+        }
+    }
+
     /// The axes, in no particular order.
     pub fn axes(&self) -> [Axis; 3] {
         match *self {
@@ -119,6 +142,9 @@ impl Kinematics {
         Point { count: record.count, host: record.host, position_mm, flags }
     }
 }
+
+/// A line nearer to the direction of an axis may be along it: the other one has moved by less than two thousandths of that.
+const ALONG_DEG: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {
@@ -194,5 +220,22 @@ mod tests {
         let point = cartesian.point(&late);
         assert_eq!(point.position_mm, [1.0, 2.0, 0.5]);
         assert!(point.is_good() && point.flags == Flags::DELAYED);
+    }
+
+    #[test]
+    fn a_line_tells_which_axis_may_have_stood_still() {
+        let moved =
+            |channel| Axis { source: Some(Source { stream: 0, channel }), scale: 1.0, offset: 0.0 };
+        let still = Axis { source: None, ..moved(0) };
+        let stage = |x, y| Kinematics::Cartesian { x, y, z: moved(2) };
+        let both = stage(moved(0), moved(1));
+        assert_eq!(both.stood_still(179.99), Some(("y", "constant_mm")));
+        assert_eq!(both.stood_still(-90.0), Some(("x", "constant_mm")));
+        assert_eq!(both.stood_still(30.0), None);
+        assert_eq!(stage(moved(0), still).stood_still(0.0), None);
+        assert_eq!(stage(still, moved(0)).stood_still(90.0), None);
+        let polar = |rotary| Kinematics::Polar { rotary, radial: moved(1), probe: moved(2) };
+        assert_eq!(polar(moved(0)).stood_still(30.0), Some(("rotary", "constant_rad")));
+        assert_eq!(polar(still).stood_still(30.0), None);
     }
 }
