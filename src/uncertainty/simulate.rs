@@ -372,7 +372,7 @@ mod tests {
         const MEASUREMENTS: u32 = 1000;
         let rms = |values: &[f64]| mean_square(values).sqrt();
         for form in [0.0, 1.0, 10.0] {
-            let level = |i: usize| if i % 2 == 0 { form } else { -form };
+            let level = |i: usize| if i.is_multiple_of(2) { form } else { -form };
             let of = |seed: u32| {
                 let noise = Numbers::new(5, seed, 0);
                 let measured: Vec<f64> = (0..VALUES).map(|i| level(i) + noise.normal(i)).collect();
