@@ -444,7 +444,10 @@ mod tests {
         let some = verdict(9.0, guard);
         let [most, rms] = ["gradient_max_urad", "gradient_rms_urad"].map(|name| check(&some, name));
         assert!(!most.ok && most.hidden.is_none() && most.doubt.is_some(), "{most:?}");
-        let said = some.reasons.iter().find(|why| why.contains("the steepest place with up to"));
+        let said = some
+            .reasons
+            .iter()
+            .find(|why| why.contains("the steepest place with a probability up to"));
         assert!(said.is_some(), "{:?}", some.reasons);
         // All of it is taken for as steep as the steepest.
         let hidden = rms.hidden.unwrap();

@@ -155,7 +155,7 @@ fn coordinates_of_any_size_end_in_figures_or_words() {
     let words = bench.refused(&["section", &far, "--line", "0,0,1,1"]);
     assert!(words.contains("900 of 900 lie farther than 1e12 mm from the origin"), "{words}");
     let told = bench.hold(&["measure", &far, "--nominal", &nominal]).stdout;
-    assert!(told.contains("there is no point to fit") && told.contains("check the unit"), "{told}");
+    assert!(told.contains("there is no point to fit") && told.contains("Check the unit"), "{told}");
 }
 
 #[test]

@@ -32,7 +32,10 @@ fn first(readings: &[Reading]) -> Vec<Option<f64>> {
 fn numbers_alone() {
     let (text, readings, remarks) = proposed("5\r\n1.5\r\n-2.25\r\n3.0\r\n");
     assert_eq!(first(&readings), [Some(1.5), Some(-2.25), Some(3.0)], "{text}");
-    assert!(remarks.iter().any(|remark| remark.contains("its unit is not sent")), "{remarks:?}");
+    assert!(
+        remarks.iter().any(|remark| remark.contains("the device sends no unit")),
+        "{remarks:?}"
+    );
 }
 
 #[test]
@@ -126,7 +129,7 @@ fn what_cannot_be_described_is_said() {
         proposal.remarks.last().cloned().unwrap_or_default()
     };
     assert!(remark(b"").contains("needs its question"));
-    assert!(remark(b"12.5\r\n").contains("listen longer"));
+    assert!(remark(b"12.5\r\n").contains("Listen longer"));
     assert!(remark(b"\nready\nok\nready\nok\n").contains("no number"));
     let noise: Vec<u8> = (0..500u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
     assert!(remark(&noise).contains("baud rate"));

@@ -27,8 +27,7 @@ pub(super) const SECTION: &str = "Examples:
 pub(super) const CONTOUR: &str = "Examples:
   asphera contour edge.xyz -o edge.svg
   asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json
-  asphera contour edge.xyz --method auto --outline nominal.svg
-  asphera contour --methods";
+  asphera contour edge.xyz --method auto --outline nominal.svg";
 
 pub(super) const SAMPLE: &str = "Examples:
   asphera sample blade.svg --rho 0.9 -o blade.xy

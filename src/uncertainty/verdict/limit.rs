@@ -10,7 +10,8 @@ use super::decision::Finding;
 use crate::{Average, Draws, Simulated, Uncertainty, UncertaintyError};
 use asphera_figures::{
     Approximation, Definition, Figure, Formation, FringeCount, Sample, SampleError, Share,
-    SlopeSettings, Statistic, Subject, Terms, Unknown, irregular, peak_to_valley, remove, slopes,
+    SlopeSettings, Statistic, Subject, Terms, Unknown, decompose, irregular, peak_to_valley,
+    remove, slopes,
 };
 use asphera_form::{Aperture, NM_PER_MM, Nominal};
 
@@ -424,20 +425,28 @@ fn of_any(
         limit.figure(&sample, approximation).ok().map(|figure| figure.value)
     };
     let all = || (0..uncertainty.indices().len()).collect::<Vec<usize>>();
-    let simulated = match limit.definition.statistic() {
-        Statistic::MeanSquare => uncertainty.simulate_average(draws, Average::OfSquares, of),
-        Statistic::Coefficient => uncertainty.simulate_average(draws, Average::OfHeights, of),
-        Statistic::MeanSquareSlope => {
+    let simulated = match (average(limit.definition), limit.definition.statistic()) {
+        (Some(kind), _) => uncertainty.simulate_average(draws, kind, of),
+        (None, Statistic::MeanSquareSlope) => {
             let all = all();
             uncertainty.simulate_of_squares(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
         }
-        // Of extremes, or of as many rings as the points fill.
-        Statistic::Extreme | Statistic::LargestSlope | Statistic::Compound => {
+        (None, _) => {
             let all = all();
             uncertainty.simulate(draws, |deviations_mm: &[f64]| of(&all, deviations_mm))
         }
     };
     Ok(Ok((figure.value, simulated?)))
+}
+
+/// How noise adds to a figure that averages over the area; `None` for one made of extremes, or of as many rings as the
+/// points fill.
+fn average(definition: Definition) -> Option<Average> {
+    match definition.statistic() {
+        Statistic::MeanSquare => Some(Average::OfSquares),
+        Statistic::Coefficient => Some(Average::OfHeights),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
