@@ -27,7 +27,7 @@ impl Comparison<'_> {
         }
         match (before, after) {
             (Value::Object(had), Value::Object(has)) => self.object(path, unit, had, has),
-            (Value::Array(had), Value::Array(has)) => self.array(path, had, has),
+            (Value::Array(had), Value::Array(has)) => self.array(path, unit, had, has),
             (Value::String(had), Value::String(has)) => {
                 if without_numbers(had) != without_numbers(has) {
                     self.report(path, had, has);
@@ -70,7 +70,7 @@ impl Comparison<'_> {
         }
     }
 
-    fn array(&mut self, path: &Path<'_>, had: &[Value], has: &[Value]) {
+    fn array(&mut self, path: &Path<'_>, unit: Option<&str>, had: &[Value], has: &[Value]) {
         if had.len() != has.len() {
             return self.report(path, &had.len(), &has.len());
         }
@@ -88,7 +88,7 @@ impl Comparison<'_> {
             _ => [path, &["*"]].concat(),
         };
         for (had, has) in had.iter().zip(has) {
-            self.node(&within, None, had, has);
+            self.node(&within, unit.filter(|_| had.is_number()), had, has);
         }
     }
 
