@@ -68,7 +68,7 @@ impl Simulated {
     ///
     /// The quantiles of the draws mirrored at the figure (the basic interval: Davison & Hinkley, Bootstrap Methods
     /// and their Application, 5.2), or where squares add up the figures from which what was measured is as far away as that
-    /// probability allows ([`super::square`]). Of a range or an extreme the interval holds the truth at least so often, whatever
+    /// probability allows (`square`). Of a range or an extreme the interval holds the truth at least so often, whatever
     /// the form; it reaches down to what the form has for sure, and up to what a single place may have.
     pub fn interval(&self, confidence: f64) -> [f64; 2] {
         let tail = 0.5 * (1.0 - confidence);
