@@ -2,6 +2,7 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::words::raised;
 use asphera_report::{PsdFigures, QFigures};
 
 use super::charts::{Axes, number, open, ticks};
@@ -86,16 +87,7 @@ fn name(power: i32, step: f64) -> String {
         // Through the shortest form: 0.02, not 0.020000000000000004.
         format!("{:.0e}", step * 10.0_f64.powi(power)).parse::<f64>().unwrap_or(step).to_string()
     } else {
-        let power = power.to_string();
-        let digits = power.chars().map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            digit => char::from_u32(0x2070 + u32::from(digit) - u32::from('0')).unwrap_or(digit),
-        });
-        let raised: String = digits.collect();
-        if step == 1.0 { format!("10{raised}") } else { format!("{step}·10{raised}") }
+        raised(&if step == 1.0 { format!("10^{power}") } else { format!("{step}·10^{power}") })
     }
 }
 

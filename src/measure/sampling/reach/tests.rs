@@ -160,7 +160,12 @@ fn with_a_reach_that_is_not_known_no_coverage_is() {
         assert!(found.next.iter().all(|next| next.spacing_needed_mm.is_none()));
         let said = |what: &str| found.unknown.iter().any(|why| why.contains(what));
         assert!(said("the local feature size is not known"), "{:?}", found.unknown);
-        assert_eq!(said("the reach is not known"), wanted.rho.is_some(), "{:?}", found.unknown);
+        assert_eq!(
+            said("without the reach there is no ρ"),
+            wanted.rho.is_some(),
+            "{:?}",
+            found.unknown
+        );
     }
 }
 
