@@ -179,8 +179,14 @@ fn parted(content: &[u8]) -> (&[u8], Option<&[u8]>) {
     let is_mark = |at: usize| {
         let before = at.checked_sub(1).map(|before| content[before]);
         let begins = before.is_none_or(|byte| byte.is_ascii_whitespace() || b",;".contains(&byte));
+        // Alone behind other columns it is per cent in a line of units.
+        let is_unit = || {
+            let follows = content.get(at + 1).is_none_or(|byte| b",;\t\r".contains(byte));
+            follows && !content[..at].trim_ascii().is_empty()
+        };
         match content[at] {
-            b'#' | b'%' => begins,
+            b'#' => begins,
+            b'%' => begins && !is_unit(),
             b'/' => content.get(at + 1) == Some(&b'/'),
             _ => false,
         }
@@ -191,11 +197,10 @@ fn parted(content: &[u8]) -> (&[u8], Option<&[u8]>) {
     }
 }
 
-/// Text without the marks of a comment; what is not UTF-8 is Latin-1.
+/// Text without the marks of a comment; what is not UTF-8 is Latin-1. Tabs at its ends stay: columns beside them are empty.
 fn words(content: &[u8]) -> String {
-    let content = content.trim_ascii();
-    let start = content.iter().position(|byte| !b"#%/".contains(byte)).unwrap_or(content.len());
-    decoded(&content[start..]).trim().to_owned()
+    let start = content.iter().position(|byte| !b"#%/ ".contains(byte)).unwrap_or(content.len());
+    decoded(&content[start..]).trim_matches([' ', '\r', '\n']).to_owned()
 }
 
 /// A value as an error shows it.

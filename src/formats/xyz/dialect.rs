@@ -116,6 +116,12 @@ fn with_point(field: &[u8]) -> Vec<u8> {
     field.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect()
 }
 
+/// A line without the comma at its end: it has no column behind it.
+fn without_empty_end(content: &[u8]) -> &[u8] {
+    let line = content.trim_ascii_end();
+    line.strip_suffix(b",").unwrap_or(line)
+}
+
 enum Commas {
     Separate,
     Decimal,
@@ -129,6 +135,7 @@ fn commas(content: &[u8]) -> Commas {
         [before, content.get(index + 1)]
     };
     let is_space = |byte: Option<&u8>| byte.is_none_or(u8::is_ascii_whitespace);
+    let content = without_empty_end(content);
     let places = || content.iter().enumerate().filter(|(_, byte)| **byte == b',').map(|(at, _)| at);
     let is_spaced = |at: usize| beside(at).into_iter().any(is_space);
     let is_in_number =

@@ -97,17 +97,28 @@ impl Name {
 
 /// The names in a line of text as many columns as it takes, if some separator gives that many.
 pub(super) fn names(content: &str, columns: usize) -> Option<Vec<Name>> {
-    use Separator::{Comma, Semicolon, Space, Tab};
-    let marked = [Semicolon, Tab, Comma].into_iter().map(|separator| {
-        let mut found = Vec::new();
-        fields(content.as_bytes(), separator, &mut found);
-        found.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect::<Vec<_>>()
+    let words = marked(content, columns).or_else(|| {
+        let words = joined(split(content, Separator::Space).into_iter());
+        (words.len() == columns).then_some(words)
     });
-    let mut spaced = Vec::new();
-    fields(content.as_bytes(), Space, &mut spaced);
-    let spaced = spaced.iter().map(|field| String::from_utf8_lossy(field).into_owned());
-    let fit = marked.chain([joined(spaced)]).find(|words| words.len() == columns && columns > 1)?;
-    Some(fit.iter().map(|word| Name::of(word)).collect())
+    words.filter(|_| columns > 1).map(|words| words.iter().map(|word| Name::of(word)).collect())
+}
+
+/// The fields of a line that a mark separates, if some mark gives that many. One at the end makes no column.
+fn marked(content: &str, columns: usize) -> Option<Vec<String>> {
+    [Separator::Semicolon, Separator::Tab, Separator::Comma].into_iter().find_map(|separator| {
+        let mut words = split(content, separator);
+        if words.len() == columns + 1 && words[columns].is_empty() {
+            words.pop();
+        }
+        (words.len() == columns).then_some(words)
+    })
+}
+
+fn split(content: &str, separator: Separator) -> Vec<String> {
+    let mut found = Vec::new();
+    fields(content.as_bytes(), separator, &mut found);
+    found.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect()
 }
 
 /// Words with a unit in brackets that stands alone joined to the name before it.
@@ -121,13 +132,33 @@ fn joined(words: impl Iterator<Item = String>) -> Vec<String> {
     })
 }
 
-/// Whether a line holds nothing but a unit for each column, as some heads have below their names.
-pub(super) fn units(content: &str, columns: usize) -> Option<Vec<Unit>> {
-    let bare = content.replace(['[', ']', '(', ')'], " ");
-    let words = bare.split(|mark: char| mark.is_whitespace() || mark == ',' || mark == ';');
-    let units = words.filter(|word| !word.is_empty()).map(Unit::from_word);
-    units.collect::<Option<Vec<_>>>().filter(|units| units.len() == columns)
+/// What a line says of each column that holds nothing but their units, as some heads have below their names. Columns that
+/// are no lengths may have others, as s or %, or none.
+pub(super) fn units(content: &str, columns: usize) -> Option<Vec<Stated>> {
+    let words = marked(content, columns).or_else(|| {
+        let words = split(content, Separator::Space);
+        (words.len() == columns).then_some(words)
+    });
+    let stated = words?.into_iter().map(|word| unit_alone(&word));
+    let stated: Vec<Stated> = stated.collect::<Option<_>>()?;
+    stated.iter().any(|unit| matches!(unit, Stated::Known(_))).then_some(stated)
 }
+
+/// A word as a unit: none where it is empty, unknown where it is short and names no column.
+fn unit_alone(word: &str) -> Option<Stated> {
+    let bare = word.trim_matches(['[', ']', '(', ')']).trim();
+    match Unit::from_word(bare) {
+        Some(unit) => Some(Stated::Known(unit)),
+        None if bare.is_empty() || bare == "-" => Some(Stated::Nothing),
+        None if Role::of(bare).is_none() && bare.chars().count() <= LONGEST_UNIT => {
+            Some(Stated::Unknown(bare.to_owned()))
+        }
+        None => None,
+    }
+}
+
+/// Letters of the longest unit that is no length and is taken for one, as `counts`.
+const LONGEST_UNIT: usize = 6;
 
 /// Statement of one comment on the units of x, y and z, or slope.
 #[derive(Clone, Debug, PartialEq)]

@@ -89,7 +89,7 @@ pub(super) struct Slot {
 pub(super) struct Head {
     pub(super) names: Vec<Name>,
     /// Those of a line of units below it.
-    pub(super) units: Option<Vec<Unit>>,
+    pub(super) units: Option<Vec<Stated>>,
 }
 
 impl Layout {

@@ -63,18 +63,23 @@ fn stated(
     is_asked: bool,
 ) -> Result<Option<Unit>, ReadError> {
     if let Some(head) = head {
-        match head.names.get(column).map(|name| &name.unit) {
-            Some(Stated::Known(unit)) => return Ok(Some(*unit)),
-            Some(Stated::Unknown(_)) if is_asked => return Ok(None),
-            Some(Stated::Unknown(word)) => {
-                let found =
-                    format!("\"{}\" of column {} is no unit known here", short(word), column + 1);
-                return Err(unclear(line, found, "add `--unit` with mm, um, nm, cm, m or in"));
+        let named = head.names.get(column).map(|name| &name.unit);
+        let below = head.units.as_ref().and_then(|units| units.get(column));
+        for unit in [named, below].into_iter().flatten() {
+            match unit {
+                Stated::Known(unit) => return Ok(Some(*unit)),
+                Stated::Unknown(_) if is_asked => return Ok(None),
+                Stated::Unknown(word) => {
+                    let found = format!(
+                        "\"{}\" of column {} is no unit known here",
+                        short(word),
+                        column + 1
+                    );
+                    let cure = "add `--unit` with mm, um, nm, cm, m or in";
+                    return Err(unclear(line, found, cure));
+                }
+                Stated::Nothing => {}
             }
-            _ => {}
-        }
-        if let Some(unit) = head.units.as_ref().and_then(|units| units.get(column)) {
-            return Ok(Some(*unit));
         }
     }
     match comments.unit(line, role) {

@@ -64,6 +64,40 @@ fn heads_say_units() {
     assert_eq!(read(&latin).unwrap().points().collect::<Vec<_>>(), in_mm());
 }
 
+/// Labview and Origin write names, then units: a time or a quality among them hid the unit of z.
+#[test]
+fn a_line_of_units_may_hold_others_than_lengths() {
+    for head in [
+        "Time\tX\tY\tZ\tQuality\ns\tmm\tmm\tµm\t%",
+        "Time\tX\tY\tZ\tQuality\ns\tmm\tmm\tµm\t",
+        "Time\tX\tY\tZ\tN\n[s]\t[mm]\t[mm]\t[µm]\t[-]",
+        "t X Y Z Q\ns mm mm um counts",
+        "\tX\tY\tZ\t\n\tmm\tmm\tum\t",
+    ] {
+        let text = format!("{head}\n0.0\t1\t2\t3\t99\n0.1\t4\t5\t6\t99\n");
+        let points = [[1.0, 2.0, 0.003], [4.0, 5.0, 0.006]];
+        assert_eq!(points_with(&text, &TextOptions::default()), points, "{head}");
+    }
+    let text = "x,y,z\nmm,mm,V\n1,2,3\n";
+    let error = refused(text, &TextOptions::default());
+    assert!(error.contains("\"V\" of column 3 is no unit known here"), "{error}");
+}
+
+/// A comma at the end of each line was called a decimal one.
+#[test]
+fn a_comma_at_the_end_of_each_line_makes_no_column() {
+    for head in ["X,Y,Z", "X,Y,Z,", "x,y,z,q"] {
+        let text = format!("{head}\n-2.1,-8.7,0.8,\n1,2,3,\n");
+        let points = [[-2.1, -8.7, 0.8], [1.0, 2.0, 3.0]];
+        if head == "x,y,z,q" {
+            let error = refused(&text, &TextOptions::default());
+            assert!(error.contains("lines of 3 columns do not fit"), "{error}");
+        } else {
+            assert_eq!(points_with(&text, &TextOptions::default()), points, "{head}");
+        }
+    }
+}
+
 #[test]
 fn every_unit_is_scaled_once() {
     for (unit, value, mm) in [
