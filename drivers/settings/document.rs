@@ -387,6 +387,12 @@ mod tests {
     }
 
     #[test]
+    fn numbers_are_shown_in_few_digits() {
+        let shown = [9.0, -0.25, 1e308, 5e-324, 0.0, 123_456.75, f64::INFINITY].map(crate::number);
+        assert_eq!(shown, ["9", "-0.25", "1e308", "5e-324", "0", "123456.75", "inf"]);
+    }
+
+    #[test]
     fn syntax_errors_name_their_line() {
         let Err(problems) = File::parse("b.toml", "a = 1\nb = = 2\n") else { panic!("parsed") };
         assert_eq!(problems.0[0].line, 2);

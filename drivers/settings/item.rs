@@ -94,12 +94,22 @@ pub(crate) fn found(item: &Item) -> String {
     match item {
         Item::Value(Value::String(text)) => format!("the string {:?}", text.value()),
         Item::Value(Value::Integer(number)) => number.value().to_string(),
-        Item::Value(Value::Float(number)) => number.value().to_string(),
+        Item::Value(Value::Float(value)) => number(*value.value()),
         Item::Value(Value::Boolean(value)) => value.value().to_string(),
         Item::Value(Value::Array(array)) => {
             array.to_string().trim().chars().take(LONGEST_ARRAY).collect()
         }
         other => format!("a value of type {}", other.type_name()),
+    }
+}
+
+/// A number in as few digits as tell it: with a power of ten where it is very large or small.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if value.is_finite() && size != 0.0 && !(1e-6..1e15).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
     }
 }
 

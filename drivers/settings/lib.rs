@@ -33,5 +33,5 @@ mod nearest;
 mod problem;
 
 pub use document::{File, Section};
-pub use item::{FromItem, OrAuto};
+pub use item::{FromItem, OrAuto, number};
 pub use problem::{Problem, Problems};

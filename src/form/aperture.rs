@@ -96,6 +96,35 @@ impl Aperture {
         }
     }
 
+    /// The aperture whose edges lie further inside by `by_mm`; none where nothing would be left of it, and of
+    /// [`Aperture::None`].
+    pub fn narrowed(&self, by_mm: f64) -> Option<Aperture> {
+        let narrower = match *self {
+            Aperture::None => return None,
+            Aperture::Circle { radius_mm } => Aperture::Circle { radius_mm: radius_mm - by_mm },
+            Aperture::Rectangle { width_mm, height_mm } => Aperture::Rectangle {
+                width_mm: width_mm - 2.0 * by_mm,
+                height_mm: height_mm - 2.0 * by_mm,
+            },
+            // A disc has no inner edge.
+            Aperture::Annulus { inner_mm, outer_mm } => Aperture::Annulus {
+                inner_mm: if inner_mm > 0.0 { inner_mm + by_mm } else { 0.0 },
+                outer_mm: outer_mm - by_mm,
+            },
+        };
+        narrower.validate().is_ok().then_some(narrower)
+    }
+
+    /// Half its smallest width in mm: of a ring that between its edges; infinite for [`Aperture::None`].
+    pub fn half_width_mm(&self) -> f64 {
+        match *self {
+            Aperture::None => f64::INFINITY,
+            Aperture::Circle { radius_mm } => radius_mm,
+            Aperture::Rectangle { width_mm, height_mm } => 0.5 * width_mm.min(height_mm),
+            Aperture::Annulus { inner_mm, outer_mm } => 0.5 * (outer_mm - inner_mm),
+        }
+    }
+
     /// Projected area in mm²; infinite for [`Aperture::None`].
     pub fn area_mm2(&self) -> f64 {
         match *self {
@@ -112,6 +141,23 @@ impl Aperture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_narrower_one_lies_inside() {
+        let ring = Aperture::Annulus { inner_mm: 2.0, outer_mm: 5.0 };
+        assert_eq!(ring.narrowed(0.5), Some(Aperture::Annulus { inner_mm: 2.5, outer_mm: 4.5 }));
+        assert_eq!((ring.narrowed(1.5), ring.half_width_mm()), (None, 1.5));
+        let disc = Aperture::Annulus { inner_mm: 0.0, outer_mm: 5.0 };
+        assert!(disc.narrowed(0.5).is_some_and(|disc| disc.contains(0.0, 0.0)));
+        let rectangle = Aperture::Rectangle { width_mm: 4.0, height_mm: 2.0 };
+        assert!(
+            rectangle
+                .narrowed(0.5)
+                .is_some_and(|inner| inner.contains(1.5, 0.5) && !inner.contains(1.6, 0.5))
+        );
+        assert_eq!((rectangle.narrowed(1.0), Aperture::None.narrowed(1.0)), (None, None));
+        assert_eq!(Aperture::Circle { radius_mm: 1.0 }.narrowed(2.0), None);
+    }
 
     #[test]
     fn borders_belong_and_the_area_is_right() {

@@ -6,6 +6,7 @@ use asphera_form::{
     Estimate, Figures, Fit, Grid, LiveEstimate, Loss, Nominal, Parameter, Pose, Robust, Smoothing,
     Termination,
 };
+use asphera_report::words::counted;
 use asphera_report::{
     DeviationFigures, FitDetails, FitFigures, FormFigures, LossFigures, Map, ParameterFigures,
     PoseFigures, ReferenceFigures, StandardFigures, UncertaintyFigures, UnmeasuredFigures,
@@ -70,6 +71,7 @@ pub(super) fn form(
                 u_model: Some(sources.u_model.to_owned()),
                 covariance: sources.covariance.or(of_fit.covariance),
                 expanded_covers: sources.expanded_covers,
+                aperture_narrowed_nm: fitted.narrowed_mm.map(|mm| 1e6 * mm),
                 cautions: of_fit.cautions.into_iter().chain(sources.caution).collect(),
                 correlation: sources.correlation,
                 ..of_fit
@@ -303,7 +305,7 @@ pub(super) fn termination(termination: &Termination) -> String {
             format!("stopped after {limit} steps, the last of {motion_mm:.1e} mm")
         }
         Termination::UnstableAperture { changed } => {
-            format!("{changed} points kept crossing the edge of the aperture")
+            format!("{} kept crossing the edge of the aperture", counted(*changed as u64, "point"))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use asphera_figures::{Subject, Treatment, is_motion};
 use asphera_form::{
-    Fit, FitError, FitSettings, Parameter, Reference, ReferenceError, along_normal_mm,
+    Aperture, Fit, FitError, FitSettings, Parameter, Reference, ReferenceError, along_normal_mm,
     fit_weighted, reference,
 };
 use asphera_geometry::PointMm;
@@ -22,6 +22,10 @@ pub(super) struct Fitted {
     pub(super) reference: Option<Reference>,
     /// The standard uncertainty of every point along the normal, mm, where they are the weights.
     pub(super) uncertainties_mm: Option<Vec<f64>>,
+    /// The aperture it was made in: that of the part, or a narrower one where points lay on its edge.
+    pub(super) aperture: Aperture,
+    /// How much narrower, mm.
+    pub(super) narrowed_mm: Option<f64>,
     /// Where parameters of the shape were free, the same fit with the shape held at the design.
     pub(super) design: Option<Result<Fit, FitError>>,
 }
@@ -57,7 +61,14 @@ impl Fitted {
                 FitSettings { free: motions, start: fit.pose, search: false, ..fit_settings(part) };
             fit_weighted(points, uncertainties_mm.as_deref(), &part.nominal, &settings)
         });
-        Fitted { fit, reference: None, uncertainties_mm, design }
+        Fitted {
+            fit,
+            reference: None,
+            uncertainties_mm,
+            aperture: part.aperture,
+            narrowed_mm: None,
+            design,
+        }
     }
 }
 
@@ -98,6 +109,16 @@ pub(super) fn fitted(
     plane: &Plane,
     heights_mm: Option<&[f64]>,
 ) -> Result<Fitted, NoFit> {
+    edge::settled(part, |part| fitted_within(points, part, plane, heights_mm))
+}
+
+/// As [`fitted`], in the aperture of the part.
+fn fitted_within(
+    points: &[PointMm],
+    part: &Part,
+    plane: &Plane,
+    heights_mm: Option<&[f64]>,
+) -> Result<Fitted, NoFit> {
     if let Some(settings) = &part.reference {
         let reference = reference(points, settings)?;
         let fit = reference.fit.clone();
@@ -105,6 +126,8 @@ pub(super) fn fitted(
             fit,
             reference: Some(reference),
             uncertainties_mm: None,
+            aperture: part.aperture,
+            narrowed_mm: None,
             design: None,
         });
     }
@@ -139,5 +162,6 @@ fn laid(
     }
 }
 
+mod edge;
 #[cfg(test)]
 mod tests;

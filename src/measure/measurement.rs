@@ -77,6 +77,9 @@ pub(super) fn measure(
     begin(Step::Fit);
     let plane = projector.plane();
     let mut fitted = fitted(mesh.points(), &part, &plane, heights_mm.as_deref());
+    if let Ok(fitted) = &fitted {
+        part.aperture = fitted.aperture;
+    }
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();

@@ -72,13 +72,16 @@ pub(super) struct Taken {
 }
 
 /// The final figures of a profile.
-pub(super) fn measure(taken: Taken, part: Part, projector: &Projector) -> Measurement {
+pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Measurement {
     let Taken { mesh, line, mut points, heights_mm, slopes, remembered } = taken;
     let plane = projector.plane();
     let own = Part { free: in_plane(&part.free, line.way()), ..part.clone() };
     let fitted = laid(mesh.points(), &own, &line, |points, part| {
         fitted(points, part, &plane, heights_mm.as_deref())
     });
+    if let Ok(fitted) = &fitted {
+        part.aperture = fitted.aperture;
+    }
     let fit = fitted.as_ref().ok().map(|fitted| &fitted.fit);
     let (deviations_mm, found) = match fit {
         Some(fit) => deviation(&mesh, &part, fit),

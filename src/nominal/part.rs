@@ -161,9 +161,10 @@ fn must_end_before(section: &Section<'_>, aperture: Aperture, surface: &Surface)
     let is_round = !matches!(aperture, Aperture::Rectangle { .. });
     if surface.nominal.is_rotational() && is_round && found > domain_mm {
         let expected = format!(
-            "at most {domain_mm:.6} mm, where the surface ends: narrow the aperture, or correct radius and conic"
+            "at most {} mm, where the surface ends: narrow the aperture, or correct radius and conic",
+            asphera_settings::number(domain_mm)
         );
-        section.problem(key, &expected, found);
+        section.problem(key, &expected, asphera_settings::number(found));
         return;
     }
     if surface.has_gaps {

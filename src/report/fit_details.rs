@@ -10,6 +10,9 @@ pub struct FitDetails {
     /// Whether the iteration reached its end; absent of running figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub converged: Option<bool>,
+    /// How much further inside the edge of the aperture was taken, nm, because points lay on it and no choice of them settled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aperture_narrowed_nm: Option<f64>,
     /// How often distances and derivatives of all points were worked out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evaluations: Option<u64>,

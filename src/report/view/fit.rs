@@ -35,6 +35,13 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     facts.extend(form.reference.iter().flat_map(reference));
     facts.extend(quality(&fit.details));
     chapter.facts(facts);
+    if let Some(nm) = fit.details.aperture_narrowed_nm {
+        chapter.note(format!(
+            "Points lie on the edge of the aperture. It was taken {} nm further inside, where none come in and go out with the \
+             place of the part.",
+            short(nm)
+        ));
+    }
     // Of a combination the caution says all.
     for lacks in fit.details.undetermined.iter().filter(|lacks| !lacks.combined) {
         let by = if lacks.by_shape { "by any points on this shape" } else { "by these points" };
