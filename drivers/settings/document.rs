@@ -1,7 +1,7 @@
 //! A TOML file and its tables, read key by key.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -11,6 +11,7 @@ use toml_edit::{Document, Item, TableLike, Value};
 use crate::item::{FromItem, found};
 use crate::nearest::nearest;
 use crate::problem::{Problem, Problems};
+use crate::syntax;
 
 /// A TOML file and what was found wrong with it so far.
 pub struct File {
@@ -36,16 +37,10 @@ impl File {
             }
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
-                Err(Problems(vec![Problem {
-                    file: name.to_owned(),
-                    line: line_of(&line_ends(text), span.start),
-                    key: String::new(),
-                    expected: format!("TOML ({})", error.message()),
-                    found: text
-                        .get(span)
-                        .filter(|found| !found.trim().is_empty())
-                        .map_or_else(|| "something else".to_owned(), |found| format!("{found:?}")),
-                }]))
+                let line = line_of(&line_ends(text), span.start);
+                let (expected, found) = syntax::in_words(error.message(), text.get(span));
+                let (file, key) = (name.to_owned(), String::new());
+                Err(Problems(vec![Problem { file, line, key, expected, found }]))
             }
         }
     }
@@ -68,8 +63,9 @@ impl File {
     /// All that was found wrong, in the order of the file. Without a value there may be no problem in the list.
     pub fn conclude<T>(self, value: Option<T>) -> Result<T, Problems> {
         let mut problems = self.problems.into_inner();
+        let mut seen = HashSet::new();
+        problems.retain(|problem| seen.insert(problem.clone()));
         problems.sort_by_key(|problem| problem.line);
-        problems.dedup();
         match value {
             Some(value) if problems.is_empty() => Ok(value),
             _ => Err(Problems(problems)),
@@ -126,9 +122,18 @@ impl<'a> Section<'a> {
     /// The table at `key`; an absent one reads as empty.
     pub fn section(&self, key: &str) -> Section<'a> {
         let item = self.item(key);
-        let table = item.and_then(Item::as_table_like);
+        let path = self.path_of(key);
+        let mut table = item.and_then(Item::as_table_like);
         if let (Some(item), None) = (item, table) {
-            self.problem(key, "a table", item.type_name());
+            // The first of a list is read all the same, so that its own mistakes are found.
+            let first = item.as_array_of_tables().and_then(|list| list.get(0));
+            table = first.map(|first| first as &dyn TableLike);
+            match first {
+                Some(_) => {
+                    self.problem(key, format!("one table, headed [{path}]"), format!("[[{path}]]"));
+                }
+                None => self.problem(key, format!("a table, headed [{path}]"), found(item)),
+            }
         }
         Section {
             file: self.file,
@@ -253,7 +258,10 @@ impl<'a> Section<'a> {
         let found: String = self.get(key)?;
         let value = words.iter().find(|(word, _)| *word == found).map(|(_, value)| *value);
         if value.is_none() {
-            self.problem(key, expected, format!("{found:?}"));
+            let known: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+            let meant = nearest(&found, &known)
+                .map_or_else(String::new, |word| format!(" (did you mean {word:?}?)"));
+            self.problem(key, format!("{expected}{meant}"), format!("{found:?}"));
         }
         value
     }
@@ -384,6 +392,43 @@ mod tests {
             assert_eq!(root.line_of(key), line, "{key}");
         }
         assert_eq!(root.array("field")[1].line_of("a.b"), 12);
+    }
+
+    #[test]
+    fn messages_say_what_to_write() {
+        let syntax = |text: &str| match File::parse("c.toml", text) {
+            Ok(_) => panic!("{text} was parsed"),
+            Err(problems) => problems.to_string(),
+        };
+        for (text, said) in [
+            (
+                "[a]\nx = 1\n[a]\n",
+                "c.toml:3: expected each key and each table once, found \"a\" again",
+            ),
+            (
+                "x = polar\n",
+                "c.toml:1: expected a value: text in quotes, a number, true or false, found \"polar\"",
+            ),
+            (
+                "x = \"polar\n",
+                "c.toml:1: expected a quote at the end of the text, found the end of the line",
+            ),
+        ] {
+            assert_eq!(syntax(text), said);
+        }
+        let file = File::parse("c.toml", "[[link.probe]]\nkind = \"seriel\"\n[b]\n").unwrap();
+        {
+            let link = file.root().section("link");
+            let _ = link.section("probe");
+            let words = [("serial", 1), ("tcp", 2)];
+            assert_eq!(link.section("probe").required_word("kind", &words), None);
+        }
+        let problems = file.conclude(Some(())).unwrap_err().to_string();
+        assert_eq!(
+            problems,
+            "c.toml:1: link.probe: expected one table, headed [link.probe], found [[link.probe]]\n\
+             c.toml:2: link.probe.kind: expected \"serial\" or \"tcp\" (did you mean \"serial\"?), found \"seriel\""
+        );
     }
 
     #[test]

@@ -31,6 +31,7 @@ mod document;
 mod item;
 mod nearest;
 mod problem;
+mod syntax;
 
 pub use document::{File, Section};
 pub use item::{FromItem, OrAuto, number};

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// One thing that is wrong: place, expected, found.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Problem {
     /// The file, as it was named.
     pub file: String,

@@ -114,9 +114,12 @@ fn udp(table: &Section<'_>) -> Option<Endpoint> {
 /// Host and port.
 fn address(table: &Section<'_>, key: &str) -> Option<String> {
     let address: String = table.required(key)?;
-    let port = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+    let is_host = |host: &str| {
+        !host.is_empty() && !host.contains(|sign: char| sign == '/' || sign.is_whitespace())
+    };
+    let port = address.rsplit_once(':').filter(|(host, _)| is_host(host));
     if port.is_none_or(|(_, port)| port.parse::<u16>().is_err()) {
-        table.problem(key, "host:port", format!("{address:?}"));
+        table.problem(key, "host:port, as 192.168.1.5:502", format!("{address:?}"));
         return None;
     }
     Some(address)

@@ -97,7 +97,9 @@ pub enum FitError {
     #[error("{0}")]
     Units(Units),
     /// Fewer points than parameters.
-    #[error("{used} usable points, at least {needed} needed for the free parameters")]
+    #[error(
+        "{used} of the points can be used, at least {needed} are needed for the free parameters"
+    )]
     TooFewPoints {
         /// Usable points.
         used: usize,
