@@ -1,5 +1,6 @@
 //! What stands off a part: defects from the deviation where there is a nominal, from the points where there is none.
 
+use asphera_form::Pose;
 use asphera_geometry::VertexId;
 use asphera_mesh::Mesh;
 use asphera_report::{DefectFigures, DefectSearchFigures, FeatureFigures, SamplingFigures};
@@ -11,6 +12,7 @@ use asphera_surface::defects::{
 };
 use asphera_surface::noise::{Along, Noise};
 
+use super::details::places_mm;
 use super::partition::{self, Patches};
 use crate::{DefectLimits, Part};
 
@@ -20,6 +22,8 @@ pub(crate) struct Meshed<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) triangles: &'a [[VertexId; 3]],
     pub(crate) plane: &'a Plane,
+    /// Where the part lies in that frame; `None` without a part.
+    pub(crate) pose: Option<&'a Pose>,
     /// Figures of its sampling.
     pub(crate) sampling: &'a SamplingFigures,
 }
@@ -50,16 +54,17 @@ pub(crate) fn of_part(
 }
 
 /// The defects of a mesh in the frame of `plane`, and which way it bends: all that the final report says of them.
-/// `deviations_mm` are those of its vertices, `sampling` is what is known of it.
+/// `deviations_mm` are those of its vertices, `pose` is where the part lies, `sampling` what is known of it.
 pub fn features_of_mesh(
     mesh: &Mesh,
     part: &Part,
     deviations_mm: &[f64],
-    plane: &Plane,
+    (plane, pose): (&Plane, &Pose),
     sampling: &SamplingFigures,
 ) -> FeatureFigures {
-    let triangles = mesh.triangles();
-    of_part(Meshed { mesh, triangles: &triangles, plane, sampling }, part, Ok(deviations_mm))
+    let triangles = &mesh.triangles();
+    let meshed = Meshed { mesh, triangles, plane, pose: Some(pose), sampling };
+    of_part(meshed, part, Ok(deviations_mm))
 }
 
 /// The same of points of which nothing else is known.
@@ -110,10 +115,12 @@ impl Meshed<'_> {
         noise: Option<Noise>,
     ) -> Result<Searched, String> {
         let spacing_mm = self.spacing_mm().ok_or("the points span no area")?;
+        let about_mm = self.pose.map(|pose| places_mm(pose, self.mesh.points()));
         let surface = DeviatingSurface {
             points: self.mesh.points(),
             triangles: self.triangles,
             deviations_mm,
+            places_mm: about_mm.as_deref(),
             spacing_mm,
             reach_mm: REACH * spacing_mm,
         };

@@ -225,7 +225,8 @@ impl Inspection<'_> {
 
     fn features(&self, has_form: bool) -> FeatureFigures {
         let Assessment { triangles, sampling, .. } = self.look;
-        let meshed = Meshed { mesh: self.mesh, triangles, plane: self.plane, sampling };
+        let (mesh, plane, pose) = (self.mesh, self.plane, Some(self.pose));
+        let meshed = Meshed { mesh, triangles, plane, pose, sampling };
         let deviating = has_form.then_some(self.deviations_mm);
         match self.folded {
             Some(why) => defects::of_folded(why),

@@ -73,6 +73,16 @@ fn hundred_thousand_points_agree_with_the_truth_and_replay_alike() {
     assert_eq!(timeless(replayed(out.path())), timeless(report));
 }
 
+/// The scan of the README: its ring is seven spacings wide.
+#[test]
+fn the_smooth_ring_of_a_coarse_scan_is_no_defect() {
+    for points in ["5000", "20000"] {
+        let out = tempfile::tempdir().unwrap();
+        let report = demo(out.path(), &["--points", points, "--speed", "max"]);
+        assert_eq!(report["defects"], serde_json::json!([]), "{points}");
+    }
+}
+
 /// A cartesian bench: two encoders on one bus, a raster, a sphere whose radius is fitted.
 #[test]
 fn a_raster_of_a_sphere_agrees_with_the_truth_and_replays_alike() {

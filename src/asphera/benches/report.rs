@@ -52,7 +52,13 @@ fn main() {
             let done = clock.now();
             let deviations_mm = deviations(mesh.points(), &part.nominal, &Pose::default());
             let begun = clock.now();
-            let features = features_of_mesh(&mesh, &part, &deviations_mm, &Plane::XY, &figures);
+            let features = features_of_mesh(
+                &mesh,
+                &part,
+                &deviations_mm,
+                (&Plane::XY, &Pose::default()),
+                &figures,
+            );
             let searched_s = clock.now().since(begun).as_secs_f64();
             let report_s = done.since(meshed).as_secs_f64();
             let time = [arriving.as_secs_f64(), meshed.as_secs_f64(), report_s, searched_s];

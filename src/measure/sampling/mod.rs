@@ -88,9 +88,13 @@ pub fn sampling_of_points(
     }
     let findings = of_points(sampled, wanted);
     let waypoints = findings.waypoints(sampled);
-    let meshed =
-        Meshed { mesh: &mesh, triangles: &triangles, plane: &plane, sampling: &findings.figures };
-    let features = defects::of_points(meshed);
+    let features = defects::of_points(Meshed {
+        mesh: &mesh,
+        triangles: &triangles,
+        plane: &plane,
+        pose: None,
+        sampling: &findings.figures,
+    });
     PointsSampling { figures: findings.figures, features, waypoints }
 }
 

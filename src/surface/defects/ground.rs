@@ -49,7 +49,7 @@ pub(super) fn ground<I: Iterator<Item = (VertexId, PointMm, f64)>>(
         let cell = [slot % raster.size[0], slot / raster.size[0]];
         pieces[tail::piece_of(cell, raster.size)].push(size);
     }
-    Ground { field, tail: Tail::of(pieces), colour: [1.0; SCALES] }
+    Ground { field, tail: Tail::of_cells(pieces), colour: [1.0; SCALES] }
 }
 
 impl Ground {

@@ -15,7 +15,8 @@
 //! 4. *measures* and names each (`measure.rs`).
 //!
 //! On a large surface with a nominal [`search_defects`] does so only where a quick look at its deviations hints at
-//! something (`screen.rs`), at a tenth of the time.
+//! something (`screen.rs`), at a tenth of the time. If the part has an axis, form that is alike all round it is taken off first
+//! (`ring_profile.rs`).
 //!
 //! Depths are along the normal, areas and lengths in the plane of projection.
 //!
@@ -24,7 +25,9 @@
 //! neighbours, over more than some 60 spacings is taken for the form of the edge (`rim_zones.rs`). Where the form near a
 //! border is alike along it and moves narrower windows, these take over, up to 60 spacings inwards: pits and grooves wider than a
 //! third of them are then seen less well, and what is wide and runs along the border may be lost. A groove or ridge that is
-//! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form. Defects nearer
+//! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form. So is a groove or
+//! ridge all round the axis, however narrow, and within 13 spacings of the axis what is no higher than such rings about it.
+//! Defects nearer
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 
@@ -44,6 +47,7 @@ mod reference;
 mod residuals;
 mod rim;
 mod rim_zones;
+mod ring_profile;
 mod screen;
 mod search;
 mod settings;

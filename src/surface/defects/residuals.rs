@@ -93,7 +93,7 @@ pub(super) fn tail_of(cells: &Cells, reference: &Reference, cell_mm: &[f64]) -> 
             pieces[piece].extend(sizes.map(|size| size.abs() / noise_mm));
         }
     }
-    Tail::of(pieces)
+    Tail::of_cells(pieces)
 }
 
 /// Fewest samples of a cell that tell how they differ.

@@ -4,7 +4,9 @@ use asphera_geometry::{PointMm, VertexId};
 use rayon::prelude::*;
 
 use super::cells::NONE;
+use super::ring_profile::RingProfile;
 use super::screen::{Parts, Screen};
+
 use super::{
     Defect, DefectSettings, DefectsUnknown, Ground, Samples, WINDOW, by_significance, find,
 };
@@ -20,6 +22,8 @@ pub struct DeviatingSurface<'a> {
     /// One for each vertex, in mm along the normal; not finite where it is not known: such vertices are no part of
     /// the surface.
     pub deviations_mm: &'a [f64],
+    /// Place of each vertex about the axis of the part in mm, if it has one: form that is alike all round is no defect.
+    pub places_mm: Option<&'a [[f64; 2]]>,
     /// The distance that vertices have on average, in mm.
     pub spacing_mm: f64,
     /// The length in mm from which on an edge bridges a gap; see [`Adjacency::new`].
@@ -51,6 +55,8 @@ pub struct DefectSearch {
 /// Finds the defects of a surface with many vertices: as [`find_defects`](super::find_defects) does, but only about those places at
 /// which the means and extremes of cells (`screen.rs`) hint at something.
 ///
+/// Form that is alike all round the axis, if places about one are given, is taken off the deviations first.
+///
 /// The number of false defects expected is that of the whole surface. On a surface with few defects this takes
 /// some 40 ns a vertex, and where half of it is suspect as long as [`find_defects`](super::find_defects). A defect that can be told by
 /// means only, and hardly, may be missed: from 1.3 times the threshold on it is not. What reaches beyond the part
@@ -71,6 +77,12 @@ pub fn search_defects(
             deviations: deviations_mm.len(),
         });
     }
+    let without_rings_mm = without_rings_mm(surface);
+    let surface = &DeviatingSurface {
+        deviations_mm: without_rings_mm.as_deref().unwrap_or(deviations_mm),
+        ..*surface
+    };
+    let deviations_mm = surface.deviations_mm;
     let largest_mm = settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
     let window_mm = WINDOW * largest_mm;
     let screen = Screen {
@@ -114,6 +126,15 @@ pub fn search_defects(
         looked_at: parts.iter().map(|part| part.len() as u64).sum(),
         unreferenced,
     })
+}
+
+/// Deviations without the rings about the axis; `None` where there are none, or no axis.
+fn without_rings_mm(surface: &DeviatingSurface<'_>) -> Option<Vec<f64>> {
+    let places_mm = surface.places_mm?;
+    let profile = RingProfile::of(surface, places_mm)?;
+    let without =
+        |(deviation_mm, place_mm): (&f64, &[f64; 2])| deviation_mm - profile.height_mm(*place_mm);
+    Some(surface.deviations_mm.iter().zip(places_mm).map(without).collect())
 }
 
 /// The triangles of each part, by the places of their corners in it.

@@ -43,6 +43,7 @@ impl Deviating {
             points: &self.points,
             triangles: &self.triangles,
             deviations_mm: &self.deviations_mm,
+            places_mm: None,
             spacing_mm: PITCH_MM,
             reach_mm: 6.0 * PITCH_MM,
         }

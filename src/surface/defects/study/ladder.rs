@@ -115,9 +115,8 @@ const CHANCE: f64 = 0.2;
 /// None of the real ones on parts with white noise may be lost.
 #[test]
 fn real_defects_are_found() {
-    let (parts, sizes) = wanted();
+    let (size, parts) = wanted()[0];
     let long = parts > 2;
-    let size = sizes[0];
     let kinds = if long { vec![Kind::White, Kind::Rings] } else { vec![Kind::White] };
     let mut lost = Vec::new();
     for kind in kinds {

@@ -89,10 +89,12 @@ impl Part {
         Part::meshed(places, deviations_mm, spacing_mm)
     }
 
-    /// The part of the demo: a ring of 40 nm at 5.58 mm whose height falls to 1/e over 0.54 mm.
+    /// The part of the demo: a ring of 40 nm at 5.58 mm whose height falls to 1/e over 0.54 mm. Its points lie 1.08 times as
+    /// far apart on the steep surface as in the plane.
     pub(super) fn of_demo(count: usize, seed: u64) -> Part {
         let mut part = Part::clean(Kind::White, count, 2 * seed);
         part.add(|x, y| 4e-5 * (-((x.hypot(y) - 5.58) / 0.54).powi(2)).exp());
+        part.spacing_mm *= 1.08;
         part
     }
 
@@ -122,7 +124,9 @@ impl Part {
         let adjacency = Adjacency::new(&self.points, &self.triangles, Some(reach_mm)).unwrap();
         let noise: Noise =
             estimate_noise(&self.points, &adjacency, &NoiseSettings::default()).unwrap().noise;
+        let places_mm: Vec<[f64; 2]> = self.points.iter().map(|&[x, y, _]| [x, y]).collect();
         let surface = DeviatingSurface {
+            places_mm: Some(&places_mm),
             points: &self.points,
             triangles: &self.triangles,
             deviations_mm: &self.deviations_mm,

@@ -1,0 +1,188 @@
+//! Form that is alike about the axis of a part: rings and waves of turning and of zonal polishing, and a turned edge.
+//!
+//! Where points are so coarse that no window follows a ring, the ring looks like a bent ridge. But a scratch does not run
+//! round the axis at one height. So what is alike all round is form, however narrow:
+//!
+//! 1. Each of twelve sectors about the axis has its mean deviation at radii half a spacing apart (`ring_profile/sectors.rs`).
+//! 2. *Rings* are what a quadratic over 30 spacings to either side leaves of these means along a diameter. It leaves out
+//!    the middle, where a pit is alike in all sectors as well. The mean of the middle third of the sectors counts, so a
+//!    defect in a quarter of the circle moves nothing.
+//! 3. If nearly all sectors stand out to the same side anywhere outside the middle, there is a *profile*: what a quartic
+//!    along the diameter leaves of the means, for a quartic over the plane is what every window of the reference follows.
+//! 4. The profile has the rings of the middle only if these are no higher than the ones around. Else they may be a defect.
+//! 5. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
+
+mod sectors;
+
+use self::sectors::{Mean, Polar, SECTORS, Sectors};
+use super::DeviatingSurface;
+use super::tail;
+
+/// Ring profile of a surface.
+pub(super) struct RingProfile {
+    step_mm: f64,
+    /// By nodes outwards from the axis, in mm.
+    heights_mm: Vec<f64>,
+}
+
+impl RingProfile {
+    /// Finds the profile of a surface whose vertices have `places_mm` about the axis; `None` where no form is alike all
+    /// round. Takes some 30 ns a vertex.
+    pub(super) fn of(
+        surface: &DeviatingSurface<'_>,
+        places_mm: &[[f64; 2]],
+    ) -> Option<RingProfile> {
+        let step_mm = surface.spacing_mm / NODES_PER_SPACING;
+        let polar: Vec<Polar> = places_mm
+            .iter()
+            .zip(surface.deviations_mm)
+            .filter(|(_, deviation_mm)| deviation_mm.is_finite())
+            .map(|(&place_mm, &deviation_mm)| Polar::new(place_mm, deviation_mm, step_mm))
+            .collect();
+        let farthest = polar.iter().map(|of| of.radius).fold(0.0, f64::max);
+        // Written so that NaN fails.
+        if !(farthest >= NODES_LEAST as f64 && farthest <= polar.len() as f64) {
+            return None;
+        }
+        let nodes = farthest as usize + 1;
+        let sectors = Sectors::new(&polar, nodes, |_| 0.0);
+        let rings = Alike::of(&sectors.without_wide(WIDE, 0))?;
+        let middle_is_higher = rings.middle_is_higher(&rings.standing_out()?);
+        let found = |sectors: &Sectors| {
+            let form = Alike::of(&sectors.without_quartic())?;
+            let mut heights_mm = form.heights_mm;
+            if middle_is_higher {
+                let rings = Alike::of(&sectors.without_wide(WIDE, MIDDLE))?;
+                rings.fade(&mut heights_mm);
+            }
+            Some(heights_mm)
+        };
+        let mut profile = RingProfile { step_mm, heights_mm: found(&sectors)? };
+        let more_mm = found(&Sectors::new(&polar, nodes, |radius| profile.at(radius)))?;
+        profile.heights_mm.iter_mut().zip(more_mm).for_each(|(mm, more_mm)| *mm += more_mm);
+        Some(profile)
+    }
+
+    /// Height in mm at a place about the axis.
+    pub(super) fn height_mm(&self, [x, y]: [f64; 2]) -> f64 {
+        self.at(x.hypot(y) / self.step_mm)
+    }
+
+    /// The same at a distance from the axis in nodes.
+    fn at(&self, radius: f64) -> f64 {
+        let below = (radius as usize).min(self.heights_mm.len() - 2);
+        let [low, high] = [below, below + 1].map(|node| self.heights_mm[node]);
+        low + (radius - below as f64) * (high - low)
+    }
+}
+
+/// Heights that the sectors have in common.
+struct Alike {
+    heights_mm: Vec<f64>,
+    /// Standard deviation by the scatter of the sectors.
+    deviations_mm: Vec<f64>,
+    /// Height in the direction of the common one that all but a fifth of the sectors reach, in their standard deviations.
+    reached: Vec<f64>,
+    /// Standard deviation of single samples by that scatter.
+    single_mm: f64,
+}
+
+impl Alike {
+    /// `None` where nowhere enough sectors are known.
+    fn of(sectors: &[Vec<Mean>]) -> Option<Alike> {
+        let nodes = sectors.first()?.len();
+        let (mut heights_mm, mut reached) = (vec![0.0; nodes], vec![0.0; nodes]);
+        let (mut weights, mut scatter) = (vec![0.0; nodes], Vec::new());
+        for node in 0..nodes {
+            let all = sectors.iter().map(|sector| sector[node]);
+            let mut at: Vec<Mean> = all.filter(|mean| mean.weight > 0.0).collect();
+            let count = at.len();
+            if count < SECTORS_LEAST {
+                continue;
+            }
+            at.sort_unstable_by(|p, q| p.height_mm.total_cmp(&q.height_mm));
+            let middle = &at[count / 3..count - count / 3];
+            let sum_mm = middle.iter().map(|mean| mean.height_mm).sum::<f64>();
+            let height_mm = sum_mm / middle.len() as f64;
+            heights_mm[node] = height_mm;
+            let fewest = if height_mm > 0.0 { count / 5 } else { count - 1 - count / 5 };
+            let Mean { weight, height_mm: least_mm } = at[fewest];
+            reached[node] = least_mm * weight.sqrt() * height_mm.signum();
+            weights[node] = at.iter().map(|mean| mean.weight).sum();
+            if node >= MIDDLE {
+                let apart = |of: &Mean| (of.height_mm - height_mm).abs() * of.weight.sqrt();
+                scatter.extend(at.iter().map(apart));
+            }
+        }
+        level(&mut heights_mm, &mut weights);
+        let scatter_mm = tail::scale(&mut scatter)?;
+        reached.iter_mut().for_each(|reached| *reached /= scatter_mm);
+        let deviations_mm = weights.iter().map(|weight| scatter_mm / weight.sqrt()).collect();
+        Some(Alike { heights_mm, deviations_mm, reached, single_mm: scatter_mm })
+    }
+
+    /// The nodes outside the middle where nearly all sectors stand out from their scatter to one side; `None` without any.
+    fn standing_out(&self) -> Option<Vec<usize>> {
+        let stands_out = |&node: &usize| {
+            self.reached[node] > SURE && self.heights_mm[node].abs() > LOWEST * self.single_mm
+        };
+        let nodes = (MIDDLE..self.heights_mm.len()).filter(stands_out);
+        Some(nodes.collect()).filter(|found: &Vec<usize>| !found.is_empty())
+    }
+
+    /// Whether the middle stands higher than the rings next to it.
+    fn middle_is_higher(&self, stand_out: &[usize]) -> bool {
+        let sure_mm = |node: usize| {
+            let by_chance_mm = CHANCE * self.deviations_mm[node];
+            (self.heights_mm[node].abs() - by_chance_mm).max(0.0)
+        };
+        let next = stand_out.iter().filter(|&&node| node < MIDDLE + WIDE);
+        let next_mm = next.map(|&node| self.heights_mm[node].abs()).fold(0.0, f64::max);
+        (0..MIDDLE).map(sure_mm).fold(0.0, f64::max) > HIGHER * next_mm
+    }
+
+    /// Takes the rings out of a profile in the middle, and a share of them next to it.
+    fn fade(&self, profile_mm: &mut [f64]) {
+        for (node, (mm, ring_mm)) in profile_mm.iter_mut().zip(&self.heights_mm).enumerate() {
+            let way = (node.saturating_sub(MIDDLE) as f64 / TAPER).min(1.0);
+            *mm -= (1.0 - way * way * (3.0 - 2.0 * way)) * ring_mm;
+        }
+    }
+}
+
+/// Lets heights go on level where too few sectors have samples, next to the axis and in corners.
+fn level(heights_mm: &mut [f64], weights: &mut [f64]) {
+    let Some(first) = weights.iter().position(|&weight| weight > 0.0) else { return };
+    let mut last = (heights_mm[first], weights[first]);
+    for (height_mm, weight) in heights_mm.iter_mut().zip(weights) {
+        if *weight == 0.0 {
+            (*height_mm, *weight) = last;
+        }
+        last = (*height_mm, *weight);
+    }
+}
+
+/// Nodes along a spacing.
+const NODES_PER_SPACING: f64 = 2.0;
+/// Fewer sectors with samples do not tell what is alike all round.
+const SECTORS_LEAST: usize = SECTORS * 3 / 4;
+/// Nodes to either side that a ring is narrower than: half of the widest window of the reference.
+const WIDE: usize = 60;
+/// Nodes of the middle: at its border a defect of the largest width covers a quarter of the circle.
+const MIDDLE: usize = 26;
+/// Nodes over which rings fade towards the middle.
+const TAPER: f64 = 14.0;
+/// Nodes of the smallest surface.
+const NODES_LEAST: usize = 3 * MIDDLE;
+/// Standard deviations by which a ring stands out in nearly all sectors: of noise alone one does by chance in millions, also
+/// where a defect covers four of them.
+const SURE: f64 = 1.5;
+/// Lowest ring, in standard deviations of single samples: of lower ones no mean of nineteen samples is a defect.
+const LOWEST: f64 = 0.7;
+/// Standard deviations that noise may add in the middle.
+const CHANCE: f64 = 3.0;
+/// How much higher than the rings about it the middle may be.
+const HIGHER: f64 = 1.5;
+
+#[cfg(test)]
+mod tests;

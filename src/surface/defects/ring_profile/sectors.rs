@@ -1,0 +1,211 @@
+//! Mean deviations in the sectors about the axis of a part, and what polynomials along a diameter leave of them.
+
+use nalgebra::{SMatrix, SVector};
+
+/// Sectors about the axis.
+pub(super) const SECTORS: usize = 12;
+
+/// Sample by its place about the axis.
+pub(super) struct Polar {
+    /// In nodes.
+    pub(super) radius: f64,
+    sector: usize,
+    height_mm: f64,
+}
+
+impl Polar {
+    /// `step_mm` is the distance of two nodes.
+    pub(super) fn new([x, y]: [f64; 2], height_mm: f64, step_mm: f64) -> Polar {
+        let turn = y.atan2(x) / std::f64::consts::TAU + 0.5;
+        let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+        Polar { radius: x.hypot(y) / step_mm, sector, height_mm }
+    }
+}
+
+/// Mean of a sector at a node.
+#[derive(Clone, Copy)]
+pub(super) struct Mean {
+    /// Samples in it, by their weights; 0 where it is not known.
+    pub(super) weight: f64,
+    pub(super) height_mm: f64,
+}
+
+const UNKNOWN: Mean = Mean { weight: 0.0, height_mm: 0.0 };
+
+/// By sector, the mean at each node outwards.
+pub(super) struct Sectors(Vec<Vec<Mean>>);
+
+impl Sectors {
+    /// Means of the samples less `taken_mm` at their radius: by a line over the nodes within reach.
+    pub(super) fn new(polar: &[Polar], nodes: usize, taken_mm: impl Fn(f64) -> f64) -> Sectors {
+        let mut sums = vec![vec![Sums::default(); nodes]; SECTORS];
+        for of in polar {
+            let node = (of.radius as usize).min(nodes - 1);
+            sums[of.sector][node].add(of.radius - node as f64, of.height_mm - taken_mm(of.radius));
+        }
+        let mean = |sums: &[Sums], node: usize| {
+            let mut about = Sums::default();
+            for (other, sums) in window(sums, node, REACH) {
+                let by = other as f64 - node as f64;
+                about.add_moved(sums, 1.0 - (by + 0.5).abs() / REACH as f64, by);
+            }
+            if about.count < SAMPLES_LEAST {
+                return UNKNOWN;
+            }
+            Mean { weight: about.count, height_mm: about.at_node() }
+        };
+        let means = sums.iter().map(|sums| (0..nodes).map(|node| mean(sums, node)).collect());
+        Sectors(means.collect())
+    }
+
+    /// What a quadratic leaves along the diameter through each sector, over `wide` nodes to either side. Nodes before `first`
+    /// do not count in it.
+    pub(super) fn without_wide(&self, wide: usize, first: usize) -> Vec<Vec<Mean>> {
+        let less = |sector: usize, node: usize| {
+            let mut fit = Polynomial::<3>::new();
+            let [own, opposite] = self.diameter(sector);
+            // Means count alike: by their samples those next to the axis would not be followed.
+            let mut add = |way: f64, mean: &Mean| {
+                if mean.weight > 0.0 {
+                    fit.add(way, (1.0 - way.abs().powi(3)).powi(3), mean.height_mm);
+                }
+            };
+            for (other, mean) in window(own, node, wide).filter(|of| of.0 >= first) {
+                add((other as f64 - node as f64) / wide as f64, mean);
+            }
+            let over = wide.saturating_sub(node).min(opposite.len());
+            for (other, mean) in opposite[..over].iter().enumerate().skip(first) {
+                add(-((other + node) as f64) / wide as f64, mean);
+            }
+            fit.solved().map(|terms| terms[0])
+        };
+        self.without(less)
+    }
+
+    /// What a quartic leaves along the diameter through each sector.
+    pub(super) fn without_quartic(&self) -> Vec<Vec<Mean>> {
+        let fits: Vec<Option<SVector<f64, 5>>> = (0..SECTORS)
+            .map(|sector| {
+                let mut fit = Polynomial::<5>::new();
+                for (means, sign) in self.diameter(sector).into_iter().zip([1.0, -1.0]) {
+                    for (node, mean) in means.iter().enumerate() {
+                        let way = sign * node as f64 / means.len() as f64;
+                        // Rings count by their area, as they do in a quartic over the plane.
+                        fit.add(way, mean.weight, mean.height_mm);
+                    }
+                }
+                fit.solved()
+            })
+            .collect();
+        let nodes = self.0[0].len() as f64;
+        self.without(|sector, node| {
+            let terms = fits[sector]?;
+            Some(terms.iter().rev().fold(0.0, |sum, term| sum * (node as f64 / nodes) + term))
+        })
+    }
+
+    /// A sector and the one opposite.
+    fn diameter(&self, sector: usize) -> [&[Mean]; 2] {
+        [&self.0[sector], &self.0[(sector + SECTORS / 2) % SECTORS]]
+    }
+
+    /// Means less what `wide_mm` says of sector and node; unknown where it says nothing.
+    fn without(&self, wide_mm: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Mean>> {
+        let left = |sector: usize, node: usize, mean: Mean| {
+            let known = (mean.weight > 0.0).then(|| wide_mm(sector, node)).flatten();
+            known.map_or(UNKNOWN, |mm| Mean { height_mm: mean.height_mm - mm, ..mean })
+        };
+        let sectors = self.0.iter().enumerate();
+        sectors
+            .map(|(sector, means)| {
+                let means = means.iter().enumerate();
+                means.map(|(node, &mean)| left(sector, node, mean)).collect()
+            })
+            .collect()
+    }
+}
+
+/// What lies fewer than `wide` nodes before or behind a node, and the one `wide` nodes before it, with the nodes.
+fn window<T>(all: &[T], node: usize, wide: usize) -> impl Iterator<Item = (usize, &T)> {
+    all.iter().enumerate().take(node + wide).skip(node.saturating_sub(wide))
+}
+
+/// Sums over the samples of a sector between two nodes.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    count: f64,
+    radius: f64,
+    square: f64,
+    height: f64,
+    product: f64,
+}
+
+impl Sums {
+    /// Adds a sample, its radius from the node below.
+    fn add(&mut self, radius: f64, height: f64) {
+        self.count += 1.0;
+        self.radius += radius;
+        self.square += radius * radius;
+        self.height += height;
+        self.product += radius * height;
+    }
+
+    /// Adds sums of a node that lies `by` farther out.
+    fn add_moved(&mut self, of: &Sums, weight: f64, by: f64) {
+        self.count += weight * of.count;
+        self.radius += weight * (of.radius + by * of.count);
+        self.square += weight * (of.square + by * (2.0 * of.radius + by * of.count));
+        self.height += weight * of.height;
+        self.product += weight * (of.product + by * of.height);
+    }
+
+    /// Height at the node of a line through the samples, or their mean where they lie at one radius.
+    fn at_node(&self) -> f64 {
+        let spread = self.count * self.square - self.radius * self.radius;
+        if spread > FLAT * self.count * self.count {
+            (self.square * self.height - self.radius * self.product) / spread
+        } else {
+            self.height / self.count
+        }
+    }
+}
+
+/// Least squares of a polynomial with N terms.
+struct Polynomial<const N: usize> {
+    normal: SMatrix<f64, N, N>,
+    right: SVector<f64, N>,
+}
+
+impl<const N: usize> Polynomial<N> {
+    fn new() -> Polynomial<N> {
+        Polynomial { normal: SMatrix::zeros(), right: SVector::zeros() }
+    }
+
+    /// Adds a height at a place from -1 to 1.
+    fn add(&mut self, place: f64, weight: f64, height: f64) {
+        if weight <= 0.0 {
+            return;
+        }
+        let mut powers = SVector::<f64, N>::repeat(1.0);
+        (1..N).for_each(|degree| powers[degree] = powers[degree - 1] * place);
+        self.normal.ger(weight, &powers, &powers, 1.0);
+        self.right.axpy(weight * height, &powers, 1.0);
+    }
+
+    /// Coefficients, the constant first; `None` where they are not determined.
+    fn solved(&self) -> Option<SVector<f64, N>> {
+        let factor = self.normal.cholesky()?;
+        let root = factor.l_dirty();
+        let is_told = |term: usize| root[(term, term)] > TOLD * self.normal[(term, term)].sqrt();
+        (0..N).all(is_told).then(|| factor.solve(&self.right))
+    }
+}
+
+/// Nodes to either side that a mean reaches over: 1.5 spacings.
+const REACH: usize = 3;
+/// Fewest samples of a mean, by weight.
+const SAMPLES_LEAST: f64 = 0.5;
+/// Variance of radii in squares of nodes below which samples lie at one radius.
+const FLAT: f64 = 0.05;
+/// Share of a term that those before it must leave.
+const TOLD: f64 = 1e-3;
