@@ -40,6 +40,8 @@ mod pipeline;
 mod profile;
 mod projection;
 mod prospects;
+#[cfg(test)]
+mod random;
 mod removal;
 mod running;
 mod sampling;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use asphera_tests::{count, json, number, run};
 use serde_json::Value;
 
+use crate::random::Random;
+
 const NOMINAL: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 25\n\
     [aperture]\nshape = \"circle\"\nradius_mm = 1.9\n[tolerance]\npv_nm = 1000\n";
 
@@ -13,16 +15,11 @@ const NOMINAL: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 25\n\
 /// of 250 nm at y = 1 from x = -0.8 to 0.6.
 fn damaged(folder: &Path) -> PathBuf {
     let mut text = String::new();
-    let mut state = 23_u64;
-    let mut unit = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(23);
     for row in -100..=100 {
         for column in -100..=100 {
             let [x, y] = [column, row].map(|index| 0.02 * f64::from(index));
-            let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+            let noise = random.normal();
             let sag = 25.0 - (625.0 - x * x - y * y).sqrt();
             let pit = -4e-4 * (-((x - 0.8_f64).powi(2) + (y + 0.5_f64).powi(2)) / 0.006).exp();
             let within = (y - 1.0_f64).abs() < 0.05 && (-0.8..=0.6).contains(&x);

@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use asphera::session::{Ended, Session, What};
 use asphera_tests::{Running, asphera, http, now, page, recording, repetitions, root};
 
+use crate::random::Random;
+
 /// What is received longer than this before a kill is in the recording.
 const PROMISED: Duration = Duration::from_millis(250);
 /// A machine that lets a test wait longer than this may let the daemon wait, too.
@@ -125,7 +127,7 @@ fn what_was_received_a_quarter_of_a_second_before_a_kill_is_in_the_recording() {
     let kills = repetitions(15, 200);
     let source = Source::start();
     let (mut judged, mut bytes) = (0, 0);
-    let mut state = 20_261_123_u64;
+    let mut random = Random(20_261_123);
     for kill in 0..kills {
         let folder = tempfile::tempdir().unwrap();
         let mut daemon = Running::start(
@@ -135,10 +137,7 @@ fn what_was_received_a_quarter_of_a_second_before_a_kill_is_in_the_recording() {
                 .stdout(Stdio::null()),
         );
         let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
-        // Knuth's MMIX generator: moments of no system.
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let lives = Duration::from_millis(200 + (state >> 33) % 900);
+        let lives = Duration::from_millis(200 + random.below(900));
         let seen = watched(&daemon, &address, lives);
         drop(daemon);
 

@@ -24,6 +24,7 @@ mod preloaded;
 mod profiles;
 mod projection;
 mod qif;
+mod random;
 mod reduce;
 mod report;
 mod sampling;

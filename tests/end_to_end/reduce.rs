@@ -5,6 +5,8 @@ use std::process::Output;
 
 use asphera_tests::{count, json, number, run};
 
+use crate::random::Random;
+
 /// A cap of a sphere of radius 20 mm with deterministic noise of 30 nm, 150 × 150 points over 3 mm.
 fn cap(folder: &Path) -> PathBuf {
     cap_with(folder, 30e-6, 0)
@@ -13,20 +15,14 @@ fn cap(folder: &Path) -> PathBuf {
 /// The same with noise of `sigma_mm`, every twentieth of the points off by 40 of it if `outliers` is 20.
 fn cap_with(folder: &Path, sigma_mm: f64, outliers: usize) -> PathBuf {
     let mut text = String::from("# a cap\n");
-    let mut state = 7_u64;
-    let mut unit = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(7);
     for row in 0..150 {
         for column in 0..150 {
             let [x, y] = [column, row].map(|index| 0.02 * (f64::from(index) - 74.5));
-            // Twelve uniform numbers less six are nearly normal.
-            let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+            let noise = random.normal();
             let mut z = 20.0 - (400.0 - x * x - y * y).sqrt() + sigma_mm * noise;
-            if outliers > 0 && unit() * (outliers as f64) < 1.0 {
-                z += if unit() < 0.5 { 40.0 } else { -40.0 } * sigma_mm;
+            if outliers > 0 && random.unit() * (outliers as f64) < 1.0 {
+                z += if random.unit() < 0.5 { 40.0 } else { -40.0 } * sigma_mm;
             }
             text.push_str(&format!("{x} {y} {z}\n"));
         }
@@ -225,19 +221,6 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(reduce(&file, &out, &["--epsilon", "0.1", "--noise", "-3"]).status.code(), Some(2));
 }
 
-/// Deterministic numbers, nearly normal.
-fn normals(mut state: u64) -> impl FnMut() -> f64 {
-    move || {
-        let mut unit = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| unit()).sum::<f64>() - 6.0
-    }
-}
-
 /// Points of a height over a raster about the middle, in a file.
 fn raster(
     path: &Path,
@@ -246,13 +229,13 @@ fn raster(
     height_mm: impl Fn(f64, f64) -> f64,
     sigma_mm: f64,
 ) {
-    let mut noise = normals(11);
+    let mut random = Random(11);
     let steps = |half_mm: f64| (half_mm / pitch_mm).round() as i32;
     let mut text = String::new();
     for row in -steps(half_y_mm)..=steps(half_y_mm) {
         for column in -steps(half_x_mm)..=steps(half_x_mm) {
             let [x, y] = [column, row].map(|index| f64::from(index) * pitch_mm);
-            text.push_str(&format!("{x} {y} {}\n", height_mm(x, y) + sigma_mm * noise()));
+            text.push_str(&format!("{x} {y} {}\n", height_mm(x, y) + sigma_mm * random.normal()));
         }
     }
     std::fs::write(path, text).unwrap();

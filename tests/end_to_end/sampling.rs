@@ -7,6 +7,8 @@ use std::process::Output;
 use asphera_tests::{json, number, run};
 use serde_json::Value;
 
+use crate::random::Random;
+
 const RADIUS_MM: f64 = 25.0;
 
 const NOMINAL: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 25\n\
@@ -16,16 +18,10 @@ const NOMINAL: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 25\n\
 /// A cap of a sphere, 201 × 201 points every 0.05 mm, as far as they are kept, with some 20 nm of noise.
 fn cap(folder: &Path, keep: impl Fn(i32, i32) -> bool) -> PathBuf {
     let mut text = String::from("# a cap\n");
-    let mut state = 11_u64;
-    let mut unit = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(11);
     for row in -100..=100 {
         for column in -100..=100 {
-            // Twelve uniform numbers less six are nearly normal.
-            let noise = (0..12).map(|_| unit()).sum::<f64>() - 6.0;
+            let noise = random.normal();
             if keep(column, row) {
                 let [x, y] = [column, row].map(|index| 0.05 * f64::from(index));
                 let z = RADIUS_MM - (RADIUS_MM * RADIUS_MM - x * x - y * y).sqrt();

@@ -1,6 +1,7 @@
 //! Tests of the sources of u.
 
 use crate::nominal::parse;
+use crate::random::Random;
 use asphera_report::{FormFigures, Report, UncertaintyFigures};
 
 use super::super::Pipeline;
@@ -13,12 +14,8 @@ const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 1000\n\
 /// A part with a wave of 20 nm over 30 mm, or without, and noise of some 10 nm: `bend_per_mm` of a sphere.
 fn part(nominal: &str, bend_per_mm: f64, wave_nm: f64) -> Report {
     let mut pipeline = Pipeline::new(parse("p.toml", nominal).unwrap());
-    let mut state = 7_u64;
-    let mut uniform = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
-    };
+    let mut random = Random(7);
+    let mut uniform = || random.centred();
     for index in 0..3600_u32 {
         let (x, y) = (f64::from(index % 60), f64::from(index / 60));
         let wave = wave_nm * (0.2 * x + 0.08 * y).sin() * (0.12 * y - 0.04 * x).cos();

@@ -6,6 +6,7 @@ use asphera_geometry::PointMm;
 
 use super::*;
 use crate::nominal::parse;
+use crate::random::Random;
 use crate::{Measurement, Pipeline, Wanted, sampling_of_points};
 
 const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 20\n\
@@ -15,12 +16,8 @@ const SIGMA_MM: f64 = 1e-5;
 
 /// 200 × 200 points of a sphere, seen from its hollow side, with noise of 10 nm and what else stands on it.
 fn points(more_mm: impl Fn(f64, f64) -> f64) -> Vec<PointMm> {
-    let mut state = 11_u64;
-    let mut unit = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(11);
+    let mut unit = || random.next();
     (0..200 * 200)
         .map(|index| {
             let [x, y] = [index % 200, index / 200].map(|i| PITCH_MM * (f64::from(i) - 99.5));

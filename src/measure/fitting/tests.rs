@@ -5,16 +5,13 @@ use asphera_geometry::{Point, PointMm};
 use asphera_report::{Report, Status};
 
 use crate::nominal::parse;
+use crate::random::Random;
 use crate::{Along, Measurement, Pipeline};
 
 /// A sequence of numbers, uniform between -0.5 and 0.5 and all the same at every run.
 fn uniform(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
-    }
+    let mut random = Random(seed);
+    move || random.centred()
 }
 
 /// A raster of `side`² points 0.1 mm apart about (x, y), on a sphere of 30 mm with a wave of 200 nm and 10 mm, and

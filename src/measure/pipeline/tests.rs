@@ -4,6 +4,7 @@ use asphera_report::Status;
 
 use super::*;
 use crate::nominal::parse;
+use crate::random::Random;
 
 const PLANE: &str = "[surface]\nkind = \"plane\"\n[tolerance]\nrms_nm = 100\n";
 
@@ -67,12 +68,8 @@ fn pieces_and_listeners_change_no_figure() {
 
 /// A bowl of 200 nm with noise of about 10 nm: sums of four uniform numbers.
 fn noisy_bowl() -> impl Iterator<Item = PointMm> {
-    let mut state = 1_u64;
-    let mut uniform = move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
-    };
+    let mut random = Random(1);
+    let mut uniform = move || random.centred();
     (0..3600).map(move |index| {
         let (x, y) = ((index % 60) as f64, (index / 60) as f64);
         let bowl = 2e-4 * ((x - 29.5).powi(2) + (y - 29.5).powi(2)) / 1740.0;

@@ -7,16 +7,13 @@ use asphera_report::{Outlook, ProspectFigures, ProspectState, Report, Status};
 
 use crate::Part;
 use crate::nominal::parse;
+use crate::random::Random;
 use crate::{Pipeline, RunningFigures};
 
 /// A disc of 20 mm radius scanned line by line, every 0.4 mm, with waves of 9 mm of this amplitude and a little noise.
 fn scan(amplitude_nm: f64) -> Vec<PointMm> {
-    let mut state = 7_u64;
-    let mut noise = move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
-    };
+    let mut random = Random(7);
+    let mut noise = move || random.centred();
     let mut points = Vec::new();
     for line in 0..100 {
         for column in 0..100 {

@@ -10,21 +10,7 @@ use asphera_report::ProspectState;
 use crate::Part;
 use crate::Pipeline;
 use crate::nominal::parse;
-
-/// Numbers of a fixed seed, even in [0, 1).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(crate) fn normal(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.next()).ln()).sqrt() * (TAU * self.next()).cos()
-    }
-}
+pub(crate) use crate::random::Random;
 
 /// In which order points arrive.
 pub(super) const ORDERS: [&str; 4] = ["lines", "spiral outwards", "spiral inwards", "no order"];

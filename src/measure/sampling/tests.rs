@@ -5,6 +5,7 @@ use std::f64::consts::SQRT_2;
 use super::*;
 use crate::Pipeline;
 use crate::nominal::parse;
+use crate::random::Random;
 
 const SPHERE: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 20\n\
     [aperture]\nshape = \"rectangle\"\nwidth_mm = 8\nheight_mm = 6\n\
@@ -147,12 +148,8 @@ fn what_the_nominal_bends_is_not_noise() {
 /// above and not by much, though a hundredth of the readings is wrong.
 #[test]
 fn noise_that_hides_medial_balls_leaves_the_curvature() {
-    let mut state = 5_u64;
-    let mut unit = || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(5);
+    let mut unit = || random.next();
     // A sphere, and an ellipsoid whose least radius of curvature is that at its pole, 12²/18 mm.
     let [a_mm, b_mm, c_mm] = [12.0_f64, 20.0, 18.0];
     for (is_sphere, least_mm) in [(true, 20.0), (false, a_mm * a_mm / c_mm)] {

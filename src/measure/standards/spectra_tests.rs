@@ -6,27 +6,12 @@ use asphera_geometry::PointMm;
 use asphera_report::{FormFigures, PsdFigures, Status};
 
 use crate::nominal::parse;
+use crate::random::Random;
 use crate::{Along, MapSource, Measurement, Pipeline};
 
 const FLAT: &str = "[surface]\nkind = \"plane\"\n[fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n";
 const PITCH_MM: f64 = 0.1;
 const SIDE: usize = 72;
-
-/// Independent numbers: uniform ones and, by Box and Muller, standard normal ones.
-struct Numbers(u64);
-
-impl Numbers {
-    fn uniform(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        let (radius, angle) = (self.uniform(), self.uniform());
-        (-2.0 * radius.ln()).sqrt() * (TAU * angle).cos()
-    }
-}
 
 fn measured(part: &str, points: impl IntoIterator<Item = PointMm>) -> Measurement {
     let mut pipeline = Pipeline::along(parse("flat.toml", part).unwrap(), Along::default());
@@ -65,8 +50,8 @@ fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
 #[test]
 fn a_raster_keeps_its_power_to_the_last_frequency() {
     for turn_rad in [0.0, 0.3] {
-        let mut numbers = Numbers(5);
-        let white = measured(FLAT, raster(turn_rad, |_, _| 10.0 * numbers.normal()));
+        let mut random = Random(5);
+        let white = measured(FLAT, raster(turn_rad, |_, _| 10.0 * random.normal()));
         let found = psd(&white);
         let truth = form(&white).deviation.rms_nm;
         // Under the window fewer heights count.
@@ -90,8 +75,8 @@ fn a_raster_keeps_its_power_to_the_last_frequency() {
 #[test]
 fn the_map_of_a_raster_holds_what_was_measured() {
     for turn_rad in [0.0, 0.3] {
-        let mut numbers = Numbers(7);
-        let mut points = raster(turn_rad, |_, _| 30.0 * numbers.normal());
+        let mut random = Random(7);
+        let mut points = raster(turn_rad, |_, _| 30.0 * random.normal());
         // Some points are lost, and with them nothing else.
         let mut index = 0;
         points.retain(|_| {
@@ -113,15 +98,15 @@ fn the_map_of_a_raster_holds_what_was_measured() {
 /// Waves and noise at places without order: what linear interpolation takes from them is put back.
 #[test]
 fn scattered_points_have_a_spectrum_up_to_where_it_is_known() {
-    let mut numbers = Numbers(3);
+    let mut random = Random(3);
     let count = SIDE * SIDE;
     let side_mm = PITCH_MM * SIDE as f64;
     let places: Vec<[f64; 2]> =
-        (0..count).map(|_| [side_mm * numbers.uniform(), side_mm * numbers.uniform()]).collect();
+        (0..count).map(|_| [side_mm * random.next(), side_mm * random.next()]).collect();
     let of = |nm: &mut dyn FnMut(f64, f64) -> f64| {
         measured(FLAT, places.iter().map(|&[x, y]| [x, y, nm(x, y) * 1e-6]).collect::<Vec<_>>())
     };
-    let white = of(&mut |_, _| 10.0 * numbers.normal());
+    let white = of(&mut |_, _| 10.0 * random.normal());
     let found = psd(&white);
     assert!(found.source.contains("interpolated"), "{}", found.source);
     // Half of the power is left at 0.47 of the highest frequency: SciPy's Delaunay of as many places gives 0.475.
@@ -147,14 +132,14 @@ fn scattered_points_have_a_spectrum_up_to_where_it_is_known() {
 #[test]
 fn a_noisy_disc_tells_few_terms_with_their_uncertainty() {
     let part = format!("{FLAT}[aperture]\nshape = \"circle\"\nradius_mm = 5.0\n");
-    let mut numbers = Numbers(11);
+    let mut random = Random(11);
     let points: Vec<PointMm> = (0..12_000)
         .map(|i| (4.9 * ((f64::from(i) + 0.5) / 12_000.0).sqrt(), 2.399_963 * f64::from(i)))
         .map(|(r, phi)| {
             let x = (r / 5.0).powi(2);
             // Q₀ = 1 and Q₁ = (13 − 16u²)/√19: prysm's Qbfs.
             let nm = x * (1.0 - x) * (-400.0 + 60.0 * (13.0 - 16.0 * x) / 19f64.sqrt());
-            [r * phi.cos(), r * phi.sin(), (nm + 5.0 * numbers.normal()) * 1e-6]
+            [r * phi.cos(), r * phi.sin(), (nm + 5.0 * random.normal()) * 1e-6]
         })
         .collect();
     let measurement = measured(&part, points);
@@ -179,9 +164,9 @@ fn noise_in_slopes_is_told_and_breaks_no_limit() {
             "{FLAT}[tolerance]\ngradient_rms_urad = {limit}\nslope_over_mm = 0.4\nslope_step_mm = 0.4\n\
              [figures]\nslope_length_mm = 0.4\n[uncertainty]\ndraws = 40\n"
         );
-        let mut numbers = Numbers(2);
+        let mut random = Random(2);
         let wave = |u: f64| 10.0 * (TAU * u / 7.2).cos();
-        measured(&part, raster(0.0, |u, _| wave(u) + 2.0 * numbers.normal()))
+        measured(&part, raster(0.0, |u, _| wave(u) + 2.0 * random.normal()))
     };
     // 10 nm·2π/7.2 mm/√2 = 6.17 µrad, some of which the discs take.
     let measurement = verdict_of(8.0);
