@@ -244,6 +244,40 @@ fn no_source_file_is_above_700_lines() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// Clippy counts lines and parameters of functions, in tests too; nothing in the tree is an exception.
+#[test]
+fn functions_have_at_most_80_lines_and_6_parameters() {
+    let clippy = std::fs::read_to_string(root().join("clippy.toml")).unwrap();
+    for line in ["too-many-lines-threshold = 80", "too-many-arguments-threshold = 6"] {
+        assert!(clippy.lines().any(|found| found == line), "clippy.toml lacks {line}");
+    }
+    let workspace = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    assert!(workspace.contains("too_many_lines = \"warn\""), "the lint is off");
+    let metadata = MetadataCommand::new()
+        .manifest_path(root().join("Cargo.toml"))
+        .no_deps()
+        .exec()
+        .expect("cargo metadata");
+    let mut wrong = Vec::new();
+    for package in &metadata.packages {
+        let manifest = std::fs::read_to_string(&package.manifest_path).unwrap();
+        if !manifest.contains("[lints]\nworkspace = true") {
+            wrong.push(format!("{} has not the lints of the workspace", package.name));
+        }
+    }
+    // In two pieces, so that this file is no exception itself.
+    let exceptions = ["lines", "arguments"].map(|what| format!("clippy::too_many_{what}"));
+    for folder in ["src", "drivers", "simulators", "tests"] {
+        for file in sources(&root().join(folder)) {
+            let text = std::fs::read_to_string(&file).unwrap();
+            if exceptions.iter().any(|exception| text.contains(exception)) {
+                wrong.push(format!("{} excepts itself", file.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 /// Names come from the field. These words say nothing of what a file holds or an item is.
 const BANNED: [&str; 10] =
     ["told", "tell", "look", "seen", "kept", "made", "rest", "of", "hold", "beside"];

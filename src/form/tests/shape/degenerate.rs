@@ -17,8 +17,7 @@ fn message<T>(result: Result<T, ShapeError>) -> String {
 }
 
 #[test]
-#[expect(clippy::too_many_lines, reason = "a table of refusals and their messages")]
-fn refusals_say_what_is_wrong() {
+fn refusals_of_sections_and_powers_say_what_is_wrong() {
     let base = section(30.0, 0.0);
     let flat = "expected a finite number other than 0 (what is flat has no radius)";
     let rows = [
@@ -56,6 +55,16 @@ fn refusals_say_what_is_wrong() {
             "order of a power of the odd asphere is 0, expected an order from 1 on, once"
                 .to_owned(),
         ),
+    ];
+    for (ours, expected) in rows {
+        assert_eq!(ours, expected);
+    }
+}
+
+#[test]
+fn refusals_of_series_mirrors_and_sums_say_what_is_wrong() {
+    let base = section(30.0, 0.0);
+    let rows = [
         (
             message(QAsphere::con(base, 0.0, &[1.0])),
             "normalisation radius of the Q-con asphere is 0, expected a finite number above 0"
