@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, http, page, post};
+use asphera_tests::{Running, asphera, http, page, post, python};
 use futures_util::StreamExt as _;
 use serde_json::Value;
 use tokio_tungstenite::tungstenite::Message;
@@ -152,6 +152,44 @@ fn a_station_is_watched_stopped_and_started_again() {
     assert!(section["deviation"]["pv_nm"].is_number(), "{section:#}");
     assert_eq!(get(&address, "/api/v1/maps")["version"], done["maps"]["version"]);
     assert_eq!(get(&address, "/api/v1/maps")["as_of_points"], done["maps"]["as_of_points"]);
+}
+
+/// The parser of Prometheus' own client takes the text, and finds what the snapshot says.
+#[test]
+fn the_client_of_prometheus_reads_the_metrics() {
+    let Some(python) = python("prometheus_client") else { return };
+    let out = tempfile::tempdir().unwrap();
+    let (_daemon, address, _) = finished_demo(out.path());
+    let (status, body) = http(&address, "GET", "/metrics", &[]);
+    assert_eq!(status, 200);
+    let file = out.path().join("metrics.txt");
+    std::fs::write(&file, &body).unwrap();
+    let script = "import json, sys\n\
+        from prometheus_client.parser import text_string_to_metric_families as families\n\
+        found = {}\n\
+        for family in families(open(sys.argv[1]).read()):\n\
+        \x20   for s in family.samples:\n\
+        \x20       found[s.name + ' ' + ' '.join(sorted(s.labels.values()))] = [family.type, s.value]\n\
+        print(json.dumps(found))\n";
+    let read = Command::new(python).args(["-c", script]).arg(&file).output().unwrap();
+    assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
+    let found: Value = serde_json::from_slice(&read.stdout).unwrap();
+    let snapshot = get(&address, "/api/v1/snapshot");
+    let value =
+        |name: &str| found[name][1].as_f64().unwrap_or_else(|| panic!("no {name} in {found}"));
+    let nm = snapshot["form"]["deviation"]["pv_nm"].as_f64().unwrap();
+    assert!((value("asphera_form_pv_meters ") * 1e9 - nm).abs() <= 1e-12 * nm);
+    assert_eq!(value("asphera_form_provisional "), 0.0);
+    assert_eq!(value("asphera_session_points_used "), snapshot["points"]["used"].as_f64().unwrap());
+    assert_eq!(
+        value("asphera_verdict pass"),
+        f64::from(u8::from(snapshot["verdict"]["status"] == "pass"))
+    );
+    for link in snapshot["links"].as_array().unwrap() {
+        let name = format!("asphera_link_readings_total {}", link["name"].as_str().unwrap());
+        assert_eq!(found[&name][0], "counter");
+        assert_eq!(value(&name), link["readings"].as_f64().unwrap());
+    }
 }
 
 /// While points arrive there are at least five snapshots a second, each newer than the one before.

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use asphera_http::{BindError, Server, Token};
+use asphera_http::{BindError, Server, TextRoute, Token};
 use asphera_link::Command;
 use asphera_transport::{Holder, holder_of_port};
 use thiserror::Error;
@@ -61,7 +61,7 @@ impl Page {
         let is_known = chosen.is_some();
         let token = chosen.map_or_else(Token::random, Ok)?;
         let server = Server::bind(listen, token, station).await.map_err(ListenError::of)?;
-        let server = server.with_allowed_hosts(allowed_hosts);
+        let server = server.with_allowed_hosts(allowed_hosts).with_text(METRICS);
         let url = server.url();
         let address = if is_known { url.clone() } else { server.url_with_token() };
         say(&format!("page: {address}"));
@@ -139,6 +139,13 @@ pub(super) async fn stop_session(station: &mut Station) -> Result<Option<Arc<Fin
     Err(format!("ended without the figures, which were not there within {FIGURES:?}; {words}")
         .into())
 }
+
+/// For Prometheus.
+const METRICS: TextRoute = TextRoute {
+    path: "/metrics",
+    content_type: asphera_metrics::CONTENT_TYPE,
+    text: asphera_metrics::text,
+};
 
 // Together below the 5 s in which a signal ends a station.
 /// How long the figures of a session may take that a signal ends.

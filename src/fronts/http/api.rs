@@ -15,12 +15,12 @@ use axum::{Json, Router, middleware};
 use serde_json::json;
 
 use super::problem::Problem;
-use super::server::Shared;
+use super::server::{Shared, TextRoute};
 use super::{assets, files, guard, query, stream};
 
 /// All routes, without the checks of [`guard::every`].
-pub(super) fn router(shared: &Arc<Shared>) -> Router {
-    let reads = Router::new()
+pub(super) fn router(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
+    let mut reads = Router::new()
         .route("/api/v1/snapshot", get(snapshot))
         .route("/api/v1/stream", get(open_stream))
         .route("/api/v1/mesh.ply", get(mesh))
@@ -31,8 +31,15 @@ pub(super) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/v1/report", get(report))
         .route("/api/v1/sessions", get(sessions))
         .route("/api/v1/sessions/{id}/{file}", get(session_file))
-        .route("/api/v1/links", get(links))
-        .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
+        .route("/api/v1/links", get(links));
+    for &TextRoute { path, content_type, text } in texts {
+        let answer = async move |State(shared): State<Arc<Shared>>| {
+            ([(header::CONTENT_TYPE, content_type)], text(&newest(&shared)))
+        };
+        reads = reads.route(path, get(answer));
+    }
+    let reads =
+        reads.route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::reader));
     let controls = Router::new()
         .route("/api/v1/session/start", post(start))
         .route("/api/v1/session/stop", post(stop))

@@ -25,7 +25,7 @@ impl InProcess {
         let limits = Limits::default();
         let (closing, _) = watch::channel(false);
         let shared = Shared::new(Arc::new(source), token, Vec::new(), limits, closing);
-        InProcess { router: guarded(&shared), shared, limits }
+        InProcess { router: guarded(&shared, &[]), shared, limits }
     }
 
     /// All that the server answers to a client at `peer` that sends `request` and then nothing more. Returns

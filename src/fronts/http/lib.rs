@@ -13,6 +13,7 @@
 //! | `GET /api/v1/report` | the [`Report`](asphera_report::Report) as JSON; 404 while there is none |
 //! | `GET /api/v1/links` | the links of the newest snapshot |
 //! | `GET /api/v1/health` | that the daemon answers, its version and state |
+//! | a path of [`Server::with_text`] | the newest snapshot as the text of another front |
 //! | `POST /api/v1/session/start`, `…/stop` | 204; 409 where the station's state forbids it |
 //!
 //! A section goes along exactly one of `line=X1,Y1,X2,Y2`, `circle=X,Y,R` and `radius=DEG`, the last from
@@ -51,5 +52,5 @@ mod tests;
 
 #[cfg(any(test, feature = "fuzzing"))]
 pub use in_process::InProcess;
-pub use server::{BindError, Limits, Server};
+pub use server::{BindError, Limits, Server, TextRoute};
 pub use token::{Token, TokenError};

@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
-use asphera_report::LiveStation;
+use asphera_report::{LiveStation, Snapshot};
 use axum::Router;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
@@ -22,6 +22,18 @@ pub struct Server {
     source: Arc<dyn LiveStation>,
     allowed_hosts: Vec<String>,
     limits: Limits,
+    texts: Vec<TextRoute>,
+}
+
+/// A front that says a snapshot as text, and the path at which it is answered. Who may read it may read the snapshot.
+#[derive(Clone, Copy, Debug)]
+pub struct TextRoute {
+    /// Path: `/metrics`.
+    pub path: &'static str,
+    /// Media type of the answer.
+    pub content_type: &'static str,
+    /// Text of a snapshot.
+    pub text: fn(&Snapshot) -> String,
 }
 
 /// Bounds on clients.
@@ -90,6 +102,7 @@ impl Server {
             source: Arc::new(source),
             allowed_hosts: Vec::new(),
             limits: Limits::default(),
+            texts: Vec::new(),
         })
     }
 
@@ -97,6 +110,13 @@ impl Server {
     #[must_use]
     pub fn with_allowed_hosts(mut self, names: Vec<String>) -> Server {
         self.allowed_hosts = names;
+        self
+    }
+
+    /// Answers the text of another front, too.
+    #[must_use]
+    pub fn with_text(mut self, route: TextRoute) -> Server {
+        self.texts.push(route);
         self
     }
 
@@ -135,9 +155,9 @@ impl Server {
     /// [`Limits::shutdown_ms`].
     pub async fn serve(self, shutdown: impl Future<Output = ()> + Send + 'static) {
         let (closing, _) = watch::channel(false);
-        let Server { listener, token, source, allowed_hosts, limits, .. } = self;
+        let Server { listener, token, source, allowed_hosts, limits, texts, .. } = self;
         let shared = Shared::new(source, token, allowed_hosts, limits, closing.clone());
-        let router = guarded(&shared);
+        let router = guarded(&shared, &texts);
         let signal = async {
             shutdown.await;
             closing.send_replace(true);
@@ -165,8 +185,8 @@ impl Server {
 }
 
 /// All routes behind the checks that every request must pass.
-pub(super) fn guarded(shared: &Arc<Shared>) -> Router {
-    api::router(shared)
+pub(super) fn guarded(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
+    api::router(shared, texts)
         .layer(axum::middleware::from_fn_with_state(Arc::clone(shared), guard::every))
 }
 
