@@ -44,6 +44,9 @@ impl Definition {
         Definition::GradientRms,
     ];
 
+    /// Figures that are formed of points and a nominal, not of deviations.
+    pub const OF_POINTS: [Definition; 1] = [Definition::MinimumZone];
+
     pub(super) fn row(&self) -> &'static Row {
         match self {
             Definition::PeakToValley => &PEAK_TO_VALLEY,

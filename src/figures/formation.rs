@@ -27,7 +27,7 @@ impl Definition {
                 let found = slopes(sample, by.slope?);
                 Some(found.map(|found| self.among(&found.figures())))
             }
-            Subject::Terms | Subject::MinimumZone | Subject::Filtered => None,
+            _ => None,
         }
     }
 

@@ -18,6 +18,8 @@ pub(super) struct Assessment {
     pub(super) covered: Vec<bool>,
     pub(super) mesh: MeshFigures,
     pub(super) sampling: SamplingFigures,
+    /// Why its noise is not known.
+    pub(super) noise_unknown: Option<String>,
     /// That of zones that have a limit.
     pub(super) zones: Vec<ZoneSampling>,
     /// Next measurements.
@@ -49,6 +51,7 @@ pub(super) fn assess(
             triangles,
             covered,
             sampling: figures,
+            noise_unknown: None,
             zones,
             next: None,
             folded,
@@ -56,14 +59,14 @@ pub(super) fn assess(
     }
     let mut findings = sampling::of_part(sampled, part, pose, remembered);
     let next = findings.next(plane, part, pose);
-    let Findings { figures, covered, area_mm2, zones, .. } = findings;
+    let Findings { figures, noise_unknown, covered, area_mm2, zones, .. } = findings;
     let seen = MeshFigures {
         area_mm2: Some(area_mm2),
         relief: relief_figures(&relief, plane),
         ..MeshFigures::default()
     };
     let (mesh, folded) = (with_counts(mesh, seen), None);
-    Assessment { mesh, triangles, covered, sampling: figures, zones, next, folded }
+    Assessment { mesh, triangles, covered, sampling: figures, noise_unknown, zones, next, folded }
 }
 
 /// The regions of steep triangles whose centres lie in the aperture.

@@ -13,6 +13,8 @@ pub(super) struct CellDetails {
     /// Where these count from, beside the origin of the map.
     pub(super) origin_mm: [f64; 2],
     pub(super) zernike: Option<ZernikeFigures>,
+    /// Why there are none; among [`unknown`](Self::unknown), too.
+    pub(super) zernike_unknown: Option<String>,
     pub(super) histogram: Option<HistogramFigures>,
     /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
@@ -35,12 +37,16 @@ pub(super) fn details(map: &Map, part: &Part) -> CellDetails {
         Ok(fit) if fit.condition <= MOST_CONDITION => {
             details.zernike = Some(zernike(&fit, Source::Cells));
         }
-        Ok(fit) => details.unknown.push(format!(
-            "Zernike terms: the places measured so far cannot separate them yet (condition {:.0}, at most {MOST_CONDITION} is allowed)",
-            fit.condition
-        )),
-        Err(why) => details.unknown.push(format!("Zernike terms: {why}")),
+        Ok(fit) => {
+            details.zernike_unknown = Some(format!(
+                "the places measured so far cannot separate them yet (condition {:.0}, at most {MOST_CONDITION} is allowed)",
+                fit.condition
+            ));
+        }
+        Err(why) => details.zernike_unknown = Some(why.to_string()),
     }
+    let why = details.zernike_unknown.iter();
+    details.unknown.extend(why.map(|why| format!("Zernike terms: {why}")));
     let counts = sample.indices().iter().map(|&cell| map.counts[cell] as u64);
     details.histogram = histogram_of(sample.values_nm(), counts, Source::Cells);
     details

@@ -22,6 +22,8 @@ use crate::Part;
 pub(super) struct FormDetails {
     pub(super) figures: Vec<FormFigure>,
     pub(super) zernike: Option<ZernikeFigures>,
+    /// Why there are none; among [`unknown`](Self::unknown), too.
+    pub(super) zernike_unknown: Option<String>,
     pub(super) histogram: Option<HistogramFigures>,
     pub(super) rings: Vec<RingFigures>,
     /// Those of [`standards`] that come of the deviations alone.
@@ -128,7 +130,8 @@ impl FormDetails {
         beside: Beside<'_>,
     ) {
         let Beside { rms_nm, noise_nm, sure } = beside;
-        let as_fitted = if weighted { "as fitted" } else { "as fitted, every point counted alike" };
+        let alike = if weighted { "" } else { ", every point counted alike" };
+        let as_fitted = &*format!("as fitted{alike}");
         let fringe = fringe_fit(sample, part.figures.zernike);
         for (name, figure) in [
             ("PV", peak_to_valley(sample)),
@@ -140,7 +143,7 @@ impl FormDetails {
         ] {
             self.take(name, figure, as_fitted, sure);
         }
-        self.indication(part, indicated, as_fitted, sure);
+        self.indication(part, indicated, alike, sure);
         self.slopes(sample, part, noise_nm);
         self.remainders(sample, sure);
         if let Some(terms) = part.figures.q_terms {
@@ -153,25 +156,27 @@ impl FormDetails {
             }
         }
         match &fringe {
-            Ok(found) if found.condition > MOST_CONDITION => self.unknown.push(format!(
-                "Zernike terms: the places measured cannot separate them (condition {:.1e}, at most {MOST_CONDITION:.0e} is allowed). Measure about the origin, or set [aperture] centre_mm to the middle of the points",
+            Ok(found) if found.condition > MOST_CONDITION => self.zernike_lacks(format!(
+                "the places measured cannot separate them (condition {:.1e}, at most {MOST_CONDITION:.0e} is allowed). Measure about the origin, or set [aperture] centre_mm to the middle of the points",
                 found.condition
             )),
             Ok(found) => self.zernike = Some(zernike(found, Source::Points)),
-            Err(why) => self.lacks("Zernike terms", why),
+            Err(why) => self.zernike_lacks(why.to_string()),
         }
         match radial_profile(sample, None) {
             Ok(found) => self.rings = found.iter().map(ring).collect(),
             Err(why) => self.lacks("radial profile", &why),
         }
-        self.histogram = histogram(sample.values_nm());
+        let pv_limit_nm = part.judging.pv_limit_nm();
+        self.histogram = histogram(sample.values_nm())
+            .map(|histogram| HistogramFigures { pv_limit_nm, ..histogram });
     }
 
     fn indication(
         &mut self,
         part: &Part,
         indicated: Result<Indicated<'_>, String>,
-        as_fitted: &str,
+        alike: &str,
         sure: &Sure,
     ) {
         let found = indicated.and_then(|Indicated { sample, nominal, from_design }| {
@@ -182,10 +187,8 @@ impl FormDetails {
             Ok((parts, from_design)) => {
                 let asked = part.judging.indication.as_ref();
                 self.standards.indication = Some(standards::found(&parts, asked));
-                let variant = match from_design {
-                    true => as_fitted.replace("as fitted", "against the design, shape held"),
-                    false => as_fitted.to_owned(),
-                };
+                let of = if from_design { "against the design, shape held" } else { "as fitted" };
+                let variant = format!("{of}{alike}");
                 for found in parts.figures() {
                     self.figures.push(naming::figure_of_all(found, &variant, sure));
                 }
@@ -251,6 +254,11 @@ impl FormDetails {
             Ok(figure) => self.figures.push(figure),
             Err(why) => self.lacks(name, &why),
         }
+    }
+
+    fn zernike_lacks(&mut self, why: String) {
+        self.unknown.push(format!("Zernike terms: {why}"));
+        self.zernike_unknown = Some(why);
     }
 
     fn lacks(&mut self, name: &str, why: &Unknown) {
@@ -331,7 +339,8 @@ pub(super) fn histogram_of(
     for (nm, points) in values_nm.iter().zip(each) {
         counts[bin(*nm)] += points;
     }
-    Some(HistogramFigures { low_nm: first * width_nm, width_nm, counts, source })
+    let pv_limit_nm = None;
+    Some(HistogramFigures { low_nm: first * width_nm, width_nm, counts, pv_limit_nm, source })
 }
 
 /// The least of 1, 2 or 5 times a power of ten that is not below `width`, and wide enough that numbers of

@@ -80,10 +80,7 @@ pub(super) fn maps(
         tilt_mrad: layer(&in_mrad, sampling.share_allowed().map(|share| 1e3 * share)),
         undersampled: layer(&whole(&found.undersampled, &nodes, &part.aperture), None),
         noise_sigma_nm: sigma_nm,
-        noise_unknown: sampling
-            .unknown
-            .iter()
-            .find_map(|why| why.strip_prefix("the noise is not known: ").map(str::to_owned))
+        noise_unknown: (look.noise_unknown.clone())
             .or_else(|| sigma_nm.is_none().then(|| "it was not estimated".to_owned())),
     })
 }

@@ -13,11 +13,6 @@ pub(super) fn of_limit(limit: &Limit) -> FigureName {
     FigureName { name: limit.name(), scope: limit.scope(), ..of_figure(limit.definition) }
 }
 
-/// The width of the minimum zone, which is no figure of deviations.
-pub(super) fn of_zone_width() -> FigureName {
-    of_figure(Definition::MinimumZone)
-}
-
 /// A parameter of texture.
 pub(super) fn of_texture(definition: texture::Definition) -> FigureName {
     FigureName {
@@ -29,7 +24,8 @@ pub(super) fn of_texture(definition: texture::Definition) -> FigureName {
     }
 }
 
-fn of_figure(definition: Definition) -> FigureName {
+/// A figure of the whole part.
+pub(super) fn of_figure(definition: Definition) -> FigureName {
     FigureName {
         name: definition.key(),
         id: definition.id().to_owned(),
@@ -93,12 +89,26 @@ pub(super) fn parameter(found: texture::Figure, variant: &str) -> FormFigure {
     }
 }
 
-/// A slope along a profile, in µrad: `rms`, `rms_about_mean` or `max`.
-pub(super) fn profile_slope(kind: &str, value_urad: f64, rule: &str) -> FormFigure {
-    let words = kind.replace("rms", "RMS").replace('_', " ");
+/// Slopes along a profile.
+#[derive(Clone, Copy)]
+pub(super) enum ProfileSlope {
+    Rms,
+    RmsAboutMean,
+    Max,
+}
+
+/// A slope along a profile, in µrad.
+pub(super) fn profile_slope(kind: ProfileSlope, value_urad: f64, rule: &str) -> FormFigure {
+    let (id, name) = match kind {
+        ProfileSlope::Rms => ("profile_slope_rms", "profile slope RMS"),
+        ProfileSlope::RmsAboutMean => {
+            ("profile_slope_rms_about_mean", "profile slope RMS about mean")
+        }
+        ProfileSlope::Max => ("profile_slope_max", "profile slope max"),
+    };
     FormFigure {
-        id: format!("profile_slope_{kind}"),
-        name: format!("profile slope {words}"),
+        id: id.to_owned(),
+        name: name.to_owned(),
         unit: "µrad".to_owned(),
         definition: rule.to_owned(),
         source: "asphera".to_owned(),

@@ -10,6 +10,7 @@ pub use defects::{DefectLimits, FLAT_BELOW_PER_MM, LISTED};
 pub use figures::{FigureSettings, Q_TERMS, TextureSettings};
 pub use judging::{CorrelationFrom, Judging};
 
+use asphera_figures::Definition;
 use asphera_form::{Aperture, Nominal, Parameter, ReferenceSettings};
 use asphera_surface::coverage::Target;
 use asphera_uncertainty::verdict::Limit;
@@ -75,6 +76,12 @@ impl Part {
     /// Whether a verdict is asked for: there is a limit of anything.
     pub fn has_limits(&self) -> bool {
         self.judging.has_limits()
+    }
+
+    /// Whether a figure of points and nominal is formed: one that is asked for, or has a limit.
+    pub fn asks_for(&self, figure: Definition) -> bool {
+        let limited = self.judging.of_points.iter().map(|(limited, _)| limited);
+        self.figures.of_points.iter().chain(limited).any(|asked| *asked == figure)
     }
 
     /// Limits of figures of the deviation, in the order in which they are held.

@@ -35,7 +35,7 @@ use super::fitting::{Fitted, NoFit, fitted};
 use super::judged::{self, Sure, of_zones};
 use super::judgement::{Plain, judge, plainly, undecide};
 use super::measurement::{Measurement, deviation};
-use super::naming;
+use super::naming::{self, ProfileSlope};
 use super::projection::{Projector, measured};
 use super::sampling::Remembered;
 use super::uncertainties::{self, Assessed, assess};
@@ -301,9 +301,9 @@ fn details(sample: Option<&Sample>, profile: &ProfileFigures, sure: &Sure) -> Fo
         details.take("PV99%", robust_peak_to_valley(sample, Share::NINETY_NINE), variant, sure);
     }
     for (kind, value) in [
-        ("rms", profile.slope_rms_urad),
-        ("rms_about_mean", profile.slope_rms_about_mean_urad),
-        ("max", profile.slope_max_urad),
+        (ProfileSlope::Rms, profile.slope_rms_urad),
+        (ProfileSlope::RmsAboutMean, profile.slope_rms_about_mean_urad),
+        (ProfileSlope::Max, profile.slope_max_urad),
     ] {
         let named = |value| naming::profile_slope(kind, value, &profile.slope_rule);
         details.figures.extend(value.map(named));

@@ -22,6 +22,7 @@ use self::evidence::{KnownLimits, OfLimit};
 use super::errors::ErrorsOfFigures;
 use super::naming;
 use super::running::fit_settings;
+use super::standards;
 use crate::Part;
 
 /// Outlook so far.
@@ -79,10 +80,8 @@ impl Prospects {
                 false => at_end(naming::of_limit(limit), limit.value, now),
             })
             .collect();
-        let zone = part.judging.minimum_zone_nm;
-        limits.extend(zone.map(|limit| at_end(naming::of_zone_width(), limit, now)));
-        let texture = part.judging.texture.iter();
-        limits.extend(texture.map(|(of, limit)| at_end(naming::of_texture(*of), *limit, now)));
+        let of_standards = standards::limits(&part.judging);
+        limits.extend(of_standards.map(|(figure, limit)| at_end(figure, limit, now)));
         let later = limits.iter().filter(|limit| limit.state == ProspectState::PassFrom);
         let from = later.filter_map(|limit| limit.pass_from_coverage);
         self.next_coverage = from.min_by(f64::total_cmp);

@@ -3,7 +3,7 @@
 use std::num::NonZeroU8;
 
 use asphera_figures::texture::{Datum, Gaussian, Order, Robust, Scale};
-use asphera_figures::{FringeCount, SlopeSettings};
+use asphera_figures::{Definition, FringeCount, SlopeSettings};
 use asphera_measure::{FigureSettings, Q_TERMS, TextureSettings};
 use asphera_settings::Section;
 
@@ -12,7 +12,9 @@ pub(super) fn read(table: &Section<'_>) -> FigureSettings {
     let section = table.section("figures");
     let otherwise = FigureSettings::default();
     let settings = FigureSettings {
-        minimum_zone: section.or("minimum_zone", otherwise.minimum_zone),
+        of_points: (Definition::OF_POINTS.into_iter())
+            .filter(|figure| section.or(figure.id(), false))
+            .collect(),
         slope: slope(&section),
         psd: section.or("psd", otherwise.psd),
         zernike: zernike(&section).unwrap_or(otherwise.zernike),
@@ -127,7 +129,7 @@ mod tests {
         let s = Gaussian::new(0.08, Order::Zero).unwrap();
         let l = Gaussian::new(2.5, Order::Zero).unwrap().robust(Robust::default());
         let expected = FigureSettings {
-            minimum_zone: true,
+            of_points: vec![Definition::MinimumZone],
             slope: SlopeSettings::new(1.0, 0.5).ok(),
             psd: false,
             zernike: FringeCount::ThirtySeven,

@@ -40,7 +40,9 @@ pub(super) fn read(
     section.finish();
     Judging {
         indication,
-        minimum_zone_nm: above_0(&Definition::MinimumZone.key()),
+        of_points: (Definition::OF_POINTS.into_iter())
+            .filter_map(|figure| Some((figure, above_0(&figure.key())?)))
+            .collect(),
         texture: texture.collect(),
         correlated,
         uncertainty,
@@ -376,7 +378,7 @@ mod tests {
         let part =
             parse("[tolerance]\nminimum_zone_nm = 80\nsq_nm = 3\n[figures.texture]\n").unwrap();
         let judging = part.judging;
-        assert_eq!(judging.minimum_zone_nm, Some(80.0));
+        assert_eq!(judging.of_points, [(Definition::MinimumZone, 80.0)]);
         assert_eq!(judging.texture, [(texture::Definition::Sq, 3.0)]);
         assert_eq!((judging.limits, judging.uncertainty), (Vec::new(), None));
     }

@@ -63,12 +63,10 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let reference = surface.as_ref().and_then(|surface| surface.reference);
     if reference.is_some() {
         goes_with_unknown(&fit, &criterion, table, &judging);
-        if figures.minimum_zone || judging.minimum_zone_nm.is_some() {
-            table.problem(
-                "figures",
-                "no minimum zone: an unknown surface follows the points",
-                "one",
-            );
+        let limited = judging.of_points.iter().map(|(figure, _)| figure);
+        if let Some(asked) = figures.of_points.iter().chain(limited).next() {
+            let expected = format!("no {}: an unknown surface follows the points", asked.symbol());
+            table.problem("figures", expected, "one");
         }
     }
 

@@ -158,6 +158,9 @@ pub struct HistogramFigures {
     pub width_nm: f64,
     /// Points in each bin; the first and the last are not empty.
     pub counts: Vec<u64>,
+    /// The largest PV of the whole deviation allowed, nm; absent without such a limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pv_limit_nm: Option<f64>,
     /// Deviations in the bins. Of cells, all points of a cell are in the bin of its mean.
     #[serde(default)]
     pub source: Source,

@@ -30,6 +30,9 @@ pub struct FormFigures {
     /// The deviation in Zernike terms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zernike: Option<ZernikeFigures>,
+    /// Why the Zernike terms are not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zernike_unknown: Option<String>,
     /// How many points have which deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histogram: Option<HistogramFigures>,

@@ -24,6 +24,32 @@ pub struct StandardFigures {
     pub texture: Option<TextureFigures>,
 }
 
+impl StandardFigures {
+    /// Figures of points and of texture, in the order of reports.
+    pub fn figures(&self) -> impl Iterator<Item = &FormFigure> {
+        let zone = self.minimum_zone.iter().map(|zone| &zone.width);
+        zone.chain(self.texture.iter().flat_map(|texture| &texture.figures))
+    }
+
+    /// Facts that must be known to read them, each with its name.
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
+        let mut facts = Vec::new();
+        if let Some(zone) = &self.minimum_zone {
+            facts.push(("minimum zone, lower bound / nm", zone.lower_nm.to_string()));
+        }
+        if let Some(texture) = &self.texture {
+            facts.push(("texture, surface", texture.surface.clone()));
+            facts.extend(texture.filters.iter().map(|filter| ("texture, filter", filter.clone())));
+        }
+        if let Some(indication) = &self.indication {
+            facts.push(("ISO 10110-5, found", indication.found.clone()));
+            facts
+                .extend(indication.asked.iter().map(|asked| ("ISO 10110-5, asked", asked.clone())));
+        }
+        facts
+    }
+}
+
 /// A minimum zone with what shows that no place near by has a narrower one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MinimumZoneFigures {

@@ -20,14 +20,6 @@ pub struct Verdict {
     pub outlook: Option<Outlook>,
 }
 
-impl Verdict {
-    /// The largest PV of the whole deviation allowed, nm; `None` without such a limit.
-    pub fn pv_limit_nm(&self) -> Option<f64> {
-        let of_pv = self.checks.iter().find(|check| check.figure.name == "pv_nm");
-        of_pv.map(|check| check.limit)
-    }
-}
-
 /// The answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -84,6 +84,29 @@ pub enum ChapterId {
     Verdict,
 }
 
+impl ChapterId {
+    /// Its word in a short summary.
+    pub fn word(self) -> &'static str {
+        match self {
+            ChapterId::Deviation => "deviation",
+            ChapterId::Figures => "figures",
+            ChapterId::MinimumZone => "zone",
+            ChapterId::Texture => "texture",
+            ChapterId::Psd | ChapterId::QSpectrum => "spectrum",
+            ChapterId::Fit => "fit",
+            ChapterId::Zernike => "zernike",
+            ChapterId::Profile => "profile",
+            ChapterId::Sampling => "sampling",
+            ChapterId::Defects => "defects",
+            ChapterId::Points => "points",
+            ChapterId::Mesh => "mesh",
+            ChapterId::Links => "links",
+            ChapterId::Session => "session",
+            ChapterId::Verdict => "verdict",
+        }
+    }
+}
+
 /// A piece of a chapter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]

@@ -13,7 +13,7 @@ pub(super) fn summary(report: &Report, details: bool) -> String {
 pub(super) fn brief(view: &View) -> String {
     let mut text = String::new();
     for chapter in &view.chapters {
-        let name = name(chapter.id);
+        let name = chapter.id.word();
         if chapter.id == ChapterId::Verdict {
             text.push_str(&verdict(name, &chapter.brief));
             continue;
@@ -47,7 +47,7 @@ fn all_of(view: &View) -> String {
         text.push('\n');
     }
     if let Some(chapter) = view.chapter(ChapterId::Verdict) {
-        text.push_str(&verdict(name(chapter.id), &chapter.brief));
+        text.push_str(&verdict(chapter.id.word(), &chapter.brief));
     }
     text
 }
@@ -135,26 +135,6 @@ fn wrapped(begin: &str, words: &str) -> String {
     text.push_str(&line);
     text.push('\n');
     text
-}
-
-fn name(id: ChapterId) -> &'static str {
-    match id {
-        ChapterId::Deviation => "deviation",
-        ChapterId::Figures => "figures",
-        ChapterId::MinimumZone => "zone",
-        ChapterId::Texture => "texture",
-        ChapterId::Psd | ChapterId::QSpectrum => "spectrum",
-        ChapterId::Fit => "fit",
-        ChapterId::Zernike => "zernike",
-        ChapterId::Profile => "profile",
-        ChapterId::Sampling => "sampling",
-        ChapterId::Defects => "defects",
-        ChapterId::Points => "points",
-        ChapterId::Mesh => "mesh",
-        ChapterId::Links => "links",
-        ChapterId::Session => "session",
-        ChapterId::Verdict => "verdict",
-    }
 }
 
 /// Four significant digits, with the signs of a keyboard.

@@ -103,10 +103,9 @@ pub(super) fn open(out: &mut String, width: f64, height: f64, label: &str) -> Re
 pub(super) fn histogram(
     out: &mut String,
     histogram: &HistogramFigures,
-    pv_limit_nm: Option<f64>,
     [min_nm, max_nm]: [f64; 2],
 ) -> Result {
-    let HistogramFigures { low_nm, width_nm, counts, .. } = histogram;
+    let HistogramFigures { low_nm, width_nm, counts, pv_limit_nm, .. } = histogram;
     let high_nm = low_nm + width_nm * counts.len() as f64;
     let middle_nm = 0.5 * (min_nm + max_nm);
     let band = pv_limit_nm.map(|limit| [middle_nm - 0.5 * limit, middle_nm + 0.5 * limit]);
@@ -143,12 +142,12 @@ pub(super) fn histogram(
         (Some(limit), Some(_)) => writeln!(
             out,
             "<p class=\"note\">The dashed lines are {} nm apart, which is the PV limit, about the middle of the range. If no bar lies outside, the limit holds.</p>",
-            short(limit)
+            short(*limit)
         ),
         (Some(limit), None) => writeln!(
             out,
             "<p class=\"note\">The PV limit, {} nm, lies beyond the edges of this chart.</p>",
-            short(limit)
+            short(*limit)
         ),
     }
 }

@@ -35,14 +35,14 @@ fn write(out: &mut String, measurement: &dyn Measured, provenance: &Provenance) 
     for chapter in &view.chapters {
         match chapter.id {
             ChapterId::Deviation => {
-                part(out, chapter.title, |out| map::figure(out, measurement))?;
+                part(out, chapter.title, Keep::First, |out| map::figure(out, measurement))?;
                 out.push_str("<section>\n");
                 blocks::draw(out, &chapter.blocks)?;
                 out.push_str("</section>\n");
                 report.form.iter().try_for_each(|form| drawings(out, measurement, form))?;
             }
             // The mesh needs no heading of its own beside the points.
-            ChapterId::Points => part(out, chapter.title, |out| {
+            ChapterId::Points => part(out, chapter.title, Keep::RunsOn, |out| {
                 blocks::draw(out, &chapter.blocks)?;
                 let mesh = view.chapter(ChapterId::Mesh);
                 mesh.iter().try_for_each(|mesh| blocks::draw(out, &mesh.blocks))
@@ -50,13 +50,16 @@ fn write(out: &mut String, measurement: &dyn Measured, provenance: &Provenance) 
             ChapterId::Mesh => {}
             // They stand among the files and the software that the figures come from.
             ChapterId::Session => {}
-            _ => part(out, chapter.title, |out| {
-                picture(out, chapter, report)?;
-                blocks::draw(out, &chapter.blocks)
-            })?,
+            id => {
+                let keep = if id == ChapterId::Zernike { Keep::Tall } else { Keep::RunsOn };
+                part(out, chapter.title, keep, |out| {
+                    picture(out, chapter, report)?;
+                    blocks::draw(out, &chapter.blocks)
+                })?;
+            }
         }
     }
-    part(out, "Provenance", |out| {
+    part(out, "Provenance", Keep::RunsOn, |out| {
         if let Some(session) = view.chapter(ChapterId::Session) {
             blocks::draw(out, &session.blocks)?;
         }
@@ -79,32 +82,47 @@ fn picture(out: &mut String, chapter: &Chapter, report: &Report) -> Result {
 }
 
 fn drawings(out: &mut String, measurement: &dyn Measured, form: &FormFigures) -> Result {
-    let pv_limit_nm = measurement.report().verdict.pv_limit_nm();
     let range_nm = [form.deviation.min_nm, form.deviation.max_nm];
     if let Some(histogram) = &form.histogram {
-        part(out, "Histogram", |out| charts::histogram(out, histogram, pv_limit_nm, range_nm))?;
+        part(out, "Histogram", Keep::Together, |out| charts::histogram(out, histogram, range_nm))?;
     }
-    part(out, "Sections", |out| sections::figures(out, measurement))?;
+    part(out, "Sections", Keep::RunsOn, |out| sections::figures(out, measurement))?;
     if !form.rings.is_empty() {
-        part(out, "Radial profile", |out| charts::rings(out, &form.rings))?;
+        part(out, "Radial profile", Keep::Together, |out| charts::rings(out, &form.rings))?;
     }
     Ok(())
 }
 
+/// Where a part of the paper may break.
+#[derive(Clone, Copy)]
+enum Keep {
+    /// Anywhere: kept together, it would leave sheets half empty.
+    RunsOn,
+    /// Nowhere: a drawing stays with its heading.
+    Together,
+    /// Nowhere, and it belongs on the first sheet.
+    First,
+    /// Nowhere, though it is as high as a sheet.
+    Tall,
+}
+
 /// A part with its heading; nothing at all where there is nothing to show.
-fn part(out: &mut String, heading: &str, body: impl FnOnce(&mut String) -> Result) -> Result {
+fn part(
+    out: &mut String,
+    heading: &str,
+    keep: Keep,
+    body: impl FnOnce(&mut String) -> Result,
+) -> Result {
     let mut inside = String::new();
     body(&mut inside)?;
     if inside.is_empty() {
         return Ok(());
     }
-    // The map belongs on the first sheet; a part that is one drawing stays with its heading. All else may run on: kept together, it
-    // would leave sheets half empty.
-    let class = match heading {
-        "Deviation" => " class=\"keep first\"",
-        "Zernike terms" => " class=\"keep tall\"",
-        "Histogram" | "Radial profile" => " class=\"keep\"",
-        _ => "",
+    let class = match keep {
+        Keep::RunsOn => "",
+        Keep::Together => " class=\"keep\"",
+        Keep::First => " class=\"keep first\"",
+        Keep::Tall => " class=\"keep tall\"",
     };
     writeln!(out, "<section{class}>\n<h2>{}</h2>\n{inside}</section>", text(heading))
 }

@@ -257,10 +257,7 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
                 add(&format!("95 % of {name} / nm"), format!("{low} to {high}, by {covers}"));
             }
         }
-        let of = &form.standards;
-        let zone = of.minimum_zone.iter().map(|zone| &zone.width);
-        let texture = of.texture.iter().flat_map(|texture| &texture.figures);
-        for figure in form.figures.iter().chain(zone).chain(texture) {
+        for figure in form.figures.iter().chain(form.standards.figures()) {
             let unit = if figure.unit.is_empty() { "1" } else { &figure.unit };
             let name = format!("{}, {} / {unit}", figure.name, figure.variant);
             add(&name, figure.value.to_string());
@@ -274,20 +271,8 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
             }
         }
     }
-    if let Some(of) = report.form.as_ref().map(|form| &form.standards) {
-        if let Some(zone) = &of.minimum_zone {
-            add("minimum zone, lower bound / nm", zone.lower_nm.to_string());
-        }
-        if let Some(texture) = &of.texture {
-            add("texture, surface", texture.surface.clone());
-            for filter in &texture.filters {
-                add("texture, filter", filter.clone());
-            }
-        }
-        if let Some(indication) = &of.indication {
-            add("ISO 10110-5, found", indication.found.clone());
-            indication.asked.iter().for_each(|asked| add("ISO 10110-5, asked", asked.clone()));
-        }
+    if let Some(form) = &report.form {
+        form.standards.facts().into_iter().for_each(|(name, value)| add(name, value));
     }
     for reason in &report.verdict.reasons {
         add("reason", reason.clone());

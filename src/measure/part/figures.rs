@@ -3,14 +3,14 @@
 use std::num::NonZeroU8;
 
 use asphera_figures::texture::{Datum, Scale};
-use asphera_figures::{FringeCount, SlopeSettings};
+use asphera_figures::{Definition, FringeCount, SlopeSettings};
 use asphera_form::Aperture;
 
 /// Which figures are formed, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureSettings {
-    /// Whether the minimum zone is looked for.
-    pub minimum_zone: bool,
+    /// Figures of points and nominal that are asked for, among [`Definition::OF_POINTS`].
+    pub of_points: Vec<Definition>,
     /// How slopes are formed; none: over a twentieth of the aperture's width, in steps of half of that.
     pub slope: Option<SlopeSettings>,
     /// Whether the power spectral density of the deviation map is formed.
@@ -36,7 +36,7 @@ impl Default for FigureSettings {
     /// What costs little beside the mesh.
     fn default() -> FigureSettings {
         FigureSettings {
-            minimum_zone: false,
+            of_points: Vec::new(),
             slope: None,
             psd: true,
             zernike: FringeCount::ThirtySix,

@@ -1,7 +1,7 @@
 //! Limits beyond PV and RMS, the decision rule, and the error budget.
 
-use asphera_figures::Indication;
 use asphera_figures::texture;
+use asphera_figures::{Definition, Indication};
 use asphera_uncertainty::verdict::{Guard, Limit};
 use asphera_uncertainty::{Budget, Draws};
 
@@ -26,8 +26,8 @@ pub struct Judging {
     pub guard: Option<Guard>,
     /// Indication of a drawing by ISO 10110-5; its limits are among [`Judging::limits`].
     pub indication: Option<Indication>,
-    /// Largest width of the minimum zone allowed, nm.
-    pub minimum_zone_nm: Option<f64>,
+    /// Limits of figures of points and nominal in their units.
+    pub of_points: Vec<(Definition, f64)>,
     /// Limits of texture parameters in their units.
     pub texture: Vec<(texture::Definition, f64)>,
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
@@ -43,8 +43,18 @@ impl Judging {
         !self.limits.is_empty() || self.has_limits_of_standards()
     }
 
-    /// Whether there are limits of figures that are made of more than deviations: minimum zone, texture.
+    /// The largest PV of the whole deviation allowed, nm; `None` without such a limit.
+    pub fn pv_limit_nm(&self) -> Option<f64> {
+        let of_whole = |limit: f64| Limit::of_whole(Definition::PeakToValley, limit);
+        self.limits
+            .iter()
+            .map(|limit| limit.value)
+            .zip(&self.limits)
+            .find_map(|(value, limit)| (*limit == of_whole(value)).then_some(value))
+    }
+
+    /// Whether there are limits of figures that are made of more than deviations.
     pub fn has_limits_of_standards(&self) -> bool {
-        self.minimum_zone_nm.is_some() || !self.texture.is_empty()
+        !self.of_points.is_empty() || !self.texture.is_empty()
     }
 }

@@ -9,6 +9,7 @@ use crate::Part;
 use crate::decision::{Held, hold};
 use crate::judgement::{undecide, without_checks};
 use crate::naming;
+use crate::standards;
 use crate::unmeasured::Unmeasured;
 
 /// Holds limits of slopes; of other figures says that a profile has none.
@@ -23,10 +24,8 @@ pub(super) fn hold_others(
         *verdict = without_checks(part);
     }
     let limits = part.limits().iter().filter(|limit| !is_of_deviation(limit));
-    let zone = part.judging.minimum_zone_nm.map(|_| naming::of_zone_width().words());
-    let texture =
-        part.judging.texture.iter().map(|(definition, _)| naming::of_texture(*definition).words());
-    let mut refused: Vec<String> = zone.into_iter().chain(texture).collect();
+    let of_standards = standards::limits(&part.judging);
+    let mut refused: Vec<String> = of_standards.map(|(figure, _)| figure.words()).collect();
     for limit in limits {
         match slope_of(limit, stations) {
             Some(value) => hold_slope(verdict, part, limit, value, unmeasured),

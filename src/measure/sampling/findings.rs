@@ -21,6 +21,8 @@ use crate::Part;
 /// Findings about the sampling.
 pub(crate) struct Findings {
     pub(crate) figures: SamplingFigures,
+    /// Why the noise is not known.
+    pub(crate) noise_unknown: Option<String>,
     /// For each triangle whether it is sampled densely enough and has a part in the aperture.
     pub(crate) covered: Vec<bool>,
     /// Area in space of all triangles in mm².
@@ -59,7 +61,7 @@ impl Look<'_> {
         if is_reach_wanting {
             self.unknown.push("without the reach there is no ρ".to_owned());
         }
-        let noise = self.known_noise();
+        let (noise, noise_unknown) = self.known_noise();
         // A target that is none is told by the examination.
         let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
         let zones = self.zones.iter().map(|(zone, laid)| {
@@ -73,7 +75,9 @@ impl Look<'_> {
             Ok(examination) => examination,
             Err(error) => {
                 self.unknown.push(not_examined(&error));
-                return Findings::unknown(self.sampled, self.wanted, &self.scale, self.unknown);
+                let unknown =
+                    Findings::unknown(self.sampled, self.wanted, &self.scale, self.unknown);
+                return Findings { noise_unknown, ..unknown };
             }
         };
         let nothing = if triangles.is_empty() {
@@ -130,16 +134,17 @@ impl Look<'_> {
             current: None,
         };
         let coverage = Some(coverage);
-        Findings { figures, covered, area_mm2, coverage, zones, otherwise_mm: target.spacing_mm }
+        let otherwise_mm = target.spacing_mm;
+        Findings { figures, noise_unknown, covered, area_mm2, coverage, zones, otherwise_mm }
     }
 
-    /// The noise, or `None` and a line why it is not known.
-    fn known_noise(&mut self) -> Option<Noise> {
+    /// The noise, or why it is not known, which is then said.
+    fn known_noise(&mut self) -> (Option<Noise>, Option<String>) {
         match &self.noise {
-            Ok(found) => Some(found.noise),
+            Ok(found) => (Some(found.noise), None),
             Err(why) => {
                 self.unknown.push(format!("the noise is not known: {why}"));
-                None
+                (None, Some(why.clone()))
             }
         }
     }
@@ -179,6 +184,7 @@ impl Findings {
                 unknown,
                 ..SamplingFigures::default()
             },
+            noise_unknown: None,
             covered: vec![false; sampled.triangles.len()],
             area_mm2: asphera_mesh::area(points, sampled.triangles.iter().copied()).lifted_mm2,
             coverage: None,

@@ -1,19 +1,25 @@
-//! Limits of the minimum zone and of texture.
+//! Limits of figures that are made of more than deviations.
 
-use asphera_figures::Definition;
-use asphera_report::Verdict;
+use asphera_report::{FigureName, Verdict};
 use asphera_uncertainty::verdict::{Finding, Limit};
 
 use super::Standards;
-use crate::Part;
 use crate::decision::{self, Held};
 use crate::naming;
 use crate::undecide;
 use crate::unmeasured::Unmeasured;
+use crate::{Judging, Part};
+
+/// Those of a part: figures and largest values allowed.
+pub(crate) fn limits(judging: &Judging) -> impl Iterator<Item = (FigureName, f64)> {
+    let of_points = judging.of_points.iter().map(|(of, limit)| (naming::of_figure(*of), *limit));
+    let texture = judging.texture.iter().map(|(of, limit)| (naming::of_texture(*of), *limit));
+    of_points.chain(texture)
+}
 
 /// Holds them against what was found, and adds that to the verdict. `dof` are the degrees of freedom of the uncertainties.
-/// With a guard band a figure without an uncertainty proves neither. What was not measured counts in the zone as in the PV;
-/// what it does to texture is not told.
+/// With a guard band a figure without an uncertainty proves neither. What was not measured counts in figures of points as in
+/// the PV; what it does to texture is not told.
 pub(crate) fn hold(
     verdict: &mut Verdict,
     part: &Part,
@@ -22,20 +28,19 @@ pub(crate) fn hold(
     unmeasured: &Unmeasured,
 ) {
     let judging = &part.judging;
-    let zone = judging.minimum_zone_nm.map(|limit| {
-        let found = standards.and_then(|found| found.figures.minimum_zone.as_ref());
-        // A zone that may still be too wide proves no limit broken.
-        let least = found.filter(|zone| !zone.settled).map(|zone| zone.lower_nm);
-        let hidden = unmeasured.hidden(&Limit::of_whole(Definition::MinimumZone, limit));
-        (naming::of_zone_width(), limit, found.map(|zone| &zone.width), least, hidden)
+    let of_points = judging.of_points.iter().map(|(definition, limit)| {
+        let found = standards.and_then(|found| found.of_points(*definition));
+        let whole = Limit::of_whole(*definition, *limit);
+        (found, unmeasured.hidden(&whole), Some(unmeasured.why(&whole)))
     });
-    let texture = judging.texture.iter().map(|(definition, limit)| {
+    let texture = judging.texture.iter().map(|(definition, _)| {
         let found = standards.and_then(|found| found.texture_of(*definition));
-        (naming::of_texture(*definition), *limit, found, None, Some(0.0))
+        (found.map(|figure| (figure, None)), Some(0.0), None)
     });
-    for (of, limit, found, least, hidden) in zone.into_iter().chain(texture) {
+    let found = of_points.chain(texture);
+    for ((of, limit), (found, hidden, why)) in limits(judging).zip(found) {
         let name = of.words();
-        let Some(figure) = found else {
+        let Some((figure, least)) = found else {
             undecide(verdict, format!("{name}: the figure is not known"));
             continue;
         };
@@ -43,12 +48,13 @@ pub(crate) fn hold(
         let by_noise = figure.simulated.as_ref().map_or(0.0, |simulated| simulated.bias.max(0.0));
         let bias = least.map_or(0.0, |least| value - least) + by_noise;
         let finding = Finding { u, dof, bias, hidden, ..Finding::of_value(value) };
-        // Only of the minimum zone it is known what was not measured.
-        let of_zone = Limit::of_whole(Definition::MinimumZone, limit);
         let held = Held {
+            figure: of,
+            limit,
+            finding,
             hidden: hidden.filter(|hidden| *hidden > 0.0),
             covers: figure.simulated.as_ref().map(|simulated| simulated.covers.clone()),
-            ..Held::new(of, &of_zone, finding, unmeasured)
+            why,
         };
         decision::hold(verdict, judging.guard, held);
     }

@@ -7,11 +7,11 @@ mod texture;
 mod uncertain;
 mod zone;
 
-use asphera_figures::texture as texture_kernel;
+use asphera_figures::{Definition, texture as texture_kernel};
 use asphera_form::Fit;
 use asphera_geometry::{PointMm, VertexId};
 pub(super) use indication::found;
-pub(super) use limits::hold;
+pub(super) use limits::{hold, limits};
 pub(super) use spectrum::q_spectrum;
 use uncertain::Uncertain;
 
@@ -50,6 +50,14 @@ pub(super) struct Standards {
 }
 
 impl Standards {
+    /// A figure of points and nominal, and the least it may be where it may still be too large; `None` where it is not known.
+    fn of_points(&self, definition: Definition) -> Option<(&FormFigure, Option<f64>)> {
+        match definition {
+            Definition::MinimumZone => self.figures.minimum_zone.as_ref().map(zone::held),
+            _ => None,
+        }
+    }
+
     /// A parameter of texture; `None` where it is not known.
     fn texture_of(&self, definition: texture_kernel::Definition) -> Option<&FormFigure> {
         let place = self.texture.iter().position(|one| *one == definition)?;
@@ -62,8 +70,7 @@ pub(super) fn standards(measured: &Measured<'_>, assessed: Option<&Assessed>) ->
     let Measured { part, map, .. } = *measured;
     let mut standards = Standards::default();
     let unknown = &mut standards.unknown;
-    let zone = (part.figures.minimum_zone || part.judging.minimum_zone_nm.is_some())
-        .then(|| zone::found(measured));
+    let zone = part.asks_for(Definition::MinimumZone).then(|| zone::found(measured));
     let zone = zone.and_then(|found| match found {
         Ok(found) => Some(found),
         Err(why) => {

@@ -1,4 +1,4 @@
-//! Uncertainties of the minimum zone and of the texture.
+//! Uncertainties of figures that are made of more than deviations.
 
 use asphera_figures::texture::Definition;
 use asphera_form::ZoneFit;
@@ -6,6 +6,7 @@ use asphera_report::{FormFigure, SimulatedFigures, UncertaintyFigures, error_cha
 use asphera_uncertainty::{Simulated, UncertaintyError};
 
 use super::texture::Found;
+use super::zone;
 use crate::errors;
 use crate::uncertainties::{Assessed, COVERAGE};
 use crate::{Part, TextureSettings};
@@ -36,7 +37,7 @@ impl Uncertain {
         let mut found = Uncertain::default();
         if let Err(why) = found.simulate(zone, texture, assessed, part) {
             let why = error_chain(&why);
-            found.unknown = Some(format!("uncertainties of minimum zone and texture: {why}"));
+            found.unknown = Some(format!("uncertainties of zone and texture: {why}"));
         }
         found
     }
@@ -50,7 +51,7 @@ impl Uncertain {
     ) -> Result<(), UncertaintyError> {
         let Assessed { uncertainty, draws, .. } = assessed;
         if let Some(zone) = zone {
-            let simulated = uncertainty.minimum_zone_nm(zone, draws)?;
+            let simulated = zone::simulated(zone, assessed)?;
             self.zone = simulated.map(|simulated| Sure::new(&simulated, assessed, part));
         }
         if let Some((settings, found)) = texture {

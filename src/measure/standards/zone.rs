@@ -4,13 +4,15 @@ use asphera_figures::{Definition, Figure};
 use asphera_form::{
     Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
-use asphera_report::{ContactFigures, MinimumZoneFigures};
+use asphera_report::{ContactFigures, FormFigure, MinimumZoneFigures};
+use asphera_uncertainty::{Simulated, UncertaintyError};
 
 use super::Measured;
 use super::uncertain::{Sure, with};
 use crate::naming;
 use crate::origin;
 use crate::running::fit_settings;
+use crate::uncertainties::Assessed;
 
 /// The zone. Some three times the time of the fit.
 pub(super) fn found(measured: &Measured<'_>) -> Result<ZoneFit, FitError> {
@@ -18,6 +20,19 @@ pub(super) fn found(measured: &Measured<'_>) -> Result<ZoneFit, FitError> {
     let fit_settings = FitSettings { start: origin::start_of(part, points), ..fit_settings(part) };
     let settings = ZoneSettings { fit: fit_settings, ..ZoneSettings::default() };
     minimum_zone(points, &part.nominal, &settings)
+}
+
+/// Its width. A zone that may still be too wide proves no limit broken: then the least it may be, too.
+pub(super) fn held(zone: &MinimumZoneFigures) -> (&FormFigure, Option<f64>) {
+    (&zone.width, (!zone.settled).then_some(zone.lower_nm))
+}
+
+/// Its width by simulated measurements; `None` of a zone without a width.
+pub(super) fn simulated(
+    found: &ZoneFit,
+    assessed: &Assessed,
+) -> Result<Option<Simulated>, UncertaintyError> {
+    assessed.uncertainty.minimum_zone_nm(found, &assessed.draws)
 }
 
 /// The zone as reports write it.

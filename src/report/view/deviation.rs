@@ -50,9 +50,9 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     chapter.brief.push(format!(
         "PV {} nm{}, RMS {} nm{}",
         short(deviation.pv_nm),
-        brief_u(deviation, "PV"),
+        brief_u_of_pv(deviation),
         short(deviation.rms_nm),
-        brief_u(deviation, "RMS"),
+        brief_u_of_rms(deviation),
     ));
     chapter.brief.extend(deviation.unmeasured.as_ref().and_then(hidden));
     let [lowest, highest] = extremes(form);
@@ -75,12 +75,14 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     chapter
 }
 
-fn brief_u(deviation: &DeviationFigures, figure: &str) -> String {
+fn brief_u_of_pv(deviation: &DeviationFigures) -> String {
+    let Some(known) = &deviation.uncertainty else { return String::new() };
+    let most = if known.pv_at_most { "at most " } else { "" };
+    format!(" (u {most}{})", short(known.u_pv_nm))
+}
+
+fn brief_u_of_rms(deviation: &DeviationFigures) -> String {
     match &deviation.uncertainty {
-        Some(known) if figure == "PV" => {
-            let most = if known.pv_at_most { "at most " } else { "" };
-            format!(" (u {most}{})", short(known.u_pv_nm))
-        }
         // The uncertainty is of what noise leaves of the RMS.
         Some(known) if holds(known.rms_95_nm, deviation.rms_nm) => {
             format!(" (u {})", short(known.u_rms_nm))

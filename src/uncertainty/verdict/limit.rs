@@ -193,8 +193,9 @@ impl Limit {
             Definition::Pvr { terms } if FringeCount::new(terms).is_none() => {
                 Err(LimitError::Figure { definition })
             }
-            // It is of points and a nominal, not of deviations.
-            Definition::MinimumZone => Err(LimitError::Figure { definition }),
+            _ if Definition::OF_POINTS.contains(&definition) => {
+                Err(LimitError::Figure { definition })
+            }
             Definition::RobustPeakToValley { share } if Share::new(share).is_err() => {
                 Err(LimitError::Figure { definition })
             }

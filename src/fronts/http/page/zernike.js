@@ -15,8 +15,8 @@ export class Zernike {
 
   update(form) {
     const found = form?.zernike ?? null;
-    const why = form?.unknown?.find((text) => text.startsWith("Zernike terms: "));
-    setText(byId("zernike-empty"), why ? `Not known: ${why.replace("Zernike terms: ", "")}.` : "No fit yet.");
+    const why = form?.zernike_unknown;
+    setText(byId("zernike-empty"), why ? `Not known: ${why}.` : "No fit yet.");
     // The final figures stay the same from snapshot to snapshot.
     if (JSON.stringify(found) === JSON.stringify(this.#found)) return;
     this.#found = found;

@@ -302,6 +302,7 @@ async fn the_form_comes_without_the_terms_that_are_named() {
             low_nm: -1.0,
             width_nm: 0.5,
             counts: vec![9],
+            pv_limit_nm: None,
             source: Source::Cells,
         },
     }));
