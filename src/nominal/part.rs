@@ -158,9 +158,13 @@ fn must_end_before(section: &Section<'_>, aperture: Aperture, surface: &Surface)
     let domain_mm = surface.nominal.domain_mm();
     let is_round = !matches!(aperture, Aperture::Rectangle { .. });
     if surface.nominal.is_rotational() && is_round && found > domain_mm {
-        let expected = format!(
-            "at most {} mm, where the surface ends: narrow the aperture, or correct radius and conic",
+        let shown = if domain_mm < 1e-3 {
             asphera_settings::number(domain_mm)
+        } else {
+            format!("{domain_mm:.6}")
+        };
+        let expected = format!(
+            "at most {shown} mm, where the surface ends: narrow the aperture, or correct radius and conic"
         );
         section.problem(key, &expected, asphera_settings::number(found));
         return;
