@@ -61,7 +61,7 @@ impl Pose {
         [[1.0, 0.0, 0.0], [0.0, cx, -sx], [-sy, cy * sx, cy * cx]]
     }
 
-    /// The same motion with every angle within half a turn either way; angles that are stay as they are.
+    /// This motion with every angle within half a turn either way; angles that are stay as they are.
     pub(crate) fn within_half_turns(self) -> Pose {
         let [rx_rad, ry_rad, rz_rad] =
             [self.rx_rad, self.ry_rad, self.rz_rad].map(within_half_turn);

@@ -27,7 +27,7 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Topography, ReadError> {
     read_with(name, bytes, &TextOptions::default())
 }
 
-/// The same with columns and units of a text file.
+/// [`read`] with columns and units that the user names for a text file.
 ///
 /// # Errors
 ///

@@ -293,7 +293,7 @@ impl ReadError {
         self
     }
 
-    /// The same error in another format, its lines being rows of an array.
+    /// This error in another format, its lines being rows of an array.
     pub(crate) fn in_array(mut self, of: Format) -> ReadError {
         if let ReadError::Malformed { format, place, .. }
         | ReadError::Unsupported { format, place, .. }

@@ -138,7 +138,7 @@ fn heights(
     Ok(map_of_heights(&heights_mm, [width, rows], pitch_mm, unit, false))
 }
 
-/// The same, from a file of this format.
+/// A topography as read from a file of this format.
 fn relabelled(mut topography: Topography) -> Topography {
     let (Topography::Map(_, source) | Topography::Cloud(_, source)) = &mut topography;
     source.format = FORMAT;

@@ -63,7 +63,7 @@ pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
     read_with(bytes, &TextOptions::default())
 }
 
-/// The same with columns and units that the user names. With a pitch it reads a matrix of heights.
+/// Reads with columns and units that the user names. With a pitch it reads a matrix of heights.
 ///
 /// # Errors
 ///

@@ -29,7 +29,7 @@ pub(crate) fn refined_gaps(points: &[PointMm], triangles: &[[VertexId; 3]]) -> V
     refined_gaps_along(points, triangles, &Outline::new(points.len(), triangles))
 }
 
-/// The same, where the outline of the triangles is known.
+/// [`refined_gaps`] where the outline of the triangles is known.
 pub(crate) fn refined_gaps_along(
     points: &[PointMm],
     triangles: &[[VertexId; 3]],

@@ -56,7 +56,7 @@ pub(crate) enum Unwrapped {
         /// Readings lost.
         skipped: u64,
     },
-    /// The same number as the reading before: the device repeated itself, or a whole cycle is missing.
+    /// Equal to the number of the reading before: the device repeated itself, or a whole cycle is missing.
     Repeated,
     /// The cycle cannot be told.
     Ambiguous,

@@ -112,7 +112,7 @@ pub trait Shape: fmt::Debug + Send + Sync {
     /// the entries left in any state, where there is no [`Shape::jet`].
     fn by_parameters(&self, x_mm: f64, y_mm: f64, derivatives: &mut [f64]) -> Option<()>;
 
-    /// The same shape with other values of its parameters, in the order of [`Shape::parameters`].
+    /// This shape with other values of its parameters, in the order of [`Shape::parameters`].
     fn with_parameters(&self, values: &[f64]) -> Result<Arc<dyn Shape>, ShapeError>;
 
     /// Distance from the origin within which every place has a height, in mm; infinite if all have.

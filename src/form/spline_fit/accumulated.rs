@@ -398,7 +398,7 @@ fn margins(cells: &Cells) -> [[usize; 2]; 2] {
     [cells.nx, cells.ny].map(|side| [wanted.min((LARGEST_SIDE - side) / 2); 2])
 }
 
-/// The same splines over a net that reaches farther by so many cells at either end of either axis, straight on beyond the
+/// These splines over a net that reaches farther by so many cells at either end of either axis, straight on beyond the
 /// border.
 fn widened(
     cells: &Cells,

@@ -67,7 +67,7 @@ impl MapCell {
         }
     }
 
-    /// The same points about a surface that has moved: sums exactly where the change is a plane over the cell, extremes
+    /// These points about a surface that has moved: sums exactly where the change is a plane over the cell, extremes
     /// by the change at their own places.
     pub(super) fn moved(&self, change: impl Fn([f64; 2]) -> Change) -> MapCell {
         let count = self.count as f64;

@@ -272,7 +272,7 @@ pub(super) fn made(
     Ok(Made { base, base_fit, spline })
 }
 
-/// The same splines, defined beside cells that hold a point, too: the foot of a point may lie over the border.
+/// These splines, defined beside cells that hold a point, too: the foot of a point may lie over the border.
 pub(super) fn dilated(surface: &SplineSurface) -> SplineSurface {
     let cells = surface.cells();
     let beside = |index: usize, count: usize| index.saturating_sub(1)..(index + 2).min(count);

@@ -31,7 +31,7 @@ pub(super) struct Turns<S> {
     reader: Option<Waker>,
     /// What hyper wrote out of turn.
     refusal: Vec<u8>,
-    /// The same as it leaves, and how much of it has left.
+    /// The refusal as it leaves, and how much of it has left.
     leaving: Option<(Vec<u8>, usize)>,
 }
 

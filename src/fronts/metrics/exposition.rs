@@ -54,7 +54,7 @@ impl Exposition {
         self.known(name, help, Some(value));
     }
 
-    /// The same where it is known.
+    /// A gauge without labels that may be unknown.
     pub(crate) fn known(&mut self, name: &'static str, help: &str, value: Option<f64>) {
         self.family(name, Kind::Gauge, help);
         if let Some(value) = value {

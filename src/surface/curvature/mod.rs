@@ -65,7 +65,7 @@ impl ShapeSettings {
         }
     }
 
-    /// The same with this noise, whose effect is then stated as [`LocalShape::uncertainty`].
+    /// Settings with this noise, whose effect is then stated as [`LocalShape::uncertainty`].
     pub fn with_noise(self, noise: Noise) -> ShapeSettings {
         ShapeSettings { noise: Some(noise), ..self }
     }

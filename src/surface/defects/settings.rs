@@ -47,7 +47,7 @@ impl DefectSettings {
     /// Default of the largest width, in spacings.
     pub const LARGEST_SPACINGS: f64 = 20.0;
 
-    /// The same for defects up to that width in mm, above 0 and up to 1e12. Wider ones count as form.
+    /// Settings for defects up to that width in mm, above 0 and up to 1e12. Wider ones count as form.
     ///
     /// The reference is a quartic over windows three times as wide: what form departs from a quartic
     /// over them is taken for defects, or hides them. Where that is not small against the noise, pass
@@ -60,7 +60,7 @@ impl DefectSettings {
         }
     }
 
-    /// The same with that many false defects expected on a whole surface of uncorrelated noise, 1e-9 to 10.
+    /// Settings with that many false defects expected on a whole surface of uncorrelated noise, 1e-9 to 10.
     pub fn with_false_expected(self, count: f64) -> Result<DefectSettings, DefectSettingsError> {
         if (1e-9..=10.0).contains(&count) {
             Ok(DefectSettings { false_expected: count, ..self })
@@ -69,7 +69,7 @@ impl DefectSettings {
         }
     }
 
-    /// The same with this noise, which is otherwise estimated from the points.
+    /// Settings with this noise, which is otherwise estimated from the points.
     pub fn with_noise(self, noise: Noise) -> DefectSettings {
         DefectSettings { noise: Some(noise), ..self }
     }

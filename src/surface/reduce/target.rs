@@ -106,7 +106,7 @@ impl Target {
         Ok(Target { criteria, lfs_max_mm, noise: None, keep: Keep::Fewest })
     }
 
-    /// The same among points with noise, of up to 1e12 mm. Without it the noise is none.
+    /// A target among points with noise, of up to 1e12 mm. Without it the noise is none.
     ///
     /// # Errors
     ///
@@ -118,7 +118,7 @@ impl Target {
         Ok(Target { noise: Some(noise), ..self })
     }
 
-    /// The same with a limit in rad of the tilt of facets by noise, above 0 and below π/2. Without it
+    /// A target with a limit in rad of the tilt of facets by noise, above 0 and below π/2. Without it
     /// that is as large as ε: see [`SpacingCriteria`].
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Target {
         Ok(Target { criteria, ..self })
     }
 
-    /// The same with another choice among the spacings that satisfy both conditions.
+    /// A target with another choice among the spacings that satisfy both conditions.
     #[must_use]
     pub fn keeping(self, keep: Keep) -> Target {
         Target { keep, ..self }
@@ -178,7 +178,7 @@ impl Target {
             .map_or(0.0, |noise| self.criteria.packed_bound_mm(noise, gap_mm, cosine).min(RANGE_MM))
     }
 
-    /// The same among points none of whose facets is too dense for the noise: no spacing is forced
+    /// A target among points none of whose facets is too dense for the noise: no spacing is forced
     /// on them where ε does not allow it, and with [`Keep::Most`] none at all.
     pub(super) fn spacing_where_not_overdense(&self, lfs_mm: Option<f64>, about: About) -> Spacing {
         let spacing = self.spacing(lfs_mm, about);

@@ -39,7 +39,7 @@ impl Bins {
         self.areas[last.saturating_sub(BINS_OF_PLACES)] += left_mm2;
     }
 
-    /// The same without the empty bins at both ends.
+    /// Bins without the empty ones at both ends.
     pub(super) fn trimmed(&self) -> Bins {
         let is_held = |area: &f64| *area != 0.0;
         let Some(first) = self.areas.iter().position(is_held) else { return Bins::default() };

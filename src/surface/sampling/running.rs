@@ -271,7 +271,7 @@ impl Tally {
         all
     }
 
-    /// The same without the empty bins at both ends.
+    /// Bins without the empty ones at both ends.
     fn trimmed(self) -> Tally {
         let [gaps, epsilons, facets] =
             [&self.gaps, &self.epsilons, &self.facets].map(Bins::trimmed);

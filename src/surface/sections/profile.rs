@@ -152,7 +152,7 @@ impl Profile {
         &self.sources
     }
 
-    /// The same samples with other values, such as what a fit leaves.
+    /// These samples with other values, such as what a fit leaves.
     pub fn map(&self, mut value_mm: impl FnMut(&Sample) -> f64) -> Profile {
         let mut mapped = self.clone();
         for (sample, new) in self.samples.iter().zip(&mut mapped.samples) {
