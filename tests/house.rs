@@ -14,6 +14,7 @@ const ALLOWED: [(&str, &[&str]); 24] = [
         "asphera",
         &[
             "asphera-contour",
+            "asphera-face",
             "asphera-form",
             "asphera-formats",
             "asphera-geometry",
@@ -60,6 +61,18 @@ const ALLOWED: [(&str, &[&str]); 24] = [
             "asphera-uncertainty",
         ],
     ),
+    (
+        "asphera-face",
+        &[
+            "asphera-form",
+            "asphera-geometry",
+            "asphera-measure",
+            "asphera-report",
+            "asphera-surface",
+            "asphera-uncertainty",
+            "asphera-volume",
+        ],
+    ),
     ("asphera-uncertainty", &["asphera-figures", "asphera-form", "asphera-geometry"]),
     ("asphera-figures", &["asphera-form"]),
     ("asphera-geometry", &[]),
@@ -87,7 +100,7 @@ const ALLOWED: [(&str, &[&str]); 24] = [
 const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 16] = [
+const PURE: [&str; 17] = [
     "asphera-geometry",
     "asphera-mesh",
     "asphera-surface",
@@ -99,6 +112,7 @@ const PURE: [&str; 16] = [
     "asphera-figures",
     "asphera-uncertainty",
     "asphera-measure",
+    "asphera-face",
     "asphera-report",
     "asphera-formats",
     "asphera-settings",

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod ct;
 mod error;
 mod fault;
 mod motion;
@@ -26,6 +27,7 @@ mod station;
 mod thermal;
 mod truth;
 
+pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
 pub use error::{FaultError, RigError, SceneError};
 pub use fault::{Fault, Link};
 pub use motion::Stop;

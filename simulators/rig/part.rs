@@ -67,7 +67,7 @@ fn artefact<E: Fn(f64, f64) -> f64>(
 ///
 /// Each step takes the miss back into the part frame as if the part were flat. What is left is the
 /// miss times tilt times slope, so four or five steps reach rounding.
-fn settle<E: Fn(f64, f64) -> f64>(
+pub(crate) fn settle<E: Fn(f64, f64) -> f64>(
     part: &Artefact<E>,
     machine_mm: &[PlaceMm],
     places: &mut [PlaceMm],

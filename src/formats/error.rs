@@ -177,7 +177,7 @@ pub enum ReadError {
     },
     /// A volume where points are expected.
     #[error(
-        "{name}: a volume, where points are expected: `asphera volume {name} --mesh MESH.ply` makes a surface of it"
+        "{name}: a volume, where points are expected: `asphera volume {name} --mesh MESH.ply` makes a surface of it, and `asphera measure` takes the face of a nominal from it"
     )]
     Volume {
         /// Name of the file as given.

@@ -25,9 +25,12 @@ mod unpack;
 mod vgi;
 mod vol;
 mod vti;
+mod write;
 
 #[cfg(test)]
 mod tests;
+
+pub use write::write_nrrd;
 
 use crate::{Format, Place, ReadError};
 

@@ -183,6 +183,7 @@ fn report(
     Report {
         format: REPORT_FORMAT.to_owned(),
         reading: None,
+        volume: None,
         points,
         mesh,
         sampling,

@@ -206,6 +206,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
         report: Report {
             format: REPORT_FORMAT.to_owned(),
             reading: None,
+            volume: None,
             points,
             mesh: seen,
             sampling,

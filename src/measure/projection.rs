@@ -81,6 +81,16 @@ impl Along {
     }
 }
 
+impl Along {
+    /// The direction, where it is given and not fitted.
+    pub fn normal(&self) -> Option<[f64; 3]> {
+        match self.0 {
+            How::Given(plane) => Some(plane.normal()),
+            How::Fitted { .. } => None,
+        }
+    }
+}
+
 impl Default for Along {
     /// Along z.
     fn default() -> Along {

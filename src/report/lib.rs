@@ -10,6 +10,7 @@
 
 mod chain;
 mod deviation;
+mod face;
 mod features;
 mod figure_name;
 mod figures;
@@ -41,6 +42,7 @@ pub mod words;
 
 pub use chain::error_chain;
 pub use deviation::{DeviationFigures, UncertaintyFigures};
+pub use face::{FaceFigures, FacesFigures, SecondFigures};
 pub use features::{DefectFigures, DefectSearchFigures, FeatureFigures, PartitionFigures};
 pub use figure_name::FigureName;
 pub use figures::{

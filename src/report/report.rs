@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, ProfileFigures, ReadingFigures,
-    SamplingFigures, Verdict,
+    FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, ProfileFigures,
+    ReadingFigures, SamplingFigures, Verdict,
 };
 
 /// Version of the layout of [`Report`]. A reader refuses what it does not know.
@@ -20,6 +20,9 @@ pub struct Report {
     /// Columns and units of a file whose format leaves them open, such as text or PLY; absent for other files and sessions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<ReadingFigures>,
+    /// The face of a volume that was measured; absent for points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<FaceFigures>,
     /// Counts of the points by their fate.
     pub points: Points,
     /// The mesh of the points used.

@@ -4,6 +4,7 @@
 //! So a figure that is added to the report has one place where its words are chosen.
 
 mod deviation;
+mod face;
 mod features;
 mod figures;
 mod fit;
@@ -20,8 +21,8 @@ pub use points::columns;
 use serde::Serialize;
 
 use crate::{
-    FeatureFigures, FormFigures, LinkFigures, MeshFigures, Points, ProfileFigures, ReadingFigures,
-    Report, SamplingFigures, SessionFigures, Snapshot, Verdict,
+    FaceFigures, FeatureFigures, FormFigures, LinkFigures, MeshFigures, Points, ProfileFigures,
+    ReadingFigures, Report, SamplingFigures, SessionFigures, Snapshot, Verdict,
 };
 
 /// A report in words.
@@ -72,6 +73,8 @@ pub enum ChapterId {
     Sampling,
     /// Defects, and which way the surface bends.
     Defects,
+    /// Volume and the face that was measured of it.
+    Volume,
     /// Points and what became of them.
     Points,
     /// Mesh and its plane.
@@ -98,6 +101,7 @@ impl ChapterId {
             ChapterId::Profile => "profile",
             ChapterId::Sampling => "sampling",
             ChapterId::Defects => "defects",
+            ChapterId::Volume => "volume",
             ChapterId::Points => "points",
             ChapterId::Mesh => "mesh",
             ChapterId::Links => "links",
@@ -183,6 +187,7 @@ pub enum Layout {
 /// Figures that a view is made from: those of a report or of a snapshot.
 struct Shown<'a> {
     reading: Option<&'a ReadingFigures>,
+    face: Option<&'a FaceFigures>,
     points: &'a Points,
     mesh: &'a MeshFigures,
     sampling: &'a SamplingFigures,
@@ -199,6 +204,7 @@ impl View {
     pub fn of_report(report: &Report) -> View {
         View::new(&Shown {
             reading: report.reading.as_ref(),
+            face: report.volume.as_ref(),
             points: &report.points,
             mesh: &report.mesh,
             sampling: &report.sampling,
@@ -215,6 +221,7 @@ impl View {
     pub fn of_snapshot(snapshot: &Snapshot) -> View {
         View::new(&Shown {
             reading: None,
+            face: None,
             points: &snapshot.points,
             mesh: &snapshot.mesh,
             sampling: &snapshot.sampling,
@@ -248,6 +255,7 @@ impl View {
             chapters.push(fit::chapter(form));
             chapters.extend(figures::zernike(form));
         }
+        chapters.extend(shown.face.map(face::chapter));
         chapters.extend(shown.profile.map(profile::chapter));
         chapters.extend([
             sampling::chapter(shown.sampling),

@@ -45,7 +45,7 @@ pub const GREY_MARGIN: f64 = 0.01;
 
 impl Grey<'_> {
     /// The value of a sample; none beyond the volume and where it is not finite.
-    fn value(&self, place: [i64; 3]) -> Option<f64> {
+    pub(crate) fn value(&self, place: [i64; 3]) -> Option<f64> {
         let is_within =
             |axis: usize| place[axis] >= 0 && (place[axis] as u64) < self.size[axis] as u64;
         let [x, y, z] = place.map(|coordinate| coordinate as usize);

@@ -333,6 +333,7 @@ pub(super) fn report() -> Report {
     Report {
         format: asphera_report::REPORT_FORMAT.to_owned(),
         reading: None,
+        volume: None,
         points: Points::default(),
         mesh: MeshFigures::default(),
         sampling: SamplingFigures::default(),
