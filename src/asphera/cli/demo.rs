@@ -1,5 +1,7 @@
 //! `asphera demo`: a simulated part on a simulated bench, measured over real protocols.
 
+pub(super) mod ct;
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -42,8 +44,11 @@ pub(super) struct DemoArgs {
 }
 
 pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
+    if args.scene == ct::NAME {
+        return ct::run(args);
+    }
     let Some(mut scene) = Scene::built_in(&args.scene) else {
-        let names: Vec<_> = Scene::names().collect();
+        let names: Vec<_> = Scene::names().chain([ct::NAME]).collect();
         return Err(format!("no scene {:?}; there are {}", args.scene, names.join(", ")).into());
     };
     if let Some(points) = args.points {

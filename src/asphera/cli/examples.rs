@@ -2,7 +2,8 @@
 
 pub(super) const DEMO: &str = "Examples:
   asphera demo
-  asphera demo --exit --points 20000 --speed max --out results";
+  asphera demo --exit --points 20000 --speed max --out results
+  asphera demo --scene ct --out results";
 
 pub(super) const RUN: &str = "Examples:
   asphera run --config config/asphera.toml
@@ -12,9 +13,9 @@ pub(super) const CHECK: &str = "Example:
   asphera check --config config/asphera.toml";
 
 pub(super) const MEASURE: &str = "Examples:
-  asphera measure part.xyz --nominal sphere.toml
   asphera measure session-20261121T004006Z-0badcafe --out results
-  asphera measure part.csv --columns 2,3,4 --unit um --nominal sphere.toml --json";
+  asphera measure part.csv --columns 2,3,4 --unit um --nominal sphere.toml --json
+  asphera measure lens.nrrd --nominal front.toml --second back.toml --out results";
 
 pub(super) const REDUCE: &str = "Examples:
   asphera reduce part.xyz --epsilon 0.05 -o fewer.xyz

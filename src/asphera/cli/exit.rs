@@ -26,6 +26,17 @@ impl Exit {
             Status::Pass | Status::None => Exit::Done,
         }
     }
+
+    /// The verdict of two: a fail before one that could not be given.
+    pub(super) fn or(self, other: Exit) -> Exit {
+        let rank = |exit: Exit| match exit {
+            Exit::Done => 0,
+            Exit::Undecided => 1,
+            Exit::OutOfTolerance => 2,
+            Exit::Failed => 3,
+        };
+        if rank(other) > rank(self) { other } else { self }
+    }
 }
 
 impl From<Exit> for ExitCode {

@@ -6,16 +6,18 @@ use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
+use super::face::{self, FaceArgs, Faces};
 use super::files::{part, timed};
 use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
-use super::source::{Source, source_help};
+use super::source::{Source, source_or_volume_help};
 use super::text::TextArgs;
-use asphera_measure::Along;
+use crate::results;
+use asphera_measure::{Along, Part};
 
 #[derive(Args)]
 pub(super) struct MeasureArgs {
-    #[arg(help = source_help())]
+    #[arg(help = source_or_volume_help())]
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
@@ -26,6 +28,8 @@ pub(super) struct MeasureArgs {
     /// 1000 of them. The nominal's axis is taken to point there. Without it that of the session, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
+    #[command(flatten)]
+    face: FaceArgs,
     #[command(flatten)]
     output: OutputArgs,
     /// Take the points in another order, drawn from this seed.
@@ -44,6 +48,10 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     // A nominal that cannot be used is told before long reading.
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("measure");
+    if face::is_volume(&args.source)? {
+        return of_volume(args, given, progress);
+    }
+    args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
     let part = source.needed_part(given)?;
     let along = source.along(args.along);
@@ -52,3 +60,37 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     deliver(&measurement, &args.output, Some(progress))?;
     Ok(Exit::of(&measurement.report))
 }
+
+/// Measures a face of a volume, or two; results of the second go into a folder of their own.
+fn of_volume(args: &MeasureArgs, given: Option<Part>, progress: Progress) -> Result<Exit, Failure> {
+    if args.face.second().is_some() {
+        refuse_results(&of_second(&args.output))?;
+    }
+    let faces =
+        face::measured(&args.source, &args.face, given, args.along, args.shuffle, &progress)?;
+    deliver_faces(&faces, &args.output, progress)
+}
+
+/// Writes and prints the figures of a face, and writes those of a second one.
+pub(super) fn deliver_faces(
+    faces: &Faces,
+    output: &OutputArgs,
+    progress: Progress,
+) -> Result<Exit, Failure> {
+    let Faces { first, second } = faces;
+    if let (Some(second), Some(folder)) = (second, &of_second(output).out) {
+        results::write(folder, second)?;
+    }
+    deliver(first, output, Some(progress))?;
+    let of_second = second.as_ref().map_or(Exit::Done, |second| Exit::of(&second.report));
+    Ok(Exit::of(&first.report).or(of_second))
+}
+
+/// Where the results of the second face go.
+fn of_second(output: &OutputArgs) -> OutputArgs {
+    let out = output.out.as_ref().map(|folder| folder.join(SECOND));
+    OutputArgs { out, ..output.clone() }
+}
+
+/// The folder of the results of the second face.
+const SECOND: &str = "second";

@@ -10,6 +10,7 @@ mod describe;
 mod examples;
 mod exit;
 mod export;
+mod face;
 mod files;
 mod graph;
 mod manual;
@@ -155,7 +156,7 @@ struct ConfigArgs {
 }
 
 /// What is done with the figures.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 struct OutputArgs {
     /// Print the report as one JSON object on stdout, and nothing else there.
     #[arg(long)]

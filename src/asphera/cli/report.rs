@@ -6,18 +6,19 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::exit::Exit;
+use super::face::{self, FaceArgs};
 use super::files::{measured, part, refuse};
 use super::output::{Failure, print};
 use super::progress::Progress;
-use super::source::{Content, Source, source_help};
+use super::source::{Content, Source, source_or_volume_help};
 use super::summary::summary;
 use super::text::TextArgs;
-use asphera_measure::Along;
+use asphera_measure::{Along, Measurement};
 use asphera_paper::{Provenance, SourceFile, html, qif};
 
 #[derive(Args)]
 pub(super) struct ReportArgs {
-    #[arg(help = source_help())]
+    #[arg(help = source_or_volume_help())]
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
@@ -34,6 +35,8 @@ pub(super) struct ReportArgs {
     /// them. Without it that of the recording, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
+    #[command(flatten)]
+    face: FaceArgs,
     /// What was measured: a name or serial number for the head of the report.
     #[arg(long, value_name = "TEXT")]
     part: Option<String>,
@@ -56,6 +59,12 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         Provenance { part: args.part.clone(), command: command.join(" "), ..Provenance::default() };
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("report");
+    if face::is_volume(&args.source)? {
+        provenance.files = files_of_volume(args)?;
+        let faces = face::measured(&args.source, &args.face, given, args.along, None, &progress)?;
+        return deliver(args, &faces.first, &provenance, progress);
+    }
+    args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
     let part = source.needed_part(given)?;
     provenance.files = match source.content() {
@@ -70,10 +79,28 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
         provenance.instrument = origin.instrument.clone();
     }
     let measurement = measured(part, source.along(args.along), &source, &progress)?;
+    deliver(args, &measurement, &provenance, progress)
+}
+
+/// The files that the report of a volume is made from; of a folder of slices none is named.
+fn files_of_volume(args: &ReportArgs) -> Result<Vec<SourceFile>, Failure> {
+    let volume = Some(args.source.as_path()).filter(|path| path.is_file());
+    let nominals = args.nominal.as_deref().into_iter().chain(args.face.second());
+    let files = volume.into_iter().chain(nominals);
+    Ok(files.map(SourceFile::read).collect::<Result<_, _>>()?)
+}
+
+/// Writes the papers and prints the summary.
+fn deliver(
+    args: &ReportArgs,
+    measurement: &Measurement,
+    provenance: &Provenance,
+    progress: Progress,
+) -> Result<Exit, Failure> {
     progress.stage("drawing the report");
-    write(&args.out, &html(&measurement, &provenance))?;
+    write(&args.out, &html(measurement, provenance))?;
     if let Some(path) = &args.qif {
-        write(path, &qif(&measurement.report, &provenance))?;
+        write(path, &qif(&measurement.report, provenance))?;
     }
     drop(progress);
     print(&summary(&measurement.report, false));

@@ -4,7 +4,7 @@ mod recorded;
 
 use std::path::{Path, PathBuf};
 
-use asphera_formats::{KINDS, Source as Origin, Topography};
+use asphera_formats::{Cloud, Format, KINDS, Source as Origin, Topography, VOLUME_KINDS};
 use asphera_geometry::PointMm;
 pub(super) use recorded::Recorded;
 
@@ -67,6 +67,14 @@ impl Source {
             }
         };
         Ok(Source { path: path.to_owned(), file, content })
+    }
+
+    /// Points that were made of what lies at `path`.
+    pub(super) fn of_points(path: &Path, points_mm: Vec<PointMm>, format: Format) -> Source {
+        let origin = Origin { format, instrument: None, date: None, comment: None, taken: None };
+        let cloud = Cloud { points_mm, ..Cloud::default() };
+        let content = Content::File(Topography::Cloud(cloud, origin));
+        Source { path: path.to_owned(), file: path.to_owned(), content }
     }
 
     /// The path as it was given.
@@ -176,6 +184,11 @@ pub(super) fn source_help() -> String {
         "The points: {KINDS}; a recorded session (its folder session-…, or a segment .mcap); or a folder of results \
          with {MESH}"
     )
+}
+
+/// The same where a face of a volume will do.
+pub(super) fn source_or_volume_help() -> String {
+    format!("{}; or a volume, of which the nominal says the face: {VOLUME_KINDS}", source_help())
 }
 
 /// What a path leads to. The one place that looks into a folder.

@@ -1,7 +1,8 @@
 //! `asphera volume`: a volume becomes a surface, with what is certain of it.
 
 mod figures;
-mod opened;
+mod nominal;
+pub(super) mod opened;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -12,9 +13,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use asphera_formats::{ply, stl};
-use asphera_volume::{
-    Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method, Surface, Verdict,
-};
+use asphera_volume::{Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method, Surface};
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
@@ -38,6 +37,10 @@ pub(super) struct VolumeArgs {
     /// radius of curvature, or half its thinnest wall or gap.
     #[arg(long, value_name = "R_MM", value_parser = length)]
     regular: Option<f64>,
+    /// A nominal of the part: the reach of its face, the smallest local feature size on both sides, against the spacing. It says nothing
+    /// of the rest of the part.
+    #[arg(long, value_name = "FILE")]
+    nominal: Option<PathBuf>,
     /// How the samples become a surface: modified marching cubes, majority interpolation, its complement, balls about the samples,
     /// trilinear interpolation, the same blended, or the faces of voxels.
     #[arg(long, value_enum, default_value = "mmc")]
@@ -73,7 +76,7 @@ pub(super) struct VolumeArgs {
 
 /// What is material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Threshold {
+pub(super) enum Threshold {
     Value(f64),
     Otsu,
     Iso50,
@@ -192,7 +195,7 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
     } else {
         print(&summary::of(&report));
     }
-    if args.check && report.verdict() == Verdict::Contradicted {
+    if args.check && report.is_contradicted() {
         return Ok(Exit::Undecided);
     }
     Ok(Exit::Done)
@@ -232,7 +235,7 @@ fn length(word: &str) -> Result<f64, String> {
     }
 }
 
-fn spacing(word: &str) -> Result<[f64; 3], String> {
+pub(super) fn spacing(word: &str) -> Result<[f64; 3], String> {
     let lengths: Vec<f64> = word.split(',').map(length).collect::<Result<_, _>>()?;
     match lengths[..] {
         [all] => Ok([all; 3]),

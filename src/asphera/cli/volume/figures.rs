@@ -11,8 +11,10 @@ use asphera_volume::{
 use clap::ValueEnum as _;
 use serde::Serialize;
 
+use super::super::files::part;
 use super::super::output::Failure;
 use super::VolumeArgs;
+use super::nominal::{self, NominalFigures};
 use super::opened::Opened;
 
 /// All figures of a volume. Lengths are mm of the file's frame.
@@ -58,6 +60,9 @@ pub(super) struct GridFigures {
     pub(super) c1: u64,
     pub(super) c2: u64,
     pub(super) places: Vec<PlaceFigures>,
+    /// What the face of `--nominal` asks of the grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) nominal: Option<NominalFigures>,
     #[serde(skip)]
     known: Verdict,
 }
@@ -148,8 +153,10 @@ pub(super) struct MeshFigures {
 }
 
 impl VolumeReport {
-    pub(super) fn verdict(&self) -> Verdict {
-        self.grid.known
+    /// Whether the grid, or what a nominal asks of it, is contradicted.
+    pub(super) fn is_contradicted(&self) -> bool {
+        let nominal = self.grid.nominal.as_ref().map(|nominal| nominal.known);
+        self.grid.known == Verdict::Contradicted || nominal == Some(Verdict::Contradicted)
     }
 }
 
@@ -172,7 +179,10 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
     let checked = surface.check();
     let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
     let spacing_mm = frame.spacing_mm();
-    let grid = grid(args, opened, &GridCheck::new(samples, &histogram));
+    let check = GridCheck::new(samples, &histogram);
+    let given = args.nominal.as_deref().map(part).transpose()?;
+    let nominal = given.map(|part| nominal::of(&part, spacing_mm, &check)).transpose()?;
+    let grid = grid(args, opened, &check, nominal);
     let pieces = surface.pieces();
     let surfaces = pieces.iter().map(|piece| SurfaceFigures {
         euler: piece.euler,
@@ -221,7 +231,21 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
     Ok((report, surface))
 }
 
-fn grid(args: &VolumeArgs, opened: &Opened, check: &GridCheck) -> GridFigures {
+/// The word of a verdict.
+pub(super) fn word(known: Verdict) -> &'static str {
+    match known {
+        Verdict::Proved => "proved",
+        Verdict::Contradicted => "contradicted",
+        Verdict::Unknown => "unknown",
+    }
+}
+
+fn grid(
+    args: &VolumeArgs,
+    opened: &Opened,
+    check: &GridCheck,
+    nominal: Option<NominalFigures>,
+) -> GridFigures {
     let spacing_mm = opened.frame.spacing_mm();
     let (mut known, mut why) = check.verdict(spacing_mm, args.regular);
     if known == Verdict::Proved {
@@ -245,11 +269,7 @@ fn grid(args: &VolumeArgs, opened: &Opened, check: &GridCheck) -> GridFigures {
         code: place.code,
     });
     GridFigures {
-        verdict: match known {
-            Verdict::Proved => "proved",
-            Verdict::Contradicted => "contradicted",
-            Verdict::Unknown => "unknown",
-        },
+        verdict: word(known),
         why,
         regular_mm: args.regular,
         needed_spacing_mm: needed,
@@ -260,6 +280,7 @@ fn grid(args: &VolumeArgs, opened: &Opened, check: &GridCheck) -> GridFigures {
         c1: check.c1,
         c2: check.c2,
         places: places.collect(),
+        nominal,
         known,
     }
 }

@@ -29,8 +29,8 @@ pub(super) struct Opened {
 
 pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
     let name = args.file.display().to_string();
-    let volume = if args.file.is_dir() { slices(&args.file) } else { file(&args.file) }?;
-    let frame = spaced(&name, volume.frame, args.spacing)?;
+    let volume = read_volume(&args.file, args.spacing)?;
+    let frame = volume.frame;
     let floats = volume.values.to_floats();
     let Some(levels) = Levels::new(&floats) else {
         return Err(format!(
@@ -76,6 +76,16 @@ pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
         parts: parts.count(),
         is_chosen,
     })
+}
+
+/// The volume of a file or of a folder of slices; its spacing is known.
+pub(in crate::cli) fn read_volume(
+    path: &Path,
+    spacing: Option<[f64; 3]>,
+) -> Result<Volume, Failure> {
+    let volume = if path.is_dir() { slices(path) } else { file(path) }?;
+    let frame = spaced(&path.display().to_string(), volume.frame, spacing)?;
+    Ok(Volume { frame, ..volume })
 }
 
 /// The volume of a file.

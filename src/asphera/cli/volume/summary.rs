@@ -33,6 +33,20 @@ pub(super) fn of(report: &VolumeReport) -> String {
     if let (Some(needed), Some(margin)) = (report.grid.needed_spacing_mm, report.grid.margin) {
         line("", format!("needed spacing below {} mm, margin {margin:.2}", short(needed)));
     }
+    if let Some(nominal) = &report.grid.nominal {
+        line("nominal", format!("{}: {}", nominal.verdict.to_uppercase(), nominal.why));
+        if let (Some(reach), Some(needed), Some(margin)) =
+            (nominal.reach_mm, nominal.needed_spacing_mm, nominal.margin)
+        {
+            let [reach, needed] = [reach, needed].map(short);
+            line(
+                "",
+                format!(
+                    "r {reach} mm by its reach, needed spacing below {needed} mm, margin {margin:.2}; of its face alone"
+                ),
+            );
+        }
+    }
     let topology = &report.topology;
     line(
         "topology",

@@ -196,3 +196,33 @@ fn trilinear_knows_grey_values() {
     assert_eq!(of(-0.01), 1);
     assert_eq!(of(-1.0), 2);
 }
+
+/// The reach of a sphere is its radius: r / √3 is asked of the spacing. Of the part beside the face nothing is proved.
+#[test]
+fn a_nominal_asks_for_a_spacing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cap.toml");
+    let of = |radius: &str, aperture: &str| {
+        let text = format!(
+            "[surface]\nkind = \"sphere\"\nradius_mm = {radius}\n[aperture]\nshape = \"circle\"\nradius_mm = {aperture}\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        let more = ["--spacing", "0.1", "--nominal", path.to_str().unwrap()];
+        figures_of(&ball(), "vol", &more).unwrap()["grid"].clone()
+    };
+    let found = of("-0.9", "0.5");
+    assert_eq!(
+        (&found["verdict"], &found["nominal"]["verdict"]),
+        (&"unknown".into(), &"proved".into())
+    );
+    let number = |name: &str| found["nominal"][name].as_f64().unwrap();
+    assert!((number("reach_mm") - 0.9).abs() < 0.01, "{found}");
+    assert!((number("needed_spacing_mm") - 0.9 / 3.0_f64.sqrt()).abs() < 0.01, "{found}");
+    assert!((number("margin") - 9.0 / 3.0_f64.sqrt()).abs() < 0.1, "{found}");
+    // Too sharp for a spacing of 0.1 mm.
+    assert_eq!(of("-0.15", "0.1")["nominal"]["verdict"], "contradicted");
+    std::fs::write(&path, "[surface]\nkind = \"sphere\"\nradius_mm = 5\n").unwrap();
+    let more = ["--spacing", "0.1", "--nominal", path.to_str().unwrap()];
+    let said = figures_of(&ball(), "vol", &more).unwrap_err();
+    assert!(said.contains("expected an [aperture]"), "{said}");
+}

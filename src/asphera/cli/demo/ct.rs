@@ -1,0 +1,112 @@
+//! The scene `ct`: a lens in a simulated scanner, both its faces measured.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use asphera_form::Nominal;
+use asphera_formats::volume::{Frame, UnitKnown, write_nrrd};
+use asphera_rig::{CtScene, CtTruth, CtVolume};
+
+use super::super::exit::Exit;
+use super::super::face::{self, FaceArgs, Faces};
+use super::super::files::part;
+use super::super::measure::deliver_faces;
+use super::super::output::{Failure, refuse_results, say, write_json};
+use super::super::progress::Progress;
+use super::{DemoArgs, default_folder};
+
+/// The name of the scene.
+pub(super) const NAME: &str = "ct";
+
+/// Makes the volume, its nominals and its truth, and measures it from its files as anyone would.
+pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
+    for (is_given, option) in
+        [(args.points.is_some(), "--points"), (args.listen.is_some(), "--listen")]
+    {
+        if is_given {
+            return Err(format!(
+                "scene {NAME}: expected no {option}, for a scan in space has no points and no page; leave it out"
+            )
+            .into());
+        }
+    }
+    refuse_results(&args.output)?;
+    let folder = args.output.out.clone().unwrap_or_else(default_folder);
+    args.output.out = Some(folder.clone());
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    let mut scene = CtScene::lens(1.0);
+    scene.seed = args.seed.unwrap_or(scene.seed);
+    let progress = Progress::start("demo");
+    progress.stage("scanning");
+    let laid = lay_out(&folder, &scene)?;
+    say(&format!("results: {}", folder.display()));
+    let faces = laid.measured(&progress)?;
+    deliver_faces(&faces, &args.output, progress)
+}
+
+/// The files of a scan.
+pub(in crate::cli) struct LaidOut {
+    pub(in crate::cli) volume: PathBuf,
+    pub(in crate::cli) nominals: [PathBuf; 2],
+    #[cfg_attr(
+        not(test),
+        expect(dead_code, reason = "tests compare with it; it stands in truth.json")
+    )]
+    pub(in crate::cli) truth: CtTruth,
+}
+
+impl LaidOut {
+    /// Both faces, measured from the files.
+    pub(in crate::cli) fn measured(&self, progress: &Progress) -> Result<Faces, Failure> {
+        let [front, back] = &self.nominals;
+        let args = FaceArgs::of_pair(back.clone());
+        face::measured(&self.volume, &args, Some(part(front)?), None, None, progress)
+    }
+}
+
+/// Scans a lens, and writes the volume, the nominals of its faces and the truth.
+pub(in crate::cli) fn lay_out(folder: &Path, scene: &CtScene) -> Result<LaidOut, Failure> {
+    let path = folder.join("ct.nrrd");
+    let nominals = [folder.join("front.toml"), folder.join("back.toml")];
+    let scan = scene.scan()?;
+    write_volume(&path, &scan)?;
+    for (path, of) in nominals.iter().zip(&scene.faces) {
+        std::fs::write(path, nominal(&of.nominal, scene.aperture_mm))
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    }
+    write_json(&folder.join("truth.json"), &scan.truth)?;
+    Ok(LaidOut { volume: path, nominals, truth: scan.truth })
+}
+
+fn write_volume(path: &Path, volume: &CtVolume) -> Result<(), Failure> {
+    let frame = Frame {
+        origin_mm: volume.origin_mm,
+        ..Frame::aligned([volume.spacing_mm; 3], UnitKnown::Stated)
+    };
+    let file =
+        File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    write_nrrd(BufWriter::new(file), volume.size, &volume.values, &frame)
+        .map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+/// The nominal file of an asphere.
+fn nominal(of: &Nominal, aperture_mm: f64) -> String {
+    let mut text = "[surface]\nkind = \"asphere\"\n".to_owned();
+    if let Nominal::Asphere(asphere) = of {
+        text.push_str(&format!(
+            "radius_mm = {:?}\nconic = {:?}\n",
+            asphere.radius_mm, asphere.conic
+        ));
+        for (order, coefficient) in (4..).step_by(2).zip(asphere.coefficients) {
+            if coefficient != 0.0 {
+                text.push_str(&format!("A{order} = {coefficient:?}\n"));
+            }
+        }
+    }
+    text.push_str(&format!(
+        "\n[aperture]\nshape = \"circle\"\nradius_mm = {aperture_mm:?}\n\n[fit]\nfree = [\"tx\", \"ty\", \"tz\", \"rx\", \"ry\"]\n"
+    ));
+    text
+}
