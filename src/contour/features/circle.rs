@@ -34,6 +34,23 @@ impl Circle {
     /// Gauss and Newton's iteration from the algebraic fit of I. Kåsa (IEEE Transactions on Instrumentation and Measurement 25 (1976) 8-14).
     /// The covariance is s²·(JᵀJ)⁻¹, s² the sum of squares over n - 3: points count as independent and equally uncertain. n·log n time.
     pub fn fit(points_mm: &[PlaceMm]) -> Option<Circle> {
+        Fitted::circle(points_mm).map(|fitted| Circle::about(&fitted))
+    }
+}
+
+/// The circle of [`Circle::fit`] with (JᵀJ)⁻¹ of its centre and radius.
+pub(super) struct Fitted {
+    /// The points from their mean, which is the next.
+    local: Vec<PlaceMm>,
+    mean: PlaceMm,
+    /// The centre from there.
+    centre: PlaceMm,
+    pub(super) radius_mm: f64,
+    pub(super) unit: [[f64; 3]; 3],
+}
+
+impl Fitted {
+    pub(super) fn circle(points_mm: &[PlaceMm]) -> Option<Fitted> {
         if points_mm.len() < 4 {
             return None;
         }
@@ -55,12 +72,25 @@ impl Circle {
         if !radius.is_finite() || radius <= 0.0 || radius > 1e4 * extent {
             return None;
         }
-        Circle::about(&local, mean, [a, b], radius)
+        let (normal, _) = equations(&local, [a, b], radius);
+        let column = |index: usize| {
+            let mut right = [0.0; 3];
+            right[index] = 1.0;
+            solved(normal, right)
+        };
+        let unit = [column(0)?, column(1)?, column(2)?];
+        Some(Fitted { local, mean, centre: [a, b], radius_mm: radius, unit })
     }
 
-    fn about(local: &[PlaceMm], mean: PlaceMm, [a, b]: PlaceMm, radius: f64) -> Option<Circle> {
+    pub(super) fn centre_mm(&self) -> PlaceMm {
+        [self.mean[0] + self.centre[0], self.mean[1] + self.centre[1]]
+    }
+}
+
+impl Circle {
+    fn about(fitted: &Fitted) -> Circle {
+        let Fitted { local, centre: [a, b], radius_mm: radius, unit, .. } = fitted;
         let count = local.len() as f64;
-        let (normal, _) = equations(local, [a, b], radius);
         // Angle and deviation of every point, in the order of the angles.
         let mut polar: Vec<(f64, f64)> = local
             .iter()
@@ -69,11 +99,7 @@ impl Circle {
         polar.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
         let squares: f64 = polar.iter().map(|(_, deviation)| deviation * deviation).sum();
         let variance = squares / (count - 3.0);
-        let unit = |index: usize| {
-            let mut right = [0.0; 3];
-            right[index] = 1.0;
-            Some((variance * solved(normal, right)?[index]).sqrt())
-        };
+        let u_mm = |index: usize| (variance * unit[index][index]).sqrt();
         let (low, high) =
             polar.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
                 (low.min(it.1), high.max(it.1))
@@ -81,17 +107,17 @@ impl Circle {
         let noise_sigma_mm = noise(&polar);
         let next = polar.iter().cycle().skip(1).zip(&polar);
         let gap = next.map(|(next, at)| (next.0 - at.0).rem_euclid(TAU)).fold(0.0, f64::max);
-        Some(Circle {
-            centre_mm: [mean[0] + a, mean[1] + b],
-            u_centre_mm: [unit(0)?, unit(1)?],
+        Circle {
+            centre_mm: fitted.centre_mm(),
+            u_centre_mm: [u_mm(0), u_mm(1)],
             diameter_mm: 2.0 * radius,
-            u_diameter_mm: 2.0 * unit(2)?,
+            u_diameter_mm: 2.0 * u_mm(2),
             deviation_rms_mm: (squares / count).sqrt(),
             roundness_mm: high - low,
             u_roundness_mm: 0.5 * noise_sigma_mm * noise_range(local.len(), 0.95),
             noise_sigma_mm,
             span_deg: (TAU - gap).to_degrees(),
-        })
+        }
     }
 }
 
@@ -129,7 +155,7 @@ fn add(normal: &mut [[f64; 3]; 3], right: &mut [f64; 3], row: [f64; 3], value: f
 }
 
 /// The solution of three equations of a positive definite matrix (Cholesky); none where it is none.
-fn solved(m: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
+pub(super) fn solved(m: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     let mut l = [[0.0; 3]; 3];
     for i in 0..3 {
         for j in 0..=i {

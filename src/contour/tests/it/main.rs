@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
 
+mod airfoils;
 mod benchmark;
 mod choice;
 mod compare;
@@ -14,6 +15,7 @@ mod invariance;
 mod outlines;
 mod peers;
 mod places;
+mod profiles;
 mod regions;
 mod sampler;
 mod sampling;
