@@ -326,7 +326,7 @@ fn blur(shares: &mut [f64], size: [usize; 3], sigma: f64) {
         let stride: usize = size[..axis].iter().product();
         let long = size[axis];
         let mut line = vec![0.0; long];
-        for start in (0..shares.len()).filter(|index| index / stride % long == 0) {
+        for start in (0..shares.len()).filter(|index| (index / stride).is_multiple_of(long)) {
             for (at, value) in line.iter_mut().enumerate() {
                 *value = shares[start + at * stride];
             }

@@ -156,7 +156,8 @@ fn filled(skin: &Skin, part: &Part, plane: &Plane, pose: &Pose, selection: &Sele
         let [x, y, _] = motion.to_part(plane.to_plane(skin.places_mm[vertex as usize]));
         let cell = |at: f64, half: f64| {
             let share = (at / half + 1.0) / 2.0;
-            (0.0..1.0).contains(&share).then(|| (share * CELLS as f64) as usize)
+            let inside = Some(share).filter(|share| (0.0..1.0).contains(share));
+            inside.map(|share| (share * CELLS as f64) as usize)
         };
         if let (Some(i), Some(j)) = (cell(x, half_mm[0]), cell(y, half_mm[1])) {
             cells[j][i] = true;

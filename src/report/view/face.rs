@@ -79,8 +79,7 @@ fn errors(face: &FaceFigures) -> [Fact; 4] {
 }
 
 fn add_second(chapter: &mut Chapter, second: &SecondFigures) {
-    let mut line = "second face: ".to_owned();
-    match &second.report.form {
+    let form = match &second.report.form {
         Some(form) => {
             let deviation = &form.deviation;
             let u_nm = deviation.uncertainty.as_ref().map(|known| known.u_rms_nm);
@@ -88,13 +87,13 @@ fn add_second(chapter: &mut Chapter, second: &SecondFigures) {
                 || short(deviation.rms_nm),
                 |u_nm| with_u(deviation.rms_nm, Some(u_nm)),
             );
-            line.push_str(&format!("PV {} nm, RMS {rms} nm", short(deviation.pv_nm)));
+            format!("PV {} nm, RMS {rms} nm", short(deviation.pv_nm))
         }
-        None => line.push_str("no form"),
-    }
-    let verdict = second.report.verdict.status.word();
-    chapter.brief.push(format!("{line}; {verdict}"));
-    chapter.facts(vec![Fact::new("Second face", format!("{line}; {verdict}"))]);
+        None => "no form".to_owned(),
+    };
+    let told = format!("{form}; {}", second.report.verdict.status.word());
+    chapter.brief.push(format!("second face: {told}"));
+    chapter.facts(vec![Fact::new("Second face", told)]);
     match &second.lies {
         Some(lies) => add_faces(chapter, lies),
         None => chapter.note("Thickness is unknown: one of the two faces has no fit."),

@@ -1,10 +1,11 @@
 //! Bodies with a known radius r, Euler number, volume and area, digitized in any pose.
 //!
 //! A body is the set of points within `thickness` of a curve: then r is the smaller of the thickness and what the curve's own
-//! reach leaves outside. Tori, links of two tori, tubes and chains of balls are such bodies.
+//! reach leaves outside. Tori, links of two tori, tubes, knots and chains of balls are such bodies.
 
 use asphera_volume::Samples;
 
+use crate::knots::Knot;
 use crate::noise::Random;
 
 pub(crate) struct Body {
@@ -12,6 +13,7 @@ pub(crate) struct Body {
     /// Distance to the boundary is `thickness` less the distance to these.
     rings: Vec<Ring>,
     segments: Vec<[[f64; 3]; 2]>,
+    knot: Option<Knot>,
     thickness: f64,
     /// Two balls of this radius touch every boundary point, one inside, one outside.
     pub(crate) regular: f64,
@@ -35,6 +37,7 @@ impl Body {
             name,
             rings: Vec::new(),
             segments: Vec::new(),
+            knot: None,
             thickness,
             regular,
             surface_euler,
@@ -91,7 +94,17 @@ impl Body {
         body
     }
 
-    /// Any of the bodies above, of any proportions.
+    /// A tube about a torus knot, half as thick as the reach of the knot: so much is left outside of it.
+    pub(crate) fn knot(turns: [u32; 2], radii: [f64; 2]) -> Body {
+        let knot = Knot::new(turns, radii);
+        let tube = 0.499 * knot.reach();
+        let mut body = Body::of("knot", tube, tube, 0);
+        body.extent = radii[0] + radii[1] + tube;
+        body.knot = Some(knot);
+        body
+    }
+
+    /// Any of the bodies above but a knot, of any proportions.
     pub(crate) fn random(random: &mut Random) -> Body {
         let r = random.between(1.0, 2.0);
         match random.word() % 5 {
@@ -121,7 +134,9 @@ impl Body {
             let foot: [f64; 3] = std::array::from_fn(|axis| rest[axis] - share * along[axis]);
             dot(foot, foot).sqrt()
         });
-        self.thickness - to_rings.chain(to_segments).fold(f64::INFINITY, f64::min)
+        let to_knot =
+            self.knot.iter().filter_map(|knot| knot.distance(point, 2.0 * self.thickness));
+        self.thickness - to_rings.chain(to_segments).chain(to_knot).fold(f64::INFINITY, f64::min)
     }
 
     /// The body sampled at a spacing, in a pose drawn at random.

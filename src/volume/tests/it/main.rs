@@ -5,6 +5,7 @@
 mod betti;
 mod bodies;
 mod invariance;
+mod knots;
 mod measures;
 mod meshes;
 mod noise;
