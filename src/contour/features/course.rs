@@ -91,7 +91,7 @@ impl Course {
     }
 
     /// The same points, beginning at one of them; for closed ones.
-    pub(super) fn from_point(&self, first: usize) -> Course {
+    pub(super) fn beginning_at(&self, first: usize) -> Course {
         let mut places_mm = self.places_mm.clone();
         places_mm.rotate_left(first);
         Course { places_mm, closed: self.closed }
@@ -109,7 +109,7 @@ impl Course {
         range(0).max(range(1))
     }
 
-    /// The noise of the points across the curve; none of fewer than [`LEAST`] points.
+    /// The noise of the points across the curve; none of fewer than 9 points.
     ///
     /// Each is held against the cubic through its four neighbours at one and two strides, in the direction of the outer two. What is
     /// left, over what noise of five points makes of it, has the standard deviation σ, of all within 3.5 σ by their median. The stride is doubled until it is wide against σ.

@@ -55,7 +55,7 @@ pub(super) fn cut(course: &Course, noise: &Noise, sigma_mm: f64) -> Cut {
 /// Whether the last piece and the first cost less as one.
 fn is_one(cut: &Cut, noise: &Noise, start: usize, sigma_mm: f64) -> bool {
     let [first, last] = [cut.pieces[0], cut.pieces[cut.pieces.len() - 1]];
-    let turned = cut.course.from_point(last.first);
+    let turned = cut.course.beginning_at(last.first);
     let count = turned.places_mm().len();
     let costs = Costs::new(&turned, noise, (start + last.first) % count, sigma_mm);
     let end = count - last.first;
@@ -64,7 +64,7 @@ fn is_one(cut: &Cut, noise: &Noise, start: usize, sigma_mm: f64) -> bool {
 
 /// The pieces of a course that begins at one of its points.
 fn linear(course: &Course, noise: &Noise, start: usize, sigma_mm: f64) -> Cut {
-    let course = course.from_point(start);
+    let course = course.beginning_at(start);
     let costs = Costs::new(&course, noise, start, sigma_mm);
     let mut ends = costs.best_ends();
     for _ in 0..MOST_MOVES {
@@ -105,11 +105,11 @@ impl<'a> Costs<'a> {
     /// The least cost of the points from `first` to before `end`, and the form.
     fn least(&self, first: usize, end: usize) -> (f64, Form) {
         let mut moments = Moments::default();
-        (first..end).for_each(|index| moments.add(self.from(first, index)));
+        (first..end).for_each(|index| moments.add(self.way(first, index)));
         self.of(&moments, first, end)
     }
 
-    fn from(&self, first: usize, index: usize) -> PlaceMm {
+    fn way(&self, first: usize, index: usize) -> PlaceMm {
         let [at, from] = [self.places_mm[index], self.places_mm[first]];
         [at[0] - from[0], at[1] - from[1]]
     }
@@ -154,7 +154,7 @@ impl<'a> Costs<'a> {
             let mut moments = Moments::default();
             for to in from + 1..nodes.len() {
                 (nodes[to - 1]..nodes[to])
-                    .for_each(|index| moments.add(self.from(nodes[from], index)));
+                    .for_each(|index| moments.add(self.way(nodes[from], index)));
                 let cost = before + self.of(&moments, nodes[from], nodes[to]).0;
                 if cost < best[to].0 {
                     best[to] = (cost, from);
@@ -208,14 +208,14 @@ impl<'a> Costs<'a> {
     /// Where, from `low` to `high`, points from `first` to before `end` fall into two pieces at least cost, and that.
     fn best_end(&self, first: usize, [low, high]: [usize; 2], end: usize) -> (f64, usize) {
         let mut before = Moments::default();
-        (first..low).for_each(|point| before.add(self.from(first, point)));
+        (first..low).for_each(|point| before.add(self.way(first, point)));
         let mut after = Moments::default();
-        (high..end).rev().for_each(|point| after.add(self.from(end - 1, point)));
+        (high..end).rev().for_each(|point| after.add(self.way(end - 1, point)));
         let mut costs_after = vec![0.0; high - low + 1];
         for place in (low..=high).rev() {
             costs_after[place - low] = self.of(&after, place, end).0;
             if place > low {
-                after.add(self.from(end - 1, place - 1));
+                after.add(self.way(end - 1, place - 1));
             }
         }
         let mut best = (f64::INFINITY, low);
@@ -225,7 +225,7 @@ impl<'a> Costs<'a> {
                 best = (cost, place);
             }
             if place < high {
-                before.add(self.from(first, place));
+                before.add(self.way(first, place));
             }
         }
         best

@@ -45,10 +45,11 @@ impl Tip {
         let noise_mm2 = near.len() as f64 * fine_mm * fine_mm;
         let corner = Corner::new(section, end, noise);
         let corner_mm2 = corner.as_ref().map_or(f64::INFINITY, |it| it.squares_mm2(&places));
-        if corner_mm2 < 0.5 * circle_mm2 && corner_mm2 <= FIT * noise_mm2 {
-            if let Some(corner) = corner {
-                return Ok(corner.tip);
-            }
+        if corner_mm2 < 0.5 * circle_mm2
+            && corner_mm2 <= FIT * noise_mm2
+            && let Some(corner) = corner
+        {
+            return Ok(corner.tip);
         }
         let round_mm2 = near.len() as f64 * (ROUND * zone_mm).powi(2);
         if circle_mm2 > FIT * noise_mm2 + round_mm2 {

@@ -115,10 +115,9 @@ fn truth(lengths: &Lengths) -> [f64; 3] {
         }
         for i in 0..3 {
             for k in (0..3).filter(|k| *k != i) {
-                let share = rows[k][i] / rows[i][i];
-                for j in 0..4 {
-                    rows[k][j] -= share * rows[i][j];
-                }
+                let lead = rows[i];
+                let share = rows[k][i] / lead[i];
+                rows[k].iter_mut().zip(lead).for_each(|(value, lead)| *value -= share * lead);
             }
         }
         let step = [0, 1, 2].map(|i| rows[i][3] / rows[i][i]);
