@@ -1,13 +1,16 @@
 //! `asphera contour`: the curve or the area that points in the plane are samples of.
 
 mod draw;
+mod features;
 mod figures;
 pub(super) mod report;
 mod sampled;
+mod slab;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use asphera_contour::features::Course;
 use asphera_contour::{
     Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
     Triangulation,
@@ -15,8 +18,10 @@ use asphera_contour::{
 use asphera_geometry::PointMm;
 use clap::Args;
 
+use self::features::features_of;
 use self::figures::{CircleFigures, DeviationFigures};
 use self::report::ContourReport;
+use self::slab::Cutting;
 use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json, say};
@@ -41,6 +46,18 @@ pub(super) struct ContourArgs {
     /// every point against it.
     #[arg(long, value_name = "NOMINAL", conflicts_with = "graph")]
     outline: Option<PathBuf>,
+    /// Cuts a body: takes points near the plane a·x + b·y + c·z = d only, lengths in mm, and lays them on it. 0,0,1,5 keeps x and y at z = 5 mm.
+    #[arg(long, value_name = "A,B,C,D", requires = "within", allow_hyphen_values = true)]
+    plane: Option<Cutting>,
+    /// How far from --plane points may lie, in mm.
+    #[arg(long, value_name = "MM", requires = "plane")]
+    within: Option<f64>,
+    /// Deviations from lines and arcs up to so many mm make no feature of their own; 0 for those of noise only.
+    #[arg(long, value_name = "MM", default_value_t = 0.0, conflicts_with = "graph")]
+    tolerance: f64,
+    /// Closed curves are sections of airfoils: chord, thickness and radii of the edges are told.
+    #[arg(long, conflicts_with = "graph")]
+    airfoil: bool,
     /// A proximity graph instead; --methods lists the names.
     #[arg(long, value_name = "NAME", conflicts_with = "method")]
     graph: Option<String>,
@@ -106,8 +123,20 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         return Err(format!("{flag} {name}: expected one of {names}; give {other} {name}").into());
     }
     let parameters = Parameters::parse(&args.set)?;
+    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
+        return Err(format!("--tolerance {}: expected 0 mm or more", args.tolerance).into());
+    }
+    if let Some(within) = args.within.filter(|within| !(*within > 0.0 && within.is_finite())) {
+        return Err(format!("--within {within}: expected more than 0 mm").into());
+    }
     let progress = Progress::start("contour");
-    let points = places(path, &args.text, &progress)?;
+    let points = match args.plane.zip(args.within) {
+        Some((plane, within_mm)) => {
+            let source = Source::open(path, &args.text, &progress)?;
+            plane.places(path, source.points(), within_mm)?
+        }
+        None => places(path, &args.text, &progress)?,
+    };
     progress.stage("meshing");
     let name = path.display();
     let samples = Samples::new(&points).map_err(|error| format!("{name}: {error}"))?;
@@ -131,20 +160,32 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     progress.stage(method.name());
     let parameters = method.chosen(&triangulation, &parameters)?;
     let region = method.region(&triangulation, &parameters)?;
-    let (mut report, used) = match region {
+    let (mut report, used, courses) = match region {
         _ if method == Method::Auto => by_points(&triangulation, &parameters)?,
         Some(region) => {
             let report = ContourReport::of_region(&triangulation, method, &parameters, &region);
-            (report, joined(&triangulation, region.border()))
+            (report, joined(&triangulation, region.border()), Vec::new())
         }
         None => {
             let curve = method.curve(&triangulation, &parameters)?;
             let report = ContourReport::new(&triangulation, method, &parameters, &curve);
-            (report, used_of(&triangulation, &curve, &[]))
+            let courses = match method.kind() {
+                Kind::Curve => Course::of_curve(&triangulation, &curve, &[]),
+                Kind::Region | Kind::Graph => Vec::new(),
+            };
+            (report, used_of(&triangulation, &curve, &[]), courses)
         }
     };
     if report.sampling.is_some() && report.chains.len() == 1 {
         report.circle = CircleFigures::of(&used);
+    }
+    progress.stage("features");
+    let (features, unknown) = features_of(&courses, args.tolerance, args.airfoil);
+    report.features = features;
+    report.unknown.extend(unknown);
+    if args.airfoil && courses.is_empty() {
+        let why = "airfoil: expected a closed curve, found none; give a method of curves";
+        report.unknown.push(why.to_owned());
     }
     if let Some(outline) = &args.outline {
         report.deviation = Some(DeviationFigures::of(outline, &used, report.input.noise_sigma_mm)?);
@@ -173,25 +214,26 @@ fn used_of(
     used.map(|sample| triangulation.place(sample)).collect()
 }
 
-/// The outcome by the method that the points ask for, and the points it was made of.
+/// The outcome by the method that the points ask for, the points it was made of, and the courses of its curves.
 fn by_points(
     triangulation: &Triangulation,
     parameters: &Parameters,
-) -> Result<(ContourReport, Vec<PlaceMm>), MethodError> {
+) -> Result<(ContourReport, Vec<PlaceMm>, Vec<Course>), MethodError> {
     let choice = Choice::new(triangulation);
     let method = choice.method;
-    let (report, used) = match method.region(triangulation, parameters)? {
+    let (report, used, courses) = match method.region(triangulation, parameters)? {
         Some(region) => {
             let report = ContourReport::of_region(triangulation, method, parameters, &region);
-            (report, joined(triangulation, region.border()))
+            (report, joined(triangulation, region.border()), Vec::new())
         }
         None => {
             let curve = choice.curve(triangulation).unwrap_or_default();
             let report = ContourReport::new(triangulation, method, parameters, &curve);
-            (report, used_of(triangulation, &curve, &choice.outliers))
+            let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
+            (report, used_of(triangulation, &curve, &choice.outliers), courses)
         }
     };
-    Ok((report.chosen(&choice), used))
+    Ok((report.chosen(&choice), used, courses))
 }
 
 /// The places of the points in the plane: x and y, or of two columns both.

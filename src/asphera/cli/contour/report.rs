@@ -9,6 +9,7 @@ use asphera_contour::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::features::FeatureFigures;
 use super::figures::{CircleFigures, DeviationFigures};
 use super::sampled::SampledFigures;
 use crate::cli::summary::short;
@@ -60,6 +61,9 @@ pub(in crate::cli) struct ContourReport {
     /// The circle of the points; of one curve that is near a circle only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::cli) circle: Option<CircleFigures>,
+    /// Lines, arcs, corners and what they make; of a curve only.
+    #[serde(default)]
+    pub(in crate::cli) features: Vec<FeatureFigures>,
     /// Deviations from the nominal outline; where one is given only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::cli) deviation: Option<DeviationFigures>,
@@ -244,6 +248,7 @@ impl ContourReport {
             sampling: is_checked
                 .then(|| SampledFigures::new(&curve.sampling(triangulation), method)),
             circle: None,
+            features: Vec::new(),
             deviation: None,
             unknown: match (is_curve, is_checked) {
                 (false, _) => Vec::new(),
@@ -307,6 +312,7 @@ impl ContourReport {
             left_out: graph.alone(count),
             sampling: None,
             circle: None,
+            features: Vec::new(),
             deviation: None,
             unknown: Vec::new(),
         }
@@ -363,6 +369,7 @@ impl ContourReport {
         if let Some(circle) = &self.circle {
             circle.write_summary(text)?;
         }
+        self.features.iter().try_for_each(|feature| feature.write_summary(text))?;
         if let Some(deviation) = &self.deviation {
             deviation.write_summary(text)?;
         }

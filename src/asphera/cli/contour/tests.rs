@@ -250,3 +250,83 @@ fn files_hold_the_chains() {
 fn drawing_text(name: &str, report: &ContourReport) -> String {
     draw::drawing_of(Path::new(name)).unwrap()(report)
 }
+
+/// A plate of 40 x 24 mm with a chamfer of 3 mm, points 0.1 mm apart.
+fn plate_with_chamfer() -> String {
+    let corners: [PlaceMm; 6] =
+        [[0.0, 0.0], [40.0, 0.0], [40.0, 21.0], [37.0, 24.0], [0.0, 24.0], [0.0, 0.0]];
+    let mut text = String::new();
+    for side in corners.windows(2) {
+        let [way_x, way_y] = [side[1][0] - side[0][0], side[1][1] - side[0][1]];
+        let count = (way_x.hypot(way_y) / 0.1) as u32;
+        for index in 0..count {
+            let share = f64::from(index) / f64::from(count);
+            // No random numbers: far from periodic.
+            let off = 1e-3 * (f64::from(index * index) * 1.7).sin();
+            let [x, y] = [side[0][0] + share * way_x, side[0][1] + share * way_y];
+            text += &format!("{} {}\n", x - off, y + off);
+        }
+    }
+    text
+}
+
+#[test]
+fn features_are_told_with_their_uncertainty() {
+    let report = contour_of(&plate_with_chamfer(), &[]).unwrap();
+    let json = serde_json::to_value(&report).unwrap();
+    let features = json["features"].as_array().unwrap();
+    let of = |kind: &str| features.iter().filter(|it| it["kind"] == kind).collect::<Vec<_>>();
+    assert_eq!((of("line").len(), of("corner").len(), of("chamfer").len()), (5, 5, 1), "{json:#}");
+    let chamfer = of("chamfer")[0];
+    let value = |key: &str| chamfer[key].as_f64().unwrap();
+    assert!((value("width_mm") - 18.0_f64.sqrt()).abs() < 4.0 * value("u_width_mm") + 1e-3);
+    assert!(value("u_width_mm") > 1e-5 && value("u_width_mm") < 1e-2);
+    let area = of("enclosed")[0]["area_mm2"].as_f64().unwrap();
+    assert!((area - 955.5).abs() < 0.01, "{area}");
+    let summary = report.summary();
+    assert!(summary.contains("chamfer    38.50, 22.50 mm: width 4.24"), "{summary}");
+    assert!(summary.contains("mm², u "), "{summary}");
+    // What was written is read again; older files have no features.
+    let text = serde_json::to_string(&report).unwrap();
+    let again: ContourReport = serde_json::from_str(&text).unwrap();
+    assert_eq!((again.features.len(), again.summary()), (report.features.len(), summary));
+    // An airfoil it is not, and a graph and a region have no features.
+    let foil = contour_of(&plate_with_chamfer(), &["--airfoil"]).unwrap();
+    assert!(foil.unknown.iter().any(|why| why.starts_with("airfoil: ")), "{:?}", foil.unknown);
+    let graph = contour_of(&plate_with_chamfer(), &["--graph", "emst"]).unwrap();
+    assert!(graph.features.is_empty());
+    let region = contour_of(&plate(), &["--method", "alpha", "--airfoil"]).unwrap();
+    assert!(region.features.is_empty());
+    assert!(region.unknown.iter().any(|why| why.contains("give a method of curves")));
+    let refused = contour_of(&points(), &["--tolerance=-1"]).unwrap_err();
+    assert_eq!(refused, "--tolerance -1: expected 0 mm or more");
+}
+
+#[test]
+fn a_slab_of_a_body_is_its_section() {
+    // Rings of a cone of 45° about z, 0.5 mm apart, and its section at z = 2 mm: a circle of 3 mm about 1, -2 mm.
+    let cone: String = (0..20)
+        .flat_map(|ring| (0..90).map(move |step| (0.5 * f64::from(ring), f64::from(4 * step))))
+        .map(|(z, angle)| {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            format!("{} {} {z}\n", 1.0 + (5.0 - z) * cos, -2.0 + (5.0 - z) * sin)
+        })
+        .collect();
+    let cut = contour_of(&cone, &["--plane", "0,0,2,4", "--within", "0.2"]).unwrap();
+    let circle = cut.circle.as_ref().unwrap();
+    assert_eq!((cut.input.points, cut.chains.len(), cut.chains[0].closed), (90, 1, true));
+    assert!((circle.diameter_mm - 6.0).abs() < 1e-9 && (circle.centre_mm[0] - 1.0).abs() < 1e-9);
+    // A plane along the axis cuts both sides of it; its first coordinate lies along x.
+    let along = contour_of(&cone, &["--plane=0,-1,0,2", "--within", "0.01"]).unwrap();
+    assert_eq!(along.input.distinct, 2 * 20 - 1);
+    let none = contour_of(&cone, &["--plane", "0,0,1,2.25", "--within", "0.2"]).unwrap_err();
+    assert_eq!(
+        none,
+        "edge.xyz: expected points within 0.2 mm of the plane, found the nearest 0.2500 mm off; give another --plane or a larger --within"
+    );
+    let wrong = contour_of(&cone, &["--plane", "0,0,1,2", "--within", "0"]).unwrap_err();
+    assert_eq!(wrong, "--within 0: expected more than 0 mm");
+    for word in ["0,0,0,1", "1,2,3", "a,b,c,d", "0,0,inf,1"] {
+        assert!(word.parse::<Cutting>().unwrap_err().contains("as 0,0,1,5; found"), "{word}");
+    }
+}
