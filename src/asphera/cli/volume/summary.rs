@@ -3,25 +3,18 @@
 use std::fmt::Write as _;
 
 use super::figures::VolumeReport;
+use super::nominal::NominalFigures;
 use crate::cli::summary::short;
 
 /// Lines for a terminal.
 pub(super) fn of(report: &VolumeReport) -> String {
     let mut text = String::new();
     let [nx, ny, nz] = report.volume.size;
-    let [hx, hy, hz] = report.volume.spacing_mm;
+    let [hx, hy, hz] = report.volume.spacing_mm.map(short);
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<10} {value}");
     };
-    line(
-        "volume",
-        format!(
-            "{nx} × {ny} × {nz} samples, spacing {} × {} × {} mm",
-            short(hx),
-            short(hy),
-            short(hz)
-        ),
-    );
+    line("volume", format!("{nx} × {ny} × {nz} samples, spacing {hx} × {hy} × {hz} mm"));
     line(
         "threshold",
         format!(
@@ -33,19 +26,8 @@ pub(super) fn of(report: &VolumeReport) -> String {
     if let (Some(needed), Some(margin)) = (report.grid.needed_spacing_mm, report.grid.margin) {
         line("", format!("needed spacing below {} mm, margin {margin:.2}", short(needed)));
     }
-    if let Some(nominal) = &report.grid.nominal {
-        line("nominal", format!("{}: {}", nominal.verdict.to_uppercase(), nominal.why));
-        if let (Some(reach), Some(needed), Some(margin)) =
-            (nominal.reach_mm, nominal.needed_spacing_mm, nominal.margin)
-        {
-            let [reach, needed] = [reach, needed].map(short);
-            line(
-                "",
-                format!(
-                    "r {reach} mm by its reach, needed spacing below {needed} mm, margin {margin:.2}; of its face alone"
-                ),
-            );
-        }
+    for (name, value) in report.grid.nominal.iter().flat_map(of_nominal) {
+        line(name, value);
     }
     let topology = &report.topology;
     line(
@@ -107,4 +89,20 @@ fn certainly(low: Option<f64>, high: Option<f64>) -> String {
         (Some(low), Some(high)) => format!("; certainly {} to {}", short(low), short(high)),
         _ => String::new(),
     }
+}
+
+/// Lines for what a nominal asks of the grid.
+fn of_nominal(nominal: &NominalFigures) -> Vec<(&'static str, String)> {
+    let mut lines =
+        vec![("nominal", format!("{}: {}", nominal.verdict.to_uppercase(), nominal.why))];
+    if let (Some(reach), Some(needed), Some(margin)) =
+        (nominal.reach_mm, nominal.needed_spacing_mm, nominal.margin)
+    {
+        let [reach, needed] = [reach, needed].map(short);
+        let line = format!(
+            "r {reach} mm by its reach, needed spacing below {needed} mm, margin {margin:.2}; of its face alone"
+        );
+        lines.push(("", line));
+    }
+    lines
 }
