@@ -47,6 +47,17 @@ impl Section {
         Section { frame, places, ends }
     }
 
+    /// The same with a point moved across the curve, mm.
+    pub(super) fn moved(&self, index: usize, by_mm: f64) -> Section {
+        let count = self.places.len();
+        let [before, after] = [index + count - 1, index + 1].map(|it| self.places[it % count]);
+        let [x, y] = [after[0] - before[0], after[1] - before[1]];
+        let share = by_mm / x.hypot(y);
+        let mut places = self.places.clone();
+        places[index] = [places[index][0] + share * y, places[index][1] - share * x];
+        Section { frame: self.frame, places, ends: self.ends }
+    }
+
     /// 1 at the end of the chord, -1 where it begins.
     pub(super) fn outward(end: usize) -> f64 {
         if end == 0 { -1.0 } else { 1.0 }

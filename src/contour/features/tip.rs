@@ -77,43 +77,42 @@ impl Tip {
         }
         let zone_mm = thickness_mm / ZONE;
         let near = section.near(end, 2.0 * zone_mm);
-        let places: Vec<PlaceMm> = near.iter().map(|&index| section.places[index]).collect();
-        let circle = |tip_mm: f64| {
+        let radius = |section: &Section| {
+            let tip_mm = vertex(section, end, thickness_mm, noise)?.at[0];
             let depth_mm = |place: PlaceMm| Section::outward(end) * (tip_mm - place[0]);
+            let places: Vec<PlaceMm> = near.iter().map(|&index| section.places[index]).collect();
             weighted_circle(&places, zone_mm, depth_mm)
-                .ok_or_else(|| "the points of the edge lie on no circle".to_owned())
         };
-        let (value, unit) = circle(self.at[0])?;
-        // The end of the chord moves the zone.
-        let sides = [circle(self.at[0] - self.u_mm)?, circle(self.at[0] + self.u_mm)?];
-        let by_zone_mm = 0.5 * (sides[1].0 - sides[0].0);
-        Ok(Estimate { value, u: (noise.sigma_mm * unit.sqrt()).hypot(by_zone_mm) })
+        let missing = || "the points of the edge lie on no circle".to_owned();
+        let value = radius(section).ok_or_else(missing)?;
+        // Each point moves the circle and the end of the chord, from which the depth counts.
+        let mut variance_mm2 = 0.0;
+        for &index in &near {
+            let moved = section.moved(index, noise.sigma_mm);
+            variance_mm2 += (radius(&moved).ok_or_else(missing)? - value).powi(2);
+        }
+        Ok(Estimate { value, u: variance_mm2.sqrt() })
     }
 }
 
-/// The radius of the circle of least squares of places with their [`weights`], and its variance where each has variance 1.
+/// The radius of the circle of least squares of places with their [`weights`].
 fn weighted_circle(
     places: &[PlaceMm],
     zone_mm: f64,
     depth_mm: impl Fn(PlaceMm) -> f64,
-) -> Option<(f64, f64)> {
+) -> Option<f64> {
     let is_inner = |place: &PlaceMm| depth_mm(*place) <= zone_mm;
     let inner: Vec<PlaceMm> = places.iter().copied().filter(is_inner).collect();
     let fitted = Fitted::circle(&inner)?;
     let (mut centre, mut radius) = (fitted.centre_mm(), fitted.radius_mm);
     let weights = weights(places, zone_mm, &depth_mm);
-    let mut unit = 0.0;
     for _ in 0..STEPS {
-        let (normal, spread, right) = sums(places, &weights, centre, radius);
+        let (normal, right) = sums(places, &weights, centre, radius);
         let [da, db, dr] = solved(normal, right)?;
         centre = [centre[0] + da, centre[1] + db];
         radius += dr;
-        // The row of the radius of the inverse, and its variance.
-        let row = solved(normal, [0.0, 0.0, 1.0])?;
-        let product = |i: usize| (0..3).map(|j| spread[i][j] * row[j]).sum::<f64>();
-        unit = (0..3).map(|i| row[i] * product(i)).sum();
     }
-    (radius.is_finite() && radius > 0.0 && unit >= 0.0).then_some((radius, unit))
+    (radius.is_finite() && radius > 0.0).then_some(radius)
 }
 
 /// The length of the curve that is nearer to each place than to the others, times what is left of the depth of the zone. Noise lengthens the
@@ -129,26 +128,25 @@ fn weights(places: &[PlaceMm], zone_mm: f64, depth_mm: impl Fn(PlaceMm) -> f64) 
     (0..places.len()).map(weight).collect()
 }
 
-/// Sums of a step of Gauss and Newton's iteration with weights: JᵀWJ, JᵀW²J and the right side.
+/// Sums of a step of Gauss and Newton's iteration with weights: JᵀWJ and the right side.
 fn sums(
     places: &[PlaceMm],
     weights: &[f64],
     centre: PlaceMm,
     radius: f64,
-) -> ([[f64; 3]; 3], [[f64; 3]; 3], [f64; 3]) {
-    let (mut normal, mut spread, mut right) = ([[0.0; 3]; 3], [[0.0; 3]; 3], [0.0; 3]);
+) -> ([[f64; 3]; 3], [f64; 3]) {
+    let (mut normal, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
     for (&place, &weight) in places.iter().zip(weights) {
         let distance = distance_mm(place, centre);
         let row = [(place[0] - centre[0]) / distance, (place[1] - centre[1]) / distance, 1.0];
         for i in 0..3 {
             for j in 0..3 {
                 normal[i][j] += weight * row[i] * row[j];
-                spread[i][j] += weight * weight * row[i] * row[j];
             }
             right[i] += weight * row[i] * (distance - radius);
         }
     }
-    (normal, spread, right)
+    (normal, right)
 }
 
 /// The vertex of a round end: the largest value along the chord of the polynomial of degree 4 across it.
