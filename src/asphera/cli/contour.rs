@@ -123,20 +123,8 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         return Err(format!("{flag} {name}: expected one of {names}; give {other} {name}").into());
     }
     let parameters = Parameters::parse(&args.set)?;
-    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
-        return Err(format!("--tolerance {}: expected 0 mm or more", args.tolerance).into());
-    }
-    if let Some(within) = args.within.filter(|within| !(*within > 0.0 && within.is_finite())) {
-        return Err(format!("--within {within}: expected more than 0 mm").into());
-    }
     let progress = Progress::start("contour");
-    let points = match args.plane.zip(args.within) {
-        Some((plane, within_mm)) => {
-            let source = Source::open(path, &args.text, &progress)?;
-            plane.places(path, source.points(), within_mm)?
-        }
-        None => places(path, &args.text, &progress)?,
-    };
+    let points = taken(args, path, &progress)?;
     progress.stage("meshing");
     let name = path.display();
     let samples = Samples::new(&points).map_err(|error| format!("{name}: {error}"))?;
@@ -191,6 +179,23 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         report.deviation = Some(DeviationFigures::of(outline, &used, report.input.noise_sigma_mm)?);
     }
     Ok(report)
+}
+
+/// The places that the arguments ask for: of all points, or of those near a plane on it.
+fn taken(args: &ContourArgs, path: &Path, progress: &Progress) -> Result<Vec<PlaceMm>, Failure> {
+    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
+        return Err(format!("--tolerance {}: expected 0 mm or more", args.tolerance).into());
+    }
+    if let Some(within) = args.within.filter(|within| !(*within > 0.0 && within.is_finite())) {
+        return Err(format!("--within {within}: expected more than 0 mm").into());
+    }
+    match args.plane.zip(args.within) {
+        Some((plane, within_mm)) => {
+            let source = Source::open(path, &args.text, progress)?;
+            plane.places(path, source.points(), within_mm)
+        }
+        None => places(path, &args.text, progress),
+    }
 }
 
 /// The places of samples that an edge joins.
