@@ -23,7 +23,7 @@ pub struct Lying {
 
 impl Lying {
     /// Of a face with its report; `None` where no fit was made.
-    pub fn of(face: &Face, nominal: &Nominal, report: &Report) -> Option<Lying> {
+    pub fn in_report(face: &Face, nominal: &Nominal, report: &Report) -> Option<Lying> {
         let form = report.form.as_ref()?;
         let plane = Plane::new([0.0; 3], face.along).ok()?;
         let fitted = form.fit.pose;

@@ -212,7 +212,7 @@ fn a_ball_is_two_faces() {
         let report = pipeline.finish().report;
         // Of so few points one on the border of the aperture may go in and out for ever: not with this seed.
         assert!(report.form.as_ref().unwrap().deviation.uncertainty.is_some(), "{report:?}");
-        (Lying::of(&face, &part.nominal, &report).unwrap(), face)
+        (Lying::in_report(&face, &part.nominal, &report).unwrap(), face)
     };
     let ((first, face), (second, _)) = (of([0.0, 0.0, 1.0]), of([0.0, 0.0, -1.0]));
     let found = between(&first, &second).unwrap();

@@ -210,7 +210,7 @@ impl Opened {
         let (mut measurement, timing): (Measurement, Timing) =
             timed(known, face.projection(), &source, seed, progress)?;
         measurement.report.timing = timing;
-        let lies = Lying::of(&face, &part.nominal, &measurement.report);
+        let lies = Lying::in_report(&face, &part.nominal, &measurement.report);
         if self.are_two {
             undecide(
                 &mut measurement.report.verdict,
