@@ -50,6 +50,11 @@ pub(super) fn chapter(face: &FaceFigures) -> Chapter {
         "Neighbouring points share errors: blur and smoothing spread the noise of a sample over its correlation length. Errors of the \
          spacing are not included; [uncertainty] scale_x_ppm and so on add them.",
     );
+    // Seen on the simulated lens: docs/volumes.md.
+    chapter.note(
+        "The interval of the RMS covers these errors alone. Blur also flattens form narrower than some 20 spacings, which no u \
+         counts: the true RMS may lie outside.",
+    );
     for reason in &face.reasons {
         chapter.brief.push(reason.clone());
         chapter.note(format!("{reason}."));
