@@ -77,9 +77,6 @@ pub(super) fn measure(
     begin(Step::Fit);
     let plane = projector.plane();
     let mut fitted = fitted(mesh.points(), &part, &plane, heights_mm.as_deref());
-    if let Ok(fitted) = &fitted {
-        part.aperture = fitted.aperture;
-    }
     if let Ok(Fitted { reference: Some(reference), .. }) = &fitted {
         // What stood in for it has done its part.
         part.nominal = reference.base_nominal();
@@ -92,6 +89,10 @@ pub(super) fn measure(
     let mut look = assess(&mesh, &part, &pose, &plane, &mut remembered);
     look.finish(&mesh, &points_mm);
     look.mesh.projection = projector.figures();
+    // Coverage is that of the aperture of the design; figures are those of the points in the fit.
+    if let Ok(fitted) = &fitted {
+        part.aperture = fitted.aperture;
+    }
     let folded = look.folded.take();
     if let Some(why) = &folded {
         // A nominal is one height at a place as well: distances to it are those of one sheet at most.
