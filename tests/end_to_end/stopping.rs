@@ -55,7 +55,7 @@ fn figures_that_take_long_are_left_to_a_replay() {
     let out = tempfile::tempdir().unwrap();
     let mut daemon = Running::start(
         Command::new(asphera())
-            .args(["demo", "--json", "--points", "400000", "--speed", "max"])
+            .args(["demo", "--json", "--points", "1000000", "--speed", "max"])
             .args(["--listen", "127.0.0.1:0", "--out"])
             .arg(out.path())
             .stdout(Stdio::piped()),
