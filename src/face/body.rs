@@ -4,7 +4,7 @@ use asphera_geometry::PointMm;
 use asphera_volume::{Ambiguity, Grey, SizeError, SlabBuilder, Surface, marching_cubes, smoothed};
 use rayon::prelude::*;
 
-use crate::vector::{Vector, cross, dot, plus, unit};
+use asphera_geometry::vector::{Vector, cross, dot, plus, unit};
 
 /// Where the samples of a volume lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

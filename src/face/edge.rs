@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::body::{Body, Skin};
 use crate::noise::{Noise, noise};
-use crate::vector::{Vector, dot, plus};
+use asphera_geometry::vector::{Vector, dot, plus};
 
 /// The edge across a face, from grey values along its normals.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use crate::edge::{Edge, NoEdge};
 use crate::errors::Errors;
 use crate::laying::{Found, Laid, find};
 use crate::selection::{Place, STEEPEST_DEG, grown, select};
-use crate::vector::{Vector, dot, plus};
+use asphera_geometry::vector::{Vector, dot, plus};
 
 /// The value of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use asphera_surface::Plane;
 
 use crate::body::Skin;
 use crate::selection::{Place, STEEPEST_DEG, Selection, facing, select, steepest_rad};
-use crate::vector::{Vector, dot, length, plus, unit};
+use asphera_geometry::vector::{Vector, dot, length, plus, unit};
 
 /// A nominal laid into a surface.
 #[derive(Clone, Debug)]

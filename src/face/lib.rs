@@ -17,7 +17,6 @@ mod laying;
 mod noise;
 mod pair;
 mod selection;
-mod vector;
 
 pub use body::{Body, Lattice, Scan};
 pub use face::{Face, FaceError, Settings, Threshold};

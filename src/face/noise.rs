@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::body::{Body, Skin};
-use crate::vector::{Vector, dot, plus};
+use asphera_geometry::vector::{Vector, dot, plus};
 
 /// Noise of the samples beside a face.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use asphera_report::{FacesFigures, ParameterFigures, Report};
 use asphera_surface::Plane;
 
 use crate::Face;
-use crate::vector::{Vector, cross, dot, length, plus, unit};
+use asphera_geometry::vector::{Vector, cross, dot, length, plus, unit};
 
 /// Where a measured face lies, and how well that is known.
 #[derive(Clone, Debug)]

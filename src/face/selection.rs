@@ -4,7 +4,7 @@ use asphera_form::{Aperture, Nominal, Pose};
 use asphera_surface::Plane;
 
 use crate::body::Skin;
-use crate::vector::{Vector, dot};
+use asphera_geometry::vector::{Vector, dot};
 
 /// Vertices of a surface that belong to a face.
 #[derive(Clone, Debug, Default, PartialEq)]

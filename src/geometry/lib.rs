@@ -2,7 +2,7 @@
 //!
 //! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
 //! nearest of a set of points ([`WeightedTree`]), disjoint [`Sets`], sums that do not lose what is small
-//! ([`Sum`]), counted random [`Numbers`], weighted [`quantile`]s, and single triangles in space.
+//! ([`Sum`]), counted random [`Numbers`], weighted [`quantile`]s, [`vector`]s and single triangles in space.
 //!
 //! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
 
@@ -25,6 +25,7 @@ mod regressions;
 mod sets;
 mod sum;
 mod triangle;
+pub mod vector;
 
 pub use bounds::BoundsMm;
 pub use nearest::{BoxMm, WeightedTree};

@@ -1,6 +1,7 @@
 //! One triangle in space: its areas and its gap.
 
 use crate::nearness::Nearness;
+use crate::vector::{cross, dot, length as norm, minus};
 use crate::{PointMm, VertexId};
 
 /// A triangle in space whose longest side is the first one, from `a` to `b`.
@@ -267,33 +268,13 @@ fn clipped_share(short_squared: f64, product: f64) -> f64 {
     if product > short_squared { 0.5 * short_squared / product } else { 0.5 }
 }
 
-#[inline(always)]
-fn minus(p: PointMm, q: PointMm) -> [f64; 3] {
-    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
-}
-
 fn along(from: PointMm, share: f64, way: [f64; 3]) -> PointMm {
     [from[0] + share * way[0], from[1] + share * way[1], from[2] + share * way[2]]
 }
 
 #[inline(always)]
-fn dot(u: [f64; 3], v: [f64; 3]) -> f64 {
-    u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-}
-
-#[inline(always)]
 fn squared(u: [f64; 3]) -> f64 {
     dot(u, u)
-}
-
-#[inline(always)]
-fn norm(u: [f64; 3]) -> f64 {
-    squared(u).sqrt()
-}
-
-#[inline(always)]
-fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
 #[cfg(test)]

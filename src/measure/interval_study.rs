@@ -17,9 +17,9 @@ use rayon::prelude::*;
 
 use super::Pipeline;
 use super::details::areas_mm2;
-use super::prospects::truth::Random;
 use crate::Part;
 use crate::nominal::parse;
+use crate::random::Random;
 
 const RADIUS_MM: f64 = 9.0;
 

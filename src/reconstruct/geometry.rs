@@ -1,21 +1,7 @@
 //! Vectors in space.
 
 use asphera_geometry::PointMm;
-
-#[inline(always)]
-pub(crate) fn minus(a: PointMm, b: PointMm) -> PointMm {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-pub(crate) fn dot(a: PointMm, b: PointMm) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-pub(crate) fn cross(a: PointMm, b: PointMm) -> PointMm {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
+pub(crate) use asphera_geometry::vector::{cross, dot, minus};
 
 #[inline(always)]
 pub(crate) fn scaled(a: PointMm, factor: f64) -> PointMm {

@@ -39,7 +39,7 @@ mod tests {
 
     use crate::Pipeline;
     use crate::nominal::parse;
-    use crate::prospects::truth::Random;
+    use crate::random::Random;
 
     const PART: &str = "[surface]\nkind = \"sphere\"\nradius_mm = 50.0\n\
         [aperture]\nshape = \"circle\"\nradius_mm = 9.0\n[fit]\nfree = [\"tx\", \"ty\", \"tz\"]\n\

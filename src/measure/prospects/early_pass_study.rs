@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use asphera_geometry::PointMm;
 use asphera_report::ProspectState;
 
-use super::truth::{ORDERS, Random, arrive};
+use super::truth::{ORDERS, arrive};
 use super::{Now, Prospects};
 use crate::Part;
 use crate::Pipeline;
 use crate::nominal::parse;
+use crate::random::Random;
 
 /// A disc of 20 mm radius with points 0.2 mm apart, and a little more: form of some 50 nm with 1 nm noise, or next to none
 /// with 5 nm.

@@ -10,7 +10,7 @@ use asphera_report::ProspectState;
 use crate::Part;
 use crate::Pipeline;
 use crate::nominal::parse;
-pub(crate) use crate::random::Random;
+use crate::random::Random;
 
 /// In which order points arrive.
 pub(super) const ORDERS: [&str; 4] = ["lines", "spiral outwards", "spiral inwards", "no order"];

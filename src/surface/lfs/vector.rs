@@ -1,22 +1,7 @@
 //! Vectors in space, as far as medial balls need them.
 
 use asphera_geometry::PointMm;
-
-pub(super) fn minus(p: PointMm, q: PointMm) -> [f64; 3] {
-    [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(super) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
+pub(super) use asphera_geometry::vector::{cross, dot, length as norm, minus};
 
 pub(super) fn distance(p: PointMm, q: PointMm) -> f64 {
     norm(minus(p, q))
