@@ -53,17 +53,15 @@ pub(super) fn of_running(
 /// weak combination in its uncertainty.
 pub(super) fn forbids_verdict(caution: &Caution) -> bool {
     match caution {
-        Caution::UpsideDown
-        | Caution::Mirrored { .. }
-        | Caution::Units(_)
-        | Caution::FewCount { .. } => true,
+        Caution::UpsideDown { allowed } => !allowed,
+        Caution::Mirrored { .. } | Caution::Units(_) | Caution::FewCount { .. } => true,
         Caution::BeyondDomain { .. } | Caution::IllConditioned { .. } => false,
     }
 }
 
 fn caution(caution: &Caution) -> CautionFigures {
     let kind = match caution {
-        Caution::UpsideDown => "upside_down",
+        Caution::UpsideDown { .. } => "upside_down",
         Caution::Mirrored { .. } => "mirrored",
         Caution::BeyondDomain { .. } => "beyond_domain",
         Caution::Units(_) => "units",

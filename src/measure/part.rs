@@ -11,7 +11,7 @@ pub use figures::{FigureSettings, Q_TERMS, TextureSettings};
 pub use judging::{CorrelationFrom, Judging};
 
 use asphera_figures::Definition;
-use asphera_form::{Aperture, Nominal, Parameter, ReferenceSettings};
+use asphera_form::{Aperture, MeasuredFrom, Nominal, Parameter, ReferenceSettings};
 use asphera_surface::coverage::Target;
 use asphera_uncertainty::verdict::Limit;
 
@@ -32,6 +32,8 @@ pub struct Part {
     pub free: Vec<Parameter>,
     /// How much each deviation counts in the fit.
     pub criterion: Criterion,
+    /// Sides from which the part may have been measured.
+    pub side: MeasuredFrom,
     /// Limits, guard band, and uncertainty.
     pub judging: Judging,
     /// Which figures the final report has, and how they are formed.
@@ -62,6 +64,7 @@ impl Part {
             aperture: Aperture::None,
             centre_mm: [0.0; 2],
             criterion: Criterion::default(),
+            side: MeasuredFrom::default(),
             judging: Judging::default(),
             figures: FigureSettings::default(),
             gap_limit_mm: None,

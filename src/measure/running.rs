@@ -210,7 +210,7 @@ fn found_mm(part: &Part, bounds: &Bounds, points: &[PointMm]) -> [f64; 2] {
 
 /// Settings of the fit.
 pub(super) fn fit_settings(part: &Part) -> FitSettings {
-    let Part { free, aperture, criterion, reference, .. } = part;
+    let Part { free, aperture, criterion, reference, side, .. } = part;
     FitSettings {
         free: free.clone(),
         aperture: *aperture,
@@ -218,6 +218,7 @@ pub(super) fn fit_settings(part: &Part) -> FitSettings {
         loss_scale_mm: criterion.loss_scale_mm,
         // An unknown surface has no place of its own to be looked for.
         search: reference.is_none(),
+        side: *side,
         ..FitSettings::default()
     }
 }

@@ -62,6 +62,8 @@ mod tests {
             ("loss = \"huber\"\nthreshold_nm = 0\n", "fit.threshold_nm: expected a length above 0"),
             ("loss = \"huber\"\nthreshold_nm = \"wide\"\n", "or \"auto\""),
             ("weights = \"1/u\"\n", "fit.weights: expected \"none\" or \"uncertainty\""),
+            ("side = \"back\"\n", "fit.side: expected \"given\" or \"either\""),
+            ("free = [\"tz\"]\nside = \"either\"\n", "only a fit with rx and ry free"),
         ] {
             let problems = parse(fit).unwrap_err();
             assert!(problems.contains(key), "{problems}");

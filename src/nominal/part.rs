@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asphera_form::ReferenceSettings;
-use asphera_form::{Aperture, Loss, Parameter, provisional};
+use asphera_form::{Aperture, Loss, MeasuredFrom, Parameter, provisional};
 use asphera_measure::{
     COVERAGE_MIN, CorrelationFrom, Criterion, HIGHEST_MM, Judging, Part, Weights,
 };
@@ -53,6 +53,7 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let fit = table.section("fit");
     let free = free(&fit, surface.as_ref());
     let criterion = criterion::criterion(&fit);
+    let side = side(&fit, &free);
     fit.finish();
 
     let tolerance = table.section("tolerance");
@@ -88,6 +89,7 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
         centre_mm: centre_mm.unwrap_or_default(),
         free,
         criterion,
+        side,
         judging,
         figures,
         gap_limit_mm,
@@ -201,6 +203,21 @@ fn rim([x_mm, y_mm]: [f64; 2], is_round: bool) -> impl Iterator<Item = [f64; 2]>
 
 /// Places on the rim of an aperture that are asked, a multiple of eight.
 const RIM_PLACES: u32 = 360;
+/// The key `side` of the table `[fit]`.
+fn side(fit: &Section<'_>, free: &[Parameter]) -> MeasuredFrom {
+    let side = fit.word(
+        "side",
+        MeasuredFrom::Given,
+        &[("given", MeasuredFrom::Given), ("either", MeasuredFrom::Either)],
+    );
+    let tilts = [Parameter::Rx, Parameter::Ry];
+    if side == MeasuredFrom::Either && !tilts.iter().all(|tilt| free.contains(tilt)) {
+        let expected = "\"given\": only a fit with rx and ry free can turn the part over";
+        fit.problem("side", expected, "\"either\"");
+    }
+    side
+}
+
 /// Rounding is not to bring a place on the end of a surface beyond it.
 const INWARDS: f64 = 1.0 - 1e-9;
 
@@ -213,6 +230,9 @@ fn goes_with_unknown(
 ) {
     if fit.has("free") {
         fit.problem("free", "no such key: an unknown surface has nothing to free", "one");
+    }
+    if fit.has("side") {
+        fit.problem("side", "no such key: an unknown surface has no other side", "one");
     }
     if criterion.loss != Loss::Squares {
         fit.problem("loss", "\"squares\": splines are fitted by them", "another");

@@ -16,7 +16,9 @@ fn measure(points: &str, nominal: &str) -> Value {
         run(["measure", file.to_str().unwrap(), "--nominal", path.to_str().unwrap(), "--json"]);
     let report = json(&output);
     // A fit that did not converge ends with 11, limits or not.
-    let code = if report["form"]["fit"]["converged"] == false { 11 } else { 0 };
+    let is_open =
+        report["verdict"]["status"] == "undecided" || report["form"]["fit"]["converged"] == false;
+    let code = if is_open { 11 } else { 0 };
     assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
     report
 }
@@ -221,6 +223,45 @@ fn a_lens_file_becomes_a_nominal_that_is_measured() {
             "{name} {}",
             fitted(&report, name)
         );
+    }
+}
+
+/// A convex first surface, measured from above: the file's z runs into the glass, the probe's out of it. The fit takes the side that
+/// fits, and a verdict stands. Where the nominal allows the given side only, it is a doubt that names the key.
+#[test]
+fn a_convex_lens_of_a_lens_file_is_judged_from_above() {
+    let dir = tempfile::tempdir().unwrap();
+    let [lens, toml] = ["lens.zmx", "surface.toml"].map(|name| dir.path().join(name));
+    std::fs::write(
+        &lens,
+        "UNIT MM X W X CM MR CPMM\nSURF 0\nSURF 1\n  TYPE STANDARD\n  CURV 0.02\n  DIAM 8 1 0 0 1\n",
+    )
+    .unwrap();
+    let (lens, out) = (lens.to_str().unwrap(), toml.to_str().unwrap());
+    let made = run(["nominal", lens, "--surface", "1", "-o", out]);
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    let nominal = std::fs::read_to_string(out).unwrap();
+    let mut points = String::new();
+    for index in 0..61 * 61 {
+        let [x, y] = [index % 61, index / 61].map(|step| 0.28 * f64::from(step) - 8.4);
+        let sag_mm = 50.0 - (2500.0 - x * x - y * y).sqrt();
+        // 20 nm more material in the middle.
+        let bump_mm = 2e-5 * (-(x * x + y * y) / 4.0).exp();
+        writeln!(points, "{x:?} {y:?} {:?}", 3.0 - sag_mm + bump_mm).unwrap();
+    }
+    for (side, verdict) in [("either", "pass"), ("given", "undecided")] {
+        let nominal = nominal.replace("\"either\"", &format!("{side:?}"));
+        let report = measure(&points, &format!("{nominal}[tolerance]\npv_nm = 100\n"));
+        assert_eq!(report["verdict"]["status"], verdict, "{report}");
+        let caution = report.pointer("/form/fit/cautions/0").unwrap();
+        assert_eq!(caution["kind"], "upside_down");
+        assert_eq!(
+            caution["text"].as_str().unwrap().contains("side = \"either\""),
+            side == "given"
+        );
+        // +z of the file lies in the glass: more material stands out to the other side.
+        let low_nm = report.pointer("/form/deviation/min_nm").and_then(|low| low.as_f64());
+        assert!(low_nm.is_some_and(|low_nm| low_nm < -12.0), "{low_nm:?}");
     }
 }
 

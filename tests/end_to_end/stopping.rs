@@ -128,6 +128,64 @@ fn browsers_that_never_read_hold_nothing_up() {
     assert_eq!(replayed(out.path())["session"]["ended"], "complete");
 }
 
+/// A full pipe whose reader sleeps, as a pager does: the figures are left out, and stderr says so.
+#[test]
+fn a_stdout_that_nobody_reads_holds_nothing_up() {
+    for (more, announced) in [(&["--exit"][..], "results:"), (&[], "the page stays")] {
+        let out = tempfile::tempdir().unwrap();
+        let (reader, mut pipe) = std::io::pipe().unwrap();
+        // What Linux lets a pipe hold.
+        pipe.write_all(&[b'x'; 1 << 16]).unwrap();
+        let mut daemon = Running::start(
+            Command::new(asphera())
+                .args(["demo", "--json", "--points", "5000", "--speed", "max"])
+                .args(["--listen", "127.0.0.1:0", "--out"])
+                .arg(out.path())
+                .args(more)
+                .stdout(pipe),
+        );
+        daemon.line(announced, Duration::from_secs(60));
+        let report = out.path().join("report.json");
+        let until = now() + Duration::from_secs(60);
+        while !report.exists() {
+            assert!(now() < until, "no report");
+            std::thread::park_timeout(Duration::from_millis(20));
+        }
+        std::thread::park_timeout(Duration::from_millis(300));
+        let (words, code) = end(daemon, "TERM");
+        assert!(matches!(code, Some(0 | 10 | 11)), "{code:?}: {words}");
+        assert!(words.contains("nobody reads stdout"), "{words}");
+        drop(reader);
+    }
+}
+
+/// A log that nobody reads holds up whoever writes to it; the recording is not lost.
+#[test]
+fn a_stderr_that_nobody_reads_holds_nothing_up() {
+    let out = tempfile::tempdir().unwrap();
+    let (reader, mut pipe) = std::io::pipe().unwrap();
+    pipe.write_all(&[b'x'; 1 << 16]).unwrap();
+    let mut daemon = Command::new(asphera())
+        .args(["demo", "--points", "5000", "--speed", "max", "--listen", "127.0.0.1:0", "--out"])
+        .arg(out.path())
+        .stdout(Stdio::null())
+        .stderr(pipe)
+        .spawn()
+        .unwrap();
+    std::thread::park_timeout(Duration::from_millis(1500));
+    let signalled = Command::new("kill").args(["-TERM", &daemon.id().to_string()]).status();
+    assert!(signalled.unwrap().success());
+    let until = now() + LIMIT;
+    while daemon.try_wait().unwrap().is_none() {
+        if now() > until {
+            daemon.kill().unwrap();
+            panic!("still running after {LIMIT:?}");
+        }
+        std::thread::park_timeout(Duration::from_millis(20));
+    }
+    drop(reader);
+}
+
 /// A command of `[output]` that goes on for a minute is left to itself; without a signal it is waited for.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_command_of_the_results_holds_nothing_up() {

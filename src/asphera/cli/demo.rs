@@ -12,7 +12,8 @@ use clap::Args;
 use tokio::time::interval;
 
 use super::exit::Exit;
-use super::output::{Failure, clear_progress, deliver, progress, refuse_results, say, write_json};
+use super::outlet::Outlet;
+use super::output::{Failure, clear_progress, figures, progress, refuse_results, say, write_json};
 use super::serve::{Page, block_on, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
@@ -103,8 +104,14 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     drawn.abort();
     clear_progress();
     let Some(finished) = first else { return Err("stopped before the session began".into()) };
-    let exit = finish(&finished, &args)?;
-    if !args.exit && !interrupted {
+    let mut outlet = Outlet::default();
+    let exit = finish(&finished, &args, &mut outlet)?;
+    if args.exit && !interrupted {
+        tokio::select! {
+            () = outlet.read() => {}
+            signal = &mut stop => signal?,
+        }
+    } else if !interrupted {
         say("the page stays; Ctrl-C ends");
         loop {
             tokio::select! {
@@ -120,13 +127,17 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
         }
     }
     page.close().await?;
+    outlet.close().await;
     drop(station);
     drop(rig);
     Ok(exit)
 }
 
-fn finish(finished: &Finished, args: &DemoArgs) -> Result<Exit, Failure> {
-    deliver(&finished.measurement, &args.output, None)?;
+fn finish(finished: &Finished, args: &DemoArgs, outlet: &mut Outlet) -> Result<Exit, Failure> {
+    if let Some(folder) = &args.output.out {
+        results::write(folder, &finished.measurement)?;
+    }
+    outlet.print(figures(&finished.measurement, &args.output)?);
     if finished.recording.is_none() {
         say("the recording is not complete");
     }

@@ -17,6 +17,7 @@ mod manual;
 mod measure;
 mod nominal;
 mod notify;
+mod outlet;
 mod output;
 mod parts;
 mod ports;

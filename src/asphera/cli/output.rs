@@ -29,10 +29,11 @@ pub(super) fn say(line: &str) {
     let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
-/// Text on stdout. Of a reader that went away nothing is said, for nobody is left to tell. Any other failure is kept for
+/// Text on stdout; waits for its reader. Of a reader that went away nothing is said, for nobody is left to tell. Any other failure is kept for
 /// [`stdout_failure`].
 pub(super) fn print(text: &str) {
-    let _nothing_is_drawn = cleared();
+    // A reader may take for ever: what is said on stderr does not wait for it.
+    clear_progress();
     let mut out = io::stdout().lock();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     if let Err(error) = written
@@ -118,27 +119,34 @@ pub(super) fn deliver(
         results::write(folder, measurement)?;
     }
     drop(progress);
-    if args.json {
-        print_json(&measurement.report)?;
-    } else {
-        print(&summary(&measurement.report, args.details));
-    }
+    print(&figures(measurement, args)?);
     Ok(())
+}
+
+/// Figures as asked: a JSON object, or a summary.
+pub(super) fn figures(measurement: &Measurement, args: &OutputArgs) -> Result<String, Failure> {
+    if args.json {
+        json(&measurement.report)
+    } else {
+        Ok(summary(&measurement.report, args.details))
+    }
 }
 
 /// One JSON object on stdout.
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
+    print(&json(value)?);
+    Ok(())
+}
+
+fn json(value: &impl Serialize) -> Result<String, Failure> {
     let mut text = serde_json::to_string_pretty(value)?;
     text.push('\n');
-    print(&text);
-    Ok(())
+    Ok(text)
 }
 
 /// Writes a value as JSON.
 pub(super) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
-    let mut text = serde_json::to_string_pretty(value)?;
-    text.push('\n');
-    std::fs::write(path, text)
+    std::fs::write(path, json(value)?)
         .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     Ok(())
 }

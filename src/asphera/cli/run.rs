@@ -6,7 +6,8 @@ use clap::Args;
 use super::ConfigArgs;
 use super::exit::Exit;
 use super::notify;
-use super::output::{Failure, complain, print, say};
+use super::outlet::Outlet;
+use super::output::{Failure, complain, say};
 use super::serve::{Page, block_on, interrupted, stop_session};
 use super::summary::summary;
 use super::token::TokenArgs;
@@ -44,15 +45,16 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let watchdog = notify::watch(station.handle().beats());
     let mut stop = std::pin::pin!(interrupted());
     let mut exit = Exit::Done;
+    let mut outlet = Outlet::default();
     loop {
         tokio::select! {
             finished = station.finished() => match finished {
                 Ok(finished) => {
-                    show(&finished);
+                    show(&finished, &mut outlet);
                     if args.once {
                         exit = Exit::of(&finished.measurement.report);
                         tokio::select! {
-                            () = station.commands_ended() => {}
+                            _ = async { tokio::join!(station.commands_ended(), outlet.read()) } => {}
                             signal = &mut stop => signal?,
                         }
                         break;
@@ -76,16 +78,17 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
         say("the command of [output] still runs; asphera does not wait for it");
     }
     if let Some(finished) = stopped? {
-        show(&finished);
+        show(&finished, &mut outlet);
         if args.once {
             exit = Exit::of(&finished.measurement.report);
         }
     }
+    outlet.close().await;
     Ok(exit)
 }
 
-fn show(finished: &Finished) {
-    print(&summary(&finished.measurement.report, false));
+fn show(finished: &Finished, outlet: &mut Outlet) {
+    outlet.print(summary(&finished.measurement.report, false));
     match &finished.recording {
         Some(folder) => say(&format!("recording: {}", folder.display())),
         None => say("recording: not complete, see above"),

@@ -12,7 +12,7 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 
 use super::exit::Exit;
 use super::output::{Failure, say};
@@ -95,9 +95,25 @@ pub(super) fn block_on(
     station: impl Future<Output = Result<Exit, Failure>>,
 ) -> Result<Exit, Failure> {
     let runtime = tokio::runtime::Runtime::new()?;
+    end_in_any_case()?;
     let exit = runtime.block_on(station);
     runtime.shutdown_timeout(BACKGROUND);
     exit
+}
+
+/// Ends the process some time after a signal, where the station could not: a log that nobody reads may hold up each of its threads.
+/// So the wait has a thread and a runtime of its own. What reached the disk is in the recording.
+fn end_in_any_case() -> io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        runtime.block_on(async {
+            if interrupted().await.is_ok() {
+                sleep(IN_ANY_CASE).await;
+                std::process::exit(1);
+            }
+        });
+    })?;
+    Ok(())
 }
 
 /// Waits for SIGINT or SIGTERM.
@@ -149,13 +165,15 @@ const METRICS: TextRoute = TextRoute {
 
 // Together below the 5 s in which a signal ends a station.
 /// How long the figures of a session may take that a signal ends.
-const FIGURES: Duration = Duration::from_millis(3500);
+const FIGURES: Duration = Duration::from_millis(3200);
 /// How long its recording may take that gets no figures.
 const RECORDING: Duration = Duration::from_millis(500);
 /// How long open answers may take.
 const ANSWERS: Duration = Duration::from_millis(300);
 /// How long threads may take that a signal found at work: at the disk, at a port, or waiting for a command.
 const BACKGROUND: Duration = Duration::from_millis(300);
+/// When a station ends that could not do so by itself.
+const IN_ANY_CASE: Duration = Duration::from_millis(4800);
 
 #[cfg(test)]
 mod tests {

@@ -98,6 +98,7 @@ pub(super) fn write(lens: &Lens, surface: &LensSurface, file: &str, table: &Tabl
     }
     let _ = write!(text, "{}\n[surface]\n{}{}", table.notes, table.lines, table.terms);
     text += &aperture(lens, surface);
+    text += "\n[fit]\n# The file does not say from which side the part is measured: the fit takes the one that fits.\nside = \"either\"\n";
     text
 }
 

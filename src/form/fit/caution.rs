@@ -9,7 +9,10 @@ use crate::Combination;
 pub enum Caution {
     /// The points only fit the part turned upside down: its +z side lies opposite to that of the start.
     /// Deviations stay positive on the +z side of the part.
-    UpsideDown,
+    UpsideDown {
+        /// Whether [`FitSettings::side`](crate::FitSettings) allows that.
+        allowed: bool,
+    },
     /// The points fit the mirror image z → −z of the nominal far better than the nominal, and no motion that is
     /// free makes the one of the other: heights or radii have the wrong sign.
     Mirrored {
@@ -91,8 +94,11 @@ impl fmt::Display for Units {
 impl fmt::Display for Caution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Caution::UpsideDown => f.write_str(
-                "the points fit the part upside down only. Either it was measured from its other side: add `--along 0,0,-1` (in a station, `[projection] along = [0, 0, -1]`). Or the nominal exchanges convex and concave: `asphera nominal FILE --flip`",
+            Caution::UpsideDown { allowed: true } => f.write_str(
+                "the part was measured from its other side: only so the points fit it. Its +z side points down here, and a positive deviation stands out to that side",
+            ),
+            Caution::UpsideDown { allowed: false } => f.write_str(
+                "the points fit the part upside down only. If it was measured from its other side, allow that: `side = \"either\"` in the table [fit] of the nominal. Or turn the points: `--along 0,0,-1` (in a station, `[projection] along = [0, 0, -1]`). If the nominal exchanges convex and concave, `asphera nominal FILE --flip` makes the other one",
             ),
             Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
                 f,

@@ -44,6 +44,16 @@ use crate::{Aperture, Nominal, Parameter, PointMm, Pose};
 /// Name of the criterion of least squares without weights, as reports give it.
 pub const METHOD: &str = "orthogonal least squares";
 
+/// Sides from which a part may have been measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MeasuredFrom {
+    /// That of the start. Points that only fit the other one are a doubt.
+    #[default]
+    Given,
+    /// That of the start, or the other one where only that fits.
+    Either,
+}
+
 /// Choice of what to fit and how far to go.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitSettings {
@@ -61,6 +71,8 @@ pub struct FitSettings {
     /// Whether to look for the part elsewhere where the fit from the start explains the points badly: far
     /// away, tilted, upside down, and turned about its axis if that is free. Needs free shifts.
     pub search: bool,
+    /// The sides from which the part may have been measured. The search looks at both; the start's is preferred.
+    pub side: MeasuredFrom,
     /// Largest number of steps of one refinement. A refinement follows every change of the points in the
     /// aperture.
     pub max_iterations: usize,
@@ -83,6 +95,7 @@ impl Default for FitSettings {
             aperture: Aperture::None,
             start: Pose::default(),
             search: true,
+            side: MeasuredFrom::Given,
             max_iterations: 50,
             tolerance_mm: 1e-13,
             rank_tolerance: 1e-10,
@@ -489,7 +502,7 @@ fn cautions(
     let axis = |pose: &Pose| pose.rotation().map(|row| row[2]);
     let along: f64 = axis(pose).iter().zip(axis(&settings.start)).map(|(a, b)| a * b).sum();
     if along < 0.0 {
-        cautions.push(Caution::UpsideDown);
+        cautions.push(Caution::UpsideDown { allowed: settings.side == MeasuredFrom::Either });
     }
     if selection.excluded.outside_domain > 0 {
         cautions.push(Caution::BeyondDomain {

@@ -36,6 +36,10 @@ fn a_fit_is_told_whole() {
 
 #[test]
 fn cautions_say_whether_they_forbid_a_verdict() {
+    for allowed in [false, true] {
+        let found = caution(&Caution::UpsideDown { allowed });
+        assert_eq!((&found.kind[..], found.forbids_verdict), ("upside_down", !allowed));
+    }
     let mirrored = Caution::Mirrored { rms_mm: 1e-2, mirrored_rms_mm: 1e-6 };
     let beyond = Caution::BeyondDomain { domain_mm: 9.0, beyond: 3, farthest_mm: 9.4 };
     let told = [caution(&mirrored), caution(&beyond)];

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use asphera_form::{Aperture, Base, Knots, Loss, Pose, ReferenceSettings, Smoothing};
+use asphera_form::{Aperture, Base, Knots, Loss, MeasuredFrom, Pose, ReferenceSettings, Smoothing};
 
 use super::super::output::Failure;
 use asphera_measure::{Part, Weights};
@@ -139,7 +139,11 @@ fn fit(part: &Part) -> String {
         Weights::None => "",
         Weights::Uncertainty => ", weights by uncertainty",
     };
-    format!("{names} free; by {loss}{threshold}{weights}")
+    let side = match part.side {
+        MeasuredFrom::Given => "",
+        MeasuredFrom::Either => "; measured from either side",
+    };
+    format!("{names} free; by {loss}{threshold}{weights}{side}")
 }
 
 fn limits(text: &mut String, part: &Part) -> std::fmt::Result {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use asphera_form::{
-    Aperture, Asphere, Caution, FitSettings, Nominal, Parameter, PointMm, Pose, fit,
+    Aperture, Asphere, Caution, FitSettings, MeasuredFrom, Nominal, Parameter, PointMm, Pose, fit,
 };
 use rayon::prelude::*;
 
@@ -56,7 +56,7 @@ fn failures(nominal: &Nominal, free: &[Parameter], aperture: Aperture, runs: u64
             Ok(fitted) => fitted,
             Err(error) => return Some(format!("seed {seed}, {pose:?}: {error}")),
         };
-        let told = fitted.cautions.contains(&Caution::UpsideDown);
+        let told = fitted.cautions.contains(&Caution::UpsideDown { allowed: false });
         // Uniform noise of this range has a standard deviation of its half over √3.
         let is_found = fitted.sigma_mm < NOISE_MM && 10 * fitted.used > 9 * points.len();
         (!is_found || told != upside_down).then(|| {
@@ -138,9 +138,13 @@ fn upside_down_is_told_and_found_exactly() {
         .map(|[x, y]| over.to_measured([x, y, al1815().sag_mm(x.hypot(y))]))
         .collect();
     let fitted = fit(&points, &al1815(), &FitSettings::default()).unwrap();
-    assert_eq!(fitted.cautions, [Caution::UpsideDown]);
+    assert_eq!(fitted.cautions, [Caution::UpsideDown { allowed: false }]);
     assert!(fitted.sigma_mm < 1e-13 && pose_difference(&fitted.pose, &over) < 1e-11);
     assert!(fitted.cautions[0].to_string().contains("upside down"));
+    let either = FitSettings { side: MeasuredFrom::Either, ..FitSettings::default() };
+    let allowed = fit(&points, &al1815(), &either).unwrap();
+    assert_eq!(allowed.cautions, [Caution::UpsideDown { allowed: true }]);
+    assert_eq!((allowed.pose, allowed.sigma_mm), (fitted.pose, fitted.sigma_mm));
 }
 
 /// Heights with the wrong sign, where the pose may not turn over: a profile, a bowl held upright.
@@ -167,7 +171,7 @@ fn wrong_signs_that_no_free_motion_mends_are_told() {
         // Turned over instead, where that is allowed: then it is not mirrored.
         if nominal.is_rotational() {
             let fitted = fit(&reflected, &nominal, &FitSettings::default()).unwrap();
-            assert_eq!(fitted.cautions, [Caution::UpsideDown], "{nominal}");
+            assert_eq!(fitted.cautions, [Caution::UpsideDown { allowed: false }], "{nominal}");
         }
     }
     let neither: Vec<PointMm> =
