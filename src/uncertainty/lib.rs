@@ -253,7 +253,7 @@ impl Uncertainty {
     ///
     /// `worth` has an entry a point, in the order of [`Uncertainty::indices`]. In the square of its unit.
     pub(crate) fn scatter_of_mean(&self, worth: &[Worth]) -> f64 {
-        self.taken.as_ref().map_or(0.0, |taken| taken.scatter(worth, &self.noise_mm2))
+        self.taken.as_ref().map_or(0.0, |taken| taken.variance(worth, &self.noise_mm2))
     }
 
     /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth

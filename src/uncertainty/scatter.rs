@@ -117,8 +117,22 @@ pub(super) struct Quadratic {
     pub(super) coefficients: [f64; 6],
     /// How many they determine.
     pub(super) determined: usize,
+    /// Middle of the group.
+    centre_mm: [f64; 2],
+    /// Mean of the deviations, which the coefficients are from.
+    level: f64,
     /// Sum of the squares of what it leaves.
     left_mm2: f64,
+}
+
+impl Quadratic {
+    /// Coefficients of the deviations themselves about another place.
+    pub(super) fn about(&self, place_mm: [f64; 2]) -> [f64; 6] {
+        let [x, y] = [0, 1].map(|axis| place_mm[axis] - self.centre_mm[axis]);
+        let [c, cx, cy, xx, xy, yy] = self.coefficients;
+        let value = self.level + c + cx * x + cy * y + xx * x * x + xy * x * y + yy * y * y;
+        [value, cx + 2.0 * xx * x + xy * y, cy + xy * x + 2.0 * yy * y, xx, xy, yy]
+    }
 }
 
 /// `None` where a number is not finite. The order in which a selection leaves a group must not show in the bits, so
@@ -159,6 +173,8 @@ pub(super) fn quadratic(
     Some(Quadratic {
         coefficients: change.map(|value| -value),
         determined: kept.len(),
+        centre_mm: centre,
+        level,
         left_mm2: system.square_after(&change),
     })
 }

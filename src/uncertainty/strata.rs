@@ -21,10 +21,22 @@ pub(super) struct Stratum {
     pub(super) weights: Vec<f64>,
     /// All shares add up to 1.
     pub(super) share: f64,
-    /// Places of the members from some origin, in mm.
-    pub(super) off_mm: Vec<[f64; 2]>,
+    /// Places of the members.
+    pub(super) places_mm: Vec<[f64; 2]>,
     /// Share of an even rise over the stratum that the weights leave in its mean, from 0 to 1.
     pub(super) rise_left: f64,
+    /// Middle of its area.
+    pub(super) middle_mm: [f64; 2],
+    /// Means over the area of the products of [`terms`] about its middle, less those by the weights; 0 where it is not known.
+    pub(super) bends_left: Products,
+}
+
+/// Products of six terms in mm and its powers.
+pub(super) type Products = [[f64; 6]; 6];
+
+/// Terms of a quadratic: 1, x, y, x², xy, y².
+fn terms([x, y]: [f64; 2]) -> [f64; 6] {
+    [1.0, x, y, x * x, x * y, y * y]
 }
 
 impl Stratum {
@@ -42,8 +54,8 @@ impl Stratum {
         let middle = mean(&|at| values[at]);
         let square = count * mean(&|at| (values[at] - middle).powi(2));
         let plain = square / (count - 1.0).max(1.0);
-        let origin = [0, 1].map(|axis| mean(&|at| self.off_mm[at][axis]));
-        let off = |at: usize, axis: usize| self.off_mm[at][axis] - origin[axis];
+        let origin = [0, 1].map(|axis| mean(&|at| self.places_mm[at][axis]));
+        let off = |at: usize, axis: usize| self.places_mm[at][axis] - origin[axis];
         let moment = |i: usize, j: usize| count * mean(&|at| off(at, i) * off(at, j));
         let along = |axis: usize| count * mean(&|at| off(at, axis) * values[at]);
         let gram = Matrix2::new(moment(0, 0), moment(0, 1), moment(0, 1), moment(1, 1));
@@ -133,17 +145,8 @@ fn part(
         let is_near = |node: &&[f64; 2]| {
             (0..2).all(|i| node[i] >= low[i] - reach && node[i] <= high[i] + reach)
         };
-        let (mut share, mut sum) = (0.0, [0.0; 2]);
-        for node in nodes.iter().filter(is_near) {
-            share += 1.0;
-            (0..2).for_each(|i| sum[i] += node[i]);
-        }
-        let mut members = order.to_vec();
-        members.sort_unstable();
-        let middle = (share > 0.0).then(|| sum.map(|sum| sum / share));
-        let (weights, rise_left) = weights(&members, places_mm, middle);
-        let off_mm = members.iter().map(|&at| [0, 1].map(|i| places_mm[at][i] - low[i])).collect();
-        return vec![Stratum { members, weights, share, off_mm, rise_left }];
+        let nodes: Vec<[f64; 2]> = nodes.iter().filter(is_near).copied().collect();
+        return vec![stratum(order, &nodes, places_mm)];
     }
     let (axis, _) = longer_side(order, places_mm);
     let (low, high) = halve(order, places_mm);
@@ -164,6 +167,30 @@ fn part(
         rayon::join(|| part(low, below, places_mm, least), || part(high, above, places_mm, least));
     found.extend(more);
     found
+}
+
+/// Stratum of these places and of the nodes of its area.
+fn stratum(order: &[usize], nodes: &[[f64; 2]], places_mm: &[[f64; 2]]) -> Stratum {
+    let share = nodes.len() as f64;
+    let mut members = order.to_vec();
+    members.sort_unstable();
+    let mean = |axis: usize| nodes.iter().map(|node| node[axis]).sum::<f64>() / share;
+    let middle = (share > 0.0).then(|| [0, 1].map(mean));
+    let (weights, rise_left) = weights(&members, places_mm, middle);
+    let places_mm: Vec<[f64; 2]> = members.iter().map(|&at| places_mm[at]).collect();
+    let middle_mm = middle.unwrap_or_default();
+    let mut bends_left = [[0.0; 6]; 6];
+    let mut add = |place: &[f64; 2], weight: f64| {
+        let terms = terms([0, 1].map(|axis| place[axis] - middle_mm[axis]));
+        for (row, one) in bends_left.iter_mut().zip(&terms) {
+            row.iter_mut().zip(&terms).for_each(|(sum, other)| *sum += weight * one * other);
+        }
+    };
+    if middle.is_some() {
+        nodes.iter().for_each(|node| add(node, share.recip()));
+        places_mm.iter().zip(&weights).for_each(|(place, weight)| add(place, -weight));
+    }
+    Stratum { members, weights, share, places_mm, rise_left, middle_mm, bends_left }
 }
 
 /// Weights that add up to 1, as alike as can be, by which the middle of the places is `middle`, or as near to it as it gets with

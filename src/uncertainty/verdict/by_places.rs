@@ -32,7 +32,7 @@ pub(super) fn of_area(
     let ratio = by_area / by_points;
     OfArea {
         value,
-        variance: by_places(definition, uncertainty, approximation, sample, (value, shares)),
+        variance: by_places(definition, uncertainty, approximation, sample, shares),
         crowding: if ratio.is_finite() { ratio } else { 1.0 },
     }
 }
@@ -50,7 +50,7 @@ fn by_places(
     uncertainty: &Uncertainty,
     approximation: Approximation,
     sample: &Sample,
-    (value_nm, shares): (f64, &[f64]),
+    shares: &[f64],
 ) -> f64 {
     let Some(values_nm) = definition.averaged_nm(sample, approximation) else { return 0.0 };
     let gains = match definition {
@@ -68,12 +68,12 @@ fn by_places(
         worth[at] = match &gains {
             Some(gains) => {
                 let gain = gains[place] * per_share;
-                Worth { value: gain * nm, by_noise: [(gain * NM_PER_MM).powi(2), 0.0] }
+                Worth { factors: [gain, *nm], by_noise: [(gain * NM_PER_MM).powi(2), 0.0] }
             }
             None => {
                 let per_mm = (NM_PER_MM * per_share).powi(2);
                 let by_noise = [4.0 * nm * nm * per_mm, -2.0 * per_mm * NM_PER_MM * NM_PER_MM];
-                Worth { value: (nm * nm - value_nm * value_nm) * per_share, by_noise }
+                Worth { factors: [nm * per_share.sqrt(); 2], by_noise }
             }
         };
     }
