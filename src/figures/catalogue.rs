@@ -222,7 +222,7 @@ const MERIDIONAL_SLOPE_MAX: Row = Row {
     subject: Subject::Slope,
     statistic: Statistic::LargestSlope,
     text: "largest slope of the deviation along the meridian, by local planes over the \
-               integration length",
+               integration length, per mm across the axis",
     source: ISO_10110_12,
 };
 const MERIDIONAL_SLOPE_RMS: Row = Row {
@@ -233,7 +233,7 @@ const MERIDIONAL_SLOPE_RMS: Row = Row {
     subject: Subject::Slope,
     statistic: Statistic::MeanSquareSlope,
     text: "RMS slope of the deviation along the meridian, by local planes over the \
-               integration length",
+               integration length, per mm across the axis",
     source: ISO_10110_12,
 };
 const GRADIENT_MAX: Row = Row {
@@ -243,7 +243,8 @@ const GRADIENT_MAX: Row = Row {
     unit: Unit::Microradians,
     subject: Subject::Slope,
     statistic: Statistic::LargestSlope,
-    text: "largest gradient of the deviation, by local planes over the integration length",
+    text: "largest gradient of the deviation, by local planes over the integration length, per \
+               mm across the axis",
     source: ISO_10110_12,
 };
 const GRADIENT_RMS: Row = Row {
@@ -253,7 +254,8 @@ const GRADIENT_RMS: Row = Row {
     unit: Unit::Microradians,
     subject: Subject::Slope,
     statistic: Statistic::MeanSquareSlope,
-    text: "RMS gradient of the deviation, by local planes over the integration length",
+    text: "RMS gradient of the deviation, by local planes over the integration length, per mm \
+               across the axis",
     source: ISO_10110_12,
 };
 

@@ -13,11 +13,13 @@ pub struct Lattice {
     turn_rad: f64,
     /// Index of the place at each node, row after row; [`EMPTY`] at a gap.
     places: Vec<u32>,
+    strays: usize,
 }
 
 impl Lattice {
-    /// The raster on which all places lie, each within a fiftieth of a step of a node of its own; `None` if there is
-    /// none. Nodes may be empty, and the raster may be turned.
+    /// The raster on which the places lie, each within a fiftieth of a step of a node of its own; `None` if there is
+    /// none. Nodes may be empty, and the raster may be turned. Up to one place in a hundred may be a stray: farther from its
+    /// node, or the farther of two at one node. Strays are left out and counted.
     ///
     /// `triangles` are those of the Delaunay triangulation of the places, or some of them. On a raster most of them are
     /// halves of its cells, and one of these is the start. From there the raster is followed outwards, and fitted anew
@@ -56,6 +58,11 @@ impl Lattice {
     /// without it.
     pub fn turn_rad(&self) -> f64 {
         self.turn_rad
+    }
+
+    /// Places at no node of the raster, which it leaves out.
+    pub fn strays(&self) -> usize {
+        self.strays
     }
 
     /// Index of the place at each node, row after row, along the rows fastest; `None` at a gap.
@@ -157,13 +164,15 @@ impl Frame {
         is_right.then_some(self)
     }
 
-    /// The raster, if each place has a node of its own.
+    /// The raster, if enough places have a node of their own.
     fn occupied(self, places_mm: &[[f64; 2]]) -> Option<Lattice> {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut strays = 0;
         for place in places_mm {
             let (node, off) = self.node(*place);
             if off > TOLERANCE {
-                return None;
+                strays += 1;
+                continue;
             }
             for axis in 0..2 {
                 low[axis] = low[axis].min(node[axis]);
@@ -171,21 +180,32 @@ impl Frame {
             }
         }
         let size = [high[0] - low[0] + 1.0, high[1] - low[1] + 1.0];
-        if size[0] * size[1] > MOST_NODES_A_PLACE * places_mm.len() as f64
-            || size[0].min(size[1]) < 2.0
-        {
+        let most_nodes = MOST_NODES_A_PLACE * places_mm.len() as f64;
+        // No place at a node makes a size of −∞.
+        if size[0].min(size[1]) < 2.0 || size[0] * size[1] > most_nodes {
             return None;
         }
         let [columns, rows] = size.map(|nodes| nodes as usize);
         let mut places = vec![EMPTY; columns * rows];
         for (index, place) in places_mm.iter().enumerate() {
-            let (node, _) = self.node(*place);
+            let (node, off) = self.node(*place);
+            if off > TOLERANCE {
+                continue;
+            }
             let [column, row] = [0, 1].map(|axis| (node[axis] - low[axis]) as usize);
             let own = &mut places[row * columns + column];
-            if *own != EMPTY {
-                return None;
+            let index = u32::try_from(index).ok().filter(|index| *index != EMPTY)?;
+            if *own == EMPTY {
+                *own = index;
+                continue;
             }
-            *own = u32::try_from(index).ok().filter(|index| *index != EMPTY)?;
+            strays += 1;
+            if off < self.node(places_mm[*own as usize]).1 {
+                *own = index;
+            }
+        }
+        if strays * MOST_STRAYS > places_mm.len() {
+            return None;
         }
         let spacing_mm = [length(self.along_mm), length(self.across_mm)];
         let origin_mm = [0, 1].map(|axis| {
@@ -198,7 +218,7 @@ impl Frame {
         let farthest_mm = turn_rad.abs() * (size[0] * spacing_mm[0]).max(size[1] * spacing_mm[1]);
         let turn_rad =
             if farthest_mm <= UPRIGHT * spacing_mm[0].min(spacing_mm[1]) { 0.0 } else { turn_rad };
-        Some(Lattice { columns, rows, spacing_mm, origin_mm, turn_rad, places })
+        Some(Lattice { columns, rows, spacing_mm, origin_mm, turn_rad, places, strays })
     }
 }
 
@@ -269,6 +289,8 @@ fn length(a: [f64; 2]) -> f64 {
 const EMPTY: u32 = u32::MAX;
 /// Farthest a place may be from its node, in steps.
 const TOLERANCE: f64 = 0.02;
+/// At most one place in so many may lie at no node.
+const MOST_STRAYS: usize = 100;
 /// Largest cosine of the angle between rows and columns: a raster seen along a tilted axis is sheared a little, and that
 /// puts frequencies off by half as much.
 const SHEAR: f64 = 0.04;

@@ -208,7 +208,8 @@ impl Sample {
         }
     }
 
-    pub(crate) fn aperture(&self) -> &Aperture {
+    /// The part of the surface that the sample is of, lengths in mm.
+    pub fn aperture(&self) -> &Aperture {
         &self.aperture
     }
 

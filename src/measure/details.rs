@@ -2,8 +2,8 @@
 
 use asphera_figures::{
     Approximation, Definition, Figure, FringeCount, FringeFit, Reference, Ring, Sample,
-    SampleError, Share, SlopeFigure, Slopes, Term, Unknown, decompose, fringe_fit, peak_to_valley,
-    radial_profile, remove, rms, robust_peak_to_valley, slopes,
+    SampleError, Share, Term, Unknown, decompose, fringe_fit, peak_to_valley, radial_profile,
+    remove, rms, robust_peak_to_valley, slopes,
 };
 use asphera_form::basis::{Counting, aberration};
 use asphera_form::{Nominal, Pose};
@@ -11,6 +11,8 @@ use asphera_geometry::{PointMm, VertexId};
 use asphera_report::{
     FormFigure, HistogramFigures, RingFigures, Source, StandardFigures, ZernikeFigures, ZernikeTerm,
 };
+
+mod stations;
 
 use super::judged::Sure;
 use super::naming;
@@ -206,7 +208,11 @@ impl FormDetails {
         match slopes(sample, settings) {
             Ok(found) => {
                 let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
-                let shares = noise_nm.map_or([(None, None); 4], |nm| noise_of(&found, nm));
+                if let Some(why) = stations::missing(&found, sample) {
+                    self.unknown.push(why);
+                }
+                let shares =
+                    noise_nm.map_or([(None, None); 4], |nm| stations::noise_of(&found, nm));
                 for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)
                 {
                     let figure = naming::figure(figure, over.clone());
@@ -264,17 +270,6 @@ impl FormDetails {
     fn lacks(&mut self, name: &str, why: &Unknown) {
         self.unknown.push(format!("{name}: {why}"));
     }
-}
-
-/// Rise of slopes by noise of a point in nm, in the order of their figures, and what is left without it.
-fn noise_of(found: &Slopes, noise_nm: f64) -> [(Option<f64>, Option<f64>); 4] {
-    let of_kind = |figure: &SlopeFigure| {
-        let on_max = figure.noise_on_max_urad(noise_nm, found.stations).min(figure.max_urad);
-        let without = figure.rms_without_noise_urad(noise_nm);
-        [(Some(on_max), None), (Some(figure.rms_urad - without), Some(without))]
-    };
-    let [[a, b], [c, d]] = [&found.meridional, &found.gradient].map(of_kind);
-    [a, b, c, d]
 }
 
 /// Shape of a change of the radius, by the kind of the nominal.

@@ -29,6 +29,8 @@ pub enum MapSource {
     Raster {
         /// Empty nodes between well-sampled neighbours, with the deviation that these give there, nm.
         bridged_nm: Vec<(usize, f64)>,
+        /// Points beside its nodes, which the map leaves out.
+        strays: usize,
     },
     /// The points lie on no raster: heights are interpolated linearly between them.
     Scattered {
@@ -41,8 +43,13 @@ pub enum MapSource {
 impl fmt::Display for MapSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            MapSource::Raster { .. } => {
-                f.write_str("heights as measured, on the raster of the points")
+            MapSource::Raster { strays, .. } => {
+                f.write_str("heights as measured, on the raster of the points")?;
+                match strays {
+                    0 => Ok(()),
+                    1 => f.write_str("; 1 point beside its nodes is left out"),
+                    more => write!(f, "; {more} points beside its nodes are left out"),
+                }
             }
             MapSource::Scattered { interpolation } => write!(
                 f,
@@ -151,7 +158,8 @@ fn on_raster(
             .map(|(node, (_, nm))| (node, nm))
             .collect();
     }
-    Some(DeviationMap { grid, turn_rad, values_nm, source: MapSource::Raster { bridged_nm } })
+    let source = MapSource::Raster { bridged_nm, strays: lattice.strays() };
+    Some(DeviationMap { grid, turn_rad, values_nm, source })
 }
 
 /// The deviations between points, at nodes as far apart as these are on average.

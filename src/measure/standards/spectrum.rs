@@ -25,7 +25,7 @@ pub(super) fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdF
         .collect();
     let mut values_mm: Vec<f64> = map.values_nm.iter().map(|nm| nm * 1e-6).collect();
     let bridged_nm = match &map.source {
-        MapSource::Raster { bridged_nm } => &bridged_nm[..],
+        MapSource::Raster { bridged_nm, .. } => &bridged_nm[..],
         MapSource::Scattered { .. } => &[],
     };
     // A single empty node would spread the power of the longest waves over all frequencies.
@@ -42,8 +42,13 @@ pub(super) fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdF
         .expect("the map has a height for each node, and its nodes a distance");
     let psd = map_psd(&heights, Window::Hann)?;
     let (psd, source) = match &map.source {
-        MapSource::Raster { .. } => (psd, AS_MEASURED),
-        MapSource::Scattered { interpolation } => (psd.without(interpolation), INTERPOLATED),
+        MapSource::Raster { strays: 0, .. } => (psd, AS_MEASURED.to_owned()),
+        MapSource::Raster { strays, .. } => {
+            (psd, format!("{AS_MEASURED}; points beside its nodes, which are left out: {strays}"))
+        }
+        MapSource::Scattered { interpolation } => {
+            (psd.without(interpolation), INTERPOLATED.to_owned())
+        }
     };
     let nyquist = 0.5 / grid.dx_mm.max(grid.dy_mm);
     let all = Band::of_frequencies(None, None).expect("from zero to infinity");
@@ -55,7 +60,7 @@ pub(super) fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdF
             .to_owned(),
         removed: removed.join(", "),
         window: "Hann".to_owned(),
-        source: source.to_owned(),
+        source,
         spacing_mm,
         up_to_per_mm: psd.up_to_per_mm.min(nyquist),
         bridged: bridged_nm.len() as u64,
@@ -174,7 +179,7 @@ mod tests {
             values_nm: (0..201 * 201).map(value).collect(),
             grid,
             turn_rad: 0.0,
-            source: MapSource::Raster { bridged_nm: Vec::new() },
+            source: MapSource::Raster { bridged_nm: Vec::new(), strays: 0 },
         }
     }
 

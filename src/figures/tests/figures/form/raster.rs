@@ -116,15 +116,31 @@ fn what_is_no_raster_is_none() {
         let (places, triangles, _) = raster(place, |_, _| false);
         assert_eq!(Lattice::find(&places, &triangles), None, "{name}");
     }
-    // A raster but for one point between its nodes, or one twice.
-    let (mut places, triangles, _) = raster(|i, j| [i, j], |_, _| false);
-    assert!(Lattice::find(&places, &triangles).is_some());
-    places.push([3.4, 5.0]);
-    assert_eq!(Lattice::find(&places, &triangles), None);
-    places.pop();
-    places.push([3.01, 5.0]);
-    assert_eq!(Lattice::find(&places, &triangles), None);
     assert_eq!(Lattice::find(&[], &[]), None);
+}
+
+/// One point beside its node took the raster away, and with it all power above a fifth of the highest frequency.
+#[test]
+fn a_few_strays_leave_a_raster_what_it_is() {
+    let (mut places, triangles, _) = raster(|i, j| [i, j], |_, _| false);
+    let whole = Lattice::find(&places, &triangles).unwrap();
+    assert_eq!(whole.strays(), 0);
+    let nodes = places.len();
+    // Between nodes, beside one that is occupied, far outside; and one that has left its node.
+    places.extend([[3.4, 5.0], [3.01, 5.0], [-40.3, 70.4]]);
+    places[7][0] += 0.3;
+    let found = Lattice::find(&places, &triangles).unwrap();
+    assert_eq!(found.strays(), 4);
+    assert_eq!((found.columns(), found.rows()), (whole.columns(), whole.rows()));
+    let expected = whole.places().map(|place| place.filter(|place| *place != 7));
+    assert!(found.places().eq(expected));
+    // The nearer of two has the node, in whichever order they come.
+    places.swap(nodes + 1, 5 * COLUMNS + 3);
+    let swapped = Lattice::find(&places, &triangles).unwrap();
+    assert_eq!(swapped.places().nth(5 * COLUMNS + 3), Some(Some(nodes + 1)));
+    // One in a hundred is the most.
+    places.extend((0..nodes / 90).map(|i| [i as f64 + 0.4, 2.5]));
+    assert_eq!(Lattice::find(&places, &triangles), None);
 }
 
 /// Along the rows of a raster linear interpolation is convolution with a hat of two steps, whose transform is sinc².
