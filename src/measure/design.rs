@@ -51,6 +51,19 @@ impl<'a> Design<'a> {
     }
 }
 
+/// What the deviation of figures of a subject is from, in words: absent where the fit leaves the shape as it is, where there is
+/// no design, and of surfaces that filters leave.
+pub(super) fn scope(subject: Subject, part: &Part) -> Option<&'static str> {
+    if part.reference.is_some() {
+        return None;
+    }
+    match subject.treatment(&part.free) {
+        Treatment::AsFitted => None,
+        Treatment::FromDesign => Some("against the design"),
+        Treatment::Cautioned => Some("about the fitted shape"),
+    }
+}
+
 /// Which figures do not judge the shape, as parameters of it were free.
 pub(super) fn caution(part: &Part) -> Option<CautionFigures> {
     let with = |wanted: Treatment| {

@@ -51,7 +51,7 @@ pub(super) fn verdict(
     };
     let mut verdict = without_checks(part);
     for Judged { limit, found, from_design, covers } in all {
-        let figure = naming::of_limit(limit);
+        let figure = naming::of_limit(limit, part);
         let unmeasured = unmeasured[usize::from(from_design)];
         match found {
             Ok(found) => {

@@ -6,11 +6,16 @@ use asphera_form::Aperture;
 use asphera_report::{FigureName, FormFigure};
 use asphera_uncertainty::verdict::Limit;
 
+use super::design;
 use super::judged::Sure;
+use crate::Part;
 
-/// The figure of a limit.
-pub(super) fn of_limit(limit: &Limit) -> FigureName {
-    FigureName { name: limit.name(), scope: limit.scope(), ..of_figure(limit.definition) }
+/// The figure of a limit of a part.
+pub(super) fn of_limit(limit: &Limit, part: &Part) -> FigureName {
+    let figure = of_figure(limit.definition, part);
+    let parts = [limit.scope(), figure.scope];
+    let scope = parts.into_iter().flatten().reduce(|one, other| format!("{one}, {other}"));
+    FigureName { name: limit.name(), scope, ..figure }
 }
 
 /// A parameter of texture.
@@ -24,14 +29,15 @@ pub(super) fn of_texture(definition: texture::Definition) -> FigureName {
     }
 }
 
-/// A figure of the whole part.
-pub(super) fn of_figure(definition: Definition) -> FigureName {
+/// A figure of the whole part, with what its deviation is from where the fit may change the shape.
+pub(super) fn of_figure(definition: Definition, part: &Part) -> FigureName {
+    let scope = design::scope(definition.subject(), part);
     FigureName {
         name: definition.key(),
         id: definition.id().to_owned(),
         symbol: definition.symbol().to_owned(),
         unit: definition.unit().to_string(),
-        scope: None,
+        scope: scope.map(str::to_owned),
     }
 }
 

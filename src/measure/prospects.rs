@@ -77,10 +77,10 @@ impl Prospects {
             .iter()
             .map(|limit| match is_foreseen(limit) {
                 true => self.of_limit(limit, now),
-                false => at_end(naming::of_limit(limit), limit.value, now),
+                false => at_end(naming::of_limit(limit, part), limit.value, now),
             })
             .collect();
-        let of_standards = standards::limits(&part.judging);
+        let of_standards = standards::limits(part);
         limits.extend(of_standards.map(|(figure, limit)| at_end(figure, limit, now)));
         let later = limits.iter().filter(|limit| limit.state == ProspectState::PassFrom);
         let from = later.filter_map(|limit| limit.pass_from_coverage);
@@ -89,7 +89,7 @@ impl Prospects {
     }
 
     fn of_limit(&mut self, limit: &Limit, now: &Now<'_>) -> ProspectFigures {
-        let of = naming::of_limit(limit);
+        let of = naming::of_limit(limit, now.part);
         let name = of.name.clone();
         let seen = self.seen.of_limit(&name);
         let value = if limit.is_of_whole() {

@@ -16,7 +16,8 @@ pub struct FigureName {
     /// Unit of values and limit.
     #[serde(default)]
     pub unit: String,
-    /// The part of the aperture or the terms removed: `from 0-4.5 mm`; absent of the whole deviation.
+    /// The part of the aperture or the terms removed, and where the fit may change the shape what the deviation is from:
+    /// `from 0-4.5 mm`, `about the fitted shape`; absent of the whole deviation from the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scope: Option<String>,
 }

@@ -1,5 +1,6 @@
 //! Figures of ISO 10110-5 with parameters of the shape free, against the same with the shape held.
 
+use asphera_figures::Definition;
 use asphera_report::{FormFigures, Status};
 
 use crate::nominal::parse;
@@ -80,11 +81,12 @@ fn a_of_a_free_radius_is_that_of_the_design() {
     assert!(indication.found.starts_with("3/20"), "{}", indication.found);
 }
 
-/// Of each shape a parameter that is off: with it free the figures are those with it held.
-#[test]
-fn whatever_is_free_of_the_shape_the_indication_is_of_the_design() {
+/// A surface, a parameter of it that is off on the part, and the part.
+type Case = (&'static str, &'static str, Box<dyn Fn(f64, f64) -> f64>);
+
+fn cases() -> [Case; 4] {
     let paraboloid = |x: f64, y: f64| (x * x + y * y) / 100.0;
-    let off = |x: f64, y: f64| {
+    let off = move |x: f64, y: f64| {
         let rr = x * x + y * y;
         paraboloid(x, y) + 2e-7 * rr * rr
     };
@@ -95,22 +97,31 @@ fn whatever_is_free_of_the_shape_the_indication_is_of_the_design() {
     let conic = "kind = \"conic\"\nradius_mm = 50.0\nconic = -1.0\n";
     let asphere = "kind = \"asphere\"\nradius_mm = 50.0\nconic = -1.0\nA4 = 0.0\n";
     let of_toroid = "kind = \"toroid\"\nrotation_radius_mm = 60.0\nradius_mm = 80.0\n";
-    type Sag<'a> = &'a dyn Fn(f64, f64) -> f64;
-    let cases: [(&str, &str, Sag<'_>); 4] = [
-        (conic, "conic", &off),
-        (asphere, "A4", &off),
-        (asphere, "radius", &off),
-        (of_toroid, "rotation_radius", &toroid),
-    ];
-    for (surface, name, sag_mm) in cases {
-        let nominal = |free: &str| {
-            format!(
-                "[surface]\n{surface}[aperture]\nshape = \"circle\"\nradius_mm = 5.0\n\
-                 [fit]\nfree = [\"tz\", \"rx\", \"ry\"{free}]\n"
-            )
-        };
-        let free = measured(&nominal(&format!(", \"{name}\"")), 5.0, sag_mm);
-        let held = measured(&nominal(""), 5.0, sag_mm);
+    [
+        (conic, "conic", Box::new(off)),
+        (asphere, "A4", Box::new(off)),
+        (asphere, "radius", Box::new(off)),
+        (of_toroid, "rotation_radius", Box::new(toroid)),
+    ]
+}
+
+/// Measurements with the parameter free and held.
+fn free_and_held((surface, name, sag_mm): &Case, rest: &str) -> [Measurement; 2] {
+    [format!(", \"{name}\""), String::new()].map(|free| {
+        let nominal = format!(
+            "[surface]\n{surface}[aperture]\nshape = \"circle\"\nradius_mm = 5.0\n\
+             [fit]\nfree = [\"tz\", \"rx\", \"ry\"{free}]\n{rest}"
+        );
+        measured(&nominal, 5.0, sag_mm)
+    })
+}
+
+/// Of each shape a parameter that is off: with it free the figures are those with it held.
+#[test]
+fn whatever_is_free_of_the_shape_the_indication_is_of_the_design() {
+    for case in cases() {
+        let name = case.1;
+        let [free, held] = free_and_held(&case, "");
         let [of_free, of_held] = [&free, &held].map(form);
         for figure in FIGURES {
             let [free, held] = [of_free, of_held].map(|of| value(of, figure));
@@ -124,6 +135,44 @@ fn whatever_is_free_of_the_shape_the_indication_is_of_the_design() {
         assert!(figure.variant.starts_with("against the design, shape held"), "{}", figure.variant);
         let said = cautions(of_free);
         assert!(said.len() == 1 && said[0].contains(&format!("(free: {name}). ")), "{said:?}");
+    }
+}
+
+/// Every figure that has a limit, with each kind of parameter free that is off: those of the indication are judged against the
+/// design, and no other passes without saying what it is about. Before, PV or a slope passed by its bare name.
+#[test]
+fn no_limit_passes_without_a_word_where_the_shape_is_free() {
+    let all = Definition::LIMITED.into_iter().chain(Definition::OF_POINTS);
+    let limit = |of: Definition| if of == Definition::RmsTotal { 10 } else { 90 };
+    let limits: Vec<String> = all.map(|of| format!("{} = {}\n", of.key(), limit(of))).collect();
+    let rest = format!(
+        "[tolerance]\n{}sq_nm = 60\nslope_over_mm = 1\nslope_step_mm = 1\n[figures.texture]\n",
+        limits.concat()
+    );
+    for case in cases() {
+        let name = case.1;
+        let [free, held] = free_and_held(&case, &rest);
+        let (checks, of_held) = (&free.report.verdict.checks, &held.report.verdict.checks);
+        assert_eq!(checks.len(), limits.len() + 1, "{name}: {:?}", free.report.verdict.reasons);
+        for (check, held) in checks.iter().zip(of_held) {
+            assert_eq!(held.figure.scope, None, "{name}: {held:?}");
+            let of_design = FIGURES.contains(&&check.figure.symbol[..]);
+            let scope = match &check.figure.id[..] {
+                // Filters take off the shape: there is no design of a texture.
+                "sq" => None,
+                _ if of_design => Some("against the design"),
+                _ => Some("about the fitted shape"),
+            };
+            assert_eq!(check.figure.scope.as_deref(), scope, "{name}: {check:?}");
+            if of_design {
+                let off = (check.value - held.value).abs();
+                assert!(off < 1e-3 + 1e-6 * held.value, "{name}: {check:?}, {held:?}");
+            }
+        }
+        let of = |id: &str| checks.iter().find(|check| check.figure.id == id).unwrap();
+        assert!(of("pv").ok && !of("rmst").ok, "{name}: {:?} {:?}", of("pv"), of("rmst"));
+        assert_eq!(of("pv").figure.words(), "PV about the fitted shape");
+        assert_eq!((free.report.verdict.status, cautions(form(&free)).len()), (Status::Fail, 1));
     }
 }
 

@@ -24,12 +24,12 @@ pub(super) fn hold_others(
         *verdict = without_checks(part);
     }
     let limits = part.limits().iter().filter(|limit| !is_of_deviation(limit));
-    let of_standards = standards::limits(&part.judging);
+    let of_standards = standards::limits(part);
     let mut refused: Vec<String> = of_standards.map(|(figure, _)| figure.words()).collect();
     for limit in limits {
         match slope_of(limit, stations) {
             Some(value) => hold_slope(verdict, part, limit, value, unmeasured),
-            None => refused.push(naming::of_limit(limit).words()),
+            None => refused.push(naming::of_limit(limit, part).words()),
         }
     }
     for name in refused {
@@ -71,6 +71,6 @@ fn hold_slope(
 ) {
     let hidden = unmeasured.figures().share.map(|_| 0.0);
     let finding = Finding { hidden, ..Finding::of_value(value) };
-    let held = Held::new(naming::of_limit(limit), limit, finding, unmeasured);
+    let held = Held::new(naming::of_limit(limit, part), limit, finding, unmeasured);
     hold(verdict, part.judging.guard, held);
 }

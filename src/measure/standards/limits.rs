@@ -4,15 +4,17 @@ use asphera_report::{FigureName, Verdict};
 use asphera_uncertainty::verdict::{Finding, Limit};
 
 use super::Standards;
+use crate::Part;
 use crate::decision::{self, Held};
 use crate::naming;
 use crate::undecide;
 use crate::unmeasured::Unmeasured;
-use crate::{Judging, Part};
 
 /// Those of a part: figures and largest values allowed.
-pub(crate) fn limits(judging: &Judging) -> impl Iterator<Item = (FigureName, f64)> {
-    let of_points = judging.of_points.iter().map(|(of, limit)| (naming::of_figure(*of), *limit));
+pub(crate) fn limits(part: &Part) -> impl Iterator<Item = (FigureName, f64)> {
+    let judging = &part.judging;
+    let of_points = judging.of_points.iter();
+    let of_points = of_points.map(|(of, limit)| (naming::of_figure(*of, part), *limit));
     let texture = judging.texture.iter().map(|(of, limit)| (naming::of_texture(*of), *limit));
     of_points.chain(texture)
 }
@@ -38,7 +40,7 @@ pub(crate) fn hold(
         (found.map(|figure| (figure, None)), Some(0.0), None)
     });
     let found = of_points.chain(texture);
-    for ((of, limit), (found, hidden, why)) in limits(judging).zip(found) {
+    for ((of, limit), (found, hidden, why)) in limits(part).zip(found) {
         let name = of.words();
         let Some((figure, least)) = found else {
             undecide(verdict, format!("{name}: the figure is not known"));
