@@ -21,7 +21,7 @@ pub(crate) struct Row {
     /// By the large batches, one thread and two.
     pub(crate) ours_large_s: Option<f64>,
     pub(crate) ours_two_threads_s: Option<f64>,
-    pub(crate) delaunator_s: f64,
+    pub(crate) delaunator_s: Option<f64>,
     /// The faster of spade's two bulk loads.
     pub(crate) spade_bulk_s: Option<f64>,
     pub(crate) spade_incremental_s: Option<f64>,
@@ -29,7 +29,7 @@ pub(crate) struct Row {
     pub(crate) spade_incremental_points: Option<usize>,
     pub(crate) spade_incremental_capped: Option<bool>,
     /// Time of delaunator over that of ours.
-    pub(crate) ratio_delaunator: f64,
+    pub(crate) ratio_delaunator: Option<f64>,
     pub(crate) ratio_two_threads: Option<f64>,
     /// Time of one thread over that of two, both by the large batches.
     pub(crate) ratio_threads: Option<f64>,
@@ -46,7 +46,7 @@ pub(crate) struct Row {
 pub(crate) struct Triangles {
     pub(crate) ours: u64,
     pub(crate) ours_two_threads: Option<u64>,
-    pub(crate) delaunator: u64,
+    pub(crate) delaunator: Option<u64>,
     pub(crate) spade_bulk: Option<u64>,
     /// Of the points inserted.
     pub(crate) spade_incremental: Option<u64>,
@@ -56,7 +56,7 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
     let bytes_per_point = bytes_per_point(scan, options.batch);
     let runs = Runs::take(scan, options);
     let ours_s = median(runs.ours.iter().map(Meshed::total_s)).expect("there is a run");
-    let delaunator_s = median(runs.delaunator.iter().map(|run| run.seconds)).expect("likewise");
+    let delaunator_s = median(runs.delaunator.iter().map(|run| run.seconds));
     let ours_large_s = median(runs.ours_large.iter().map(Meshed::total_s));
     let ours_two_threads_s = median(runs.ours_two_threads.iter().map(Meshed::total_s));
     let spade_bulk_s = [&runs.spade_bulk, &runs.spade_bulk_stable]
@@ -81,8 +81,10 @@ pub(crate) fn measure(scan: Scan, options: &Options) -> Row {
         spade_incremental_s,
         spade_incremental_points: incremental.map(|run| run.points),
         spade_incremental_capped: capped,
-        ratio_delaunator: delaunator_s / ours_s,
-        ratio_two_threads: ours_two_threads_s.map(|two_s| delaunator_s / two_s),
+        ratio_delaunator: delaunator_s.map(|theirs_s| theirs_s / ours_s),
+        ratio_two_threads: delaunator_s
+            .zip(ours_two_threads_s)
+            .map(|(theirs_s, two_s)| theirs_s / two_s),
         ratio_threads: ours_large_s.zip(ours_two_threads_s).map(|(one_s, two_s)| one_s / two_s),
         bytes_per_point,
         batch_ms: BatchMs::of(&runs.ours),
@@ -105,14 +107,16 @@ struct Runs {
 
 impl Runs {
     fn take(scan: Scan, options: &Options) -> Runs {
-        let (for_delaunator, for_spade) = inputs(scan, options.no_spade);
+        let (for_delaunator, for_spade) = inputs(scan, options);
         let mut runs = Runs::default();
         for run in 1..=options.runs.get() {
             progress(scan, run, options.runs);
             runs.ours.push(ours::mesh(scan, options.batch, NonZeroUsize::MIN));
             runs.ours_large.push(ours::mesh(scan, options.batch2, NonZeroUsize::MIN));
             runs.ours_two_threads.push(ours::mesh(scan, options.batch2, TWO));
-            runs.delaunator.push(peers::delaunator(&for_delaunator));
+            if !options.no_delaunator {
+                runs.delaunator.push(peers::delaunator(&for_delaunator));
+            }
             if options.no_spade {
                 continue;
             }
@@ -131,7 +135,7 @@ impl Runs {
         Triangles {
             ours: self.ours[0].triangles,
             ours_two_threads: self.ours_two_threads.first().map(|run| run.triangles),
-            delaunator: self.delaunator[0].triangles,
+            delaunator: first(&self.delaunator),
             spade_bulk: first(&self.spade_bulk),
             spade_incremental: self.spade_incremental.last().map(|run| run.triangles),
         }
@@ -149,9 +153,11 @@ impl Runs {
     }
 }
 
-/// The points as each of the others wants them; none for spade where it is left out.
-fn inputs(scan: Scan, no_spade: bool) -> (Vec<delaunator::Point>, Vec<Point2<f64>>) {
+/// The points as each of the others wants them; none for one that is left out.
+fn inputs(scan: Scan, options: &Options) -> (Vec<delaunator::Point>, Vec<Point2<f64>>) {
     let points: Vec<_> = scan.points().collect();
-    let for_spade = if no_spade { Vec::new() } else { peers::for_spade(&points) };
-    (peers::for_delaunator(&points), for_spade)
+    let for_spade = if options.no_spade { Vec::new() } else { peers::for_spade(&points) };
+    let for_delaunator =
+        if options.no_delaunator { Vec::new() } else { peers::for_delaunator(&points) };
+    (for_delaunator, for_spade)
 }

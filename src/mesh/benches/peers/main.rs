@@ -78,6 +78,9 @@ struct Options {
     /// Leave out spade.
     #[arg(long)]
     no_spade: bool,
+    /// Leave out delaunator: outlines may take it very long.
+    #[arg(long)]
+    no_delaunator: bool,
     /// Print one JSON object in place of the tables.
     #[arg(long)]
     json: bool,

@@ -35,10 +35,10 @@ pub(crate) fn comparison(rows: &[compare::Row]) -> String {
             decimals(3, row.ours_s),
             dash(row.ours_large_s, |large_s| decimals(3, large_s)),
             dash(row.ours_two_threads_s, |two_s| decimals(3, two_s)),
-            decimals(3, row.delaunator_s),
+            dash(row.delaunator_s, |theirs_s| decimals(3, theirs_s)),
             dash(row.spade_bulk_s, |bulk_s| decimals(3, bulk_s)),
             spade_incremental(row),
-            decimals(2, row.ratio_delaunator),
+            dash(row.ratio_delaunator, |ratio| decimals(2, ratio)),
             dash(row.ratio_two_threads, |ratio| decimals(2, ratio)),
             dash(row.ratio_threads, |ratio| decimals(2, ratio)),
             dash(row.bytes_per_point, |bytes| decimals(0, bytes)),
@@ -50,7 +50,7 @@ pub(crate) fn comparison(rows: &[compare::Row]) -> String {
             row.order.name(),
             row.triangles.ours.to_string(),
             dash(row.triangles.ours_two_threads, |count| count.to_string()),
-            row.triangles.delaunator.to_string(),
+            dash(row.triangles.delaunator, |count| count.to_string()),
             dash(row.triangles.spade_bulk, |count| count.to_string()),
             dash(row.triangles.spade_incremental, |count| {
                 if row.spade_incremental_capped == Some(true) {
