@@ -429,6 +429,15 @@ fn intervals_of_limited_figures_hold_the_truth_as_often_as_they_say() {
     }
 }
 
+/// Where density varies less than plainly, the words of the interval say that it is that of scattered points: with radii as the
+/// 0.7th power of the number A, RMSt and RMSi held in 71 to 90 %.
+#[test]
+fn an_interval_says_that_it_is_that_of_scattered_points() {
+    let report = Case { places: Places::Spiral, ..SCATTERED }.measure(NOISE, 1);
+    let covers = &report.form.unwrap().deviation.uncertainty.unwrap().rms_covers;
+    assert!(covers.contains("less than stated where turns lie denser in the middle"), "{covers}");
+}
+
 /// Turns at an even pace lie denser in the middle, and leave out more of the rim: limits of A, RMSt and RMSi held in 80 to
 /// 84 %.
 #[test]
