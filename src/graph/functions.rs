@@ -22,6 +22,7 @@ pub use geodesic::{MOST_SOURCES, geodesic, geodesic_from_ends, geodesic_mean};
 pub use harmonic::{harmonic, harmonic_between_ends};
 pub use heat::{HEAT_EIGENFUNCTIONS, heat_kernel};
 pub use height::{height, principal_height};
+pub(crate) use jacobi::eigen;
 
 use thiserror::Error;
 

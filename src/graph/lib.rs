@@ -3,7 +3,8 @@
 //! [`Cloud`] holds the points, each place once, and finds neighbours. [`functions`] give a value a place: heights, distances, geodesic
 //! distances, eigenfunctions. [`extract`] cuts the range of a function into [`Strips`] and makes the [`PointGraph`]: a node for every connected
 //! piece of a strip, an arc between pieces of consecutive strips that are near. Its [`Loop`]s are holes: of a closed surface that is
-//! sampled densely there are as many as its genus. [`parts`] parts a scene.
+//! sampled densely there are as many as its genus. [`parts`] parts a scene, and
+//! [`library`] says which part is which.
 //!
 //! Points lie in the plane, in space or in four dimensions; lengths are mm. The same points give the same bits, whatever their order
 //! or the threads.
@@ -34,6 +35,7 @@ mod extract;
 pub mod functions;
 mod graph;
 mod grown;
+pub mod library;
 mod loops;
 mod nearest;
 mod parts;

@@ -2,7 +2,7 @@
 //! edition, algorithm 8.5.3).
 
 /// Eigenvalues, the largest first, with their eigenvectors as rows.
-pub(super) fn eigen<const D: usize>(mut matrix: [[f64; D]; D]) -> ([f64; D], [[f64; D]; D]) {
+pub(crate) fn eigen<const D: usize>(mut matrix: [[f64; D]; D]) -> ([f64; D], [[f64; D]; D]) {
     let mut vectors: [[f64; D]; D] =
         std::array::from_fn(|row| std::array::from_fn(|column| f64::from(u8::from(row == column))));
     for _ in 0..SWEEPS {

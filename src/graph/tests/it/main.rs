@@ -7,6 +7,8 @@ mod bodies;
 mod degenerate;
 mod genus;
 mod geodesics;
+mod library;
 mod neighbours;
 mod pieces;
 mod spectra;
+mod tray;
