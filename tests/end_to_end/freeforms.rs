@@ -260,7 +260,7 @@ fn a_convex_lens_of_a_lens_file_is_judged_from_above() {
             side == "given"
         );
         // +z of the file lies in the glass: more material stands out to the other side.
-        let low_nm = report.pointer("/form/deviation/min_nm").and_then(|low| low.as_f64());
+        let low_nm = report.pointer("/form/deviation/min_nm").and_then(Value::as_f64);
         assert!(low_nm.is_some_and(|low_nm| low_nm < -12.0), "{low_nm:?}");
     }
 }
