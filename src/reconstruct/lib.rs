@@ -8,9 +8,16 @@
 #![forbid(unsafe_code)]
 
 mod geometry;
+mod graph;
 mod local;
 mod neighbours;
 pub mod prove;
+mod surface;
 
-pub use local::{LeftOut, MOST_POINTS, Reconstruction, TooManyPoints, local};
+pub use graph::{
+    Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
+    MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
+};
+pub use local::{MOST_POINTS, TooManyPoints, local};
 pub use prove::{Proof, ProofError, prove};
+pub use surface::{LeftOut, Reconstruction};

@@ -11,35 +11,13 @@ mod normals;
 mod star;
 mod vote;
 
-use asphera_geometry::{PointMm, RANGE_MM, TINY_MM};
+use asphera_geometry::PointMm;
 use rayon::prelude::*;
 use thiserror::Error;
 
 use self::star::{GAP, Maker};
-use crate::neighbours::{Neighbours, by_coordinates};
-use crate::prove::{corners, turns};
-
-/// A surface through points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reconstruction {
-    /// Numbers of points, in ascending order of the smallest; neighbours agree where the surface has two sides.
-    pub facets: Vec<[u32; 3]>,
-    /// Points that no facet uses, in ascending order, and why.
-    pub left_out: Vec<(u32, LeftOut)>,
-}
-
-/// Why a point is no vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LeftOut {
-    /// A coordinate is not finite or beyond 1e12 mm.
-    NoPlace,
-    /// An earlier point has the same place.
-    Duplicate,
-    /// The neighbours lie on a line, or are too few.
-    NoPlane,
-    /// The corners of its facets do not agree: spacing beyond the feature size, crossing sheets or noise above the spacing.
-    Disagreement,
-}
+use crate::neighbours::Neighbours;
+use crate::surface::{LeftOut, Reconstruction, admitted, finished};
 
 /// More points than memory is meant for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -79,44 +57,8 @@ pub fn local(points_mm: &[PointMm]) -> Result<Reconstruction, TooManyPoints> {
         left_out.push((tree.ids[at], why));
     }
     left_out.sort_unstable();
-    for facet in &mut facets {
-        *facet = facet.map(|corner| tree.ids[corner as usize]);
-        let least = (0..3).min_by_key(|&corner| facet[corner]).unwrap_or(0);
-        facet.rotate_left(least);
-        // Sorted before they are turned, so that what is turned does not depend on the stars.
-        if facet[1] > facet[2] {
-            facet.swap(1, 2);
-        }
-    }
-    facets.par_sort_unstable();
-    orient(points_mm, &mut facets);
+    let facets = finished(points_mm, &tree.ids, facets);
     Ok(Reconstruction { facets, left_out })
-}
-
-/// A place and its number.
-type Numbered = (PointMm, u32);
-
-/// The places that count, each once, by the smallest number; and the others.
-fn admitted(points_mm: &[PointMm]) -> (Vec<Numbered>, Vec<(u32, LeftOut)>) {
-    let mut left_out = Vec::new();
-    let mut places = Vec::with_capacity(points_mm.len());
-    for (&point, number) in points_mm.iter().zip(0..) {
-        if point.iter().all(|value| value.is_finite() && value.abs() <= RANGE_MM) {
-            let place = point.map(|value| if value.abs() < TINY_MM { 0.0 } else { value });
-            places.push((place, number));
-        } else {
-            left_out.push((number, LeftOut::NoPlace));
-        }
-    }
-    places.par_sort_unstable_by(|a, b| by_coordinates(a.0, b.0).then(a.1.cmp(&b.1)));
-    places.dedup_by(|later, first| {
-        let is_same = later.0 == first.0;
-        if is_same {
-            left_out.push((later.1, LeftOut::Duplicate));
-        }
-        is_same
-    });
-    (places, left_out)
 }
 
 /// Facets that lie in the stars of all three corners, once each.
@@ -140,34 +82,4 @@ fn agreed(stars: &[Vec<u32>]) -> Vec<[u32; 3]> {
             })
         })
         .collect()
-}
-
-/// Turns facets so that neighbours agree, and each patch outwards where it is closed, else towards the larger part of its area
-/// vector. A one-sided surface stays as it is.
-fn orient(points_mm: &[PointMm], facets: &mut [[u32; 3]]) {
-    let Some((turned, patch)) = turns(facets) else { return };
-    for (facet, _) in facets.iter_mut().zip(turned).filter(|&(_, turned)| turned) {
-        facet.swap(1, 2);
-    }
-    // Volume about the first corner of the patch, and area vector.
-    let mut sums: Vec<[f64; 5]> = vec![[0.0; 5]; facets.len()];
-    for (&facet, &patch) in facets.iter().zip(&patch) {
-        let apex = points_mm[facets[patch as usize][0] as usize];
-        let places = corners(points_mm, facet);
-        let normal = crate::geometry::double_area(places);
-        let volume = crate::geometry::dot(crate::geometry::minus(places[0], apex), normal);
-        let size = crate::geometry::dot(normal, normal).sqrt();
-        let sum = &mut sums[patch as usize];
-        for (sum, term) in sum.iter_mut().zip([volume, normal[0], normal[1], normal[2], size]) {
-            *sum += term;
-        }
-    }
-    for (facet, patch) in facets.iter_mut().zip(patch) {
-        let [volume, x, y, z, size] = sums[patch as usize];
-        let certain = |value: &&f64| value.abs() > 1e-9 * size;
-        let side = [z, y, x].iter().find(certain).copied().unwrap_or(volume);
-        if side < 0.0 {
-            facet.swap(1, 2);
-        }
-    }
 }

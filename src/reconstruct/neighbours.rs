@@ -97,6 +97,30 @@ impl Neighbours {
         chunks.into_iter().flatten().collect()
     }
 
+    /// The `count` nearest of every point, the nearest first: so many numbers for each point, in the order of the tree.
+    ///
+    /// Fewer than `count` where there are no more.
+    pub(crate) fn nearest_of_all(&self, count: usize) -> Vec<u32> {
+        let mut leaves = Vec::new();
+        ranges(0, self.len(), &mut leaves);
+        let chunks: Vec<Vec<u32>> = leaves
+            .par_chunks(64)
+            .map(|chunk| {
+                let mut room = Room::default();
+                let mut found = Vec::with_capacity(64 * LEAF * count);
+                for &(from, to) in chunk {
+                    self.ask_leaf(from, to, count, &mut room);
+                    for at in from..to {
+                        let near = self.select(at, count, &mut room);
+                        found.extend(near.iter().map(|&(_, other)| other));
+                    }
+                }
+                found
+            })
+            .collect();
+        chunks.concat()
+    }
+
     /// Gathers what may be among the nearest of the points of a leaf.
     fn ask_leaf(&self, from: usize, to: usize, count: usize, room: &mut Room) {
         let own = about(&self.points_mm[from..to]);

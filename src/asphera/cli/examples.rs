@@ -59,6 +59,7 @@ pub(super) const SAMPLING: &str = "Examples:
 
 pub(super) const RECONSTRUCT: &str = "Examples:
   asphera reconstruct blade.ply -o blade-mesh.ply
+  asphera reconstruct mount.ply --method graph --hops 5 -o coarse.stl
   asphera reconstruct scan.xyz --unit um --json";
 
 pub(super) const VOLUME: &str = "Examples:

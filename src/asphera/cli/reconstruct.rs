@@ -1,6 +1,7 @@
 //! `asphera reconstruct`: a surface in space through points, and the proof of what it is.
 
 mod figures;
+mod graph;
 mod written;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use asphera_reconstruct::{local, prove};
 use clap::{Args, ValueEnum};
 
 use self::figures::ReconstructReport;
+use self::graph::GraphArgs;
 use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json};
@@ -24,9 +26,11 @@ pub(super) struct ReconstructArgs {
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
-    /// How the surface is found: local stars of every point.
+    /// How the surface is found.
     #[arg(long, value_enum, default_value = "local")]
     method: MethodName,
+    #[command(flatten)]
+    graph: GraphArgs,
     /// Write the surface, in mm of the file's frame.
     #[arg(short, long, value_name = "OUT.ply|.stl|.obj|.off")]
     out: Option<PathBuf>,
@@ -43,13 +47,19 @@ pub(super) struct ReconstructArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum MethodName {
+    /// Stars in tangent planes: every point becomes a vertex.
     Local,
+    /// A coarse surface through landmarks, from a graph of neighbours: topology rather than form.
+    Graph,
 }
 
 pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if let Some(out) = &args.out {
         refuse(out, &args.source, args.force)?;
         written::kind_of(out)?;
+    }
+    if args.graph.sweeps() {
+        return sweep(args);
     }
     let work = || made(args);
     let (report, points_mm, facets) = match args.threads {
@@ -76,17 +86,45 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
     let progress = Progress::start("reconstruct");
     let source = Source::open(&args.source, &args.text, &progress)?;
     let points_mm: Vec<PointMm> = source.points().collect();
-    let MethodName::Local = args.method;
     progress.stage("meshing");
     let clock = Clock::start();
-    let reconstruction = local(&points_mm)?;
+    let (reconstruction, stages) = match args.method {
+        MethodName::Local => (local(&points_mm)?, None),
+        MethodName::Graph => {
+            let (found, stages) = args.graph.surface(&points_mm, &clock)?;
+            if let Some(why) = found.no_surface {
+                return Err(format!("{}: {why}", args.source.display()).into());
+            }
+            (found.reconstruction, Some(stages))
+        }
+    };
     let meshed = clock.now();
     progress.stage("proving");
     let proof = prove(&points_mm, &reconstruction.facets)?;
     let times_s = [meshed.as_secs_f64(), clock.now().since(meshed).as_secs_f64()];
     let file = args.source.display().to_string();
-    let report = ReconstructReport::new(file, &points_mm, &reconstruction, &proof, times_s);
+    let report = ReconstructReport::new(file, &points_mm, &reconstruction, &proof, times_s)
+        .with_stages(stages);
     Ok((report, points_mm, reconstruction.facets))
+}
+
+/// The table of `--sweep`.
+fn sweep(args: &ReconstructArgs) -> Result<Exit, Failure> {
+    if args.method != MethodName::Graph || args.out.is_some() {
+        return Err("--sweep is a table of --method graph, without --out".into());
+    }
+    let progress = Progress::start("reconstruct");
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    let points_mm: Vec<PointMm> = source.points().collect();
+    progress.stage("sweeping");
+    let table = args.graph.table(&points_mm)?;
+    drop(progress);
+    if args.json {
+        print_json(&table)?;
+    } else {
+        print(&table.summary());
+    }
+    Ok(Exit::Done)
 }
 
 #[cfg(test)]

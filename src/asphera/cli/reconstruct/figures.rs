@@ -7,6 +7,7 @@ use asphera_geometry::PointMm;
 use asphera_reconstruct::{LeftOut, Proof, Reconstruction};
 use serde::Serialize;
 
+use super::graph::GraphStages;
 use crate::cli::summary::short;
 
 #[derive(Debug, Serialize)]
@@ -68,6 +69,9 @@ struct LoopFigures {
 struct StageFigures {
     mesh: f64,
     proof: f64,
+    /// Stages of the mesh; of the graph method only.
+    #[serde(flatten)]
+    graph: Option<GraphStages>,
 }
 
 impl ReconstructReport {
@@ -111,12 +115,25 @@ impl ReconstructReport {
             area_mm2: proof.area_mm2,
             volume_mm3: proof.volume_mm3,
             guarantee: "unknown: the local feature size of the part is not known here".to_owned(),
-            stages_s: StageFigures { mesh: mesh_s, proof: proof_s },
+            stages_s: StageFigures { mesh: mesh_s, proof: proof_s, graph: None },
             as_of_points: points_mm.len(),
         };
         let mesh =
             MeshFigures { points: points_mm.len(), vertices: proof.vertices, reconstruction };
         ReconstructReport { format: "asphera.reconstruct/1", file, mesh }
+    }
+
+    /// With the stages of the graph method, if it was that.
+    pub(super) fn with_stages(mut self, stages: Option<GraphStages>) -> ReconstructReport {
+        let found = &mut self.mesh.reconstruction;
+        if stages.is_some() {
+            found.method = "graph";
+            found.guarantee =
+                "none: the graph method sees hops, not lengths; the proof says what the surface is"
+                    .to_owned();
+        }
+        found.stages_s.graph = stages;
+        self
     }
 
     /// Lines for a terminal.
@@ -162,6 +179,9 @@ impl ReconstructReport {
         let volume = found.volume_mm3.map(|volume| format!(", volume {} mm³", short(volume)));
         line("area", format!("{} mm²{}", short(found.area_mm2), volume.unwrap_or_default()));
         line("guarantee", found.guarantee.clone());
+        if let Some(stages) = &found.stages_s.graph {
+            line("stages", stages.line());
+        }
         text
     }
 }
@@ -171,6 +191,8 @@ fn word(why: LeftOut) -> &'static str {
         LeftOut::NoPlace => "no finite place",
         LeftOut::Duplicate => "place of an earlier point",
         LeftOut::NoPlane => "neighbours on a line, or too few",
+        LeftOut::Pruned => "a landmark stands for it",
+        LeftOut::NoFace => "a landmark in no face",
         LeftOut::Disagreement => {
             "corners do not agree: spacing beyond the features, crossing sheets or noise"
         }

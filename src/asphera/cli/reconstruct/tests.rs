@@ -47,3 +47,39 @@ fn a_ball_in_a_file_is_closed_and_written_in_four_formats() {
     assert!(obj.lines().last().unwrap().starts_with("f "));
     assert!(written::kind_of(&folder.path().join("a.step")).is_err());
 }
+
+#[test]
+fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ball.xyz");
+    let text: String = ball(60).iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let file = file.to_str().unwrap();
+    let parsed = |more: &[&str]| {
+        let words = ["asphera", "reconstruct", file, "--method", "graph"];
+        let cli = Cli::try_parse_from(words.iter().chain(more)).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+        args
+    };
+    let (report, points, facets) = made(&parsed(&["--hops", "4"])).unwrap();
+    let figures = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"];
+    assert_eq!((&figures["method"], &figures["closed"]), (&"graph".into(), &true.into()));
+    assert_eq!(figures["genus"], 0);
+    let pruned = figures["left_out"]["a landmark stands for it"].as_u64().unwrap();
+    // A closed surface of genus 0 has twice as many facets as vertices, less four.
+    assert_eq!(facets.len() as u64, 2 * (points.len() as u64 - pruned) - 4);
+    assert!(figures["stages_s"]["neighbours"].as_f64().unwrap() > 0.0);
+    assert!(report.summary().contains("\nstages "));
+
+    let table = parsed(&["--sweep"]).graph.table(&points).unwrap();
+    assert_eq!(table.rows.len(), 14);
+    let fewer = table.rows[..7].windows(2).all(|pair| pair[0].faces > pair[1].faces);
+    assert!(fewer, "{}", table.summary());
+    assert_eq!(table.rows[3].genus, 0.0);
+
+    // Points along a line have no surface, and the words say so.
+    let line: String = (0..200).map(|x| format!("{x} 0 0\n")).collect();
+    std::fs::write(folder.path().join("ball.xyz"), line).unwrap();
+    let Err(refused) = made(&parsed(&["--hops", "2"])) else { panic!("a surface of a line") };
+    assert!(refused.to_string().contains("the points lie along a line"), "{refused}");
+}

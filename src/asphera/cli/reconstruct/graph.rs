@@ -1,0 +1,210 @@
+//! The graph method: its figures, the times of its stages, and the table of its choices.
+
+use std::fmt::Write as _;
+
+use asphera_geometry::PointMm;
+use asphera_link::Nanos;
+use asphera_reconstruct::{FaceRule, GraphChoices, GraphMap, GraphSurface, PointGraph, Stage};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::cli::output::Failure;
+use crate::clock::Clock;
+
+#[derive(Args)]
+pub(super) struct GraphArgs {
+    /// Of --method graph: neighbours of each point in the graph (κ).
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u8).range(1..=64))]
+    kappa: u8,
+    /// Of --method graph: hops between landmarks (k). More hops, coarser surface.
+    #[arg(long, value_name = "K", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=100))]
+    hops: u8,
+    /// Of --method graph: landmarks are joined whose cells touch at more points than this (a).
+    #[arg(long, value_name = "A", default_value_t = 7)]
+    threshold: u32,
+    /// Of --method graph: which cycles are faces.
+    #[arg(long, value_enum, default_value = "filled")]
+    faces: Faces,
+    /// Of --method graph: print a table of surfaces for several --hops and --threshold.
+    #[arg(long)]
+    sweep: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Faces {
+    /// Those with points within: holes stay open.
+    Filled,
+    /// All with at most ten landmarks, as in the paper: small holes get lids.
+    Any,
+}
+
+impl GraphArgs {
+    pub(super) fn sweeps(&self) -> bool {
+        self.sweep
+    }
+
+    fn choices(&self) -> GraphChoices {
+        let faces = match self.faces {
+            Faces::Filled => FaceRule::Filled,
+            Faces::Any => FaceRule::Any,
+        };
+        GraphChoices {
+            hops: self.hops,
+            threshold: self.threshold,
+            faces,
+            ..GraphChoices::default()
+        }
+    }
+
+    pub(super) fn surface(
+        &self,
+        points_mm: &[PointMm],
+        clock: &Clock,
+    ) -> Result<(GraphSurface, GraphStages), Failure> {
+        let mut stages = Stages { clock, running: None, stages_s: GraphStages::default() };
+        let graph =
+            PointGraph::new(points_mm, self.kappa.into(), &mut |stage| stages.enter(stage))?;
+        let found = graph.surface(&self.choices(), &mut |stage| stages.enter(stage))?;
+        Ok((found, stages.end()))
+    }
+
+    /// Surfaces of one graph: hops with the threshold asked for, thresholds with the hops asked for.
+    pub(super) fn table(&self, points_mm: &[PointMm]) -> Result<SweepReport, Failure> {
+        let graph = PointGraph::new(points_mm, self.kappa.into(), &mut |_| {})?;
+        let asked = self.choices();
+        let hops = HOPS.map(|hops| GraphChoices { hops, ..asked });
+        let thresholds = THRESHOLDS.map(|threshold| GraphChoices { threshold, ..asked });
+        let rows = hops.into_iter().chain(thresholds).map(|choices| {
+            let found = graph.surface(&choices, &mut |_| {})?;
+            Ok(Row::new(&choices, &found.map))
+        });
+        let rows = rows.collect::<Result<Vec<Row>, Failure>>()?;
+        Ok(SweepReport { format: "asphera.reconstruct.sweep/1", kappa: self.kappa, rows })
+    }
+}
+
+/// The choices of the paper's Table 2.
+const HOPS: [u8; 7] = [2, 3, 4, 5, 7, 14, 15];
+const THRESHOLDS: [u32; 7] = [2, 3, 6, 7, 11, 15, 20];
+
+/// Seconds of each stage.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct GraphStages {
+    tree: f64,
+    neighbours: f64,
+    landmarks: f64,
+    cells: f64,
+    map: f64,
+    faces: f64,
+    triangles: f64,
+}
+
+impl GraphStages {
+    /// A line of milliseconds.
+    pub(super) fn line(&self) -> String {
+        let GraphStages { tree, neighbours, landmarks, cells, map, faces, triangles } = self;
+        let ms = |seconds: &f64| format!("{:.1}", 1e3 * seconds);
+        format!(
+            "tree {}, neighbours {}, landmarks {}, cells {}, map {}, faces {}, triangles {} ms",
+            ms(tree),
+            ms(neighbours),
+            ms(landmarks),
+            ms(cells),
+            ms(map),
+            ms(faces),
+            ms(triangles)
+        )
+    }
+}
+
+struct Stages<'a> {
+    clock: &'a Clock,
+    running: Option<(Stage, Nanos)>,
+    stages_s: GraphStages,
+}
+
+impl Stages<'_> {
+    fn enter(&mut self, stage: Stage) {
+        let now = self.clock.now();
+        self.leave(now);
+        self.running = Some((stage, now));
+    }
+
+    fn leave(&mut self, now: Nanos) {
+        let Some((stage, since)) = self.running.take() else { return };
+        let stages_s = &mut self.stages_s;
+        *match stage {
+            Stage::Tree => &mut stages_s.tree,
+            Stage::Neighbours => &mut stages_s.neighbours,
+            Stage::Landmarks => &mut stages_s.landmarks,
+            Stage::Cells => &mut stages_s.cells,
+            Stage::Map => &mut stages_s.map,
+            Stage::Faces => &mut stages_s.faces,
+            Stage::Triangles => &mut stages_s.triangles,
+        } += now.since(since).as_secs_f64();
+    }
+
+    fn end(mut self) -> GraphStages {
+        self.leave(self.clock.now());
+        self.stages_s
+    }
+}
+
+/// Surfaces for several choices: `asphera.reconstruct.sweep/1`.
+#[derive(Debug, Serialize)]
+pub(super) struct SweepReport {
+    format: &'static str,
+    kappa: u8,
+    pub(super) rows: Vec<Row>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    hops: u8,
+    threshold: u32,
+    landmarks: usize,
+    edges: usize,
+    pub(super) faces: usize,
+    triangles_percent: f64,
+    /// By vertices − edges + faces. A half means that the map is no closed surface.
+    pub(super) genus: f64,
+}
+
+impl Row {
+    fn new(choices: &GraphChoices, map: &GraphMap) -> Row {
+        let faces = map.faces.len();
+        Row {
+            hops: choices.hops,
+            threshold: choices.threshold,
+            landmarks: map.landmarks.len(),
+            edges: map.edges,
+            faces,
+            triangles_percent: 100.0 * map.triangles() as f64 / faces.max(1) as f64,
+            genus: map.genus(),
+        }
+    }
+}
+
+impl SweepReport {
+    pub(super) fn summary(&self) -> String {
+        let mut text = format!(
+            "{:>5} {:>10} {:>10} {:>8} {:>8} {:>12} {:>8}\n",
+            "hops", "threshold", "landmarks", "edges", "faces", "triangles %", "genus"
+        );
+        for row in &self.rows {
+            // Writing into a String cannot fail.
+            let _ = writeln!(
+                text,
+                "{:>5} {:>10} {:>10} {:>8} {:>8} {:>12.1} {:>8}",
+                row.hops,
+                row.threshold,
+                row.landmarks,
+                row.edges,
+                row.faces,
+                row.triangles_percent,
+                row.genus
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,322 @@
+//! The graph method: a surface through landmarks, found in a graph of neighbours.
+//!
+//! "Graph-based 2-manifold reconstruction"; sections, equations and tables named here are that paper's. Geometry ends with the
+//! graph: what follows counts hops and contacts. The steps are
+//!
+//! 1. [`links`]: an edge to each of the κ nearest;
+//! 2. [`landmarks`]: a maximal set of points at least k hops apart;
+//! 3. [`cells`]: every point belongs to the nearest landmark in hops;
+//! 4. [`contacts`]: landmarks whose cells touch at more than `a` points are joined (the combinatorial Delaunay map);
+//! 5. [`faces`]: cycles of 3, 4, ... edges, an edge in at most two;
+//! 6. [`triangles`]: longer faces cut by their short diagonals.
+//!
+//! Ties of distances fall by coordinates and those of hops by the order of the landmarks. So the surface depends on the places
+//! alone.
+
+mod cells;
+mod contacts;
+mod faces;
+mod landmarks;
+mod links;
+mod triangles;
+
+use asphera_geometry::{PointMm, Sets};
+use thiserror::Error;
+
+pub use self::contacts::Contact;
+pub use self::landmarks::LandmarkOrder;
+use self::links::Links;
+use crate::local::MOST_POINTS;
+use crate::neighbours::Neighbours;
+use crate::surface::{LeftOut, Reconstruction, admitted, finished};
+
+/// Numbers that the graph method goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GraphChoices {
+    /// k: landmarks are at least so many hops apart; 1 to [`MOST_HOPS`].
+    pub hops: u8,
+    /// a: cells that touch at more points than this are joined.
+    pub threshold: u32,
+    /// Which points become landmarks first.
+    pub order: LandmarkOrder,
+    /// Which cycles of the map are faces.
+    pub faces: FaceRule,
+}
+
+/// Which cycles of 4 edges or more are faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FaceRule {
+    /// Those around which the cells meet within: pairs that meet, but share no edge, cut the cycle into triangles. Beyond the
+    /// paper: a hole of the points stays open.
+    #[default]
+    Filled,
+    /// All, as in the paper. The rim of a hole with at most ten landmarks becomes a lid.
+    Any,
+}
+
+impl Default for GraphChoices {
+    /// k = 5 and a = 7, the paper's.
+    fn default() -> GraphChoices {
+        GraphChoices { hops: 5, threshold: 7, order: LandmarkOrder::Sweep, faces: FaceRule::Filled }
+    }
+}
+
+/// Points and the graph of their neighbours.
+pub struct PointGraph<'a> {
+    points_mm: &'a [PointMm],
+    tree: Neighbours,
+    links: Links,
+    left_out: Vec<(u32, LeftOut)>,
+}
+
+/// What the graph method found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphSurface {
+    /// The triangles through landmarks, and every other point with the reason.
+    pub reconstruction: Reconstruction,
+    /// The map that the triangles were cut of.
+    pub map: GraphMap,
+    /// Why there are no facets; `None` where there are.
+    pub no_surface: Option<NoSurface>,
+}
+
+/// The combinatorial Delaunay map and its faces, by the numbers of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphMap {
+    /// In the order in which they were chosen.
+    pub landmarks: Vec<u32>,
+    /// The cell of each point; `None` of those without place and of duplicates.
+    pub cells: Vec<Option<Cell>>,
+    /// All pairs of cells that touch, in the order of their landmarks.
+    pub contacts: Vec<Contact>,
+    /// Contacts at more points than the threshold: the edges of the map.
+    pub edges: usize,
+    /// Landmarks with an edge.
+    pub vertices: usize,
+    /// Parts that no edge joins.
+    pub components: usize,
+    /// Cycles of landmarks, the short ones first.
+    pub faces: Vec<Vec<u32>>,
+}
+
+/// The cell that a point belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Its landmark.
+    pub landmark: u32,
+    /// Hops from the point to the landmark.
+    pub hops: u8,
+}
+
+impl GraphMap {
+    /// Vertices − edges + faces, equation 4.1.
+    pub fn euler(&self) -> i64 {
+        self.vertices as i64 - self.edges as i64 + self.faces.len() as i64
+    }
+
+    /// Handles of all parts together by equation 4.2, here for any number of parts.
+    ///
+    /// A half means that the map is no closed surface; a whole number does not prove that it is one.
+    pub fn genus(&self) -> f64 {
+        (2 * self.components as i64 - self.euler()) as f64 / 2.0
+    }
+
+    /// How many faces are triangles.
+    pub fn triangles(&self) -> usize {
+        self.faces.iter().filter(|face| face.len() == 3).count()
+    }
+}
+
+/// Why the graph method found no surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum NoSurface {
+    /// Fewer than four different places.
+    #[error("expected at least 4 points at different places for a surface")]
+    FewPoints,
+    /// Fewer than four landmarks: the points reach no further than a few hops.
+    #[error(
+        "fewer than 4 landmarks, for the points reach no further than a few hops: take fewer hops or neighbours"
+    )]
+    FewLandmarks,
+    /// The map has no cycles: points along a line, or cells that touch at too few points.
+    #[error("no cycle of landmarks: the points lie along a line, or the threshold is too high")]
+    NoFaces,
+}
+
+/// A step of the method, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The tree of places.
+    Tree,
+    /// Nearest neighbours and their graph.
+    Neighbours,
+    /// The stable set.
+    Landmarks,
+    /// The graph Voronoi diagram.
+    Cells,
+    /// The combinatorial Delaunay map.
+    Map,
+    /// Cycles of the map.
+    Faces,
+    /// Faces cut into triangles, and turned.
+    Triangles,
+}
+
+/// Why the graph method cannot begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum GraphError {
+    /// More points than memory is meant for.
+    #[error("expected at most {MOST_POINTS} points, found {found}; reduce them first")]
+    TooManyPoints {
+        /// How many there are.
+        found: usize,
+    },
+    /// κ out of range.
+    #[error("expected 1 to {MOST_NEIGHBOURS} neighbours, found {found}; the paper takes 15")]
+    Neighbours {
+        /// What was asked for.
+        found: usize,
+    },
+    /// k out of range.
+    #[error("expected landmarks 1 to {MOST_HOPS} hops apart, found {found}; the paper takes 5")]
+    Hops {
+        /// What was asked for.
+        found: u8,
+    },
+}
+
+/// The largest number of neighbours in a graph.
+pub const MOST_NEIGHBOURS: usize = 64;
+/// The largest number of hops between landmarks.
+pub const MOST_HOPS: u8 = 100;
+/// Cycles of more edges are no faces. The paper says that faces have fewer than 5 edges in practice.
+const LONGEST: usize = 10;
+
+impl<'a> PointGraph<'a> {
+    /// The graph with an edge from every place to its `neighbours` nearest. n·log n time.
+    ///
+    /// `enters` is given each stage as it begins.
+    ///
+    /// # Errors
+    ///
+    /// More than [`MOST_POINTS`] points, no neighbours or more than [`MOST_NEIGHBOURS`].
+    pub fn new(
+        points_mm: &'a [PointMm],
+        neighbours: usize,
+        enters: &mut dyn FnMut(Stage),
+    ) -> Result<PointGraph<'a>, GraphError> {
+        if points_mm.len() > MOST_POINTS {
+            return Err(GraphError::TooManyPoints { found: points_mm.len() });
+        }
+        if !(1..=MOST_NEIGHBOURS).contains(&neighbours) {
+            return Err(GraphError::Neighbours { found: neighbours });
+        }
+        enters(Stage::Tree);
+        let (places, left_out) = admitted(points_mm);
+        let tree = Neighbours::of(places);
+        enters(Stage::Neighbours);
+        let links = Links::of(&tree, neighbours);
+        Ok(PointGraph { points_mm, tree, links, left_out })
+    }
+
+    /// The surface that the graph has. Linear time but for sorting.
+    ///
+    /// `enters` is given each stage as it begins.
+    ///
+    /// # Errors
+    ///
+    /// No hops or more than [`MOST_HOPS`].
+    pub fn surface(
+        &self,
+        choices: &GraphChoices,
+        enters: &mut dyn FnMut(Stage),
+    ) -> Result<GraphSurface, GraphError> {
+        if !(1..=MOST_HOPS).contains(&choices.hops) {
+            return Err(GraphError::Hops { found: choices.hops });
+        }
+        enters(Stage::Landmarks);
+        let landmarks =
+            landmarks::landmarks(&self.links, &self.tree.points_mm, choices.hops, choices.order);
+        enters(Stage::Cells);
+        let owners = cells::owners(&self.links, &landmarks);
+        enters(Stage::Map);
+        let contacts = contacts::contacts(&self.links, &owners);
+        let joined = contacts.iter().filter(|contact| contact.points > choices.threshold);
+        let edges: Vec<[u32; 2]> = joined.map(|contact| contact.landmarks).collect();
+        enters(Stage::Faces);
+        let meetings =
+            (choices.faces == FaceRule::Filled).then(|| contacts::meetings(&self.links, &owners));
+        let faces = faces::faces(landmarks.points.len(), &edges, meetings.as_deref(), LONGEST);
+        enters(Stage::Triangles);
+        let places: Vec<PointMm> =
+            landmarks.points.iter().map(|&at| self.tree.points_mm[at as usize]).collect();
+        let ids: Vec<u32> = landmarks.points.iter().map(|&at| self.tree.ids[at as usize]).collect();
+        let triangles = triangles::triangles(&places, &edges, &faces);
+        let facets = finished(self.points_mm, &ids, triangles);
+        let (vertices, components) = parts(ids.len(), &edges);
+        let mut cells = vec![None; self.points_mm.len()];
+        for (at, &id) in self.tree.ids.iter().enumerate() {
+            let landmark = ids[owners[at] as usize];
+            cells[id as usize] = Some(Cell { landmark, hops: landmarks.hops[at] });
+        }
+        let map = GraphMap {
+            cells,
+            contacts: contacts
+                .into_iter()
+                .map(|contact| Contact {
+                    landmarks: contact.landmarks.map(|rank| ids[rank as usize]),
+                    ..contact
+                })
+                .collect(),
+            edges: edges.len(),
+            vertices,
+            components,
+            faces: faces
+                .into_iter()
+                .map(|face| face.into_iter().map(|rank| ids[rank as usize]).collect())
+                .collect(),
+            landmarks: ids,
+        };
+        let no_surface = facets.is_empty().then_some(match () {
+            () if self.tree.len() < 4 => NoSurface::FewPoints,
+            () if map.landmarks.len() < 4 => NoSurface::FewLandmarks,
+            () => NoSurface::NoFaces,
+        });
+        let left_out = self.left_out(&facets, &map);
+        Ok(GraphSurface { reconstruction: Reconstruction { facets, left_out }, map, no_surface })
+    }
+
+    /// Points that no facet uses, and why.
+    fn left_out(&self, facets: &[[u32; 3]], map: &GraphMap) -> Vec<(u32, LeftOut)> {
+        let mut reasons: Vec<Option<LeftOut>> =
+            map.cells.iter().map(|cell| cell.map(|_| LeftOut::Pruned)).collect();
+        for &landmark in &map.landmarks {
+            reasons[landmark as usize] = Some(LeftOut::NoFace);
+        }
+        for &corner in facets.as_flattened() {
+            reasons[corner as usize] = None;
+        }
+        let unused = (0..).zip(reasons).filter_map(|(point, reason)| Some((point, reason?)));
+        let mut left_out: Vec<(u32, LeftOut)> = unused.chain(self.left_out.clone()).collect();
+        left_out.sort_unstable();
+        left_out
+    }
+}
+
+/// How many vertices have an edge, and how many parts they make.
+fn parts(landmarks: usize, edges: &[[u32; 2]]) -> (usize, usize) {
+    let mut has_edge = vec![false; landmarks];
+    let mut sets = Sets::new(landmarks);
+    let mut vertices = 0;
+    let mut components = 0;
+    for &[one, other] in edges {
+        for end in [one, other] {
+            if !std::mem::replace(&mut has_edge[end as usize], true) {
+                vertices += 1;
+                components += 1;
+            }
+        }
+        components -= usize::from(sets.join(one as usize, other as usize));
+    }
+    (vertices, components)
+}

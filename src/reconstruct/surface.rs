@@ -1,0 +1,110 @@
+//! A surface through points: which places count, how its facets are numbered and turned.
+
+use asphera_geometry::{PointMm, RANGE_MM, TINY_MM};
+use rayon::prelude::*;
+
+use crate::geometry::{dot, double_area, minus};
+use crate::neighbours::by_coordinates;
+use crate::prove::{corners, turns};
+
+/// A surface through points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// Numbers of points, in ascending order of the smallest; neighbours agree where the surface has two sides.
+    pub facets: Vec<[u32; 3]>,
+    /// Points that no facet uses, in ascending order, and why.
+    pub left_out: Vec<(u32, LeftOut)>,
+}
+
+/// Why a point is no vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LeftOut {
+    /// A coordinate is not finite or beyond 1e12 mm.
+    NoPlace,
+    /// An earlier point has the same place.
+    Duplicate,
+    /// The neighbours lie on a line, or are too few.
+    NoPlane,
+    /// The graph method has put a landmark in its place.
+    Pruned,
+    /// A landmark in no face of the graph method.
+    NoFace,
+    /// The corners of its facets do not agree: spacing beyond the feature size, crossing sheets or noise above the spacing.
+    Disagreement,
+}
+
+/// Facets with the points' own numbers, in ascending order of the smallest, turned so that neighbours agree.
+pub(crate) fn finished(
+    points_mm: &[PointMm],
+    ids: &[u32],
+    mut facets: Vec<[u32; 3]>,
+) -> Vec<[u32; 3]> {
+    for facet in &mut facets {
+        *facet = facet.map(|corner| ids[corner as usize]);
+        let least = (0..3).min_by_key(|&corner| facet[corner]).unwrap_or(0);
+        facet.rotate_left(least);
+        // Sorted before they are turned, so that what is turned does not depend on the method.
+        if facet[1] > facet[2] {
+            facet.swap(1, 2);
+        }
+    }
+    facets.par_sort_unstable();
+    orient(points_mm, &mut facets);
+    facets
+}
+
+/// A place and its number.
+pub(crate) type Numbered = (PointMm, u32);
+
+/// The places that count, each once, by the smallest number; and the others.
+pub(crate) fn admitted(points_mm: &[PointMm]) -> (Vec<Numbered>, Vec<(u32, LeftOut)>) {
+    let mut left_out = Vec::new();
+    let mut places = Vec::with_capacity(points_mm.len());
+    for (&point, number) in points_mm.iter().zip(0..) {
+        if point.iter().all(|value| value.is_finite() && value.abs() <= RANGE_MM) {
+            let place = point.map(|value| if value.abs() < TINY_MM { 0.0 } else { value });
+            places.push((place, number));
+        } else {
+            left_out.push((number, LeftOut::NoPlace));
+        }
+    }
+    places.par_sort_unstable_by(|a, b| by_coordinates(a.0, b.0).then(a.1.cmp(&b.1)));
+    places.dedup_by(|later, first| {
+        let is_same = later.0 == first.0;
+        if is_same {
+            left_out.push((later.1, LeftOut::Duplicate));
+        }
+        is_same
+    });
+    (places, left_out)
+}
+
+/// Turns facets so that neighbours agree, and each patch outwards where it is closed, else towards the larger part of its area
+/// vector. A one-sided surface stays as it is.
+fn orient(points_mm: &[PointMm], facets: &mut [[u32; 3]]) {
+    let Some((turned, patch)) = turns(facets) else { return };
+    for (facet, _) in facets.iter_mut().zip(turned).filter(|&(_, turned)| turned) {
+        facet.swap(1, 2);
+    }
+    // Volume about the first corner of the patch, and area vector.
+    let mut sums: Vec<[f64; 5]> = vec![[0.0; 5]; facets.len()];
+    for (&facet, &patch) in facets.iter().zip(&patch) {
+        let apex = points_mm[facets[patch as usize][0] as usize];
+        let places = corners(points_mm, facet);
+        let normal = double_area(places);
+        let volume = dot(minus(places[0], apex), normal);
+        let size = dot(normal, normal).sqrt();
+        let sum = &mut sums[patch as usize];
+        for (sum, term) in sum.iter_mut().zip([volume, normal[0], normal[1], normal[2], size]) {
+            *sum += term;
+        }
+    }
+    for (facet, patch) in facets.iter_mut().zip(patch) {
+        let [volume, x, y, z, size] = sums[patch as usize];
+        let certain = |value: &&f64| value.abs() > 1e-9 * size;
+        let side = [z, y, x].iter().find(certain).copied().unwrap_or(volume);
+        if side < 0.0 {
+            facet.swap(1, 2);
+        }
+    }
+}
