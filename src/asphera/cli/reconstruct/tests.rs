@@ -73,7 +73,8 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
 
     let table = parsed(&["--sweep"]).graph.table(&points).unwrap();
     assert_eq!(table.rows.len(), 14);
-    let fewer = table.rows[..7].windows(2).all(|pair| pair[0].faces > pair[1].faces);
+    // More hops give no more faces.
+    let fewer = table.rows[..7].windows(2).all(|pair| pair[0].faces >= pair[1].faces);
     assert!(fewer, "{}", table.summary());
     assert_eq!(table.rows[3].genus, 0.0);
 
