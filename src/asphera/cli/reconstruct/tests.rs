@@ -79,7 +79,7 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
     assert_eq!(table.rows[3].genus, 0.0);
 
     // Points along a line have no surface, and the words say so.
-    let line: String = (0..200).map(|x| format!("{x} 0 0\n")).collect();
+    let line: String = (0..200).map(|x| format!("{} 0 0\n", 0.7 * f64::from(x))).collect();
     std::fs::write(folder.path().join("ball.xyz"), line).unwrap();
     let Err(refused) = made(&parsed(&["--hops", "2"])) else { panic!("a surface of a line") };
     assert!(refused.to_string().contains("the points lie along a line"), "{refused}");
