@@ -14,8 +14,12 @@ pub(super) fn folded(mesh: &Mesh, relief: &Topography, plane: &Plane) -> Option<
     if let Some(fold) = folds.into_iter().next() {
         let [x, y, z] = plane.from_plane(fold.at_mm);
         let triangles = fold.triangles;
+        let folds = match places {
+            1 => "at one place,".to_owned(),
+            places => format!("in {places} places, the largest"),
+        };
         return Some(format!(
-            "the surface does not project: it folds in {places} places, the largest about ({x:.4}, {y:.4}, {z:.4}) mm with {triangles} triangles. Its mesh would join points that lie one above the other, so it has no figures"
+            "the surface does not project: it folds {folds} about ({x:.4}, {y:.4}, {z:.4}) mm with {triangles} triangles. Its mesh would join points that lie one above the other, so it has no figures"
         ));
     }
     let counts = mesh.counts();

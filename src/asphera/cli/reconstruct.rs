@@ -58,6 +58,12 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
         refuse(out, &args.source, args.force)?;
         written::kind_of(out)?;
     }
+    if args.method != MethodName::Graph && args.graph.is_asked() {
+        return Err(
+            "--kappa, --hops, --threshold, --faces and --sweep belong to --method graph; add it"
+                .into(),
+        );
+    }
     if args.graph.sweeps() {
         return sweep(args);
     }
@@ -110,8 +116,8 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
 
 /// The table of `--sweep`.
 fn sweep(args: &ReconstructArgs) -> Result<Exit, Failure> {
-    if args.method != MethodName::Graph || args.out.is_some() {
-        return Err("--sweep is a table of --method graph, without --out".into());
+    if args.out.is_some() {
+        return Err("--sweep prints a table and makes no surface: leave --out out".into());
     }
     let progress = Progress::start("reconstruct");
     let source = Source::open(&args.source, &args.text, &progress)?;

@@ -95,8 +95,7 @@ fn the_map_of_a_raster_holds_what_was_measured() {
     }
 }
 
-/// One point between the nodes turned a raster into scattered points: white noise of 10 nm gave 8.0 nm, and all above 2.4 per mm
-/// was gone.
+/// One point between the nodes once turned a raster into scattered points, whose spectrum ends early.
 #[test]
 fn strays_and_missing_rows_leave_a_raster_its_spectrum() {
     let mut random = Random(5);

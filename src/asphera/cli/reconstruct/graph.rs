@@ -14,7 +14,7 @@ use crate::clock::Clock;
 #[derive(Args)]
 pub(super) struct GraphArgs {
     /// Of --method graph: neighbours of each point in the graph (κ).
-    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u8).range(1..=64))]
+    #[arg(long, value_name = "N", default_value_t = KAPPA, value_parser = clap::value_parser!(u8).range(1..=64))]
     kappa: u8,
     /// Of --method graph: hops between landmarks (k). More hops, coarser surface.
     #[arg(long, value_name = "K", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=100))]
@@ -41,6 +41,11 @@ enum Faces {
 impl GraphArgs {
     pub(super) fn sweeps(&self) -> bool {
         self.sweep
+    }
+
+    /// Whether anything of the graph method was asked for.
+    pub(super) fn is_asked(&self) -> bool {
+        self.sweep || self.kappa != KAPPA || self.choices() != GraphChoices::default()
     }
 
     fn choices(&self) -> GraphChoices {
@@ -83,6 +88,8 @@ impl GraphArgs {
     }
 }
 
+/// Neighbours of the paper.
+const KAPPA: u8 = 15;
 /// The choices of the paper's Table 2.
 const HOPS: [u8; 7] = [2, 3, 4, 5, 7, 14, 15];
 const THRESHOLDS: [u32; 7] = [2, 3, 6, 7, 11, 15, 20];

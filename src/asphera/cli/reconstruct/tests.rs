@@ -78,6 +78,11 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
     assert!(fewer, "{}", table.summary());
     assert_eq!(table.rows[3].genus, 0.0);
 
+    // What belongs to the graph method is not left out in silence.
+    let words = ["asphera", "reconstruct", file, "--hops", "4"];
+    let Command::Reconstruct(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
+    assert!(super::run(&args).unwrap_err().to_string().contains("belong to --method graph"));
+
     // Points along a line have no surface, and the words say so.
     let line: String = (0..200).map(|x| format!("{} 0 0\n", 0.7 * f64::from(x))).collect();
     std::fs::write(folder.path().join("ball.xyz"), line).unwrap();
