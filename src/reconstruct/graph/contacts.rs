@@ -43,17 +43,21 @@ pub(super) fn contacts(links: &Links, owners: &[u32]) -> Vec<Contact> {
 pub(super) fn meetings(links: &Links, owners: &[u32]) -> Vec<[u32; 2]> {
     let mut pairs: Vec<[u32; 2]> = (0..owners.len() as u32)
         .into_par_iter()
-        .flat_map_iter(|point| {
-            let mut around = vec![owners[point as usize]];
-            around.extend(links.at(point).iter().map(|&near| owners[near as usize]));
-            around.sort_unstable();
-            around.dedup();
-            let ends = around.clone();
-            ends.into_iter().enumerate().flat_map(move |(at, one)| {
-                let later = around[at + 1..].to_vec();
-                later.into_iter().map(move |other| [one, other])
-            })
-        })
+        .fold(
+            || (Vec::new(), Vec::new()),
+            |(mut pairs, mut around), point| {
+                around.clear();
+                around.push(owners[point as usize]);
+                around.extend(links.at(point).iter().map(|&near| owners[near as usize]));
+                around.sort_unstable();
+                around.dedup();
+                for (at, &one) in around.iter().enumerate() {
+                    pairs.extend(around[at + 1..].iter().map(|&other| [one, other]));
+                }
+                (pairs, around)
+            },
+        )
+        .flat_map_iter(|(pairs, _)| pairs)
         .collect();
     pairs.par_sort_unstable();
     pairs.dedup();
