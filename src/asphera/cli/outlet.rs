@@ -17,7 +17,9 @@ impl Outlet {
     /// Begins to print a text, on a thread of its own. Where the text before is not read yet, this one is left out, and stderr says so.
     pub(super) fn print(&mut self, text: String) {
         if self.printing.as_ref().is_some_and(|printing| !printing.is_finished()) {
-            say("nobody reads stdout: a summary was left out; the page shows it, and `asphera replay` of the recording");
+            say(
+                "nobody reads stdout: a summary was left out; the page shows it, and `asphera replay` of the recording",
+            );
             return;
         }
         self.printing = Some(spawn_blocking(move || print(&text)));
