@@ -4,11 +4,12 @@
 //! round the axis at one height. So what is alike all round is form, however narrow:
 //!
 //! 1. Each of twelve sectors about the axis has its mean deviation at radii half a spacing apart (`ring_profile/sectors.rs`).
-//! 2. *Rings* are what a quadratic over 30 spacings to either side leaves of these means along a diameter. It leaves out
+//! 2. A quartic along each diameter is taken off the means, for a quartic over the plane is what every window of the
+//!    reference follows. *Rings* are what a quadratic over 30 spacings to either side then leaves. It leaves out
 //!    the middle, where a pit is alike in all sectors as well. The mean of the middle third of the sectors counts, so a
 //!    defect in a quarter of the circle moves nothing.
-//! 3. If nearly all sectors stand out to the same side anywhere outside the middle, there is a *profile*: what a quartic
-//!    along the diameter leaves of the means, for a quartic over the plane is what every window of the reference follows.
+//! 3. If nearly all sectors stand out to the same side anywhere outside the middle, there is a *profile*: what the
+//!    quartic leaves of the means.
 //! 4. The profile has the rings of the middle only if these are no higher than the ones around. Else they may be a defect.
 //! 5. A second round over the remainder gives back what the means flattened (J. W. Tukey's twicing).
 
@@ -46,13 +47,13 @@ impl RingProfile {
         }
         let nodes = farthest as usize + 1;
         let sectors = Sectors::new(&polar, nodes, |_| 0.0);
-        let rings = Alike::of(&sectors.without_wide(WIDE, 0))?;
+        let rings = Alike::of(&sectors.flat().without_wide(WIDE, 0))?;
         let middle_is_higher = rings.middle_is_higher(&rings.standing_out()?);
         let found = |sectors: &Sectors| {
-            let form = Alike::of(&sectors.without_quartic())?;
-            let mut heights_mm = form.heights_mm;
+            let flat = sectors.flat();
+            let mut heights_mm = Alike::of(&flat.means)?.heights_mm;
             if middle_is_higher {
-                let rings = Alike::of(&sectors.without_wide(WIDE, MIDDLE))?;
+                let rings = Alike::of(&flat.without_wide(WIDE, MIDDLE))?;
                 rings.fade(&mut heights_mm);
             }
             Some(heights_mm)

@@ -225,7 +225,7 @@ struct Residual {
     sum: f64,
     /// The largest size of one.
     extreme: f64,
-    /// Mean of the squares.
+    /// Mean of the squares, without what the slope of the form makes in the cell.
     square: f64,
 }
 
@@ -333,15 +333,25 @@ impl Coarse {
                     return Residual { count, sum: f64::NAN, extreme: f64::NAN, square: f64::NAN };
                 };
                 let terms = self.fitted[j * self.firsts[0].len() + i].as_ref();
-                let at = quartic(place(at[0], self.firsts[0][i]), place(at[1], self.firsts[1][j]));
-                let level: f64 =
-                    terms.map_or(f64::NAN, |terms| at.iter().zip(terms).map(|(p, q)| p * q).sum());
+                let level = |[x, y]: [f64; 2]| {
+                    let at = quartic(place(x, self.firsts[0][i]), place(y, self.firsts[1][j]));
+                    terms.map_or(f64::NAN, |terms| at.iter().zip(terms).map(|(p, q)| p * q).sum())
+                };
+                let side = 1.0 / self.coarseness as f64;
+                let rises = [[side, 0.0], [0.0, side]].map(|way| {
+                    let ends =
+                        [-0.5, 0.5].map(|share| level([0, 1].map(|of| at[of] + share * way[of])));
+                    ends[1] - ends[0]
+                });
+                let level: f64 = level(at);
                 let square = (tally.squares - 2.0 * level * tally.sum) / count + level * level;
+                // Samples anywhere on a slope vary by its rise over the root of 12.
+                let by_slope = (rises[0] * rises[0] + rises[1] * rises[1]) / 12.0;
                 Residual {
                     count,
                     sum: tally.sum - count * level,
                     extreme: (tally.high - level).max(level - tally.low),
-                    square: square.max(0.0),
+                    square: (square - by_slope).max(0.0),
                 }
             })
             .collect()

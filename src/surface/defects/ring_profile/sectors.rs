@@ -33,7 +33,9 @@ pub(super) struct Mean {
 const UNKNOWN: Mean = Mean { weight: 0.0, height_mm: 0.0 };
 
 /// By sector, the mean at each node outwards.
-pub(super) struct Sectors(Vec<Vec<Mean>>);
+pub(super) struct Sectors {
+    pub(super) means: Vec<Vec<Mean>>,
+}
 
 impl Sectors {
     /// Means of the samples less `taken_mm` at their radius: by a line over the nodes within reach.
@@ -55,7 +57,7 @@ impl Sectors {
             Mean { weight: about.count, height_mm: about.at_node() }
         };
         let means = sums.iter().map(|sums| (0..nodes).map(|node| mean(sums, node)).collect());
-        Sectors(means.collect())
+        Sectors { means: means.collect() }
     }
 
     /// What a quadratic leaves along the diameter through each sector, over `wide` nodes to either side. Nodes before `first`
@@ -83,7 +85,7 @@ impl Sectors {
     }
 
     /// What a quartic leaves along the diameter through each sector.
-    pub(super) fn without_quartic(&self) -> Vec<Vec<Mean>> {
+    pub(super) fn flat(&self) -> Sectors {
         let fits: Vec<Option<SVector<f64, 5>>> = (0..SECTORS)
             .map(|sector| {
                 let mut fit = Polynomial::<5>::new();
@@ -97,16 +99,17 @@ impl Sectors {
                 fit.solved()
             })
             .collect();
-        let nodes = self.0[0].len() as f64;
-        self.without(|sector, node| {
+        let nodes = self.means[0].len() as f64;
+        let means = self.without(|sector, node| {
             let terms = fits[sector]?;
             Some(terms.iter().rev().fold(0.0, |sum, term| sum * (node as f64 / nodes) + term))
-        })
+        });
+        Sectors { means }
     }
 
     /// A sector and the one opposite.
     fn diameter(&self, sector: usize) -> [&[Mean]; 2] {
-        [&self.0[sector], &self.0[(sector + SECTORS / 2) % SECTORS]]
+        [&self.means[sector], &self.means[(sector + SECTORS / 2) % SECTORS]]
     }
 
     /// Means less what `wide_mm` says of sector and node; unknown where it says nothing.
@@ -115,7 +118,7 @@ impl Sectors {
             let known = (mean.weight > 0.0).then(|| wide_mm(sector, node)).flatten();
             known.map_or(UNKNOWN, |mm| Mean { height_mm: mean.height_mm - mm, ..mean })
         };
-        let sectors = self.0.iter().enumerate();
+        let sectors = self.means.iter().enumerate();
         sectors
             .map(|(sector, means)| {
                 let means = means.iter().enumerate();

@@ -108,6 +108,12 @@ fn a_pit_in_the_middle_stays_beside_rings_and_alone() {
 fn what_is_not_alike_all_round_has_no_profile() {
     assert!(Disc::new(80, 9, |_, _| 0.0).profile().is_none());
     assert!(Disc::new(80, 9, low).profile().is_none());
+    // Spherical aberration is a quartic, which every window follows.
+    let spherical = |x: f64, y: f64| {
+        let squared = (x * x + y * y) / 6400.0;
+        1e-3 * squared * (6.0 * squared - 6.0)
+    };
+    assert!(Disc::new(80, 9, spherical).profile().is_none());
     let straight = |x: f64, _: f64| 4e-5 * (0.4 * x).sin();
     assert!(Disc::new(80, 9, straight).profile().is_none());
     // An arc over a quarter of the circle, and a scratch across the part.

@@ -31,9 +31,11 @@ pub(super) enum Kind {
     Laplace,
     /// Scan lines, each with an offset of its own of 1 to 5 nm.
     Lines,
+    /// Points in no order and with no pitch, on low orders of ten times the height.
+    Scattered,
 }
 
-pub(super) const KINDS: [Kind; 7] = [
+pub(super) const KINDS: [Kind; 8] = [
     Kind::White,
     Kind::Rings,
     Kind::Waves,
@@ -41,6 +43,7 @@ pub(super) const KINDS: [Kind; 7] = [
     Kind::RimNoise,
     Kind::Laplace,
     Kind::Lines,
+    Kind::Scattered,
 ];
 
 /// A meshed part and its deviations.
@@ -57,7 +60,9 @@ impl Part {
         let mut random = Random::new(977 * seed + kind as u64);
         let spacing_mm = RADIUS_MM * (std::f64::consts::PI / count as f64).sqrt();
         let spiral = kind != Kind::Lines && seed.is_multiple_of(2);
-        let places = if spiral {
+        let places = if kind == Kind::Scattered {
+            scattered_places(count, &mut random)
+        } else if spiral {
             spiral_places(count, &mut random)
         } else {
             line_places(spacing_mm, &mut random)
@@ -86,6 +91,7 @@ impl Part {
             })
             .collect();
         let places = places.into_iter().map(|(_, place)| place).collect();
+        let spacing_mm = if kind == Kind::Scattered { 1.23 * spacing_mm } else { spacing_mm };
         Part::meshed(places, deviations_mm, spacing_mm)
     }
 
@@ -146,6 +152,17 @@ fn spiral_places(count: usize, random: &mut Random) -> Vec<(usize, [f64; 2])> {
             let share = ((index as f64 + 0.5) / count as f64).sqrt();
             let (sin, cos) = (TAU * (turns * share + phase)).sin_cos();
             ((turns * share) as usize, [RADIUS_MM * share * cos, RADIUS_MM * share * sin])
+        })
+        .collect()
+}
+
+/// Points of a disc, each drawn for itself.
+fn scattered_places(count: usize, random: &mut Random) -> Vec<(usize, [f64; 2])> {
+    (0..count)
+        .map(|index| {
+            let away = RADIUS_MM * random.unit().sqrt();
+            let (sin, cos) = (TAU * random.unit()).sin_cos();
+            (index, [away * cos, away * sin])
         })
         .collect()
 }
@@ -216,6 +233,7 @@ fn form(kind: Kind, random: &mut Random) -> Form {
                 low(x, y) - height * inside.max(0.0).powf(power)
             })
         }
+        Kind::Scattered => Box::new(move |x, y| 10.0 * low(x, y)),
         _ => Box::new(low),
     }
 }
