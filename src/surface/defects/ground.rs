@@ -1,11 +1,13 @@
 //! The noise of a whole surface, from one visit to its samples and a few of them once more.
 
 use asphera_geometry::{PointMm, VertexId};
+use rayon::prelude::*;
 
 use super::detect::SCALES;
 use super::noise_field::{CellNoise, NoiseField};
-use super::screen::{Raster, Tally};
+use super::screen::Raster;
 use super::tail::{self, Tail};
+use super::tally::{self, Tally};
 
 /// How the noise differs by place, and how far it goes.
 #[derive(Clone, Debug)]
@@ -16,22 +18,15 @@ pub(super) struct Ground {
     pub(super) colour: [f64; SCALES],
 }
 
-/// Finds it from the tallies of cells of a few samples, and from `used` of these samples themselves.
+/// Finds it from the planes of cells of a few samples, and from `used` of these samples themselves.
 pub(super) fn ground<I: Iterator<Item = (VertexId, PointMm, f64)>>(
-    raster: &Raster,
-    tallies: &[Tally],
+    (raster, planes): (&Raster, &[Option<Plane>]),
     samples: impl Fn() -> I,
     used: u64,
 ) -> Ground {
     let side_mm = raster.per_mm.recip();
-    let planes: Vec<Option<Plane>> =
-        (0..tallies.len()).map(|slot| Plane::of(raster, tallies, slot)).collect();
-    let cells = planes.iter().zip(tallies).enumerate().filter_map(|(slot, (plane, tally))| {
-        let plane = plane.as_ref()?;
-        let count = f64::from(tally.count);
-        let sum_of_squares = tally.squares - count * plane.mean * plane.mean;
-        let by_slope = plane.slope.iter().map(|slope| slope * slope).sum::<f64>() / 12.0;
-        let variance = (sum_of_squares / (count - 1.0) - by_slope).max(0.0);
+    let cells = planes.iter().enumerate().filter_map(|(slot, plane)| {
+        let variance = plane.as_ref()?.variance;
         Some(CellNoise { place_mm: raster.middle_mm(slot), variance })
     });
     let extent_mm = raster.size.map(|count| (count as f64 - 0.5) * side_mm);
@@ -41,11 +36,9 @@ pub(super) fn ground<I: Iterator<Item = (VertexId, PointMm, f64)>>(
     for (_, point, deviation) in samples().step_by(step) {
         let slot = raster.slot(point);
         let Some(plane) = &planes[slot] else { continue };
-        let middle_mm = raster.middle_mm(slot);
-        let [x, y] = [0, 1].map(|axis| (point[axis] - middle_mm[axis]) * raster.per_mm);
-        let level = plane.mean + x * plane.slope[0] + y * plane.slope[1];
-        let unit = (1.0 - f64::from(tallies[slot].count).recip()).sqrt();
-        let size = (deviation - level).abs() / (unit * field.at(middle_mm));
+        let level = plane.at(raster.place_in(slot, point));
+        let unit = (1.0 - plane.count.recip()).sqrt();
+        let size = (deviation - level).abs() / (unit * field.at(raster.middle_mm(slot)));
         let cell = [slot % raster.size[0], slot / raster.size[0]];
         pieces[tail::piece_of(cell, raster.size)].push(size);
     }
@@ -58,16 +51,16 @@ impl Ground {
     pub(super) fn with_colour(
         mut self,
         (raster, shapes): (&Raster, &[f64]),
-        tallies: &[Tally],
+        planes: &[Option<Plane>],
         single_mm: f64,
     ) -> Ground {
         for (ring, colour) in self.colour.iter_mut().enumerate().skip(1) {
             // A cell has about as many samples as the first ring, 2×2 cells as many as the second.
             for axis in 0..2 {
-                let mut sizes: Vec<f64> = (0..tallies.len())
-                    .step_by(tallies.len() / COLOUR_OF + 1)
+                let mut sizes: Vec<f64> = (0..planes.len())
+                    .step_by(planes.len() / COLOUR_OF + 1)
                     .filter_map(|slot| {
-                        Some(apart(raster, tallies, slot, (ring, axis))?.abs() / shapes[slot])
+                        Some(apart(raster, planes, slot, (ring, axis))?.abs() / shapes[slot])
                     })
                     .collect();
                 let scale = tail::scale(&mut sizes).unwrap_or(0.0) / (OF_MEDIAN * single_mm);
@@ -86,38 +79,37 @@ impl Ground {
     }
 }
 
-impl Raster {
-    fn middle_mm(&self, slot: usize) -> [f64; 2] {
-        let [column, row] = [slot % self.size[0], slot / self.size[0]];
-        [(column, 0), (row, 1)]
-            .map(|(at, axis)| self.low_mm[axis] + (at as f64 + 0.5) / self.per_mm)
-    }
-}
-
-/// The plane through a cell, as the cells beside it tell its slopes.
-struct Plane {
+/// The plane through the samples of a cell.
+pub(super) struct Plane {
+    count: f64,
     mean: f64,
+    /// Where it has that height, from the middle of the cell in its sides.
+    middle: [f64; 2],
     /// Over a side of a cell.
     slope: [f64; 2],
+    /// Variance of the samples about it.
+    variance: f64,
+}
+
+/// The plane of each cell; `None` of those with too few samples.
+pub(super) fn planes(raster: &Raster, tallies: &[Tally]) -> Vec<Option<Plane>> {
+    let plane = |(slot, tally): (usize, &Tally)| {
+        if tally.count < LEAST {
+            return None;
+        }
+        let count = f64::from(tally.count);
+        let (mean, middle) = (tally.sum / count, tally.middle());
+        let slope = tally::slope(raster.size, tallies, slot);
+        let variance = tally.squares_about(mean, slope) / (count - 1.0);
+        Some(Plane { count, mean, middle, slope, variance })
+    };
+    tallies.par_iter().enumerate().with_min_len(4096).map(plane).collect()
 }
 
 impl Plane {
-    /// `None` of a cell with too few samples.
-    fn of(raster: &Raster, tallies: &[Tally], slot: usize) -> Option<Plane> {
-        let mean = |slot: usize| {
-            let tally = &tallies[slot];
-            (tally.count > 0).then(|| tally.sum / f64::from(tally.count))
-        };
-        if tallies[slot].count < LEAST {
-            return None;
-        }
-        let place = [slot % raster.size[0], slot / raster.size[0]];
-        let slope = [(0, 1), (1, raster.size[0])].map(|(axis, step)| {
-            let inside = place[axis] > 0 && place[axis] + 1 < raster.size[axis];
-            let beside = inside.then(|| mean(slot - step).zip(mean(slot + step))).flatten();
-            beside.map_or(0.0, |(before, after)| 0.5 * (after - before))
-        });
-        Some(Plane { mean: mean(slot)?, slope })
+    /// Height at a place from the middle of the cell in its sides.
+    fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        self.mean + (x - self.middle[0]) * self.slope[0] + (y - self.middle[1]) * self.slope[1]
     }
 }
 
@@ -125,7 +117,7 @@ impl Plane {
 /// samples that differ by 1: form and wide defects are nearly cubics there.
 fn apart(
     raster: &Raster,
-    tallies: &[Tally],
+    planes: &[Option<Plane>],
     slot: usize,
     (side, axis): (usize, usize),
 ) -> Option<f64> {
@@ -135,10 +127,9 @@ fn apart(
         for row in row..row + side {
             for column in column..column + side {
                 let inside = column < raster.size[0] && row < raster.size[1];
-                let tally = inside.then(|| &tallies[row * raster.size[0] + column]);
-                let tally = tally.filter(|tally| tally.count >= LEAST)?;
-                sum += tally.sum;
-                count += f64::from(tally.count);
+                let plane = inside.then(|| planes[row * raster.size[0] + column].as_ref())??;
+                sum += plane.count * plane.at([0.0; 2]);
+                count += plane.count;
             }
         }
         Some([sum / count, count.recip()])

@@ -56,6 +56,7 @@ mod steps;
 #[cfg(test)]
 mod study;
 mod tail;
+mod tally;
 #[cfg(test)]
 mod tests;
 mod windows;

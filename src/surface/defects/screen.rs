@@ -9,7 +9,7 @@
 //!    by a threshold somewhat lower than that of `detect.rs`, in units of what half of all cells tell.
 //! 4. Suspect cells with half a window about them are the *parts* in which defects are then looked for.
 //!
-//! Slopes within a cell do not count here, so it is deviations from a nominal that are looked at, not heights.
+//! Extremes count the slope within a cell, so it is deviations from a nominal that are looked at, not heights.
 //!
 //! What it may miss: the means of `detect.rs` are about each vertex, those of cells lie anywhere. A shallow
 //! defect that is seen by means only is sure to make a cell suspect from some 1.3 times the threshold on.
@@ -21,9 +21,10 @@ use super::DefectsUnknown;
 use super::cells::{NONE, QUARTIC, quartic};
 use super::detect::SAMPLES;
 use super::fit::{Row, TERMS, Work};
-use super::ground::{Ground, ground};
+use super::ground::{Ground, ground, planes};
 use super::reference::CELL_SPACINGS;
 use super::tail;
+use super::tally::Tally;
 
 /// What is looked at, and how.
 #[derive(Clone, Copy)]
@@ -75,19 +76,6 @@ impl Suspects {
     }
 }
 
-/// What the samples of a cell add up to.
-#[derive(Clone, Copy)]
-pub(super) struct Tally {
-    pub(super) count: u32,
-    pub(super) sum: f64,
-    pub(super) squares: f64,
-    low: f64,
-    high: f64,
-}
-
-const EMPTY: Tally =
-    Tally { count: 0, sum: 0.0, squares: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY };
-
 /// Square cells in rows.
 #[derive(Clone, Copy)]
 pub(super) struct Raster {
@@ -104,6 +92,18 @@ impl Raster {
         });
         row * self.size[0] + column
     }
+
+    /// A place in a cell from its middle, in sides.
+    pub(super) fn place_in(&self, slot: usize, [x, y, _]: PointMm) -> [f64; 2] {
+        let [mx, my] = self.middle_mm(slot);
+        [(x - mx) * self.per_mm, (y - my) * self.per_mm]
+    }
+
+    pub(super) fn middle_mm(&self, slot: usize) -> [f64; 2] {
+        let [column, row] = [slot % self.size[0], slot / self.size[0]];
+        [(column, 0), (row, 1)]
+            .map(|(at, axis)| self.low_mm[axis] + (at as f64 + 0.5) / self.per_mm)
+    }
 }
 
 impl Screen<'_> {
@@ -111,7 +111,8 @@ impl Screen<'_> {
     pub(super) fn parts(&self) -> Result<Parts, DefectsUnknown> {
         let (raster, used) = self.raster()?;
         let tallies = self.tallies(&raster);
-        let ground = ground(&raster, &tallies, || self.used(), used);
+        let planes = planes(&raster, &tallies);
+        let ground = ground((&raster, &planes), || self.used(), used);
         let probability = (self.false_expected / (3.0 * used as f64)).min(0.1);
         let thresholds = SAMPLES.map(|samples| ground.tail.threshold(probability, samples));
         let shapes = ground.shapes(&raster);
@@ -120,7 +121,7 @@ impl Screen<'_> {
         let coarse = Coarse::new(&raster, &tallies, coarseness);
         let residuals = coarse.residuals(&raster, &tallies);
         let scales = Scales::of((&raster, &shapes), &residuals, self.sigma_mm);
-        let ground = ground.with_colour((&raster, &shapes), &tallies, scales.single_mm);
+        let ground = ground.with_colour((&raster, &shapes), &planes, scales.single_mm);
         let mut suspect = vec![false; coarse.raster.size[0] * coarse.raster.size[1]];
         let flagged: Vec<usize> = (0..tallies.len())
             .into_par_iter()
@@ -190,14 +191,10 @@ impl Screen<'_> {
     }
 
     fn tallies(&self, raster: &Raster) -> Vec<Tally> {
-        let mut tallies = vec![EMPTY; raster.size[0] * raster.size[1]];
+        let mut tallies = vec![Tally::EMPTY; raster.size[0] * raster.size[1]];
         for (_, point, deviation) in self.used() {
-            let tally = &mut tallies[raster.slot(point)];
-            tally.count += 1;
-            tally.sum += deviation;
-            tally.squares += deviation * deviation;
-            tally.low = tally.low.min(deviation);
-            tally.high = tally.high.max(deviation);
+            let slot = raster.slot(point);
+            tallies[slot].add(raster.place_in(slot, point), deviation);
         }
         tallies
     }
@@ -225,7 +222,7 @@ struct Residual {
     sum: f64,
     /// The largest size of one.
     extreme: f64,
-    /// Mean of the squares, without what the slope of the form makes in the cell.
+    /// Mean of the squares about the slope of the form.
     square: f64,
 }
 
@@ -338,20 +335,21 @@ impl Coarse {
                     terms.map_or(f64::NAN, |terms| at.iter().zip(terms).map(|(p, q)| p * q).sum())
                 };
                 let side = 1.0 / self.coarseness as f64;
-                let rises = [[side, 0.0], [0.0, side]].map(|way| {
-                    let ends =
-                        [-0.5, 0.5].map(|share| level([0, 1].map(|of| at[of] + share * way[of])));
-                    ends[1] - ends[0]
+                let slope = [0, 1].map(|axis| {
+                    let end = |way: f64| {
+                        let mut at = at;
+                        at[axis] += way * side;
+                        level(at)
+                    };
+                    end(0.5) - end(-0.5)
                 });
-                let level: f64 = level(at);
-                let square = (tally.squares - 2.0 * level * tally.sum) / count + level * level;
-                // Samples anywhere on a slope vary by its rise over the root of 12.
-                let by_slope = (rises[0] * rises[0] + rises[1] * rises[1]) / 12.0;
+                let middle = tally.middle();
+                let level: f64 = level([0, 1].map(|axis| at[axis] + middle[axis] * side));
                 Residual {
                     count,
                     sum: tally.sum - count * level,
                     extreme: (tally.high - level).max(level - tally.low),
-                    square: (square - by_slope).max(0.0),
+                    square: tally.squares_about(level, slope) / count,
                 }
             })
             .collect()

@@ -31,7 +31,7 @@ pub(super) enum Kind {
     Laplace,
     /// Scan lines, each with an offset of its own of 1 to 5 nm.
     Lines,
-    /// Points in no order and with no pitch, on low orders of ten times the height.
+    /// Points in no order and with no pitch, on low orders of up to ten times the height.
     Scattered,
 }
 
@@ -233,7 +233,10 @@ fn form(kind: Kind, random: &mut Random) -> Form {
                 low(x, y) - height * inside.max(0.0).powf(power)
             })
         }
-        Kind::Scattered => Box::new(move |x, y| 10.0 * low(x, y)),
+        Kind::Scattered => {
+            let high = 10.0_f64.powf(between(0.0, 1.0));
+            Box::new(move |x, y| high * low(x, y))
+        }
         _ => Box::new(low),
     }
 }
