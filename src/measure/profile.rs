@@ -267,6 +267,8 @@ fn profile_figures(
     let formed = along::slopes(stations);
     let summed = fit.and_then(|_| along::summed(&formed));
     let urad = |of: &dyn Fn([f64; 3]) -> f64| summed.map(|found| 1e6 * of(found));
+    let noise_mm = fit.filter(|_| !of_slopes).and_then(|_| along::noise_mm(stations));
+    let slope_of_noise = noise_mm.and_then(|noise_mm| along::slope_of_noise(stations, noise_mm));
     let [x, y] = line.direction;
     ProfileFigures {
         source: if of_slopes { "slopes, integrated by the trapezoidal rule" } else { "heights" }
@@ -282,6 +284,8 @@ fn profile_figures(
             (rms * rms - mean * mean).max(0.0).sqrt()
         }),
         slope_max_urad: urad(&|[.., most]| most),
+        noise_sigma_nm: noise_mm.map(|mm| 1e6 * mm),
+        slope_noise_urad: slope_of_noise.map(|slope| 1e6 * slope),
         slope_rule: match stations.iter().all(|station| station.slope.is_some()) {
             true => "measured slopes less those of the fitted nominal, every point counted alike"
                 .to_owned(),

@@ -24,6 +24,12 @@ pub struct ProfileFigures {
     pub slope_rms_about_mean_urad: Option<f64>,
     /// Largest slope of the deviation, µrad.
     pub slope_max_urad: Option<f64>,
+    /// Standard deviation in nm that deviations vary by from point to point, by third differences; `None` of measured slopes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_sigma_nm: Option<f64>,
+    /// RMS in µrad that this alone gives slopes between neighbours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_noise_urad: Option<f64>,
     /// How slopes were formed.
     pub slope_rule: String,
 }

@@ -47,6 +47,9 @@ fn heights_of_a_spherical_mirror() {
     near(&report, "/form/deviation/pv_nm", 62.607_079_9, 1e-6);
     near(&report, "/form/fit/parameters/radius/value", 83_181.708_9, 1e-6);
     near(&report, "/profile/slope_rms_urad", 1.096_007_7, 1e-6);
+    // 1.4826 times the median of `numpy.abs(numpy.diff(z, 3))` over the root of 20.
+    near(&report, "/profile/noise_sigma_nm", 0.066_304, 1e-3);
+    near(&report, "/profile/slope_noise_urad", 0.093_768, 1e-3);
     near(&report, "/sampling/coverage", 1.0, 1e-9);
     let (code, report) = measured(&file, &format!("{circle}rms_nm = 15\n"), &more);
     assert_eq!((code, &report["verdict"]["status"]), (Some(10), &Value::from("fail")));

@@ -103,6 +103,44 @@ pub(super) fn summed(slopes: &[(f64, f64)]) -> Option<[f64; 3]> {
     Some([mean, square.sqrt(), most])
 }
 
+/// Standard deviation in mm that deviations vary by from point to point, from third divided differences: smooth form
+/// leaves next to none. 1.4826 times the median of their sizes, as of a normal distribution; `None` of fewer than
+/// [`NOISE_LEAST`].
+pub(super) fn noise_mm(stations: &[Station]) -> Option<f64> {
+    let own: Vec<&Station> = stations.iter().filter(|of| of.deviation_mm.is_finite()).collect();
+    let mut sizes: Vec<f64> = own
+        .windows(4)
+        .filter_map(|window| {
+            let weight = |i: usize| -> f64 {
+                let others = (0..4).filter(|&j| j != i);
+                others.map(|j| 1.0 / (window[i].s_mm - window[j].s_mm)).product()
+            };
+            let weights: [f64; 4] = std::array::from_fn(weight);
+            let sum = |of: &dyn Fn(usize) -> f64| (0..4).map(of).sum::<f64>();
+            let difference = sum(&|i| weights[i] * window[i].deviation_mm);
+            let size = difference.abs() / sum(&|i| weights[i] * weights[i]).sqrt();
+            size.is_finite().then_some(size)
+        })
+        .collect();
+    if sizes.len() < NOISE_LEAST {
+        return None;
+    }
+    let middle = sizes.len() / 2;
+    Some(OF_MEDIAN * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// RMS that noise of a standard deviation in mm gives the slopes of [`slopes`] between neighbours.
+pub(super) fn slope_of_noise(stations: &[Station], noise_mm: f64) -> Option<f64> {
+    let pairs = stations.windows(2).filter(|pair| {
+        pair.iter().all(|station| station.deviation_mm.is_finite()) && pair[1].s_mm > pair[0].s_mm
+    });
+    let (length, squares) = pairs.fold((0.0, 0.0), |(length, squares), pair| {
+        let own = pair[1].s_mm - pair[0].s_mm;
+        (length + own, squares + 2.0 * noise_mm * noise_mm / own)
+    });
+    (length > 0.0).then(|| (squares / length).sqrt())
+}
+
 /// Slopes of best lines over the integration length, at stations a sampling step apart (ISO 10110-5, of a profile). A window
 /// counts if it lies on the profile and holds three points.
 pub(super) fn slopes_over(stations: &[Station], settings: &SlopeSettings) -> Vec<(f64, f64)> {
@@ -158,6 +196,10 @@ fn parabola(points: impl Iterator<Item = (f64, f64)> + Clone, bent: bool) -> Opt
 
 /// Points of a window that tells how the deviation bends.
 const BENT: usize = 9;
+/// Fewer third differences tell no noise.
+const NOISE_LEAST: usize = 16;
+/// Standard deviation over the median of the sizes of a normal distribution.
+const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 /// More stations than this tell nothing more.
 const MOST_STATIONS: f64 = 1e6;
 /// Share of a window by which a point at its end may lie beyond it.
@@ -190,6 +232,25 @@ mod tests {
         assert_eq!(found.len(), 19);
         // The best line over a window of a parabola has the slope of its middle.
         assert!((found[0].0 - (6e-6 * 0.5 - 1e-6)).abs() < 1e-13, "{found:?}");
+    }
+
+    /// Alternating deviations of 2 nm on a parabola: third differences of size 16 nm over the root of 20.
+    #[test]
+    fn noise_is_what_third_differences_say_and_form_is_none() {
+        let form = |s: f64| 1e-6 * s * s + 2e-5 * s;
+        assert!(noise_mm(&stations(form)).unwrap() < 1e-14);
+        let mut noisy = stations(form);
+        for (at, station) in noisy.iter_mut().enumerate() {
+            station.deviation_mm += if at % 2 == 0 { 2e-6 } else { -2e-6 };
+        }
+        let truth = OF_MEDIAN * 16e-6 / 20.0_f64.sqrt();
+        let found = noise_mm(&noisy).unwrap();
+        assert!((found - truth).abs() < 1e-11, "{found} {truth}");
+        // Differences of two such over 0.1 mm.
+        let slope = slope_of_noise(&noisy, 3e-6).unwrap();
+        assert!((slope - 3e-6 * 2.0_f64.sqrt() / 0.1).abs() < 1e-12, "{slope}");
+        assert_eq!(noise_mm(&noisy[..10]), None);
+        assert_eq!(slope_of_noise(&noisy[..1], 1.0), None);
     }
 
     #[test]

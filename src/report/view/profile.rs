@@ -30,6 +30,17 @@ pub(super) fn chapter(profile: &ProfileFigures) -> Chapter {
             Fact::new("Largest slope", format!("{most} µrad")),
         ]);
     }
+    if let (Some(sigma), Some(urad)) = (profile.noise_sigma_nm, profile.slope_noise_urad) {
+        let [sigma, urad] = [sigma, urad].map(short);
+        chapter.brief.push(format!(
+            "noise or roughness of {sigma} nm from point to point, which alone makes slopes of {urad} µrad RMS"
+        ));
+        facts.extend([
+            Fact::new("Noise or roughness from point to point", format!("{sigma} nm"))
+                .noted("By third differences along the line.".to_owned()),
+            Fact::new("Slope RMS by that alone", format!("{urad} µrad")),
+        ]);
+    }
     chapter.facts(facts);
     if profile.turned {
         chapter.note("The fit's x runs along the line.");
