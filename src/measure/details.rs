@@ -32,6 +32,8 @@ pub(super) struct FormDetails {
     pub(super) standards: StandardFigures,
     /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
+    /// Why slopes over the length of their limits are not those of the whole aperture.
+    pub(super) slopes_missing: Option<String>,
 }
 
 /// What is known beside the deviations.
@@ -208,9 +210,10 @@ impl FormDetails {
         match slopes(sample, settings) {
             Ok(found) => {
                 let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
-                if let Some(why) = stations::missing(&found, sample) {
-                    self.unknown.push(why);
-                }
+                self.unknown.extend(stations::missing(&found, sample));
+                let of_limit = part.limits().iter().find_map(|limit| limit.slope);
+                let of_limit = of_limit.and_then(|settings| slopes(sample, settings).ok());
+                self.slopes_missing = of_limit.and_then(|found| stations::missing(&found, sample));
                 let shares =
                     noise_nm.map_or([(None, None); 4], |nm| stations::noise_of(&found, nm));
                 for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)

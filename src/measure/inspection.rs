@@ -120,6 +120,8 @@ impl Inspection<'_> {
         let mut compared = judged::verdict(part, guard, judged, [&unmeasured, hidden]);
         let noise_dof = by_budget.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
         standards::hold(&mut compared, part, standards.as_ref(), noise_dof, &unmeasured);
+        let slopes_missing = details.as_ref().and_then(|details| details.slopes_missing.as_deref());
+        judged::hold_slopes(&mut compared, part, slopes_missing);
         let verdict = judge(compared, part, mesh, self.fitted, &look.mesh, &look.sampling);
         let parts = made.zip(details).zip(standards).zip(sources);
         let form = parts.map(|((((fitted, found), details), standards), sources)| {

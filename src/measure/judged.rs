@@ -1,6 +1,6 @@
 //! The limits of a part with what was found of each, before what was not measured is regarded.
 
-use asphera_figures::{Definition, Term, Unit};
+use asphera_figures::{Definition, Subject, Term, Unit};
 use asphera_form::Aperture;
 use asphera_report::{FormFigure, Status, Verdict};
 use asphera_uncertainty::verdict::{Finding, Guard, Limit};
@@ -63,6 +63,14 @@ pub(super) fn verdict(
         }
     }
     verdict
+}
+
+/// Leaves a pass by a limit of slopes undecided where `missing` says that these are not those of the whole aperture.
+pub(super) fn hold_slopes(verdict: &mut Verdict, part: &Part, missing: Option<&str>) {
+    let of_slopes = part.limits().iter().find(|limit| limit.definition.subject() == Subject::Slope);
+    if let Some((limit, why)) = of_slopes.zip(missing) {
+        undecide(verdict, format!("{}: no {why}", naming::of_limit(limit, part).words()));
+    }
 }
 
 /// Standard uncertainties, known before the first figure is written.

@@ -17,7 +17,7 @@ pub(super) fn missing(found: &Slopes, sample: &Sample) -> Option<String> {
         let length_mm = (length_mm * 1e4).round() / 1e4;
         format!(
             "slopes at {} of {all} stations: too few points lie about them within {length_mm} mm. The slopes given are those at the \
-             others. Set slope_length_mm to more",
+             others. Measure more densely, or form slopes over more",
             found.unmeasured
         )
     })

@@ -220,7 +220,8 @@ fn steep_parts_have_their_deviation_and_slopes_that_say_where_they_are_not() {
         let part = format!(
             "[surface]\nkind = \"sphere\"\nradius_mm = {sphere_mm}\n[aperture]\nshape = \"circle\"\n\
              radius_mm = {reach_mm:?}\n[fit]\nfree = [\"tx\", \"ty\", \"tz\"]\n\
-             [figures]\nslope_length_mm = {length_mm:?}\n"
+             [figures]\nslope_length_mm = {length_mm:?}\n[tolerance]\ngradient_rms_urad = 40.0\n\
+             slope_over_mm = {length_mm:?}\nslope_step_mm = {length_mm:?}\n"
         );
         measured(&part, points.clone())
     };
@@ -240,4 +241,12 @@ fn steep_parts_have_their_deviation_and_slopes_that_say_where_they_are_not() {
     let short = of(0.5);
     assert!(value(&short, "gradient, RMS") > 17.0);
     assert_eq!(lacks(&short), 1);
+    // What is not known everywhere is not passed.
+    let verdict = |measurement: &Measurement| {
+        let verdict = &measurement.report.verdict;
+        let of_stations = |reason: &&String| reason.contains("no slopes at");
+        (verdict.status, verdict.reasons.iter().filter(of_stations).count())
+    };
+    assert_eq!(verdict(&long), (Status::Pass, 0));
+    assert_eq!(verdict(&short), (Status::Undecided, 1));
 }
