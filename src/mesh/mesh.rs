@@ -294,6 +294,11 @@ impl Mesh {
     }
 
     #[cfg(test)]
+    pub(crate) fn effort(&self) -> usize {
+        self.delaunay.effort()
+    }
+
+    #[cfg(test)]
     pub(crate) fn assert_sound(&self) {
         self.delaunay.assert_sound();
     }

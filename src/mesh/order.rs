@@ -1,10 +1,13 @@
-//! The order in which a batch of points is inserted: its two ends first, then by bisection.
+//! The order in which a batch of points is inserted: its two ends first, the last one before the first, then by bisection.
 //!
 //! Inserting a scan line from one end to the other is the worst case of incremental Delaunay: the
 //! newest point sees the whole last line, so each insertion tears down a fan of as many triangles
 //! as the line has points and builds it anew. With both ends in first, the hull edge between them
 //! covers the last line and only ever gets split. Bisection depth first keeps each new point next
 //! to one that has just been inserted, in the mesh and in memory.
+//!
+//! Along a curve about an empty region the last point is a corner of most triangles across the region. What is
+//! inserted before it would build them, and it would tear them down.
 
 use std::ops::Range;
 
@@ -21,8 +24,8 @@ pub(crate) struct Step {
 
 /// The order for a batch of `len` points: each index once, and `near` always earlier.
 pub(crate) fn by_bisection(len: usize) -> impl Iterator<Item = Step> {
+    let last = (len > 1).then(|| Step { index: len - 1, near: None });
     let first = (len > 0).then_some(Step { index: 0, near: None });
-    let last = (len > 1).then(|| Step { index: len - 1, near: Some(0) });
     let mut open = vec![(0, len.saturating_sub(1))];
     let inner = std::iter::from_fn(move || {
         loop {
@@ -35,7 +38,7 @@ pub(crate) fn by_bisection(len: usize) -> impl Iterator<Item = Step> {
             }
         }
     });
-    first.into_iter().chain(last).chain(inner)
+    last.into_iter().chain(first).chain(inner)
 }
 
 /// The indices of places in an order that keeps near ones together: by the squares of a grid over
@@ -114,6 +117,43 @@ fn by_squares(places: impl ExactSizeIterator<Item = Place> + Clone) -> (Vec<usiz
 /// More points in a square are a crowd; one to a few are the rule.
 const CROWD: usize = 32;
 
+/// Indices of places in order of arrival cut in two: the ends of the curves they trace, the last one first, and the others.
+///
+/// Curves traced by turns have one end each, so those of the last places are ends that lie far from one another.
+pub(crate) fn ends_and_others(
+    indices: &[usize],
+    place: impl Fn(usize) -> Place,
+) -> (Vec<usize>, Vec<usize>) {
+    let count = (indices.len() / FOR_AN_END).min(MOST_ENDS);
+    if count == 0 {
+        return (Vec::new(), indices.to_vec());
+    }
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for [x, y] in indices.iter().map(|&index| place(index)) {
+        low = [low[0].min(x), low[1].min(y)];
+        high = [high[0].max(x), high[1].max(y)];
+    }
+    let distance = |p: Place, q: Place| (p[0] - q[0]).abs().max((p[1] - q[1]).abs());
+    let far = distance(low, high) * FAR_ENDS;
+    let (before, tail) = indices.split_at(indices.len() - count);
+    let (mut ends, mut others): (Vec<usize>, Vec<usize>) = (Vec::new(), before.to_vec());
+    for &index in tail.iter().rev() {
+        let is_far = |&end: &usize| distance(place(end), place(index)) > far;
+        if ends.iter().all(is_far) { ends.push(index) } else { others.push(index) }
+    }
+    others[before.len()..].reverse();
+    (ends, others)
+}
+
+/// How many points of a batch there are for each that may be an end.
+const FOR_AN_END: usize = 32;
+
+/// Curves traced by turns of which the ends are found.
+const MOST_ENDS: usize = 16;
+
+/// Ends lie farther from one another than such a share of the longer side of the box about all points.
+const FAR_ENDS: f64 = 1.0 / 16.0;
+
 /// Such an order cut in rounds: every fourth, of those every fourth, and so on down to a few, the fewest first.
 ///
 /// Along a curve each point tears down most of what lies between those beside it that are in. So the few go in by
@@ -160,7 +200,7 @@ mod tests {
             for step in by_bisection(len) {
                 assert!(!visited[step.index], "{len}: {} twice", step.index);
                 assert!(step.near.is_none_or(|near| visited[near]), "{len}: {step:?}");
-                assert_eq!(step.near.is_none(), step.index == 0);
+                assert_eq!(step.near.is_none(), step.index == 0 || step.index == len - 1);
                 visited[step.index] = true;
             }
             assert!(visited.into_iter().all(|visited| visited), "{len}");
@@ -229,6 +269,30 @@ mod tests {
     #[test]
     fn takes_the_ends_first() {
         let order: Vec<usize> = by_bisection(6).map(|step| step.index).collect();
-        assert_eq!(order, [0, 5, 2, 1, 3, 4]);
+        assert_eq!(order, [5, 0, 2, 1, 3, 4]);
+    }
+
+    /// One end of one curve, two of two by turns; and every index once.
+    #[test]
+    fn ends_are_those_of_the_curves_and_the_last_one_comes_first() {
+        let of = |places: &[Place]| {
+            let indices: Vec<usize> = (0..places.len()).collect();
+            let (ends, others) = ends_and_others(&indices, |index| places[index]);
+            assert!(others.is_sorted());
+            let mut all = [&ends[..], &others].concat();
+            all.sort_unstable();
+            assert_eq!(all, indices);
+            ends
+        };
+        let line: Vec<Place> = (0..1000).map(|i| [f64::from(i), 0.5 * f64::from(i)]).collect();
+        assert_eq!(of(&line), [999]);
+        let by_turns: Vec<Place> =
+            (0..1000).map(|i| [f64::from(i / 2), 400.0 * f64::from(i % 2)]).collect();
+        assert_eq!(of(&by_turns), [999, 998]);
+        // Too few for a curve to have an end, and all in one place.
+        assert_eq!(of(&line[..31]), []);
+        assert_eq!(of(&line[..32]), [31]);
+        assert_eq!(of(&[[1.0, 2.0]; 100]), [99]);
+        assert_eq!(of(&[]), []);
     }
 }

@@ -145,6 +145,12 @@ impl<C: Cells> Delaunay<C> {
             + size_of_val(&self.sheet.work.spare[..])
     }
 
+    /// Work of all insertions so far: triangles torn down, sides flipped, and steps gone on long walks.
+    #[cfg(test)]
+    pub(crate) fn effort(&self) -> usize {
+        self.sheet.work.effort
+    }
+
     /// How many triangles there are.
     pub(crate) fn triangle_count(&self) -> usize {
         if self.sheet.plane.is_some() {

@@ -5,6 +5,9 @@
 //! of several times as many points as the one before and spread over all of it (N. Amenta, S. Choi, G. Rote,
 //! Incremental constructions con BRIO, Proc. 19th Symp. Comput. Geom. (2003) 211-219, doi:10.1145/777792.777824; here
 //! by every fourth point, without drawing any).
+//!
+//! Where the batch traces a curve about an empty region, the end of the curve belongs to most triangles that span the
+//! region. Each round would tear those down once more. So the ends go in before all rounds, the last point first.
 
 use asphera_geometry::predicates::Place;
 
@@ -14,15 +17,17 @@ use super::editor::Editor;
 use super::halves::{Halves, Inserted};
 use super::places::Places;
 use super::sheet::Inserter;
-use crate::order::{by_place, in_rounds};
+use crate::order::{by_place, ends_and_others, in_rounds};
 
 impl<P: Places + ?Sized, C: Cells> Inserter<'_, P, C> {
-    /// Inserts points of the batch in rounds, in each those near one another together; by two threads where there
-    /// are two and it pays.
+    /// Inserts points of the batch, given in order of arrival: the ends of what they trace, and the others in rounds, in
+    /// each those near one another together; by two threads where there are two and it pays.
     pub(super) fn insert_scattered(&mut self, indices: &[usize]) {
         self.adapt_hints();
-        let order = by_place(indices.iter().map(|&index| self.place(index)));
-        let order: Vec<usize> = order.into_iter().map(|at| indices[at]).collect();
+        let (ends, others) = ends_and_others(indices, |index| self.place(index));
+        insert_all(self, &ends);
+        let order = by_place(others.iter().map(|&index| self.place(index)));
+        let order: Vec<usize> = order.into_iter().map(|at| others[at]).collect();
         for round in in_rounds(&order) {
             self.insert_round(&round);
         }
@@ -92,3 +97,6 @@ impl<P: Places + ?Sized, C: Cells> Insert for Inserter<'_, P, C> {
 
 /// How much wider than its points a table is made once they outgrew one.
 const ROOM: f64 = 1.5;
+
+#[cfg(test)]
+mod tests;

@@ -223,6 +223,8 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
             }
         }
         if !left.is_empty() {
+            // Some of them are in order of bisection.
+            left.sort_unstable();
             self.insert_scattered(&left);
         }
         left.is_empty()
@@ -341,7 +343,7 @@ pub(super) const SCATTERED: usize = 8;
 
 /// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
 /// order 4 in rounds.
-const MOST_EFFORT: usize = 10;
+const MOST_EFFORT: usize = 8;
 
 /// So many points more may take as much.
 const LEAST_POINTS: usize = 256;
