@@ -235,8 +235,9 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         let Range { start, end } = run.points;
         let mut from = self.nearest(run);
         let mut done = 0;
+        let more = LEAST_POINTS.max(self.slots.len() / LARGE_SHARE);
         let is_worth_it = |inserter: &Self, points: usize| {
-            inserter.editor.work.effort - before <= MOST_EFFORT * (points + LEAST_POINTS)
+            inserter.editor.work.effort - before <= MOST_EFFORT * (points + more)
         };
         if let Some(axis) = run.axis {
             // Where the first points lie inside the hull, the rest may still lie outside.
@@ -345,8 +346,10 @@ pub(super) const SCATTERED: usize = 8;
 /// order 4 in rounds.
 const MOST_EFFORT: usize = 8;
 
-/// So many points more may take as much.
+/// So many points more may take as much, or of a large batch one in so many. The first turn of a spiral about what another
+/// thread inserts is a closed curve, but all turns after it are lines.
 const LEAST_POINTS: usize = 256;
+const LARGE_SHARE: usize = 16;
 
 /// How many points of a run are inserted alone before it is not tried as a strip any more.
 const SKIPPED: usize = 3;
