@@ -174,8 +174,24 @@ impl Hints {
     #[inline]
     pub(super) fn near(&self, place: Place) -> Option<Slot> {
         let place = self.extent.nearest(place);
-        let read = |offset| self.cells[self.cell(place, offset)].load(Ordering::Relaxed);
+        self.near_by(place, 1).or_else(|| self.not_far(place))
+    }
+
+    /// The same, so many cells away.
+    #[inline]
+    fn near_by(&self, place: Place, cells: i64) -> Option<Slot> {
+        let read = |offset: [i64; 2]| {
+            let offset = offset.map(|on| on * cells);
+            self.cells[self.cell(place, offset)].load(Ordering::Relaxed)
+        };
         AROUND.into_iter().map(read).find(|&slot| slot != NONE)
+    }
+
+    /// The same, from farther and farther away: before the hull of a mesh that grows there are some empty cells.
+    #[cold]
+    #[inline(never)]
+    fn not_far(&self, place: Place) -> Option<Slot> {
+        [2, 4, 8, 16].into_iter().find_map(|cells| self.near_by(place, cells))
     }
 
     /// Whether there are too many points for the table, or they lie farther apart than the slack was for: it
@@ -265,6 +281,25 @@ mod tests {
         assert!(hints.refine(), "there is some room beside the box");
         hints.expect(64, square(3.0));
         assert!(!hints.refine());
+    }
+
+    #[test]
+    fn beyond_empty_cells_it_tells_of_one_that_is_not() {
+        let hints = Hints::none(4096, (square(2.0), 1.0), LAYOUT);
+        assert_eq!(hints.near([0.0; 2]), None);
+        // The cells are an eighth of a mm wide; all of a square have a triangle.
+        let steps = (0..16).flat_map(|i| (0..16).map(move |j| [i, j]));
+        let places: Vec<Place> =
+            steps.map(|step| step.map(|on| f64::from(on) / 16.0 - 1.0)).collect();
+        for (slot, &place) in places.iter().enumerate() {
+            hints.note(place, slot as Slot);
+        }
+        for away in [0.0_f64, 0.2, 0.4, 0.8, 1.2] {
+            let place = [away, -0.5];
+            let slot = hints.near(place).expect("there is one within sixteen cells");
+            let [x, y] = places[slot as usize];
+            assert!((place[0] - x).hypot(place[1] - y) < 2.0 * away + 0.4, "{away}: {x}, {y}");
+        }
     }
 
     #[test]

@@ -92,6 +92,15 @@ fn rings_inwards(points: usize) -> Vec<Place> {
     (0..COUNT).rev().map(at).collect()
 }
 
+/// Random points of a square by their distance from its middle: before the hull, at any angle.
+fn random_from_inside() -> Vec<Place> {
+    let mut rng = Pcg64::seed_from_u64(7);
+    let mut unit = || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+    let mut places: Vec<Place> = (0..COUNT).map(|_| [unit(), unit()]).collect();
+    places.sort_by(|p, q| p[0].hypot(p[1]).total_cmp(&q[0].hypot(q[1])));
+    places
+}
+
 fn closed_curve() -> Vec<Place> {
     along(|share| {
         let t = TAU * share;
@@ -118,6 +127,7 @@ fn no_order_of_arrival_costs_much_more_work_than_shuffled_points() {
         ("eight circles by turns", circles_by_turns(8, 132.0), 1.35),
         ("rings of 102 points inwards", rings_inwards(102), 1.5),
         ("rings of 1071 points inwards", rings_inwards(1071), 2.4),
+        ("random from inside", random_from_inside(), 1.15),
         ("closed curve", closed_curve(), 0.8),
     ];
     for (name, places, most) in orders {
