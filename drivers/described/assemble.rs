@@ -198,10 +198,13 @@ impl Slot {
         if !said.is_empty() {
             return (None, said, true);
         }
-        match self.scaled(bytes) {
-            None => (None, Flags::SUSPECT, false),
-            Some(value) if !value.is_finite() => (None, Flags::NOT_FINITE, true),
-            Some(value) => match self.field.valid_range {
+        let Some(raw) = self.field.form.read(bytes) else { return (None, Flags::SUSPECT, false) };
+        if self.field.no_value == Some(raw) {
+            return (None, Flags::NO_SIGNAL, true);
+        }
+        match self.field.scaled(raw) {
+            value if !value.is_finite() => (None, Flags::NOT_FINITE, true),
+            value => match self.field.valid_range {
                 Some((low, high)) if !(low..=high).contains(&value) => {
                     (None, Flags::OUT_OF_RANGE, true)
                 }
@@ -226,8 +229,7 @@ impl Slot {
     }
 
     fn scaled(&self, bytes: &[u8]) -> Option<f64> {
-        let raw = self.field.form.read(bytes)?;
-        Some(raw * self.field.scale + self.field.offset)
+        self.field.form.read(bytes).map(|raw| self.field.scaled(raw))
     }
 
     fn whole(&self, bytes: &[u8]) -> Option<u32> {

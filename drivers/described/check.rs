@@ -93,6 +93,21 @@ fn talk(problems: &mut Vec<Problem>, settings: &Settings) {
         }
         check_range(problems, "hello.timeout_ms", hello.timeout_ms, 1, 60_000);
     }
+    if let Some(errors) = &settings.errors {
+        if errors.ask.is_empty() {
+            problems.push(Problem::new("errors.ask", "the bytes of the question", "none"));
+        }
+        check_range(problems, "errors.timeout_ms", errors.timeout_ms, 1, 60_000);
+        check_range(problems, "errors.interval_ms", errors.interval_ms, 100, 3_600_000);
+        // Without them nobody knows to which question an answer belongs.
+        if settings.poll.is_none() || settings.hello.is_none() {
+            problems.push(Problem::new(
+                "errors",
+                "the tables `poll` and `hello` beside it",
+                "not both",
+            ));
+        }
+    }
 }
 
 fn layout(problems: &mut Vec<Problem>, settings: &Settings) {
@@ -149,6 +164,12 @@ fn field(problems: &mut Vec<Problem>, key: &str, field: &Field, settings: &Setti
     }
     if !field.offset.is_finite() {
         wrong("offset", "a number", field.offset.to_string());
+    }
+    if field.no_value.is_some_and(|number| !number.is_finite()) {
+        wrong("no_value", "a number", "none".to_owned());
+    }
+    if field.no_value.is_some() && field.role != Role::Channel {
+        wrong("no_value", "nothing, for a field that is no channel", "a number".to_owned());
     }
     if let Role::Count { modulus: 0 | 1, .. } = field.role {
         wrong("modulus", "at least 2", "fewer".to_owned());

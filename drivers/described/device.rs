@@ -1,5 +1,7 @@
 //! The device as a state machine: what is said, and which frames are believed.
 
+mod errors;
+
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -33,6 +35,11 @@ const MOST_SILENT: u32 = 5;
 /// silent for [`Poll::late_limit_ms`]; what comes in that time is dropped. Without a [`Hello`] the first answer of
 /// a connection only proves that the device is there, and the line must be silent for as long after it.
 ///
+/// # Devices with a queue of errors
+///
+/// The queue is read to its end before the first question, after a question without an answer, and from time to
+/// time after an answer. Each error is a fault; readings go on.
+///
 /// # Devices that send by themselves
 ///
 /// What comes before the first end of a line may be half of one and is dropped, unless lines have a beginning.
@@ -51,6 +58,10 @@ pub struct Described {
     next_poll: Nanos,
     /// Polls without an answer, one after the other.
     silent: u32,
+    /// When the queue of errors is due; `None`: once the line is silent.
+    errors_due: Option<Nanos>,
+    /// No question was asked on this connection yet.
+    unasked: bool,
     /// The last frame was no reading; the first of a run is worth a message.
     muddled: bool,
     in_trouble: bool,
@@ -73,6 +84,8 @@ pub struct Tally {
     pub missed: u64,
     /// Frames by which the device said no.
     pub refused: u64,
+    /// Errors found in its queue.
+    pub errors: u64,
     /// Whole frames that were no reading.
     pub unreadable: u64,
     /// Frames whose check was wrong (lines; records that fail are bytes passed over).
@@ -93,6 +106,8 @@ enum State {
     Idle { due: Nanos },
     /// Has asked.
     Asking { deadline: Nanos, stranger: Option<String> },
+    /// Has asked for the oldest error; `left` more may be read.
+    Inquiring { deadline: Nanos, left: u8, stranger: Option<String> },
     /// Waits for the line to be silent.
     Settling { until: Nanos },
 }
@@ -129,6 +144,8 @@ impl Described {
             confirm: false,
             next_poll: Nanos::ZERO,
             silent: 0,
+            errors_due: None,
+            unasked: false,
             muddled: false,
             in_trouble: false,
             last_receipt: Nanos::ZERO,
@@ -158,10 +175,28 @@ impl Described {
         }
         match &self.settings.poll {
             None => self.state = State::Listening,
-            Some(poll) => {
-                self.next_poll = now + millis(poll.interval_ms);
-                self.ask(now, &poll.clone());
+            Some(_) => {
+                self.unasked = true;
+                self.begin_or_inquire(now);
             }
+        }
+    }
+
+    fn begin_or_inquire(&mut self, now: Nanos) {
+        match self.settings.errors.clone() {
+            Some(errors) => self.inquire(now, &errors),
+            None => self.resume(now),
+        }
+    }
+
+    /// Asks at once if nothing was asked yet, else when the next question is due.
+    fn resume(&mut self, now: Nanos) {
+        let Some(poll) = self.settings.poll.clone() else { return };
+        if std::mem::take(&mut self.unasked) {
+            self.next_poll = now + millis(poll.interval_ms);
+            self.ask(now, &poll);
+        } else {
+            self.rest_until_due(now, &poll);
         }
     }
 
@@ -198,7 +233,10 @@ impl Described {
                     self.frame(now, &frame);
                     if !matches!(
                         self.state,
-                        State::Listening | State::Greeting { .. } | State::Asking { .. }
+                        State::Listening
+                            | State::Greeting { .. }
+                            | State::Asking { .. }
+                            | State::Inquiring { .. }
                     ) {
                         self.splitter.clear(false);
                         break;
@@ -222,6 +260,10 @@ impl Described {
             // A device that sends by itself does so while it is asked, too.
             *stranger = Some(shown(frame));
             self.splitter.pass_over(frame);
+            return;
+        }
+        if matches!(self.state, State::Inquiring { .. }) {
+            self.inquiry_frame(now, frame);
             return;
         }
         match self.judge(now, frame) {
@@ -294,6 +336,8 @@ impl Described {
         self.silent = 0;
         if std::mem::take(&mut self.confirm) {
             self.state = State::Settling { until: now + millis(poll.late_limit_ms) };
+        } else if self.errors_due.is_some_and(|due| now >= due) {
+            self.begin_or_inquire(now);
         } else {
             self.rest_until_due(now, &poll);
         }
@@ -301,10 +345,16 @@ impl Described {
 
     fn unanswered(&mut self, now: Nanos, poll: &Poll, stranger: Option<String>) {
         self.tally.timeouts += 1;
-        self.silent += 1;
         let came = stranger.map(|frame| format!("; `{frame}` came")).unwrap_or_default();
         let (ask, timeout_ms) = (shown(&poll.ask), poll.timeout_ms);
         let detail = format!("no answer to `{ask}` within {timeout_ms} ms{came}");
+        self.errors_due = None;
+        self.settle(now, poll, detail);
+    }
+
+    /// Waits for silence after a time-out, or gives the connection up after too many.
+    fn settle(&mut self, now: Nanos, poll: &Poll, detail: String) {
+        self.silent += 1;
         if self.silent >= MOST_SILENT {
             self.abandon(FaultKind::Timeout, detail);
             return;
@@ -385,6 +435,7 @@ impl Driver for Described {
         self.splitter = splitter(&self.settings);
         (self.online, self.ready, self.muddled, self.in_trouble) = (false, false, false, false);
         self.silent = 0;
+        (self.errors_due, self.unasked) = (None, false);
         self.last_receipt = now;
         self.outputs.clear();
         self.outputs.extend(self.settings.on_connect.iter().cloned());
@@ -430,7 +481,13 @@ impl Driver for Described {
                 self.ask(now, &poll);
             }
             (State::Asking { stranger, .. }, Some(poll)) => self.unanswered(now, &poll, stranger),
-            (State::Settling { .. }, Some(poll)) => self.rest_until_due(now, &poll),
+            (State::Inquiring { stranger, .. }, Some(poll)) => {
+                self.uninquired(now, &poll, stranger);
+            }
+            (State::Settling { .. }, Some(_)) if self.errors_due.is_none() => {
+                self.begin_or_inquire(now);
+            }
+            (State::Settling { .. }, Some(_)) => self.resume(now),
             (State::Listening, _) => {
                 if let Some(frame) = self.splitter.silence() {
                     self.frame(now, &frame);
@@ -445,7 +502,9 @@ impl Driver for Described {
         match self.state {
             State::Closed => None,
             State::Listening => self.silence(),
-            State::Greeting { deadline, .. } | State::Asking { deadline, .. } => Some(deadline),
+            State::Greeting { deadline, .. }
+            | State::Asking { deadline, .. }
+            | State::Inquiring { deadline, .. } => Some(deadline),
             State::Idle { due } => Some(due),
             State::Settling { until } => Some(until),
         }
@@ -459,13 +518,15 @@ impl Driver for Described {
         self.events.pop_front()
     }
 
-    fn command(&mut self, _: Nanos, command: Command) {
+    fn command(&mut self, now: Nanos, command: Command) {
         let wanted = command == Command::Start;
         let is_open = !matches!(self.state, State::Closed | State::Greeting { .. });
         self.wanted = wanted;
         if is_open {
             let words = if wanted { &self.settings.on_start } else { &self.settings.on_stop };
             self.outputs.extend(words.iter().cloned());
+            // What was said may be refused: the queue knows after the next answer.
+            self.errors_due = self.errors_due.map(|_| now);
         }
     }
 }

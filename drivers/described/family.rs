@@ -12,7 +12,7 @@ use crate::framing::{End, Framing};
 use crate::number::{ByteOrder, Form};
 use crate::pattern::Pattern;
 use crate::propose::propose;
-use crate::settings::{Hello, Layout, Poll, Refusal, Settings};
+use crate::settings::{ErrorQueue, Hello, Layout, Poll, Refusal, Settings};
 
 /// Devices described in the configuration: `driver = "described"`, on a serial line, TCP or UDP.
 pub const FAMILY: Family = Family {
@@ -33,6 +33,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
     let fields: Option<Vec<Field>> = fields.into_iter().collect();
     let poll = optional(table, "poll", poll);
     let hello = optional(table, "hello", hello);
+    let errors = optional(table, "errors", errors);
     let refusals: Vec<Option<Refusal>> = table.array("refusal").iter().map(refusal).collect();
     let refusals: Option<Vec<Refusal>> = refusals.into_iter().collect();
     let ignore: Vec<String> = table.or("ignore", Vec::new());
@@ -49,6 +50,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         fields: fields?,
         poll: poll?,
         hello: hello?,
+        errors: errors?,
         on_connect: on_connect?,
         on_start: on_start?,
         on_stop: on_stop?,
@@ -131,6 +133,7 @@ fn field(table: &Section<'_>) -> Option<Field> {
     let ordinary = if matches!(role, Some(Role::DeviceTime)) { Unit::Second } else { Unit::One };
     let unit = table.word("unit", ordinary, &units);
     let valid_range = table.range("valid_range");
+    let no_value = table.get("no_value");
     let flagged = FLAGS.iter().filter_map(|(key, flag)| {
         let texts: Vec<String> = table.get(key)?;
         Some(Flagged { flag: *flag, texts })
@@ -146,6 +149,7 @@ fn field(table: &Section<'_>) -> Option<Field> {
         offset,
         unit,
         valid_range,
+        no_value,
         role: role?,
         flagged,
     })
@@ -200,6 +204,17 @@ fn hello(table: &Section<'_>) -> Option<Hello> {
     let answer = answer.and_then(|text| compiled(table, "answer", &text));
     let timeout_ms = table.or("timeout_ms", 1000);
     Some(Hello { ask: ask?, answer: answer?, timeout_ms })
+}
+
+fn errors(table: &Section<'_>) -> Option<ErrorQueue> {
+    let ask = bytes(table, "ask");
+    let [none, entry] = ["none", "entry"].map(|key| {
+        let text: Option<String> = table.required(key);
+        text.and_then(|text| compiled(table, key, &text))
+    });
+    let timeout_ms = table.or("timeout_ms", 500);
+    let interval_ms = table.or("interval_ms", 5000);
+    Some(ErrorQueue { ask: ask?, none: none?, entry: entry?, timeout_ms, interval_ms })
 }
 
 fn refusal(table: &Section<'_>) -> Option<Refusal> {

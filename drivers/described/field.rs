@@ -21,6 +21,8 @@ pub struct Field {
     pub unit: Unit,
     /// Smallest and largest value the device can measure. Outside, the value is missing and the reading flagged.
     pub valid_range: Option<(f64, f64)>,
+    /// Number that stands for no value, before scale and offset. The value is missing and the reading without signal.
+    pub no_value: Option<f64>,
     /// What it is for.
     pub role: Role,
     /// Words in place of a number, or states, each with what it says of the reading.
@@ -93,9 +95,15 @@ impl Field {
             offset: 0.0,
             unit,
             valid_range: None,
+            no_value: None,
             role: Role::Channel,
             flagged: Vec::new(),
         }
+    }
+
+    /// Value of a number as it was sent.
+    pub(crate) fn scaled(&self, raw: f64) -> f64 {
+        raw * self.scale + self.offset
     }
 
     /// What a text says of the reading; empty where it says nothing.

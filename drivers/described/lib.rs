@@ -29,4 +29,4 @@ pub use field::{Field, Flagged, Place, Role};
 pub use framing::{End, Framing};
 pub use number::{ByteOrder, Form};
 pub use pattern::{Pattern, PatternError};
-pub use settings::{Hello, Layout, Poll, Refusal, Settings};
+pub use settings::{ErrorQueue, Hello, Layout, Poll, Refusal, Settings};

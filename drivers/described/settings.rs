@@ -23,6 +23,8 @@ pub struct Settings {
     pub poll: Option<Poll>,
     /// The question that proves that the right device is there.
     pub hello: Option<Hello>,
+    /// The queue in which the device holds its errors; needs `poll` and `hello`.
+    pub errors: Option<ErrorQueue>,
     /// Sent when the link opens, one after the other.
     pub on_connect: Vec<Vec<u8>>,
     /// Sent when measuring starts.
@@ -77,6 +79,23 @@ pub struct Hello {
     pub timeout_ms: u32,
 }
 
+/// A queue of errors that must be asked for, as instruments with SCPI have it.
+///
+/// It is read to its end after the greeting, after each question without an answer, and in between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorQueue {
+    /// Bytes of the question for the oldest error.
+    pub ask: Vec<u8>,
+    /// Pattern of the answer of an empty queue.
+    pub none: Pattern,
+    /// Pattern of the answer with an error, tried after [`ErrorQueue::none`].
+    pub entry: Pattern,
+    /// Time an answer may take, 1 to 60 000 ms.
+    pub timeout_ms: u32,
+    /// Time between two looks at a queue that was empty, 100 to 3 600 000 ms.
+    pub interval_ms: u32,
+}
+
 /// A frame by which the device says no.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
@@ -96,6 +115,7 @@ impl Default for Settings {
             fields: Vec::new(),
             poll: None,
             hello: None,
+            errors: None,
             on_connect: Vec::new(),
             on_start: Vec::new(),
             on_stop: Vec::new(),

@@ -1,0 +1,65 @@
+//! Reading the queue of errors to its end.
+
+use asphera_link::{FaultKind, Nanos, shown};
+
+use super::{Described, State, millis};
+use crate::settings::{ErrorQueue, Poll};
+
+/// Most errors read at one time; a queue that never ends must not stop the readings.
+const MOST_ERRORS: u8 = 32;
+
+impl Described {
+    /// Asks for the oldest error.
+    pub(super) fn inquire(&mut self, now: Nanos, errors: &ErrorQueue) {
+        self.ask_error(now, errors, MOST_ERRORS);
+    }
+
+    fn ask_error(&mut self, now: Nanos, errors: &ErrorQueue, left: u8) {
+        self.outputs.push_back(errors.ask.clone());
+        self.splitter.clear(true);
+        let deadline = now + millis(errors.timeout_ms);
+        self.state = State::Inquiring { deadline, left, stranger: None };
+    }
+
+    /// Takes a frame while an answer of the queue is awaited.
+    pub(super) fn inquiry_frame(&mut self, now: Nanos, frame: &[u8]) {
+        let Some(errors) = self.settings.errors.clone() else { return };
+        let State::Inquiring { left, stranger, .. } = &mut self.state else { return };
+        if errors.none.matches(frame) {
+            self.inquired(now, &errors);
+            return;
+        }
+        if !errors.entry.matches(frame) {
+            *stranger = Some(shown(frame));
+            self.splitter.pass_over(frame);
+            return;
+        }
+        let left = *left - 1;
+        self.tally.errors += 1;
+        self.fault(FaultKind::Device, format!("the device reports the error `{}`", shown(frame)));
+        if left > 0 {
+            self.ask_error(now, &errors, left);
+            return;
+        }
+        let detail = format!("the queue holds more than {MOST_ERRORS} errors: clear it");
+        self.fault(FaultKind::Device, detail);
+        self.inquired(now, &errors);
+    }
+
+    /// The queue was read; the questions go on.
+    fn inquired(&mut self, now: Nanos, errors: &ErrorQueue) {
+        self.errors_due = Some(now + millis(errors.interval_ms));
+        self.resume(now);
+    }
+
+    /// The queue gave no answer in time.
+    pub(super) fn uninquired(&mut self, now: Nanos, poll: &Poll, stranger: Option<String>) {
+        let Some(errors) = self.settings.errors.clone() else { return };
+        self.tally.timeouts += 1;
+        let came = stranger.map(|frame| format!("; `{frame}` came")).unwrap_or_default();
+        let (ask, timeout_ms) = (shown(&errors.ask), errors.timeout_ms);
+        // A device without a queue must not be asked for it in a circle: readings first.
+        self.errors_due = Some(now + millis(errors.interval_ms));
+        self.settle(now, poll, format!("no answer to `{ask}` within {timeout_ms} ms{came}"));
+    }
+}
