@@ -99,6 +99,9 @@ const ALLOWED: [(&str, &[&str]); 25] = [
 /// Folders of `drivers` that hold no driver.
 const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 
+/// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
+const TALK_IN_LINES: [&str; 1] = ["asphera-scpi"];
+
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
 const PURE: [&str; 17] = [
     "asphera-geometry",
@@ -143,7 +146,8 @@ fn allowed(user: &str, used: &str, drivers: &BTreeSet<String>) -> Option<bool> {
     let simulated =
         |name: &str| name.strip_prefix("asphera-sim-").map(|name| format!("asphera-{name}"));
     if is_driver(user) {
-        return Some(["asphera-link", "asphera-settings"].contains(&used));
+        let by_description = TALK_IN_LINES.contains(&user) && used == "asphera-described";
+        return Some(["asphera-link", "asphera-settings"].contains(&used) || by_description);
     }
     if let Some(driver) = simulated(user) {
         let on_an_adapter = user == ON_A_SERIAL_CAN_ADAPTER && used == "asphera-slcan";

@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 11] = [
+const DEVICES: [(Family, &str, bool); 12] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -70,6 +70,11 @@ const DEVICES: [(Family, &str, bool); 11] = [
         true,
     ),
     (asphera_optoncdt::FAMILY, "series = \"ild1700\"\nrange_mm = 10", true),
+    (
+        asphera_scpi::FAMILY,
+        "identity = 'ID.*'\nquery = 'READ?'\nfield = [{ name = 'z', unit = 'mm' }]",
+        false,
+    ),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {
