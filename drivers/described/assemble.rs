@@ -47,8 +47,8 @@ pub(crate) enum NoReading {
 /// A reading, and the state that is worth a message.
 pub(crate) struct Assembled {
     pub(crate) reading: Reading,
-    /// Name and text of the first field that says the device is in trouble.
-    pub(crate) trouble: Option<(String, String)>,
+    /// The first field that says the device is in trouble, in words that follow "the device reports".
+    pub(crate) trouble: Option<String>,
 }
 
 impl Assembler {
@@ -166,7 +166,9 @@ impl Slot {
                 let flags = self.field.flags_of(&text);
                 reading.flags |= if flags.is_empty() { Flags::SUSPECT } else { flags };
                 if flags.contains(Flags::DEVICE_ERROR) && into.trouble.is_none() {
-                    into.trouble = Some((self.field.name.clone(), text));
+                    let means = self.field.meaning_of(&text);
+                    let means = if means.is_empty() { String::new() } else { format!(": {means}") };
+                    into.trouble = Some(format!("{} `{text}`{means}", self.field.name));
                 }
             }
             Role::Bits => match self.whole(bytes) {
@@ -222,7 +224,7 @@ impl Slot {
                 }
                 into.reading.flags |= flagged.flag;
                 if flagged.flag == Flags::DEVICE_ERROR && into.trouble.is_none() {
-                    into.trouble = Some((self.field.name.clone(), format!("bit {bit}")));
+                    into.trouble = Some(format!("{} `bit {bit}`", self.field.name));
                 }
             }
         }
@@ -315,6 +317,7 @@ mod tests {
         let flagged = |flag, texts: &[&str]| Flagged {
             flag,
             texts: texts.iter().map(|text| (*text).to_owned()).collect(),
+            means: String::new(),
         };
         let field = Field {
             flagged: vec![
@@ -339,7 +342,8 @@ mod tests {
             role,
             ..Field::channel(name, Place::Column(column), unit)
         };
-        let trouble = Flagged { flag: Flags::DEVICE_ERROR, texts: vec!["E".into()] };
+        let trouble =
+            Flagged { flag: Flags::DEVICE_ERROR, texts: vec!["E".into()], means: "broken".into() };
         let fields = vec![
             z(1),
             Field {
@@ -350,7 +354,11 @@ mod tests {
             Field { scale: 1e-3, ..field("ms", 4, Unit::Second, Role::DeviceTime) },
             Field {
                 form: Form::Hex,
-                flagged: vec![Flagged { flag: Flags::SATURATED, texts: vec!["4".into()] }],
+                flagged: vec![Flagged {
+                    flag: Flags::SATURATED,
+                    texts: vec!["4".into()],
+                    means: String::new(),
+                }],
                 ..field("bits", 5, Unit::One, Role::Bits)
             },
         ];
@@ -363,7 +371,7 @@ mod tests {
         let bad = read("1.5,E,101,-1,10");
         assert_eq!(bad.reading.flags, Flags::DEVICE_ERROR | Flags::SUSPECT | Flags::SATURATED);
         assert_eq!((bad.reading.count, bad.reading.device_time_ns), (None, None));
-        assert_eq!(bad.trouble, Some(("state".into(), "E".into())));
+        assert_eq!(bad.trouble, Some("state `E`: broken".into()));
         assert_eq!(read("1.5,7,1,0,0").reading.flags, Flags::SUSPECT, "a state nobody described");
         assert_eq!(read("1.5,0,2.5,0,0").reading.count, None, "half a count is none");
     }
@@ -384,7 +392,11 @@ mod tests {
                     ..at("z", 2, Form::Signed(3, ByteOrder::Little), Role::Channel)
                 },
                 Field {
-                    flagged: vec![Flagged { flag: Flags::WEAK, texts: vec!["3".into()] }],
+                    flagged: vec![Flagged {
+                        flag: Flags::WEAK,
+                        texts: vec!["3".into()],
+                        means: String::new(),
+                    }],
                     ..at(
                         "state",
                         5,

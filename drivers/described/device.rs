@@ -319,8 +319,8 @@ impl Described {
         self.prove_online();
         self.muddled = false;
         let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
-        if let Some((name, text)) = trouble.filter(|_| !was_in_trouble) {
-            self.fault(FaultKind::Device, format!("the device reports {name} `{text}`"));
+        if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
+            self.fault(FaultKind::Device, format!("the device reports {trouble}"));
         }
         if !self.confirm {
             self.tally.readings += 1;

@@ -136,7 +136,7 @@ fn field(table: &Section<'_>) -> Option<Field> {
     let no_value = table.get("no_value");
     let flagged = FLAGS.iter().filter_map(|(key, flag)| {
         let texts: Vec<String> = table.get(key)?;
-        Some(Flagged { flag: *flag, texts })
+        Some(Flagged { flag: *flag, texts, means: String::new() })
     });
     let flagged = flagged.collect();
     let (scale, offset) = (table.or("scale", 1.0), table.or("offset", 0.0));

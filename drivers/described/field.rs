@@ -70,6 +70,8 @@ pub struct Flagged {
     pub flag: Flags,
     /// The texts, without blanks about them. Of a binary field: the number in decimal digits.
     pub texts: Vec<String>,
+    /// Meaning in words for a technician, which a message about an error of the device adds; may be empty.
+    pub means: String,
 }
 
 /// Flags that a device can raise, with their keys in a configuration.
@@ -99,6 +101,12 @@ impl Field {
             role: Role::Channel,
             flagged: Vec::new(),
         }
+    }
+
+    /// Meaning of a text that is an error of the device; empty where none is known.
+    pub(crate) fn meaning_of(&self, text: &str) -> &str {
+        let says = |flagged: &&Flagged| flagged.texts.iter().any(|known| known == text);
+        self.flagged.iter().find(says).map_or("", |flagged| &flagged.means)
     }
 
     /// Value of a number as it was sent.

@@ -81,6 +81,10 @@ impl Splitter {
 
     /// Drops what came so far: a frame begins with the next byte if `aligned`, else nobody knows where.
     pub(crate) fn clear(&mut self, aligned: bool) {
+        if matches!(self.framing, Framing::Lines { end: End::Any, .. }) {
+            // The LF of a CR LF whose line was taken already.
+            self.stream.skip_ends();
+        }
         self.stream.drop_all(aligned);
     }
 
@@ -136,6 +140,12 @@ impl Stream {
     fn skip(&mut self, len: usize) {
         self.start += len;
         self.discarded += len as u64;
+    }
+
+    /// Passes over ends of lines; they are part of no frame and none is lost with them.
+    fn skip_ends(&mut self) {
+        let ends = self.rest().iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
+        self.start += ends;
     }
 
     fn drop_all(&mut self, aligned: bool) {
@@ -246,6 +256,19 @@ mod tests {
         splitter.clear(true);
         splitter.push(b"7\r");
         assert_eq!(all(&mut splitter), [b"7".to_vec()]);
+    }
+
+    #[test]
+    fn the_second_sign_of_an_end_is_no_lost_byte() {
+        let mut splitter = lines(b"", End::Any);
+        splitter.clear(true);
+        splitter.push(b"1.5\r\n");
+        assert_eq!(splitter.next(), Some(b"1.5".to_vec()));
+        splitter.clear(false);
+        assert_eq!(splitter.take_discarded(), 0);
+        splitter.push(b"\n2\n");
+        splitter.clear(false);
+        assert_eq!(splitter.take_discarded(), 2, "a line nobody waited for is lost");
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub(super) fn field(
         remarks
             .push(format!("{name}: `{told}` comes instead of a number, and is read as no_signal"));
         let texts = words.iter().map(|word| (*word).to_owned()).collect();
-        field.flagged = vec![Flagged { flag: Flags::NO_SIGNAL, texts }];
+        field.flagged = vec![Flagged { flag: Flags::NO_SIGNAL, texts, means: String::new() }];
     }
     match counter {
         Some(Some((first, modulus))) => field.role = Role::Count { first, modulus },
