@@ -100,7 +100,7 @@ const ALLOWED: [(&str, &[&str]); 25] = [
 const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 
 /// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
-const TALK_IN_LINES: [&str; 1] = ["asphera-scpi"];
+const TALK_IN_LINES: [&str; 2] = ["asphera-scpi", "asphera-zaber"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
 const PURE: [&str; 17] = [

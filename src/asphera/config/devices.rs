@@ -13,6 +13,7 @@ const DRIVERS: &[Family] = &[
     asphera_modbus::FAMILY,
     asphera_optoncdt::FAMILY,
     asphera_scpi::FAMILY,
+    asphera_zaber::FAMILY,
     asphera_described::FAMILY,
 ];
 
