@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 13] = [
+const DEVICES: [(Family, &str, bool); 15] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -80,6 +80,8 @@ const DEVICES: [(Family, &str, bool); 13] = [
         "checksum = true\naxis = [{ name = 'x', microstep_um = 0.1 }, { name = 'y', microstep_deg = 0.01 }]",
         false,
     ),
+    (asphera_riftek::FAMILY, "range_mm = 50", false),
+    (asphera_riftek::FAMILY, "range_mm = 50\nmode = \"poll\"", false),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {

@@ -1,0 +1,396 @@
+//! The sensor as a state machine.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use asphera_link::{
+    Channel, Command, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem,
+    Reading, Values,
+};
+
+use crate::settings::{Mode, Settings};
+use crate::wire::{Answer, Decoder, FULL_RANGE, Identity, LONGEST, Request};
+
+/// Silence that shows that a stream has stopped, in ms: some bytes at 2400 Bd.
+const QUIET_MS: u32 = 50;
+
+/// Longest time a stream may go on after it was stopped, in ms.
+const STOP_MS: u32 = 2000;
+
+/// How often the sensor is asked who it is.
+const ATTEMPTS: u8 = 2;
+
+/// Questions without an answer, one after the other, after which the link is opened anew.
+const MOST_SILENT: u32 = 5;
+
+/// Bytes of a result.
+const RESULT: usize = 2;
+
+/// An RF60x sensor.
+///
+/// ```text
+///        connected: stop        silence: who?           it is the right one
+/// Closed ─────────▶ Quieting ───────────▶ Greeting ───────────▶ Streaming, or Idle ⇄ Asking ─ no answer ─▶ Settling
+/// ```
+///
+/// A stream that still runs from before is stopped first, so that its results are not taken for the identity.
+/// After a question without an answer nothing is asked until the line was silent for [`Settings::late_limit_ms`].
+#[derive(Debug)]
+pub struct Riftek {
+    settings: Settings,
+    channels: Vec<Channel>,
+    decoder: Decoder,
+    state: State,
+    online: bool,
+    ready: bool,
+    next_poll: Nanos,
+    last_answer: Nanos,
+    /// Questions without an answer, one after the other.
+    silent: u32,
+    /// The answer before came after others that were lost; the first of a run is worth a message.
+    in_gap: bool,
+    /// Bytes that came unasked.
+    stray: u64,
+    outputs: VecDeque<Vec<u8>>,
+    events: VecDeque<Event>,
+    tally: Tally,
+}
+
+/// What happened since the driver was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Readings given.
+    pub readings: u64,
+    /// Answers with a result that the sensor had sent before.
+    pub repeated: u64,
+    /// Results of a stream that were lost; those of whole rounds of the counter are missing here.
+    pub lost: u64,
+    /// Questions without an answer in time.
+    pub timeouts: u64,
+    /// Due times passed over because another question was under way.
+    pub missed: u64,
+    /// Bytes passed over.
+    pub discarded_bytes: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    /// No connection, or none to be trusted.
+    Closed,
+    /// Waits for the end of a stream from before.
+    Quieting { until: Nanos, latest: Nanos },
+    /// Asked who is there.
+    Greeting { deadline: Nanos, attempt: u8 },
+    /// The sensor sends by itself.
+    Streaming,
+    /// Waits for the next question.
+    Idle { due: Nanos },
+    /// Has asked.
+    Asking { deadline: Nanos },
+    /// Waits for the line to be silent.
+    Settling { until: Nanos },
+}
+
+impl Riftek {
+    /// A driver for the sensor.
+    ///
+    /// # Errors
+    ///
+    /// [`Settings::problems`], when there are any.
+    pub fn new(settings: Settings) -> Result<Riftek, Vec<Problem>> {
+        let problems = settings.problems();
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        Ok(Riftek {
+            channels: settings.channels(),
+            decoder: Decoder::new(LONGEST),
+            state: State::Closed,
+            online: false,
+            ready: false,
+            next_poll: Nanos::ZERO,
+            last_answer: Nanos::ZERO,
+            silent: 0,
+            in_gap: false,
+            stray: 0,
+            outputs: VecDeque::new(),
+            events: VecDeque::new(),
+            tally: Tally::default(),
+            settings,
+        })
+    }
+
+    /// What happened since the driver was made.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    fn send(&mut self, request: Request) {
+        self.outputs.push_back(request.encode(self.settings.address).to_vec());
+    }
+
+    fn greet(&mut self, now: Nanos, attempt: u8) {
+        self.send(Request::Identify);
+        self.decoder.reset(LONGEST);
+        let deadline = now + millis(self.settings.timeout_ms);
+        self.state = State::Greeting { deadline, attempt };
+    }
+
+    fn identified(&mut self, now: Nanos, identity: Identity) {
+        let Settings { range_mm, serial, mode, .. } = self.settings;
+        if identity.range_mm != range_mm {
+            let found = identity.range_mm;
+            self.abandon(
+                FaultKind::Protocol,
+                format!(
+                    "the sensor has a measuring range of {found} mm, expected {range_mm} mm: set range_mm, or connect the right sensor"
+                ),
+            );
+            return;
+        }
+        if let Some(serial) = serial.filter(|serial| *serial != identity.serial) {
+            let found = identity.serial;
+            let detail = format!("the sensor has the serial number {found}, expected {serial}");
+            self.abandon(FaultKind::Protocol, detail);
+            return;
+        }
+        self.online = true;
+        self.events.push_back(Event::Online);
+        self.decoder.reset(RESULT);
+        self.last_answer = now;
+        match mode {
+            Mode::Stream { .. } => {
+                self.send(Request::StartStream);
+                self.state = State::Streaming;
+            }
+            Mode::Poll { interval_ms } => {
+                self.next_poll = now + millis(interval_ms);
+                self.ask(now);
+            }
+        }
+    }
+
+    fn ask(&mut self, now: Nanos) {
+        self.send(Request::Result);
+        self.decoder.reset(RESULT);
+        self.state = State::Asking { deadline: now + millis(self.settings.timeout_ms) };
+    }
+
+    /// Waits for the next due time that has not passed.
+    fn wait_until_due(&mut self, now: Nanos) {
+        let Mode::Poll { interval_ms } = self.settings.mode else { return };
+        let interval_ns = u64::from(interval_ms) * 1_000_000;
+        let behind_ns = now.as_nanos().saturating_sub(self.next_poll.as_nanos());
+        let missed = behind_ns.div_ceil(interval_ns);
+        self.tally.missed += missed;
+        self.next_poll = self.next_poll + Duration::from_nanos(missed.saturating_mul(interval_ns));
+        self.state = State::Idle { due: self.next_poll };
+    }
+
+    fn byte(&mut self, now: Nanos, byte: u8) {
+        match self.state {
+            State::Closed | State::Idle { .. } => self.stray += 1,
+            State::Quieting { latest, .. } => {
+                self.stray += 1;
+                self.state = State::Quieting { until: now + millis(QUIET_MS), latest };
+            }
+            State::Settling { .. } => {
+                self.stray += 1;
+                self.state = State::Settling { until: now + millis(self.settings.late_limit_ms) };
+            }
+            State::Greeting { .. } => {
+                let answer = self.decoder.push(byte);
+                if let Some(identity) = answer.and_then(|answer| answer.identity()) {
+                    self.identified(now, identity);
+                }
+            }
+            State::Asking { .. } => {
+                if let Some(answer) = self.decoder.push(byte) {
+                    self.silent = 0;
+                    self.read(now, answer);
+                    self.wait_until_due(now);
+                }
+            }
+            State::Streaming => {
+                let answer = self.decoder.push(byte);
+                if let Some(answer) = answer {
+                    self.note_lost(answer.lost);
+                    self.read(now, answer);
+                }
+                if self.decoder.take_overlong() {
+                    let detail = "results of the stream have more than 2 bytes: another stream was started by another program".to_owned();
+                    self.abandon(FaultKind::Protocol, detail);
+                }
+            }
+        }
+    }
+
+    fn note_lost(&mut self, lost: u8) {
+        self.tally.lost += u64::from(lost);
+        let was_in_gap = std::mem::replace(&mut self.in_gap, lost > 0);
+        if lost > 0 && !was_in_gap {
+            let detail = format!("{lost} or more results of the stream were lost on the line");
+            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Protocol, detail }));
+        }
+    }
+
+    fn read(&mut self, now: Nanos, answer: Answer) {
+        let Some(result) = answer.result() else { return };
+        self.last_answer = now;
+        if answer.is_new {
+            self.tally.readings += 1;
+            self.events.push_back(Event::Reading(self.reading(now, result)));
+        } else {
+            self.tally.repeated += 1;
+        }
+        if !std::mem::replace(&mut self.ready, true) {
+            self.events.push_back(Event::Ready);
+        }
+    }
+
+    /// X = D · S / 16384 (RF602 manual, page 15, equation 1).
+    fn reading(&self, host: Nanos, result: u16) -> Reading {
+        // At the ends of the range nobody knows whether the sensor sees the target or only its limit.
+        let flags = match result {
+            0 | FULL_RANGE => Flags::OUT_OF_RANGE,
+            1..FULL_RANGE => Flags::empty(),
+            _ => Flags::SUSPECT,
+        };
+        let mm = f64::from(result) * f64::from(self.settings.range_mm) / f64::from(FULL_RANGE);
+        let mut values = Values::new();
+        values.push(flags.is_empty().then_some(mm));
+        Reading { host, device_time_ns: None, count: None, values, flags }
+    }
+
+    fn unanswered(&mut self, now: Nanos) {
+        self.tally.timeouts += 1;
+        self.silent += 1;
+        let timeout_ms = self.settings.timeout_ms;
+        let detail = format!("no answer to the question for a result within {timeout_ms} ms");
+        if self.silent >= MOST_SILENT {
+            self.abandon(FaultKind::Timeout, detail);
+            return;
+        }
+        self.events.push_back(Event::Fault(Fault { kind: FaultKind::Timeout, detail }));
+        self.decoder.reset(RESULT);
+        self.state = State::Settling { until: now + millis(self.settings.late_limit_ms) };
+    }
+
+    fn ungreeted(&mut self, now: Nanos, attempt: u8) {
+        self.tally.timeouts += 1;
+        if attempt < ATTEMPTS {
+            self.greet(now, attempt + 1);
+            return;
+        }
+        let Settings { address, timeout_ms, .. } = self.settings;
+        let detail = format!(
+            "address {address} does not say who it is within {timeout_ms} ms, asked {ATTEMPTS} times: check baud rate, even parity, address, and that the sensor speaks the RIFTEK protocol"
+        );
+        self.abandon(FaultKind::Timeout, detail);
+    }
+
+    fn abandon(&mut self, kind: FaultKind, detail: String) {
+        self.outputs.clear();
+        self.decoder.reset(RESULT);
+        self.events.push_back(Event::Reopen(Fault { kind, detail }));
+        self.state = State::Closed;
+    }
+
+    fn report_discarded(&mut self) {
+        let bytes = std::mem::take(&mut self.stray) + self.decoder.take_discarded();
+        if bytes > 0 {
+            self.tally.discarded_bytes += bytes;
+            self.events.push_back(Event::Discarded { bytes });
+        }
+    }
+}
+
+impl Driver for Riftek {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn connected(&mut self, now: Nanos) {
+        self.decoder = Decoder::new(LONGEST);
+        (self.online, self.ready, self.in_gap) = (false, false, false);
+        (self.silent, self.stray) = (0, 0);
+        self.outputs.clear();
+        self.send(Request::StopStream);
+        let latest = now + millis(STOP_MS);
+        self.state = State::Quieting { until: now + millis(QUIET_MS), latest };
+    }
+
+    fn disconnected(&mut self, _: Nanos) {
+        self.decoder.reset(RESULT);
+        self.report_discarded();
+        self.outputs.clear();
+        self.state = State::Closed;
+    }
+
+    fn receive(&mut self, now: Nanos, input: Input<'_>) {
+        let Input::Bytes(bytes) = input else { return };
+        for byte in bytes {
+            self.byte(now, *byte);
+        }
+        self.report_discarded();
+    }
+
+    fn timeout(&mut self, now: Nanos) {
+        if self.poll_timeout().is_none_or(|due| now < due) {
+            return;
+        }
+        match self.state {
+            State::Closed => {}
+            State::Quieting { latest, .. } if now >= latest => {
+                let detail = "a stream goes on after it was stopped: another program or sensor uses the line".to_owned();
+                self.abandon(FaultKind::Protocol, detail);
+            }
+            State::Quieting { .. } => self.greet(now, 1),
+            State::Greeting { attempt, .. } => self.ungreeted(now, attempt),
+            State::Streaming => {
+                self.tally.timeouts += 1;
+                let silence = now.since(self.last_answer).as_millis();
+                self.abandon(
+                    FaultKind::Timeout,
+                    format!("no result of the stream for {silence} ms"),
+                );
+            }
+            State::Idle { .. } => {
+                let Mode::Poll { interval_ms } = self.settings.mode else { return };
+                self.next_poll = self.next_poll + millis(interval_ms);
+                self.ask(now);
+            }
+            State::Asking { .. } => self.unanswered(now),
+            State::Settling { .. } => self.wait_until_due(now),
+        }
+        self.report_discarded();
+    }
+
+    fn poll_timeout(&self) -> Option<Nanos> {
+        match self.state {
+            State::Closed => None,
+            State::Quieting { until, latest } => Some(until.min(latest)),
+            State::Greeting { deadline, .. } | State::Asking { deadline } => Some(deadline),
+            State::Streaming => match self.settings.mode {
+                Mode::Stream { silence_ms: 0 } | Mode::Poll { .. } => None,
+                Mode::Stream { silence_ms } => Some(self.last_answer + millis(silence_ms)),
+            },
+            State::Idle { due } => Some(due),
+            State::Settling { until } => Some(until),
+        }
+    }
+
+    fn poll_transmit(&mut self) -> Option<Output> {
+        self.outputs.pop_front().map(Output::Bytes)
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop_front()
+    }
+
+    fn command(&mut self, _: Nanos, _: Command) {}
+}
+
+fn millis(ms: u32) -> Duration {
+    Duration::from_millis(ms.into())
+}
