@@ -92,7 +92,7 @@ pub struct ErrorQueue {
     pub entry: Pattern,
     /// Time an answer may take, 1 to 60 000 ms.
     pub timeout_ms: u32,
-    /// Time between two looks at a queue that was empty, 100 to 3 600 000 ms.
+    /// Time from an empty queue to the next question for it, 100 to 3 600 000 ms.
     pub interval_ms: u32,
 }
 

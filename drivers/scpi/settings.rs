@@ -106,7 +106,7 @@ impl Settings {
         self.values.iter().map(|value| Channel::new(value.name.clone(), value.unit)).collect()
     }
 
-    /// The same instrument as a described device.
+    /// Description of the instrument for the state machine of described devices.
     ///
     /// # Errors
     ///

@@ -92,7 +92,7 @@ impl Settings {
         self.axes.iter().map(channel).collect()
     }
 
-    /// The same stage as a described device.
+    /// Description of the stage for the state machine of described devices.
     ///
     /// # Errors
     ///

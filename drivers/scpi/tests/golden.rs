@@ -85,7 +85,7 @@ fn fluke_1529() {
     assert!(bench.faults().is_empty());
 }
 
-/// The same with `FORM:STAM ON` (page 87): new, channel, value, unit, time and day.
+/// Answer with `FORM:STAM ON` (Fluke 1529 manual, page 87): new, channel, value, unit, time and day.
 #[test]
 fn fluke_1529_with_a_time_stamp() {
     let mut bench = Bench::new(
