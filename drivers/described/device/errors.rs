@@ -60,6 +60,8 @@ impl Described {
         let (ask, timeout_ms) = (shown(&errors.ask), errors.timeout_ms);
         // A device without a queue must not be asked for it in a circle: readings first.
         self.errors_due = Some(now + millis(errors.interval_ms));
-        self.settle(now, poll, format!("no answer to `{ask}` within {timeout_ms} ms{came}"));
+        let cure = "if the device has no queue of errors, do not ask for it";
+        let detail = format!("no answer to `{ask}` within {timeout_ms} ms{came}; {cure}");
+        self.settle(now, poll, detail);
     }
 }

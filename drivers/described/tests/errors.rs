@@ -91,7 +91,9 @@ fn a_device_without_a_queue_measures_all_the_same() {
         }
     }
     assert!(bench.readings().len() > 20, "{:?}", bench.sent);
-    assert!(bench.faults().iter().all(|(_, detail)| detail == "no answer to `E\\n` within 30 ms"));
+    let expected =
+        "no answer to `E\\n` within 30 ms; if the device has no queue of errors, do not ask for it";
+    assert!(bench.faults().iter().all(|(_, detail)| detail == expected));
     assert!(!bench.events.iter().any(|event| matches!(event, Event::Reopen(_))));
 }
 
