@@ -7,7 +7,7 @@
 use std::io::{Cursor, Write as _};
 
 use asphera_formats::xyz::{Column, TextOptions, Unit};
-use asphera_formats::{Cloud, HeightMap, Topography, read_with, zemax};
+use asphera_formats::{Cloud, HeightMap, Topography, read_triangles, read_with, zemax};
 use zip::write::SimpleFileOptions;
 
 /// Reads an input and checks what came out of it.
@@ -23,6 +23,14 @@ pub fn hold(input: &[u8]) {
     let index = usize::from(*name) % NAMES.len();
     let packed = (index == 0).then(|| archive(file));
     let file = packed.as_deref().unwrap_or(file);
+    match read_triangles(NAMES[index], file, &text_options(*options)) {
+        Ok(None) => {}
+        Ok(Some(mesh)) => {
+            let has = |&corner: &u32| mesh.points_mm[corner as usize].iter().all(|v| v.is_finite());
+            assert!(mesh.triangles.iter().flatten().all(has), "a triangle without its corners");
+        }
+        Err(error) => is_readable(&error.to_string()),
+    }
     match read_with(NAMES[index], file, &text_options(*options)) {
         Ok(topography) => is_sound(&topography, file.len()),
         Err(error) => is_readable(&error.to_string()),

@@ -64,7 +64,7 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
 }
 
 /// Refuses options that a format has no use for.
-fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
+pub(crate) fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
     // What fits: columns, unit, lines to be skipped, pitch.
     let fits = match format {
         Format::Xyz => [true; 4],
@@ -118,7 +118,8 @@ fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
     Err(ReadError::Unclear { format, place, found: found.into(), cure })
 }
 
-fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
+/// The format of a file.
+pub(crate) fn format(name: &str, bytes: &[u8]) -> Result<Format, ReadError> {
     if bytes.starts_with(x3p::MAGIC) {
         return Ok(Format::X3p);
     }

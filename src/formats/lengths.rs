@@ -51,6 +51,39 @@ impl Lengths {
         };
         Ok(Lengths { format, units, by })
     }
+
+    /// The format of the file.
+    pub(crate) fn format(&self) -> Format {
+        self.format
+    }
+
+    /// A point of the file in mm; `None` of one with a coordinate that is NaN.
+    ///
+    /// # Errors
+    ///
+    /// A coordinate that is infinite, in the file or in mm.
+    pub(crate) fn scaled(
+        &self,
+        point: [f64; 3],
+        place: impl Fn() -> Place,
+    ) -> Result<Option<[f64; 3]>, ReadError> {
+        if point.iter().any(|value| value.is_nan()) {
+            return Ok(None);
+        }
+        let mut point_mm = [0.0; 3];
+        for ((mm, value), unit) in point_mm.iter_mut().zip(point).zip(self.units) {
+            *mm = unit.scaled(value);
+        }
+        if point_mm.iter().all(|value| value.is_finite()) {
+            return Ok(Some(point_mm));
+        }
+        Err(ReadError::Malformed {
+            format: self.format,
+            place: place(),
+            expected: "finite coordinates".into(),
+            found: format!("{point:?}"),
+        })
+    }
 }
 
 /// Points as they are read, in the order of the file.
@@ -77,23 +110,10 @@ impl Points {
         let format = self.lengths.format;
         let count = (self.cloud.points_mm.len() + self.cloud.missing) as u64;
         check_count(format, count + 1, &place)?;
-        if point.iter().any(|value| value.is_nan()) {
-            self.cloud.missing += 1;
-            return Ok(());
+        match self.lengths.scaled(point, place)? {
+            Some(point_mm) => self.cloud.points_mm.push(point_mm),
+            None => self.cloud.missing += 1,
         }
-        let mut point_mm = [0.0; 3];
-        for ((mm, value), unit) in point_mm.iter_mut().zip(point).zip(self.lengths.units) {
-            *mm = unit.scaled(value);
-        }
-        if !point_mm.iter().all(|value| value.is_finite()) {
-            return Err(ReadError::Malformed {
-                format,
-                place: place(),
-                expected: "finite coordinates".into(),
-                found: format!("{point:?}"),
-            });
-        }
-        self.cloud.points_mm.push(point_mm);
         Ok(())
     }
 

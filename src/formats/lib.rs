@@ -7,10 +7,10 @@
 //! | [`metropro`] | Zygo MetroPro `.dat` | yes | no |
 //! | [`sdf`] | ISO 25178-71, text and binary | yes | no |
 //! | [`grid_sag`] | grid sag of Zemax OpticStudio, `.DAT` and `.GRD` | yes | no |
-//! | [`ply`] | Stanford PLY, ASCII and binary | points | mesh |
-//! | [`stl`] | STL, ASCII and binary | points | mesh |
-//! | [`obj`] | Wavefront OBJ | points | no |
-//! | [`off`] | OFF of Geomview | points | no |
+//! | [`ply`] | Stanford PLY, ASCII and binary | points, triangles | mesh |
+//! | [`stl`] | STL, ASCII and binary | points, triangles | mesh |
+//! | [`obj`] | Wavefront OBJ | points, triangles | no |
+//! | [`off`] | OFF of Geomview | points, triangles | no |
 //! | [`las`] | ASPRS LAS 1.0 to 1.4, and LAZ | points | no |
 //! | [`npy`] | NumPy arrays | points, profiles, matrices of heights | no |
 //! | [`zemax`] | lens files `.zmx` | surfaces | no |
@@ -53,7 +53,9 @@ mod scan;
 #[cfg(test)]
 mod test_data;
 mod topography;
+mod triangles;
 
 pub use detect::{read, read_with};
 pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, VOLUME_KINDS, WriteError};
 pub use topography::{Cloud, HeightMap, Source, Topography};
+pub use triangles::{Triangles, read_triangles};

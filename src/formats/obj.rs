@@ -1,7 +1,7 @@
 //! Wavefront OBJ: the vertices of a model as points (Alias|Wavefront, "Advanced Visualizer", appendix B1, "Object files").
 //!
-//! A line `v x y z` is a vertex. A weight or colours may follow and are passed over, as are all other lines: normals, faces, groups,
-//! materials. `#` begins a comment. A line that ends with `\` goes on in the next one. A vertex with a coordinate that is NaN is a
+//! A line `v x y z` is a vertex. A weight or colours may follow and are passed over, as are all other lines: normals, groups,
+//! materials, and faces but where triangles are asked for. `#` begins a comment. A line that ends with `\` goes on in the next one. A vertex with a coordinate that is NaN is a
 //! gap.
 //!
 //! The format has no unit: it is taken from the options, or is mm. Nothing says how many vertices there are, so a file that was cut
@@ -12,6 +12,7 @@ use std::borrow::Cow;
 use crate::error::quoted;
 use crate::lengths::{Lengths, Points, three_numbers, words};
 use crate::scan::{lines, without_bom};
+use crate::triangles::{Gathered, TooFar, Triangles};
 use crate::xyz::TextOptions;
 use crate::{Format, Place, ReadError, Topography};
 
@@ -36,21 +37,72 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
     let mut points = Points::new(Lengths::of(FORMAT, None, options)?);
     let mut last = 1;
     for (line, content) in logical_lines(without_bom(bytes)) {
-        let place = || Place::Line { line, column: 0 };
         last = line;
-        let mut found = words(&content);
-        if found.next() != Some(b"v") {
-            continue;
+        if let Some(point) = vertex(line, &content)? {
+            points.push(point, || Place::Line { line, column: 0 })?;
         }
-        let point = three_numbers(found).ok_or_else(|| ReadError::Malformed {
-            format: FORMAT,
-            place: place(),
-            expected: "v and three numbers".into(),
-            found: quoted(&content),
-        })?;
-        points.push(point, place)?;
     }
     points.finish([1, 2, 3], Place::Line { line: last, column: 0 })
+}
+
+/// Reads the faces as triangles, in the order of the file; `None` where it has no faces. `O(bytes)`.
+///
+/// A line `f i j k …` is a face: the numbers of its vertices, from 1, or below 0 counted back from the last one before the line.
+/// Numbers behind slashes are passed over. Arguments as of [`read`].
+///
+/// # Errors
+///
+/// Those of [`read`], but that a file may have no vertex; a face with fewer than three corners, or with one that the file does not
+/// have, with its line.
+pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Triangles>, ReadError> {
+    let mut mesh = Gathered::new(Lengths::of(FORMAT, None, options)?);
+    // Faces may stand before the vertices that they name.
+    let mut faces: Vec<(usize, Vec<i64>)> = Vec::new();
+    for (line, content) in logical_lines(without_bom(bytes)) {
+        if let Some(point) = vertex(line, &content)? {
+            mesh.corner(point, || Place::Line { line, column: 0 })?;
+        } else if words(&content).next() == Some(b"f") {
+            let corners = corners(&content, mesh.corners())
+                .ok_or_else(|| malformed(line, FACE.into(), quoted(&content)))?;
+            faces.push((line, corners));
+        }
+    }
+    for (line, corners) in faces {
+        mesh.polygon(&corners).map_err(|TooFar { corner, expected }| {
+            let found = format!("corner {}, counted from 1", corners[corner] + 1);
+            malformed(line, expected, found)
+        })?;
+    }
+    Ok(mesh.finish())
+}
+
+/// The vertex of a line, if it is one.
+fn vertex(line: usize, content: &[u8]) -> Result<Option<[f64; 3]>, ReadError> {
+    let mut found = words(content);
+    if found.next() != Some(b"v") {
+        return Ok(None);
+    }
+    match three_numbers(found) {
+        Some(point) => Ok(Some(point)),
+        None => Err(malformed(line, "v and three numbers".into(), quoted(content))),
+    }
+}
+
+/// The corners of a face, from 0; `count` vertices stand before it.
+fn corners(content: &[u8], count: usize) -> Option<Vec<i64>> {
+    let corner = |word: &[u8]| {
+        let number = word.split(|&byte| byte == b'/').next()?;
+        let number: i64 = std::str::from_utf8(number).ok()?.parse().ok()?;
+        // No corner has the number 0.
+        Some(if number < 0 { count as i64 + number } else { number - 1 })
+    };
+    let corners: Option<Vec<i64>> = words(content).skip(1).map(corner).collect();
+    corners.filter(|corners| corners.len() >= 3)
+}
+
+fn malformed(line: usize, expected: String, found: String) -> ReadError {
+    let place = Place::Line { line, column: 0 };
+    ReadError::Malformed { format: FORMAT, place, expected, found }
 }
 
 /// Whether a file begins as one: with lines of its keywords, of which one is a vertex.
@@ -92,6 +144,7 @@ fn without_comment(line: &[u8]) -> &[u8] {
 }
 
 const FORMAT: Format = Format::Obj;
+const FACE: &str = "f and the numbers of three vertices or more";
 /// Words that may stand before the first vertex.
 const KEYWORDS: [&[u8]; 12] =
     [b"mtllib", b"o", b"g", b"s", b"usemtl", b"vn", b"vt", b"vp", b"mg", b"cstype", b"deg", b"lod"];

@@ -1,8 +1,9 @@
 //! OFF: the vertices of a model as points (Geomview Manual, "OFF: Polyhedra"; Princeton Shape Benchmark, "OFF file format").
 //!
 //! The word `OFF`, the numbers of vertices, faces and edges, then a line `x y z` for each vertex. Colours, normals and texture
-//! coordinates may follow on a line (`COFF`, `NOFF`, `STOFF` and so on) and are passed over, as faces are. `#` begins a comment. The
-//! numbers may stand on the line of the word. A vertex with a coordinate that is NaN is a gap.
+//! coordinates may follow on a line (`COFF`, `NOFF`, `STOFF` and so on) and are passed over. `#` begins a comment. The numbers may
+//! stand on the line of the word. A vertex with a coordinate that is NaN is a gap. Then a line `n i j k …` for each face, with the
+//! numbers of its corners, from 0; it is read where triangles are asked for.
 //!
 //! The format has no unit: it is taken from the options, or is mm. Homogeneous coordinates (`4OFF`), other dimensions (`nOFF`) and
 //! the binary form are refused.
@@ -10,6 +11,7 @@
 use crate::error::quoted;
 use crate::lengths::{Lengths, Points, check_count, three_numbers, words};
 use crate::scan::{lines, without_bom};
+use crate::triangles::{Gathered, TooFar, Triangles};
 use crate::xyz::TextOptions;
 use crate::{Format, Place, ReadError, Topography};
 
@@ -33,7 +35,49 @@ use crate::{Format, Place, ReadError, Topography};
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let mut points = Points::new(Lengths::of(FORMAT, None, options)?);
     let mut lines = content(without_bom(bytes)).peekable();
-    let count = vertices(&mut lines)?;
+    let [count, _] = counted(&mut lines)?;
+    let last = vertices(&mut lines, count, |point, place| points.push(point, || place.clone()))?;
+    points.finish([1, 2, 3], Place::Line { line: last, column: 0 })
+}
+
+/// Reads the faces as triangles, in the order of the file; `None` where it has no faces. `O(bytes)`.
+///
+/// Arguments as of [`read`].
+///
+/// # Errors
+///
+/// Those of [`read`]; fewer faces than the file tells; a face without the number and the numbers of its corners, or with one that
+/// the file does not have, with its line.
+pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Triangles>, ReadError> {
+    let mut mesh = Gathered::new(Lengths::of(FORMAT, None, options)?);
+    let mut lines = content(without_bom(bytes)).peekable();
+    let [count, faces] = counted(&mut lines)?;
+    let mut last =
+        vertices(&mut lines, count, |point, place| mesh.corner(point, || place.clone()))?;
+    for read in 0..faces {
+        let Some((line, content)) = lines.next() else {
+            let found = format!("the end of the file after {read}");
+            return Err(malformed(last, format!("{faces} faces"), found));
+        };
+        last = line;
+        let corners = corners(content).ok_or_else(|| {
+            let expected =
+                format!("number and numbers of the corners of face {} of {faces}", read + 1);
+            malformed(line, expected, quoted(content))
+        })?;
+        mesh.polygon(&corners).map_err(|TooFar { corner, expected }| {
+            malformed(line, expected, format!("corner {}", corners[corner]))
+        })?;
+    }
+    Ok(mesh.finish())
+}
+
+/// Reads `count` vertices and gives the line of the last one.
+fn vertices<'a>(
+    lines: &mut impl Iterator<Item = (usize, &'a [u8])>,
+    count: u64,
+    mut take: impl FnMut([f64; 3], &Place) -> Result<(), ReadError>,
+) -> Result<usize, ReadError> {
     let mut last = 1;
     for read in 0..count {
         let Some((line, content)) = lines.next() else {
@@ -44,9 +88,18 @@ pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError
         let point = three_numbers(words(content)).ok_or_else(|| {
             malformed(line, format!("x y z of vertex {} of {count}", read + 1), quoted(content))
         })?;
-        points.push(point, || Place::Line { line, column: 0 })?;
+        take(point, &Place::Line { line, column: 0 })?;
     }
-    points.finish([1, 2, 3], Place::Line { line: last, column: 0 })
+    Ok(last)
+}
+
+/// The corners of a face: as many as the first number of its line tells. Colours may follow.
+fn corners(content: &[u8]) -> Option<Vec<i64>> {
+    let mut numbers =
+        words(content).map(|word| std::str::from_utf8(word).ok()?.parse::<i64>().ok());
+    let count = usize::try_from(numbers.next()??).ok()?;
+    let corners: Option<Vec<i64>> = numbers.take(count).collect();
+    corners.filter(|corners| corners.len() == count)
 }
 
 /// Whether a file begins as one: with its word.
@@ -57,10 +110,10 @@ pub(crate) fn is_off(bytes: &[u8]) -> bool {
     word.is_some_and(|word| word.ends_with(b"OFF") && is_known(word))
 }
 
-/// The number of vertices, from the header.
-fn vertices<'a>(
+/// The numbers of vertices and faces, from the header.
+fn counted<'a>(
     lines: &mut std::iter::Peekable<impl Iterator<Item = (usize, &'a [u8])>>,
-) -> Result<u64, ReadError> {
+) -> Result<[u64; 2], ReadError> {
     let expected = || "OFF, alone or with the numbers of vertices, faces and edges".to_owned();
     let (line, first) =
         lines.next().ok_or_else(|| malformed(1, expected(), "no line".to_owned()))?;
@@ -76,29 +129,32 @@ fn vertices<'a>(
         return Err(malformed(line, expected, quoted(first)));
     }
     // A name may stand there instead of numbers.
-    if let Some(count) = counts(&after) {
-        return check(line, count);
+    if let Some(counts) = counts(&after) {
+        return check(line, counts);
     }
     let (line, second) = lines
         .next()
         .ok_or_else(|| malformed(line, NUMBERS.to_owned(), "the end of the file".to_owned()))?;
     match counts(&words(second).collect::<Vec<_>>()) {
-        Some(count) => check(line, count),
+        Some(counts) => check(line, counts),
         None => Err(malformed(line, NUMBERS.to_owned(), quoted(second))),
     }
 }
 
-fn check(line: usize, count: u64) -> Result<u64, ReadError> {
-    check_count(FORMAT, count, || Place::Line { line, column: 0 })?;
-    Ok(count)
+fn check(line: usize, counts: [u64; 2]) -> Result<[u64; 2], ReadError> {
+    check_count(FORMAT, counts[0], || Place::Line { line, column: 0 })?;
+    Ok(counts)
 }
 
-/// The first of two or three whole numbers.
-fn counts(words: &[&[u8]]) -> Option<u64> {
+/// The first two of two or three whole numbers.
+fn counts(words: &[&[u8]]) -> Option<[u64; 2]> {
     let mut numbers = words.iter().map(|word| std::str::from_utf8(word).ok()?.parse::<u64>().ok());
     let count = numbers.next()??;
     let others: Option<Vec<u64>> = numbers.collect();
-    matches!(others?.len(), 1 | 2).then_some(count)
+    match others?[..] {
+        [faces] | [faces, _] => Some([count, faces]),
+        _ => None,
+    }
 }
 
 /// Whether all letters before `OFF` are those of the format: ST, C, N, 4, n.

@@ -12,19 +12,20 @@
 //! N vertices, M faces
 //! ```
 //!
-//! Read are the vertices, in the order of the file: x, y and z of any type of number. Other properties are passed over, and so
-//! is every element but `vertex`, before it and after it. A vertex with a coordinate that is NaN is a gap.
+//! Read are the vertices, in the order of the file: x, y and z of any type of number; where triangles are asked for, faces, too.
+//! Other properties are passed over, and so is every other element. A vertex with a coordinate that is NaN is a gap.
 //!
 //! The format has no unit. A comment may state it, as `coordinates in mm` or `units: um`; otherwise it is taken from the options, or
 //! is mm.
 //!
 //! Written are triangle meshes, binary little-endian.
 
+mod body;
 mod header;
 mod read;
 mod write;
 
-pub use read::read;
+pub use read::{read, read_triangles};
 pub use write::write_mesh;
 
 /// How every file begins; a line ending follows.

@@ -21,11 +21,12 @@ mod write;
 
 pub use write::write_mesh;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use crate::error::quoted;
 use crate::lengths::{Lengths, Points, three_numbers, words};
 use crate::scan::lines;
+use crate::triangles::{Gathered, TooFar, Triangles};
 use crate::xyz::TextOptions;
 use crate::{Format, Place, ReadError, Topography};
 
@@ -51,10 +52,50 @@ use crate::{Format, Place, ReadError, Topography};
 /// ```
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let points = Points::new(Lengths::of(FORMAT, None, options)?);
-    let corners = Corners { points, seen: HashSet::new() };
+    let mut corners = Corners { points, seen: HashSet::new() };
+    let end = each(bytes, |corner, place| corners.take(corner, place))?;
+    corners.points.finish([1, 2, 3], end)
+}
+
+/// Reads the triangles, in the order of the file. Corners at one place are one. `O(bytes)`.
+///
+/// Arguments as of [`read`].
+///
+/// # Errors
+///
+/// Those of [`read`]; a triangle with a corner that is a gap, with its place.
+pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Triangles, ReadError> {
+    let mut mesh = Gathered::new(Lengths::of(FORMAT, None, options)?);
+    // Asked by place alone, so its order reaches nothing.
+    let mut numbers: HashMap<[u64; 3], i64> = HashMap::new();
+    let mut face = Vec::new();
+    let end = each(bytes, |corner, place| {
+        let next = numbers.len() as i64;
+        let number = *numbers.entry(key(corner)).or_insert(next);
+        if number == next {
+            mesh.corner(corner, || place.clone())?;
+        }
+        face.push(number);
+        if face.len() < 3 {
+            return Ok(());
+        }
+        let done = mesh.polygon(&face).map_err(|TooFar { expected, .. }| {
+            malformed(place.clone(), &expected, "one that is NaN".into())
+        });
+        face.clear();
+        done
+    })?;
+    mesh.finish().ok_or_else(|| malformed(end, "at least one triangle", "none".into()))
+}
+
+/// Does something for the three corners of every triangle, and gives the place of the end.
+fn each(
+    bytes: &[u8],
+    take: impl FnMut([f64; 3], &Place) -> Result<(), ReadError>,
+) -> Result<Place, ReadError> {
     // Of a binary file that was cut the length does not fit, but text holds no byte 0.
     let is_text = begins_solid(bytes) && !bytes.iter().take(2 * HEADER).any(|&byte| byte == 0);
-    if !is_binary(bytes) && is_text { ascii(bytes, corners) } else { binary(bytes, corners) }
+    if !is_binary(bytes) && is_text { ascii(bytes, take) } else { binary(bytes, take) }
 }
 
 /// Whether the length is that of a binary file with as many triangles as it says.
@@ -82,16 +123,23 @@ struct Corners {
 }
 
 impl Corners {
-    fn take(&mut self, corner: [f64; 3], place: impl Fn() -> Place) -> Result<(), ReadError> {
-        // -0 and 0 are one place.
-        if self.seen.insert(corner.map(|value| (value + 0.0).to_bits())) {
-            self.points.push(corner, place)?;
+    fn take(&mut self, corner: [f64; 3], place: &Place) -> Result<(), ReadError> {
+        if self.seen.insert(key(corner)) {
+            self.points.push(corner, || place.clone())?;
         }
         Ok(())
     }
 }
 
-fn binary(bytes: &[u8], mut corners: Corners) -> Result<Topography, ReadError> {
+/// Bits that are the same of the same place: -0 and 0 are one.
+fn key(corner: [f64; 3]) -> [u64; 3] {
+    corner.map(|value| (value + 0.0).to_bits())
+}
+
+fn binary(
+    bytes: &[u8],
+    mut take: impl FnMut([f64; 3], &Place) -> Result<(), ReadError>,
+) -> Result<Place, ReadError> {
     let len = bytes.len() as u64;
     let Some(count) = triangles(bytes) else {
         let expected = "solid, or 80 bytes and the number of triangles";
@@ -110,10 +158,10 @@ fn binary(bytes: &[u8], mut corners: Corners) -> Result<Topography, ReadError> {
         for (which, corner) in triples.iter().enumerate().skip(1) {
             let corner = corner.map(|number| f64::from(f32::from_le_bytes(number)));
             let at = HEADER + 4 + index * RECORD + 12 * which;
-            corners.take(corner, || Place::Byte(at as u64))?;
+            take(corner, &Place::Byte(at as u64))?;
         }
     }
-    corners.points.finish([1, 2, 3], Place::Byte(len))
+    Ok(Place::Byte(len))
 }
 
 /// The number of triangles that a binary file says it has.
@@ -152,7 +200,10 @@ impl Next {
     }
 }
 
-fn ascii(bytes: &[u8], mut corners: Corners) -> Result<Topography, ReadError> {
+fn ascii(
+    bytes: &[u8],
+    mut take: impl FnMut([f64; 3], &Place) -> Result<(), ReadError>,
+) -> Result<Place, ReadError> {
     let mut next = Next::Solid { is_first: true };
     let mut last = 1;
     for (line, content) in lines(bytes) {
@@ -167,7 +218,7 @@ fn ascii(bytes: &[u8], mut corners: Corners) -> Result<Topography, ReadError> {
             (Next::Vertex(read @ 0..3), b"vertex") => {
                 let corner = three_numbers(words(content).skip(1))
                     .ok_or_else(|| malformed(place(), next.expected(), quoted(content)))?;
-                corners.take(corner, place)?;
+                take(corner, &place())?;
                 Next::Vertex(read + 1)
             }
             (Next::Vertex(3), b"endloop") => Next::EndFacet,
@@ -179,7 +230,7 @@ fn ascii(bytes: &[u8], mut corners: Corners) -> Result<Topography, ReadError> {
     if next != (Next::Solid { is_first: false }) {
         return Err(malformed(end, next.expected(), "the end of the file".into()));
     }
-    corners.points.finish([1, 2, 3], end)
+    Ok(end)
 }
 
 fn malformed(place: Place, expected: &str, found: String) -> ReadError {

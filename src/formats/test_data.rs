@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::xyz::TextOptions;
 use crate::{HeightMap, ReadError, Topography};
 
 /// The bytes of a file of the shared data folder, or `None`, said on standard error, where it is
@@ -46,6 +47,27 @@ pub(crate) fn hold_against_changes(
             changed[at] = value;
             // Whatever it says, it says.
             let _ = read(&changed);
+        }
+        changed[at] = whole[at];
+    }
+}
+
+/// Holds the reader of meshes to it that a file which is cut or changed at any byte is read or refused, without a panic, and that
+/// every triangle it gives has its corners.
+pub(crate) fn hold_mesh_against_damage(name: &str, whole: &[u8]) {
+    let hold = |bytes: &[u8]| {
+        if let Ok(Some(mesh)) = crate::read_triangles(name, bytes, &TextOptions::default()) {
+            let corners = mesh.triangles.iter().flatten();
+            let has = |&corner: &u32| mesh.points_mm[corner as usize].iter().all(|v| v.is_finite());
+            assert!(corners.into_iter().all(has));
+        }
+    };
+    (0..whole.len()).for_each(|len| hold(&whole[..len]));
+    let mut changed = whole.to_vec();
+    for at in 0..whole.len() {
+        for value in [whole[at] ^ 1, whole[at] ^ 0x80, !whole[at], 0, 0xFF, b'9', b' ', b'\n'] {
+            changed[at] = value;
+            hold(&changed);
         }
         changed[at] = whole[at];
     }

@@ -2,7 +2,7 @@
 //!
 //! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
 //! nearest of a set of points ([`WeightedTree`]), disjoint [`Sets`], sums that do not lose what is small
-//! ([`Sum`]), counted random [`Numbers`], weighted [`quantile`]s, [`vector`]s and single triangles in space.
+//! ([`Sum`]), counted random [`Numbers`], places on a mesh, weighted [`quantile`]s, [`vector`]s and single triangles in space.
 //!
 //! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
 
@@ -22,6 +22,7 @@ pub mod predicates;
 pub mod quantile;
 #[cfg(test)]
 mod regressions;
+mod sampled;
 mod sets;
 mod sum;
 mod triangle;
@@ -31,6 +32,7 @@ pub use bounds::BoundsMm;
 pub use nearest::{BoxMm, WeightedTree};
 pub use numbers::Numbers;
 pub use point::{Point, PointMm, RANGE_MM, Rejection, TINY_MM, VertexId, admit, place};
+pub use sampled::{SurfacePlace, sampled_surface};
 pub use sets::Sets;
 pub use sum::Sum;
 pub use triangle::{Gap, Sizes, Triangle, from_smallest, greater, lesser, sizes};

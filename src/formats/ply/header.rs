@@ -29,7 +29,7 @@ pub(super) enum Kind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Property {
     Number { kind: Kind, name: Vec<u8> },
-    List { count: Kind, item: Kind },
+    List { count: Kind, item: Kind, name: Vec<u8> },
 }
 
 /// An element: `count` records of these properties.
@@ -151,10 +151,10 @@ impl Header {
     fn property(&mut self, line: &[u8], of: &[&[u8]]) -> Result<(), ReadError> {
         let number = self.lines;
         let property = match of {
-            [b"list", count, item, _] => Kind::of(count)
+            [b"list", count, item, name] => Kind::of(count)
                 .filter(|kind| kind.is_whole())
                 .zip(Kind::of(item))
-                .map(|(count, item)| Property::List { count, item }),
+                .map(|(count, item)| Property::List { count, item, name: name.to_vec() }),
             [kind, name] => {
                 Kind::of(kind).map(|kind| Property::Number { kind, name: name.to_vec() })
             }

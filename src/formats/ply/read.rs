@@ -1,8 +1,9 @@
-//! The vertices of a PLY file as points.
+//! The vertices of a PLY file as points, and its faces as triangles.
 
-use super::header::{Element, Encoding, Header, Kind, Property, malformed};
-use crate::error::quoted;
-use crate::lengths::{Lengths, Points, check_count, number};
+use super::body::{Body, Wanted};
+use super::header::{Element, Header, Property, malformed};
+use crate::lengths::{Lengths, Points, check_count};
+use crate::triangles::{Gathered, TooFar, Triangles};
 use crate::xyz::TextOptions;
 use crate::{Format, Place, ReadError, Topography};
 
@@ -27,25 +28,89 @@ use crate::{Format, Place, ReadError, Topography};
 /// ```
 pub fn read(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
     let header = Header::read(bytes)?;
-    let points = Points::new(Lengths::of(Format::Ply, header.unit, options)?);
+    let mut points = Points::new(Lengths::of(Format::Ply, header.unit, options)?);
+    let (at, slots) = vertices(&header)?;
+    let (before, vertices) = (&header.elements[..at], &header.elements[at]);
+    let mut body = Body::new(bytes, &header);
+    before.iter().try_for_each(|element| body.pass_over(element))?;
+    body.each(vertices, |body, index| {
+        let mut point = [0.0; 3];
+        let place = body.record(vertices, index, Wanted::Numbers(slots, &mut point))?;
+        points.push(point, || place.clone())
+    })?;
+    body.end()?;
+    points.finish(slots.map(|slot| slot + 1), body.place())
+}
+
+/// Reads the faces as triangles, in the order of the file; `None` where it has no faces. `O(bytes)`.
+///
+/// Faces are the lists `vertex_indices` or `vertex_index` of the element `face`. Arguments as of [`read`].
+///
+/// # Errors
+///
+/// Those of [`read`]; a face with a corner that the file does not have, or that is a gap, with its place; an element behind
+/// the vertices that ends too early.
+pub fn read_triangles(bytes: &[u8], options: &TextOptions) -> Result<Option<Triangles>, ReadError> {
+    let header = Header::read(bytes)?;
+    let mut mesh = Gathered::new(Lengths::of(Format::Ply, header.unit, options)?);
+    let (at, slots) = vertices(&header)?;
+    let Some((faces, list)) = faces(&header.elements) else { return Ok(None) };
+    let mut body = Body::new(bytes, &header);
+    // Faces may stand before the vertices that they name.
+    let mut waiting: Vec<(Vec<f64>, Place)> = Vec::new();
+    for (number, element) in header.elements.iter().enumerate().take(at.max(faces) + 1) {
+        if number == at {
+            body.each(element, |body, index| {
+                let mut point = [0.0; 3];
+                let place = body.record(element, index, Wanted::Numbers(slots, &mut point))?;
+                mesh.corner(point, || place.clone())
+            })?;
+            waiting.drain(..).try_for_each(|(face, place)| take(&mut mesh, &face, place))?;
+        } else if number == faces {
+            let mut face = Vec::new();
+            body.each(element, |body, index| {
+                face.clear();
+                let place = body.record(element, index, Wanted::List(list, &mut face))?;
+                match faces < at {
+                    true => waiting.push((face.clone(), place)),
+                    false => take(&mut mesh, &face, place)?,
+                }
+                Ok(())
+            })?;
+        } else {
+            body.pass_over(element)?;
+        }
+    }
+    body.end()?;
+    Ok(mesh.finish())
+}
+
+fn take(mesh: &mut Gathered, face: &[f64], place: Place) -> Result<(), ReadError> {
+    // What is no index is behind every vertex.
+    let index = |&value: &f64| if value.fract() == 0.0 { value as i64 } else { -1 };
+    let indices: Vec<i64> = face.iter().map(index).collect();
+    mesh.polygon(&indices).map_err(|TooFar { corner, expected }| {
+        let found = format!("{}", face[corner]);
+        ReadError::Malformed { format: Format::Ply, place, expected, found }
+    })
+}
+
+/// The number of the element that holds vertices, and where x, y and z stand among the properties of one.
+fn vertices(header: &Header) -> Result<(usize, [usize; 3]), ReadError> {
     let Some(at) = header.elements.iter().position(|element| element.name == b"vertex") else {
         return Err(malformed(header.lines, "an element vertex", "none".into()));
     };
-    let (before, vertices) = (&header.elements[..at], &header.elements[at]);
+    let vertices = &header.elements[at];
     let slots = slots(vertices, header.lines)?;
-    let body = &bytes[header.bytes..];
     check_count(Format::Ply, vertices.count, || Place::Line { line: header.lines, column: 0 })?;
-    match header.encoding {
-        Encoding::Ascii => {
-            let body = Words { rest: body, line: header.lines + 1, may_be_cut: false };
-            ascii(body, before, vertices, slots, points)
-        }
-        Encoding::Little | Encoding::Big => {
-            let body =
-                Numbers { bytes, at: header.bytes, is_big: header.encoding == Encoding::Big };
-            binary(body, before, vertices, slots, points)
-        }
-    }
+    Ok((at, slots))
+}
+
+/// The number of the element that holds faces, and of its property that lists their vertices.
+fn faces(elements: &[Element]) -> Option<(usize, usize)> {
+    let at = elements.iter().position(|element| element.name == b"face" && element.count > 0)?;
+    let is_wanted = |property: &Property| matches!(property, Property::List { name, .. } if name == b"vertex_indices" || name == b"vertex_index");
+    Some((at, elements[at].properties.iter().position(is_wanted)?))
 }
 
 /// Where x, y and z stand among the properties of a vertex.
@@ -64,235 +129,4 @@ fn slots(vertices: &Element, line: usize) -> Result<[usize; 3], ReadError> {
         }
     };
     Ok([find("x")?, find("y")?, find("z")?])
-}
-
-fn ascii(
-    mut body: Words<'_>,
-    before: &[Element],
-    vertices: &Element,
-    slots: [usize; 3],
-    mut points: Points,
-) -> Result<Topography, ReadError> {
-    for element in before {
-        each(element, |index| body.record(element, index, None))?;
-    }
-    each(vertices, |index| {
-        let mut point = [0.0; 3];
-        body.record(vertices, index, Some((slots, &mut point)))?;
-        let line = body.line;
-        points.push(point, || Place::Line { line, column: 0 })
-    })?;
-    if body.may_be_cut {
-        // A number that is cut short looks like another one.
-        let expected = "a line end after the last number, without which the file may be cut";
-        return Err(malformed(body.line, expected, "the end of the file".into()));
-    }
-    points.finish(slots.map(|slot| slot + 1), Place::Line { line: body.line, column: 0 })
-}
-
-fn binary(
-    mut body: Numbers<'_>,
-    before: &[Element],
-    vertices: &Element,
-    slots: [usize; 3],
-    mut points: Points,
-) -> Result<Topography, ReadError> {
-    for element in before {
-        match fixed_size(element) {
-            Some(size) => body.skip(element, size)?,
-            None => each(element, |index| body.record(element, index, None))?,
-        }
-    }
-    each(vertices, |index| {
-        let (at, mut point) = (body.at, [0.0; 3]);
-        body.record(vertices, index, Some((slots, &mut point)))?;
-        points.push(point, || Place::Byte(at as u64))
-    })?;
-    points.finish(slots.map(|slot| slot + 1), Place::Byte(body.at as u64))
-}
-
-/// Does something for every record that holds anything. A count of records without properties costs nothing.
-fn each(
-    element: &Element,
-    mut record: impl FnMut(u64) -> Result<(), ReadError>,
-) -> Result<(), ReadError> {
-    let count = if element.properties.is_empty() { 0 } else { element.count };
-    (0..count).try_for_each(&mut record)
-}
-
-/// Bytes of a record without lists.
-fn fixed_size(element: &Element) -> Option<usize> {
-    let sizes = element.properties.iter().map(|property| match property {
-        Property::Number { kind, .. } => Some(kind.size()),
-        Property::List { .. } => None,
-    });
-    sizes.sum()
-}
-
-/// Where to put the numbers of three properties.
-type Wanted<'a> = Option<([usize; 3], &'a mut [f64; 3])>;
-
-fn keep(wanted: &mut Wanted<'_>, place: usize, value: f64) {
-    if let Some((slots, point)) = wanted {
-        for (slot, coordinate) in slots.iter().zip(point.iter_mut()) {
-            if *slot == place {
-                *coordinate = value;
-            }
-        }
-    }
-}
-
-/// Numbers as text, separated by white space and lines.
-struct Words<'a> {
-    rest: &'a [u8],
-    line: usize,
-    /// Whether the last word ends where the file does.
-    may_be_cut: bool,
-}
-
-impl<'a> Words<'a> {
-    fn next(&mut self) -> Option<&'a [u8]> {
-        while let [first, rest @ ..] = self.rest
-            && first.is_ascii_whitespace()
-        {
-            self.line +=
-                usize::from(*first == b'\n' || *first == b'\r' && !rest.starts_with(b"\n"));
-            self.rest = rest;
-        }
-        let found = self.rest.iter().position(u8::is_ascii_whitespace);
-        self.may_be_cut = found.is_none();
-        let (word, rest) = self.rest.split_at(found.unwrap_or(self.rest.len()));
-        self.rest = rest;
-        (!word.is_empty()).then_some(word)
-    }
-
-    fn record(
-        &mut self,
-        element: &Element,
-        index: u64,
-        mut wanted: Wanted<'_>,
-    ) -> Result<(), ReadError> {
-        for (place, property) in element.properties.iter().enumerate() {
-            let word = self.next().ok_or_else(|| self.ended(element, index))?;
-            match property {
-                Property::Number { .. } => {
-                    let value = number(word)
-                        .ok_or_else(|| malformed(self.line, "a number", quoted(word)))?;
-                    keep(&mut wanted, place, value);
-                }
-                Property::List { .. } => {
-                    let count = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-                    let Some(count) = count else {
-                        let expected = "the length of a list, a whole number";
-                        return Err(malformed(self.line, expected, quoted(word)));
-                    };
-                    let count: u64 = count;
-                    for _ in 0..count {
-                        self.next().ok_or_else(|| self.ended(element, index))?;
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn ended(&self, element: &Element, index: u64) -> ReadError {
-        malformed(
-            self.line,
-            &expected(element),
-            format!("the end of the file in number {}", index + 1),
-        )
-    }
-}
-
-/// Numbers as bytes.
-struct Numbers<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    is_big: bool,
-}
-
-impl Numbers<'_> {
-    /// Passes over `len` bytes; `None` where the file has fewer.
-    fn take(&mut self, len: usize) -> Option<&[u8]> {
-        let end = self.at.checked_add(len)?;
-        let taken = self.bytes.get(self.at..end)?;
-        self.at = end;
-        Some(taken)
-    }
-
-    fn skip(&mut self, element: &Element, size: usize) -> Result<(), ReadError> {
-        let room = (self.bytes.len() - self.at) as u64;
-        if element.count.saturating_mul(size as u64) > room {
-            return Err(self.ended(element, room / size.max(1) as u64));
-        }
-        // Not more than the bytes that are there.
-        self.at += element.count as usize * size;
-        Ok(())
-    }
-
-    fn number(&mut self, kind: Kind) -> Option<f64> {
-        let is_big = self.is_big;
-        let taken = self.take(kind.size())?;
-        let mut little = [0; 8];
-        for (byte, place) in taken.iter().zip(0..) {
-            let place: usize = if is_big { taken.len() - 1 - place } else { place };
-            little[place] = *byte;
-        }
-        let [a, b, c, d, ..] = little;
-        Some(match kind {
-            Kind::I8 => f64::from(i8::from_le_bytes([a])),
-            Kind::U8 => f64::from(a),
-            Kind::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Kind::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Kind::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Kind::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Kind::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Kind::F64 => f64::from_le_bytes(little),
-        })
-    }
-
-    fn record(
-        &mut self,
-        element: &Element,
-        index: u64,
-        mut wanted: Wanted<'_>,
-    ) -> Result<(), ReadError> {
-        for (place, property) in element.properties.iter().enumerate() {
-            let found = match property {
-                Property::Number { kind, .. } => {
-                    self.number(*kind).map(|value| keep(&mut wanted, place, value))
-                }
-                Property::List { count, item } => match self.number(*count) {
-                    Some(count) if count < 0.0 => {
-                        return Err(
-                            self.malformed("the length of a list, 0 or more", format!("{count}"))
-                        );
-                    }
-                    // A whole number of at most 32 bits.
-                    Some(count) => {
-                        let len = (count as usize).checked_mul(item.size());
-                        len.and_then(|len| self.take(len)).map(|_| ())
-                    }
-                    None => None,
-                },
-            };
-            found.ok_or_else(|| self.ended(element, index))?;
-        }
-        Ok(())
-    }
-
-    fn ended(&self, element: &Element, index: u64) -> ReadError {
-        let found = format!("the end of the file in number {}", index + 1);
-        self.malformed(&expected(element), found)
-    }
-
-    fn malformed(&self, expected: &str, found: String) -> ReadError {
-        let place = Place::Byte(self.at as u64);
-        ReadError::Malformed { format: Format::Ply, place, expected: expected.into(), found }
-    }
-}
-
-fn expected(element: &Element) -> String {
-    format!("{} of element {}", element.count, element.name.escape_ascii())
 }
