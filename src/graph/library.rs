@@ -129,6 +129,11 @@ pub struct CoarsePose {
 }
 
 impl CoarsePose {
+    /// A place of the entry in the scene, both in mm.
+    pub fn to_scene(&self, place_mm: [f64; 3]) -> [f64; 3] {
+        Motion { rotation: self.rotation, shift_mm: self.shift_mm }.place(place_mm)
+    }
+
     /// A place of the scene in the frame of the entry, both in mm.
     pub fn to_entry(&self, place_mm: [f64; 3]) -> [f64; 3] {
         Motion { rotation: self.rotation, shift_mm: self.shift_mm }.back(place_mm)
@@ -141,6 +146,11 @@ impl CoarsePose {
             slant if slant < -SIDEWAYS => Facing::Down,
             _ => Facing::Side,
         }
+    }
+
+    /// The turn about the z axis of the scene from its x axis to that of the entry as seen from above, in rad: −π to π.
+    pub fn turn_rad(&self) -> f64 {
+        self.rotation[1][0].atan2(self.rotation[0][0])
     }
 
     /// The angle between the z axes of entry and scene, whatever their sense, in rad: 0 to π/2.
@@ -172,6 +182,8 @@ pub struct Candidate {
     pub pose: CoarsePose,
     /// No other side of the entry fits as well. Of a ring that is alike on both sides two fit.
     pub is_side_known: bool,
+    /// It does not look alike after any turn about the vertical, as a disc does.
+    pub is_turn_known: bool,
     /// A surface known from one side shows its other side.
     is_behind: bool,
 }
@@ -243,8 +255,14 @@ pub fn recognise(
             let (difference_mm, motion) = fitted(&laid, side)?;
             let Motion { rotation, shift_mm } = motion;
             let pose = CoarsePose { rotation, shift_mm };
-            let is_behind = side.is_behind;
-            Some(Candidate { entry, difference_mm, pose, is_side_known: true, is_behind })
+            Some(Candidate {
+                entry,
+                difference_mm,
+                pose,
+                is_side_known: true,
+                is_turn_known: !side.is_turned_alike,
+                is_behind: side.is_behind,
+            })
         });
         best_side(sides.collect())
     };

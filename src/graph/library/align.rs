@@ -27,7 +27,7 @@ impl Motion {
     }
 
     /// A place of the entry in the scene.
-    fn place(&self, y: Vector) -> Vector {
+    pub(super) fn place(&self, y: Vector) -> Vector {
         std::array::from_fn(|row| dot(self.rotation[row], y) + self.shift_mm[row])
     }
 
@@ -196,7 +196,8 @@ pub(super) struct Near {
 impl Sheet {
     /// How far beside a place of the sheet one still lies over it, in mm.
     pub(super) fn over_mm(&self) -> f64 {
-        BESIDE * self.spacing_mm
+        let spacings = if self.is_even { BESIDE } else { GAP };
+        spacings * self.spacing_mm
     }
 
     pub(super) fn near(&self, y: Vector) -> Option<Near> {
@@ -211,10 +212,10 @@ impl Sheet {
     }
 }
 
-/// Spacings beside a place of a sheet that still lie over it.
+/// Spacings beside a place of an even sheet that still lie over it.
 const BESIDE: f64 = 1.5;
 
-/// Spacings of a part between its places: of places at random one in 500 gaps at the outline is larger.
+/// Spacings between the places of a sheet or a part at random: of places at random one in 500 gaps at the outline is larger.
 const GAP: f64 = 4.0;
 
 /// One place in so many does not count.

@@ -1,7 +1,7 @@
 //! A surface as places with normals: those of a library entry as one sees it from a side, and those of a part.
 
 use asphera_geometry::WeightedTree;
-use asphera_geometry::vector::{cross, dot, minus, plus};
+use asphera_geometry::vector::{cross, dot, length, minus, plus};
 
 use crate::cloud::Cloud;
 use crate::functions::{eigen, principal_axes};
@@ -29,6 +29,8 @@ pub(super) struct Sheet {
     pub(super) frame: Frame,
     /// The mean distance of a place to the nearest other one in mm.
     pub(super) spacing_mm: f64,
+    /// Its places lie about as far apart everywhere, as those of a grid, and not at random, as those of a scan or of triangles.
+    pub(super) is_even: bool,
     /// Scatter of the places about planes through their neighbours, a standard deviation in mm.
     pub(super) noise_mm: f64,
 }
@@ -46,9 +48,9 @@ impl Sheet {
         let tree = WeightedTree::of_points(&places);
         let frame = frame(&cloud, up)?;
         let spacing_mm = cloud.spacing_mm()?;
-        let some = places.iter().step_by(places.len().div_ceil(PLANES));
+        let some = || places.iter().step_by(places.len().div_ceil(PLANES));
         let mut scatter: Vec<f64> =
-            some.filter_map(|&place| Some(plane(&places, &tree, place)?.1)).collect();
+            some().filter_map(|&place| Some(plane(&places, &tree, place)?.1)).collect();
         scatter.sort_unstable_by(f64::total_cmp);
         let noise_mm = *scatter.get(scatter.len() / 2)?;
         let normals = match normals {
@@ -64,7 +66,8 @@ impl Sheet {
                 places.iter().map(normal).collect()
             }
         };
-        Some(Sheet { places, normals, tree, frame, spacing_mm, noise_mm })
+        let is_even = is_even(some().map(|&place| nearest_mm(&places, &tree, place)));
+        Some(Sheet { places, normals, tree, frame, spacing_mm, is_even, noise_mm })
     }
 
     /// How much higher than `from_mm` the place nearest to it lies along the third axis of a frame, in mm.
@@ -120,6 +123,21 @@ fn frame(cloud: &Cloud<3>, up: Vector) -> Option<Frame> {
     Some(Frame { middle_mm, axes, is_round: ratio > ROUND, radius_mm })
 }
 
+/// The distance of a place to the nearest other one in mm.
+fn nearest_mm(places: &[Vector], tree: &WeightedTree, place: Vector) -> f64 {
+    let near = tree.least_few(place, 2);
+    let distances = near.iter().map(|&id| length(minus(places[id as usize], place)));
+    distances.fold(0.0, f64::max)
+}
+
+/// Whether distances differ little. Of places at random in a plane they deviate by 0.52 of their mean (J. Rayleigh's distribution).
+fn is_even(distances_mm: impl Iterator<Item = f64>) -> bool {
+    let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    distances_mm.for_each(|mm| (count, sum, squares) = (count + 1.0, sum + mm, squares + mm * mm));
+    let mean: f64 = sum / count;
+    (squares / count - mean * mean).max(0.0).sqrt() < EVEN * mean
+}
+
 /// The plane through the neighbours of a place: its normal, and their standard deviation from it in mm.
 fn plane(places: &[Vector], tree: &WeightedTree, place: Vector) -> Option<(Vector, f64)> {
     let near = tree.least_few(place, NEIGHBOURS);
@@ -150,6 +168,9 @@ const NEIGHBOURS: usize = 9;
 
 /// Planes from which the noise is found.
 const PLANES: usize = 300;
+
+/// The standard deviation of distances over their mean below which places are those of a grid.
+const EVEN: f64 = 0.25;
 
 /// The second spread over the first of a cloud that is a line.
 const LINE: f64 = 1e-3;

@@ -141,6 +141,25 @@ fn both_sides_of_a_ring_fit() {
 }
 
 #[test]
+fn earlier_scans_are_entries_as_well_as_grids() {
+    let scans: Vec<LibraryEntry> = KINDS
+        .iter()
+        .map(|&kind| LibraryEntry::face("scan", &part(kind, false, 21)).unwrap())
+        .collect();
+    for seed in 22..26 {
+        for (at, kind) in KINDS.into_iter().enumerate() {
+            let found = recognise(&part(kind, false, seed), &scans, None);
+            let first = &found.candidates[0];
+            assert_eq!((found.outcome, first.entry), (Outcome::Match, at), "{kind:?} {first:?}");
+            let mut others = scans.clone();
+            others.remove(at);
+            let found = recognise(&part(kind, false, seed), &others, None);
+            assert_eq!(found.outcome, Outcome::NoneFits, "{kind:?}");
+        }
+    }
+}
+
+#[test]
 fn a_face_from_behind_counts_where_no_other_face_fits() {
     // The concave face turned over bulges.
     let turned: Vec<Place> =
