@@ -63,6 +63,28 @@ pub fn read_with(name: &str, bytes: &[u8], options: &TextOptions) -> Result<Topo
     }
 }
 
+/// Reads a text file as [`read_with`] does, with the numbers of one more column: [`xyz::read_with_column`].
+///
+/// # Errors
+///
+/// As these; a file that is no text.
+pub fn read_with_column(
+    name: &str,
+    bytes: &[u8],
+    options: &TextOptions,
+    column: usize,
+) -> Result<(Topography, Vec<f64>), ReadError> {
+    match format(name, bytes)? {
+        Format::Xyz => xyz::read_with_column(bytes, options, column),
+        format => Err(ReadError::Unsupported {
+            format,
+            place: Place::Byte(0),
+            expected: "columns of text (.xyz, .csv)".into(),
+            found: format!("a column {column} of the file"),
+        }),
+    }
+}
+
 /// Refuses options that a format has no use for.
 pub(crate) fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
     // What fits: columns, unit, lines to be skipped, pitch.

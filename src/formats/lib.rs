@@ -55,7 +55,7 @@ mod test_data;
 mod topography;
 mod triangles;
 
-pub use detect::{read, read_with};
+pub use detect::{read, read_with, read_with_column};
 pub use error::{Format, KINDS, MAX_POINTS, Place, ReadError, VOLUME_KINDS, WriteError};
 pub use topography::{Cloud, HeightMap, Source, Topography};
 pub use triangles::{Triangles, read_triangles};

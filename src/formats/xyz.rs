@@ -69,6 +69,69 @@ pub fn read(bytes: &[u8]) -> Result<Topography, ReadError> {
 ///
 /// As [`read`]; where options and file contradict each other.
 pub fn read_with(bytes: &[u8], options: &TextOptions) -> Result<Topography, ReadError> {
+    read_beside(bytes, options, None)
+}
+
+/// Reads as [`read_with`], with the numbers of one more column, a number a point, in the unit of the file. Columns count from 1.
+///
+/// # Errors
+///
+/// As [`read_with`]; a file without the column, with no number there beside a point, or read as a matrix.
+///
+/// # Example
+///
+/// ```
+/// let file = b"x y z T\n0 0 1.5 20.1\n0.1 0 NaN 20.2\n0.2 0 1.6 20.3\n";
+/// let (_, values) = asphera_formats::xyz::read_with_column(file, &Default::default(), 4)?;
+/// assert_eq!(values, [20.1, 20.3]);
+/// # Ok::<(), asphera_formats::ReadError>(())
+/// ```
+pub fn read_with_column(
+    bytes: &[u8],
+    options: &TextOptions,
+    column: usize,
+) -> Result<(Topography, Vec<f64>), ReadError> {
+    let mut beside = Beside { column, values: Vec::new() };
+    let topography = read_beside(bytes, options, Some(&mut beside))?;
+    Ok((topography, beside.values))
+}
+
+/// The numbers of a column beside the points.
+struct Beside {
+    /// Counted from 1.
+    column: usize,
+    values: Vec<f64>,
+}
+
+impl Beside {
+    /// Takes the number beside a point of a line with these columns.
+    fn take(
+        &mut self,
+        line: usize,
+        columns: &[&[u8]],
+        number: impl FnOnce(&[u8]) -> Field,
+    ) -> Result<(), ReadError> {
+        let text = self.column.checked_sub(1).and_then(|at| columns.get(at));
+        let Some(text) = text else {
+            let expected = format!("column {}, counted from 1", self.column);
+            return Err(malformed(line, 0, &expected, format!("{} columns", columns.len())));
+        };
+        match number(text) {
+            Field::Number(value) => self.values.push(value),
+            Field::Missing | Field::Unreadable => {
+                let expected = "a number beside every point; leave the line out otherwise";
+                return Err(malformed(line, self.column, expected, text.shown()));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_beside(
+    bytes: &[u8],
+    options: &TextOptions,
+    beside: Option<&mut Beside>,
+) -> Result<Topography, ReadError> {
     let decoded = is_utf16(bytes).then(|| decoded(bytes));
     let text = decoded.as_deref().map_or_else(|| without_bom(bytes), str::as_bytes);
     let mut before: Vec<Line> = Vec::new();
@@ -81,7 +144,7 @@ pub fn read_with(bytes: &[u8], options: &TextOptions) -> Result<Topography, Read
                 return Err(unsupported(number, "columns x, y, z", found));
             }
             if !is_text(content) {
-                return points(&before, (number, content), lines, options);
+                return points(&before, (number, content), lines, options, beside);
             }
             before.push(Line { text: words(content), is_comment: false });
         } else if let Some(comment) = comment {
@@ -97,6 +160,7 @@ fn points<'a>(
     (first, content): (usize, &'a [u8]),
     after: impl Iterator<Item = (usize, &'a [u8])>,
     options: &TextOptions,
+    mut beside: Option<&mut Beside>,
 ) -> Result<Topography, ReadError> {
     let mut dialect = Dialect::of(content.trim_ascii())
         .map_err(|found| malformed(first, 0, DECIMAL_HINT, found))?;
@@ -106,6 +170,10 @@ fn points<'a>(
     let rows = std::iter::once((first, content)).chain(after);
     let mut rows = rows.filter(|(_, content)| !content.trim_ascii().is_empty());
     if let Some(pitch_mm) = options.pitch_mm {
+        if let Some(Beside { column, .. }) = beside {
+            let found = format!("a matrix of heights has no column {column} beside its points");
+            return Err(unclear(first, found, "leave `--pitch` out, or take another function"));
+        }
         return matrix::read(&mut rows, &mut dialect, pitch_mm, options);
     }
     // A separator at the end of a line makes no column.
@@ -122,7 +190,11 @@ fn points<'a>(
             let expected = format!("{width} columns as in line {first}");
             return Err(malformed(line, 0, &expected, columns.len().to_string()));
         }
+        let count = taken.points();
         taken.row(line, &layout, |column| columns[column], |text| dialect.number(text))?;
+        if let Some(beside) = beside.as_deref_mut().filter(|_| taken.points() > count) {
+            beside.take(line, &columns, |text| dialect.number(text))?;
+        }
     }
     taken.finish(first, &layout, dialect.has_decimal_commas())
 }

@@ -21,6 +21,11 @@ impl Rows {
         Rows { cloud: Cloud::default(), counts_lines: is_plain, sense: 0.0 }
     }
 
+    /// How many points were taken, gaps left out.
+    pub(super) fn points(&self) -> usize {
+        self.cloud.points_mm.len()
+    }
+
     /// Takes a row: `text` gives what stands in a column, and `number` what that means.
     pub(super) fn row<T: Shown + Copy>(
         &mut self,

@@ -40,6 +40,32 @@ fn every_separator_gives_the_same_points() {
 }
 
 #[test]
+fn a_column_beside_the_points_is_read_as_it_stands() {
+    let values = |text: &str, column: usize| {
+        read_with_column(text.as_bytes(), &TextOptions::default(), column)
+            .map(|(_, values)| values)
+            .map_err(|error| error.to_string())
+    };
+    let text = "x[um] y[um] z[um] T\n0 0 1 20.5\n1 0 nan 21\n\n2 0 1 -3e2 # cold\n";
+    assert_eq!(values(text, 4), Ok(vec![20.5, -300.0]));
+    // A column of places keeps the unit of the file.
+    assert_eq!(values(text, 1), Ok(vec![0.0, 2.0]));
+    assert_eq!(values("0;0;1,5\n1;0;2,5\n", 3), Ok(vec![1.5, 2.5]));
+    for (text, column, expected) in [
+        (text, 5, "line 2: expected column 5, counted from 1, found 4 columns"),
+        (text, 0, "line 2: expected column 0, counted from 1, found 4 columns"),
+        ("x y z T\n0 0 1 2\n1 0 1 nan\n", 4, "line 3, column 4: expected a number beside every"),
+        ("x y z T\n0 0 1 2\n1 0 1 warm\n", 4, "line 3, column 4: expected a number beside every"),
+    ] {
+        let said = values(text, column).unwrap_err();
+        assert!(said.contains(expected), "{said}");
+    }
+    let options = TextOptions { pitch_mm: Some([1.0; 2]), ..TextOptions::default() };
+    let said = read_with_column(b"1 2 3\n4 5 6\n", &options, 1).unwrap_err().to_string();
+    assert!(said.contains("no column 1 beside its points: leave `--pitch` out"), "{said}");
+}
+
+#[test]
 fn missing_heights_are_counted_and_never_zero() {
     let text = "0 0 nan\n1 0 NaN\n2 0 ***\n3 0 BAD\n4 0 *\n5 0 1\n";
     assert_eq!(
