@@ -25,6 +25,7 @@ mod scene;
 mod socket;
 mod station;
 mod thermal;
+mod tray;
 mod truth;
 
 pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
@@ -36,4 +37,5 @@ pub use plan::{Plan, PlanError, Trigger};
 pub use rig::{Listing, Rig};
 pub use scene::Scene;
 pub use station::StationOptions;
+pub use tray::{Tray, TrayKind, TrayPart, TrayPartTruth, TrayScene, TrayTruth};
 pub use truth::{DeviationTruth, FitTruth, FormTruth, ParameterTruth, PartTruth, PoseTruth, Truth};
