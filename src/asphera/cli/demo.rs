@@ -1,6 +1,7 @@
 //! `asphera demo`: a simulated part on a simulated bench, measured over real protocols.
 
 pub(super) mod ct;
+pub(super) mod tray;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -48,8 +49,11 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
     if args.scene == ct::NAME {
         return ct::run(args);
     }
+    if args.scene == tray::NAME {
+        return tray::run(&args);
+    }
     let Some(mut scene) = Scene::built_in(&args.scene) else {
-        let names: Vec<_> = Scene::names().chain([ct::NAME]).collect();
+        let names: Vec<_> = Scene::names().chain([ct::NAME, tray::NAME]).collect();
         return Err(format!("no scene {:?}; there are {}", args.scene, names.join(", ")).into());
     };
     if let Some(points) = args.points {

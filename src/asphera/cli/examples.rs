@@ -1,9 +1,9 @@
 //! Command lines that work, for the end of each help text.
 
 pub(super) const DEMO: &str = "Examples:
-  asphera demo
   asphera demo --exit --points 20000 --speed max --out results
-  asphera demo --scene ct --out results";
+  asphera demo --scene ct --out results
+  asphera demo --scene tray --out results";
 
 pub(super) const RUN: &str = "Examples:
   asphera run --config config/asphera.toml
@@ -47,10 +47,11 @@ pub(super) const COMPARE: &str = "Examples:
 pub(super) const GRAPH: &str = "Examples:
   asphera graph part.ply
   asphera graph part.xyz --function height:z --strips 50 --out results
-  asphera graph part.xyz --function geodesic --tau 0.2 --json";
+  asphera graph part.stl --sample 50000 --function geodesic --json";
 
 pub(super) const PARTS: &str = "Examples:
   asphera parts tray.xyz
+  asphera parts tray.xyz --library nominals --measure --out results
   asphera parts tray.ply --tau 0.5 --out parts --json";
 
 pub(super) const SAMPLING: &str = "Examples:

@@ -7,14 +7,16 @@ pub(super) mod function;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use asphera_formats::read_with_column;
 use asphera_graph::{Choices, Growth, Pieces, StripChoice};
 use clap::{Args, ValueEnum};
 
 use self::function::FunctionChoice;
 use super::exit::Exit;
-use super::files::refuse;
+use super::files::{read, refuse};
 use super::output::{Failure, print, print_json, write_json};
 use super::progress::Progress;
+use super::sampled::SampledArgs;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 
@@ -24,10 +26,12 @@ pub(super) struct GraphArgs {
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
+    #[command(flatten)]
+    sampled: SampledArgs,
     /// The function whose range is cut into strips: height:x, height:y, height:z, height:DX,DY,DZ; pca:1 to pca:3, the height along a
     /// principal axis; centre, point:X,Y,Z, axis:X,Y,Z,DX,DY,DZ: distances; log, square, saddle of the coordinates; geodesic from an
     /// end, geodesic:N the mean over N sources; laplacian:N the Nth eigenfunction; harmonic from end to end; heat:T what heat is left
-    /// after the time T, in units of the slowest decay.
+    /// after the time T, in units of the slowest decay; column:N the numbers of column N of a text file.
     #[arg(long, value_name = "FUNCTION", default_value = "pca:1")]
     function: FunctionChoice,
     /// The strips: auto, a number of equal width, equal:N of equally many points, or the values between them.
@@ -128,6 +132,23 @@ impl GraphArgs {
         let strips = self.strips.0.clone();
         Choices { tau_mm: self.tau.0, strips, pieces, min_loop: self.min_loop }
     }
+
+    /// The numbers of the column that is the function, if it is one.
+    fn values(&self, source: &Source) -> Result<Option<Vec<f64>>, Failure> {
+        let FunctionChoice::Column(column) = self.function else { return Ok(None) };
+        let name = self.source.display().to_string();
+        if self.sampled.is_asked() || source.origin().is_none() {
+            return Err(format!(
+                "{name}: expected a file of text for column:{column}, whose points have one; found none that is read as such: \
+                 take another --function"
+            )
+            .into());
+        }
+        let bytes = read(source.file())?;
+        let (_, values) = read_with_column(&name, &bytes, &self.text.options(), column)
+            .map_err(|error| format!("{name}: {error}"))?;
+        Ok(Some(values))
+    }
 }
 
 pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
@@ -136,11 +157,13 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
         refuse(&path, &args.source, args.force)?;
     }
     let progress = Progress::start("graph");
-    let source = Source::open(&args.source, &args.text, &progress)?;
+    let source = args.sampled.open(&args.source, &args.text, &progress)?;
     let points: Vec<[f64; 3]> = source.points().collect();
     let name = args.source.display().to_string();
+    let values = args.values(&source)?;
     let outcome = in_pool(args.threads, || {
-        figures::of(&name, &points, &args.function, &args.choices(), &progress)
+        let function = (&args.function, values.as_deref());
+        figures::of(&name, &points, function, &args.choices(), &progress)
     })?;
     drop(points);
     if let Some(folder) = &args.out {

@@ -28,6 +28,7 @@ mod replay;
 mod report;
 mod run;
 mod sample;
+mod sampled;
 mod sampling;
 mod section;
 mod serve;

@@ -1,20 +1,31 @@
-//! `asphera parts`: the parts of a scene, each with its place and its holes.
+//! `asphera parts`: the parts of a scene, each with its place and its holes; with a library, which entry each one is.
 
-use std::fmt::Write as _;
-use std::path::PathBuf;
+mod figures;
+mod files;
+mod form;
+mod library;
+mod scene;
+mod shape;
+mod summary;
 
-use asphera_formats::ply;
-use asphera_graph::{Choices, Cloud, auto_tau_mm, extract, functions};
+use std::path::{Path, PathBuf};
+
+use asphera_geometry::PointMm;
+use asphera_graph::{Cloud, auto_tau_mm};
+use asphera_measure::Measurement;
 use clap::Args;
-use serde::Serialize;
 
+use self::figures::{MatchFigures, PartReport, PartsReport};
+use self::form::Read;
+use self::library::Library;
+use self::scene::Scene;
+use super::OutputArgs;
 use super::exit::Exit;
-use super::files::refuse;
-use super::graph::figures::{PartFigures, part_line, parts_of};
 use super::graph::{TauArg, in_pool};
-use super::output::{Failure, print, print_json, write_json};
+use super::output::{Failure, print, print_json};
 use super::progress::Progress;
-use super::source::{Source, source_help};
+use super::sampled::SampledArgs;
+use super::source::source_help;
 use super::text::TextArgs;
 
 #[derive(Args)]
@@ -23,10 +34,24 @@ pub(super) struct PartsArgs {
     source: PathBuf,
     #[command(flatten)]
     text: TextArgs,
+    #[command(flatten)]
+    sampled: SampledArgs,
     /// Points nearer than this belong to one part; auto takes some six spacings of the points.
     #[arg(long, value_name = "auto|MM", default_value = "auto")]
     tau: TauArg,
-    /// Write parts.json, and the points of each part as part-1.ply, part-2.ply, … into this folder.
+    /// The folder of what parts may be: nominals (.toml), lens files (.zmx), meshes and earlier scans, in mm. The scene is seen from
+    /// +z.
+    #[arg(long, value_name = "DIR")]
+    library: Option<PathBuf>,
+    /// The largest difference of a part from an entry that fits, RMS; auto takes three times the noise of the points and 1/2000 of
+    /// the part's diameter.
+    #[arg(long, value_name = "auto|MM", default_value = "auto", requires = "library")]
+    within: TauArg,
+    /// Measure each part with its nominal, which confirms the match, or does not.
+    #[arg(long, requires = "library")]
+    measure: bool,
+    /// Write parts.json, points.ply with the part of every point, and the points of each part as part-1.ply, part-2.ply, … into this
+    /// folder; results of parts that were measured into part-1, part-2, ….
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Overwrite such files if they are there.
@@ -40,113 +65,107 @@ pub(super) struct PartsArgs {
     json: bool,
 }
 
-/// The parts of a scene. Lengths are mm of the file's frame.
-#[derive(Debug, Serialize)]
-struct PartsReport {
-    format: &'static str,
-    file: String,
-    points: u64,
-    spacing_mm: f64,
-    tau_mm: f64,
-    parts: Vec<PartFigures>,
-    /// Pieces of too few points to be parts, and the points in them.
-    islands: usize,
-    island_points: u64,
+/// Finds and measures the parts of `tray.xyz` in a folder by the library beside it, and leaves the results there.
+pub(super) fn found(folder: &Path, output: &OutputArgs) -> Result<Exit, Failure> {
+    run(&PartsArgs {
+        source: folder.join("tray.xyz"),
+        text: TextArgs::default(),
+        sampled: SampledArgs::default(),
+        tau: TauArg(None),
+        library: Some(folder.join("library")),
+        within: TauArg(None),
+        measure: true,
+        out: Some(folder.to_owned()),
+        force: output.force,
+        threads: None,
+        json: output.json,
+    })
+}
+
+/// All that was found of a scene.
+struct Done {
+    report: PartsReport,
+    scene: Scene,
+    /// Of each part, if it was measured.
+    measurements: Vec<Option<Measurement>>,
+    exit: Exit,
 }
 
 pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
     let progress = Progress::start("parts");
-    let source = Source::open(&args.source, &args.text, &progress)?;
-    let points: Vec<[f64; 3]> = source.points().collect();
-    let name = args.source.display().to_string();
-    progress.stage("parting");
-    let (report, clouds) = in_pool(args.threads, || figures(&name, &points, args.tau.0))?;
+    // A library that cannot be used is told before long reading.
+    let library = args.library.as_deref();
+    let library = library.map(|folder| Library::open(folder, &progress)).transpose()?;
+    let source = args.sampled.open(&args.source, &args.text, &progress)?;
+    let points: Vec<PointMm> = source.points().collect();
+    let (u_mm, format) = source.uncertainties_mm();
+    let path = &*args.source;
+    let done = in_pool(args.threads, || {
+        let read = Read { path, points: &points, u_mm, format, progress: &progress };
+        done(args, &read, library.as_ref())
+    })?;
     if let Some(folder) = &args.out {
         progress.stage("writing");
-        let report_file = folder.join("parts.json");
-        let file = |number: usize| folder.join(format!("part-{}.ply", number + 1));
-        refuse(&report_file, &args.source, args.force)?;
-        (0..clouds.len()).try_for_each(|number| refuse(&file(number), &args.source, args.force))?;
-        std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-        write_json(&report_file, &report)?;
-        for (number, points) in clouds.iter().enumerate() {
-            let path = file(number);
-            let file = std::fs::File::create(&path)
-                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-            let file = std::io::BufWriter::new(file);
-            ply::write_mesh(file, points, &[], None, &["lengths in mm"])?;
-        }
+        let out = files::Out { folder, source: path, overwrite: args.force };
+        out.write(&done, &points)?;
     }
     drop(progress);
     if args.json {
-        print_json(&report)?;
+        print_json(&done.report)?;
     } else {
-        print(&summary(&report));
+        print(&done.report.summary());
         source.say_reading();
     }
-    Ok(Exit::Done)
+    Ok(done.exit)
 }
 
-/// Places of a part, x y z in mm.
-type Places = Vec<[f64; 3]>;
-
-/// The report and the places of each part.
-fn figures(
-    file: &str,
-    points: &[[f64; 3]],
-    tau_mm: Option<f64>,
-) -> Result<(PartsReport, Vec<Places>), Failure> {
-    let cloud = Cloud::new(points).map_err(|error| format!("{file}: {error}"))?;
+/// Finds the parts of a scene, what they are, and their form.
+fn done(args: &PartsArgs, read: &Read<'_>, library: Option<&Library>) -> Result<Done, Failure> {
+    let file = read.path.display().to_string();
+    read.progress.stage("parting");
+    let cloud = Cloud::new(read.points).map_err(|error| format!("{file}: {error}"))?;
     if cloud.is_empty() {
         return Err(format!("{file}: no points: expected one at least; check the file").into());
     }
     // A single place has no spacing; any tau gives the same part.
-    let tau_mm = tau_mm.or_else(|| auto_tau_mm(&cloud)).unwrap_or(1.0);
-    let found = parts_of(&cloud, tau_mm)?;
-    let mut clouds = Vec::new();
-    let mut parts = Vec::new();
-    for part in &found.parts {
-        let places: Places =
-            part.places.iter().map(|&place| cloud.places()[place as usize]).collect();
-        // The holes are those that the graph along the longest axis of the part shows.
-        let own = Cloud::new(&places)?;
-        let height = functions::principal_height(&own, 1)?;
-        let choices = Choices { tau_mm: Some(tau_mm), ..Choices::default() };
-        let loops = extract(&own, &height, &choices)?.loops.len();
-        parts.push(PartFigures {
-            points: part.points,
-            box_mm: part.box_mm,
-            centre_mm: part.centre_mm,
-            loops,
-        });
-        clouds.push(places);
+    let tau_mm = args.tau.0.or_else(|| auto_tau_mm(&cloud)).unwrap_or(1.0);
+    let scene = Scene::new(&cloud, tau_mm, library, args.within.0)?;
+    let (mut parts, mut measurements, mut exit) = (Vec::new(), Vec::new(), Exit::Done);
+    for part in &scene.parts {
+        let found = part.recognition.as_ref().zip(library);
+        let mut found = found.map(|(found, library)| MatchFigures::new(found, library));
+        let library = library
+            .filter(|_| args.measure && found.as_ref().is_some_and(|found| found.reason.is_none()));
+        let formed = match library {
+            Some(library) => read.form(part, library)?,
+            None => None,
+        };
+        let (mut form, mut measurement) = (None, None);
+        if let Some(formed) = formed {
+            exit = exit.or(match formed.reason {
+                Some(_) => Exit::Undecided,
+                None => Exit::of(&formed.measurement.report),
+            });
+            found = found.map(|found| found.judged(formed.reason));
+            (form, measurement) = (formed.form, Some(formed.measurement));
+        }
+        parts.push(PartReport { figures: part.figures.clone(), found, form });
+        measurements.push(measurement);
     }
     let report = PartsReport {
         format: "asphera.parts/1",
-        file: file.to_owned(),
-        points: points.len() as u64,
+        file,
+        points: read.points.len() as u64,
         spacing_mm: cloud.spacing_mm().unwrap_or(0.0),
         tau_mm,
+        entries: library.map(|library| library.entries.len()),
         parts,
-        islands: found.islands.len(),
-        island_points: found.islands.iter().map(|island| island.points).sum(),
+        islands: scene.islands,
+        island_points: scene.island_points,
+        crumbs: scene.crumbs,
     };
-    Ok((report, clouds))
+    Ok(Done { report, scene, measurements, exit })
 }
 
-/// Lines for a terminal.
-fn summary(report: &PartsReport) -> String {
-    let mut text = format!(
-        "{} points, {} parts, {} islands of {} points\n",
-        report.points,
-        report.parts.len(),
-        report.islands,
-        report.island_points
-    );
-    for (number, part) in (1..).zip(&report.parts) {
-        // Writing into a String cannot fail.
-        let _ = writeln!(text, "{number:>4}  {}", part_line(part));
-    }
-    text
-}
+#[cfg(test)]
+mod tests;

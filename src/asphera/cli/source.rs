@@ -71,8 +71,12 @@ impl Source {
 
     /// Points that were made of what lies at `path`.
     pub(super) fn of_points(path: &Path, points_mm: Vec<PointMm>, format: Format) -> Source {
+        Source::of_cloud(path, Cloud { points_mm, ..Cloud::default() }, format)
+    }
+
+    /// The same with what is known of the points.
+    pub(super) fn of_cloud(path: &Path, cloud: Cloud, format: Format) -> Source {
         let origin = Origin { format, instrument: None, date: None, comment: None, taken: None };
-        let cloud = Cloud { points_mm, ..Cloud::default() };
         let content = Content::File(Topography::Cloud(cloud, origin));
         Source { path: path.to_owned(), file: path.to_owned(), content }
     }
@@ -135,6 +139,16 @@ impl Source {
         match &self.content {
             Content::File(topography) => topography.missing(),
             Content::Session(session) => session.flagged(),
+        }
+    }
+
+    /// The standard uncertainties of heights in mm that a file has, in the order of its points, and its format; none of a session.
+    pub(super) fn uncertainties_mm(&self) -> (&[f64], Format) {
+        match &self.content {
+            Content::File(topography) => {
+                (topography.uncertainties_mm(), topography.source().format)
+            }
+            Content::Session(_) => (&[], Format::Xyz),
         }
     }
 

@@ -194,7 +194,7 @@ fn descriptor(points: &[[f64; 3]], how: &How<'_>) -> Result<Descriptor, Failure>
     }
     let choices = Choices { strips: StripChoice::Uniform(how.strips), ..Choices::default() };
     let graph = |function: &FunctionChoice| -> Result<GraphFeatures, Failure> {
-        Ok(graph_features(&extract(&cloud, &function.field(&cloud)?, &choices)?.graph))
+        Ok(graph_features(&extract(&cloud, &function.field(&cloud, None)?, &choices)?.graph))
     };
     Ok(Descriptor::Graphs(how.functions.iter().map(graph).collect::<Result<_, Failure>>()?))
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use asphera_form::Nominal;
+use asphera_form::{Asphere, Nominal};
 use asphera_formats::volume::{Frame, UnitKnown, write_nrrd};
 use asphera_rig::{CtScene, CtTruth, CtVolume};
 
@@ -91,19 +91,25 @@ fn write_volume(path: &Path, volume: &CtVolume) -> Result<(), Failure> {
         .map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
+/// The keys of an asphere in a nominal file.
+pub(super) fn asphere_keys(asphere: &Asphere) -> String {
+    let mut text = format!(
+        "kind = \"asphere\"\nradius_mm = {:?}\nconic = {:?}\n",
+        asphere.radius_mm, asphere.conic
+    );
+    for (order, coefficient) in (4..).step_by(2).zip(asphere.coefficients) {
+        if coefficient != 0.0 {
+            text.push_str(&format!("A{order} = {coefficient:?}\n"));
+        }
+    }
+    text
+}
+
 /// The nominal file of an asphere.
 fn nominal(of: &Nominal, aperture_mm: f64) -> String {
-    let mut text = "[surface]\nkind = \"asphere\"\n".to_owned();
+    let mut text = "[surface]\n".to_owned();
     if let Nominal::Asphere(asphere) = of {
-        text.push_str(&format!(
-            "radius_mm = {:?}\nconic = {:?}\n",
-            asphere.radius_mm, asphere.conic
-        ));
-        for (order, coefficient) in (4..).step_by(2).zip(asphere.coefficients) {
-            if coefficient != 0.0 {
-                text.push_str(&format!("A{order} = {coefficient:?}\n"));
-            }
-        }
+        text.push_str(&asphere_keys(asphere));
     }
     text.push_str(&format!(
         "\n[aperture]\nshape = \"circle\"\nradius_mm = {aperture_mm:?}\n\n[fit]\nfree = [\"tx\", \"ty\", \"tz\", \"rx\", \"ry\"]\n"

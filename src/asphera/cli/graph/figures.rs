@@ -101,7 +101,7 @@ struct ArcFigures {
 pub(super) fn of(
     file: &str,
     points: &[[f64; 3]],
-    function: &FunctionChoice,
+    (function, values): (&FunctionChoice, Option<&[f64]>),
     choices: &Choices,
     progress: &Progress,
 ) -> Result<Outcome, Failure> {
@@ -109,7 +109,7 @@ pub(super) fn of(
     progress.stage("sorting points");
     let cloud = Cloud::new(points).map_err(|error| format!("{file}: {error}"))?;
     progress.stage(function.kind());
-    let field = function.field(&cloud).map_err(|error| format!("{file}: {error}"))?;
+    let field = function.field(&cloud, values).map_err(|error| format!("{file}: {error}"))?;
     progress.stage("joining pieces");
     let found = extract(&cloud, &field, choices).map_err(failed)?;
     progress.stage("trying other strips");

@@ -23,6 +23,8 @@ pub(in crate::cli) enum FunctionChoice {
     Laplacian(usize),
     Harmonic,
     Heat(f64),
+    /// The numbers of a column of the file, counted from 1.
+    Column(usize),
 }
 
 impl FromStr for FunctionChoice {
@@ -54,12 +56,15 @@ impl FromStr for FunctionChoice {
             ("laplacian", _, _) => argument.parse().ok().map(FunctionChoice::Laplacian),
             ("harmonic", "", _) => Some(FunctionChoice::Harmonic),
             ("heat", _, &[time]) => Some(FunctionChoice::Heat(time)),
+            ("column", ..) => {
+                argument.parse().ok().filter(|&column| column > 0).map(FunctionChoice::Column)
+            }
             _ => None,
         };
         found.ok_or_else(|| {
             format!(
                 "expected height:x, height:y, height:z, height:DX,DY,DZ, pca:1, pca:2, pca:3, centre, point:X,Y,Z, \
-                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic, geodesic:N, laplacian:N, harmonic or heat:T, found `{word}`"
+                 axis:X,Y,Z,DX,DY,DZ, log, square, saddle, geodesic, geodesic:N, laplacian:N, harmonic, heat:T or column:N, found `{word}`"
             )
         })
     }
@@ -86,11 +91,22 @@ impl FunctionChoice {
             FunctionChoice::Laplacian(number) => format!("laplacian:{number}"),
             FunctionChoice::Harmonic => "harmonic".into(),
             FunctionChoice::Heat(time) => format!("heat:{time}"),
+            FunctionChoice::Column(column) => format!("column:{column}"),
         }
     }
 
-    pub(in crate::cli) fn field(&self, cloud: &Cloud<3>) -> Result<Field, FunctionError> {
+    /// The function of a cloud; `values` are those of the column, one a point of the file.
+    pub(in crate::cli) fn field(
+        &self,
+        cloud: &Cloud<3>,
+        values: Option<&[f64]>,
+    ) -> Result<Field, FunctionError> {
         match *self {
+            FunctionChoice::Column(_) => {
+                // Points at one place share the middle of their values.
+                let values = values.map_or_else(Vec::new, |values| cloud.by_place(values));
+                Ok(Field::given(values))
+            }
             FunctionChoice::Height(direction) => functions::height(cloud, direction),
             FunctionChoice::Principal(axis) => functions::principal_height(cloud, axis),
             FunctionChoice::Centre => distance_from_centre(cloud),

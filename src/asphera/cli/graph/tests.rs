@@ -75,6 +75,34 @@ fn parts_have_their_place_and_their_holes() {
     assert!(folder.path().join("out/part-2.ply").is_file());
 }
 
+/// The angle about the axis of a ring as a column: cut along it the ring is open at one end and has no loop.
+#[test]
+fn a_column_of_the_file_is_a_function() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ring.csv");
+    let mut text = "x,y,z,turn,note\n".to_owned();
+    for step in 0..1000 {
+        let angle = f64::from(step) * std::f64::consts::TAU / 1000.0;
+        text += &format!("{},{},0,{angle},a\n", angle.cos(), angle.sin());
+    }
+    std::fs::write(&file, text).unwrap();
+    let done = |function: &str| {
+        let out = folder.path().join("out");
+        let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+        let words = ["asphera", "graph", file, "--out", out, "--force", "--function", function];
+        let Command::Graph(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
+        run(&args).map(|_| json(&folder, "graph.json")).map_err(|error| error.to_string())
+    };
+    let (places, column) = (done("height:x").unwrap(), done("column:1").unwrap());
+    assert_eq!([&places["loops"], &column["loops"]], [1, 1]);
+    let turn = done("column:4").unwrap();
+    assert_eq!((&turn["function"]["kind"], &turn["loops"]), (&"column:4".into(), &0.into()));
+    let high = turn["function"]["range"][1].as_f64().unwrap();
+    assert!((high - 0.999 * std::f64::consts::TAU).abs() < 1e-12, "{high}");
+    assert!(done("column:5").unwrap_err().contains("line 2, column 5: expected a number"));
+    assert!(done("column:6").unwrap_err().contains("expected column 6, counted from 1"));
+}
+
 #[test]
 fn what_is_no_function_strip_or_tau_is_told() {
     for (words, expected) in [
@@ -86,6 +114,7 @@ fn what_is_no_function_strip_or_tau_is_told() {
         (["graph", "--function", "geodesic:0"], "0 sources"),
         (["graph", "--function", "laplacian:0"], "0 eigenfunctions"),
         (["graph", "--function", "heat:0"], "above 0"),
+        (["graph", "--function", "column:0"], "heat:T or column:N"),
     ] {
         let [verb, flag, value] = words;
         let message = done(&[verb, &format!("{flag}={value}")]).unwrap_err();
