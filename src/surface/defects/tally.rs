@@ -95,8 +95,8 @@ pub(super) fn slope(size: [usize; 2], tallies: &[Tally], slot: usize) -> [f64; 2
     }
     let ([xx, xy, yy], [xz, yz]) = all.centred();
     let determinant = xx * yy - xy * xy;
-    // Written so that NaN fails.
-    if !(determinant > SPANNED * (xx + yy) * (xx + yy)) {
+    let spans_a_plane = determinant > SPANNED * (xx + yy) * (xx + yy);
+    if !spans_a_plane {
         return [0.0; 2];
     }
     [(yy * xz - xy * yz) / determinant, (xx * yz - xy * xz) / determinant]
