@@ -33,7 +33,7 @@ const MOST_SILENT: u32 = 5;
 /// # Devices that are asked
 ///
 /// An answer does not say which question it belongs to. After a time-out nothing is asked until the line was
-/// silent for [`Poll::late_limit_ms`]; what comes in that time is dropped. Without a [`Hello`] the first answer of
+/// silent for [`late_limit_ms`](crate::Poll::late_limit_ms); what comes in that time is dropped. Without a [`Hello`] the first answer of
 /// a connection only proves that the device is there, and the line must be silent for as long after it.
 ///
 /// # Devices with a queue of errors
