@@ -212,8 +212,10 @@ impl FormDetails {
                 let over = format!("over {} mm", (settings.integration_mm() * 1e4).round() / 1e4);
                 self.unknown.extend(stations::missing(&found, sample));
                 let of_limit = part.limits().iter().find_map(|limit| limit.slope);
-                let of_limit = of_limit.and_then(|settings| slopes(sample, settings).ok());
-                self.slopes_missing = of_limit.and_then(|found| stations::missing(&found, sample));
+                self.slopes_missing = of_limit.and_then(|of_limit| match of_limit == settings {
+                    true => stations::missing(&found, sample),
+                    false => stations::missing(&slopes(sample, of_limit).ok()?, sample),
+                });
                 let shares =
                     noise_nm.map_or([(None, None); 4], |nm| stations::noise_of(&found, nm));
                 for (figure, (noise_adds, without_noise)) in found.figures().into_iter().zip(shares)
