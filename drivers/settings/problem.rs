@@ -71,7 +71,7 @@ fn shown(text: &str) -> Cow<'_, str> {
 const LONGEST_SHOWN: usize = 400;
 
 /// Problems that a person is told at once: more are most often one, such as a file of another kind.
-const MOST_SHOWN: usize = 100;
+const MOST_SHOWN: usize = 40;
 
 #[cfg(test)]
 mod tests {
@@ -88,8 +88,8 @@ mod tests {
         };
         let all = Problems((1..=50_000).map(problem).collect()).to_string();
         assert!(all.starts_with("a.toml:1: \\u{1b}[2J: expected a number, found sss"), "{all}");
-        assert!(all.ends_with("… and 49900 more of the same file"));
-        assert_eq!(all.lines().count(), 101);
+        assert!(all.ends_with("… and 49960 more of the same file"));
+        assert_eq!(all.lines().count(), 41);
         assert!(all.len() < 50_000, "{} bytes", all.len());
     }
 }
