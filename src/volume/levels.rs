@@ -24,43 +24,95 @@ impl Levels {
     ///
     /// Values are counted in [`BINS`] classes of equal width from the smallest to the largest.
     pub fn new(values: &[f32]) -> Option<Levels> {
-        let finite = || values.iter().copied().filter(|value| value.is_finite());
-        let (low, high) =
-            finite().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        if low >= high || low == f32::INFINITY {
-            return None;
-        }
-        let width = (f64::from(high) - f64::from(low)) / BINS as f64;
-        let mut counts = vec![0_u64; BINS];
-        let mut are_two = true;
-        let mut count = 0_u64;
-        for value in finite() {
-            let class = ((f64::from(value) - f64::from(low)) / width) as usize;
-            counts[class.min(BINS - 1)] += 1;
-            are_two &= value == low || value == high;
-            count += 1;
-        }
-        let split = otsu_split(&counts);
-        let at = |edge: f64| f64::from(low) + width * edge;
-        let mode = |classes: std::ops::Range<usize>| {
-            // Of equal ones the first.
-            let most = classes.max_by_key(|&class| (counts[class], std::cmp::Reverse(class)));
-            at(most.unwrap_or(0) as f64 + 0.5)
-        };
-        Some(Levels {
-            low,
-            high,
-            are_two,
-            missing: values.len() as u64 - count,
-            otsu: at(split as f64),
-            background: mode(0..split),
-            material: mode(split..BINS),
-        })
+        let mut range = LevelRange::default();
+        range.add(values);
+        let mut counts = LevelCounts::new(range)?;
+        values.iter().for_each(|&value| counts.add(value, 1));
+        Some(counts.finish())
     }
 
     /// Halfway between background and material (ISO 50).
     pub fn iso_50(&self) -> f64 {
         f64::midpoint(self.background, self.material)
+    }
+}
+
+/// The smallest and the largest of values that come in portions, such as slices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelRange {
+    low: f32,
+    high: f32,
+    missing: u64,
+}
+
+impl Default for LevelRange {
+    fn default() -> LevelRange {
+        LevelRange { low: f32::INFINITY, high: f32::NEG_INFINITY, missing: 0 }
+    }
+}
+
+impl LevelRange {
+    /// Looks at more values.
+    pub fn add(&mut self, values: &[f32]) {
+        for &value in values {
+            if value.is_finite() {
+                (self.low, self.high) = (self.low.min(value), self.high.max(value));
+            } else {
+                self.missing += 1;
+            }
+        }
+    }
+}
+
+/// Levels of values that come in portions, once their range is known: each value is looked at twice.
+#[derive(Clone, Debug)]
+pub struct LevelCounts {
+    range: LevelRange,
+    counts: Vec<u64>,
+    are_two: bool,
+}
+
+impl LevelCounts {
+    /// Counts of nothing yet; `None` where no two values of the range differ.
+    pub fn new(range: LevelRange) -> Option<LevelCounts> {
+        let differ = range.low < range.high;
+        differ.then(|| LevelCounts { range, counts: vec![0; BINS], are_two: true })
+    }
+
+    /// Counts a value of the range so many times. One that is not finite counts nowhere.
+    pub fn add(&mut self, value: f32, times: u64) {
+        let LevelRange { low, high, .. } = self.range;
+        if !value.is_finite() || times == 0 {
+            return;
+        }
+        let class = ((f64::from(value) - f64::from(low)) / self.width()) as usize;
+        self.counts[class.min(BINS - 1)] += times;
+        self.are_two &= value == low || value == high;
+    }
+
+    fn width(&self) -> f64 {
+        (f64::from(self.range.high) - f64::from(self.range.low)) / BINS as f64
+    }
+
+    /// The levels of all values counted.
+    pub fn finish(self) -> Levels {
+        let LevelRange { low, high, missing } = self.range;
+        let split = otsu_split(&self.counts);
+        let at = |edge: f64| f64::from(low) + self.width() * edge;
+        let mode = |classes: std::ops::Range<usize>| {
+            // Of equal ones the first.
+            let most = classes.max_by_key(|&class| (self.counts[class], std::cmp::Reverse(class)));
+            at(most.unwrap_or(0) as f64 + 0.5)
+        };
+        Levels {
+            low,
+            high,
+            are_two: self.are_two,
+            missing,
+            otsu: at(split as f64),
+            background: mode(0..split),
+            material: mode(split..BINS),
+        }
     }
 }
 

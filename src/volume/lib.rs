@@ -13,6 +13,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bands;
 mod blur;
 mod cell;
 mod cells;
@@ -36,6 +37,7 @@ mod smooth;
 mod smoothing;
 mod surface;
 mod table;
+mod tally;
 mod threshold;
 mod topology;
 mod trilinear;
@@ -43,6 +45,7 @@ mod tube;
 mod volumes;
 mod voxels;
 
+pub use bands::{Bands, GreySlices, SurfaceBand};
 pub use blur::{BlurredArea, blurred_area, total_variation};
 pub use codes::{Case, CodeFacts, facts};
 pub use euler::{euler_6, euler_26};
@@ -52,10 +55,10 @@ pub use fractions::{
 };
 pub use grid::{GridCheck, PLACES, Verdict, Violation, needed_spacing_mm};
 pub use histogram::Histogram;
-pub use levels::{BINS, Levels};
+pub use levels::{BINS, LevelCounts, LevelRange, Levels};
 pub use majority::{Majority, majority};
 pub use marching::{Crossings, GREY_MARGIN, Grey, Middles, marching_cubes};
-pub use parts::{Parts, cavities};
+pub use parts::{Parts, cavities, components};
 pub use reconstruct::{BALL_RADIUS, LEAST_BALL_RADIUS, Method, MethodError, reconstruct};
 pub use refine::MAX_REFINE;
 pub use samples::{MAX_SAMPLES, Samples, SizeError, SlabBuilder};
@@ -63,6 +66,7 @@ pub use smooth::Blend;
 pub use smoothing::smoothed;
 pub use surface::{Piece, Surface, SurfaceCheck};
 pub use table::Ambiguity;
+pub use tally::{SurfaceFigures, SurfaceTally};
 pub use topology::Topology;
 pub use trilinear::trilinear_surface;
 pub use tube::{area_bounds, difference_area, semi_local_area, tube_counts};

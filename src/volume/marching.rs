@@ -144,15 +144,7 @@ pub(crate) fn marching_with(
     crossings: &impl Crossings,
 ) -> Surface {
     let layers = samples.size()[2] + 2;
-    // Vertices of slice z: first the edges within the slice, then those to the next one.
-    let counts: Vec<[u32; 2]> =
-        (0..layers).into_par_iter().map(|z| vertex_counts(samples, z)).collect();
-    let mut starts = Vec::with_capacity(layers + 1);
-    let mut total = 0_u32;
-    for [within, between] in counts {
-        starts.push([total, total + within]);
-        total += within + between;
-    }
+    let (starts, total) = first_numbers(samples);
     // One thread has nothing to share, and need not put bands together.
     let chunks = if rayon::current_num_threads() == 1 { 1 } else { CHUNKS };
     let chunk = (layers - 1).div_ceil(chunks).max(1);
@@ -170,6 +162,26 @@ pub(crate) fn marching_with(
         .map(|(layers, vertices)| band(samples, cuts, crossings, &starts, layers, vertices))
         .collect();
     joined(vertices, bands)
+}
+
+/// The first numbers of the vertices of each slice, those within it and those to the next one; and the number of all.
+///
+/// # Panics
+///
+/// Where there are more than 2³² vertices.
+pub(crate) fn first_numbers(samples: &Samples) -> (Vec<[u32; 2]>, u32) {
+    let layers = samples.size()[2] + 2;
+    let counts: Vec<[u32; 2]> =
+        (0..layers).into_par_iter().map(|z| vertex_counts(samples, z)).collect();
+    let mut total = 0_u32;
+    let starts = counts.into_iter().map(|[within, between]| {
+        let start = total;
+        let end = u64::from(start) + u64::from(within) + u64::from(between);
+        assert!(end < u64::from(u32::MAX), "a surface has below 2^32 vertices");
+        total = end as u32;
+        [start, start + within]
+    });
+    (starts.collect(), total)
 }
 
 /// The surface of all bands, vertices within cells behind the others.
@@ -203,8 +215,8 @@ fn joined(mut vertices: Vec<[f64; 3]>, mut bands: Vec<Band>) -> Surface {
 
 /// Triangles of a band of layers.
 #[derive(Default)]
-struct Band {
-    triangles: Vec<[u32; 3]>,
+pub(crate) struct Band {
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Vertices within cells; triangles count them from the largest number down.
     within: Vec<[f64; 3]>,
 }
@@ -314,7 +326,7 @@ impl Numbers {
 }
 
 /// Places the vertices of the slices `layers`, and gives the triangles of the layers of cells above them.
-fn band(
+pub(crate) fn band(
     samples: &Samples,
     cuts: &impl Cuts,
     crossings: &impl Crossings,

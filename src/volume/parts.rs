@@ -76,12 +76,26 @@ impl Parts {
     }
 }
 
+/// The number of parts of the foreground, as [`Parts`] has them; the memory is that of two slices of runs.
+pub fn components(samples: &Samples) -> u64 {
+    count(samples, Phase::Foreground)
+}
+
 /// The number of parts of the background that the foreground encloses (neighbours share at least a corner of their voxels).
-pub fn cavities(samples: &Samples) -> usize {
-    let (runs, mut forest) = runs_joined(samples, Phase::Background);
-    let roots = (0..runs.len() as u32).filter(|&run| forest.root(run) == run).count();
+pub fn cavities(samples: &Samples) -> u64 {
     // One of them is the outside, for the layer around the volume is connected.
-    roots - 1
+    count(samples, Phase::Background) - 1
+}
+
+/// The number of parts of a phase, slice by slice: a part that no run of the newest slice belongs to is finished.
+fn count(samples: &Samples, phase: Phase) -> u64 {
+    let mut sweep = Sweep::new(samples, phase);
+    let mut finished = 0;
+    for z in 0..samples.size()[2] + 2 {
+        sweep.slice(z);
+        finished += sweep.forget();
+    }
+    finished + sweep.roots() as u64
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -92,31 +106,50 @@ enum Phase {
 
 /// The runs of one phase, those of neighbouring rows joined. The root of a part is its first run.
 fn runs_joined(samples: &Samples, phase: Phase) -> (Vec<Run>, Forest) {
-    let [nx, ny, nz] = samples.size();
-    let mut runs: Vec<Run> = Vec::new();
-    let mut forest = Forest::default();
-    // First run of every row of the slice before and of this one.
-    let mut before: Vec<usize> = Vec::new();
-    let reach = u32::from(phase == Phase::Background);
-    for z in 0..nz + 2 {
+    let mut sweep = Sweep::new(samples, phase);
+    for z in 0..samples.size()[2] + 2 {
+        sweep.slice(z);
+    }
+    (sweep.runs, sweep.forest)
+}
+
+/// Runs of one phase, found slice by slice.
+struct Sweep<'a> {
+    samples: &'a Samples,
+    phase: Phase,
+    runs: Vec<Run>,
+    forest: Forest,
+    /// The first run of every row of the newest slice, and the end of the last.
+    rows: Vec<usize>,
+}
+
+impl Sweep<'_> {
+    fn new(samples: &Samples, phase: Phase) -> Sweep<'_> {
+        Sweep { samples, phase, runs: Vec::new(), forest: Forest::default(), rows: Vec::new() }
+    }
+
+    /// Adds the next slice, counted in the padded volume.
+    fn slice(&mut self, z: usize) {
+        let Sweep { samples, phase, runs, forest, rows: before } = self;
+        let [nx, ny, _] = samples.size();
+        let reach = u32::from(*phase == Phase::Background);
         let mut here = Vec::with_capacity(ny + 3);
         for y in 0..ny + 2 {
             let start = runs.len();
             here.push(start);
-            push_runs(samples.row(y, z), (nx + 2) as u32, phase, |columns| {
+            push_runs(samples.row(y, z), (nx + 2) as u32, *phase, |columns| {
                 runs.push(Run { columns, row: [y as u32, z as u32] });
                 forest.push();
             });
             let own = start..runs.len();
-            let mut join =
-                |range: Range<usize>| join(&runs, &mut forest, own.clone(), range, reach);
+            let mut join = |range: Range<usize>| join(runs, forest, own.clone(), range, reach);
             if y > 0 {
                 join(here[y - 1]..start);
             }
             if z > 0 {
                 join(before[y]..before[y + 1]);
                 // Background meets across edges and corners too.
-                if phase == Phase::Background {
+                if *phase == Phase::Background {
                     if y > 0 {
                         join(before[y - 1]..before[y]);
                     }
@@ -127,9 +160,33 @@ fn runs_joined(samples: &Samples, phase: Phase) -> (Vec<Run>, Forest) {
             }
         }
         here.push(runs.len());
-        before = here;
+        *before = here;
     }
-    (runs, forest)
+
+    /// Forgets all runs but those of the newest slice, and gives the number of parts that have none there.
+    fn forget(&mut self) -> u64 {
+        let first = self.rows[0];
+        // Its first run in the newest slice stands for a part from here on.
+        let mut number = vec![u32::MAX; self.runs.len()];
+        let mut parents = Vec::with_capacity(self.runs.len() - first);
+        for run in first..self.runs.len() {
+            let root = self.forest.root(run as u32) as usize;
+            if number[root] == u32::MAX {
+                number[root] = (run - first) as u32;
+            }
+            parents.push(number[root]);
+        }
+        let roots = self.roots();
+        self.forest.parents = parents;
+        self.runs.drain(..first);
+        self.rows.iter_mut().for_each(|start| *start -= first);
+        (roots - self.roots()) as u64
+    }
+
+    /// The parts that runs which are not forgotten belong to.
+    fn roots(&self) -> usize {
+        (0_u32..).zip(&self.forest.parents).filter(|(run, parent)| run == *parent).count()
+    }
 }
 
 /// Joins the runs of two rows that overlap, or lie within `reach` columns of each other.

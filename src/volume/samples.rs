@@ -103,19 +103,9 @@ impl Samples {
         values: &[u8],
         threshold: u8,
     ) -> Result<Samples, SizeError> {
-        let mut samples = Samples::background(size)?;
-        let expected = size[0] * size[1] * size[2];
-        if values.len() != expected {
-            return Err(SizeError::Length { expected, found: values.len() });
-        }
-        let mut rows = values.chunks_exact(size[0]);
-        for z in 1..=size[2] {
-            for y in 1..=size[1] {
-                let Some(values) = rows.next() else { break };
-                mask_of_bytes(values, threshold, samples.row_mut(y, z));
-            }
-        }
-        Ok(samples)
+        let mut builder = SlabBuilder::new(size)?;
+        builder.push_bytes(values, threshold)?;
+        builder.finish()
     }
 
     /// Columns, rows and slices.
@@ -260,6 +250,26 @@ impl SlabBuilder {
         Ok(())
     }
 
+    /// Adds bytes: foreground is what is `threshold` or more.
+    ///
+    /// # Errors
+    ///
+    /// As [`SlabBuilder::push_values`].
+    pub fn push_bytes(&mut self, values: &[u8], threshold: u8) -> Result<(), SizeError> {
+        self.check(values.len())?;
+        let [nx, ny, _] = self.samples.size;
+        if !self.filled.is_multiple_of(nx) || !values.len().is_multiple_of(nx) {
+            self.push_with(values.len(), |index| values[index] >= threshold);
+            return Ok(());
+        }
+        let first = self.filled / nx;
+        for (row, values) in (first..).zip(values.chunks_exact(nx)) {
+            mask_of_bytes(values, threshold, self.samples.row_mut(row % ny + 1, row / ny + 1));
+        }
+        self.filled += values.len();
+        Ok(())
+    }
+
     /// The volume.
     ///
     /// # Errors
@@ -322,10 +332,13 @@ mod tests {
             assert_eq!(Samples::from_bytes(size, &bytes, 130).unwrap(), by_rule);
             for slab in [1, 7, 64, 1000] {
                 let mut builder = SlabBuilder::new(size).unwrap();
-                for part in floats.chunks(slab) {
+                let mut of_bytes = SlabBuilder::new(size).unwrap();
+                for (part, bytes) in floats.chunks(slab).zip(bytes.chunks(slab)) {
                     builder.push_values(part, 0.5).unwrap();
+                    of_bytes.push_bytes(bytes, 130).unwrap();
                 }
                 assert_eq!(builder.finish().unwrap(), by_rule);
+                assert_eq!(of_bytes.finish().unwrap(), by_rule);
             }
             assert_eq!(by_rule.foreground(), bools.iter().filter(|&&b| b).count() as u64);
             let other = by_rule.complement();

@@ -137,18 +137,7 @@ impl Surface {
 
     /// Area of a triangle, and the volume between it and the first vertex of the mesh.
     fn area_and_volume(&self, corners: &[u32; 3]) -> (f64, f64) {
-        let origin = self.vertices[0];
-        let [a, b, c] = corners.map(|corner| {
-            let vertex = self.vertices[corner as usize];
-            [0, 1, 2].map(|axis| vertex[axis] - origin[axis])
-        });
-        let cross = |u: [f64; 3], v: [f64; 3]| {
-            [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
-        };
-        let minus = |u: [f64; 3], v: [f64; 3]| [0, 1, 2].map(|axis| u[axis] - v[axis]);
-        let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-        let normal = cross(minus(b, a), minus(c, a));
-        (dot(normal, normal).sqrt() / 2.0, dot(a, cross(b, c)) / 6.0)
+        area_and_volume(self.vertices[0], corners.map(|corner| self.vertices[corner as usize]))
     }
 
     /// The same mesh with every vertex moved by a rule, such as into the frame of a file.
@@ -161,4 +150,16 @@ impl Surface {
         }
         self
     }
+}
+
+/// Area of a triangle, and the volume between it and a place.
+pub(crate) fn area_and_volume(origin: [f64; 3], corners: [[f64; 3]; 3]) -> (f64, f64) {
+    let minus = |u: [f64; 3], v: [f64; 3]| [0, 1, 2].map(|axis| u[axis] - v[axis]);
+    let [a, b, c] = corners.map(|vertex| minus(vertex, origin));
+    let cross = |u: [f64; 3], v: [f64; 3]| {
+        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    };
+    let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    let normal = cross(minus(b, a), minus(c, a));
+    (dot(normal, normal).sqrt() / 2.0, dot(a, cross(b, c)) / 6.0)
 }

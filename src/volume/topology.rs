@@ -1,7 +1,7 @@
 //! Components, tunnels and cavities of the solid.
 
 use crate::euler::{euler_6, euler_26};
-use crate::parts::{Parts, cavities};
+use crate::parts::{cavities, components};
 use crate::{Histogram, Samples};
 
 /// The topology of the digitized solid.
@@ -20,14 +20,9 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// The topology of a volume; `histogram` is that of the same volume.
+    /// The topology of a volume; `histogram` is that of the same volume. Memory is that of some slices.
     pub fn new(samples: &Samples, histogram: &Histogram) -> Topology {
-        Topology::of_parts(samples, histogram, &Parts::label(samples))
-    }
-
-    /// The same where the parts are known already.
-    pub fn of_parts(samples: &Samples, histogram: &Histogram, parts: &Parts) -> Topology {
-        let (components, cavities) = (parts.count() as u64, cavities(samples) as u64);
+        let (components, cavities) = (components(samples), cavities(samples));
         let euler_6 = euler_6(histogram);
         Topology {
             euler_6,

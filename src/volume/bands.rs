@@ -1,0 +1,81 @@
+//! Marching cubes band by band: a surface that need not fit into memory.
+
+use std::ops::Range;
+
+use crate::marching::{band, first_numbers};
+use crate::table::{Ambiguity, Table};
+use crate::{Crossings, Samples};
+
+/// The surface of [`marching_cubes`](crate::marching_cubes), some slices at a time.
+#[derive(Debug)]
+pub struct Bands<'a> {
+    samples: &'a Samples,
+    rule: Ambiguity,
+    starts: Vec<[u32; 2]>,
+    vertices: u32,
+}
+
+/// The vertices of some slices, and the triangles that lie between each of these slices and the next one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceBand {
+    /// The number of the first vertex.
+    pub first: u32,
+    /// Vertices in samples, numbered from `first`.
+    pub vertices: Vec<[f64; 3]>,
+    /// Corners of the triangles by number; the highest may be vertices of the band after this one.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Bands<'_> {
+    /// Counts the vertices, by slices in the caller's pool.
+    ///
+    /// # Panics
+    ///
+    /// Where there are more than 2³² vertices.
+    pub fn new(samples: &Samples, rule: Ambiguity) -> Bands<'_> {
+        let (starts, vertices) = first_numbers(samples);
+        Bands { samples, rule, starts, vertices }
+    }
+
+    /// The number of all vertices.
+    pub fn vertices(&self) -> u32 {
+        self.vertices
+    }
+
+    /// The number of slices that bands are cut from: all of the volume, and the layer on one side.
+    pub fn slices(&self) -> usize {
+        self.samples.size()[2] + 1
+    }
+
+    /// The band of some slices. `crossings` is asked about the samples of the slices `start - 1` to `end - 1` only.
+    ///
+    /// The bands of all slices in turn are the surface: its vertices and triangles in the same order, to the bit.
+    ///
+    /// # Panics
+    ///
+    /// Where there are no such slices.
+    pub fn band(&self, slices: Range<usize>, crossings: &impl Crossings) -> SurfaceBand {
+        assert!(slices.start < slices.end && slices.end <= self.slices(), "no such slices");
+        let first = self.starts[slices.start][0];
+        let mut vertices = vec![[0.0; 3]; (self.starts[slices.end][0] - first) as usize];
+        let table = Table::of(self.rule);
+        let band = band(self.samples, table, crossings, &self.starts, slices, &mut vertices);
+        SurfaceBand { first, vertices, triangles: band.triangles }
+    }
+}
+
+/// Crossings by the grey values of some slices of a volume.
+#[derive(Clone, Copy, Debug)]
+pub struct GreySlices<'a> {
+    /// The values of these slices alone.
+    pub grey: crate::Grey<'a>,
+    /// The first of them in the volume.
+    pub first_slice: usize,
+}
+
+impl Crossings for GreySlices<'_> {
+    fn share(&self, mut from: [i64; 3], axis: usize) -> f64 {
+        from[2] -= self.first_slice as i64;
+        self.grey.share(from, axis)
+    }
+}

@@ -1,0 +1,238 @@
+//! Figures of a surface that comes in bands: those of [`Surface`](crate::Surface), in the memory of two bands.
+
+use rayon::prelude::*;
+
+use crate::surface::{Piece, area_and_volume};
+use crate::{SurfaceBand, SurfaceCheck};
+
+/// Sums over the bands of a surface, handed over in turn.
+#[derive(Debug, Default)]
+pub struct SurfaceTally {
+    /// Number of the first vertex that is remembered, and what is known of it and those after it.
+    first: u32,
+    places: Vec<[f64; 3]>,
+    /// The piece of each of these vertices, or [`NONE`].
+    piece_of: Vec<u32>,
+    /// Triangles whose highest vertices have not come yet.
+    waiting: Vec<[u32; 3]>,
+    /// What volumes are measured about.
+    origin: Option<[f64; 3]>,
+    growing: Vec<Growing>,
+    finished: Vec<Growing>,
+    /// Sides of triangles that another may still share, with the direction in which each runs.
+    sides: Vec<(u64, bool)>,
+    is_closed: bool,
+    is_oriented: bool,
+    vertices: u64,
+    triangles: u64,
+}
+
+/// Figures of a whole surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceFigures {
+    /// The number of vertices.
+    pub vertices: u64,
+    /// The number of triangles.
+    pub triangles: u64,
+    /// What the surface is; of rings about vertices nothing is known, so `is_manifold` is that of its sides.
+    pub check: SurfaceCheck,
+    /// Its area, in squares of the unit of the vertices.
+    pub area: f64,
+    /// The volume it encloses, in cubes of this unit.
+    pub volume: f64,
+    /// Its connected pieces, the one with the lowest vertex number first.
+    pub pieces: Vec<Piece>,
+}
+
+/// A piece that may go on.
+#[derive(Clone, Copy, Debug)]
+struct Growing {
+    /// The piece it was joined to, or itself.
+    parent: u32,
+    first_vertex: u32,
+    vertices: i64,
+    triangles: i64,
+    area: f64,
+    volume: f64,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl SurfaceTally {
+    /// A tally of nothing.
+    pub fn new() -> SurfaceTally {
+        SurfaceTally { is_closed: true, is_oriented: true, ..SurfaceTally::default() }
+    }
+
+    /// Adds the next band, its vertices in the unit that figures are asked in.
+    ///
+    /// # Panics
+    ///
+    /// Where the band does not follow the one before.
+    pub fn add(&mut self, band: &SurfaceBand) {
+        assert_eq!(u64::from(band.first), self.vertices, "bands come in turn");
+        self.origin = self.origin.or(band.vertices.first().copied());
+        self.vertices += band.vertices.len() as u64;
+        self.places.extend_from_slice(&band.vertices);
+        self.piece_of.resize(self.places.len(), NONE);
+        let waiting = std::mem::take(&mut self.waiting);
+        self.measure(&waiting);
+        self.forget(band.first);
+        self.waiting.clone_from(&band.triangles);
+    }
+
+    /// The figures of all bands.
+    pub fn finish(mut self) -> SurfaceFigures {
+        let waiting = std::mem::take(&mut self.waiting);
+        self.measure(&waiting);
+        self.forget(u32::MAX);
+        self.is_closed &= self.sides.is_empty();
+        let mut pieces = self.finished;
+        pieces.sort_by_key(|piece| piece.first_vertex);
+        let pieces: Vec<Piece> = pieces.iter().map(Growing::figures).collect();
+        SurfaceFigures {
+            vertices: self.vertices,
+            triangles: self.triangles,
+            check: SurfaceCheck {
+                is_closed: self.is_closed,
+                is_oriented: self.is_oriented,
+                is_manifold: self.is_closed && self.is_oriented,
+            },
+            area: pieces.iter().map(|piece| piece.area).sum(),
+            volume: pieces.iter().map(|piece| piece.volume).sum(),
+            pieces,
+        }
+    }
+
+    fn measure(&mut self, triangles: &[[u32; 3]]) {
+        self.triangles += triangles.len() as u64;
+        let origin = self.origin.unwrap_or_default();
+        for corners in triangles {
+            let own = corners.map(|corner| (corner - self.first) as usize);
+            let piece = self.piece(own, corners);
+            let (area, volume) = area_and_volume(origin, own.map(|corner| self.places[corner]));
+            let piece = &mut self.growing[piece as usize];
+            piece.triangles += 1;
+            piece.area += area;
+            piece.volume += volume;
+        }
+        self.sides.extend(triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(
+            |(a, b)| {
+                let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                (key, a < b)
+            },
+        ));
+    }
+
+    /// The piece of a triangle, that of its corners; those of several pieces join them.
+    fn piece(&mut self, own: [usize; 3], corners: &[u32; 3]) -> u32 {
+        let known = own.map(|corner| self.piece_of[corner]);
+        let mut piece = NONE;
+        for of in known.into_iter().filter(|&of| of != NONE) {
+            let root = self.root(of);
+            piece = if piece == NONE { root } else { self.join(piece, root) };
+        }
+        if piece == NONE {
+            piece = self.growing.len() as u32;
+            let first_vertex = corners[0].min(corners[1]).min(corners[2]);
+            let empty = Growing {
+                parent: piece,
+                first_vertex,
+                vertices: 0,
+                triangles: 0,
+                area: 0.0,
+                volume: 0.0,
+            };
+            self.growing.push(empty);
+        }
+        for (corner, number) in own.into_iter().zip(corners) {
+            if self.piece_of[corner] == NONE {
+                let piece = &mut self.growing[piece as usize];
+                piece.vertices += 1;
+                piece.first_vertex = piece.first_vertex.min(*number);
+            }
+            self.piece_of[corner] = piece;
+        }
+        piece
+    }
+
+    fn root(&mut self, mut piece: u32) -> u32 {
+        loop {
+            let parent = self.growing[piece as usize].parent;
+            if parent == piece {
+                return piece;
+            }
+            self.growing[piece as usize].parent = self.growing[parent as usize].parent;
+            piece = parent;
+        }
+    }
+
+    /// Joins two roots, and gives the one that is left.
+    fn join(&mut self, a: u32, b: u32) -> u32 {
+        let (into, from) = (a.min(b), a.max(b));
+        if into != from {
+            let Growing { first_vertex, vertices, triangles, area, volume, .. } =
+                self.growing[from as usize];
+            self.growing[from as usize].parent = into;
+            let piece = &mut self.growing[into as usize];
+            piece.first_vertex = piece.first_vertex.min(first_vertex);
+            piece.vertices += vertices;
+            piece.triangles += triangles;
+            piece.area += area;
+            piece.volume += volume;
+        }
+        into
+    }
+
+    /// Forgets the vertices below a number: no triangle to come has one of them.
+    fn forget(&mut self, below: u32) {
+        self.pair_sides(below);
+        let gone = ((below - self.first) as usize).min(self.places.len());
+        self.places.drain(..gone);
+        self.piece_of.drain(..gone);
+        self.first += gone as u32;
+        // Pieces with a vertex that is left go on, under new numbers; the others are finished.
+        let mut number = vec![NONE; self.growing.len()];
+        let mut growing = Vec::new();
+        for index in 0..self.piece_of.len() {
+            if self.piece_of[index] == NONE {
+                continue;
+            }
+            let root = self.root(self.piece_of[index]);
+            if number[root as usize] == NONE {
+                number[root as usize] = growing.len() as u32;
+                let parent = growing.len() as u32;
+                growing.push(Growing { parent, ..self.growing[root as usize] });
+            }
+            self.piece_of[index] = number[root as usize];
+        }
+        let is_root = |index: usize| self.growing[index].parent == index as u32;
+        let finished = (0..self.growing.len()).filter(|&at| is_root(at) && number[at] == NONE);
+        self.finished.extend(finished.map(|at| self.growing[at]));
+        self.growing = growing;
+    }
+
+    /// Pairs the sides that have a vertex below a number, and keeps those whose second triangle may still come.
+    fn pair_sides(&mut self, below: u32) {
+        self.sides.par_sort_unstable();
+        let mut left = Vec::new();
+        for group in self.sides.chunk_by(|a, b| a.0 == b.0) {
+            let is_final = (group[0].0 >> 32) < u64::from(below);
+            if group.len() == 1 && !is_final {
+                left.push(group[0]);
+                continue;
+            }
+            let is_side = group[0].0 >> 32 != group[0].0 & u64::from(u32::MAX);
+            self.is_closed &= group.len() == 2 && is_side;
+            self.is_oriented &= group.len() == 2 && group[0].1 != group[1].1;
+        }
+        self.sides = left;
+    }
+}
+
+impl Growing {
+    fn figures(&self) -> Piece {
+        let euler = self.vertices - self.triangles / 2;
+        Piece { euler, genus: 1 - euler / 2, area: self.area, volume: self.volume }
+    }
+}
