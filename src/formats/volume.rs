@@ -15,10 +15,12 @@
 
 mod element;
 mod header;
+mod layout;
 mod metaimage;
 mod nifti;
 mod nrrd;
 mod raw;
+mod slice_reader;
 mod slices;
 mod tiff;
 mod unpack;
@@ -30,6 +32,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+pub use slice_reader::{MAX_SLICED, OpenFile, SliceReader, Stored};
 pub use write::write_nrrd;
 
 use crate::{Format, Place, ReadError};
@@ -202,12 +205,12 @@ pub fn read(name: &str, bytes: &[u8], beside: Beside<'_>) -> Result<Volume, Read
     match format_of(name, bytes) {
         Some(Format::Nrrd) => nrrd::read(bytes, beside),
         Some(Format::Nifti) => nifti::read(name, bytes, beside),
-        Some(Format::MetaImage) => metaimage::read(bytes, beside),
+        Some(Format::MetaImage) => metaimage::layout(bytes)?.volume(bytes, beside),
         Some(Format::Tiff) => tiff::read(bytes),
         Some(Format::Vti) => vti::read(bytes),
         Some(Format::Vgi) => vgi::read(bytes, None, beside),
-        Some(Format::Raw) => raw::read(name, bytes, None, beside),
-        Some(Format::Vol) => vol::read(bytes),
+        Some(Format::Raw) => raw::layout(name, bytes)?.volume(bytes, beside),
+        Some(Format::Vol) => vol::layout(bytes)?.volume(bytes, beside),
         _ => samples_without_header(name, bytes, beside),
     }
 }
@@ -255,7 +258,7 @@ fn samples_without_header(
     }
     let side = format!("{}.toml", stem(name));
     if let Ok(header) = beside(&side) {
-        return raw::read(&side, &header, Some(bytes), beside);
+        return raw::layout(&side, &header)?.volume_in(bytes);
     }
     match beside(&format!("{}.vgi", stem(name))) {
         Ok(header) if vgi::is_vgi(&header) => vgi::read(&header, Some(bytes), beside),

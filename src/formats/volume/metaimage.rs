@@ -4,8 +4,9 @@
 
 use super::element::Element;
 use super::header::{Entry, Header, has_key, lines_with_ends};
-use super::unpack::{Packing, exactly, unpacked};
-use super::{Beside, Frame, UnitKnown, Volume, sample_count};
+use super::layout::{Layout, SamplesIn, Skip};
+use super::unpack::Packing;
+use super::{Frame, UnitKnown};
 use crate::{Format, Place, ReadError};
 
 const FORMAT: Format = Format::MetaImage;
@@ -14,7 +15,7 @@ pub(super) fn is_metaimage(bytes: &[u8]) -> bool {
     has_key(bytes, "NDims", '=') && has_key(bytes, "DimSize", '=')
 }
 
-pub(super) fn read(bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError> {
+pub(super) fn layout(bytes: &[u8]) -> Result<Layout, ReadError> {
     let mut header = Header { format: FORMAT, entries: Vec::new() };
     let mut start = bytes.len();
     for (line, text, end) in lines_with_ends(bytes) {
@@ -45,41 +46,39 @@ pub(super) fn read(bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError
     }
     let sizes = header.require(&["DimSize"])?;
     let size: [u64; 3] = header.wholes(sizes)?;
-    let count = sample_count(FORMAT, Place::Line { line: sizes.line, column: 0 }, size)?;
-    let element = element(&header)?;
-    let expected = count * element.bytes();
-    let frame = frame(&header)?;
     let source = header.require(&["ElementDataFile"])?;
-    let elsewhere;
-    let (data, place) = if source.value.eq_ignore_ascii_case("LOCAL") {
-        (&bytes[start..], start as u64)
+    let file = if source.value.eq_ignore_ascii_case("LOCAL") {
+        SamplesIn::Own
     } else if source.value.starts_with("LIST") || source.value.contains('%') {
         return Err(header.unsupported(source, "LOCAL or the name of one file"));
     } else {
         let file = source.value.rsplit(['/', '\\']).next().unwrap_or_default();
-        elsewhere = beside(file).map_err(|why| ReadError::Malformed {
-            format: FORMAT,
-            place: Place::Line { line: source.line, column: 0 },
-            expected: "the file with the samples beside the header".into(),
-            found: why,
-        })?;
-        (&elsewhere[..], 0)
+        SamplesIn::Beside(file.to_owned(), Place::Line { line: source.line, column: 0 })
     };
-    let bytes = if header.flag(&["CompressedData"])? {
-        unpacked(FORMAT, place, data, Packing::Zlib, expected as u64)?
-    } else {
-        let skip = match header.find(&["HeaderSize"]) {
-            None => 0,
-            Some(entry) if entry.value == "-1" => data.len().saturating_sub(expected),
-            Some(entry) => usize::try_from(header.wholes::<1>(entry)?[0]).unwrap_or(usize::MAX),
+    let mut layout = Layout {
+        format: FORMAT,
+        size,
+        size_at: Place::Line { line: sizes.line, column: 0 },
+        element: element(&header)?,
+        is_big: header.flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"])?,
+        frame: frame(&header)?,
+        start: if file == SamplesIn::Own { start as u64 } else { 0 },
+        file,
+        packing: None,
+        skip_lines: 0,
+        skip: Skip::Bytes(0),
+        is_all: false,
+    };
+    if header.flag(&["CompressedData"])? {
+        layout.packing = Some(Packing::Zlib);
+    } else if let Some(entry) = header.find(&["HeaderSize"]) {
+        layout.skip = if entry.value == "-1" {
+            Skip::AllBefore
+        } else {
+            Skip::Bytes(header.wholes::<1>(entry)?[0])
         };
-        let data = data.get(skip..).unwrap_or_default();
-        data[..data.len().min(expected)].to_vec()
-    };
-    let bytes = exactly(FORMAT, place, bytes, expected)?;
-    let is_big = header.flag(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"])?;
-    let values = element.decoded(bytes, is_big);
-    Ok(Volume { size: size.map(|side| side as usize), values, frame, format: FORMAT })
+    }
+    Ok(layout)
 }
 
 fn element(header: &Header) -> Result<Element, ReadError> {

@@ -5,8 +5,9 @@
 
 use super::element::Element;
 use super::header::{Entry, Header, MAX_HEADER, lines_with_ends};
-use super::unpack::{Packing, exactly, unpacked};
-use super::{Beside, Frame, UnitKnown, Values, Volume, sample_count};
+use super::layout::{Layout, SamplesIn, Skip};
+use super::unpack::Packing;
+use super::{Beside, Frame, MAX_SAMPLES, UnitKnown, Values, Volume};
 use crate::scan::says_missing;
 use crate::{Format, Place, ReadError};
 
@@ -18,41 +19,113 @@ pub(super) fn is_nrrd(bytes: &[u8]) -> bool {
 
 pub(super) fn read(bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError> {
     let (header, attached) = header(bytes)?;
+    let layout = layout_of(&header, attached, bytes.len())?;
+    if !is_text(&header)? {
+        return layout.volume(bytes, beside);
+    }
+    let count = layout.count(MAX_SAMPLES)? as usize;
+    let elsewhere;
+    let text = match &layout.file {
+        SamplesIn::Own => &bytes[layout.start as usize..],
+        SamplesIn::Beside(name, place) => {
+            elsewhere = beside(name).map_err(|why| layout.no_file(place, why))?;
+            &elsewhere[..]
+        }
+    };
+    let skip = match layout.skip {
+        Skip::Bytes(skip) => usize::try_from(skip).unwrap_or(usize::MAX),
+        Skip::AllBefore => 0,
+    };
+    let last_line = header.entries.last().map_or(1, |last| last.line);
+    let values = text_samples(text.get(skip..).unwrap_or_default(), count, last_line)?;
+    let size = layout.size.map(|side| side as usize);
+    Ok(Volume { size, values, frame: layout.frame, format: FORMAT })
+}
+
+/// What the header says; `None` of samples as text.
+pub(super) fn layout(bytes: &[u8]) -> Result<Option<Layout>, ReadError> {
+    let (header, attached) = header(bytes)?;
+    let layout = layout_of(&header, attached, bytes.len())?;
+    Ok((!is_text(&header)?).then_some(layout))
+}
+
+fn layout_of(header: &Header, attached: Option<usize>, end: usize) -> Result<Layout, ReadError> {
     let dimension = header.require(&["dimension"])?;
     if dimension.value != "3" {
         return Err(header.unsupported(dimension, "3 dimensions of one number each"));
     }
     let sizes = header.require(&["sizes"])?;
-    let size: [u64; 3] = header.wholes(sizes)?;
-    let count = sample_count(FORMAT, Place::Line { line: sizes.line, column: 0 }, size)?;
-    let element = element(&header)?;
-    let frame = frame(&header)?;
-    let name = header.find(&["data file", "datafile"]);
-    let (data, start) = match name {
-        None => (attached.map(|start| bytes[start..].to_vec()), attached.unwrap_or_default()),
-        Some(entry) => {
-            let is_list = entry.value.starts_with("LIST") || entry.value.contains('%');
-            if is_list {
+    let size_at = Place::Line { line: sizes.line, column: 0 };
+    let (file, start) = match (header.find(&["data file", "datafile"]), attached) {
+        (None, Some(start)) => (SamplesIn::Own, start),
+        (None, None) => {
+            return Err(ReadError::Malformed {
+                format: FORMAT,
+                place: Place::Byte(end as u64),
+                expected: "an empty line and samples, or a field data file".into(),
+                found: "neither".into(),
+            });
+        }
+        (Some(entry), _) => {
+            if entry.value.starts_with("LIST") || entry.value.contains('%') {
                 return Err(header.unsupported(entry, "the name of one file"));
             }
             let file = entry.value.rsplit(['/', '\\']).next().unwrap_or_default();
-            let bytes = beside(file).map_err(|why| ReadError::Malformed {
-                format: FORMAT,
-                place: Place::Line { line: entry.line, column: 0 },
-                expected: "the file with the samples beside the header".into(),
-                found: why,
-            })?;
-            (Some(bytes), 0)
+            (SamplesIn::Beside(file.into(), Place::Line { line: entry.line, column: 0 }), 0)
         }
     };
-    let data = data.ok_or_else(|| ReadError::Malformed {
+    let element = element(header)?;
+    let [skip_lines] =
+        header.find(&["line skip", "lineskip"]).map_or(Ok([0]), |entry| header.wholes(entry))?;
+    let skip = match header.find(&["byte skip", "byteskip"]) {
+        None => Skip::Bytes(0),
+        Some(entry) if entry.value == "-1" => Skip::AllBefore,
+        Some(entry) => Skip::Bytes(header.wholes::<1>(entry)?[0]),
+    };
+    let encoding = header.require(&["encoding"])?;
+    let packing = match encoding.value.to_ascii_lowercase().as_str() {
+        "gzip" | "gz" if skip == Skip::AllBefore => {
+            return Err(header.unsupported(encoding, "raw samples where byte skip is -1"));
+        }
+        "gzip" | "gz" => Some(Packing::Gzip),
+        _ => None,
+    };
+    let is_big = match header.find(&["endian"]) {
+        _ if element.bytes() == 1 || is_text(header)? => false,
+        Some(entry) => match entry.value.as_str() {
+            "little" => false,
+            "big" => true,
+            _ => return Err(header.malformed(entry, "little or big")),
+        },
+        None => {
+            header.require(&["endian"])?;
+            false
+        }
+    };
+    Ok(Layout {
         format: FORMAT,
-        place: Place::Byte(bytes.len() as u64),
-        expected: "an empty line and samples, or a field data file".into(),
-        found: "neither".into(),
-    })?;
-    let values = samples(&header, &data, start as u64, element, count)?;
-    Ok(Volume { size: size.map(|side| side as usize), values, frame, format: FORMAT })
+        size: header.wholes(sizes)?,
+        size_at,
+        element,
+        is_big,
+        frame: frame(header)?,
+        file,
+        start: start as u64,
+        packing,
+        skip_lines,
+        skip,
+        is_all: false,
+    })
+}
+
+/// Whether the samples are written as text.
+fn is_text(header: &Header) -> Result<bool, ReadError> {
+    let encoding = header.require(&["encoding"])?;
+    match encoding.value.to_ascii_lowercase().as_str() {
+        "ascii" | "text" | "txt" => Ok(true),
+        "raw" | "gzip" | "gz" => Ok(false),
+        _ => Err(header.unsupported(encoding, "raw, gzip or ascii")),
+    }
 }
 
 /// The fields, and where what follows the empty line begins.
@@ -159,66 +232,6 @@ fn frame(header: &Header) -> Result<Frame, ReadError> {
     };
     let line = header.find(&["space directions", "spacings"]).map_or(1, |entry| entry.line);
     frame.checked(FORMAT, Place::Line { line, column: 0 })
-}
-
-fn samples(
-    header: &Header,
-    data: &[u8],
-    start: u64,
-    element: Element,
-    count: usize,
-) -> Result<Values, ReadError> {
-    let expected = count * element.bytes();
-    let skipped_lines: [u64; 1] =
-        header.find(&["line skip", "lineskip"]).map_or(Ok([0]), |entry| header.wholes(entry))?;
-    let byte_skip = header.find(&["byte skip", "byteskip"]);
-    let is_tail = byte_skip.is_some_and(|entry| entry.value == "-1");
-    let [byte_skip] = match byte_skip {
-        Some(entry) if !is_tail => header.wholes::<1>(entry)?,
-        _ => [0],
-    };
-    let byte_skip = usize::try_from(byte_skip).unwrap_or(usize::MAX);
-    let mut rest = data;
-    for _ in 0..skipped_lines[0] {
-        let Some(end) = rest.iter().position(|&byte| byte == b'\n') else { break };
-        rest = &rest[end + 1..];
-    }
-    let encoding = header.require(&["encoding"])?;
-    let bytes = match encoding.value.to_ascii_lowercase().as_str() {
-        "raw" if is_tail => rest[rest.len().saturating_sub(expected)..].to_vec(),
-        "raw" => {
-            let rest = rest.get(byte_skip..).unwrap_or_default();
-            rest[..rest.len().min(expected)].to_vec()
-        }
-        "gzip" | "gz" if is_tail => {
-            return Err(header.unsupported(encoding, "raw samples where byte skip is -1"));
-        }
-        "gzip" | "gz" => {
-            // Bytes are skipped of what comes out.
-            let limit = (expected as u64).saturating_add(byte_skip as u64);
-            let out = unpacked(FORMAT, start, rest, Packing::Gzip, limit)?;
-            out.get(byte_skip..).unwrap_or_default().to_vec()
-        }
-        "ascii" | "text" | "txt" => {
-            let rest = rest.get(byte_skip..).unwrap_or_default();
-            return text_samples(rest, count, header.entries.last().map_or(1, |last| last.line));
-        }
-        _ => return Err(header.unsupported(encoding, "raw, gzip or ascii")),
-    };
-    let bytes = exactly(FORMAT, start, bytes, expected)?;
-    let is_big = match header.find(&["endian"]) {
-        _ if element.bytes() == 1 => false,
-        Some(entry) => match entry.value.as_str() {
-            "little" => false,
-            "big" => true,
-            _ => return Err(header.malformed(entry, "little or big")),
-        },
-        None => {
-            header.require(&["endian"])?;
-            false
-        }
-    };
-    Ok(element.decoded(bytes, is_big))
 }
 
 /// Samples as text, parted by anything that is no number.

@@ -13,7 +13,8 @@
 use toml_edit::{DocumentMut, Item, Value};
 
 use super::element::Element;
-use super::{Beside, Frame, UnitKnown, Volume, sample_count};
+use super::layout::{Layout, SamplesIn, Skip};
+use super::{Frame, UnitKnown};
 use crate::error::quoted;
 use crate::{Format, Place, ReadError};
 
@@ -29,15 +30,8 @@ pub(super) fn is_side_file(name: &str, bytes: &[u8]) -> bool {
     is_toml && has("size") && has("type")
 }
 
-/// Reads the samples that a TOML file named `name` describes.
-///
-/// `samples` are those, where the caller has them already.
-pub(super) fn read(
-    name: &str,
-    bytes: &[u8],
-    samples: Option<&[u8]>,
-    beside: Beside<'_>,
-) -> Result<Volume, ReadError> {
+/// What a TOML file named `name` says; its own name for the samples, or that of the file beside it.
+pub(super) fn layout(name: &str, bytes: &[u8]) -> Result<Layout, ReadError> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| malformed("", "text in UTF-8".into(), quoted(bytes)))?;
     let document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
@@ -58,32 +52,22 @@ pub(super) fn read(
     let header = Header { document: &document };
     header.check_keys()?;
     let size = header.size()?;
-    let count = sample_count(FORMAT, Place::Element("size".into()), size)?;
     let element = header.element()?;
-    let is_big = header.is_big(element)?;
-    let frame = header.frame()?;
-    let skip = header.whole("header_bytes")?.unwrap_or(0);
-    let expected = skip.saturating_add((count * element.bytes()) as u64);
-    let fetched;
-    let samples = match samples {
-        Some(samples) => samples,
-        None => {
-            let file = header.file(name)?;
-            fetched = beside(&file).map_err(|why| {
-                malformed("file", "the file with the samples beside this one".into(), why)
-            })?;
-            &fetched[..]
-        }
-    };
-    if samples.len() as u64 != expected {
-        return Err(malformed(
-            "size",
-            format!("a file of {expected} bytes with the samples: header_bytes, then size × type"),
-            format!("{} bytes", samples.len()),
-        ));
-    }
-    let values = element.decoded(samples[skip as usize..].to_vec(), is_big);
-    Ok(Volume { size: size.map(|side| side as usize), values, frame, format: FORMAT })
+    let file_at = Place::Element("file".into());
+    Ok(Layout {
+        format: FORMAT,
+        size,
+        size_at: Place::Element("size".into()),
+        element,
+        is_big: header.is_big(element)?,
+        frame: header.frame()?,
+        file: SamplesIn::Beside(header.file(name)?, file_at),
+        start: 0,
+        packing: None,
+        skip_lines: 0,
+        skip: Skip::Bytes(header.whole("header_bytes")?.unwrap_or(0)),
+        is_all: true,
+    })
 }
 
 /// The keys of the TOML file.

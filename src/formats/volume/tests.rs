@@ -1,5 +1,6 @@
 //! Volumes as other programs wrote them, real files, and damage.
 
+mod by_slice;
 mod images;
 mod sides;
 

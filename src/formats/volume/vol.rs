@@ -3,9 +3,11 @@
 //! Source: DGtal 2.x, `io/readers/VolReader.h`: version 2 holds the bytes as they are, version 3 packs them by zlib. There is no unit of
 //! length.
 
+use super::element::Element;
 use super::header::{Entry, Header, has_key, lines_with_ends};
-use super::unpack::{Packing, exactly, unpacked};
-use super::{Frame, UnitKnown, Values, Volume, sample_count};
+use super::layout::{Layout, SamplesIn, Skip};
+use super::unpack::Packing;
+use super::{Frame, UnitKnown};
 use crate::{Format, Place, ReadError};
 
 const FORMAT: Format = Format::Vol;
@@ -15,7 +17,7 @@ pub(super) fn is_vol(bytes: &[u8]) -> bool {
         && lines_with_ends(bytes).any(|(_, line, _)| line == ".")
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Volume, ReadError> {
+pub(super) fn layout(bytes: &[u8]) -> Result<Layout, ReadError> {
     let mut header = Header { format: FORMAT, entries: Vec::new() };
     let mut start = None;
     for (line, text, end) in lines_with_ends(bytes) {
@@ -43,27 +45,27 @@ pub(super) fn read(bytes: &[u8]) -> Result<Volume, ReadError> {
     for (side, key) in size.iter_mut().zip(["X", "Y", "Z"]) {
         [*side] = header.wholes(header.require(&[key])?)?;
     }
-    let place = Place::Line { line: header.require(&["X"])?.line, column: 0 };
-    let count = sample_count(FORMAT, place, size)?;
-    let is_packed = match header.find(&["Version"]) {
-        None => false,
+    let size_at = Place::Line { line: header.require(&["X"])?.line, column: 0 };
+    let packing = match header.find(&["Version"]) {
+        None => None,
         Some(entry) => match entry.value.as_str() {
-            "1" | "2" => false,
-            "3" => true,
+            "1" | "2" => None,
+            "3" => Some(Packing::Zlib),
             _ => return Err(header.unsupported(entry, "version 2 or 3")),
         },
     };
-    let bytes = &bytes[start..];
-    let samples = if is_packed {
-        unpacked(FORMAT, start as u64, bytes, Packing::Zlib, count as u64)?
-    } else {
-        bytes[..bytes.len().min(count)].to_vec()
-    };
-    let samples = exactly(FORMAT, start as u64, samples, count)?;
-    Ok(Volume {
-        size: size.map(|side| side as usize),
-        values: Values::Bytes(samples),
-        frame: Frame::aligned([1.0; 3], UnitKnown::Missing),
+    Ok(Layout {
         format: FORMAT,
+        size,
+        size_at,
+        element: Element::U8,
+        is_big: false,
+        frame: Frame::aligned([1.0; 3], UnitKnown::Missing),
+        file: SamplesIn::Own,
+        start: start as u64,
+        packing,
+        skip_lines: 0,
+        skip: Skip::Bytes(0),
+        is_all: false,
     })
 }
