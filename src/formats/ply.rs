@@ -22,9 +22,11 @@
 
 mod body;
 mod header;
+mod pieces;
 mod read;
 mod write;
 
+pub use pieces::MeshPieces;
 pub use read::{read, read_triangles};
 pub use write::write_mesh;
 

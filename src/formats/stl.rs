@@ -17,8 +17,10 @@
 //!
 //! The format has no unit: it is taken from the options, or is mm.
 
+mod pieces;
 mod write;
 
+pub use pieces::MeshPieces;
 pub use write::write_mesh;
 
 use std::collections::{HashMap, HashSet};

@@ -6,7 +6,7 @@ use crate::surface::{Piece, area_and_volume};
 use crate::{SurfaceBand, SurfaceCheck};
 
 /// Sums over the bands of a surface, handed over in turn.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct SurfaceTally {
     /// Number of the first vertex that is remembered, and what is known of it and those after it.
     first: u32,
@@ -58,33 +58,51 @@ struct Growing {
 
 const NONE: u32 = u32::MAX;
 
+impl Default for SurfaceTally {
+    fn default() -> SurfaceTally {
+        SurfaceTally {
+            first: 0,
+            places: Vec::new(),
+            piece_of: Vec::new(),
+            waiting: Vec::new(),
+            origin: None,
+            growing: Vec::new(),
+            finished: Vec::new(),
+            sides: Vec::new(),
+            is_closed: true,
+            is_oriented: true,
+            vertices: 0,
+            triangles: 0,
+        }
+    }
+}
+
 impl SurfaceTally {
     /// A tally of nothing.
     pub fn new() -> SurfaceTally {
-        SurfaceTally { is_closed: true, is_oriented: true, ..SurfaceTally::default() }
+        SurfaceTally::default()
     }
 
-    /// Adds the next band, its vertices in the unit that figures are asked in.
+    /// Adds the next band, its vertices in the unit that figures are asked in. `visit` is shown the corners of each triangle once all
+    /// of them have come, in the order of the surface.
     ///
     /// # Panics
     ///
     /// Where the band does not follow the one before.
-    pub fn add(&mut self, band: &SurfaceBand) {
+    pub fn add(&mut self, band: &SurfaceBand, mut visit: impl FnMut([[f64; 3]; 3])) {
         assert_eq!(u64::from(band.first), self.vertices, "bands come in turn");
         self.origin = self.origin.or(band.vertices.first().copied());
         self.vertices += band.vertices.len() as u64;
         self.places.extend_from_slice(&band.vertices);
         self.piece_of.resize(self.places.len(), NONE);
-        let waiting = std::mem::take(&mut self.waiting);
-        self.measure(&waiting);
+        self.measure(&mut visit);
         self.forget(band.first);
         self.waiting.clone_from(&band.triangles);
     }
 
-    /// The figures of all bands.
-    pub fn finish(mut self) -> SurfaceFigures {
-        let waiting = std::mem::take(&mut self.waiting);
-        self.measure(&waiting);
+    /// The figures of all bands; `visit` is shown the triangles that are left.
+    pub fn finish(mut self, mut visit: impl FnMut([[f64; 3]; 3])) -> SurfaceFigures {
+        self.measure(&mut visit);
         self.forget(u32::MAX);
         self.is_closed &= self.sides.is_empty();
         let mut pieces = self.finished;
@@ -104,13 +122,17 @@ impl SurfaceTally {
         }
     }
 
-    fn measure(&mut self, triangles: &[[u32; 3]]) {
+    /// Measures the triangles that waited.
+    fn measure(&mut self, visit: &mut impl FnMut([[f64; 3]; 3])) {
+        let triangles = std::mem::take(&mut self.waiting);
         self.triangles += triangles.len() as u64;
         let origin = self.origin.unwrap_or_default();
-        for corners in triangles {
+        for corners in &triangles {
             let own = corners.map(|corner| (corner - self.first) as usize);
             let piece = self.piece(own, corners);
-            let (area, volume) = area_and_volume(origin, own.map(|corner| self.places[corner]));
+            let places = own.map(|corner| self.places[corner]);
+            visit(places);
+            let (area, volume) = area_and_volume(origin, places);
             let piece = &mut self.growing[piece as usize];
             piece.triangles += 1;
             piece.area += area;

@@ -115,23 +115,31 @@ fn write(
     writeln!(w, "property list uchar int vertex_indices\nend_header")?;
 
     for (index, point) in points_mm.iter().enumerate() {
-        let mut record = [0; 32];
-        let value = scalar.map(|(_, values)| values[index]);
-        let numbers = point.iter().copied().chain(value);
-        let len = 8 * (3 + usize::from(value.is_some()));
-        for (bytes, number) in record.as_chunks_mut::<8>().0.iter_mut().zip(numbers) {
-            *bytes = number.to_le_bytes();
+        w.write_all(&vertex(point))?;
+        if let Some((_, values)) = scalar {
+            w.write_all(&values[index].to_le_bytes())?;
         }
-        w.write_all(&record[..len])?;
     }
-    for corners in triangles {
-        let mut record = [3; 13];
-        for (bytes, corner) in record[1..].as_chunks_mut::<4>().0.iter_mut().zip(corners) {
-            *bytes = corner.to_le_bytes();
-        }
-        w.write_all(&record)?;
-    }
+    triangles.iter().try_for_each(|corners| w.write_all(&face(corners)))?;
     w.flush()
+}
+
+/// The record of a vertex.
+pub(super) fn vertex(point: &[f64; 3]) -> [u8; 24] {
+    let mut record = [0; 24];
+    for (bytes, number) in record.as_chunks_mut::<8>().0.iter_mut().zip(point) {
+        *bytes = number.to_le_bytes();
+    }
+    record
+}
+
+/// The record of a triangle.
+pub(super) fn face(corners: &[u32; 3]) -> [u8; 13] {
+    let mut record = [3; 13];
+    for (bytes, corner) in record[1..].as_chunks_mut::<4>().0.iter_mut().zip(corners) {
+        *bytes = corner.to_le_bytes();
+    }
+    record
 }
 
 #[cfg(test)]

@@ -45,27 +45,35 @@ fn write(
     triangles: &[[u32; 3]],
     number: u32,
 ) -> io::Result<()> {
-    // It must not begin with `solid`, which text does.
-    let mut header = [b' '; 80];
-    header[..HEADER.len()].copy_from_slice(HEADER);
-    w.write_all(&header)?;
-    w.write_all(&number.to_le_bytes())?;
+    w.write_all(&header(number))?;
     for corners in triangles {
-        let [a, b, c] = corners.map(|corner| points_mm[corner as usize]);
-        let [u, v] = [b, c].map(|p| [0, 1, 2].map(|axis| p[axis] - a[axis]));
-        let normal =
-            [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let length = normal.iter().map(|side| side * side).sum::<f64>().sqrt();
-        // Of a triangle without area there is no normal; readers take the corners then.
-        let unit = normal.map(|side| if length > 0.0 { side / length } else { 0.0 });
-        let mut record = [0; 50];
-        let numbers = [unit, a, b, c].into_iter().flatten();
-        for (place, value) in record[..48].chunks_exact_mut(4).zip(numbers) {
-            place.copy_from_slice(&(value as f32).to_le_bytes());
-        }
-        w.write_all(&record)?;
+        w.write_all(&record(corners.map(|corner| points_mm[corner as usize])))?;
     }
     w.flush()
+}
+
+/// The header of a file of so many triangles.
+pub(super) fn header(number: u32) -> [u8; 84] {
+    // It must not begin with `solid`, which text does.
+    let mut header = [b' '; 84];
+    header[..HEADER.len()].copy_from_slice(HEADER);
+    header[80..].copy_from_slice(&number.to_le_bytes());
+    header
+}
+
+/// The record of a triangle.
+pub(super) fn record([a, b, c]: [[f64; 3]; 3]) -> [u8; 50] {
+    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|axis| p[axis] - a[axis]));
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = normal.iter().map(|side| side * side).sum::<f64>().sqrt();
+    // Of a triangle without area there is no normal; readers take the corners then.
+    let unit = normal.map(|side| if length > 0.0 { side / length } else { 0.0 });
+    let mut record = [0; 50];
+    let numbers = [unit, a, b, c].into_iter().flatten();
+    for (place, value) in record[..48].chunks_exact_mut(4).zip(numbers) {
+        place.copy_from_slice(&(value as f32).to_le_bytes());
+    }
+    record
 }
 
 const HEADER: &[u8] = b"binary STL by asphera, lengths in mm";

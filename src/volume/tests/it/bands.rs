@@ -1,8 +1,8 @@
 //! A surface that comes band by band is that of the whole volume, and so are its figures.
 
 use asphera_volume::{
-    Ambiguity, Bands, Crossings, Grey, GreySlices, Histogram, Middles, Parts, Samples, Surface,
-    SurfaceBand, SurfaceTally, Topology, cavities, components, marching_cubes,
+    Ambiguity, Bands, Grey, GreySlices, Histogram, Middles, Parts, Samples, Surface, SurfaceBand,
+    SurfaceTally, Topology, cavities, components, marching_cubes,
 };
 
 use crate::noise::Random;
@@ -34,8 +34,11 @@ fn assert_same(samples: &Samples, whole: &Surface, bands: &[SurfaceBand]) {
     let triangles: Vec<[u32; 3]> = bands.iter().flat_map(|band| band.triangles.clone()).collect();
     assert_eq!((&vertices, &triangles), (&whole.vertices, &whole.triangles));
     let mut tally = SurfaceTally::new();
-    bands.iter().for_each(|band| tally.add(band));
-    let found = tally.finish();
+    let mut corners = Vec::new();
+    bands.iter().for_each(|band| tally.add(band, |of| corners.push(of)));
+    let found = tally.finish(|of| corners.push(of));
+    let all = whole.triangles.iter().map(|of| of.map(|at| whole.vertices[at as usize]));
+    assert!(corners.into_iter().eq(all));
     assert_eq!(found.vertices, whole.vertices.len() as u64);
     assert_eq!(found.triangles, whole.triangles.len() as u64);
     let check = whole.check();
@@ -101,8 +104,8 @@ fn what_is_no_closed_surface_is_seen() {
         let mut bands = in_bands(&samples, 3, None);
         change(&mut bands[1].triangles);
         let mut tally = SurfaceTally::new();
-        bands.iter().for_each(|band| tally.add(band));
-        tally.finish().check
+        bands.iter().for_each(|band| tally.add(band, |_| ()));
+        tally.finish(|_| ()).check
     };
     assert!(checked(&|_| ()).is_closed && checked(&|_| ()).is_oriented);
     let gap = checked(&|triangles| drop(triangles.pop()));
