@@ -8,15 +8,20 @@
 //!
 //! and on edges the loss grows as σ. Which of the two it is shows in three σ.
 
+mod drawn;
+
 use rayon::prelude::*;
 
 use crate::Samples;
+use drawn::Drawn;
 
 /// The area, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlurredArea {
     /// In squares of the spacing.
     pub area: f64,
+    /// Its standard uncertainty where only some places were blurred; `None` where all were.
+    pub u: Option<f64>,
     /// The order with which the total variation falls as σ grows: 2 for smooth bodies, 1 where edges prevail; `None` where it does not
     /// fall.
     pub order: Option<f64>,
@@ -28,19 +33,32 @@ pub struct BlurredArea {
 ///
 /// σ is 1.5, 1.5·√2 and 3 spacings. The order p comes from the three; where it is nearer to 1 than to 2, edges prevail and the total
 /// variations at 1 and 2 spacings are extrapolated linearly, else those at 1.5 and 3 as σ².
+///
+/// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 500 drawn by strata are blurred. The area
+/// of the others follows from that of their marching cubes, as a ratio; `u` is its scatter between the blocks.
 pub fn blurred_area(samples: &Samples) -> BlurredArea {
-    let [fine, middle, coarse] = [SMOOTH_SIGMA, SMOOTH_SIGMA * 2_f64.sqrt(), 2.0 * SMOOTH_SIGMA]
-        .map(|sigma| total_variation(samples, sigma));
-    let (first, second) = (fine - middle, middle - coarse);
-    let order = (first > 0.0 && second > 0.0).then(|| 2.0 * (second / first).log2());
-    let has_edges = order.is_some_and(|order| order < EDGE_ORDER);
+    if let Some(drawn) = Drawn::new(samples) {
+        return drawn.area();
+    }
+    let [fine, middle, coarse] = SIGMAS.map(|sigma| total_variation(samples, sigma));
+    let (order, has_edges) = order(fine, middle, coarse);
     let area = if has_edges {
         2.0 * total_variation(samples, 1.0) - total_variation(samples, 2.0)
     } else {
         (4.0 * fine - coarse) / 3.0
     };
-    BlurredArea { area, order, has_edges }
+    BlurredArea { area, u: None, order, has_edges }
 }
+
+/// The order of the loss in three σ, and whether it is that of edges.
+fn order(fine: f64, middle: f64, coarse: f64) -> (Option<f64>, bool) {
+    let (first, second) = (fine - middle, middle - coarse);
+    let order = (first > 0.0 && second > 0.0).then(|| 2.0 * (second / first).log2());
+    (order, order.is_some_and(|order| order < EDGE_ORDER))
+}
+
+const SIGMAS: [f64; 3] =
+    [SMOOTH_SIGMA, SMOOTH_SIGMA * std::f64::consts::SQRT_2, 2.0 * SMOOTH_SIGMA];
 
 const SMOOTH_SIGMA: f64 = 1.5;
 

@@ -4,6 +4,7 @@ use crate::cell::{EDGES, FACES};
 use crate::codes::facts;
 use crate::majority::{Majority, SplitCell};
 use crate::quadrature::{gauss, integral};
+use crate::surface::area_and_volume;
 use crate::table::{Ambiguity, Table};
 
 /// A table over the codes: the share of a cell that is inside, 0 to 1.
@@ -54,6 +55,18 @@ pub fn marching_fractions(rule: Ambiguity) -> Fractions {
                 + a[2] * (b[0] * c[1] - b[1] * c[0])
         });
         area / 6.0 + triangles.sum::<f64>() / 6.0
+    })
+}
+
+/// The area of the triangles of modified marching cubes in a cell of each code, in squares of the spacing.
+pub(crate) fn marching_areas() -> Fractions {
+    let table = Table::of(Ambiguity::Paired);
+    std::array::from_fn(|code| {
+        let triangles = table.cut(code as u8).triangles.iter().map(|edges| {
+            let corners = edges.map(|edge| middle(usize::from(edge)));
+            area_and_volume(corners[0], corners).0
+        });
+        triangles.sum()
     })
 }
 

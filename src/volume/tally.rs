@@ -19,8 +19,9 @@ pub struct SurfaceTally {
     origin: Option<[f64; 3]>,
     growing: Vec<Growing>,
     finished: Vec<Growing>,
-    /// Sides of triangles that another may still share, with the direction in which each runs.
-    sides: Vec<(u64, bool)>,
+    /// Sides of triangles that another may still share: the lower vertex from bit 32 on, the higher one from bit 1 on, both counted
+    /// from `first`, and the direction of the side.
+    sides: Vec<u64>,
     is_closed: bool,
     is_oriented: bool,
     vertices: u64,
@@ -138,12 +139,13 @@ impl SurfaceTally {
             piece.area += area;
             piece.volume += volume;
         }
-        self.sides.extend(triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).map(
-            |(a, b)| {
-                let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-                (key, a < b)
-            },
-        ));
+        let first = self.first;
+        self.sides.extend(
+            triangles
+                .iter()
+                .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+                .map(|(a, b)| side(a.min(b) - first, a.max(b) - first) | u64::from(a < b)),
+        );
     }
 
     /// The piece of a triangle, that of its corners; those of several pieces join them.
@@ -208,8 +210,8 @@ impl SurfaceTally {
 
     /// Forgets the vertices below a number: no triangle to come has one of them.
     fn forget(&mut self, below: u32) {
-        self.pair_sides(below);
         let gone = ((below - self.first) as usize).min(self.places.len());
+        self.pair_sides(gone as u32);
         self.places.drain(..gone);
         self.piece_of.drain(..gone);
         self.first += gone as u32;
@@ -234,22 +236,27 @@ impl SurfaceTally {
         self.growing = growing;
     }
 
-    /// Pairs the sides that have a vertex below a number, and keeps those whose second triangle may still come.
-    fn pair_sides(&mut self, below: u32) {
+    /// Pairs the sides that have one of the first vertices, and keeps those whose second triangle may still come, without these vertices.
+    fn pair_sides(&mut self, gone: u32) {
         self.sides.par_sort_unstable();
         let mut left = Vec::new();
-        for group in self.sides.chunk_by(|a, b| a.0 == b.0) {
-            let is_final = (group[0].0 >> 32) < u64::from(below);
+        for group in self.sides.chunk_by(|a, b| a >> 1 == b >> 1) {
+            let is_final = (group[0] >> 32) < u64::from(gone);
             if group.len() == 1 && !is_final {
-                left.push(group[0]);
+                left.push(group[0] - side(gone, gone));
                 continue;
             }
-            let is_side = group[0].0 >> 32 != group[0].0 & u64::from(u32::MAX);
+            let is_side = group[0] >> 32 != (group[0] & u64::from(u32::MAX)) >> 1;
             self.is_closed &= group.len() == 2 && is_side;
-            self.is_oriented &= group.len() == 2 && group[0].1 != group[1].1;
+            self.is_oriented &= group.len() == 2 && group[0] != group[1];
         }
         self.sides = left;
     }
+}
+
+/// The side between two of the vertices that are remembered, the lower one first.
+fn side(low: u32, high: u32) -> u64 {
+    u64::from(low) << 32 | u64::from(high) << 1
 }
 
 impl Growing {

@@ -1,19 +1,18 @@
 //! `asphera volume`: a volume becomes a surface, with what is certain of it.
 
 mod figures;
+mod meshed;
 mod nominal;
 pub(super) mod opened;
+mod sliced;
 mod summary;
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
-use asphera_formats::{ply, stl};
-use asphera_volume::{Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method, Surface};
+use asphera_volume::{Ambiguity, BALL_RADIUS, Blend, MAX_REFINE, Majority, Method};
 use clap::{Args, ValueEnum};
 
 use super::exit::Exit;
@@ -165,27 +164,27 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
     for path in meshes.iter().chain(&report_file) {
         refuse(path, &args.file, args.force)?;
     }
-    meshes.iter().try_for_each(|path| mesh_kind(path).map(|_| ()))?;
+    meshed::check_names(&meshes)?;
+    if let Some(folder) = &args.out {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    }
     let progress = Progress::start("volume");
-    let work = || -> Result<(figures::VolumeReport, Surface), Failure> {
+    let work = || -> Result<figures::VolumeReport, Failure> {
         progress.stage("reading");
-        let opened = opened::open(args)?;
+        let opened = opened::open(args, WHOLE)?;
+        progress.stage("making the surface");
+        let surface = meshed::of(args, &opened, &meshes)?;
         progress.stage("measuring");
-        figures::of(args, &opened)
+        figures::of(args, &opened, &surface)
     };
-    let (report, surface) = match args.threads {
+    let report = match args.threads {
         None => work()?,
         Some(threads) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
             pool.install(work)?
         }
     };
-    progress.stage("writing");
-    if let Some(folder) = &args.out {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-    }
-    meshes.iter().try_for_each(|path| write_mesh(path, &surface))?;
     if let Some(path) = &report_file {
         write_json(path, &report)?;
     }
@@ -201,32 +200,8 @@ pub(super) fn run(args: &VolumeArgs) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// The formats that surfaces are written in.
-enum MeshKind {
-    Ply,
-    Stl,
-}
-
-fn mesh_kind(path: &Path) -> Result<MeshKind, Failure> {
-    match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
-        Some("ply") => Ok(MeshKind::Ply),
-        Some("stl") => Ok(MeshKind::Stl),
-        _ => Err(format!("{}: expected a name that ends with .ply or .stl", path.display()).into()),
-    }
-}
-
-fn write_mesh(path: &Path, surface: &Surface) -> Result<(), Failure> {
-    let kind = mesh_kind(path)?;
-    let file =
-        File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    let file = BufWriter::new(file);
-    let (vertices, triangles) = (&surface.vertices, &surface.triangles);
-    match kind {
-        MeshKind::Ply => ply::write_mesh(file, vertices, triangles, None, &["lengths in mm"])?,
-        MeshKind::Stl => stl::write_mesh(file, vertices, triangles)?,
-    }
-    Ok(())
-}
+/// Samples up to which a volume is held in memory whole.
+const WHOLE: u64 = 1 << 26;
 
 fn length(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {

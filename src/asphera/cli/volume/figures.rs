@@ -2,11 +2,10 @@
 
 use asphera_formats::volume::UnitKnown;
 use asphera_volume::{
-    Ambiguity, BALL_RADIUS, Grey, GridCheck, Histogram, Majority, Method, Middles, Parts, Surface,
-    Topology, Verdict, VolumeBounds, area_bounds, ball_fractions, blurred_area,
-    counting_uncertainty, difference_area, majority_fractions, marching_fractions,
-    needed_spacing_mm, reconstruct, semi_local_area, trilinear_fractions, trilinear_surface,
-    tube_counts, voxel_fractions,
+    Ambiguity, BALL_RADIUS, GridCheck, Histogram, Majority, Topology, Verdict, VolumeBounds,
+    area_bounds, ball_fractions, blurred_area, counting_uncertainty, difference_area,
+    majority_fractions, marching_fractions, needed_spacing_mm, semi_local_area,
+    trilinear_fractions, tube_counts, voxel_fractions,
 };
 use clap::ValueEnum as _;
 use serde::Serialize;
@@ -14,6 +13,7 @@ use serde::Serialize;
 use super::super::files::part;
 use super::super::output::Failure;
 use super::VolumeArgs;
+use super::meshed::Meshed;
 use super::nominal::{self, NominalFigures};
 use super::opened::Opened;
 
@@ -43,7 +43,7 @@ pub(super) struct VolumeFigures {
     /// Whether material touches the border of the volume.
     pub(super) touches_border: bool,
     /// Connected parts of the volume; the figures are of those that `--part` asks for.
-    pub(super) parts: usize,
+    pub(super) parts: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -128,6 +128,8 @@ pub(super) struct AreaMeasure {
     pub(super) value: f64,
     pub(super) low: Option<f64>,
     pub(super) high: Option<f64>,
+    /// Standard uncertainty where only some places of a large volume were looked at.
+    pub(super) u: Option<f64>,
     pub(super) estimator: &'static str,
     /// The order with which blur takes area away: 2 for smooth bodies, 1 for edges.
     pub(super) order: Option<f64>,
@@ -145,8 +147,8 @@ pub(super) struct OtherAreas {
 #[derive(Debug, Serialize)]
 pub(super) struct MeshFigures {
     pub(super) method: String,
-    pub(super) vertices: usize,
-    pub(super) triangles: usize,
+    pub(super) vertices: u64,
+    pub(super) triangles: u64,
     pub(super) euler: i64,
     pub(super) closed: bool,
     pub(super) oriented: bool,
@@ -160,30 +162,21 @@ impl VolumeReport {
     }
 }
 
-/// Measures a volume, and makes its surface in mm.
-pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Surface), Failure> {
+/// Measures a volume and its surface.
+pub(super) fn of(
+    args: &VolumeArgs,
+    opened: &Opened,
+    surface: &Meshed,
+) -> Result<VolumeReport, Failure> {
     let Opened { samples, frame, .. } = opened;
     let histogram = Histogram::new(samples);
-    let topology = Topology::of_parts(samples, &histogram, &Parts::label(samples));
-    let method = args.method();
-    let surface = match &opened.grey {
-        Some(values) => {
-            let grey = Grey { values, size: samples.size(), threshold: opened.threshold as f32 };
-            match method {
-                Method::Trilinear { .. } => trilinear_surface(samples, &grey),
-                _ => reconstruct(samples, &method, &grey)?,
-            }
-        }
-        None => reconstruct(samples, &method, &Middles)?,
-    };
-    let checked = surface.check();
-    let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
+    let topology = Topology::new(samples, &histogram);
     let spacing_mm = frame.spacing_mm();
     let check = GridCheck::new(samples, &histogram);
     let given = args.nominal.as_deref().map(part).transpose()?;
     let nominal = given.map(|part| nominal::of(&part, spacing_mm, &check)).transpose()?;
     let grid = grid(args, opened, &check, nominal);
-    let pieces = surface.pieces();
+    let pieces = &surface.pieces;
     let surfaces = pieces.iter().map(|piece| SurfaceFigures {
         euler: piece.euler,
         genus: piece.genus,
@@ -198,7 +191,7 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
         tunnels: topology.tunnels,
         surfaces: surfaces.collect(),
     };
-    let measures = measures(args, opened, &histogram, &surface, &grid, topology.euler_6);
+    let measures = measures(args, opened, &histogram, surface, &grid, topology.euler_6);
     let report = VolumeReport {
         format: "asphera.volume/1",
         file: args.file.display().to_string(),
@@ -221,14 +214,14 @@ pub(super) fn of(args: &VolumeArgs, opened: &Opened) -> Result<(VolumeReport, Su
                 .method
                 .to_possible_value()
                 .map_or_else(String::new, |value| value.get_name().to_owned()),
-            vertices: surface.vertices.len(),
-            triangles: surface.triangles.len(),
+            vertices: surface.vertices,
+            triangles: surface.triangles,
             euler: surface.euler(),
-            closed: checked.is_closed,
-            oriented: checked.is_oriented,
+            closed: surface.is_closed,
+            oriented: surface.is_oriented,
         },
     };
-    Ok((report, surface))
+    Ok(report)
 }
 
 /// The word of a verdict.
@@ -289,7 +282,7 @@ fn measures(
     args: &VolumeArgs,
     opened: &Opened,
     histogram: &Histogram,
-    surface: &Surface,
+    surface: &Meshed,
     grid: &GridFigures,
     euler: i64,
 ) -> Measures {
@@ -305,14 +298,14 @@ fn measures(
         balls: voxel_mm3 * histogram.volume(&ball_fractions(BALL_RADIUS)),
         mmc: voxel_mm3 * histogram.volume(&marching_fractions(Ambiguity::Paired)),
         trilinear: voxel_mm3 * histogram.volume(&trilinear_fractions()),
-        mesh: if surface.triangles.is_empty() { 0.0 } else { surface.volume() },
+        mesh: surface.volume_mm3,
     };
     let h_mm = frame.spacing_mm()[0];
     let is_cubic = frame.is_orthogonal()
         && frame.spacing_mm().iter().all(|side| (side / h_mm - 1.0).abs() < 1e-5);
     let regular = args.regular.filter(|_| grid.known == Verdict::Proved).map(|r| r / h_mm);
     let bounds = regular.map(|r| VolumeBounds::new(samples, Some(r)));
-    let mesh = surface.area();
+    let mesh = surface.area_mm2;
     let area = if is_cubic {
         cubic_area(opened, h_mm, regular, 2 * euler, mesh)
     } else {
@@ -321,6 +314,7 @@ fn measures(
             value: mesh,
             low: None,
             high: None,
+            u: None,
             estimator: "mesh",
             order: None,
             has_edges: None,
@@ -383,6 +377,7 @@ fn cubic_area(
         value: blurred.area * square_mm2,
         low: low.map(|low| low * square_mm2),
         high: high.map(|high| high * square_mm2),
+        u: blurred.u.map(|u| u * square_mm2),
         estimator: "blurred boundary",
         order: blurred.order,
         has_edges: Some(blurred.has_edges),

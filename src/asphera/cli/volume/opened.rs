@@ -4,17 +4,17 @@ use std::path::Path;
 
 use asphera_formats::ReadError;
 use asphera_formats::volume::{self, Frame, UnitKnown, Values, Volume};
-use asphera_volume::{Levels, Parts, Samples, SlabBuilder};
+use asphera_volume::{Levels, Parts, Samples, SlabBuilder, components};
 
 use super::super::files::read;
 use super::super::output::Failure;
+use super::sliced::{self, SlicedFile};
 use super::{Part, Threshold, VolumeArgs};
 
 /// A volume, ready to be measured.
 pub(super) struct Opened {
     pub(super) samples: Samples,
-    /// Values, where they are more than two: they place the vertices.
-    pub(super) grey: Option<Vec<f32>>,
+    pub(super) values: Grey,
     pub(super) frame: Frame,
     pub(super) threshold: f64,
     pub(super) threshold_source: &'static str,
@@ -22,60 +22,112 @@ pub(super) struct Opened {
     /// Foreground samples at the threshold moved down and up by 1 % of the contrast.
     pub(super) moved_foreground: Option<[u64; 2]>,
     /// Parts there are, before one was chosen.
-    pub(super) parts: usize,
+    pub(super) parts: u64,
     /// Whether one of several parts was chosen.
     pub(super) is_chosen: bool,
 }
 
-pub(super) fn open(args: &VolumeArgs) -> Result<Opened, Failure> {
+/// The values that place the vertices.
+pub(super) enum Grey {
+    /// There are two values only: vertices lie halfway.
+    Two,
+    /// All of them, in memory.
+    Whole(Vec<f32>),
+    /// Those of a file that is read once more, slice by slice.
+    Sliced(SlicedFile),
+    /// There are two values only in such a file.
+    SlicedTwo,
+}
+
+/// What is material, and how much of it there is.
+pub(super) struct Thresholded {
+    pub(super) all: Samples,
+    pub(super) threshold: f64,
+    pub(super) threshold_source: &'static str,
+    pub(super) levels: Levels,
+    pub(super) moved_foreground: Option<[u64; 2]>,
+}
+
+/// Opens the volume. One of more than `whole` samples is read slice by slice, where file and method can.
+pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
+    if let Some(opened) = sliced::open(args, whole)? {
+        return Ok(opened);
+    }
     let name = args.file.display().to_string();
     let volume = read_volume(&args.file, args.spacing)?;
-    let frame = volume.frame;
     let floats = volume.values.to_floats();
-    let Some(levels) = Levels::new(&floats) else {
-        return Err(format!(
-            "{name}: expected samples of at least two values, inside and outside; found one value all over"
-        )
-        .into());
-    };
+    let levels = Levels::new(&floats).ok_or_else(|| one_value(&name))?;
     let (threshold, threshold_source) = threshold(&name, args.threshold, &levels)?;
     let all = match &volume.values {
-        // Whole numbers are at the threshold or above from the next whole number on.
-        Values::Bytes(bytes) => {
-            Samples::from_bytes(volume.size, bytes, threshold.ceil().clamp(0.0, 255.0) as u8)?
-        }
+        Values::Bytes(bytes) => Samples::from_bytes(volume.size, bytes, whole_from(threshold))?,
         Values::Floats(_) => {
             let mut builder = SlabBuilder::new(volume.size)?;
             builder.push_values(&floats, threshold as f32)?;
             builder.finish()?
         }
     };
-    let step = (levels.material - levels.background) / 100.0;
     let count =
         |threshold: f64| floats.iter().filter(|&&v| f64::from(v) >= threshold).count() as u64;
-    let moved_foreground =
-        (!levels.are_two).then(|| [count(threshold - step), count(threshold + step)]);
-    let parts = Parts::label(&all);
-    let (samples, is_chosen) = match args.part {
-        Part::All => (all, false),
-        Part::Number(number) => {
-            let part = parts.volume_of(number - 1).ok_or_else(|| {
-                format!("--part {number}: expected a part of the volume, found {}", parts.count())
-            })?;
-            (part, parts.count() > 1)
-        }
-    };
-    Ok(Opened {
-        samples,
-        grey: (!levels.are_two).then_some(floats),
-        frame,
-        threshold,
-        threshold_source,
-        levels,
-        moved_foreground: moved_foreground.filter(|_| !is_chosen),
-        parts: parts.count(),
-        is_chosen,
-    })
+    let moved_foreground = moved(threshold, &levels).map(|both| both.map(count));
+    let values = if levels.are_two { Grey::Two } else { Grey::Whole(floats) };
+    let found = Thresholded { all, threshold, threshold_source, levels, moved_foreground };
+    found.opened(args, volume.frame, values)
+}
+
+impl Thresholded {
+    /// The part that was asked for.
+    pub(super) fn opened(
+        self,
+        args: &VolumeArgs,
+        frame: Frame,
+        values: Grey,
+    ) -> Result<Opened, Failure> {
+        let Thresholded { all, threshold, threshold_source, levels, moved_foreground } = self;
+        let (samples, parts) = match args.part {
+            Part::All => {
+                let parts = components(&all);
+                (all, parts)
+            }
+            Part::Number(number) => {
+                let parts = Parts::label(&all);
+                let part = parts.volume_of(number - 1).ok_or_else(|| {
+                    let count = parts.count();
+                    format!("--part {number}: expected a part of the volume, found {count}")
+                })?;
+                (part, parts.count() as u64)
+            }
+        };
+        let is_chosen = parts > 1 && args.part != Part::All;
+        Ok(Opened {
+            samples,
+            values,
+            frame,
+            threshold,
+            threshold_source,
+            levels,
+            moved_foreground: moved_foreground.filter(|_| !is_chosen),
+            parts,
+            is_chosen,
+        })
+    }
+}
+
+/// The threshold moved down and up by 1 % of the contrast; none where there are two values only.
+pub(super) fn moved(threshold: f64, levels: &Levels) -> Option<[f64; 2]> {
+    let step = (levels.material - levels.background) / 100.0;
+    (!levels.are_two).then_some([threshold - step, threshold + step])
+}
+
+/// Whole numbers are at the threshold or above from the next whole number on.
+pub(super) fn whole_from(threshold: f64) -> u8 {
+    threshold.ceil().clamp(0.0, 255.0) as u8
+}
+
+pub(super) fn one_value(name: &str) -> Failure {
+    format!(
+        "{name}: expected samples of at least two values, inside and outside; found one value all over"
+    )
+    .into()
 }
 
 /// The volume of a file or of a folder of slices; its spacing is known.
@@ -119,12 +171,16 @@ fn in_folder(folder: &Path, file: &str) -> Result<Vec<u8>, String> {
     std::fs::read(folder.join(file)).map_err(|error| format!("{file}: {error}"))
 }
 
-fn failed(name: &str, error: ReadError) -> Failure {
+pub(super) fn failed(name: &str, error: ReadError) -> Failure {
     if error.names_file() { error.into() } else { format!("{name}: {error}").into() }
 }
 
 /// The frame with the spacing that was asked for, if one was.
-fn spaced(name: &str, frame: Frame, spacing: Option<[f64; 3]>) -> Result<Frame, Failure> {
+pub(super) fn spaced(
+    name: &str,
+    frame: Frame,
+    spacing: Option<[f64; 3]>,
+) -> Result<Frame, Failure> {
     let Some(spacing) = spacing else {
         return match frame.unit {
             UnitKnown::Missing => Err(format!(
@@ -142,7 +198,7 @@ fn spaced(name: &str, frame: Frame, spacing: Option<[f64; 3]>) -> Result<Frame, 
     Ok(spaced)
 }
 
-fn threshold(
+pub(super) fn threshold(
     name: &str,
     asked: Option<Threshold>,
     levels: &Levels,

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::Parser as _;
 use serde_json::Value;
 
-use super::{figures, opened};
+use super::{figures, meshed, opened};
 use crate::cli::{Cli, Command};
 
 /// The figures of a volume file with more arguments.
@@ -22,10 +22,60 @@ fn figures_at(path: &Path, more: &[&str]) -> Result<Value, String> {
     words.extend(more);
     let cli = Cli::try_parse_from(words).map_err(|error| error.to_string())?;
     let Command::Volume(args) = cli.command else { panic!("another command") };
-    let opened = opened::open(&args).map_err(|error| error.to_string())?;
-    let (report, surface) = figures::of(&args, &opened).map_err(|error| error.to_string())?;
-    assert_eq!(surface.vertices.len(), report.mesh.vertices);
-    Ok(serde_json::to_value(&report).unwrap())
+    // All at once, and slice by slice where the file and the method can.
+    let figures = |whole: u64, mesh: &str| {
+        let opened = opened::open(&args, whole)?;
+        let folder = tempfile::tempdir().unwrap();
+        let files = [folder.path().join(format!("{mesh}.ply")), folder.path().join("mesh.stl")];
+        let surface = meshed::of(&args, &opened, &files)?;
+        let report = figures::of(&args, &opened, &surface)?;
+        let written = files.map(|file| std::fs::read(file).unwrap());
+        Ok((serde_json::to_value(&report).unwrap(), written))
+    };
+    let text = |error: crate::cli::output::Failure| error.to_string();
+    let whole = figures(u64::MAX, "whole");
+    let sliced = figures(0, "sliced");
+    match (whole, sliced) {
+        (Ok((whole, [ply, stl])), Ok((sliced, [sliced_ply, sliced_stl]))) => {
+            assert_near("", &whole, &sliced);
+            assert!(stl == sliced_stl, "STL of slices differs");
+            let ends = [&ply, &sliced_ply].map(|file| {
+                let head = b"end_header\n";
+                let at = file.windows(head.len()).position(|part| part == head).unwrap();
+                file[at..].to_vec()
+            });
+            assert!(ends[0] == ends[1], "PLY of slices differs");
+            Ok(whole)
+        }
+        (Err(whole), Err(sliced)) => {
+            let whole = text(whole);
+            let sliced = text(sliced);
+            let short = |text: &str| text.contains("bytes of samples") && text.contains("expected");
+            assert!(whole == sliced || (short(&whole) && short(&sliced)), "{whole}\n{sliced}");
+            Err(whole)
+        }
+        (Ok(_), Err(error)) => panic!("slice by slice: {}", text(error)),
+        (Err(error), Ok(_)) => panic!("all at once: {}", text(error)),
+    }
+}
+
+/// Holds figures to others: sums in another order differ by rounding.
+fn assert_near(key: &str, one: &Value, other: &Value) {
+    match (one, other) {
+        (Value::Object(one), Value::Object(other)) => {
+            assert!(one.keys().eq(other.keys()), "{key}");
+            one.iter().for_each(|(key, value)| assert_near(key, value, &other[key]));
+        }
+        (Value::Array(one), Value::Array(other)) => {
+            assert_eq!(one.len(), other.len(), "{key}");
+            one.iter().zip(other).for_each(|(one, other)| assert_near(key, one, other));
+        }
+        (Value::Number(one), Value::Number(other)) if one.is_f64() => {
+            let [one, other] = [one, other].map(|number| number.as_f64().unwrap());
+            assert!((one - other).abs() <= 1e-9 * one.abs().max(1e-6), "{key}: {one} {other}");
+        }
+        _ => assert_eq!(one, other, "{key}"),
+    }
 }
 
 /// A ball of radius 9 spacings, one byte a sample.

@@ -1,0 +1,269 @@
+//! The surface of a volume, made at once or band by band, written and measured.
+
+use std::fs::{File, OpenOptions};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use asphera_formats::volume::{Frame, SliceReader, Values};
+use asphera_formats::{WriteError, ply, stl};
+use asphera_volume::{
+    Ambiguity, Bands, Grey as GreyValues, GreySlices, Method, Middles, Piece, Surface, SurfaceBand,
+    SurfaceTally, reconstruct, trilinear_surface,
+};
+use rayon::prelude::*;
+
+use super::super::output::Failure;
+use super::VolumeArgs;
+use super::opened::{Grey, Opened};
+use super::sliced::next;
+
+/// What is known of a surface, in mm of the file's frame.
+pub(super) struct Meshed {
+    pub(super) vertices: u64,
+    pub(super) triangles: u64,
+    pub(super) is_closed: bool,
+    pub(super) is_oriented: bool,
+    pub(super) area_mm2: f64,
+    pub(super) volume_mm3: f64,
+    pub(super) pieces: Vec<Piece>,
+}
+
+impl Meshed {
+    /// The Euler number of the whole surface.
+    pub(super) fn euler(&self) -> i64 {
+        self.vertices as i64 - self.triangles as i64 / 2
+    }
+}
+
+/// The formats that surfaces are written in.
+enum MeshKind {
+    Ply,
+    Stl,
+}
+
+fn mesh_kind(path: &Path) -> Result<MeshKind, Failure> {
+    match path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).as_deref() {
+        Some("ply") => Ok(MeshKind::Ply),
+        Some("stl") => Ok(MeshKind::Stl),
+        _ => Err(format!("{}: expected a name that ends with .ply or .stl", path.display()).into()),
+    }
+}
+
+/// Whether surfaces can be written under these names.
+pub(super) fn check_names(paths: &[PathBuf]) -> Result<(), Failure> {
+    paths.iter().try_for_each(|path| mesh_kind(path).map(|_| ()))
+}
+
+/// Makes the surface of a volume, writes it into files and measures it.
+pub(super) fn of(args: &VolumeArgs, opened: &Opened, files: &[PathBuf]) -> Result<Meshed, Failure> {
+    match &opened.values {
+        Grey::Two => whole(args, opened, None, files),
+        Grey::Whole(values) => whole(args, opened, Some(values), files),
+        Grey::SlicedTwo => by_bands(args, opened, None, files),
+        Grey::Sliced(file) => by_bands(args, opened, Some(file.again()?), files),
+    }
+}
+
+fn whole(
+    args: &VolumeArgs,
+    opened: &Opened,
+    values: Option<&[f32]>,
+    files: &[PathBuf],
+) -> Result<Meshed, Failure> {
+    let Opened { samples, frame, .. } = opened;
+    let method = args.method();
+    let surface = match values {
+        Some(values) => {
+            let size = samples.size();
+            let grey = GreyValues { values, size, threshold: opened.threshold as f32 };
+            match method {
+                Method::Trilinear { .. } => trilinear_surface(samples, &grey),
+                _ => reconstruct(samples, &method, &grey)?,
+            }
+        }
+        None => reconstruct(samples, &method, &Middles)?,
+    };
+    let check = surface.check();
+    let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
+    files.iter().try_for_each(|path| write_mesh(path, &surface))?;
+    let is_empty = surface.triangles.is_empty();
+    Ok(Meshed {
+        vertices: surface.vertices.len() as u64,
+        triangles: surface.triangles.len() as u64,
+        is_closed: check.is_closed,
+        is_oriented: check.is_oriented,
+        area_mm2: surface.area(),
+        volume_mm3: if is_empty { 0.0 } else { surface.volume() },
+        pieces: surface.pieces(),
+    })
+}
+
+fn write_mesh(path: &Path, surface: &Surface) -> Result<(), Failure> {
+    let file = BufWriter::new(File::create(path).map_err(|error| cannot_write(path, &error))?);
+    let (vertices, triangles) = (&surface.vertices, &surface.triangles);
+    match mesh_kind(path)? {
+        MeshKind::Ply => ply::write_mesh(file, vertices, triangles, None, &["lengths in mm"])?,
+        MeshKind::Stl => stl::write_mesh(file, vertices, triangles)?,
+    }
+    Ok(())
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    format!("cannot write {}: {error}", path.display()).into()
+}
+
+/// Slices of a band: the vertices and sides of two bands stay in memory.
+const BAND: usize = 8;
+
+/// The surface by modified marching cubes, some bands at a time.
+fn by_bands(
+    args: &VolumeArgs,
+    opened: &Opened,
+    reader: Option<SliceReader>,
+    files: &[PathBuf],
+) -> Result<Meshed, Failure> {
+    let bands = Bands::new(&opened.samples, Ambiguity::Paired);
+    let mut growing = files
+        .iter()
+        .map(|path| GrowingFile::new(path, bands.vertices()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let name = args.file.display().to_string();
+    let mut window = reader.map(|reader| Window::new(name, reader, opened));
+    let mut tally = SurfaceTally::new();
+    let (slices, together) = (bands.slices(), BAND * rayon::current_num_threads());
+    for start in (0..slices).step_by(together) {
+        let end = (start + together).min(slices);
+        if let Some(window) = &mut window {
+            window.move_to(start.saturating_sub(1), end)?;
+        }
+        let crossings = window.as_ref().map(Window::crossings);
+        let parts: Vec<usize> = (start..end).step_by(BAND).collect();
+        let made: Vec<SurfaceBand> = parts
+            .into_par_iter()
+            .map(|start| {
+                let slices = start..(start + BAND).min(end);
+                let band = match &crossings {
+                    None => bands.band(slices, &Middles),
+                    Some(crossings) => bands.band(slices, crossings),
+                };
+                placed(band, &opened.frame)
+            })
+            .collect();
+        for band in &made {
+            let mut result = Ok(());
+            growing.iter_mut().try_for_each(|file| file.add_band(band))?;
+            tally.add(band, |corners| add_corners(&mut growing, corners, &mut result));
+            result?;
+        }
+    }
+    let mut result = Ok(());
+    let figures = tally.finish(|corners| add_corners(&mut growing, corners, &mut result));
+    result?;
+    growing.into_iter().try_for_each(GrowingFile::finish)?;
+    Ok(Meshed {
+        vertices: figures.vertices,
+        triangles: figures.triangles,
+        is_closed: figures.check.is_closed,
+        is_oriented: figures.check.is_oriented,
+        area_mm2: figures.area,
+        volume_mm3: figures.volume,
+        pieces: figures.pieces,
+    })
+}
+
+/// A band in mm of the file's frame.
+fn placed(mut band: SurfaceBand, frame: &Frame) -> SurfaceBand {
+    band.vertices.iter_mut().for_each(|vertex| *vertex = frame.place_mm(*vertex));
+    if frame.is_mirror() {
+        band.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+    }
+    band
+}
+
+/// A file that is written while the surface is made.
+enum GrowingFile {
+    Ply(ply::MeshPieces<File>),
+    Stl(stl::MeshPieces<File>),
+}
+
+impl GrowingFile {
+    fn new(path: &Path, vertices: u32) -> Result<GrowingFile, Failure> {
+        let file = File::create(path).map_err(|error| cannot_write(path, &error))?;
+        Ok(match mesh_kind(path)? {
+            MeshKind::Stl => GrowingFile::Stl(stl::MeshPieces::new(file)?),
+            MeshKind::Ply => {
+                // Opened once more, for it grows at two places.
+                let other = OpenOptions::new().write(true).open(path);
+                let other = other.map_err(|error| cannot_write(path, &error))?;
+                GrowingFile::Ply(ply::MeshPieces::new(file, other, vertices)?)
+            }
+        })
+    }
+
+    fn add_band(&mut self, band: &SurfaceBand) -> Result<(), WriteError> {
+        match self {
+            GrowingFile::Ply(file) => file.add(&band.vertices, &band.triangles),
+            GrowingFile::Stl(_) => Ok(()),
+        }
+    }
+
+    fn finish(self) -> Result<(), WriteError> {
+        match self {
+            GrowingFile::Ply(file) => file.finish(),
+            GrowingFile::Stl(file) => file.finish(),
+        }
+    }
+}
+
+/// Adds a triangle to the files that hold corners; the first error is kept.
+fn add_corners(
+    files: &mut [GrowingFile],
+    corners: [[f64; 3]; 3],
+    result: &mut Result<(), WriteError>,
+) {
+    for file in files {
+        if let (GrowingFile::Stl(file), Ok(())) = (file, &result) {
+            *result = file.add(corners);
+        }
+    }
+}
+
+/// The values of some slices in turn.
+struct Window {
+    name: String,
+    reader: SliceReader,
+    size: [usize; 3],
+    threshold: f32,
+    first: usize,
+    values: Vec<f32>,
+}
+
+impl Window {
+    fn new(name: String, reader: SliceReader, opened: &Opened) -> Window {
+        let (size, threshold) = (opened.samples.size(), opened.threshold as f32);
+        Window { name, reader, size, threshold, first: 0, values: Vec::new() }
+    }
+
+    /// Forgets the slices before `first`, and reads on up to `end` or the last one.
+    fn move_to(&mut self, first: usize, end: usize) -> Result<(), Failure> {
+        let slice = self.size[0] * self.size[1];
+        self.values.drain(..((first - self.first) * slice).min(self.values.len()));
+        self.first = first;
+        while self.first + self.values.len() / slice < end.min(self.size[2]) {
+            match next(&self.name, &mut self.reader)? {
+                Some(Values::Bytes(bytes)) => self.values.extend(bytes.into_iter().map(f32::from)),
+                Some(Values::Floats(floats)) => self.values.extend(floats),
+                None => return Err(format!("{}: changed while it was read", self.name).into()),
+            }
+        }
+        Ok(())
+    }
+
+    fn crossings(&self) -> GreySlices<'_> {
+        let [columns, rows, _] = self.size;
+        let slices = self.values.len() / (columns * rows);
+        let size = [columns, rows, slices];
+        let grey = GreyValues { values: &self.values, size, threshold: self.threshold };
+        GreySlices { grey, first_slice: self.first }
+    }
+}

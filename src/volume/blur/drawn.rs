@@ -1,0 +1,152 @@
+//! Blocks drawn from a large volume, and what they tell of all.
+
+use rayon::prelude::*;
+
+use super::{BLOCK, BlurredArea, Kernel, SIGMAS, block, order};
+use crate::Samples;
+use crate::cells::{mixed_codes, mixed_words};
+use crate::fractions::marching_areas;
+
+/// Blocks with surface, up to which all are blurred.
+const ALL: usize = 4000;
+
+/// Blocks that are blurred of more.
+const DRAWN: usize = 500;
+
+/// Samples before the volume at which blocks begin: as far as the widest kernel reaches.
+const REACH: usize = 12;
+
+/// Blocks drawn by strata of their order, with the area that marching cubes have in them.
+pub(super) struct Drawn<'a> {
+    samples: &'a Samples,
+    /// Lowest sample and area of marching cubes, of the blocks drawn.
+    blocks: Vec<([i64; 3], f64)>,
+    /// Area of marching cubes of the whole volume, and the number of blocks that it lies in.
+    total: f64,
+    with_surface: usize,
+}
+
+impl Drawn<'_> {
+    /// Draws from the blocks of a volume; `None` where it has so few that all may be blurred.
+    pub(super) fn new(samples: &Samples) -> Option<Drawn<'_>> {
+        let counts = samples.size().map(|side| (side + 2 * REACH).div_ceil(BLOCK));
+        if counts.iter().product::<usize>() <= ALL {
+            return None;
+        }
+        let areas: Vec<f64> = (0..counts[2])
+            .into_par_iter()
+            .flat_map_iter(|layer| areas(samples, [counts[0], counts[1]], layer))
+            .collect();
+        let with_surface: Vec<usize> = (0..areas.len()).filter(|&at| areas[at] > 0.0).collect();
+        if with_surface.len() <= ALL {
+            return None;
+        }
+        let place = |at: usize| {
+            [at % counts[0], at / counts[0] % counts[1], at / counts[0] / counts[1]]
+                .map(|at| (at * BLOCK) as i64 - REACH as i64)
+        };
+        let blocks = (0..DRAWN).map(|stratum| {
+            let [from, to] = [stratum, stratum + 1].map(|at| at * with_surface.len() / DRAWN);
+            let at = with_surface[from + (scattered(stratum as u64) % (to - from) as u64) as usize];
+            (place(at), areas[at])
+        });
+        let blocks = blocks.collect();
+        let total = areas.iter().sum();
+        Some(Drawn { samples, blocks, total, with_surface: with_surface.len() })
+    }
+
+    pub(super) fn area(&self) -> BlurredArea {
+        let variations: Vec<[f64; 3]> = self.with(SIGMAS);
+        let sum = |index: usize| variations.iter().map(|of| of[index]).sum::<f64>();
+        let (order, has_edges) = order(sum(0), sum(1), sum(2));
+        let own: Vec<f64> = if has_edges {
+            self.with([1.0, 2.0]).into_iter().map(|[one, two]| 2.0 * one - two).collect()
+        } else {
+            variations.iter().map(|[fine, _, coarse]| (4.0 * fine - coarse) / 3.0).collect()
+        };
+        let known: f64 = self.blocks.iter().map(|(_, area)| area).sum();
+        let ratio = own.iter().sum::<f64>() / known;
+        // Of a ratio: the scatter of what each block has beside it (Cochran, Sampling Techniques, 3rd edition, 6.4).
+        let count = own.len() as f64;
+        let squares: f64 =
+            own.iter().zip(&self.blocks).map(|(own, (_, area))| (own - ratio * area).powi(2)).sum();
+        let left = 1.0 - count / self.with_surface as f64;
+        let u = self.total / known * (count * left * squares / (count - 1.0)).sqrt();
+        BlurredArea { area: ratio * self.total, u: Some(u), order, has_edges }
+    }
+
+    /// The total variation of each block for some σ.
+    fn with<const N: usize>(&self, sigmas: [f64; N]) -> Vec<[f64; N]> {
+        let kernels = sigmas.map(Kernel::new);
+        self.blocks
+            .par_iter()
+            .map(|&(from, _)| kernels.each_ref().map(|kernel| block(self.samples, kernel, from)))
+            .collect()
+    }
+}
+
+/// The area of marching cubes in each block of a layer of blocks, by their lowest corners.
+fn areas(samples: &Samples, counts: [usize; 2], layer: usize) -> Vec<f64> {
+    let of_code = marching_areas();
+    let mut areas = vec![0.0; counts[0] * counts[1]];
+    // Cell z of the padded volume has its lowest corner at sample z - 1.
+    let start = layer * BLOCK + 1;
+    let end = (start + BLOCK).saturating_sub(REACH).min(samples.size()[2] + 1);
+    for z in start.saturating_sub(REACH)..end {
+        mixed_words(samples, z, |y, word, corners, mixed| {
+            let row = (y + REACH - 1) / BLOCK * counts[0];
+            mixed_codes(word, corners, mixed, |x, code| {
+                areas[row + (x + REACH - 1) / BLOCK] += of_code[usize::from(code)];
+            });
+        });
+    }
+    areas
+}
+
+/// A number without a pattern for each whole number (Steele, Lea, Flood, Fast splittable pseudorandom number generators, OOPSLA 2014).
+fn scattered(number: u64) -> u64 {
+    let mut value = number.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    value = (value ^ value >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    value = (value ^ value >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    value ^ value >> 31
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gyroid of 8 periods: the blocks drawn tell its area within what they say.
+    #[test]
+    fn the_area_of_blocks_drawn_is_that_of_all() {
+        let side = 560;
+        let wave = 16.0 * std::f32::consts::PI / side as f32;
+        let table: Vec<[f32; 2]> =
+            (0..side).map(|at| (at as f32 * wave).sin_cos().into()).collect();
+        let samples = Samples::from_fn([side; 3], |x, y, z| {
+            let [[sx, cx], [sy, cy], [sz, cz]] = [x, y, z].map(|at| table[at]);
+            sx * cy + sy * cz + sz * cx > 0.9
+        })
+        .unwrap();
+        let drawn = Drawn::new(&samples).unwrap();
+        let found = drawn.area();
+        let u = found.u.unwrap();
+        assert!(u < 0.003 * found.area, "{found:?}");
+        // The same with all blocks, of one σ only, which is what takes the time.
+        let one: f64 = drawn.with([SIGMAS[0]]).iter().map(|[one]| one).sum();
+        let known: f64 = drawn.blocks.iter().map(|(_, area)| area).sum();
+        let by_drawn = one / known * drawn.total;
+        let all = super::super::total_variation(&samples, SIGMAS[0]);
+        assert!((by_drawn - all).abs() < 3.0 * u, "{by_drawn} {all} {u}");
+        let mesh = crate::marching_cubes(&samples, crate::Ambiguity::Paired, &crate::Middles);
+        assert!((drawn.total / mesh.area() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn small_volumes_are_blurred_whole() {
+        let samples = Samples::from_fn([40; 3], |x, y, z| x + y + z < 60).unwrap();
+        assert!(Drawn::new(&samples).is_none());
+        // Many blocks, of which few have surface.
+        let samples = Samples::from_fn([520, 520, 520], |x, y, z| x < 9 && y < 9 && z < 9).unwrap();
+        assert!(Drawn::new(&samples).is_none());
+    }
+}
