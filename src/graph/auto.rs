@@ -95,7 +95,7 @@ const ALIKE: usize = 60;
 const STEEP_OF_20: usize = 19;
 
 /// Widths of strips over τ.
-const STRIP: f64 = 1.5;
+pub(crate) const STRIP: f64 = 1.5;
 
 /// Automatic strips at most.
 const MOST: usize = 10_000;

@@ -34,22 +34,28 @@ impl<const D: usize> PointGraph<D> {
     /// (P. K. Agarwal, H. Edelsbrunner, J. Harer, Y. Wang, Discrete & Computational Geometry 36 (2006) 553-572,
     /// doi:10.1007/s00454-006-1265-8).
     pub fn loops(&self) -> Vec<Loop> {
-        let mut merged = Merged::new(self.nodes.len());
         let mut below: Vec<(NodeId, NodeId)> =
             self.arcs.iter().map(|arc| (arc.nodes[1], arc.nodes[0])).collect();
         below.sort_unstable();
-        let mut loops = Vec::new();
-        for (upper, lower) in below {
-            if let Some(start) = merged.join(upper, lower) {
-                let strips = [start, upper].map(|node| self.nodes[node as usize].strip);
-                let bounds = self.strips.bounds();
-                let range = [bounds[strips[0] as usize + 1], bounds[strips[1] as usize]];
-                loops.push(Loop { nodes: [start, upper], strips, range });
-            }
-        }
+        let bounds = self.strips.bounds();
+        let of = |nodes: [NodeId; 2]| {
+            let strips = nodes.map(|node| self.nodes[node as usize].strip);
+            let range = [bounds[strips[0] as usize + 1], bounds[strips[1] as usize]];
+            Loop { nodes, strips, range }
+        };
+        let mut loops: Vec<Loop> = closed(self.nodes.len(), &below).into_iter().map(of).collect();
         loops.sort_by(|a, b| b.span().cmp(&a.span()).then(a.nodes.cmp(&b.nodes)));
         loops
     }
+}
+
+/// The loops that arcs close, each by the node where it begins and the one where it ends. Nodes are numbered by strip; arcs are
+/// (upper node, lower node), sorted. Two arcs may join the same nodes.
+pub(crate) fn closed(nodes: usize, arcs: &[(NodeId, NodeId)]) -> Vec<[NodeId; 2]> {
+    let mut merged = Merged::new(nodes);
+    let closes =
+        |&(upper, lower): &(NodeId, NodeId)| merged.join(upper, lower).map(|start| [start, upper]);
+    arcs.iter().filter_map(closes).collect()
 }
 
 /// Nodes, some of which count as one, each with one node below it at most.

@@ -66,6 +66,25 @@ impl Strips {
         Ok(Strips::of_bounds(bounds))
     }
 
+    /// Every strip divided into `parts` of equal width, as far as numbers allow.
+    ///
+    /// # Errors
+    ///
+    /// No part; more than [`MOST_STRIPS`] strips.
+    pub fn divided(&self, parts: usize) -> Result<Strips, StripsError> {
+        let found = self.count().saturating_mul(parts);
+        if found == 0 || found > MOST_STRIPS {
+            return Err(StripsError::Count { found });
+        }
+        let mut bounds = Vec::with_capacity(found + 1);
+        for ends in self.bounds.windows(2) {
+            let share = |part: usize| ends[0] + (ends[1] - ends[0]) * (part as f64 / parts as f64);
+            bounds.extend((0..parts).map(share));
+        }
+        bounds.push(self.bounds[self.count()]);
+        Ok(Strips::of_bounds(bounds))
+    }
+
     /// Strips of ascending bounds, of which equal ones count once.
     fn of_bounds(mut bounds: Vec<f64>) -> Strips {
         let high = bounds[bounds.len() - 1];
@@ -165,6 +184,14 @@ mod tests {
         let mut held = [0; 8];
         squares.iter().for_each(|&value| held[strips.strip_of(value)] += 1);
         assert_eq!(held, [125; 8]);
+    }
+
+    #[test]
+    fn divided_strips_keep_their_bounds() {
+        let coarse = Strips::between(0.0, 10.0, &[7.0, 1.0]).unwrap();
+        let fine = coarse.divided(2).unwrap();
+        assert_eq!(fine.bounds(), [0.0, 0.5, 1.0, 4.0, 7.0, 8.5, 10.0]);
+        assert!(coarse.divided(0).is_err() && coarse.divided(MOST_STRIPS).is_err());
     }
 
     #[test]

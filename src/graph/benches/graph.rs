@@ -1,6 +1,7 @@
 //! Times and loop counts of the Point Cloud Graph. Sizes and seeds are fixed and printed.
 //!
-//! `cargo bench -p asphera-graph --bench graph -- THREADS [POINTS]`; `POINTS` is the larger cloud of the last row, 10,000,000.
+//! `cargo bench -p asphera-graph --bench graph -- THREADS [POINTS] [ROW…]`; `POINTS` is the larger cloud of the row `growth`,
+//! 10,000,000. Rows are `neighbours`, `loops` and `growth`; without one all are run.
 //! `ASPHERA_BENCH_OFF` names OFF meshes as PATH=GENUS,PATH=GENUS that are sampled beside the bodies made here.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it found")]
@@ -19,18 +20,28 @@ use bodies::{Body, Place, Random, norm};
 
 const POINTS: usize = 100_000;
 const DIRECTIONS: usize = 20;
+const ROWS: [&str; 3] = ["neighbours", "loops", "growth"];
 
 fn main() {
     let numbers: Vec<usize> =
         std::env::args().skip(1).filter_map(|word| word.parse().ok()).collect();
     let threads = numbers.first().copied().unwrap_or(1);
     let many = numbers.get(1).copied().unwrap_or(10_000_000);
+    let rows: Vec<String> =
+        std::env::args().skip(1).filter(|word| ROWS.contains(&&**word)).collect();
+    let is_asked = |row: &str| rows.is_empty() || rows.iter().any(|asked| asked == row);
     println!("{threads} threads, best of 5");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        neighbours();
-        loops();
-        growth(many);
+        if is_asked("neighbours") {
+            neighbours();
+        }
+        if is_asked("loops") {
+            loops();
+        }
+        if is_asked("growth") {
+            growth(many);
+        }
     });
 }
 
@@ -71,6 +82,7 @@ fn loops() {
     println!(
         "  loops = genus of {POINTS} random points, {DIRECTIONS} directions, defaults; of those stable"
     );
+    let mut sum = [0, 0];
     for (name, genus, points) in &clouds {
         let cloud = Cloud::new(points).unwrap();
         let mut directions = Random::new(7);
@@ -86,7 +98,9 @@ fn loops() {
             }
         }
         println!("    {name}, genus {genus}: {right}, {stable}");
+        sum = [sum[0] + right, sum[1] + stable];
     }
+    println!("    of {} in all: {}, {}", DIRECTIONS * clouds.len(), sum[0], sum[1]);
 }
 
 fn growth(many: usize) {

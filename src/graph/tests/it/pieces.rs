@@ -1,7 +1,7 @@
 //! Pieces, arcs and loops against their definitions.
 
 use asphera_geometry::Sets;
-use asphera_graph::{Cloud, PointGraph, Strips, functions, tau_components};
+use asphera_graph::{Choices, Cloud, PointGraph, Strips, extract, functions, tau_components};
 use proptest::prelude::*;
 
 use crate::bodies::{Body, Random};
@@ -83,7 +83,9 @@ fn order_and_threads_change_no_bit() {
             let [low, high] = field.range().unwrap();
             let strips = Strips::uniform(low, high, 60).unwrap();
             let graph = PointGraph::new(&cloud, &field.values, strips, 0.08).unwrap();
-            (graph.nodes().to_vec(), graph.arcs().to_vec(), graph.nodes_of_places().to_vec())
+            let found = extract(&cloud, &field, &Choices::default()).unwrap();
+            let loops = (found.loops, found.minor_loops);
+            (graph.nodes().to_vec(), graph.arcs().to_vec(), graph.nodes_of_places().to_vec(), loops)
         })
     };
     let expected = graph(&points, 1);

@@ -1,0 +1,238 @@
+//! Loops between levels that lie closer than the strips of a graph.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::cloud::{Cloud, CloudError, PlaceId};
+use crate::graph::{GraphError, sorted_by_strip};
+use crate::level_sets::{Linked, ThinStrip};
+use crate::links::links;
+use crate::loops::closed;
+use crate::strips::Strips;
+
+/// A loop by thin strips.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FineLoop {
+    /// The thin strips where its branches part and where they meet again.
+    pub(crate) strips: [u32; 2],
+    /// A place of the piece where they part, and one of the piece where they meet.
+    pub(crate) places: [PlaceId; 2],
+}
+
+impl FineLoop {
+    /// Thin strips from one end to the other.
+    pub(crate) fn span(&self) -> u32 {
+        self.strips[1] - self.strips[0]
+    }
+}
+
+/// Reason why there are no such loops.
+pub(crate) enum FineError {
+    Graph(GraphError),
+    Cloud(CloudError),
+}
+
+/// All loops between thin strips, for links shorter than `reach_mm` that lead to no other component. Gaps of the sampling make loops
+/// that span few strips.
+///
+/// With a `margin` the strips are passed in runs of many places, so that memory grows with these and not with the cloud. Then no
+/// two places nearer than `reach_mm` may be more than so many strips apart.
+pub(crate) fn fine_loops<const D: usize>(
+    cloud: &Cloud<D>,
+    values: &[f64],
+    strips: &Strips,
+    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+    margin: Option<usize>,
+) -> Result<Vec<FineLoop>, FineError> {
+    let of_strip = sorted_by_strip(cloud, values, strips).map_err(FineError::Graph)?;
+    let runs = match margin {
+        Some(margin) => runs(&of_strip, margin, RUN),
+        None => std::iter::once(0..of_strip.len()).collect(),
+    };
+    in_runs(cloud, &of_strip, runs, (reach_mm, component_of), margin).map_err(FineError::Cloud)
+}
+
+/// The loops of strips that are passed in runs.
+fn in_runs<const D: usize>(
+    cloud: &Cloud<D>,
+    of_strip: &[Vec<PlaceId>],
+    runs: Vec<Range<usize>>,
+    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+    margin: Option<usize>,
+) -> Result<Vec<FineLoop>, CloudError> {
+    let mut places_of_pieces = Vec::new();
+    let mut strip_of = Vec::new();
+    let mut arcs = Vec::new();
+    // Pieces of the level below, each with the node under it.
+    let mut under: Vec<u32> = Vec::new();
+    for run in runs {
+        // A neighbour of a neighbour decides which links there are.
+        let about = 2 * margin.unwrap_or(of_strip.len()) + 2;
+        let members = run.start.saturating_sub(about)..(run.end + about).min(of_strip.len());
+        let links = (reach_mm, component_of);
+        let (thin, places) = thin_strips(cloud, of_strip, (members, run.clone()), links)?;
+        for (strip, thin) in run.zip(thin) {
+            let first = strip_of.len() as u32;
+            let below = thin.below.iter().zip(&under);
+            arcs.extend(below.map(|(&piece, &lower)| (first + piece, lower)));
+            under = thin.above.iter().map(|&piece| first + piece).collect();
+            strip_of.extend(thin.pieces.iter().map(|_| strip as u32));
+            places_of_pieces.extend(thin.pieces.iter().map(|&at| places[at as usize]));
+        }
+    }
+    arcs.sort_unstable();
+    let found = closed(strip_of.len(), &arcs).into_iter();
+    let of = |nodes: [u32; 2]| FineLoop {
+        strips: nodes.map(|node| strip_of[node as usize]),
+        places: nodes.map(|node| places_of_pieces[node as usize]),
+    };
+    Ok(found.map(of).collect())
+}
+
+/// Runs of strips that hold some `most` places each, and are long against the margin.
+fn runs(of_strip: &[Vec<PlaceId>], margin: usize, most: usize) -> Vec<Range<usize>> {
+    let (mut runs, mut start, mut places) = (Vec::new(), 0, 0);
+    for (strip, own) in of_strip.iter().enumerate() {
+        places += own.len();
+        if places >= most && strip + 1 - start >= LONG * margin {
+            runs.push(start..strip + 1);
+            (start, places) = (strip + 1, 0);
+        }
+    }
+    if start < of_strip.len() {
+        runs.push(start..of_strip.len());
+    }
+    runs
+}
+
+/// The thin strips of a run, by the links among the places of `members`; and the place of each position.
+fn thin_strips<const D: usize>(
+    cloud: &Cloud<D>,
+    of_strip: &[Vec<PlaceId>],
+    (members, run): (Range<usize>, Range<usize>),
+    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+) -> Result<(Vec<ThinStrip>, Vec<PlaceId>), CloudError> {
+    let places = of_strip[members.clone()].concat();
+    let strip_of: Vec<u32> = members
+        .clone()
+        .flat_map(|strip| of_strip[strip].iter().map(move |_| strip as u32))
+        .collect();
+    let mut links = if places.len() == cloud.len() {
+        let mut position_of = vec![0; places.len()];
+        (0..).zip(&places).for_each(|(at, &place)| position_of[place as usize] = at);
+        positions(links(cloud, reach_mm)?, &position_of)
+    } else {
+        let all = cloud.places();
+        let own: Vec<[f64; D]> = places.iter().map(|&place| all[place as usize]).collect();
+        let own = Cloud::new(&own)?;
+        let mut position_of = vec![0; places.len()];
+        let rows = (0..).zip(own.places_of_rows());
+        rows.for_each(|(at, &place)| position_of[place as usize] = at);
+        positions(links(&own, reach_mm)?, &position_of)
+    };
+    links.retain(|link| {
+        let [a, b] = link.map(|position| component_of(places[position as usize]));
+        a == b
+    });
+    links.par_sort_unstable();
+    let rise = |link: &[u32; 2]| strip_of[link[1] as usize] - strip_of[link[0] as usize];
+    let span = links.par_iter().map(rise).max().unwrap_or(0);
+    let linked = Linked { links: &links, strip_of: &strip_of, span };
+    let starts: Vec<u32> = (run.start as u32..run.end as u32).step_by(JOB).collect();
+    let end = run.end as u32;
+    let jobs = starts.into_par_iter();
+    let thin = jobs.flat_map_iter(|start| linked.thin_strips(start..(start + JOB as u32).min(end)));
+    Ok((thin.collect(), places))
+}
+
+/// Links by positions, the lower one first.
+fn positions(mut links: Vec<[u32; 2]>, position_of: &[u32]) -> Vec<[u32; 2]> {
+    links.par_iter_mut().for_each(|link| {
+        *link = link.map(|place| position_of[place as usize]);
+        link.sort_unstable();
+    });
+    links
+}
+
+/// Places of a run.
+const RUN: usize = 400_000;
+
+/// Strips of a run over those of its margin, at least.
+const LONG: usize = 8;
+
+/// Strips that one job takes.
+const JOB: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two rings in the plane, one of them a lattice of cells with many equal distances.
+    fn rings() -> Cloud<2> {
+        let mut points = Vec::new();
+        for at in 0..3000_u32 {
+            // Steps by the golden ratio and by √2 spread places evenly, yet not on a lattice.
+            let [along, across] = [0.618_033_988_7, std::f64::consts::SQRT_2]
+                .map(|step| (f64::from(at) * step).fract());
+            let (angle, radius) = (along * std::f64::consts::TAU, 5.0 + across);
+            points.push([radius * angle.cos(), radius * angle.sin()]);
+        }
+        for [x, y] in (0..60).flat_map(|x| (0..60).map(move |y| [x, y])) {
+            if !(20..40).contains(&x) || !(20..40).contains(&y) {
+                points.push([f64::from(x) * 0.2 + 8.0, f64::from(y) * 0.2 - 5.0]);
+            }
+        }
+        Cloud::new(&points).unwrap()
+    }
+
+    #[test]
+    fn runs_of_any_length_find_the_same_loops() {
+        let cloud = rings();
+        for axis in [0, 1] {
+            let values: Vec<f64> = cloud.places().iter().map(|place| place[axis]).collect();
+            let (low, high) = values.iter().fold((9.0_f64, -9.0_f64), |(low, high), value| {
+                (low.min(*value), high.max(*value))
+            });
+            let strips = Strips::uniform(low, high, 150).unwrap();
+            let of_strip = sorted_by_strip(&cloud, &values, &strips).unwrap();
+            let margin = 0.6 / (strips.bounds()[1] - low);
+            let margin = margin as usize + 1;
+            let found = |runs: Vec<Range<usize>>| {
+                let mut found =
+                    in_runs(&cloud, &of_strip, runs, (0.6, &|_| 0), Some(margin)).unwrap();
+                found.sort_by_key(|one| (one.strips, one.places));
+                found
+            };
+            let whole = std::iter::once(0..150).collect();
+            let some = [runs(&of_strip, 1, 300), (0..150).map(|at| at..at + 1).collect()];
+            assert!(some[0].len() > 5);
+            let expected = found(whole);
+            for runs in some {
+                assert_eq!(found(runs), expected);
+            }
+            let long = expected.iter().filter(|one| one.span() > 15).count();
+            assert_eq!(long, 2, "{expected:?}");
+        }
+    }
+
+    #[test]
+    fn links_to_other_components_make_no_loop() {
+        // Two arcs that nearly touch at both ends.
+        let points: Vec<[f64; 2]> = (0..600)
+            .map(|at| (f64::from(at) + 0.5) * std::f64::consts::TAU / 600.0)
+            .map(|angle| [angle.cos(), angle.sin()])
+            .collect();
+        let cloud = Cloud::new(&points).unwrap();
+        let places = cloud.places();
+        let values: Vec<f64> = places.iter().map(|place| place[0]).collect();
+        let strips = Strips::uniform(-1.0, 1.0, 100).unwrap();
+        let halves = |place: PlaceId| u32::from(places[place as usize][1] > 0.0);
+        let loops = |component_of: &(dyn Fn(PlaceId) -> u32 + Sync)| {
+            let found = fine_loops(&cloud, &values, &strips, (0.05, component_of), None);
+            found.ok().map(|found| found.len())
+        };
+        assert_eq!(loops(&|_| 0), Some(1));
+        assert_eq!(loops(&halves), Some(0));
+    }
+}
