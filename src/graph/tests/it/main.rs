@@ -10,5 +10,6 @@ mod geodesics;
 mod library;
 mod neighbours;
 mod pieces;
+mod resolutions;
 mod spectra;
 mod tray;
