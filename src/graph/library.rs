@@ -5,6 +5,7 @@
 //! known from one side is laid with that side up, and down. The scene is seen from above, along −z.
 
 mod align;
+mod any_size;
 mod sheet;
 mod touching;
 
@@ -19,6 +20,7 @@ use self::sheet::{LEAST_PLACES, Sheet, Vector};
 use crate::cloud::Cloud;
 use crate::functions::principal_axes;
 
+pub use any_size::recognise_any_size;
 pub use touching::{Piece, recognise_touching};
 
 /// A surface of a library, as it may lie on a table.
@@ -47,6 +49,11 @@ impl Side {
         let difference_mm = laid.difference_mm(&sheet, &motion, FEW_PLACES);
         let is_turned_alike = difference_mm < limit_mm(&sheet, sheet.frame.radius_mm);
         Side { sheet, is_behind, is_turned_alike }
+    }
+
+    /// The side of a surface that is larger by a factor.
+    fn scaled(&self, factor: f64) -> Side {
+        Side { sheet: self.sheet.scaled(factor), ..*self }
     }
 }
 
@@ -184,6 +191,8 @@ pub struct Candidate {
     pub is_side_known: bool,
     /// It does not look alike after any turn about the vertical, as a disc does.
     pub is_turn_known: bool,
+    /// Size of the part over that of the entry: 1 where sizes count. A place y of the entry lies at R·(scale·y) + t.
+    pub scale: f64,
     /// A surface known from one side shows its other side.
     is_behind: bool,
 }
@@ -234,7 +243,6 @@ impl Recognition {
 
 /// Which entry a part is. `points` are those of the part in mm, of the scene as seen from above along −z; `within_mm` is the
 /// largest difference that still fits. Without it that is three times the noise of the points and 1/2000 of the part's diameter.
-///
 /// An entry that shows its back counts only where no other one fits that shows its face. Some n·log n of the points, and some ms
 /// for every entry of about their size. Neither the order of the points nor that of the entries changes an answer, but that
 /// candidates name entries by number.
@@ -242,6 +250,24 @@ pub fn recognise(
     points: &[[f64; 3]],
     library: &[LibraryEntry],
     within_mm: Option<f64>,
+) -> Recognition {
+    recognised(points, library, within_mm, &fitted)
+}
+
+/// An entry laid onto a part: how far they differ in mm, and how it lies, scaled first.
+#[derive(Clone, Copy, Debug)]
+struct Fit {
+    difference_mm: f64,
+    motion: Motion,
+    scale: f64,
+}
+
+/// The answer by a fit of each side.
+fn recognised(
+    points: &[[f64; 3]],
+    library: &[LibraryEntry],
+    within_mm: Option<f64>,
+    fit: &(dyn Fn(&Laid<'_>, &Side) -> Option<Fit> + Sync),
 ) -> Recognition {
     let Some(part) = Sheet::new(points, None, UP) else {
         let outcome = Outcome::TooSmall;
@@ -252,7 +278,7 @@ pub fn recognise(
     let laid = Laid { some: &some, part: &part, extent: Extent::Whole };
     let nearest = |(entry, of): (usize, &LibraryEntry)| {
         let sides = of.sides.iter().filter_map(|side| {
-            let (difference_mm, motion) = fitted(&laid, side)?;
+            let Fit { difference_mm, motion, scale } = fit(&laid, side)?;
             let Motion { rotation, shift_mm } = motion;
             let pose = CoarsePose { rotation, shift_mm };
             Some(Candidate {
@@ -261,13 +287,14 @@ pub fn recognise(
                 pose,
                 is_side_known: true,
                 is_turn_known: !side.is_turned_alike,
+                scale,
                 is_behind: side.is_behind,
             })
         });
         best_side(sides.collect())
     };
-    let mut candidates: Vec<Candidate> =
-        library.par_iter().enumerate().filter_map(nearest).collect();
+    let candidates = library.par_iter().enumerate().filter_map(nearest);
+    let mut candidates: Vec<Candidate> = candidates.collect();
     candidates
         .sort_by(|a, b| a.difference_mm.total_cmp(&b.difference_mm).then(a.entry.cmp(&b.entry)));
     prefer_faces(&mut candidates, limit_mm);
@@ -310,8 +337,8 @@ fn best_side(mut sides: Vec<Candidate>) -> Option<Candidate> {
     Some(Candidate { is_side_known, ..best.clone() })
 }
 
-/// The best motion of a side onto a part, and the difference in mm; `None` where their sizes differ.
-fn fitted(laid: &Laid<'_>, side: &Side) -> Option<(f64, Motion)> {
+/// The best motion of a side onto a part; `None` where their sizes differ.
+fn fitted(laid: &Laid<'_>, side: &Side) -> Option<Fit> {
     let (part, entry) = (&laid.part.frame, &side.sheet.frame);
     let ratio = part.radius_mm / entry.radius_mm;
     if !(1.0 / LARGER..=LARGER).contains(&ratio) {
@@ -334,9 +361,10 @@ fn fitted(laid: &Laid<'_>, side: &Side) -> Option<(f64, Motion)> {
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     let refined = starts.iter().take(2).map(|(_, motion)| {
         let motion = laid.refined(&side.sheet, *motion, STEPS, MOST_PLACES);
-        (laid.difference_mm(&side.sheet, &motion, MOST_PLACES), motion)
+        let difference_mm = laid.difference_mm(&side.sheet, &motion, MOST_PLACES);
+        Fit { difference_mm, motion, scale: 1.0 }
     });
-    refined.min_by(|a, b| a.0.total_cmp(&b.0))
+    refined.min_by(|a, b| a.difference_mm.total_cmp(&b.difference_mm))
 }
 
 /// The scene is seen from there.

@@ -70,6 +70,26 @@ impl Sheet {
         Some(Sheet { places, normals, tree, frame, spacing_mm, is_even, noise_mm })
     }
 
+    /// The sheet of a surface that is larger by a factor.
+    pub(super) fn scaled(&self, factor: f64) -> Sheet {
+        let larger = |place: &Vector| place.map(|mm| factor * mm);
+        let places: Vec<Vector> = self.places.iter().map(larger).collect();
+        let frame = Frame {
+            middle_mm: larger(&self.frame.middle_mm),
+            radius_mm: factor * self.frame.radius_mm,
+            ..self.frame
+        };
+        Sheet {
+            tree: WeightedTree::of_points(&places),
+            places,
+            normals: self.normals.clone(),
+            frame,
+            spacing_mm: factor * self.spacing_mm,
+            is_even: self.is_even,
+            noise_mm: factor * self.noise_mm,
+        }
+    }
+
     /// How much higher than `from_mm` the place nearest to it lies along the third axis of a frame, in mm.
     pub(super) fn height_mm(&self, from_mm: Vector, frame: &Frame) -> Option<f64> {
         let (id, _) = self.tree.nearest(from_mm, |_| true)?;

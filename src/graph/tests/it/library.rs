@@ -1,6 +1,8 @@
 //! Parts of simulated trays are recognised: the truth is what was laid there.
 
-use asphera_graph::library::{Facing, LibraryEntry, Outcome, Piece, recognise, recognise_touching};
+use asphera_graph::library::{
+    Facing, LibraryEntry, Outcome, Piece, recognise, recognise_any_size, recognise_touching,
+};
 use asphera_graph::{Choices, Cloud, auto_min_points, auto_tau_mm, extract, functions, parts};
 
 use crate::bodies::{Place, Random};
@@ -219,4 +221,44 @@ fn too_few_points_and_lines_are_refused() {
         let normals = vec![[0.0, 0.0, 1.0]; points.len()];
         assert!(LibraryEntry::body("small", &points, &normals).is_err());
     }
+}
+
+/// A part of another size is its entry at that scale, and unknown where sizes count.
+#[test]
+fn parts_of_any_size_are_their_entries_at_a_scale() {
+    let library = library();
+    for (entry, kind) in KINDS.into_iter().enumerate() {
+        let scale = [0.4, 3.0][entry % 2];
+        let own = part(kind, false, 11);
+        let points: Vec<Place> = own.iter().map(|at| at.map(|mm| scale * mm)).collect();
+        let found = recognise_any_size(&points, &library, None);
+        let first = &found.candidates[0];
+        let answer = (found.outcome, first.entry);
+        assert_eq!(answer, (Outcome::Match, entry), "{kind:?} {scale}: {found:?}");
+        assert!((first.scale / scale - 1.0).abs() < 0.015, "{kind:?} {scale}: {}", first.scale);
+        assert_eq!(recognise(&points, &library, None).outcome, Outcome::NoneFits);
+        // The order of the points changes no bit.
+        if kind == Kind::Ring {
+            let mut reversed = points.clone();
+            reversed.reverse();
+            assert_eq!(recognise_any_size(&reversed, &library, None), found);
+        }
+    }
+    // A shape that the library lacks stays unknown.
+    let (flat, ring) = (part(Kind::Flat, false, 12), [Kind::Ring.entry()]);
+    assert_eq!(recognise_any_size(&flat, &ring, None).outcome, Outcome::NoneFits);
+}
+
+/// Two sizes of one shape are no answer where sizes are free.
+#[test]
+fn two_sizes_of_a_shape_are_equal_entries() {
+    let [large, own] = [1.7, 1.0].map(|scale: f64| {
+        let points = part(Kind::Convex, false, 14);
+        let points: Vec<Place> = points.iter().map(|at| at.map(|mm| scale * mm)).collect();
+        LibraryEntry::face("convex", &points).unwrap()
+    });
+    let found = recognise_any_size(&part(Kind::Convex, false, 13), &[large, own], None);
+    assert_eq!(found.outcome, Outcome::Ambiguous, "{found:?}");
+    let points = part(Kind::Convex, false, 13);
+    assert_eq!(recognise_any_size(&points, &[], None).outcome, Outcome::NoneFits);
 }
