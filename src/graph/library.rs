@@ -243,6 +243,7 @@ impl Recognition {
 
 /// Which entry a part is. `points` are those of the part in mm, of the scene as seen from above along −z; `within_mm` is the
 /// largest difference that still fits. Without it that is three times the noise of the points and 1/2000 of the part's diameter.
+///
 /// An entry that shows its back counts only where no other one fits that shows its face. Some n·log n of the points, and some ms
 /// for every entry of about their size. Neither the order of the points nor that of the entries changes an answer, but that
 /// candidates name entries by number.

@@ -3,6 +3,7 @@
 pub(super) mod figures;
 mod files;
 pub(super) mod function;
+mod resolutions;
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -42,6 +43,10 @@ pub(super) struct GraphArgs {
         allow_hyphen_values = true
     )]
     strips: StripsArg,
+    /// Also give the graphs of strips twice as wide, four times as wide and so on, this often. Each graph maps onto the coarser one.
+    /// A number of strips must be a multiple of 2 to this power.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=16))]
+    halvings: u32,
     /// Points nearer than this belong together; auto takes some six spacings of the points.
     #[arg(long, value_name = "auto|MM", default_value = "auto")]
     tau: TauArg,
@@ -122,6 +127,18 @@ impl FromStr for TauArg {
 }
 
 impl GraphArgs {
+    /// Halved strips are pieces of coarser ones if pieces are exact.
+    fn check(&self) -> Result<(), Failure> {
+        match (self.halvings, self.components) {
+            (1.., ComponentsName::Grown) => Err(format!(
+                "--halvings {}: expected --components exact, whose pieces lie in those of coarser strips; found grown",
+                self.halvings
+            )
+            .into()),
+            _ => Ok(()),
+        }
+    }
+
     fn choices(&self) -> Choices {
         let pieces = match self.components {
             ComponentsName::Exact => Pieces::Exact,
@@ -152,6 +169,7 @@ impl GraphArgs {
 }
 
 pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
+    args.check()?;
     let file = |name: &str| args.out.as_deref().map(|folder| folder.join(name));
     for path in FILES.into_iter().filter_map(file) {
         refuse(&path, &args.source, args.force)?;
@@ -163,7 +181,7 @@ pub(super) fn run(args: &GraphArgs) -> Result<Exit, Failure> {
     let values = args.values(&source)?;
     let outcome = in_pool(args.threads, || {
         let function = (&args.function, values.as_deref());
-        figures::of(&name, &points, function, &args.choices(), &progress)
+        figures::of((&name, &points), function, (&args.choices(), args.halvings), &progress)
     })?;
     drop(points);
     if let Some(folder) = &args.out {

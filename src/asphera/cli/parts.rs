@@ -11,6 +11,7 @@ mod summary;
 use std::path::{Path, PathBuf};
 
 use asphera_geometry::PointMm;
+use asphera_graph::compare::Size;
 use asphera_graph::{Cloud, auto_tau_mm};
 use asphera_measure::Measurement;
 use clap::Args;
@@ -47,6 +48,9 @@ pub(super) struct PartsArgs {
     /// the part's diameter.
     #[arg(long, value_name = "auto|MM", default_value = "auto", requires = "library")]
     within: TauArg,
+    /// Recognise parts whatever their size; touching parts are not taken apart then.
+    #[arg(long, requires = "library", conflicts_with = "measure")]
+    scale_free: bool,
     /// Measure each part with its nominal, which confirms the match, or does not.
     #[arg(long, requires = "library")]
     measure: bool,
@@ -74,6 +78,7 @@ pub(super) fn found(folder: &Path, output: &OutputArgs) -> Result<Exit, Failure>
         tau: TauArg(None),
         library: Some(folder.join("library")),
         within: TauArg(None),
+        scale_free: false,
         measure: true,
         out: Some(folder.to_owned()),
         force: output.force,
@@ -129,11 +134,12 @@ fn done(args: &PartsArgs, read: &Read<'_>, library: Option<&Library>) -> Result<
     }
     // A single place has no spacing; any tau gives the same part.
     let tau_mm = args.tau.0.or_else(|| auto_tau_mm(&cloud)).unwrap_or(1.0);
-    let scene = Scene::new(&cloud, tau_mm, library, args.within.0)?;
+    let size = if args.scale_free { Size::Free } else { Size::Counts };
+    let scene = Scene::new(&cloud, tau_mm, library, (size, args.within.0))?;
     let (mut parts, mut measurements, mut exit) = (Vec::new(), Vec::new(), Exit::Done);
     for part in &scene.parts {
         let found = part.recognition.as_ref().zip(library);
-        let mut found = found.map(|(found, library)| MatchFigures::new(found, library));
+        let mut found = found.map(|(found, library)| MatchFigures::new(found, library, size));
         let library = library
             .filter(|_| args.measure && found.as_ref().is_some_and(|found| found.reason.is_none()));
         let formed = match library {

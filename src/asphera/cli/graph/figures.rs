@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use asphera_graph::{
-    Choices, Cloud, ExtractError, Extraction, Loop, Parts, auto_min_points, extract, parts,
+    Arc, Choices, Cloud, ExtractError, Extraction, Loop, Node, Parts, PointGraph, Resolution,
+    auto_min_points, extract, parts,
 };
 use serde::Serialize;
 
@@ -11,6 +12,7 @@ use super::super::output::Failure;
 use super::super::progress::Progress;
 use super::super::summary::short;
 use super::function::FunctionChoice;
+use super::resolutions::{ResolutionCounts, ResolutionFigures, counts, halved};
 
 /// The figures of a graph. Lengths are mm of the file's frame.
 #[derive(Clone, Debug, Serialize)]
@@ -31,6 +33,9 @@ pub(in crate::cli) struct GraphReport {
     pub(super) loop_ranges: Vec<LoopFigures>,
     /// Loops too small to count.
     pub(super) minor_loops: Vec<LoopFigures>,
+    /// Graphs of wider strips, the coarsest first, with `--halvings`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) halved: Vec<ResolutionCounts>,
     pub(super) parts: Vec<PartFigures>,
     /// Pieces of too few points to be parts.
     pub(super) islands: usize,
@@ -68,6 +73,7 @@ pub(super) struct Outcome {
     pub(super) found: Extraction<3>,
     /// The part of each place, from 0; −1 of islands.
     pub(super) part_of_place: Vec<i32>,
+    pub(super) resolutions: Vec<Resolution<3>>,
 }
 
 /// The report with all nodes and arcs, as graph.json holds them.
@@ -80,10 +86,12 @@ pub(super) struct WholeGraph<'a> {
     arc_list: Vec<ArcFigures>,
     /// Chains of nodes between ends and branches.
     segments: Vec<Vec<u32>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    resolutions: Vec<ResolutionFigures<'a>>,
 }
 
 #[derive(Serialize)]
-struct NodeFigures {
+pub(super) struct NodeFigures {
     strip: u32,
     places: u32,
     centroid_mm: [f64; 3],
@@ -92,17 +100,16 @@ struct NodeFigures {
 }
 
 #[derive(Serialize)]
-struct ArcFigures {
+pub(super) struct ArcFigures {
     nodes: [u32; 2],
     distance_mm: f64,
 }
 
 /// Makes the graph of points.
 pub(super) fn of(
-    file: &str,
-    points: &[[f64; 3]],
+    (file, points): (&str, &[[f64; 3]]),
     (function, values): (&FunctionChoice, Option<&[f64]>),
-    choices: &Choices,
+    (choices, halvings): (&Choices, u32),
     progress: &Progress,
 ) -> Result<Outcome, Failure> {
     let failed = |error: ExtractError| -> Failure { format!("{file}: {error}").into() };
@@ -114,6 +121,11 @@ pub(super) fn of(
     let found = extract(&cloud, &field, choices).map_err(failed)?;
     progress.stage("trying other strips");
     let stability = found.stability(&cloud, &field, choices).map_err(failed)?;
+    let resolutions = match halvings {
+        0 => Vec::new(),
+        _ => halved(&cloud, &field, (&choices.strips, halvings), found.tau_mm)
+            .map_err(|error| format!("{file}: {error}"))?,
+    };
     progress.stage("parts");
     let parts = parts_of(&cloud, found.tau_mm)?;
     let mut part_of_place = vec![-1; cloud.len()];
@@ -153,10 +165,11 @@ pub(super) fn of(
         loops_stable: stability.is_stable,
         loop_ranges: found.loops.iter().map(loop_figures).collect(),
         minor_loops: found.minor_loops.iter().map(loop_figures).collect(),
+        halved: resolutions.iter().map(counts).collect(),
         parts: part_figures,
         islands: parts.islands.len(),
     };
-    Ok(Outcome { report, cloud, values: field.values, found, part_of_place })
+    Ok(Outcome { report, cloud, values: field.values, found, part_of_place, resolutions })
 }
 
 /// The parts of a cloud, islands of few points apart.
@@ -171,25 +184,31 @@ fn loop_figures(found: &Loop) -> LoopFigures {
 impl Outcome {
     pub(super) fn whole(&self) -> WholeGraph<'_> {
         let graph = &self.found.graph;
-        let nodes = graph.nodes().iter().map(|node| NodeFigures {
-            strip: node.strip,
-            places: node.places,
-            centroid_mm: node.centroid_mm,
-            box_mm: node.box_mm,
-            range: node.range,
-        });
-        let arcs = graph
-            .arcs()
-            .iter()
-            .map(|arc| ArcFigures { nodes: arc.nodes, distance_mm: arc.distance_mm });
         WholeGraph {
             report: &self.report,
             strip_bounds: graph.strips().bounds(),
-            node_list: nodes.collect(),
-            arc_list: arcs.collect(),
+            node_list: node_figures(graph),
+            arc_list: arc_figures(graph),
             segments: graph.segments().into_iter().map(|segment| segment.nodes).collect(),
+            resolutions: self.resolutions.iter().map(super::resolutions::figures).collect(),
         }
     }
+}
+
+pub(super) fn node_figures(graph: &PointGraph<3>) -> Vec<NodeFigures> {
+    let of = |node: &Node<3>| NodeFigures {
+        strip: node.strip,
+        places: node.places,
+        centroid_mm: node.centroid_mm,
+        box_mm: node.box_mm,
+        range: node.range,
+    };
+    graph.nodes().iter().map(of).collect()
+}
+
+pub(super) fn arc_figures(graph: &PointGraph<3>) -> Vec<ArcFigures> {
+    let of = |arc: &Arc| ArcFigures { nodes: arc.nodes, distance_mm: arc.distance_mm };
+    graph.arcs().iter().map(of).collect()
 }
 
 impl GraphReport {
@@ -217,6 +236,11 @@ impl GraphReport {
         for found in self.loop_ranges.iter().take(SHOWN) {
             let [low, high] = found.range.map(short);
             line("", format!("open from {low} to {high}"));
+        }
+        for one in &self.halved {
+            let ResolutionCounts { strips, nodes, arcs, loops } = one;
+            let graph = format!("{strips} strips, {nodes} nodes, {arcs} arcs, {loops} loops");
+            line("halved", graph);
         }
         line("parts", format!("{}, and {} islands", self.parts.len(), self.islands));
         for part in self.parts.iter().take(SHOWN) {

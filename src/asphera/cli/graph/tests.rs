@@ -121,3 +121,45 @@ fn what_is_no_function_strip_or_tau_is_told() {
         assert!(message.contains(expected), "{message}");
     }
 }
+
+/// Graphs of halved strips: each node lies in one of the coarser graph, and the finest is the graph asked for.
+#[test]
+fn halved_strips_give_graphs_that_map_onto_each_other() {
+    let words = ["graph", "--function", "height:x", "--strips", "24", "--halvings", "2", "--json"];
+    let found = json(&done(&words).unwrap(), "graph.json");
+    let all = found["resolutions"].as_array().unwrap();
+    let strips: Vec<u64> = all.iter().map(|one| one["strips"].as_u64().unwrap()).collect();
+    assert_eq!(strips, [6, 12, 24]);
+    assert_eq!(all[2]["node_list"], found["node_list"]);
+    assert_eq!(all[2]["arc_list"], found["arc_list"]);
+    assert_eq!(found["halved"][1]["nodes"], all[1]["nodes"]);
+    for pair in all.windows(2) {
+        let [coarse, fine] = [&pair[0], &pair[1]].map(|one| one["node_list"].as_array().unwrap());
+        let holders = pair[1]["coarser"].as_array().unwrap();
+        assert_eq!(holders.len(), fine.len());
+        let mut places = vec![0; coarse.len()];
+        for (node, holder) in fine.iter().zip(holders) {
+            let holder = holder.as_u64().unwrap() as usize;
+            assert_eq!(
+                node["strip"].as_u64().unwrap() / 2,
+                coarse[holder]["strip"].as_u64().unwrap()
+            );
+            places[holder] += node["places"].as_u64().unwrap();
+        }
+        let expected: Vec<u64> =
+            coarse.iter().map(|node| node["places"].as_u64().unwrap()).collect();
+        assert_eq!(places, expected);
+    }
+    // Automatic strips can be halved, too.
+    let found = json(&done(&["graph", "--halvings", "3"]).unwrap(), "graph.json");
+    assert_eq!(found["resolutions"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn strips_that_cannot_be_halved_are_told_with_the_cure() {
+    let failed =
+        |words: &[&str]| done(&[&["graph", "--halvings", "3"], words].concat()).unwrap_err();
+    assert!(failed(&["--strips", "30"]).contains("expected a multiple of 8; take --strips 32"));
+    assert!(failed(&["--strips", "equal:16"]).contains("expected --strips auto or a number"));
+    assert!(failed(&["--components", "grown"]).contains("expected --components exact"));
+}

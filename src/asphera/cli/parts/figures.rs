@@ -1,5 +1,6 @@
 //! The figures of the parts of a scene as JSON writes them: `asphera.parts/1`.
 
+use asphera_graph::compare::Size;
 use asphera_graph::library::{Candidate, Facing, Outcome, Recognition};
 use asphera_report::Verdict;
 use serde::Serialize;
@@ -77,6 +78,9 @@ pub(super) struct MatchFigures {
     /// The next one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) second: Option<CandidateFigures>,
+    /// Size of the part over that of the entry, of parts recognised whatever their size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scale: Option<f64>,
     /// How the part lies; absent if it is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) pose: Option<MatchPose>,
@@ -102,7 +106,7 @@ pub(super) struct MatchPose {
     /// The turn about z; absent of what looks alike after any turn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) turn_deg: Option<f64>,
-    /// R of p = R·y + t, rows; t is the place.
+    /// R of p = R·y + t, rows; t is the place. With a scale s it is p = R·(s·y) + t.
     pub(super) rotation: [[f64; 3]; 3],
 }
 
@@ -128,7 +132,7 @@ pub(super) struct PartForm {
 }
 
 impl MatchFigures {
-    pub(super) fn new(found: &Recognition, library: &Library) -> MatchFigures {
+    pub(super) fn new(found: &Recognition, library: &Library, size: Size) -> MatchFigures {
         let candidate = |at: usize| {
             let candidate: &Candidate = found.candidates.get(at)?;
             let name = library.name(candidate.entry).to_owned();
@@ -165,6 +169,7 @@ impl MatchFigures {
             limit_mm: found.limit_mm,
             nearest,
             second,
+            scale: first.filter(|_| size == Size::Free).map(|first| first.scale),
             pose: first.map(MatchPose::new),
         }
     }
@@ -176,6 +181,7 @@ impl MatchFigures {
             Some(reason) => MatchFigures {
                 verdict: Answer::Unknown,
                 name: None,
+                scale: None,
                 pose: None,
                 reason: Some(reason),
                 ..self

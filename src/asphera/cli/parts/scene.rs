@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use asphera_geometry::PointMm;
-use asphera_graph::library::{Recognition, recognise_touching};
+use asphera_graph::compare::Size;
+use asphera_graph::library::{Recognition, recognise_any_size, recognise_touching};
 use asphera_graph::{Choices, Cloud, extract, functions};
 
 use super::super::graph::figures::{PartFigures, parts_of};
@@ -32,13 +33,13 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// The parts of a cloud, whose points nearer than `tau_mm` belong together. With a library touching parts are taken apart;
-    /// `within_mm` is the largest difference that fits, or as the points allow.
+    /// The parts of a cloud, whose points nearer than `tau_mm` belong together. With a library touching parts are taken apart where
+    /// sizes count; `within_mm` is the largest difference that fits, or as the points allow.
     pub(super) fn new(
         cloud: &Cloud<3>,
         tau_mm: f64,
         library: Option<&Library>,
-        within_mm: Option<f64>,
+        (size, within_mm): (Size, Option<f64>),
     ) -> Result<Scene, Failure> {
         let found = parts_of(cloud, tau_mm)?;
         // The part of each place; none of what is left over.
@@ -49,6 +50,10 @@ impl Scene {
                 part.places.iter().map(|&place| cloud.places()[place as usize]).collect();
             let pieces: Vec<(Vec<PointMm>, Option<Recognition>)> = match library {
                 None => vec![(places, None)],
+                Some(library) if size == Size::Free => {
+                    let found = recognise_any_size(&places, &library.entries, within_mm);
+                    vec![(places, Some(found))]
+                }
                 Some(library) => recognise_touching(&places, &library.entries, within_mm)
                     .into_iter()
                     .map(|piece| (piece.points, Some(piece.recognition)))

@@ -95,7 +95,10 @@ fn row(part: &PartReport, found: &MatchFigures) -> String {
         None => (part.figures.centre_mm, format!("{:>6} {:>6} -", "-", "-")),
     };
     let [x, y, _] = place_mm.map(short);
-    format!("{:<20} {:>5.2} {:>6.2} {x:>9} {y:>9} {lies}", named(found), found.score, found.margin)
+    let size =
+        found.scale.map_or_else(String::new, |scale| format!(", {} times as large", short(scale)));
+    let name = named(found);
+    format!("{name:<20} {:>5.2} {:>6.2} {x:>9} {y:>9} {lies}{size}", found.score, found.margin)
 }
 
 fn form_row(part: &PartReport, form: &PartForm) -> String {

@@ -327,3 +327,45 @@ fn threads_change_no_answer() {
     let (_, two) = done(folder.path(), "tray.xyz", &["--threads", "2"]).unwrap();
     assert_eq!(one, two);
 }
+
+/// A tray of half the size is recognised where sizes are free, and unknown where they count.
+#[test]
+fn parts_of_half_the_size_are_recognised_where_sizes_are_free() {
+    let folder = tray(4);
+    let points = std::fs::read_to_string(folder.path().join("tray.xyz")).unwrap();
+    let halved = |line: &str| -> String {
+        let halved = |word: &str| {
+            word.parse::<f64>().map_or_else(|_| word.to_owned(), |mm| (mm / 2.0).to_string())
+        };
+        line.split_whitespace().map(halved).collect::<Vec<_>>().join(" ")
+    };
+    let text: Vec<String> = points
+        .lines()
+        .map(|line| if line.starts_with('#') { line.to_owned() } else { halved(line) })
+        .collect();
+    std::fs::write(folder.path().join("half.xyz"), text.join("\n")).unwrap();
+    let names = |found: &Value| -> Vec<Value> {
+        let parts = found["parts"].as_array().unwrap().iter();
+        parts.map(|part| part["match"]["name"].clone()).collect()
+    };
+    let (_, whole) = done(folder.path(), "tray.xyz", &[]).unwrap();
+    let (_, free) = done(folder.path(), "half.xyz", &["--scale-free"]).unwrap();
+    let (_, counts) = done(folder.path(), "half.xyz", &[]).unwrap();
+    assert!(names(&counts).iter().all(Value::is_null), "{counts}");
+    let named: Vec<&Value> = free["parts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|part| !part["match"]["name"].is_null())
+        .collect();
+    // The pair that touches is one part of no entry.
+    assert_eq!(named.len(), 6, "{free}");
+    for part in named {
+        let matched = &part["match"];
+        assert!((number(&matched["scale"]) - 0.5).abs() < 0.01, "{matched}");
+        let twice = place(&part["centre_mm"]).map(|mm| 2.0 * mm);
+        assert_eq!(matched["name"], at(&whole, twice)["match"]["name"]);
+    }
+    let both = done(folder.path(), "half.xyz", &["--scale-free", "--measure"]).unwrap_err();
+    assert!(both.contains("cannot be used with"), "{both}");
+}

@@ -93,7 +93,7 @@ impl Body {
         })
     }
 
-    fn of(
+    pub(crate) fn of(
         name: &str,
         genus: usize,
         half: Place,
