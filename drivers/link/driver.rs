@@ -59,7 +59,7 @@ pub trait Driver: Send {
 /// What a link received.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
-    /// Bytes of a stream, cut anywhere.
+    /// Bytes of a stream, cut anywhere; of a UDP link one whole datagram.
     Bytes(&'a [u8]),
     /// One CAN frame.
     Frame(&'a CanFrame),

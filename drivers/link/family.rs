@@ -47,8 +47,10 @@ pub struct Proposal {
 /// What a link carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carries {
-    /// Bytes of one device: a serial line or a TCP connection.
+    /// Bytes of one device: a serial line, a TCP connection, or datagrams.
     Bytes,
+    /// Datagrams of one device, each given whole by one [`crate::Input::Bytes`]: a UDP link.
+    Datagrams,
     /// CAN frames, of as many devices as the bus has.
     CanFrames,
 }
@@ -62,6 +64,11 @@ pub trait DeviceSettings: Debug + Send + Sync {
 
     /// Channels of its readings, in order.
     fn channels(&self) -> Vec<Channel>;
+
+    /// Whether each reading has a [`crate::Profile`]: the device is a line scanner.
+    fn measures_profiles(&self) -> bool {
+        false
+    }
 
     /// How many numbers the trigger count of its readings has, at least 2.
     ///

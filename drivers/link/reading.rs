@@ -2,13 +2,13 @@
 
 use bitflags::bitflags;
 
-use crate::Nanos;
+use crate::{Nanos, Profile};
 
 /// Most channels one reading can carry.
 pub const MAX_CHANNELS: usize = 16;
 
 /// What one device said at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
     /// When the last byte of it reached the host.
     pub host: Nanos,
@@ -16,7 +16,8 @@ pub struct Reading {
     pub device_time_ns: Option<u64>,
     /// The shared trigger count it belongs to, where the device sends one.
     pub count: Option<Count>,
-    /// One value per channel of [`crate::Driver::channels`], in that order and in that unit.
+    /// One value per channel of [`crate::Driver::channels`], in that order and in that unit; of a line scanner also
+    /// its profile.
     pub values: Values,
     /// What is wrong with it. A flagged reading is kept, never dropped.
     pub flags: Flags,
@@ -36,18 +37,20 @@ pub struct Count {
     pub modulus: u32,
 }
 
-/// Up to [`MAX_CHANNELS`] values, each valid or missing. Missing is a gap, never a zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Up to [`MAX_CHANNELS`] values, each valid or missing, and the profile of a line scanner. Missing is a gap, never a
+/// zero.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Values {
     len: u8,
     valid: u16,
     data: [f64; MAX_CHANNELS],
+    profile: Option<Profile>,
 }
 
 impl Values {
     /// No value yet.
     pub const fn new() -> Values {
-        Values { len: 0, valid: 0, data: [0.0; MAX_CHANNELS] }
+        Values { len: 0, valid: 0, data: [0.0; MAX_CHANNELS], profile: None }
     }
 
     /// Appends the next channel's value; `None` or a value that is not finite is missing.
@@ -70,6 +73,17 @@ impl Values {
     /// The value of the channel at `index`, or `None` where it is missing or there is no such channel.
     pub fn get(&self, index: usize) -> Option<f64> {
         (index < self.len() && self.valid & (1 << index) != 0).then(|| self.data[index])
+    }
+
+    /// Adds the profile that was measured at the same instant.
+    #[must_use]
+    pub fn with_profile(self, profile: Profile) -> Values {
+        Values { profile: Some(profile), ..self }
+    }
+
+    /// The profile of a line scanner; `None` where the device measures none.
+    pub fn profile(&self) -> Option<&Profile> {
+        self.profile.as_ref()
     }
 
     /// How many channels there are, valid or missing.

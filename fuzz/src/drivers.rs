@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 15] = [
+const DEVICES: [(Family, &str, bool); 16] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -82,6 +82,7 @@ const DEVICES: [(Family, &str, bool); 15] = [
     ),
     (asphera_riftek::FAMILY, "range_mm = 50", false),
     (asphera_riftek::FAMILY, "range_mm = 50\nmode = \"poll\"", false),
+    (asphera_rf627::FAMILY, "silence_ms = 1000", false),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {

@@ -12,6 +12,7 @@ const DRIVERS: &[Family] = &[
     asphera_cia406::FAMILY,
     asphera_modbus::FAMILY,
     asphera_optoncdt::FAMILY,
+    asphera_rf627::FAMILY,
     asphera_riftek::FAMILY,
     asphera_scpi::FAMILY,
     asphera_zaber::FAMILY,

@@ -56,7 +56,8 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
         }
     };
     let framing = match kind {
-        Kind::Serial | Kind::Tcp | Kind::Udp => Some(Framing::Raw),
+        Kind::Serial | Kind::Tcp => Some(Framing::Raw),
+        Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
         Kind::SocketCan => Some(Framing::CanRecords),
     };

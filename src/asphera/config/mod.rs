@@ -3,6 +3,7 @@
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
 mod devices;
+mod line;
 mod links;
 mod motion;
 mod output;
@@ -149,6 +150,11 @@ impl Config {
                 Err(Problems(problems.flat_map(|problems| problems.0).collect()).into())
             }
         }
+    }
+
+    /// How many points a scan has, where that follows from its triggers.
+    pub fn expected_points(&self) -> Option<u64> {
+        self.end.points.filter(|_| self.kinematics.is_point_by_point())
     }
 
     /// Reads a configuration with its nominal in it; `name` stands in every problem.
@@ -321,16 +327,16 @@ fn check_links(
     for ((_, table), device) in device_tables.iter().zip(devices) {
         let Some(device) = device else { continue };
         let Some(link) = links.get(device.link).and_then(Option::as_ref) else { continue };
-        let carries = link.framing.carries();
-        if device.carries != carries {
+        if !link.framing.suits(device.carries) {
             let expected = match device.carries {
                 Carries::CanFrames => "a CAN link",
                 Carries::Bytes => "a serial, tcp or udp link",
+                Carries::Datagrams => "a udp link",
             };
             table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
         }
         let others = on_link[device.link];
-        if carries == Carries::Bytes && others > 1 {
+        if device.carries != Carries::CanFrames && others > 1 {
             table.problem("link", "one device on a link that is no CAN bus", others);
         }
         if matches!(link.endpoint, Endpoint::Udp { peer: None, .. }) && device.is_sent_to() {

@@ -7,6 +7,7 @@ use asphera_link::Unit;
 use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
+use super::line;
 use crate::station::{Axis, Kinematics, Source, SyncSettings};
 
 /// Which devices share the trigger.
@@ -94,9 +95,13 @@ pub(super) fn kinematics(
     enum Kind {
         Polar,
         Cartesian,
+        Line,
     }
-    let kind =
-        table.required_word("kind", &[("polar", Kind::Polar), ("cartesian", Kind::Cartesian)])?;
+    let kinds = [("polar", Kind::Polar), ("cartesian", Kind::Cartesian), ("line", Kind::Line)];
+    let kind = table.required_word("kind", &kinds)?;
+    if let Some(sync) = sync.filter(|_| !matches!(kind, Kind::Line)) {
+        line::refuse_profiles(table, sync, devices);
+    }
     let axis = |name: &str, rotary: bool| {
         let section = table.section(name);
         if !section.is_present() {
@@ -121,10 +126,14 @@ pub(super) fn kinematics(
             let (x, y, z) = (axis("x", false), axis("y", false), axis("z", false));
             x.zip(y).zip(z).map(|((x, y), z)| Kinematics::Cartesian { x, y, z })
         }
+        Kind::Line => {
+            let along = axis("along", false);
+            line::read(table, sync, devices, along).map(Kinematics::Line)
+        }
     };
     if let Some(axes) = kinematics.as_ref().map(Kinematics::axes) {
-        let same = |a: &Axis, b: &Axis| a.source.is_some() && a.source == b.source;
-        if same(&axes[0], &axes[1]) || same(&axes[1], &axes[2]) || same(&axes[0], &axes[2]) {
+        let sources: Vec<Source> = axes.iter().filter_map(|axis| axis.source).collect();
+        if (1..sources.len()).any(|index| sources[..index].contains(&sources[index])) {
             table.problem("kind", "a channel of its own for each axis", "one channel for two axes");
         }
     }

@@ -426,9 +426,10 @@ impl Core {
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock.clone()).map_err(folder)?;
-        let Config { part, along, end, .. } = &self.config;
+        let Config { part, along, .. } = &self.config;
+        let expected = self.config.expected_points();
         let worker =
-            Worker::start(part.clone(), *along, end.points, clock.clone()).map_err(folder)?;
+            Worker::start(part.clone(), *along, expected, clock.clone()).map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
         self.noted.clear();

@@ -32,7 +32,7 @@ impl View {
         let snapshot = empty(&config.name);
         View {
             links: config.links.clone(),
-            expected_points: config.end.points,
+            expected_points: config.expected_points(),
             sender: watch::Sender::new(Arc::new(snapshot.clone())),
             snapshot,
             points: Meter::default(),

@@ -154,9 +154,10 @@ impl Bench {
         match what {
             Happening::Opened { epoch } => target.opened(now, epoch, &mut self.effects),
             Happening::Received(bytes) => {
+                let is_backlog = target.is_backlog(bytes.len());
                 for (stream, (of, _)) in self.streams.iter().enumerate() {
                     if *of == line {
-                        self.synchronizer.backlogged(stream, bytes.len() >= BACKLOG_BYTES);
+                        self.synchronizer.backlogged(stream, is_backlog);
                     }
                 }
                 target.received(now, bytes, &mut self.effects);
@@ -434,15 +435,14 @@ impl Bench {
 
     fn emit(&mut self) {
         self.records += self.joined.len() as u64;
-        self.points.extend(self.joined.drain(..).map(|record| self.kinematics.point(&record)));
+        for record in self.joined.drain(..) {
+            self.kinematics.points(&record, &mut self.points);
+        }
     }
 }
 
 /// How long the primary waits for a companion: opening and setting up a node takes well below a second.
 const COMPANIONS_WAIT: Duration = Duration::from_secs(5);
-/// One read of so much means that bytes had piled up: at the rates at which host times tell anything, what
-/// arrives between two reads is far less.
-const BACKLOG_BYTES: usize = 2048;
 
 #[cfg(test)]
 mod tests;

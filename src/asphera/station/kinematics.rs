@@ -2,6 +2,7 @@
 
 use asphera_link::{Flags, Nanos};
 
+use super::profiler::Profiler;
 use super::synchronizer::Record;
 
 /// One measured point.
@@ -18,6 +19,13 @@ pub struct Point {
 }
 
 impl Point {
+    /// A point of a record; a place that is no number is flagged.
+    pub(super) fn new(record: &Record, position_mm: [f64; 3], flags: Flags) -> Point {
+        let is_finite = position_mm.iter().all(|coordinate| coordinate.is_finite());
+        let flags = if is_finite { flags } else { flags | Flags::NOT_FINITE };
+        Point { count: record.count, host: record.host, position_mm, flags }
+    }
+
     /// Whether the point may be used.
     pub fn is_good(&self) -> bool {
         !self.flags.intersects(UNUSABLE)
@@ -76,6 +84,8 @@ pub enum Kinematics {
         /// z, mm.
         probe: Axis,
     },
+    /// A line scanner: each record is a profile of many points.
+    Line(Profiler),
 }
 
 impl Kinematics {
@@ -98,36 +108,34 @@ impl Kinematics {
             Kinematics::Polar { rotary, .. } if measured(rotary) => {
                 Some(("rotary", "constant_rad"))
             }
-            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } => None,
+            Kinematics::Line(profiler)
+                if along(profiler.skew_deg()) && measured(&profiler.along) =>
+            {
+                Some(("along", "constant_mm"))
+            }
+            Kinematics::Cartesian { .. } | Kinematics::Polar { .. } | Kinematics::Line(_) => None,
         }
     }
 
     /// The axes, in no particular order.
-    pub fn axes(&self) -> [Axis; 3] {
+    pub fn axes(&self) -> Vec<Axis> {
         match *self {
-            Kinematics::Cartesian { x, y, z } => [x, y, z],
-            Kinematics::Polar { rotary, radial, probe } => [rotary, radial, probe],
+            Kinematics::Cartesian { x, y, z } => vec![x, y, z],
+            Kinematics::Polar { rotary, radial, probe } => vec![rotary, radial, probe],
+            Kinematics::Line(profiler) => vec![profiler.along],
         }
     }
 
-    /// The point of a record. Missing values and flags of any reading involved become flags of the point.
-    pub fn point(&self, record: &Record) -> Point {
+    /// Whether a record is one point, so that points are counted by triggers.
+    pub fn is_point_by_point(&self) -> bool {
+        !matches!(self, Kinematics::Line(_))
+    }
+
+    /// Adds the points of a record: at least one, good or flagged. Missing values and flags of any reading involved
+    /// become flags of the points.
+    pub fn points(&self, record: &Record, out: &mut Vec<Point>) {
         let mut flags = record.flags;
-        let mut value = |axis: &Axis| {
-            let Some(Source { stream, channel }) = axis.source else { return axis.offset };
-            let Some(reading) = record.readings.get(stream).and_then(Option::as_ref) else {
-                flags |= Flags::UNJOINED;
-                return 0.0;
-            };
-            flags |= reading.flags;
-            match reading.values.get(channel) {
-                Some(value) => value * axis.scale + axis.offset,
-                None => {
-                    flags |= Flags::NO_SIGNAL;
-                    0.0
-                }
-            }
-        };
+        let mut value = |axis: &Axis| axis.value(record, &mut flags);
         let position_mm = match self {
             Kinematics::Cartesian { x, y, z } => [value(x), value(y), value(z)],
             Kinematics::Polar { rotary, radial, probe } => {
@@ -135,11 +143,28 @@ impl Kinematics {
                 let (sin, cos) = theta.sin_cos();
                 [rho * cos, rho * sin, z]
             }
+            Kinematics::Line(profiler) => return profiler.points(record, out),
         };
-        if !position_mm.iter().all(|coordinate| coordinate.is_finite()) {
-            flags |= Flags::NOT_FINITE;
+        out.push(Point::new(record, position_mm, flags));
+    }
+}
+
+impl Axis {
+    /// Where the axis stands at a record; what is wrong with that is added to `flags`.
+    pub(super) fn value(&self, record: &Record, flags: &mut Flags) -> f64 {
+        let Some(Source { stream, channel }) = self.source else { return self.offset };
+        let Some(reading) = record.readings.get(stream).and_then(Option::as_ref) else {
+            *flags |= Flags::UNJOINED;
+            return 0.0;
+        };
+        *flags |= reading.flags;
+        match reading.values.get(channel) {
+            Some(value) => value * self.scale + self.offset,
+            None => {
+                *flags |= Flags::NO_SIGNAL;
+                0.0
+            }
         }
-        Point { count: record.count, host: record.host, position_mm, flags }
     }
 }
 
@@ -173,13 +198,20 @@ mod tests {
         }
     }
 
+    fn point(kinematics: &Kinematics, record: &Record) -> Point {
+        let mut points = Vec::new();
+        kinematics.points(record, &mut points);
+        let [point] = points[..] else { panic!("{} points", points.len()) };
+        point
+    }
+
     #[test]
     fn quarter_turn_points_along_y() {
         let record = record(vec![
             reading(&[Some(900.0), Some(4.0)], Flags::empty()),
             reading(&[Some(7.0)], Flags::empty()),
         ]);
-        let point = polar().point(&record);
+        let point = point(&polar(), &record);
         let [x, y, z] = point.position_mm;
         assert!(x.abs() < 1e-15 && (y - 3.0).abs() < 1e-15 && z == 1.0, "{point:?}");
         assert!(point.is_good());
@@ -188,12 +220,12 @@ mod tests {
     #[test]
     fn what_is_missing_is_flagged_never_zero() {
         let lonely = record(vec![reading(&[Some(0.0), Some(1.0)], Flags::empty()), None]);
-        assert_eq!(polar().point(&lonely).flags, Flags::UNJOINED);
+        assert_eq!(point(&polar(), &lonely).flags, Flags::UNJOINED);
         let blind = record(vec![
             reading(&[Some(0.0), None], Flags::WEAK),
             reading(&[Some(1.0)], Flags::empty()),
         ]);
-        let point = polar().point(&blind);
+        let point = point(&polar(), &blind);
         assert_eq!(point.flags, Flags::NO_SIGNAL | Flags::WEAK);
         assert!(!point.is_good());
     }
@@ -205,7 +237,8 @@ mod tests {
             y: Axis { source: None, scale: 1.0, offset: 4.0 },
             z: axis(0, 1, 1.0, 0.0),
         };
-        let point = profile.point(&record(vec![reading(&[Some(1.0), Some(2.0)], Flags::empty())]));
+        let point =
+            point(&profile, &record(vec![reading(&[Some(1.0), Some(2.0)], Flags::empty())]));
         assert_eq!((point.position_mm, point.is_good()), ([1.0, 4.0, 2.0], true));
     }
 
@@ -217,7 +250,7 @@ mod tests {
             z: axis(0, 2, 1.0, -1.0),
         };
         let late = record(vec![reading(&[Some(1.0), Some(2000.0), Some(1.5)], Flags::DELAYED)]);
-        let point = cartesian.point(&late);
+        let point = point(&cartesian, &late);
         assert_eq!(point.position_mm, [1.0, 2.0, 0.5]);
         assert!(point.is_good() && point.flags == Flags::DELAYED);
     }

@@ -16,6 +16,8 @@ use super::heard::Heard;
 pub enum Framing {
     /// The one device on the link speaks its own protocol.
     Raw,
+    /// The same in datagrams, each received whole.
+    Datagrams,
     /// CAN frames as ASCII lines of a serial adapter.
     Slcan(BitRate),
     /// CAN frames of the kernel, in records of 16 bytes.
@@ -23,10 +25,16 @@ pub enum Framing {
 }
 
 impl Framing {
-    /// Kind of data for drivers on such a link.
-    pub(crate) fn carries(self) -> Carries {
+    /// Whether a driver for this kind of data can be on such a link.
+    pub(crate) fn suits(self, carries: Carries) -> bool {
+        // A protocol of bytes may come in datagrams.
+        self.carries() == carries || (self == Framing::Datagrams && carries == Carries::Bytes)
+    }
+
+    fn carries(self) -> Carries {
         match self {
             Framing::Raw => Carries::Bytes,
+            Framing::Datagrams => Carries::Datagrams,
             Framing::Slcan(_) | Framing::CanRecords => Carries::CanFrames,
         }
     }
@@ -124,6 +132,16 @@ impl Line {
     /// Name in the configuration.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether what is received at once had piled up: at the rates at which host times tell anything, what arrives
+    /// between two reads of a stream is far less.
+    pub(crate) fn is_backlog(&self, bytes: usize) -> bool {
+        self.framing != Framing::Datagrams && bytes >= BACKLOG_BYTES
+    }
+
+    fn is_raw(&self) -> bool {
+        matches!(self.framing, Framing::Raw | Framing::Datagrams)
     }
 
     pub(crate) fn is_open(&self) -> bool {
@@ -249,11 +267,11 @@ impl Line {
             return;
         }
         // An adapter answers whatever the bus does.
-        if self.framing == Framing::Raw && !self.devices.iter().any(|device| device.online) {
+        if self.is_raw() && !self.devices.iter().any(|device| device.online) {
             self.heard.take(bytes);
         }
         match self.framing {
-            Framing::Raw => {
+            Framing::Raw | Framing::Datagrams => {
                 for device in &mut self.devices {
                     device.driver.receive(now, Input::Bytes(bytes));
                 }
@@ -463,6 +481,9 @@ impl Running {
         })
     }
 }
+
+/// One read of a stream of so much means that bytes had piled up.
+const BACKLOG_BYTES: usize = 2048;
 
 /// An adapter that is closed already refuses to be closed, and some refuse the empty line before.
 const EXPECTED_REFUSALS: u64 = 2;

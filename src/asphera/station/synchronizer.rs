@@ -147,6 +147,7 @@ impl Synchronizer {
 
     /// Takes a reading of `stream`; what is complete or given up by it goes to `out`.
     pub fn take(&mut self, stream: usize, reading: Reading, out: &mut Vec<Record>) {
+        let host = reading.host;
         // Bytes that may be damaged say nothing about the trigger, nor do counters without a common zero.
         let usable =
             !reading.flags.contains(Flags::SUSPECT) && (stream == 0 || self.unreset().is_none());
@@ -175,7 +176,7 @@ impl Synchronizer {
                     self.rate.take(count, reading.host);
                     self.place(stream, count, reading);
                     for companion in 1..self.streams.len() {
-                        self.rejudge(companion, reading.host);
+                        self.rejudge(companion, host);
                     }
                 } else {
                     // Whether a whole cycle may have passed since the reading before.
@@ -210,8 +211,8 @@ impl Synchronizer {
             }
         }
         let holding = self.streams.iter().any(|stream| !stream.held.is_empty());
-        self.recheck = holding.then(|| reading.host + DRAINED);
-        self.release(reading.host, out);
+        self.recheck = holding.then(|| host + DRAINED);
+        self.release(host, out);
     }
 
     /// When [`Synchronizer::timeout`] is to be called.
@@ -247,6 +248,7 @@ impl Synchronizer {
     /// Joins a companion's reading once its cycle is believed.
     fn admit(&mut self, stream: usize, count: u64, may_hide: bool, reading: Reading) {
         let companion = &mut self.streams[stream];
+        let host = reading.host;
         companion.held.push((count, reading));
         if may_hide && self.rate.hz > 0.0 && !self.tells_cycle(stream) {
             self.streams[stream].unsettled = true;
@@ -254,7 +256,7 @@ impl Synchronizer {
         if self.streams[stream].held.len() > self.settings.capacity {
             self.streams[stream].slip();
         } else {
-            self.judge(stream, reading.host, self.rate.hz == 0.0);
+            self.judge(stream, host, self.rate.hz == 0.0);
         }
     }
 
@@ -341,9 +343,10 @@ impl Synchronizer {
         self.streams[stream].counts.unjoined += 1;
         self.streams[stream].orphans += 1;
         if stream == 0 {
+            let host = reading.host;
             let mut readings = vec![None; self.streams.len()];
             readings[0] = Some(reading);
-            out.push(Record { count: None, host: reading.host, readings, flags });
+            out.push(Record { count: None, host, readings, flags });
         }
     }
 

@@ -97,6 +97,8 @@ impl Unwrapper {
                 if modulus >= LONG && !context.alone && gone && near_zero {
                     self.started_over = true;
                 }
+                // Half of such a counter passes in no session: it went back.
+                self.started_over |= modulus >= ENDLESS && ahead >= modulus / 2;
                 let told =
                     context.alone || (!self.slipped && most.is_some_and(|most| most < modulus));
                 let count = match ahead {
@@ -153,6 +155,8 @@ fn nearest(within: u64, modulus: u64, host: Nanos, other: Progress) -> Option<u6
 
 /// From here on a counter is long: half of it is more than any loss that goes unnoticed.
 const LONG: u64 = 4096;
+/// From here on a counter does not come round in any session: at 100 kHz it takes an hour and a half.
+const ENDLESS: u64 = 1 << 29;
 /// How much later than another a device's bytes may reach us: buffers of ports, adapters and the kernel.
 pub(crate) const LATENCY: Duration = Duration::from_millis(10);
 
@@ -256,6 +260,18 @@ mod tests {
         assert_eq!(unwrapper.take(probe(3), ms(1), START), Unwrapped::Ambiguous);
         // Its zero is lost: without a reference nothing of it is known any more.
         assert_eq!(unwrapper.take(probe(4), ms(2), START), Unwrapped::Ambiguous);
+    }
+
+    #[test]
+    fn a_counter_that_does_not_come_round_started_over_when_it_goes_back() {
+        let scanner = |raw| Count { raw, first: 0, modulus: 1 << 31 };
+        let alone = Context { alone: true, ..START };
+        let mut unwrapper = Unwrapper::default();
+        let mut take = |raw| unwrapper.take(scanner(raw), ms(0), alone);
+        assert_eq!(take(9_000), Unwrapped::Known { count: 9_000, skipped: 9_000 });
+        assert_eq!(take(9_010), Unwrapped::Known { count: 9_010, skipped: 9 });
+        assert_eq!(take(0), Unwrapped::Ambiguous);
+        assert_eq!(take(1), Unwrapped::Ambiguous, "its places have another zero");
     }
 
     #[test]

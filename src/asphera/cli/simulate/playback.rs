@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use asphera_link::Nanos;
+use asphera_link::{Carries, Nanos};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::net::{TcpListener, TcpStream};
@@ -41,12 +41,14 @@ struct PlayedLink {
 impl Playback {
     /// Opens a recording and a port for each of its links.
     ///
-    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here.
+    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here, and for
+    /// devices whose datagrams would not come whole.
     pub(super) async fn open(session: &Path, speed: Speed) -> Result<Playback, Failure> {
         let recording = Session::open(session)?;
         let config = Config::parse("config.toml of the recording", recording.config_toml())?;
         let mut links = Vec::new();
-        for link in &config.links {
+        for (index, link) in config.links.iter().enumerate() {
+            refuse_datagrams(&config, index)?;
             let kind = match link.kind {
                 "serial" | "tcp" | "udp" => "tcp",
                 "slcan-serial" | "slcan-tcp" => "slcan-tcp",
@@ -104,6 +106,19 @@ impl Playback {
             });
         }
         tasks
+    }
+}
+
+/// A stream cuts datagrams anywhere.
+fn refuse_datagrams(config: &Config, link: usize) -> Result<(), Failure> {
+    let mut devices = config.devices.iter().filter(|device| device.link == link);
+    match devices.find(|device| device.carries == Carries::Datagrams) {
+        None => Ok(()),
+        Some(device) => Err(format!(
+            "link {}: expected bytes that may be cut anywhere, found datagrams of {}, which cannot be played: use asphera replay",
+            config.links[link].name, device.name
+        )
+        .into()),
     }
 }
 

@@ -1,0 +1,159 @@
+//! A line scanner on a linear axis: from a profile to points in the part frame.
+
+use asphera_link::Flags;
+
+use super::kinematics::{Axis, Point};
+use super::synchronizer::Record;
+
+/// A line scanner that an axis moves over the part, or the part under it.
+///
+/// With u = across(x) and z = height(z) of a point of the profile, v the place of the axis, and the angle s of the
+/// laser line against x, positive towards y:
+///
+/// ```text
+/// position = [u cos s, v + u sin s, z]
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profiler {
+    /// Stream of the synchronizer whose readings have the profiles.
+    pub stream: usize,
+    /// Profile coordinate x to mm along the laser line.
+    pub across: Scaling,
+    /// Profile coordinate z to mm in height.
+    pub height: Scaling,
+    /// Axis along y, mm.
+    pub along: Axis,
+    /// Angle of the laser line against x, rad.
+    pub skew_rad: f64,
+}
+
+/// Measured length to a coordinate: `value · scale + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling {
+    /// mm per mm measured; negative where the coordinate runs the other way.
+    pub scale: f64,
+    /// mm added after scaling.
+    pub offset_mm: f64,
+}
+
+impl Profiler {
+    /// Angle of the laser line against x, degrees.
+    pub(super) fn skew_deg(&self) -> f64 {
+        self.skew_rad.to_degrees()
+    }
+
+    /// Adds a point for each of the profile, good or flagged; one that is flagged where there is no profile.
+    pub(super) fn points(&self, record: &Record, out: &mut Vec<Point>) {
+        let mut flags = record.flags;
+        let along_mm = self.along.value(record, &mut flags);
+        let reading = record.readings.get(self.stream).and_then(Option::as_ref);
+        let profile = reading.and_then(|reading| reading.values.profile());
+        flags |= reading.map_or(Flags::UNJOINED, |reading| reading.flags);
+        let points_mm = profile.map(|profile| profile.points_mm()).unwrap_or_default();
+        if points_mm.is_empty() {
+            out.push(Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL));
+            return;
+        }
+        let (sin, cos) = self.skew_rad.sin_cos();
+        out.extend(points_mm.iter().map(|point_mm| match point_mm {
+            Some([x_mm, z_mm]) => {
+                let u_mm = self.across.value_mm(*x_mm);
+                let place = [u_mm * cos, along_mm + u_mm * sin, self.height.value_mm(*z_mm)];
+                Point::new(record, place, flags)
+            }
+            None => Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL),
+        }));
+    }
+}
+
+impl Scaling {
+    fn value_mm(self, measured_mm: f64) -> f64 {
+        measured_mm * self.scale + self.offset_mm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kinematics::{Kinematics, Source};
+    use super::*;
+    use asphera_link::{Nanos, Profile, Reading, Values};
+
+    fn profiler(skew_deg: f64) -> Profiler {
+        Profiler {
+            stream: 0,
+            across: Scaling { scale: -1.0, offset_mm: 2.0 },
+            height: Scaling { scale: -1.0, offset_mm: 100.0 },
+            along: Axis {
+                source: Some(Source { stream: 0, channel: 0 }),
+                scale: 0.05,
+                offset: -10.0,
+            },
+            skew_rad: skew_deg.to_radians(),
+        }
+    }
+
+    fn record(step: Option<f64>, points: &[Option<[f64; 2]>], flags: Flags) -> Record {
+        let values: Values = [step].into_iter().collect();
+        let profile: Profile = points.iter().copied().collect();
+        let values = values.with_profile(profile);
+        let reading =
+            Reading { host: Nanos::ZERO, device_time_ns: None, count: None, values, flags };
+        Record {
+            count: Some(3),
+            host: Nanos::ZERO,
+            readings: vec![Some(reading)],
+            flags: Flags::empty(),
+        }
+    }
+
+    fn points(profiler: Profiler, record: &Record) -> Vec<Point> {
+        let mut points = Vec::new();
+        Kinematics::Line(profiler).points(record, &mut points);
+        points
+    }
+
+    #[test]
+    fn each_point_of_a_profile_is_a_point_good_or_flagged() {
+        let record =
+            record(Some(40.0), &[Some([5.0, 70.0]), None, Some([-5.0, 71.0])], Flags::empty());
+        let made = points(profiler(0.0), &record);
+        let good = |point: &Point| point.is_good().then_some(point.position_mm);
+        let places: Vec<_> = made.iter().map(good).collect();
+        assert_eq!(places, [Some([-3.0, -8.0, 30.0]), None, Some([7.0, -8.0, 29.0])]);
+        assert_eq!(made[1].flags, Flags::NO_SIGNAL);
+        assert!(made.iter().all(|point| point.count == Some(3)));
+    }
+
+    #[test]
+    fn a_skew_line_advances_with_its_points() {
+        let made =
+            points(profiler(30.0), &record(Some(200.0), &[Some([-8.0, 0.0])], Flags::empty()));
+        let [x, y, z] = made[0].position_mm;
+        assert!(
+            (x - 10.0 * 0.75_f64.sqrt()).abs() < 1e-12 && (y - 5.0).abs() < 1e-12 && z == 100.0
+        );
+    }
+
+    #[test]
+    fn profiles_without_a_place_or_without_points_are_flagged() {
+        let nowhere = points(profiler(0.0), &record(None, &[Some([1.0, 1.0]); 4], Flags::empty()));
+        assert_eq!(nowhere.len(), 4);
+        assert!(nowhere.iter().all(|point| point.flags == Flags::NO_SIGNAL));
+        let empty = points(profiler(0.0), &record(Some(1.0), &[], Flags::DELAYED));
+        assert_eq!(empty[0].flags, Flags::NO_SIGNAL | Flags::DELAYED);
+        let lost = Record {
+            readings: vec![None],
+            flags: Flags::UNJOINED,
+            ..record(None, &[], Flags::empty())
+        };
+        assert_eq!(points(profiler(0.0), &lost).len(), 1);
+        assert!(!points(profiler(0.0), &lost)[0].is_good());
+    }
+
+    #[test]
+    fn a_line_along_the_laser_says_that_the_axis_stood_still() {
+        let line = Kinematics::Line(profiler(10.0));
+        assert_eq!(line.stood_still(190.0), Some(("along", "constant_mm")));
+        assert_eq!(line.stood_still(90.0), None);
+    }
+}
