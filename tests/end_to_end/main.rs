@@ -16,6 +16,7 @@ mod faults;
 mod file_kinds;
 mod freeforms;
 mod kills;
+mod line_scanner;
 mod measure;
 mod metamorphic;
 mod peers;

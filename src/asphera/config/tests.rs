@@ -420,3 +420,63 @@ fn the_effective_text_of_a_station_names_its_heights_by_their_whole_path() {
         assert_eq!(again.part, config.part);
     }
 }
+
+/// Every commented key of the example exists; profiles are used by one kind of kinematics, of the primary device, over UDP.
+#[test]
+fn a_line_scanner_needs_its_own_kinematics_and_a_udp_link() {
+    let text = read(&project("examples/line-scanner.toml")).unwrap();
+    let nominal = "[nominal.surface]\nkind = \"plane\"\n";
+    let text = text.replace("[nominal]\nfile = \"flat.toml\"\n", nominal);
+    let plain = Config::parse("line-scanner.toml", &text).unwrap();
+    assert!(!plain.kinematics.is_point_by_point());
+    assert_eq!((plain.end.points, plain.expected_points()), (Some(400), None));
+    let mut shown = text.clone();
+    for key in ["peer", "silence_ms", "reorder_ms"] {
+        assert!(shown.contains(&format!("# {key} = ")), "{key}");
+        shown = shown.replace(&format!("# {key} = "), &format!("{key} = "));
+    }
+    Config::parse("line-scanner.toml", &shown).unwrap();
+
+    let across = "across = { device = \"scanner\", offset_mm = 0, scale = 1, reverse = false, skew_deg = 0 }";
+    let height = "height = { offset_mm = 5, scale = 1, reverse = true }";
+    let udp = "kind = \"udp\"\n# The port to which the scanner sends its profiles, as it was set up; 50001 by default.\nlisten = \"0.0.0.0:50001\"";
+    let along = "channel = \"step\", mm_per_count = 0.025";
+    let points = "kind = \"cartesian\"\nx = { constant_mm = 0 }\ny = { constant_mm = 0 }\nz = { constant_mm = 0 }\n";
+    for (from, to, keys) in [
+        (
+            across,
+            "across = { device = \"stage\", skew_deg = 70 }",
+            &["kinematics.across.skew_deg", "kinematics.across.device"][..],
+        ),
+        (across, "", &["kinematics.across.device"]),
+        (height, "height = { scale = 0 }", &["kinematics.height.scale"]),
+        (along, "channel = \"steps\"", &["kinematics.along.channel"]),
+        (along, "channel = \"exposure\"", &["kinematics.along.channel"]),
+        (udp, "kind = \"tcp\"\naddress = \"192.168.1.30:50001\"", &["device.scanner.link"]),
+        (
+            "kind = \"line\"",
+            points,
+            &["kinematics.kind", "kinematics.across", "kinematics.along", "kinematics.height"],
+        ),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let problems = Config::parse("line-scanner.toml", &text.replace(from, to)).unwrap_err();
+        let found: Vec<_> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+        assert_eq!(found, keys, "{to}: {problems}");
+    }
+}
+
+/// A probe of single points has no profiles.
+#[test]
+fn kinematics_of_a_line_scanner_need_one() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let from = text.find("kind = \"polar\"").unwrap();
+    let to = text.find("# -----").map(|_| text[from..].find("\n# ----").unwrap() + from).unwrap();
+    let line = "kind = \"line\"\nacross = { device = \"probe\" }\nheight = {}\nalong = { constant_mm = 0 }\n";
+    let text = format!("{}{line}{}", &text[..from], &text[to..]);
+    let problems = Config::parse("asphera.toml", &text).unwrap_err().to_string();
+    assert!(
+        problems.contains("expected a line scanner, whose readings have profiles"),
+        "{problems}"
+    );
+}

@@ -135,6 +135,23 @@ mod tests {
     }
 
     #[test]
+    fn a_stage_with_a_count_of_its_own_gives_the_place() {
+        let along = Axis { source: Some(Source { stream: 1, channel: 0 }), ..profiler(0.0).along };
+        let profiler = Profiler { along, ..profiler(0.0) };
+        let mut record = record(Some(1e6), &[Some([1.0, 1.0]); 2], Flags::empty());
+        record.readings.push(Some(Reading {
+            host: Nanos::ZERO,
+            device_time_ns: None,
+            count: None,
+            values: [Some(100.0)].into_iter().collect(),
+            flags: Flags::empty(),
+        }));
+        assert!(points(profiler, &record).iter().all(|point| point.position_mm[1] == -5.0));
+        record.readings[1] = None;
+        assert!(points(profiler, &record).iter().all(|point| point.flags == Flags::UNJOINED));
+    }
+
+    #[test]
     fn profiles_without_a_place_or_without_points_are_flagged() {
         let nowhere = points(profiler(0.0), &record(None, &[Some([1.0, 1.0]); 4], Flags::empty()));
         assert_eq!(nowhere.len(), 4);
