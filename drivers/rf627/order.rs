@@ -214,7 +214,7 @@ fn is_ahead(from: u32, to: u32) -> bool {
 }
 
 /// Most profiles that wait for others.
-pub(crate) const MOST_WAITING: usize = 64;
+pub(crate) const MOST_WAITING: usize = 30;
 
 /// Profiles that are remembered, to know a copy of them and to tell a late one from a restart.
 const MEMORY: usize = 256;

@@ -132,7 +132,7 @@ fn an_independent_device_is_set_up_and_read() {
     let readings: Vec<Reading> = events
         .iter()
         .filter_map(|event| match event {
-            Event::Reading(reading) => Some(*reading),
+            Event::Reading(reading) => Some(reading.clone()),
             _ => None,
         })
         .collect();

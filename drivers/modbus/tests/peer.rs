@@ -85,7 +85,7 @@ fn driver(transport: Transport, map: impl Into<asphera_modbus::MapSource>) -> Mo
 
 fn readings(events: &[Event]) -> Vec<Reading> {
     let reading = |event: &Event| match event {
-        Event::Reading(reading) => Some(*reading),
+        Event::Reading(reading) => Some(reading.clone()),
         _ => None,
     };
     events.iter().filter_map(reading).collect()

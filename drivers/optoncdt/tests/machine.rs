@@ -29,7 +29,7 @@ fn run(settings: Settings, chunks: &[&[u8]]) -> Vec<Event> {
 
 fn readings(events: &[Event]) -> Vec<Reading> {
     let reading = |event: &Event| match event {
-        Event::Reading(reading) => Some(*reading),
+        Event::Reading(reading) => Some(reading.clone()),
         _ => None,
     };
     events.iter().filter_map(reading).collect()

@@ -43,7 +43,7 @@ impl Bench {
 
     fn readings(&self) -> Vec<Reading> {
         let reading = |event: &Event| match event {
-            Event::Reading(reading) => Some(*reading),
+            Event::Reading(reading) => Some(reading.clone()),
             _ => None,
         };
         self.events.iter().filter_map(reading).collect()

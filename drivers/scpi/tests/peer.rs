@@ -56,7 +56,7 @@ fn pyvisa_sim_queues_an_error_for_what_it_does_not_know() {
 
 fn readings(events: &[Event]) -> Vec<Reading> {
     let reading = |event: &Event| match event {
-        Event::Reading(reading) => Some(*reading),
+        Event::Reading(reading) => Some(reading.clone()),
         _ => None,
     };
     events.iter().filter_map(reading).collect()

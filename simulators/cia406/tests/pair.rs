@@ -122,7 +122,7 @@ impl Pair {
 
     fn readings(&self, driver: usize) -> Vec<Reading> {
         let reading = |event: &Event| match event {
-            Event::Reading(reading) => Some(*reading),
+            Event::Reading(reading) => Some(reading.clone()),
             _ => None,
         };
         self.events[driver].iter().filter_map(reading).collect()

@@ -151,6 +151,9 @@ fn axis(
     if let Some(offset) = table.get(constant_key) {
         return Some(Axis { source: None, scale: 1.0, offset });
     }
+    // Read before anything can be wrong, so that they do not seem unknown.
+    let offset = table.or(if rotary { "offset_rad" } else { "offset_mm" }, 0.0);
+    let reverse = if table.or("reverse", false) { -1.0 } else { 1.0 };
     let device: String = table.required("device")?;
     let index = devices.iter().position(|known| known.name == device);
     let stream = sync.devices.iter().position(|known| Some(*known) == index);
@@ -162,6 +165,7 @@ fn axis(
             format!("one of the synchronized devices {}", names.join(", ")),
             format!("{device:?}"),
         );
+        pass_over_scale(table);
         return None;
     };
     let channels = &devices[index].channels;
@@ -173,12 +177,10 @@ fn axis(
             format!("one of the channels {} of {device}", names.join(", ")),
             format!("{name:?}"),
         );
+        pass_over_scale(table);
         return None;
     };
     let unit = channels[channel].unit;
-    let offset_key = if rotary { "offset_rad" } else { "offset_mm" };
-    let offset = table.or(offset_key, 0.0);
-    let reverse = if table.or("reverse", false) { -1.0 } else { 1.0 };
     let scale = match (unit, rotary) {
         (Unit::Count, true) => TAU / table.required::<f64>("counts_per_turn")?,
         (Unit::Count, false) => table.required::<f64>("mm_per_count")?,
@@ -187,6 +189,7 @@ fn axis(
             let expected =
                 if rotary { "a channel in rad or counts" } else { "a channel in mm or counts" };
             table.problem("channel", expected, format!("{name} in {unit}"));
+            pass_over_scale(table);
             return None;
         }
     };
@@ -195,6 +198,13 @@ fn axis(
         return None;
     }
     Some(Axis { source: Some(Source { stream, channel }), scale: scale * reverse, offset })
+}
+
+/// Which of these keys a channel has depends on its unit: of an unknown channel none is a mistake.
+fn pass_over_scale(table: &Section<'_>) {
+    for key in ["scale", "mm_per_count", "counts_per_turn"] {
+        table.has(key);
+    }
 }
 
 fn list(devices: &[DeviceConfig]) -> String {

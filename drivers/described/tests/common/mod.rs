@@ -62,7 +62,7 @@ impl Bench {
     /// All readings so far.
     pub(crate) fn readings(&self) -> Vec<Reading> {
         let reading = |event: &Event| match event {
-            Event::Reading(reading) => Some(*reading),
+            Event::Reading(reading) => Some(reading.clone()),
             _ => None,
         };
         self.events.iter().filter_map(reading).collect()

@@ -33,8 +33,8 @@ fn at(trigger: u64) -> Nanos {
 
 fn assert_joined(record: &Record) {
     let count = record.count.unwrap() as f64;
-    assert_eq!(record.readings[0].unwrap().values.get(0), Some(count));
-    assert_eq!(record.readings[1].unwrap().values.get(0), Some(count + 0.5));
+    assert_eq!(record.readings[0].as_ref().unwrap().values.get(0), Some(count));
+    assert_eq!(record.readings[1].as_ref().unwrap().values.get(0), Some(count + 0.5));
 }
 
 #[test]
