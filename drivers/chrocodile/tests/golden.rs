@@ -79,7 +79,7 @@ fn one(driver: &mut Chrocodile, telegram: &[u8]) -> Reading {
     driver.timeout(due);
     let readings = readings(driver);
     assert_eq!(readings.len(), 1);
-    readings[0]
+    readings[0].clone()
 }
 
 #[test]

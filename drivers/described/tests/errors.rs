@@ -143,7 +143,7 @@ fn what_is_said_at_the_start_is_checked_after_the_next_answer() {
 fn a_number_that_stands_for_none_is_a_gap() {
     let mut bench = meter();
     bench.receive("+9.91000000E+37\n");
-    let reading = bench.readings()[0];
+    let reading = bench.readings()[0].clone();
     let names: Vec<_> = reading.flags.names().collect();
     assert_eq!((reading.values.get(0), names), (None, vec!["no_signal"]));
 }

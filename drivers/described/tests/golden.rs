@@ -73,7 +73,7 @@ pattern = 'ER,MAIN,22'
 means = "there is no such output"
 "#;
     assert_eq!(asked(table, "MAIN,+01.2345\r").values(), [Some(1.2345)]);
-    let far = asked(table, "MAIN,-FFFFFFF\r").readings()[0];
+    let far = asked(table, "MAIN,-FFFFFFF\r").readings()[0].clone();
     assert_eq!((far.values.get(0), far.flags), (None, Flags::OUT_OF_RANGE));
     let refused = asked(table, "ER,MAIN,22\r");
     assert_eq!(refused.readings(), []);

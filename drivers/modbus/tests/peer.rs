@@ -61,7 +61,7 @@ fn check_om20(driver: &Modbus, events: &[Event]) {
     assert_eq!(events[0], Event::Online);
     let readings = readings(events);
     assert_eq!(readings.len(), 1, "the device time stands still");
-    let reading = readings[0];
+    let reading = readings[0].clone();
     assert!((reading.values.get(0).expect("a distance") - 69.7426).abs() < 5e-5);
     let rest: Vec<_> = reading.values.iter().skip(1).collect();
     assert_eq!(rest, [Some(500.0), Some(87.0), Some(2000.0 * 1e-6), Some(1.0)]);

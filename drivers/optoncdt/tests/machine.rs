@@ -66,7 +66,7 @@ fn extras_are_taken_in_their_order() {
     ];
     let words = [32_760, 0x1234, 2, 2500, 262_143, 65_472, 1 << 6, 77];
     let events = run(settings(&extras), &[&block(&words).repeat(3)]);
-    let reading = readings(&events)[2];
+    let reading = readings(&events)[2].clone();
     assert_eq!(reading.device_time_ns, Some((2 * 65_536 + 0x1234) * 10_000));
     assert_eq!(reading.values.get(1), Some(2500.0 * 1e-7));
     assert_eq!(reading.values.get(2), Some(100.0));

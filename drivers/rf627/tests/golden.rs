@@ -1,7 +1,5 @@
 //! Bytes of a real scanner. Sources: README.md, "What was tested".
 
-#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
-
 use std::path::{Path, PathBuf};
 
 use asphera_rf627::wire::{
@@ -53,6 +51,7 @@ const HEADER: Header = Header {
 };
 
 /// A capture; `None`, said on stderr, where it is not there.
+#[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
 fn capture(number: u32) -> Option<Vec<u8>> {
     let folder = std::env::var_os("ASPHERA_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),

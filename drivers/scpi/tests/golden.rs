@@ -124,7 +124,7 @@ fn numbers_that_are_none() {
     ] {
         let mut bench = thermometer();
         bench.receive(format!("{answer}\r\n"));
-        let reading = bench.readings()[0];
+        let reading = bench.readings()[0].clone();
         assert_eq!((reading.values.get(0), reading.flags), (None, flags), "{answer}");
     }
 }

@@ -19,7 +19,7 @@ fn pyvisa_sim_is_asked() {
         field = [{ name = 'wavelength', unit = 'mm', scale = 1e-6 }]";
     let events = peer.run(settings, |events| readings(events).len() >= 5);
     assert_eq!(events[0], Event::Online);
-    let reading = readings(&events)[4];
+    let reading = readings(&events)[4].clone();
     assert!((reading.values.get(0).expect("a wavelength") - 632.991e-6).abs() < 1e-15);
     assert!(reading.flags.is_empty());
     assert!(faults(&events).is_empty(), "{events:?}");
@@ -32,7 +32,7 @@ fn numbers_of_scpi_that_are_none() {
     let settings = "identity = 'BRISTOL.*'\nquery = 'FETC:BOTH?'\ncolumns = 2\ninterval_ms = 20\n\
         field = [{ name = 'wavelength' }, { name = 'power', column = 2 }]";
     let events = peer.run(settings, |events| readings(events).len() >= 2);
-    let reading = readings(&events)[0];
+    let reading = readings(&events)[0].clone();
     assert_eq!(reading.values.iter().collect::<Vec<_>>(), [Some(632.991), None]);
     assert_eq!(reading.flags, Flags::NO_SIGNAL);
 }

@@ -200,7 +200,7 @@ fn a_late_reply_and_a_restart() {
         bench.next_timeout();
     }
     bench.receive("@01 1 OK IDLE WR 0\r\n");
-    let reading = bench.readings()[0];
+    let reading = bench.readings()[0].clone();
     assert_eq!((reading.values.get(0), reading.flags), (Some(0.0), Flags::DEVICE_ERROR));
     while !bench.events.iter().any(|event| matches!(event, Event::Reopen(_))) {
         bench.next_timeout();

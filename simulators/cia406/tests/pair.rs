@@ -394,7 +394,7 @@ fn velocity_and_work_area_are_read_and_flagged() {
     for (cycle, (position, velocity)) in [(10, -3), (1001, 0), (-1, 7)].into_iter().enumerate() {
         pair.bus.set_motion(0, position, velocity);
         pair.sync(counter(cycle), &[]);
-        let reading = pair.readings(0)[cycle];
+        let reading = pair.readings(0)[cycle].clone();
         all.push((reading.values.iter().flatten().collect::<Vec<_>>(), reading.flags));
     }
     // Velocity steps of 1 mm/s; the bits of object 6400h.
