@@ -1,6 +1,6 @@
 //! A line scanner on a linear axis: from a profile to points in the part frame.
 
-use asphera_link::Flags;
+use asphera_link::{Flags, Profile};
 
 use super::kinematics::{Axis, Point};
 use super::synchronizer::Record;
@@ -49,7 +49,7 @@ impl Profiler {
         let reading = record.readings.get(self.stream).and_then(Option::as_ref);
         let profile = reading.and_then(|reading| reading.values.profile());
         flags |= reading.map_or(Flags::UNJOINED, |reading| reading.flags);
-        let points_mm = profile.map(|profile| profile.points_mm()).unwrap_or_default();
+        let points_mm = profile.map(Profile::points_mm).unwrap_or_default();
         if points_mm.is_empty() {
             out.push(Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL));
             return;
@@ -76,7 +76,7 @@ impl Scaling {
 mod tests {
     use super::super::kinematics::{Kinematics, Source};
     use super::*;
-    use asphera_link::{Nanos, Profile, Reading, Values};
+    use asphera_link::{Nanos, Reading, Values};
 
     fn profiler(skew_deg: f64) -> Profiler {
         Profiler {
