@@ -11,6 +11,7 @@ pub mod cli;
 pub mod clock;
 pub mod conclude;
 pub mod config;
+pub mod contour;
 #[cfg(test)]
 mod corpora;
 pub mod lens;

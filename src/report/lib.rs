@@ -5,10 +5,11 @@
 //!
 //! - [`Report`]: the final figures of one part.
 //! - [`Snapshot`]: the state of a station now, with [`SamplingMaps`] and [`FormView`] for those who look at them.
-//! - [`SectionReport`]: a cut through the surface.
+//! - [`SectionReport`]: a cut through the surface; [`contour`]: a curve or an area found from points.
 //! - [`LiveStation`]: what a front may ask while a session runs; [`Measured`]: what a document may ask when it has ended.
 
 mod chain;
+pub mod contour;
 mod deviation;
 mod face;
 mod features;

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use asphera_contour::{Agreement, Deviation, Graph, PlaceMm, agreement, intersection_over_union};
 use asphera_graph::compare::Size;
+use asphera_report::contour::{CONTOUR_FORMAT, ContourReport};
 use clap::Args;
 use serde::Serialize;
 use shapes::{How, Method};
 
 use super::contour::places;
-use super::contour::report::{ContourReport, FORMAT};
 use super::exit::Exit;
 use super::files::read;
 use super::graph::function::FunctionChoice;
@@ -173,8 +173,10 @@ fn contour(path: &Path, text: &TextArgs) -> Result<Contour, Failure> {
     let name = path.display();
     let report: ContourReport = serde_json::from_slice(&read(path)?)
         .map_err(|error| format!("{name}: expected what contour --json writes: {error}"))?;
-    if report.format != FORMAT {
-        return Err(format!("{name}: expected format {FORMAT}, found {}", report.format).into());
+    if report.format != CONTOUR_FORMAT {
+        return Err(
+            format!("{name}: expected format {CONTOUR_FORMAT}, found {}", report.format).into()
+        );
     }
     let edges = Graph::new(report.edges);
     let lines = report.chains.into_iter().map(|chain| (chain.points_mm, chain.closed)).collect();

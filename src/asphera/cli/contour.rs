@@ -1,33 +1,27 @@
 //! `asphera contour`: the curve or the area that points in the plane are samples of.
 
 mod draw;
-mod features;
-mod figures;
-pub(super) mod report;
-mod sampled;
 mod slab;
+mod summary;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use asphera_contour::features::Course;
-use asphera_contour::{
-    Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
-    Triangulation,
-};
+use asphera_contour::{Kind, Method, Parameters, PlaceMm};
 use asphera_geometry::PointMm;
+use asphera_nominal::bytes_of;
+use asphera_report::contour::ContourReport;
 use clap::Args;
 
-use self::features::features_of;
-use self::figures::{CircleFigures, DeviationFigures};
-use self::report::ContourReport;
 use self::slab::Cutting;
+use self::summary::summary;
 use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Content, Source, source_help};
 use super::text::TextArgs;
+use crate::contour::{ContourSettings, Nominal};
 
 #[derive(Args)]
 pub(super) struct ContourArgs {
@@ -101,9 +95,9 @@ pub(super) fn run(args: &ContourArgs) -> Result<Exit, Failure> {
             let _ = writeln!(text, "{from},{to}");
         }
         print(&text);
-        say(report.summary().trim_end());
+        say(summary(&report).trim_end());
     } else {
-        print(&report.summary());
+        print(&summary(&report));
     }
     Ok(Exit::Done)
 }
@@ -125,60 +119,30 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     let parameters = Parameters::parse(&args.set)?;
     let progress = Progress::start("contour");
     let points = taken(args, path, &progress)?;
-    progress.stage("meshing");
-    let name = path.display();
-    let samples = Samples::new(&points).map_err(|error| format!("{name}: {error}"))?;
-    if samples.len() < 3 {
-        return Err(format!(
-            "{name}: expected three different places or more, found {} in {} points; measure more of the curve",
-            samples.len(),
-            samples.points()
-        )
-        .into());
-    }
-    let triangulation = Triangulation::new(samples);
-    if triangulation.triangles().is_empty() {
-        return Err(format!(
-            "{name}: expected points round a curve, found all {} on one straight line; asphera section and asphera measure \
-             work on profiles",
-            triangulation.len()
-        )
-        .into());
-    }
-    progress.stage(method.name());
-    let parameters = method.chosen(&triangulation, &parameters)?;
-    let region = method.region(&triangulation, &parameters)?;
-    let (mut report, used, courses) = match region {
-        _ if method == Method::Auto => by_points(&triangulation, &parameters)?,
-        Some(region) => {
-            let report = ContourReport::of_region(&triangulation, method, &parameters, &region);
-            (report, joined(&triangulation, region.border()), Vec::new())
-        }
-        None => {
-            let curve = method.curve(&triangulation, &parameters)?;
-            let report = ContourReport::new(&triangulation, method, &parameters, &curve);
-            let courses = match method.kind() {
-                Kind::Curve => Course::of_curve(&triangulation, &curve, &[]),
-                Kind::Region | Kind::Graph => Vec::new(),
-            };
-            (report, used_of(&triangulation, &curve, &[]), courses)
-        }
+    let settings = ContourSettings {
+        method,
+        parameters,
+        tolerance_mm: args.tolerance,
+        is_airfoil: args.airfoil,
+        nominal: args.outline.as_deref().map(nominal).transpose()?,
     };
-    if report.sampling.is_some() && report.chains.len() == 1 {
-        report.circle = CircleFigures::of(&used);
-    }
-    progress.stage("features");
-    let (features, unknown) = features_of(&courses, args.tolerance, args.airfoil);
-    report.features = features;
-    report.unknown.extend(unknown);
-    if args.airfoil && courses.is_empty() {
-        let why = "airfoil: expected a closed curve, found none; give a method of curves";
-        report.unknown.push(why.to_owned());
-    }
-    if let Some(outline) = &args.outline {
-        report.deviation = Some(DeviationFigures::of(outline, &used, report.input.noise_sigma_mm)?);
-    }
-    Ok(report)
+    settings.contour(&points, &mut |stage| progress.stage(stage)).map_err(|error| {
+        match error.is_of_points() {
+            true => format!("{}: {error}", path.display()).into(),
+            false => error.into(),
+        }
+    })
+}
+
+/// The nominal outline of a file: a drawing, what `contour --json` wrote, or the corners of a polygon in order.
+fn nominal(path: &Path) -> Result<Nominal, Failure> {
+    Ok(match Nominal::of_drawing(path, bytes_of) {
+        Some(nominal) => nominal?,
+        None => {
+            let corners = places(path, &TextArgs::default(), &Progress::start("outline"))?;
+            Nominal::of_polygon(path.display().to_string(), &corners)?
+        }
+    })
 }
 
 /// The places that the arguments ask for: of all points, or of those near a plane on it.
@@ -196,49 +160,6 @@ fn taken(args: &ContourArgs, path: &Path, progress: &Progress) -> Result<Vec<Pla
         }
         None => places(path, &args.text, progress),
     }
-}
-
-/// The places of samples that an edge joins.
-fn joined(triangulation: &Triangulation, graph: &Graph) -> Vec<PlaceMm> {
-    let degrees = graph.degrees(triangulation.len());
-    let places = triangulation.samples().places().iter().zip(degrees);
-    places.filter(|(_, degree)| *degree > 0).map(|(&place, _)| place).collect()
-}
-
-/// The places that a curve was made of: all but outliers where noise was taken away, else those that it joins.
-fn used_of(
-    triangulation: &Triangulation,
-    curve: &FoundCurve,
-    outliers: &[SampleId],
-) -> Vec<PlaceMm> {
-    if curve.places_mm.is_none() {
-        return joined(triangulation, &curve.graph);
-    }
-    let is_used = |sample: &SampleId| outliers.binary_search(sample).is_err();
-    let used = (0..triangulation.len() as SampleId).filter(is_used);
-    used.map(|sample| triangulation.place(sample)).collect()
-}
-
-/// The outcome by the method that the points ask for, the points it was made of, and the courses of its curves.
-fn by_points(
-    triangulation: &Triangulation,
-    parameters: &Parameters,
-) -> Result<(ContourReport, Vec<PlaceMm>, Vec<Course>), MethodError> {
-    let choice = Choice::new(triangulation);
-    let method = choice.method;
-    let (report, used, courses) = match method.region(triangulation, parameters)? {
-        Some(region) => {
-            let report = ContourReport::of_region(triangulation, method, parameters, &region);
-            (report, joined(triangulation, region.border()), Vec::new())
-        }
-        None => {
-            let curve = choice.curve(triangulation).unwrap_or_default();
-            let report = ContourReport::new(triangulation, method, parameters, &curve);
-            let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
-            (report, used_of(triangulation, &curve, &choice.outliers), courses)
-        }
-    };
-    Ok((report.chosen(&choice), used, courses))
 }
 
 /// The places of the points in the plane: x and y, or of two columns both.

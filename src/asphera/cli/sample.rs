@@ -12,11 +12,11 @@ use asphera_formats::mask;
 use clap::Args;
 use serde::Serialize;
 
-use super::contour::report::ContourReport;
 use super::exit::Exit;
 use super::files::{read, refuse};
 use super::output::{Failure, print, print_json};
 use super::summary::short;
+use crate::contour::truth_report;
 
 #[derive(Args)]
 pub(super) struct SampleArgs {
@@ -185,7 +185,7 @@ fn truth(path: &Path, curve: &TrueCurve, points: &Disturbed) -> Result<String, F
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
         Some("json") => {
-            let report = ContourReport::of_truth(&points.points_mm, &points.edges, lines);
+            let report = truth_report(&points.points_mm, &points.edges, lines);
             Ok(serde_json::to_string(&report)?)
         }
         Some("xy" | "xyz" | "txt") => {

@@ -16,7 +16,7 @@ fn arguments(words: &[String]) -> CompareArgs {
 
 fn report(edges: &str, closed: bool, side: f64) -> String {
     format!(
-        "{{\"format\": \"{FORMAT}\", \"input\": {{\"points\": 4, \"distinct\": 4, \"spacing_median_mm\": 1.0}}, \
+        "{{\"format\": \"{CONTOUR_FORMAT}\", \"input\": {{\"points\": 4, \"distinct\": 4, \"spacing_median_mm\": 1.0}}, \
          \"method\": \"crust\", \"parameters\": {{}}, \"guarantee\": \"none\", \"edges\": {edges}, \"chains\": \
          [{{\"closed\": {closed}, \"length_mm\": 4.0, \"points_mm\": [[0, 0], [{side}, 0], [{side}, {side}], [0, {side}]]}}], \
          \"ends\": [], \"junctions\": [], \"left_out\": [], \"unknown\": []}}"
@@ -56,7 +56,7 @@ fn what_cannot_be_told_is_absent_and_said() {
     assert_eq!(figures.iou, Some(1.0));
     let other = compare(("a.json", "{}"), ("b.xyz", "0 0\n1 0\n1 1\n")).unwrap_err();
     assert!(other.contains("expected what contour --json writes"), "{other}");
-    let later = open.replace(FORMAT, "asphera-contour 9");
+    let later = open.replace(CONTOUR_FORMAT, "asphera-contour 9");
     let other = compare(("a.json", &later), ("b.json", &open)).unwrap_err();
     assert!(
         other.ends_with("expected format asphera-contour 1, found asphera-contour 9"),

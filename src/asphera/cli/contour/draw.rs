@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use asphera_contour::PlaceMm;
+use asphera_report::contour::{ChainFigures, ContourReport};
 
-use super::report::{ChainFigures, ContourReport};
 use crate::cli::output::Failure;
 
 /// What turns a contour into the text of a file.

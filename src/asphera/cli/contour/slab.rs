@@ -1,4 +1,4 @@
-//! The points of a body near a plane, as its section there.
+//! The plane of a section as a word of the command line.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -8,6 +8,7 @@ use asphera_geometry::PointMm;
 use asphera_surface::Plane;
 
 use crate::cli::output::Failure;
+use crate::contour::{Slab, plane_of};
 
 /// A plane as a word of the command line: `a,b,c,d` of a·x + b·y + c·z = d, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +26,7 @@ impl FromStr for Cutting {
         let numbers: Option<Vec<f64>> =
             word.split(',').map(|number| number.trim().parse().ok()).collect();
         let numbers: Option<[f64; 4]> = numbers.and_then(|numbers| numbers.try_into().ok());
-        let [a, b, c, d] = numbers.ok_or_else(expected)?;
-        let share = d / (a * a + b * b + c * c);
-        Plane::new([a, b, c].map(|it| share * it), [a, b, c]).map(Cutting).map_err(|_| expected())
+        numbers.and_then(plane_of).map(Cutting).ok_or_else(expected)
     }
 }
 
@@ -43,22 +42,12 @@ impl Cutting {
         points: impl Iterator<Item = PointMm>,
         within_mm: f64,
     ) -> Result<Vec<PlaceMm>, Failure> {
-        let mut nearest_mm = f64::INFINITY;
-        let mut places = Vec::new();
-        for point in points {
-            let [u, v, w] = self.0.to_plane(point);
-            nearest_mm = nearest_mm.min(w.abs());
-            if w.abs() <= within_mm {
-                places.push([u, v]);
-            }
-        }
-        if places.is_empty() && nearest_mm.is_finite() {
-            return Err(format!(
+        Slab { plane: self.0, within_mm }.places(points).map_err(|nearest_mm| {
+            format!(
                 "{}: expected points within {within_mm} mm of the plane, found the nearest {nearest_mm:.4} mm off; give another --plane or a larger --within",
                 path.display()
             )
-            .into());
-        }
-        Ok(places)
+            .into()
+        })
     }
 }

@@ -3,6 +3,8 @@
 use clap::Parser as _;
 
 use super::super::{Cli, Command};
+use asphera_report::contour::ContourReport;
+
 use super::*;
 
 const CIRCLE: &str = "<svg><circle cx='5' cy='-5' r='5'/></svg>";

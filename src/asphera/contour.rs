@@ -1,0 +1,195 @@
+//! Contours of points: what `asphera contour` and a station share.
+
+mod features;
+mod figures;
+mod nominal;
+mod report;
+mod sampled;
+mod slab;
+
+use asphera_contour::features::Course;
+use asphera_contour::{
+    Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
+    SamplesError, Triangulation,
+};
+use asphera_report::contour::ContourReport;
+use thiserror::Error;
+
+pub use self::nominal::{Nominal, NominalError};
+pub(crate) use self::report::truth_report;
+pub use self::slab::Slab;
+pub(crate) use self::slab::plane_of;
+
+use self::features::features_of;
+use self::figures::{circle_of, deviation_from};
+use self::report::{curve_report, region_report, with_choice};
+
+/// How a contour is found and what is measured of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContourSettings {
+    /// The method or graph.
+    pub method: Method,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// Deviations from lines and arcs up to so many mm make no feature of their own.
+    pub tolerance_mm: f64,
+    /// Whether closed curves are sections of airfoils.
+    pub is_airfoil: bool,
+    /// The outline that points are held against.
+    pub nominal: Option<Nominal>,
+}
+
+/// Why there is no contour.
+#[derive(Debug, Error)]
+pub enum ContourError {
+    /// Coordinates that cannot be used.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
+    /// Fewer than three places.
+    #[error(
+        "expected three different places or more, found {places} in {points} points; measure more of the curve"
+    )]
+    TooFew {
+        /// How many different places.
+        places: usize,
+        /// How many points.
+        points: usize,
+    },
+    /// All places lie on one straight line.
+    #[error(
+        "expected points round a curve, found all {places} on one straight line; asphera section and asphera measure \
+         work on profiles"
+    )]
+    OnLine {
+        /// How many different places.
+        places: usize,
+    },
+    /// The method cannot be used.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+    /// There is a nominal outline, and no curve.
+    #[error("{outline}: no point lies on a curve to be held against it")]
+    NothingOnCurve {
+        /// The file of the outline.
+        outline: String,
+    },
+}
+
+impl ContourError {
+    /// Whether it is the points that cannot be used.
+    pub(crate) fn is_of_points(&self) -> bool {
+        match self {
+            ContourError::Samples(_) | ContourError::TooFew { .. } => true,
+            ContourError::OnLine { .. } => true,
+            ContourError::Method(_) | ContourError::NothingOnCurve { .. } => false,
+        }
+    }
+}
+
+impl ContourSettings {
+    /// The contour of points and its figures; `stage` hears of what is done. Rows are those of `points`.
+    ///
+    /// # Errors
+    ///
+    /// When the points or the method cannot be used.
+    pub(crate) fn contour(
+        &self,
+        points: &[PlaceMm],
+        stage: &mut dyn FnMut(&'static str),
+    ) -> Result<ContourReport, ContourError> {
+        stage("meshing");
+        let samples = Samples::new(points)?;
+        if samples.len() < 3 {
+            let (places, points) = (samples.len(), samples.points());
+            return Err(ContourError::TooFew { places, points });
+        }
+        let triangulation = Triangulation::new(samples);
+        if triangulation.triangles().is_empty() {
+            return Err(ContourError::OnLine { places: triangulation.len() });
+        }
+        stage(self.method.name());
+        let (mut report, used, courses) = self.found(&triangulation)?;
+        if report.sampling.is_some() && report.chains.len() == 1 {
+            report.circle = circle_of(&used);
+        }
+        stage("features");
+        let (features, unknown) = features_of(&courses, self.tolerance_mm, self.is_airfoil);
+        report.features = features;
+        report.unknown.extend(unknown);
+        if self.is_airfoil && courses.is_empty() {
+            let why = "airfoil: expected a closed curve, found none; give a method of curves";
+            report.unknown.push(why.to_owned());
+        }
+        if let Some(nominal) = &self.nominal {
+            let u_mm = report.input.noise_sigma_mm;
+            report.deviation = Some(deviation_from(nominal, &used, u_mm)?);
+        }
+        Ok(report)
+    }
+
+    /// The curve or area that the method finds, the points it was made of, and the courses of its curves.
+    fn found(&self, triangulation: &Triangulation) -> Result<Found, MethodError> {
+        let method = self.method;
+        let parameters = method.chosen(triangulation, &self.parameters)?;
+        let region = method.region(triangulation, &parameters)?;
+        Ok(match region {
+            _ if method == Method::Auto => by_points(triangulation, &parameters)?,
+            Some(region) => {
+                let report = region_report(triangulation, method, &parameters, &region);
+                (report, joined(triangulation, region.border()), Vec::new())
+            }
+            None => {
+                let curve = method.curve(triangulation, &parameters)?;
+                let report = curve_report(triangulation, method, &parameters, &curve);
+                let courses = match method.kind() {
+                    Kind::Curve => Course::of_curve(triangulation, &curve, &[]),
+                    Kind::Region | Kind::Graph => Vec::new(),
+                };
+                (report, used_of(triangulation, &curve, &[]), courses)
+            }
+        })
+    }
+}
+
+/// A report without features, the points its contour was made of, and the courses of its curves.
+type Found = (ContourReport, Vec<PlaceMm>, Vec<Course>);
+
+/// The contour by the method that the points ask for.
+fn by_points(triangulation: &Triangulation, parameters: &Parameters) -> Result<Found, MethodError> {
+    let choice = Choice::new(triangulation);
+    let method = choice.method;
+    let (report, used, courses) = match method.region(triangulation, parameters)? {
+        Some(region) => {
+            let report = region_report(triangulation, method, parameters, &region);
+            (report, joined(triangulation, region.border()), Vec::new())
+        }
+        None => {
+            let curve = choice.curve(triangulation).unwrap_or_default();
+            let report = curve_report(triangulation, method, parameters, &curve);
+            let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
+            (report, used_of(triangulation, &curve, &choice.outliers), courses)
+        }
+    };
+    Ok((with_choice(report, &choice), used, courses))
+}
+
+/// The places of samples that an edge joins.
+fn joined(triangulation: &Triangulation, graph: &Graph) -> Vec<PlaceMm> {
+    let degrees = graph.degrees(triangulation.len());
+    let places = triangulation.samples().places().iter().zip(degrees);
+    places.filter(|(_, degree)| *degree > 0).map(|(&place, _)| place).collect()
+}
+
+/// The places that a curve was made of: all but outliers where noise was taken away, else those that it joins.
+fn used_of(
+    triangulation: &Triangulation,
+    curve: &FoundCurve,
+    outliers: &[SampleId],
+) -> Vec<PlaceMm> {
+    if curve.places_mm.is_none() {
+        return joined(triangulation, &curve.graph);
+    }
+    let is_used = |sample: &SampleId| outliers.binary_search(sample).is_err();
+    let used = (0..triangulation.len() as SampleId).filter(is_used);
+    used.map(|sample| triangulation.place(sample)).collect()
+}

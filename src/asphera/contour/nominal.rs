@@ -1,0 +1,93 @@
+//! The nominal outline of a contour.
+
+use std::path::Path;
+
+use asphera_contour::PlaceMm;
+use asphera_contour::features::NominalOutline;
+use asphera_contour::sampler::BezierLine;
+use asphera_formats::drawing::{DrawnLine, read_dxf, read_svg};
+use asphera_report::contour::ContourReport;
+use thiserror::Error;
+
+/// A nominal outline as it lies: lines of Bézier curves, and the file they are from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nominal {
+    name: String,
+    lines: Vec<BezierLine>,
+}
+
+/// Why a file is no nominal outline.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct NominalError(String);
+
+/// Names of files of drawings end so.
+pub(crate) const DRAWINGS: &str = "a name that ends in .svg, .dxf, or .json of contour --json";
+
+impl Nominal {
+    /// The outline of a drawing, by the ending of its name; `None` where that is of no drawing.
+    ///
+    /// # Errors
+    ///
+    /// When the drawing cannot be read, or holds no line.
+    pub(crate) fn of_drawing(
+        path: &Path,
+        read: impl FnOnce(&Path) -> std::io::Result<Vec<u8>>,
+    ) -> Option<Result<Nominal, NominalError>> {
+        let ending = path.extension()?.to_string_lossy().to_lowercase();
+        let lines: fn(&[u8]) -> Result<Vec<BezierLine>, String> = match ending.as_str() {
+            "svg" => |bytes| read_svg(bytes).map(drawn).map_err(|error| error.to_string()),
+            "dxf" => |bytes| read_dxf(bytes).map(drawn).map_err(|error| error.to_string()),
+            "json" => |bytes| written(bytes),
+            _ => return None,
+        };
+        let name = path.display().to_string();
+        let bytes = match read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => return Some(Err(NominalError(format!("cannot read {name}: {error}")))),
+        };
+        Some(match lines(&bytes) {
+            Ok(lines) => Nominal::new(name, lines),
+            Err(found) => Err(NominalError(format!("{name}: {found}"))),
+        })
+    }
+
+    /// The closed polygon through corners in order.
+    ///
+    /// # Errors
+    ///
+    /// When there is no side.
+    pub(crate) fn of_polygon(name: String, corners: &[PlaceMm]) -> Result<Nominal, NominalError> {
+        Nominal::new(name, vec![BezierLine::through(corners, true)])
+    }
+
+    fn new(name: String, lines: Vec<BezierLine>) -> Result<Nominal, NominalError> {
+        match NominalOutline::new(&lines) {
+            Some(_) => Ok(Nominal { name, lines }),
+            None => Err(NominalError(format!("{name}: expected an outline, found no line"))),
+        }
+    }
+
+    /// The file.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The outline; never none, for it was one when it was read.
+    pub(super) fn outline(&self) -> Option<NominalOutline> {
+        NominalOutline::new(&self.lines)
+    }
+}
+
+fn drawn(lines: Vec<DrawnLine>) -> Vec<BezierLine> {
+    let line = |DrawnLine { pieces, closed }| BezierLine { pieces, closed };
+    lines.into_iter().map(line).collect()
+}
+
+/// The lines of what `contour --json` wrote.
+fn written(bytes: &[u8]) -> Result<Vec<BezierLine>, String> {
+    let report: ContourReport = serde_json::from_slice(bytes)
+        .map_err(|error| format!("expected what contour --json writes: {error}"))?;
+    let lines = report.chains.iter();
+    Ok(lines.map(|chain| BezierLine::through(&chain.points_mm, chain.closed)).collect())
+}
