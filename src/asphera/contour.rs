@@ -3,6 +3,7 @@
 mod features;
 mod figures;
 mod nominal;
+mod plan;
 mod report;
 mod sampled;
 mod slab;
@@ -15,7 +16,9 @@ use asphera_contour::{
 use asphera_report::contour::ContourReport;
 use thiserror::Error;
 
+pub(crate) use self::nominal::DRAWINGS;
 pub use self::nominal::{Nominal, NominalError};
+pub use self::plan::{ContourLimits, ContourPlan};
 pub(crate) use self::report::truth_report;
 pub use self::slab::Slab;
 pub(crate) use self::slab::plane_of;

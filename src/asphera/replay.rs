@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use asphera_contour::PlaceMm;
 use asphera_link::Nanos;
 use asphera_report::{SessionFigures, Verdict};
 use thiserror::Error;
@@ -11,6 +12,7 @@ use crate::conclude::{Outcome, conclude, note_recovery, session_figures};
 use asphera_measure::Part;
 
 use crate::config::{Config, Problems};
+use crate::contour::ContourPlan;
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 use asphera_measure::{Along, Measurement, Pipeline};
@@ -41,6 +43,8 @@ pub struct Playback {
 pub struct Played {
     outcome: Outcome,
     recovery: Recovery,
+    /// The contour that the recording asks for, and the places it is of.
+    contour: Option<(ContourPlan, Vec<PlaceMm>)>,
 }
 
 impl Playback {
@@ -70,7 +74,14 @@ impl Playback {
     /// Hands every point to `take`, good and flagged ones, in the order of the live run. `pace` is called before each
     /// entry with its time, and may wait. Damage within a recording is passed over and counted.
     pub fn play(self, mut pace: impl FnMut(Nanos), mut take: impl FnMut(&Point)) -> Played {
-        let Playback { session, config, mut bench } = self;
+        let Playback { session, mut config, mut bench } = self;
+        let mut contour = config.contour.take().map(|plan| (plan, Vec::new()));
+        let mut take = |point: &Point| {
+            if let Some((plan, places)) = contour.as_mut().filter(|_| point.is_good()) {
+                places.extend(plan.place(point.position_mm));
+            }
+            take(point);
+        };
         let mut epochs = vec![0; config.links.len()];
         let mut ended = None;
         let mut entries = session.entries();
@@ -124,13 +135,16 @@ impl Playback {
         let outcome = Outcome::new(&bench, session_figures(session.header(), &ended));
         // Reading on to the end shows whether the rest of the recording is whole.
         entries.by_ref().for_each(drop);
-        Played { outcome, recovery: entries.recovery().clone() }
+        Played { outcome, recovery: entries.recovery().clone(), contour }
     }
 }
 
 impl Played {
-    /// Adds to the figures of the points what the station and the recording know: links, session, losses.
+    /// Adds to the figures of the points what the station and the recording know: contour, links, session, losses.
     pub fn conclude(self, measurement: &mut Measurement) {
+        if let Some((plan, places)) = self.contour {
+            plan.conclude(plan.contour(&places), measurement);
+        }
         conclude(measurement, self.outcome);
         note_recovery(&mut measurement.report.verdict, &self.recovery);
     }

@@ -191,6 +191,7 @@ fn report(
         features,
         form,
         profile: None,
+        contour: None,
         verdict,
         links: Vec::new(),
         timing: Timing::default(),

@@ -213,6 +213,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
             features,
             form,
             profile: Some(profile),
+            contour: None,
             verdict,
             links: Vec::new(),
             timing: Timing::default(),

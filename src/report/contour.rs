@@ -1,8 +1,10 @@
 //! A contour: the curve or the area that points in the plane are samples of.
 
+mod abridged;
 mod features;
 mod figures;
 mod sampled;
+mod session;
 
 use std::collections::BTreeMap;
 
@@ -11,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use self::features::FeatureFigures;
 pub use self::figures::{CircleFigures, DeviationFigures};
 pub use self::sampled::{FailureFigures, SampledFigures};
+pub use self::session::{ContourState, SessionContour};
 
 /// Version of the layout of [`ContourReport`].
 pub const CONTOUR_FORMAT: &str = "asphera-contour 1";
@@ -67,6 +70,9 @@ pub struct ContourReport {
     pub deviation: Option<DeviationFigures>,
     /// What is not known, and why.
     pub unknown: Vec<String>,
+    /// What was left out of long lists, in words; absent where they are whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub abridged: Option<String>,
 }
 
 /// The points that were read.
@@ -85,8 +91,9 @@ pub struct InputFigures {
     /// The standard deviation of their distances to the curve, where noise was taken away, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_sigma_mm: Option<f64>,
-    /// Median of the distances of places to their nearest one, mm.
-    pub spacing_median_mm: f64,
+    /// Median of the distances of places to their nearest one, mm; absent where no contour was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing_median_mm: Option<f64>,
 }
 
 /// A run of edges.

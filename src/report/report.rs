@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contour::ContourReport;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, ProfileFigures,
     ReadingFigures, SamplingFigures, Verdict,
@@ -37,6 +38,9 @@ pub struct Report {
     /// Figures of points on a straight line, formed along it instead of by area.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<ProfileFigures>,
+    /// The contour of the points of a session, where its configuration asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contour: Option<ContourReport>,
     /// Pass, fail or undecided.
     pub verdict: Verdict,
     /// Bytes and readings of each link and device, delivered and lost. Empty for points read from a file.

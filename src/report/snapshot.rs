@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::contour::ContourState;
 use crate::{
     FeatureFigures, FormFigures, Map, MapsState, MeshFigures, Points, SamplingFigures,
     SessionFigures, Verdict,
@@ -44,6 +45,9 @@ pub struct Snapshot {
     pub map: Option<Map>,
     /// Which maps of the sampling there are to be had; they are too large to come with every snapshot.
     pub maps: Option<MapsState>,
+    /// Which contour there is, where the configuration asks for one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contour: Option<ContourState>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
     /// Files the session left in its folder, once that is written.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use crate::contour::SessionContour;
 use crate::{
     Cut, FormViewAnswer, Label, Report, ResultFile, SamplingMaps, SectionRequest, SessionFigures,
     Snapshot, Status, Term,
@@ -27,6 +28,9 @@ pub trait LiveStation: Send + Sync + 'static {
 
     /// The newest maps of the sampling; `None` while there are none. At most one runs at a time.
     fn maps(&self) -> Answer<'_, Option<Arc<SamplingMaps>>>;
+
+    /// The newest contour of the session; `None` while there is none.
+    fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>>;
 
     /// A section of the mesh as it is now.
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut>;

@@ -3,6 +3,7 @@
 //! It is made once, here. The terminal, the page and the paper draw it, each in its own way, and add their pictures.
 //! So a figure that is added to the report has one place where its words are chosen.
 
+mod contour;
 mod deviation;
 mod face;
 mod features;
@@ -20,6 +21,7 @@ mod verdict;
 pub use points::columns;
 use serde::Serialize;
 
+use crate::contour::ContourReport;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, LinkFigures, MeshFigures, Points, ProfileFigures,
     ReadingFigures, Report, SamplingFigures, SessionFigures, Snapshot, Verdict,
@@ -75,6 +77,8 @@ pub enum ChapterId {
     Defects,
     /// Volume and the face that was measured of it.
     Volume,
+    /// Contour of the points.
+    Contour,
     /// Points and what became of them.
     Points,
     /// Mesh and its plane.
@@ -102,6 +106,7 @@ impl ChapterId {
             ChapterId::Sampling => "sampling",
             ChapterId::Defects => "defects",
             ChapterId::Volume => "volume",
+            ChapterId::Contour => "contour",
             ChapterId::Points => "points",
             ChapterId::Mesh => "mesh",
             ChapterId::Links => "links",
@@ -194,6 +199,7 @@ struct Shown<'a> {
     features: &'a FeatureFigures,
     form: Option<&'a FormFigures>,
     profile: Option<&'a ProfileFigures>,
+    contour: Option<&'a ContourReport>,
     verdict: &'a Verdict,
     links: &'a [LinkFigures],
     session: Option<&'a SessionFigures>,
@@ -211,6 +217,7 @@ impl View {
             features: &report.features,
             form: report.form.as_ref(),
             profile: report.profile.as_ref(),
+            contour: report.contour.as_ref(),
             verdict: &report.verdict,
             links: &report.links,
             session: report.session.as_ref(),
@@ -228,6 +235,7 @@ impl View {
             features: &snapshot.features,
             form: snapshot.form.as_ref(),
             profile: None,
+            contour: None,
             verdict: &snapshot.verdict,
             links: &[],
             session: snapshot.session.as_ref(),
@@ -257,6 +265,7 @@ impl View {
         }
         chapters.extend(shown.face.map(face::chapter));
         chapters.extend(shown.profile.map(profile::chapter));
+        chapters.extend(shown.contour.map(contour::chapter));
         chapters.extend([
             sampling::chapter(shown.sampling),
             features::chapter(shown.features),

@@ -7,6 +7,7 @@ mod attacked;
 mod border;
 mod browser;
 mod clocks;
+mod contours;
 mod defects;
 mod demo;
 mod described;

@@ -2,6 +2,7 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
+mod contour;
 mod devices;
 mod line;
 mod links;
@@ -29,6 +30,7 @@ pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use output::OutputConfig;
 
+use crate::contour::ContourPlan;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
 
@@ -64,6 +66,8 @@ pub struct Config {
     pub records_points: bool,
     /// Files beside a recording.
     pub output: OutputConfig,
+    /// The contour that is formed of the points of a session; `None` for none.
+    pub contour: Option<ContourPlan>,
     /// Where the page and the API are.
     pub listen: SocketAddr,
     /// Names, beside those of the loopback interface, a browser may ask for.
@@ -138,7 +142,9 @@ impl Config {
         let part = asphera_nominal::parse(&nominal_path.display().to_string(), &nominal_text);
         let folder = nominal_path.parent().unwrap_or(Path::new(""));
         let text = pinned(inline(&text, &nominal_text), folder);
-        let config = read_root(&root, &text, folder, Some(part.as_ref().ok()));
+        let here = path.parent().unwrap_or(Path::new(""));
+        let folders = Folders { nominal: folder, contour: here };
+        let config = read_root(&root, &text, folders, Some(part.as_ref().ok()));
         root.finish();
         drop((root, nominal));
         match (file.conclude(config), part) {
@@ -166,7 +172,8 @@ impl Config {
         let file = asphera_nominal::parse_text(name, text)?;
         let root = file.root();
         let folder = asphera_nominal::folder(name);
-        let config = read_root(&root, &pinned(text.to_owned(), folder), folder, None);
+        let folders = Folders { nominal: folder, contour: folder };
+        let config = read_root(&root, &pinned(text.to_owned(), folder), folders, None);
         root.finish();
         drop(root);
         file.conclude(config)
@@ -217,12 +224,21 @@ fn pinned(text: String, folder: &Path) -> String {
     document.to_string()
 }
 
+/// Folders from which files are found.
+#[derive(Clone, Copy)]
+struct Folders<'a> {
+    /// Files that a nominal names.
+    nominal: &'a Path,
+    /// Files that the configuration itself names.
+    contour: &'a Path,
+}
+
 /// Reads the whole file. `outside` is the nominal that was read from a file of its own, if it was named
-/// and could be read; files that an inner nominal names are found from `folder`.
+/// and could be read.
 fn read_root(
     root: &Section<'_>,
     text: &str,
-    folder: &Path,
+    folders: Folders<'_>,
     outside: Option<Option<&Part>>,
 ) -> Option<Config> {
     let station = root.section("station");
@@ -268,7 +284,7 @@ fn read_root(
             nominal.has("file");
             part.cloned()
         }
-        None => asphera_nominal::read(&nominal, folder),
+        None => asphera_nominal::read(&nominal, folders.nominal),
     };
     if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
         let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";
@@ -285,6 +301,7 @@ fn read_root(
     session.finish();
 
     let output = output::read(&root.section("output"));
+    let contour = contour::read(&root.section("contour"), folders.contour);
 
     let publish = root.section("publish");
     let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
@@ -312,7 +329,8 @@ fn read_root(
         output,
         listen: listen?,
         allowed_hosts,
-        text: text.to_owned(),
+        text: contour.as_ref().map_or_else(|| text.to_owned(), |it| it.embedded(text)),
+        contour: contour.map(|contour| contour.plan),
     })
 }
 

@@ -123,7 +123,7 @@ pub(super) fn curve_report(
             kind: None,
             outliers: None,
             noise_sigma_mm: curve.sigma_mm,
-            spacing_median_mm: distances_mm[distances_mm.len() / 2],
+            spacing_median_mm: distances_mm.get(distances_mm.len() / 2).copied(),
         },
         method: method.name().to_owned(),
         reason: None,
@@ -142,6 +142,7 @@ pub(super) fn curve_report(
         circle: None,
         features: Vec::new(),
         deviation: None,
+        abridged: None,
         unknown: match (is_curve, is_checked) {
             (false, _) => Vec::new(),
             (true, true) => vec![
@@ -187,7 +188,7 @@ pub(crate) fn truth_report(
             kind: None,
             outliers: None,
             noise_sigma_mm: None,
-            spacing_median_mm: edge_mm.get(edge_mm.len() / 2).copied().unwrap_or(0.0),
+            spacing_median_mm: edge_mm.get(edge_mm.len() / 2).copied(),
         },
         method: "truth".to_owned(),
         reason: None,
@@ -206,6 +207,7 @@ pub(crate) fn truth_report(
         circle: None,
         features: Vec::new(),
         deviation: None,
+        abridged: None,
         unknown: Vec::new(),
     }
 }

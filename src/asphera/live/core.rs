@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
+use asphera_report::contour::SessionContour;
 use asphera_report::{Label, Outputs, Report, State, Timing};
 use asphera_transport::{Link, LinkCommand, LinkEvent, LinkSettings, What as LinkWhat};
 use tokio::sync::{mpsc, oneshot, watch};
@@ -14,12 +15,13 @@ use tracing::{debug, error, info, warn};
 
 use super::lock::Lock;
 use super::recording::Recording;
-use super::view::View;
+use super::view::{Running, View};
 use super::worker::Worker;
 use super::{Asked, Control, Finished, Handle, Station, StationError, outputs};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
+use crate::contour::ContourPlan;
 use crate::results;
 use crate::session::{
     Disk, Entry, Header, LinkInfo, PointCloud, RecordedPoint, Recorder, ResultsJson, SessionId,
@@ -132,7 +134,11 @@ impl Core {
                 () = sleep_until(next_view) => {
                     self.awake().await;
                     self.view.show(self.clock.now(), &self.bench, self.session.as_ref().map(|session| {
-                        (session.worker.figures(), session.recording.trouble())
+                        Running {
+                            figures: session.worker.figures(),
+                            contour: session.worker.contour(),
+                            trouble: session.recording.trouble(),
+                        }
                     }));
                     self.record_points(self.bench.now()).await;
                     self.beat();
@@ -287,6 +293,7 @@ impl Core {
     /// Answers from the session that ended last, beside the core.
     fn answer(&self, asked: Asked) {
         let finished = self.view.finished();
+        let in_xy = self.config.contour.as_ref().is_some_and(ContourPlan::is_in_xy);
         tokio::task::spawn_blocking(move || {
             let measurement = finished.as_ref().map(|finished| &finished.measurement);
             // Whoever asked may have gone; then there is nobody to answer.
@@ -299,6 +306,10 @@ impl Core {
                 }
                 Asked::Maps(reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.maps()));
+                }
+                Asked::Contour(reply) => {
+                    let report = measurement.map(|done| &done.report);
+                    let _ = reply.send(report.and_then(|report| final_contour(report, in_xy)));
                 }
                 Asked::Section(request, reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.section(&request)));
@@ -321,6 +332,9 @@ impl Core {
                     Asked::Maps(reply) => {
                         let figures = worker.figures();
                         let _ = reply.send(figures.and_then(|figures| figures.maps.clone()));
+                    }
+                    Asked::Contour(reply) => {
+                        let _ = reply.send(worker.contour());
                     }
                     Asked::Without(terms, reply) => {
                         let figures = worker.figures();
@@ -426,10 +440,11 @@ impl Core {
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock.clone()).map_err(folder)?;
-        let Config { part, along, .. } = &self.config;
+        let Config { part, along, contour, .. } = &self.config;
+        let (part, contour) = (part.clone(), contour.clone());
         let expected = self.config.expected_points();
-        let worker =
-            Worker::start(part.clone(), *along, expected, clock.clone()).map_err(folder)?;
+        let worker = Worker::start(part, *along, expected, contour, clock.clone());
+        let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
         self.noted.clear();
@@ -547,6 +562,12 @@ impl Core {
         // Whoever waited for the end of a session may have gone.
         let _ = self.finished.try_send(Ok(finished));
     }
+}
+
+/// The contour of a session that has ended.
+fn final_contour(report: &Report, in_xy: bool) -> Option<Arc<SessionContour>> {
+    let contour = report.contour.clone()?;
+    Some(Arc::new(SessionContour { as_of_points: report.points.received, in_xy, contour }))
 }
 
 fn incomplete(failure: &str) -> String {

@@ -4,6 +4,7 @@
 //! decides the order of everything and hands it to the recorder; the pipeline makes figures. What a
 //! person sees is put together in `view`.
 
+mod contour;
 mod core;
 mod lock;
 mod outputs;
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use asphera_link::Command;
+use asphera_report::contour::SessionContour;
 use asphera_report::{
     Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
     SamplingMaps, SectionRequest, SessionEntry, SessionFile, Snapshot, Term, Waypoints,
@@ -121,6 +123,7 @@ enum Control {
 enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
+    Contour(oneshot::Sender<Option<Arc<SessionContour>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
     Without(Vec<Term>, oneshot::Sender<FormViewAnswer>),
     Next(oneshot::Sender<Option<Next>>),
@@ -260,6 +263,10 @@ impl LiveStation for Handle {
 
     fn maps(&self) -> Answer<'_, Option<Arc<SamplingMaps>>> {
         Box::pin(self.ask(Asked::Maps))
+    }
+
+    fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>> {
+        Box::pin(self.ask(Asked::Contour))
     }
 
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {

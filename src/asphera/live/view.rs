@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use asphera_link::Nanos;
+use asphera_report::contour::{ContourState, SessionContour};
 use asphera_report::{
     Connection, LinkState, MapsState, Outputs, Progress, SNAPSHOT_FORMAT, SamplingFigures,
     SessionFigures, Snapshot, State, Waiting,
@@ -15,6 +16,14 @@ use super::Finished;
 use crate::config::{Config, LinkConfig};
 use crate::station::{Bench, Line};
 use asphera_measure::RunningFigures;
+
+/// What a running session has made so far.
+pub(super) struct Running {
+    pub(super) figures: Option<Arc<RunningFigures>>,
+    pub(super) contour: Option<Arc<SessionContour>>,
+    /// Why the recording is in trouble.
+    pub(super) trouble: Option<String>,
+}
 
 /// Makes snapshots.
 pub(super) struct View {
@@ -78,6 +87,8 @@ impl View {
             .surface
             .maps_version()
             .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
+        let as_of_points = report.points.received;
+        self.snapshot.contour = report.contour.as_ref().map(|_| ContourState { as_of_points });
         self.snapshot.verdict = report.verdict.clone();
         self.snapshot.progress.pending_points = 0;
         self.snapshot.progress.waiting = None;
@@ -109,6 +120,7 @@ impl View {
         self.snapshot.state = State::Failed;
         // They went with the pipeline.
         self.snapshot.maps = None;
+        self.snapshot.contour = None;
         self.snapshot.verdict.outlook = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
@@ -119,12 +131,7 @@ impl View {
     }
 
     /// Sends a snapshot: the core's state now and, while a session runs, its newest figures.
-    pub(super) fn show(
-        &mut self,
-        now: Nanos,
-        bench: &Bench,
-        session: Option<(Option<Arc<RunningFigures>>, Option<String>)>,
-    ) {
+    pub(super) fn show(&mut self, now: Nanos, bench: &Bench, session: Option<Running>) {
         let snapshot = &mut self.snapshot;
         snapshot.sequence += 1;
         snapshot.links = bench
@@ -134,7 +141,7 @@ impl View {
             .zip(&mut self.readings)
             .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
             .collect();
-        if let Some((figures, trouble)) = session {
+        if let Some(Running { figures, contour, trouble }) = session {
             snapshot.elapsed_s = now.as_secs_f64();
             if let Some(figures) = figures {
                 snapshot.points = figures.points.clone();
@@ -150,6 +157,8 @@ impl View {
                 snapshot.verdict.outlook = figures.outlook.clone();
                 snapshot.progress.pending_points = figures.pending;
             }
+            snapshot.contour =
+                contour.map(|contour| ContourState { as_of_points: contour.as_of_points });
             snapshot.points.lost = bench.lost();
             snapshot.verdict.reasons = trouble
                 .map(|trouble| format!("the recording is in trouble: {trouble}"))
@@ -187,6 +196,7 @@ fn empty(station: &str) -> Snapshot {
         verdict: Default::default(),
         map: None,
         maps: None,
+        contour: None,
         convergence: Default::default(),
         outputs: None,
         links: Vec::new(),

@@ -4,12 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use asphera_report::contour::SessionContour;
 use asphera_report::{Cut, SectionRequest};
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
 
+use super::contour::Contours;
 use crate::clock::Clock;
+use crate::contour::ContourPlan;
 use crate::results;
 use crate::station::Point;
 use asphera_measure::Part;
@@ -19,6 +22,7 @@ use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures};
 pub(super) struct Worker {
     work: mpsc::Sender<Work>,
     figures: watch::Receiver<Option<Arc<RunningFigures>>>,
+    contour: watch::Receiver<Option<Arc<SessionContour>>>,
     turns: Arc<AtomicU64>,
 }
 
@@ -40,6 +44,7 @@ impl Worker {
         part: Part,
         along: Along,
         expected_points: Option<u64>,
+        contour: Option<ContourPlan>,
         clock: Clock,
     ) -> std::io::Result<Worker> {
         let (work, receiver) = mpsc::channel(QUEUE);
@@ -48,15 +53,23 @@ impl Worker {
         let pipeline = Pipeline::along(part, along).expecting(expected_points);
         let turns = Arc::new(AtomicU64::new(0));
         let turned = turns.clone();
+        let (contours, newest) = watch::channel(None);
+        let contours = contour.map(|plan| Contours::new(plan, contours));
+        let line = Line { pipeline, contours };
         std::thread::Builder::new()
             .name("pipeline".to_owned())
-            .spawn(move || run(pipeline, clock, &runtime, receiver, &sender, &turned))?;
-        Ok(Worker { work, figures, turns })
+            .spawn(move || run(line, clock, &runtime, receiver, &sender, &turned))?;
+        Ok(Worker { work, figures, contour: newest, turns })
     }
 
     /// The newest running figures.
     pub(super) fn figures(&self) -> Option<Arc<RunningFigures>> {
         self.figures.borrow().clone()
+    }
+
+    /// The newest contour; `None` where none is asked for, or there is none yet.
+    pub(super) fn contour(&self) -> Option<Arc<SessionContour>> {
+        self.contour.borrow().clone()
     }
 
     /// How often the pipeline has come back for more: more than eight times a second, unless something holds it up.
@@ -93,8 +106,36 @@ impl Worker {
     }
 }
 
+/// Makers of figures that the thread hands its points to.
+struct Line {
+    pipeline: Pipeline,
+    contours: Option<Contours>,
+}
+
+impl Line {
+    fn take(&mut self, points: &[Point]) {
+        for point in points {
+            self.pipeline.take(point.position_mm, point.reasons());
+        }
+        if let Some(contours) = &mut self.contours {
+            contours.take(points);
+        }
+    }
+
+    /// The final figures; the contour is formed meanwhile.
+    fn finish(self) -> Measurement {
+        let contour = self.contours.map(Contours::finish);
+        let mut measurement = self.pipeline.finish();
+        if let Some(contour) = contour {
+            let (plan, contour) = contour.wait();
+            plan.conclude(contour, &mut measurement);
+        }
+        measurement
+    }
+}
+
 fn run(
-    mut pipeline: Pipeline,
+    mut line: Line,
     clock: Clock,
     runtime: &Handle,
     mut work: mpsc::Receiver<Work>,
@@ -108,31 +149,34 @@ fn run(
         let next = runtime.block_on(async { timeout(PERIOD, work.recv()).await });
         match next {
             Ok(Some(Work::Points(points))) => {
-                points.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
+                line.take(&points);
             }
             Ok(Some(Work::MeshPly(reply))) => {
                 // A client that hung up no longer wants it.
-                let _ = reply.send(results::mesh_ply(&pipeline));
+                let _ = reply.send(results::mesh_ply(&line.pipeline));
             }
             Ok(Some(Work::Section(request, reply))) => {
-                let _ = reply.send(pipeline.section(&request));
+                let _ = reply.send(line.pipeline.section(&request));
             }
             Ok(Some(Work::Next(reply))) => {
-                let _ = reply.send(pipeline.next().cloned());
+                let _ = reply.send(line.pipeline.next().cloned());
             }
             Ok(Some(Work::Finish(reply))) => {
-                figures.send_replace(Some(Arc::new(pipeline.figures())));
-                let _ = reply.send(pipeline.finish());
+                figures.send_replace(Some(Arc::new(line.pipeline.figures())));
+                let _ = reply.send(line.finish());
                 return;
             }
             Ok(None) => return,
             Err(_) => {}
         }
+        if let Some(contours) = &mut line.contours {
+            contours.keep_up();
+        }
         let now = clock.now();
-        if pipeline.received() != shown && now.since(shown_at) >= PERIOD {
-            shown = pipeline.received();
+        if line.pipeline.received() != shown && now.since(shown_at) >= PERIOD {
+            shown = line.pipeline.received();
             shown_at = now;
-            figures.send_replace(Some(Arc::new(pipeline.figures())));
+            figures.send_replace(Some(Arc::new(line.pipeline.figures())));
         }
     }
 }

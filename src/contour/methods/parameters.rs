@@ -62,7 +62,11 @@ impl Parameters {
     }
 
     /// Fails where a method does not have one of the parameters, or its value is out of range.
-    pub(super) fn check(&self, method: &Method) -> Result<(), MethodError> {
+    ///
+    /// # Errors
+    ///
+    /// The first such parameter.
+    pub fn check(&self, method: &Method) -> Result<(), MethodError> {
         for (name, found) in &self.given {
             let has = method.parameters();
             let Some(parameter) = has.iter().find(|parameter| parameter.name == name) else {

@@ -25,6 +25,7 @@ pub(super) fn router(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
         .route("/api/v1/stream", get(open_stream))
         .route("/api/v1/mesh.ply", get(mesh))
         .route("/api/v1/maps", get(maps))
+        .route("/api/v1/contour", get(contour))
         .route("/api/v1/section", get(section))
         .route("/api/v1/form", get(form))
         .route("/api/v1/waypoints.csv", get(waypoints))
@@ -156,6 +157,17 @@ async fn maps(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response
         return (StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response();
     }
     ([(header::CONTENT_TYPE, JSON.to_owned()), (header::ETAG, tag)], text).into_response()
+}
+
+async fn contour(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.contour().await {
+        Some(contour) => Json(&*contour).into_response(),
+        None => Problem::new(StatusCode::NOT_FOUND, "there is no contour yet")
+            .expected("a session with a hundred points, or one that ended")
+            .hint("the table [contour] of the configuration asks for one")
+            .into_response(),
+    }
 }
 
 async fn section(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {

@@ -43,6 +43,7 @@ fn snapshot() -> Snapshot {
         verdict: Verdict::default(),
         map: None,
         maps: None,
+        contour: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState { name: "axis".to_owned(), ..link.clone() }, link],

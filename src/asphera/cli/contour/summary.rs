@@ -23,7 +23,7 @@ fn write_report(report: &ContourReport, text: &mut String) -> std::fmt::Result {
     writeln!(
         text,
         "points     {points}, {distinct} places, spacing {} mm (median)",
-        short(*spacing_median_mm)
+        spacing_median_mm.map_or_else(|| "not known".to_owned(), short)
     )?;
     write!(text, "method     {}", report.method)?;
     for (name, value) in &report.parameters {

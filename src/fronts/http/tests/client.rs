@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use asphera_report::contour::SessionContour;
 use asphera_report::{
     Connection, ControlError, Convergence, Cut, FormView, FormViewAnswer, Label, LinkState,
     LiveStation, Map, MeshFigures, Points, Progress, Report, ResultFile, SNAPSHOT_FORMAT,
@@ -29,6 +30,7 @@ pub(super) struct Station {
     pub(super) snapshots: watch::Sender<Arc<Snapshot>>,
     pub(super) mesh: Option<Vec<u8>>,
     pub(super) maps: Option<Arc<SamplingMaps>>,
+    pub(super) contour: Option<Arc<SessionContour>>,
     pub(super) cut: fn(&SectionRequest) -> Cut,
     pub(super) view: FormViewAnswer,
     pub(super) waypoints: Option<Waypoints>,
@@ -49,6 +51,7 @@ impl Station {
             snapshots: watch::Sender::new(Arc::new(snapshot(1, 0))),
             mesh: None,
             maps: None,
+            contour: None,
             cut: |_| None,
             view: None,
             waypoints: None,
@@ -86,6 +89,10 @@ impl LiveStation for Station {
 
     fn maps(&self) -> asphera_report::Answer<'_, Option<Arc<SamplingMaps>>> {
         Box::pin(async { self.maps.clone() })
+    }
+
+    fn contour(&self) -> asphera_report::Answer<'_, Option<Arc<SessionContour>>> {
+        Box::pin(async { self.contour.clone() })
     }
 
     fn section(&self, request: SectionRequest) -> asphera_report::Answer<'_, Cut> {
@@ -309,6 +316,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
             values_nm: vec![Some(-123_456.7); cells],
         }),
         maps: None,
+        contour: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState {
@@ -340,6 +348,7 @@ pub(super) fn report() -> Report {
         features: Default::default(),
         form: None,
         profile: None,
+        contour: None,
         verdict: Verdict::default(),
         links: Vec::new(),
         timing: Timing::default(),

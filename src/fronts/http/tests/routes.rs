@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use asphera_report::contour::{CONTOUR_FORMAT, ContourReport, SessionContour};
 use asphera_report::{
     Cut, FORM_VIEW_FORMAT, FormView, HistogramFigures, Label, MAPS_FORMAT, Map, MapLayer,
     PathFigures, Refusal, RemovedTerm, ResultFile, SECTION_FORMAT, SamplingMaps, SectionReport,
@@ -263,6 +264,37 @@ async fn maps_come_once_for_each_content() {
     let host = server.host();
     let known = [("Host", host.as_str()), ("If-None-Match", tag.as_str())];
     assert_eq!(server.ask("GET", "/api/v1/maps", &known).await.status, 200);
+    server.end().await;
+}
+
+#[tokio::test]
+async fn a_contour_says_of_how_many_points_it_is() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    let none = server.get("/api/v1/contour").await.problem(404);
+    assert!(none.contains("no contour yet") && none.contains("[contour]"), "{none}");
+    server.end().await;
+    let contour: ContourReport = serde_json::from_value(serde_json::json!({
+        "format": CONTOUR_FORMAT,
+        "input": {"points": 2, "distinct": 1},
+        "method": "crust",
+        "parameters": {},
+        "guarantee": "none",
+        "edges": [],
+        "chains": [],
+        "ends": [],
+        "junctions": [],
+        "left_out": [],
+        "unknown": ["contour: too few points"],
+    }))
+    .unwrap();
+    station.contour = Some(Arc::new(SessionContour { as_of_points: 7, in_xy: true, contour }));
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/contour").await;
+    let found = answer.json();
+    assert_eq!((answer.status, &found["as_of_points"]), (200, &serde_json::json!(7)));
+    assert_eq!(found["contour"]["unknown"], serde_json::json!(["contour: too few points"]));
+    assert!(found["contour"]["input"].get("spacing_median_mm").is_none());
     server.end().await;
 }
 

@@ -1,0 +1,155 @@
+//! `[contour]`: the contour that is formed of the points of every session.
+
+use std::path::Path;
+use std::str::FromStr as _;
+
+use asphera_contour::{Kind, Method, Parameters};
+use asphera_nominal::bytes_of;
+use asphera_settings::Section;
+use toml_edit::DocumentMut;
+
+use crate::contour::{
+    ContourLimits, ContourPlan, ContourSettings, DRAWINGS, Nominal, Slab, plane_of,
+};
+
+/// The table, and the text of the outline it names.
+pub(super) struct Contour {
+    pub(super) plan: ContourPlan,
+    outline_text: Option<String>,
+}
+
+/// Reads the table; `folder` is that of the configuration, where the outline is found. `None` where the table is absent.
+pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Contour> {
+    if !table.is_present() {
+        return None;
+    }
+    let method = method(table);
+    let parameters_table = table.section("parameters");
+    let parameters = method.map(|method| parameters(&parameters_table, method));
+    let tolerance_mm = table.within("tolerance_mm", 0.0, 0.0..=1e6);
+    let is_airfoil = table.or("airfoil", false);
+    let slab = slab(table);
+    let outline = outline(table, folder);
+    let limits = limits(&table.section("limits"), outline.is_some() || table.has("outline"));
+    table.finish();
+    let settings = ContourSettings {
+        method: method?,
+        parameters: parameters?,
+        tolerance_mm,
+        is_airfoil,
+        nominal: outline.as_ref().map(|(nominal, _)| nominal.clone()),
+    };
+    let outline_text = outline.map(|(_, text)| text);
+    Some(Contour { plan: ContourPlan { settings, slab, limits }, outline_text })
+}
+
+impl Contour {
+    /// The configuration with the outline in it, so that a recording of it can be replayed without the file.
+    pub(super) fn embedded(&self, text: &str) -> String {
+        let document = DocumentMut::from_str(text);
+        let (Some(outline_text), Ok(mut document)) = (&self.outline_text, document) else {
+            return text.to_owned();
+        };
+        let table = document.get_mut("contour").and_then(|table| table.as_table_like_mut());
+        if let Some(table) = table {
+            table.insert("outline_text", toml_edit::value(outline_text.as_str()));
+        }
+        document.to_string()
+    }
+}
+
+fn method(table: &Section<'_>) -> Option<Method> {
+    let words: Vec<(&str, Method)> = Method::ALL
+        .iter()
+        .filter(|method| method.kind() != Kind::Graph)
+        .map(|method| (method.name(), *method))
+        .collect();
+    match table.has("method") {
+        true => table.required_word("method", &words),
+        false => Some(Method::Auto),
+    }
+}
+
+/// The parameters of the method: numbers within their range; true and false are 1 and 0.
+fn parameters(table: &Section<'_>, method: Method) -> Parameters {
+    let mut parameters = Parameters::new();
+    for parameter in method.parameters() {
+        let name = parameter.name;
+        let value = match table.is_bool(name) {
+            true => table.get::<bool>(name).map(|is| f64::from(u8::from(is))),
+            false => table.get::<f64>(name),
+        };
+        let Some(value) = value else { continue };
+        if (parameter.low..=parameter.high).contains(&value) {
+            parameters = parameters.with(name, value);
+        } else {
+            table.problem(name, format!("{} to {}", parameter.low, parameter.high), value);
+        }
+    }
+    table.finish();
+    parameters
+}
+
+/// The plane and how far points may lie off it.
+fn slab(table: &Section<'_>) -> Option<Slab> {
+    let within_mm = table.within("within_mm", 0.0, 0.0..=1e6);
+    if !table.has("plane") {
+        if table.has("within_mm") {
+            table.problem("within_mm", "no such key, or plane = [a, b, c, d]", "`within_mm`");
+        }
+        return None;
+    }
+    if within_mm <= 0.0 {
+        table.problem("within_mm", "a distance above 0 mm beside plane", within_mm);
+    }
+    let numbers: Vec<f64> = table.get("plane")?;
+    let plane = <[f64; 4]>::try_from(&numbers[..]).ok().and_then(plane_of);
+    if plane.is_none() {
+        let expected = "[a, b, c, d] of the plane a·x + b·y + c·z = d in mm, as [0, 0, 1, 5]";
+        table.problem("plane", expected, format!("{numbers:?}"));
+    }
+    Some(Slab { plane: plane?, within_mm })
+}
+
+/// The nominal outline and its text: that beside it, or else of the file.
+fn outline(table: &Section<'_>, folder: &Path) -> Option<(Nominal, String)> {
+    let text: Option<String> = table.get("outline_text");
+    let name: String = table.get("outline")?;
+    let text = match text {
+        Some(text) => text,
+        None => match bytes_of(&folder.join(&name)).map(String::from_utf8) {
+            Ok(Ok(text)) => text,
+            Ok(Err(_)) => {
+                table.problem("outline", "a drawing as text in UTF-8", "other bytes");
+                return None;
+            }
+            Err(error) => {
+                table.problem("outline", "a file that can be read", format!("{name}: {error}"));
+                return None;
+            }
+        },
+    };
+    match Nominal::of_drawing(Path::new(&name), |_| Ok(text.clone().into_bytes())) {
+        Some(Ok(nominal)) => Some((nominal, text)),
+        Some(Err(error)) => {
+            table.problem("outline", "a drawing of an outline", error);
+            None
+        }
+        None => {
+            table.problem("outline", DRAWINGS, format!("{name:?}"));
+            None
+        }
+    }
+}
+
+fn limits(table: &Section<'_>, has_outline: bool) -> ContourLimits {
+    let limit = |key: &str| table.has(key).then(|| table.within(key, 1.0, 1e-9..=1e6));
+    let limits =
+        ContourLimits { deviation_mm: limit("deviation_mm"), roundness_mm: limit("roundness_mm") };
+    if limits.deviation_mm.is_some() && !has_outline {
+        let expected = "contour.outline beside it: the deviation is from that";
+        table.problem("deviation_mm", expected, "none");
+    }
+    table.finish();
+    limits
+}

@@ -1,0 +1,155 @@
+//! The contour of a session: what a station's configuration asks for, from the points to the verdict.
+
+use asphera_contour::{PlaceMm, Samples};
+use asphera_geometry::PointMm;
+use asphera_measure::{Measurement, undecide};
+use asphera_report::contour::{CONTOUR_FORMAT, ContourReport, InputFigures};
+use asphera_report::{Check, FigureName, Status, Verdict};
+
+use super::{ContourSettings, Slab};
+
+/// Contour that a station forms of the points of every session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContourPlan {
+    /// How it is found and what is measured of it.
+    pub settings: ContourSettings,
+    /// The points that count; `None` for all, by their x and y.
+    pub slab: Option<Slab>,
+    /// Limits that the verdict holds.
+    pub limits: ContourLimits,
+}
+
+/// Limits of a contour; `None` for no limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContourLimits {
+    /// Largest amount of a deviation from the nominal outline, mm.
+    pub deviation_mm: Option<f64>,
+    /// Largest roundness deviation about the least-squares circle, mm.
+    pub roundness_mm: Option<f64>,
+}
+
+impl ContourPlan {
+    /// The place of a point that may be used, in the plane of the contour; `None` where it lies outside the slab.
+    pub(crate) fn place(&self, point: PointMm) -> Option<PlaceMm> {
+        let Some(slab) = &self.slab else { return Some([point[0], point[1]]) };
+        let (place, off_mm) = slab.lay(point);
+        (off_mm <= slab.within_mm).then_some(place)
+    }
+
+    /// Whether its places are x and y of the measured frame.
+    pub(crate) fn is_in_xy(&self) -> bool {
+        let lies =
+            |point: PointMm| self.slab.is_none_or(|it| it.lay(point).0 == [point[0], point[1]]);
+        lies([1.0, 0.0, 0.0]) && lies([0.0, 1.0, 0.0])
+    }
+
+    /// The contour of places. Where there is none, `unknown` says why.
+    pub(crate) fn contour(&self, places: &[PlaceMm]) -> ContourReport {
+        match self.settings.contour(places, &mut |_| {}) {
+            Ok(contour) => contour.abridged(),
+            Err(error) => self.unknown(places, &error.to_string()),
+        }
+    }
+
+    /// The report that there is no contour.
+    pub(crate) fn unknown(&self, places: &[PlaceMm], why: &str) -> ContourReport {
+        let method = self.settings.method;
+        ContourReport {
+            format: CONTOUR_FORMAT.to_owned(),
+            input: InputFigures {
+                points: places.len(),
+                distinct: Samples::new(places).map_or(0, |samples| samples.len()),
+                kind: None,
+                outliers: None,
+                noise_sigma_mm: None,
+                spacing_median_mm: None,
+            },
+            method: method.name().to_owned(),
+            reason: None,
+            parameters: Default::default(),
+            guarantee: method.guarantee().to_owned(),
+            edges: Vec::new(),
+            chains: Vec::new(),
+            area_mm2: None,
+            parts: None,
+            holes: None,
+            regions: None,
+            ends: Vec::new(),
+            junctions: Vec::new(),
+            left_out: Vec::new(),
+            sampling: None,
+            circle: None,
+            features: Vec::new(),
+            deviation: None,
+            unknown: vec![format!("contour: {why}")],
+            abridged: None,
+        }
+    }
+
+    /// Puts a contour into a measurement, and holds it against the limits. To be done before the session is concluded, which
+    /// may take a pass back.
+    pub(crate) fn conclude(&self, contour: ContourReport, measurement: &mut Measurement) {
+        let report = &mut measurement.report;
+        self.limits.judge(&contour, &mut report.verdict);
+        report.contour = Some(contour);
+    }
+}
+
+impl ContourLimits {
+    /// Adds checks to a verdict. A broken limit fails; a figure that is not known takes a pass back.
+    fn judge(&self, contour: &ContourReport, verdict: &mut Verdict) {
+        let deviation = contour.deviation.as_ref();
+        let deviation = deviation.map(|it| (it.largest_mm.max(-it.least_mm), it.u_mm));
+        let circle = contour.circle.as_ref();
+        let roundness = circle.map(|it| (it.roundness_mm, Some(it.u_roundness_mm)));
+        let figures = [
+            ("deviation", "deviation", self.deviation_mm, deviation),
+            ("roundness", "RONt", self.roundness_mm, roundness),
+        ];
+        for (id, symbol, limit_mm, found) in figures {
+            let Some(limit_mm) = limit_mm else { continue };
+            let Some((value_mm, u_mm)) = found else {
+                let why = contour.unknown.first().filter(|why| why.starts_with("contour: "));
+                let why = why.map_or("it is no single closed curve near a circle", String::as_str);
+                if verdict.status == Status::None {
+                    verdict.status = Status::Undecided;
+                }
+                undecide(verdict, format!("the {id} of the contour is not known: {why}"));
+                continue;
+            };
+            let ok = value_mm <= limit_mm;
+            verdict.checks.push(check(id, symbol, [limit_mm, value_mm], u_mm));
+            verdict.status = match verdict.status {
+                _ if !ok => Status::Fail,
+                Status::None => Status::Pass,
+                known => known,
+            };
+        }
+    }
+}
+
+/// A limit of the contour and the value held against it, both in mm.
+fn check(id: &str, symbol: &str, [limit, value]: [f64; 2], u: Option<f64>) -> Check {
+    Check {
+        figure: FigureName {
+            name: format!("contour_{id}_mm"),
+            id: format!("contour_{id}"),
+            symbol: symbol.to_owned(),
+            unit: "mm".to_owned(),
+            scope: Some("of the contour".to_owned()),
+        },
+        limit,
+        value,
+        ok: value <= limit,
+        u,
+        u_covers: u.map(|_| "noise of the points".to_owned()),
+        interval_95: None,
+        guard_band: None,
+        rule: None,
+        hidden: None,
+        doubt: None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

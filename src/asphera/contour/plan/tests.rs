@@ -1,0 +1,101 @@
+//! Contours of sessions: what is said without one, and what limits do to a verdict.
+
+use asphera_contour::{Method, Parameters};
+
+use super::*;
+use crate::contour::{Nominal, plane_of};
+
+fn plan(limits: ContourLimits, nominal: Option<&str>) -> ContourPlan {
+    let nominal = nominal.map(|text| {
+        let read = |_: &std::path::Path| Ok(text.as_bytes().to_vec());
+        Nominal::of_drawing(std::path::Path::new("nominal.svg"), read).unwrap().unwrap()
+    });
+    let settings = ContourSettings {
+        method: Method::HnnCrust,
+        parameters: Parameters::new(),
+        tolerance_mm: 0.0,
+        is_airfoil: false,
+        nominal,
+    };
+    ContourPlan { settings, slab: None, limits }
+}
+
+/// A circle of 5 mm whose radius goes up and down by a micrometre.
+fn circle() -> Vec<PlaceMm> {
+    let place = |index: u32| {
+        let (sin, cos) = f64::from(index).to_radians().sin_cos();
+        let radius = 5.0 + if index.is_multiple_of(2) { 0.001 } else { -0.001 };
+        [radius * cos, radius * sin]
+    };
+    (0..360).map(place).collect()
+}
+
+fn verdict(status: Status) -> Verdict {
+    Verdict { status, ..Verdict::default() }
+}
+
+/// The verdict once a contour was held against limits.
+fn judged(plan: &ContourPlan, places: &[PlaceMm], status: Status) -> Verdict {
+    let mut verdict = verdict(status);
+    plan.limits.judge(&plan.contour(places), &mut verdict);
+    verdict
+}
+
+#[test]
+fn too_few_points_leave_the_contour_unknown_with_the_reason() {
+    let plan = plan(ContourLimits::default(), None);
+    for (places, distinct, why) in [
+        (vec![], 0, "expected three different places or more, found 0 in 0 points"),
+        (vec![[1.0, 2.0]; 4], 1, "expected three different places or more, found 1 in 4 points"),
+        (vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], 3, "found all 3 on one straight line"),
+    ] {
+        let contour = plan.contour(&places);
+        assert_eq!((contour.input.points, contour.input.distinct), (places.len(), distinct));
+        assert!(contour.chains.is_empty() && contour.input.spacing_median_mm.is_none());
+        assert!(contour.unknown[0].starts_with("contour: "), "{:?}", contour.unknown);
+        assert!(contour.unknown[0].contains(why), "{:?}", contour.unknown);
+    }
+}
+
+#[test]
+fn limits_of_the_contour_decide_the_verdict() {
+    let roundness_mm = |mm| ContourLimits { roundness_mm: Some(mm), ..ContourLimits::default() };
+    let wide = plan(roundness_mm(0.0021), None);
+    let held = judged(&wide, &circle(), Status::None);
+    assert_eq!((held.status, held.checks.len()), (Status::Pass, 1));
+    assert_eq!(held.checks[0].figure.name, "contour_roundness_mm");
+    assert!((held.checks[0].value - 0.002).abs() < 1e-9 && held.checks[0].ok);
+    assert_eq!(judged(&wide, &circle(), Status::Undecided).status, Status::Undecided);
+    assert_eq!(judged(&wide, &circle(), Status::Fail).status, Status::Fail);
+    let narrow = plan(roundness_mm(0.0019), None);
+    let broken = judged(&narrow, &circle(), Status::Pass);
+    assert_eq!(broken.status, Status::Fail);
+    assert!(broken.checks[0].is_broken());
+    // A square is no circle, and two points are no curve.
+    let square: Vec<PlaceMm> = vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
+    for (places, why) in [(&square[..], "no single closed curve"), (&square[..2], "found 2 in 2")] {
+        let unknown = judged(&wide, places, Status::Pass);
+        assert_eq!((unknown.status, unknown.checks.len()), (Status::Undecided, 0));
+        assert!(unknown.reasons[0].contains(why), "{:?}", unknown.reasons);
+        assert_eq!(judged(&wide, places, Status::None).status, Status::Undecided);
+        assert_eq!(judged(&wide, places, Status::Fail).status, Status::Fail);
+    }
+    let limits = ContourLimits { deviation_mm: Some(0.1), ..ContourLimits::default() };
+    let inside =
+        judged(&plan(limits, Some("<svg><circle r='5.05'/></svg>")), &circle(), Status::None);
+    assert_eq!(inside.status, Status::Pass);
+    assert!((inside.checks[0].value - 0.051).abs() < 1e-6, "{}", inside.checks[0].value);
+    let outside =
+        judged(&plan(limits, Some("<svg><circle r='5.2'/></svg>")), &circle(), Status::None);
+    assert_eq!(outside.status, Status::Fail);
+}
+
+#[test]
+fn a_slab_takes_the_points_near_its_plane_only() {
+    let mut plan = plan(ContourLimits::default(), None);
+    assert_eq!(plan.place([1.0, 2.0, 9.0]), Some([1.0, 2.0]));
+    let plane = plane_of([0.0, 0.0, 2.0, 10.0]).unwrap();
+    plan.slab = Some(Slab { plane, within_mm: 0.5 });
+    assert_eq!(plan.place([1.0, 2.0, 5.4]), Some([1.0, 2.0]));
+    assert_eq!(plan.place([1.0, 2.0, 5.6]), None);
+}

@@ -1,0 +1,150 @@
+//! Contours of sessions: while points arrive, in the report, over HTTP, from the recording and from the exported points.
+
+use std::time::Duration;
+
+use asphera::config::Config;
+use asphera::live::{Finished, Station};
+use asphera::replay::replay;
+use asphera_link::Command;
+use asphera_report::contour::ContourReport;
+use asphera_report::{LiveStation as _, State, Status};
+use asphera_rig::{Rig, Scene, Speed, StationOptions};
+use asphera_tests::{count, json, number, recording, run};
+use serde_json::Value;
+use tokio::time::timeout;
+
+use crate::demo::{replayed, timeless};
+
+/// The contour of points without the names of files.
+fn contour_of(source: &str, more: &[&str]) -> Value {
+    let mut words = vec!["contour", source, "--json"];
+    words.extend(more);
+    json(&run(words))
+}
+
+#[test]
+fn the_contour_of_a_blade_is_that_of_its_exported_points() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let arguments =
+        ["demo", "--scene", "blade", "--points", "2000", "--speed", "max", "--exit", "--json"];
+    let output = run(arguments.into_iter().chain(["--out", folder]));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = json(&output);
+    let contour = &report["contour"];
+    assert_eq!((&contour["method"], count(contour, "/input/points")), (&"lee".into(), 2000));
+    let chains = contour["chains"].as_array().unwrap();
+    assert_eq!((chains.len(), &chains[0]["closed"]), (1, &Value::from(true)));
+
+    // The section that the simulator really has: NACA 2412 of 60 mm.
+    let features = contour["features"].as_array().unwrap();
+    let blade = features.iter().find(|feature| feature["kind"] == "airfoil").unwrap();
+    assert!((number(blade, "/chord_mm") - 60.0).abs() < 0.01, "{blade}");
+    assert!((number(blade, "/thickness_mm") - 7.2).abs() < 0.01, "{blade}");
+
+    // The same of the recording, of the replay, and of the points in a file.
+    let session = recording(out.path());
+    let session = session.to_str().unwrap();
+    let settings = ["--method", "auto", "--airfoil"];
+    assert_eq!(&contour_of(session, &settings), contour);
+    let file = out.path().join("points.xyz");
+    let file = file.to_str().unwrap();
+    assert_eq!(run(["export", session, "--out", file]).status.code(), Some(0));
+    let mut again = contour_of(file, &settings);
+    let mut exact = contour.clone();
+    // Text keeps all digits, so nothing but the text of numbers could differ.
+    for value in [&mut again, &mut exact] {
+        value.as_object_mut().unwrap().remove("reason");
+    }
+    assert_eq!(again, exact);
+    assert_eq!(timeless(replayed(out.path())), timeless(report));
+}
+
+/// Measures a simulated part with these tables in its configuration.
+async fn measured(
+    scene: Scene,
+    tables: &str,
+) -> (tempfile::TempDir, Station, std::sync::Arc<Finished>) {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = Rig::start(scene, &folder.path().join("ports")).await.unwrap();
+    let options =
+        StationOptions { recordings: folder.path().to_owned(), listen: ([127, 0, 0, 1], 0).into() };
+    let text = rig.station_toml(&options);
+    // The blade has a table of its own.
+    let text = text.replace("[contour]\nmethod = \"auto\"\nairfoil = true\n", "");
+    let config = Config::parse("station.toml", &format!("{text}\n{tables}\n")).unwrap();
+    let mut station = Station::start(config).unwrap();
+    station.handle().session(Command::Start).await.unwrap();
+    let finished = timeout(Duration::from_secs(120), station.finished()).await.unwrap().unwrap();
+    (folder, station, finished)
+}
+
+fn contour(finished: &Finished) -> &ContourReport {
+    finished.measurement.report.contour.as_ref().unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn too_few_points_leave_the_contour_unknown_and_stop_nothing() {
+    let scene = Scene::built_in("blade").unwrap().with_points(2).with_speed(Speed::Max);
+    let (_folder, station, finished) =
+        measured(scene, "[contour]\n[contour.limits]\nroundness_mm = 1").await;
+    let report = &finished.measurement.report;
+    let session = report.session.as_ref().unwrap();
+    assert_eq!((session.ended.as_str(), report.points.received), ("complete", 2));
+    let why = "contour: expected three different places or more, found 2 in 2 points; measure more of the curve";
+    assert_eq!(contour(&finished).unknown, [why]);
+    assert_eq!(report.verdict.status, Status::Undecided);
+    assert!(report.verdict.reasons.iter().any(|reason| reason.ends_with(why)), "{report:?}");
+    let shown = station.handle().contour().await.unwrap();
+    assert_eq!((shown.as_of_points, shown.contour.unknown.len()), (2, 1));
+    let mut again = replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_border_of_a_raster_shows_while_it_is_scanned() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Scene::built_in("sphere").unwrap().with_points(4000);
+    let rig = Rig::start(scene, &folder.path().join("ports")).await.unwrap();
+    let options =
+        StationOptions { recordings: folder.path().to_owned(), listen: ([127, 0, 0, 1], 0).into() };
+    std::fs::write(
+        folder.path().join("square.svg"),
+        "<svg><path d='M -6 -6 L 6 -6 L 6 6 L -6 6 Z'/></svg>",
+    )
+    .unwrap();
+    let outline = folder.path().join("square.svg");
+    let tables = format!(
+        "[contour]\nmethod = \"alpha\"\noutline = {:?}\n[contour.limits]\ndeviation_mm = 0.001\n",
+        outline.to_str().unwrap()
+    );
+    let text = format!("{}\n{tables}", rig.station_toml(&options));
+    let mut station = Station::start(Config::parse("station.toml", &text).unwrap()).unwrap();
+    let mut snapshots = station.handle().watch();
+    station.handle().session(Command::Start).await.unwrap();
+    let shown = snapshots.wait_for(|now| now.state == State::Measuring && now.contour.is_some());
+    let shown = timeout(Duration::from_secs(60), shown).await.unwrap().unwrap().clone();
+    let live = station.handle().contour().await.unwrap();
+    assert!(live.in_xy && live.as_of_points >= shown.contour.unwrap().as_of_points);
+    assert!((100..4000).contains(&live.as_of_points), "{}", live.as_of_points);
+    assert_eq!(live.contour.parts, Some(1));
+    let finished = timeout(Duration::from_secs(120), station.finished()).await.unwrap().unwrap();
+    let report = &finished.measurement.report;
+    let found = contour(&finished);
+    assert_eq!((found.input.points, found.parts, found.holes), (4000, Some(1), Some(0)));
+    // 63 points a line: the square but for its corners of one step, and the last line is shorter.
+    let area_mm2 = found.area_mm2.unwrap();
+    assert!((area_mm2 - 144.0).abs() < 2.5, "{area_mm2}");
+    let check = report.verdict.checks.iter().find(|it| it.figure.id == "contour_deviation");
+    let check = check.unwrap();
+    assert_eq!(check.ok, check.value <= 0.001);
+    let finally = station.handle().contour().await.unwrap();
+    assert_eq!((finally.as_of_points, &finally.contour), (4000, found));
+
+    // The outline stands in the recording: a replay does without the file.
+    std::fs::remove_file(outline).unwrap();
+    let mut again = replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+}
