@@ -3,7 +3,7 @@
 //   node check.mjs URL [--chromium PATH] [--timeout SECONDS] [--screenshot FILE]
 //                      [--measuring-screenshot FILE] [--until complete|measuring]
 //                      [--scheme light|dark] [--width PIXELS] [--height PIXELS] [--then-lost]
-//                      [--sampling] [--regions] [--form]
+//                      [--sampling] [--regions] [--form] [--contour]
 //
 // --then-lost: afterwards writes the line `end the station` to the standard error and waits until
 // the page says that it is not live. Whoever reads the line ends the daemon.
@@ -14,6 +14,8 @@
 // --form: while it measures and at the end, takes Zernike terms out of what is shown, opens the light, makes the window
 // wider and narrower, and looks at what is said of the limits.
 //
+// --contour: looks at the contour of a blade while it measures and at the end.
+//
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
 
@@ -21,6 +23,7 @@ import { parseArgs } from "node:util";
 
 import { chromium } from "playwright-core";
 
+import { contourShown, lookAtContour } from "./contour.mjs";
 import { lookAtDefects } from "./defects.mjs";
 import { lookAtForm, openLight, readLight } from "./form.mjs";
 import { lookAtOutlook } from "./outlook.mjs";
@@ -77,6 +80,7 @@ function readCall() {
         sampling: { type: "boolean", default: false },
         regions: { type: "boolean", default: false },
         form: { type: "boolean", default: false },
+        contour: { type: "boolean", default: false },
         "then-lost": { type: "boolean", default: false },
         "measuring-screenshot": { type: "string" },
         until: { type: "string", default: "complete" },
@@ -117,6 +121,7 @@ function listen(page) {
 async function follow(page) {
   const until = Date.now() + call.timeout * 1000;
   let [looked, lookedAtForm] = [false, false];
+  let contour = null;
   const last = { state: "none", stream: "connecting" };
   const ends = call.until === "complete" ? ["complete", "failed"] : [];
   while (Date.now() < until) {
@@ -135,6 +140,10 @@ async function follow(page) {
         for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
         for (const text of await lookAtWidths(page)) fail(`while measuring: ${text}`);
       }
+      if (call.contour && !contour) {
+        const shown = await page.evaluate(contourShown);
+        if (shown.lines > 0) contour = shown;
+      }
       if (first && call["measuring-screenshot"]) {
         await page.screenshot({ path: call["measuring-screenshot"], fullPage: true });
       }
@@ -152,6 +161,9 @@ async function follow(page) {
   result.final = { ...await page.evaluate(drawn), ...await page.evaluate(texts) };
   if (call.regions && call.until === "complete") {
     for (const text of await lookAtDefects(page)) fail(text);
+  }
+  if (call.contour) {
+    for (const text of await lookAtContour(page, contour)) fail(text);
   }
   if (call.screenshot) await page.screenshot({ path: call.screenshot, fullPage: true });
   judge(result.final);
@@ -207,8 +219,10 @@ function judge(final) {
   }
   check(/%|–/.test(final.fraction), `progress "${final.fraction}"`);
   check(/^[\d\u202f]+$/.test(final.received), `points received "${final.received}"`);
+  // The demo of a blade has no limits.
+  const unlimited = call.contour ? ["NO LIMITS"] : [];
   const words = call.until === "complete" ? ["PASS", "FAIL", "UNDECIDED"] : ["MEASURING", "FINISHING", "PASS", "FAIL", "UNDECIDED"];
-  check(words.includes(final.verdict), `verdict "${final.verdict}"`);
+  check([...words, ...unlimited].includes(final.verdict), `verdict "${final.verdict}"`);
   for (const key of ["pv", "rms"]) check(/^[\d.\u202f]+$/.test(final[key]), `${key} "${final[key]}"`);
   check(final.overflow <= 0, `the page is ${final.overflow} pixels wider than the window`);
   check(final.unlabelled.length === 0, `controls without a name: ${final.unlabelled.join(", ")}`);

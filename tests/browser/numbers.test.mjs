@@ -13,8 +13,16 @@ const format = await load("format.js");
 const { diverging, sequential } = await load("colours.js");
 const { Frames, rings, within } = await load("frames.js");
 const { columns, gaps, lengthOf } = await load("pieces.js");
+const { knots } = await load("knots.js");
 const series = await load("series.js");
 const plain = (text) => text.replaceAll("\u202f", " ").replaceAll("−", "-");
+
+test("lines of a contour end alone, or meet", () => {
+  const line = (points, closed = false) => ({ closed, points_mm: points });
+  assert.deepEqual(knots([line([[0, 0], [1, 0], [1, 1]], true), line([])]), { ends: [], junctions: [] });
+  const cross = [[1, 0], [0, 1], [-1, 0]].map((end) => line([[0, 0], [end[0] / 2, end[1] / 2], end]));
+  assert.deepEqual(knots(cross), { ends: [[1, 0], [0, 1], [-1, 0]], junctions: [[0, 0]] });
+});
 
 test("what is absent is a dash, never a zero", () => {
   const { nm, signedNm, count, percent, significant, rate, duration, place } = format;

@@ -1,40 +1,49 @@
 //! The page in a real browser while a demo runs: every plot drawn, no console error.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use asphera_tests::{Running, asphera, root, skipped};
 
-#[test]
-fn the_page_shows_a_demo_live() {
+/// The folder of the browser test and the browser; `None`, said on stderr, where one is absent.
+fn browser() -> Option<(PathBuf, &'static str)> {
     let folder = root().join("tests/browser");
     let chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
         .into_iter()
         .find(|path| Path::new(path).exists());
     let Some(chromium) = chromium else {
-        return skipped("browser test: no chromium");
+        skipped("browser test: no chromium");
+        return None;
     };
     if !folder.join("node_modules/playwright-core").exists() {
-        return skipped("browser test: playwright-core is not installed (npm ci in tests/browser)");
+        skipped("browser test: playwright-core is not installed (npm ci in tests/browser)");
+        return None;
     }
+    Some((folder, chromium))
+}
+
+/// Looks at the page of a demo; `name` is that of its screenshots.
+fn watch(demo: &[&str], options: &[&str], name: &str) {
+    let Some((folder, chromium)) = browser() else { return };
     let out = tempfile::tempdir().unwrap();
     let mut daemon = Running::start(
         Command::new(asphera())
-            .args(["demo", "--points", "40000", "--listen", "127.0.0.1:0", "--out"])
+            .arg("demo")
+            .args(demo)
+            .args(["--listen", "127.0.0.1:0", "--out"])
             .arg(out.path())
             .stdout(Stdio::null()),
     );
     let line = daemon.line("page:", Duration::from_secs(60));
     let url = line.split_once("page: ").unwrap().1;
-    let screenshots = std::env::var_os("ASPHERA_SCREENSHOTS");
     let mut check = Command::new("node");
     check.current_dir(&folder).args(["check.mjs", url, "--chromium", chromium, "--timeout", "120"]);
-    check.args(["--sampling", "--regions", "--form"]);
-    if let Some(folder) = screenshots {
+    check.args(options);
+    if let Some(folder) = std::env::var_os("ASPHERA_SCREENSHOTS") {
         let folder = Path::new(&folder);
-        check.arg("--screenshot").arg(folder.join("complete.png"));
-        check.arg("--measuring-screenshot").arg(folder.join("measuring.png"));
+        check.arg("--screenshot").arg(folder.join(format!("{name}complete.png")));
+        check.arg("--measuring-screenshot").arg(folder.join(format!("{name}measuring.png")));
     }
     let output = check.stdin(Stdio::null()).output().unwrap();
     assert!(
@@ -43,4 +52,14 @@ fn the_page_shows_a_demo_live() {
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
+}
+
+#[test]
+fn the_page_shows_a_demo_live() {
+    watch(&["--points", "40000"], &["--sampling", "--regions", "--form"], "");
+}
+
+#[test]
+fn the_page_draws_the_contour_of_a_blade_while_it_is_scanned() {
+    watch(&["--scene", "blade"], &["--contour"], "blade-");
 }

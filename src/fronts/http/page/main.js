@@ -1,6 +1,7 @@
 // The page: one snapshot in, every part drawn.
 
 import { showChapters } from "./chapters.js";
+import { Contour } from "./contour.js";
 import { Control } from "./control.js";
 import { Defects } from "./defects.js";
 import { byId, setText } from "./dom.js";
@@ -30,7 +31,8 @@ const sessions = new Sessions(token, (text, bad) => control.say(text, bad));
 const links = new Links();
 const regions = new Regions();
 const defects = new Defects();
-const map = new PartMap(regions, defects);
+const contour = new Contour(token);
+const map = new PartMap(regions, defects, contour);
 const maps = new Maps(token, (found) => map.setMaps(found));
 const section = new SectionView(token, map);
 const plots = new Plots();
@@ -45,6 +47,7 @@ let newest = null;
 let drawn = null;
 
 regions.onChoice = () => map.draw();
+contour.onChange = () => map.draw();
 defects.onChoice = (place) => {
   if (place) map.pointAt(place);
   map.draw();
@@ -76,6 +79,7 @@ function draw() {
   removal.update(snapshot);
   regions.update(snapshot.sampling.next, Frames.of(snapshot));
   defects.update(snapshot, Frames.of(snapshot));
+  contour.update(snapshot);
   map.update(snapshot);
   maps.update(snapshot);
   section.update(snapshot);

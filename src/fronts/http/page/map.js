@@ -5,7 +5,7 @@ import { css } from "./colours.js";
 import { byId, setText } from "./dom.js";
 import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
-import { drawBeyond, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
+import { drawBeyond, drawContour, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
 import { listed, pointsSince } from "./series.js";
 
 const FONT = "12px system-ui, sans-serif";
@@ -21,6 +21,7 @@ export class PartMap {
   #chart = null; // What is drawn of the layer: grid, values, limit.
   #regions = null;
   #defects = null;
+  #contour = null;
   #section = null; // { lines, cursor } in the part frame.
   #cell = null; // [column, row] under the cursor.
   #drag = null; // Where a drag began, in pixels.
@@ -32,9 +33,10 @@ export class PartMap {
   /** Called with the two ends of a line that is being dragged, in the part frame. */
   onLine = () => {};
 
-  constructor(regions, defects) {
+  constructor(regions, defects, contour) {
     this.#regions = regions;
     this.#defects = defects;
+    this.#contour = contour;
     const canvas = this.#canvas;
     for (const input of document.querySelectorAll("#layers input")) {
       input.onchange = () => this.#choose(input.value);
@@ -112,7 +114,9 @@ export class PartMap {
     const cut = chart.values.some((value) => known(value) && Math.abs(value) > scale);
     const { limit } = chart;
     drawBar(pen, frame, { table: this.#table, low: layer.signed ? -scale : 0, high: scale, unit: layer.unit, limit, cut });
+    const contour = this.#contour.shown;
     this.#clipped(pen, () => {
+      if (contour) drawContour(pen, frame, contour);
       if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
       drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
       drawDefects(pen, frame, this.#defects.shown, this.#defects.chosen);
@@ -124,6 +128,7 @@ export class PartMap {
     canvas.dataset.layer = this.#layer;
     canvas.dataset.spanMm = `${nx * dx},${ny * dy}`;
     canvas.dataset.regions = this.#regions.shown.length;
+    canvas.dataset.contour = contour ? contour.lines.length : 0;
     canvas.dataset.defects = this.#defects.shown.length;
     const { left, top, wide, high } = frame;
     canvas.dataset.plot = [left, top, wide, high].map((v) => Math.round(v * ratio)).join(",");

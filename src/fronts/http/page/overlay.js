@@ -85,6 +85,24 @@ export function drawDefects(pen, frame, defects, chosen) {
   });
 }
 
+/** The lines of a contour, its ends as rings and its junctions as squares. */
+export function drawContour(pen, frame, { lines, ends, junctions }) {
+  const path = new Path2D();
+  for (const { closed, places } of lines) {
+    places.forEach((place, k) => path[k ? "lineTo" : "moveTo"](...toPixels(frame, place)));
+    if (closed) path.closePath();
+  }
+  stroke(pen, path, 1.6);
+  for (const place of ends) dot(pen, toPixels(frame, place), 4, false);
+  for (const place of junctions) {
+    const [x, y] = toPixels(frame, place);
+    pen.fillStyle = "#fff";
+    pen.fillRect(x - 4.5, y - 4.5, 9, 9);
+    pen.fillStyle = "#111";
+    pen.fillRect(x - 3, y - 3, 6, 6);
+  }
+}
+
 /** A section's path, its beginning as a dot, and the place under the cursor of its profile as a ring. */
 export function drawSection(pen, frame, lines, cursor) {
   for (const places of lines) {
