@@ -22,6 +22,7 @@ mod plan;
 mod port;
 mod rig;
 mod scene;
+mod section;
 mod socket;
 mod station;
 mod thermal;

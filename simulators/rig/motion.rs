@@ -2,6 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::noise::standard_normal;
+use crate::section::Section;
+
 /// How the machine moves over the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
@@ -22,6 +25,15 @@ pub(crate) enum Motion {
         /// Step of both transducers, nm.
         step_nm: u32,
     },
+    /// An XY stage once round the section of an airfoil, as a line scanner sees its edge: x along the chord.
+    Section {
+        /// The section.
+        section: Section,
+        /// Standard deviation of each coordinate, nm.
+        noise_nm: f64,
+        /// Step of both transducers, nm.
+        step_nm: u32,
+    },
 }
 
 /// What the encoders say at one trigger.
@@ -34,7 +46,19 @@ pub struct Stop {
 }
 
 impl Motion {
-    /// The encoders at trigger `k` of `points`.
+    /// The encoders at all triggers, in their order.
+    pub(crate) fn stops(&self, points: u64) -> Box<dyn Iterator<Item = Stop> + '_> {
+        let Motion::Section { section, step_nm, .. } = *self else {
+            return Box::new((0..points).map(move |k| self.stop(k, points)));
+        };
+        let stop = move |place_mm: [f64; 2]| Stop {
+            rotary_counts: 0,
+            stage_steps: place_mm.map(|mm| steps(mm, step_nm)),
+        };
+        Box::new(section.path_mm(points).into_iter().map(stop))
+    }
+
+    /// The encoders at trigger `k` of `points`; of a section the whole way round is computed for it.
     ///
     /// Spiral: ρ_k = ρmax·√((k+½)/N) and θ = 2πρ/p with p = √(π·ρmax²/N), so that the distance
     /// of the turns is about that of the points along a turn. Each encoder is rounded on its own;
@@ -60,7 +84,22 @@ impl Motion {
                 };
                 Stop { rotary_counts: 0, stage_steps: [place(column, columns), place(row, rows)] }
             }
+            Motion::Section { .. } => self
+                .stops(points)
+                .nth(k as usize)
+                .unwrap_or(Stop { rotary_counts: 0, stage_steps: [0, 0] }),
         }
+    }
+
+    /// The stop with the noise of its place; `seed` is that of the scene.
+    pub(crate) fn scattered(&self, stop: Stop, seed: u64, k: u64) -> Stop {
+        let Motion::Section { noise_nm, step_nm, .. } = *self else { return stop };
+        let [x, y] = stop.stage_steps;
+        let off = |salt: u64| {
+            let nm = noise_nm * standard_normal(seed.wrapping_add(salt), k);
+            (nm / f64::from(step_nm)).round() as i32
+        };
+        Stop { stage_steps: [x + off(X_SALT), y + off(Y_SALT)], ..stop }
     }
 
     /// Where the machine is, (x, y) in mm, as the encoders say.
@@ -72,7 +111,7 @@ impl Motion {
                 let theta_rad = f64::from(stop.rotary_counts) * (TAU / f64::from(counts_per_turn));
                 [rho_mm * theta_rad.cos(), rho_mm * theta_rad.sin()]
             }
-            Motion::Raster { step_nm, .. } => {
+            Motion::Raster { step_nm, .. } | Motion::Section { step_nm, .. } => {
                 [first, second].map(|steps| steps * f64::from(step_nm) / NM_PER_MM)
             }
         }
@@ -83,13 +122,19 @@ impl Motion {
         match *self {
             Motion::Spiral { radius_mm, .. } => radius_mm,
             Motion::Raster { half_width_mm, .. } => half_width_mm * std::f64::consts::SQRT_2,
+            // No normal number is above 8.6.
+            Motion::Section { section, noise_nm, .. } => {
+                0.5 * section.chord_mm + 10.0 * noise_nm / NM_PER_MM
+            }
         }
     }
 
     /// Step of the transducers, nm.
     pub(crate) fn step_nm(&self) -> u32 {
         match *self {
-            Motion::Spiral { step_nm, .. } | Motion::Raster { step_nm, .. } => step_nm,
+            Motion::Spiral { step_nm, .. }
+            | Motion::Raster { step_nm, .. }
+            | Motion::Section { step_nm, .. } => step_nm,
         }
     }
 
@@ -99,7 +144,7 @@ impl Motion {
             Motion::Spiral { radius_mm, counts_per_turn, .. } => {
                 radius_mm / pitch_mm(radius_mm, points) * f64::from(counts_per_turn)
             }
-            Motion::Raster { .. } => 0.0,
+            Motion::Raster { .. } | Motion::Section { .. } => 0.0,
         }
     }
 
@@ -107,7 +152,7 @@ impl Motion {
     pub(crate) fn transducers(&self) -> usize {
         match self {
             Motion::Spiral { .. } => 1,
-            Motion::Raster { .. } => 2,
+            Motion::Raster { .. } | Motion::Section { .. } => 2,
         }
     }
 }
@@ -127,6 +172,10 @@ fn steps(length_mm: f64, step_nm: u32) -> i32 {
 }
 
 const NM_PER_MM: f64 = 1e6;
+
+/// Added to the seed, so that x, y and the probe have noise of their own.
+const X_SALT: u64 = 0x5EC7_1001;
+const Y_SALT: u64 = 0x5EC7_1002;
 
 #[cfg(test)]
 mod tests {

@@ -68,8 +68,9 @@ impl Plan {
     /// A scene that cannot be, a part that the machine leaves, a distance the probe cannot show.
     pub fn new(scene: &Scene) -> Result<Plan, PlanError> {
         scene.check()?;
+        let stops = (0..).zip(scene.motion.stops(scene.points));
         let stops: Vec<Stop> =
-            (0..scene.points).map(|k| scene.motion.stop(k, scene.points)).collect();
+            stops.map(|(k, stop)| scene.motion.scattered(stop, scene.seed, k)).collect();
         let machine_mm: Vec<[f64; 2]> =
             stops.iter().map(|stop| scene.motion.position_mm(stop)).collect();
         let meeting = meet(scene, &machine_mm).map_err(|missed| match missed {

@@ -136,11 +136,12 @@ impl Scene {
     }
 }
 
-const BUILT_IN: [(&str, &str); 4] = [
+const BUILT_IN: [(&str, &str); 5] = [
     ("asphere", include_str!("scenes/asphere.toml")),
     ("asphere-unplugged", include_str!("scenes/asphere-unplugged.toml")),
     ("asphere-noise", include_str!("scenes/asphere-noise.toml")),
     ("sphere", include_str!("scenes/sphere.toml")),
+    ("blade", include_str!("scenes/blade.toml")),
 ];
 
 #[cfg(test)]

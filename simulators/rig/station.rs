@@ -47,6 +47,9 @@ pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -
     section(kinematics(scene));
     section(nominal(scene));
     section(format!("[scan]\npoints = {}\nidle_s = {}\n", scene.points, float(idle_s(scene))));
+    if matches!(scene.motion, Motion::Section { .. }) {
+        section("[contour]\nmethod = \"auto\"\nairfoil = true\n".to_owned());
+    }
     section(format!("[session]\ndir = {}\n", quoted(&options.recordings.display().to_string())));
     text + &format!("[publish]\nlisten = {}\n", quoted(&options.listen.to_string()))
 }
@@ -71,7 +74,7 @@ fn links(ports: &Ports<'_>) -> String {
 fn devices(scene: &Scene) -> String {
     let signals = match scene.motion {
         Motion::Spiral { .. } => "[75, 76, 65, 256, 257]",
-        Motion::Raster { .. } => "[75, 76, 256, 257]",
+        Motion::Raster { .. } | Motion::Section { .. } => "[75, 76, 256, 257]",
     };
     let mut text = format!(
         "[device.probe]\ndriver = \"chrocodile2\"\nlink = \"probe\"\n\n\
@@ -127,7 +130,7 @@ fn kinematics(scene: &Scene) -> String {
             float(counts_per_turn.into()),
             axis(stages[0]),
         ),
-        Motion::Raster { .. } => format!(
+        Motion::Raster { .. } | Motion::Section { .. } => format!(
             "kind = \"cartesian\"\nx = {}\ny = {}\nz = {probe}\n",
             axis(stages[0]),
             axis(stages[1])
@@ -174,16 +177,20 @@ fn nominal(scene: &Scene) -> String {
     // does not sit in the middle.
     let aperture = match scene.motion {
         Motion::Spiral { .. } => {
-            format!("shape = \"circle\"\nradius_mm = {}", float(scene.semi_diameter_mm))
+            let radius = float(scene.semi_diameter_mm);
+            format!("[nominal.aperture]\nshape = \"circle\"\nradius_mm = {radius}\n\n")
         }
         Motion::Raster { half_width_mm, .. } => {
             let side = float(2.0 * half_width_mm + 0.2);
-            format!("shape = \"rectangle\"\nwidth_mm = {side}\nheight_mm = {side}")
+            format!(
+                "[nominal.aperture]\nshape = \"rectangle\"\nwidth_mm = {side}\nheight_mm = {side}\n\n"
+            )
         }
+        // Of an edge there is no area to be covered.
+        Motion::Section { .. } => String::new(),
     };
     format!(
-        "[nominal.surface]\n{surface}\n[nominal.aperture]\n{aperture}\n\n\
-         [nominal.fit]\nfree = [{}]\n\n[nominal.tolerance]\n{}{}",
+        "[nominal.surface]\n{surface}\n{aperture}[nominal.fit]\nfree = [{}]\n\n[nominal.tolerance]\n{}{}",
         free.join(", "),
         limit("pv_nm", scene.tolerance.pv_nm),
         limit("rms_nm", scene.tolerance.rms_nm),
@@ -194,7 +201,7 @@ fn nominal(scene: &Scene) -> String {
 fn stage_names(scene: &Scene) -> &'static [&'static str] {
     match scene.motion {
         Motion::Spiral { .. } => &["stage"],
-        Motion::Raster { .. } => &["stage_x", "stage_y"],
+        Motion::Raster { .. } | Motion::Section { .. } => &["stage_x", "stage_y"],
     }
 }
 

@@ -50,13 +50,7 @@ fn the_contour_of_a_blade_is_that_of_its_exported_points() {
     let file = out.path().join("points.xyz");
     let file = file.to_str().unwrap();
     assert_eq!(run(["export", session, "--out", file]).status.code(), Some(0));
-    let mut again = contour_of(file, &settings);
-    let mut exact = contour.clone();
-    // Text keeps all digits, so nothing but the text of numbers could differ.
-    for value in [&mut again, &mut exact] {
-        value.as_object_mut().unwrap().remove("reason");
-    }
-    assert_eq!(again, exact);
+    assert_eq!(&contour_of(file, &settings), contour);
     assert_eq!(timeless(replayed(out.path())), timeless(report));
 }
 
@@ -105,7 +99,8 @@ async fn too_few_points_leave_the_contour_unknown_and_stop_nothing() {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_border_of_a_raster_shows_while_it_is_scanned() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = Scene::built_in("sphere").unwrap().with_points(4000);
+    // Four seconds, so that a busy machine sees it too.
+    let scene = Scene::built_in("sphere").unwrap().with_points(4000).with_speed(Speed::Times(0.25));
     let rig = Rig::start(scene, &folder.path().join("ports")).await.unwrap();
     let options =
         StationOptions { recordings: folder.path().to_owned(), listen: ([127, 0, 0, 1], 0).into() };
@@ -133,12 +128,13 @@ async fn the_border_of_a_raster_shows_while_it_is_scanned() {
     let report = &finished.measurement.report;
     let found = contour(&finished);
     assert_eq!((found.input.points, found.parts, found.holes), (4000, Some(1), Some(0)));
-    // 63 points a line: the square but for its corners of one step, and the last line is shorter.
+    // 63 points a line, and 31 on the last.
     let area_mm2 = found.area_mm2.unwrap();
     assert!((area_mm2 - 144.0).abs() < 2.5, "{area_mm2}");
     let check = report.verdict.checks.iter().find(|it| it.figure.id == "contour_deviation");
-    let check = check.unwrap();
-    assert_eq!(check.ok, check.value <= 0.001);
+    // Half of the last line is missing: there the border is the line before, 12/63 mm inside.
+    assert!((check.unwrap().value - 12.0 / 63.0).abs() < 1e-5, "{check:?}");
+    assert_eq!(report.verdict.status, Status::Fail, "{:?}", report.verdict);
     let finally = station.handle().contour().await.unwrap();
     assert_eq!((finally.as_of_points, &finally.contour), (4000, found));
 

@@ -94,6 +94,13 @@ impl Scene {
                 "scan.radius_mm"
             }
             Motion::Raster { .. } => "scan.half_width_mm",
+            Motion::Section { section, noise_nm, .. } => {
+                check_range(problems, "scan.noise_nm", noise_nm, 0.0, 1e6);
+                check_range(problems, "scan.naca", section.naca, 1, 9940);
+                let thickness = section.naca % 100;
+                check_range(problems, "scan.naca (its last two digits)", thickness, 1, 40);
+                "scan.chord_mm"
+            }
         };
         let decentre_mm = self.pose.tx_mm.hypot(self.pose.ty_mm);
         let semi_mm = self.semi_diameter_mm;

@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose};
-use asphera_settings::Section;
+use asphera_settings::Section as Table;
 
 use super::{Limits, Scene, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
+use crate::section::Section;
 use crate::{Fault, Link, Speed};
 
 /// Reads the whole file; `None` if something is missing, and the tables say what.
-pub(super) fn scene(name: &str, root: &Section<'_>) -> Option<Scene> {
+pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
     let title = root.required("title");
     let seed = root.required("seed");
     let part = part(&root.section("part"));
@@ -75,7 +76,7 @@ struct Part {
     form_error: FormError,
 }
 
-fn part(table: &Section<'_>) -> Option<Part> {
+fn part(table: &Table<'_>) -> Option<Part> {
     let surface = table.section("surface");
     let nominal = nominal(table, &surface);
     let semi_diameter_mm = table.required("semi_diameter_mm");
@@ -101,7 +102,7 @@ fn part(table: &Section<'_>) -> Option<Part> {
 }
 
 /// Without a kind nobody knows which keys there may be.
-fn nominal(part: &Section<'_>, surface: &Section<'_>) -> Option<Nominal> {
+fn nominal(part: &Table<'_>, surface: &Table<'_>) -> Option<Nominal> {
     let words = ["asphere", "sphere", "plane"].map(|word| (word, word));
     let nominal = match surface.required_word("kind", &words)? {
         "plane" => Some(Nominal::Plane),
@@ -115,7 +116,7 @@ fn nominal(part: &Section<'_>, surface: &Section<'_>) -> Option<Nominal> {
     Some(nominal)
 }
 
-fn asphere(part: &Section<'_>, surface: &Section<'_>) -> Option<Asphere> {
+fn asphere(part: &Table<'_>, surface: &Table<'_>) -> Option<Asphere> {
     let (radius_mm, conic) = (surface.required("radius_mm"), surface.or("conic", 0.0));
     let coefficients = surface.section("coefficients");
     let terms = coefficients.numbered("A");
@@ -130,7 +131,7 @@ fn asphere(part: &Section<'_>, surface: &Section<'_>) -> Option<Asphere> {
 }
 
 /// `nominal` is not there if its own table has problems.
-fn free(table: &Section<'_>, nominal: Option<&Nominal>) -> Option<Vec<Parameter>> {
+fn free(table: &Table<'_>, nominal: Option<&Nominal>) -> Option<Vec<Parameter>> {
     let names: Vec<String> = table.required("free")?;
     let mut free = Vec::with_capacity(names.len());
     for name in &names {
@@ -149,7 +150,7 @@ fn free(table: &Section<'_>, nominal: Option<&Nominal>) -> Option<Vec<Parameter>
     Some(free)
 }
 
-fn form_error(table: &Section<'_>, semi_diameter_mm: Option<f64>) -> Option<FormError> {
+fn form_error(table: &Table<'_>, semi_diameter_mm: Option<f64>) -> Option<FormError> {
     let fringe: Vec<Option<(u8, f64)>> = table
         .array("fringe")
         .iter()
@@ -178,18 +179,25 @@ fn form_error(table: &Section<'_>, semi_diameter_mm: Option<f64>) -> Option<Form
 }
 
 /// The last keys of the table. Without a kind nobody knows which there may be.
-fn motion(scan: &Section<'_>, step_nm: Option<u32>) -> Option<Motion> {
-    let words = [("spiral", true), ("raster", false)];
-    let is_spiral = scan.required_word("kind", &words)?;
-    let motion = match is_spiral {
-        true => {
+fn motion(scan: &Table<'_>, step_nm: Option<u32>) -> Option<Motion> {
+    let words = ["spiral", "raster", "section"].map(|word| (word, word));
+    let motion = match scan.required_word("kind", &words)? {
+        "spiral" => {
             let (radius_mm, counts) =
                 (scan.required("radius_mm"), scan.required("counts_per_turn"));
             radius_mm.zip(counts).zip(step_nm).map(|((radius_mm, counts_per_turn), step_nm)| {
                 Motion::Spiral { radius_mm, counts_per_turn, step_nm }
             })
         }
-        false => {
+        "section" => {
+            let (chord_mm, naca) = (scan.required("chord_mm"), scan.required("naca"));
+            let noise_nm: Option<f64> = scan.required("noise_nm");
+            let section = chord_mm.zip(naca).map(|(chord_mm, naca)| Section { chord_mm, naca });
+            section.zip(noise_nm).zip(step_nm).map(|((section, noise_nm), step_nm)| {
+                Motion::Section { section, noise_nm, step_nm }
+            })
+        }
+        _ => {
             let half_width_mm = scan.required("half_width_mm").zip(step_nm);
             half_width_mm.map(|(half_width_mm, step_nm)| Motion::Raster { half_width_mm, step_nm })
         }
@@ -198,7 +206,7 @@ fn motion(scan: &Section<'_>, step_nm: Option<u32>) -> Option<Motion> {
     motion
 }
 
-fn thermometer(table: &Section<'_>) -> Option<Thermal> {
+fn thermometer(table: &Table<'_>) -> Option<Thermal> {
     let (unit_id, mean_degc) = (table.required("unit_id"), table.required("mean_degc"));
     let (amplitude_degc, period_s) = (table.required("amplitude_degc"), table.required("period_s"));
     table.finish();
@@ -211,7 +219,7 @@ fn thermometer(table: &Section<'_>) -> Option<Thermal> {
 }
 
 /// Beside link, at_point and kind, each kind has keys of its own and no others.
-fn fault(table: &Section<'_>) -> Option<Scheduled> {
+fn fault(table: &Table<'_>) -> Option<Scheduled> {
     let links = [Link::Probe, Link::Stage, Link::Thermal].map(|link| (link.name(), link));
     let link = table.required_word("link", &links);
     let at_point = table.required("at_point");
@@ -239,7 +247,7 @@ fn fault(table: &Section<'_>) -> Option<Scheduled> {
     Some(Scheduled { at_point: at_point?, link: link?, fault: fault? })
 }
 
-fn duration(table: &Section<'_>) -> Option<Duration> {
+fn duration(table: &Table<'_>) -> Option<Duration> {
     let duration_s: f64 = table.required("duration_s")?;
     if !(1e-3..=3600.0).contains(&duration_s) {
         table.problem("duration_s", "0.001 to 3600 s", duration_s);

@@ -26,7 +26,7 @@ fn key(result: Result<Scene, SceneError>) -> String {
 #[test]
 fn every_built_in_scene_can_be_played() {
     let names: Vec<&str> = Scene::names().collect();
-    assert_eq!(names, ["asphere", "asphere-unplugged", "asphere-noise", "sphere"]);
+    assert_eq!(names, ["asphere", "asphere-unplugged", "asphere-noise", "sphere", "blade"]);
     for name in names {
         assert_eq!(Scene::built_in(name).unwrap().name(), name);
     }
@@ -108,7 +108,7 @@ fn unknown_missing_and_mistyped_keys_are_named_with_their_line() {
         (
             "kind = \"spiral\"\n",
             "kind = \"random\"\n",
-            "changed:57: scan.kind: expected \"spiral\" or \"raster\", found \"random\"",
+            "changed:57: scan.kind: expected \"spiral\" or \"raster\" or \"section\", found \"random\"",
         ),
         ("title = \"", "title = =\"", "changed:4: expected TOML"),
     ] {

@@ -57,7 +57,7 @@ impl Contours {
         }
         if self.running.is_none() && self.places.len() >= self.next_at {
             self.next_at = self.places.len() + self.places.len() / 4;
-            let places = self.places.clone();
+            let places = Arc::new(self.places.clone());
             let thread = spawn(self.plan.clone(), places);
             self.running = thread.ok().map(|thread| (self.received, thread));
         }
@@ -66,6 +66,7 @@ impl Contours {
     /// Begins the final contour, of all points.
     pub(super) fn finish(self) -> FinalContour {
         let Contours { plan, places, .. } = self;
+        let places = Arc::new(places);
         let thread = spawn(plan.clone(), places.clone());
         FinalContour { plan, places, thread }
     }
@@ -74,7 +75,7 @@ impl Contours {
 /// The final contour of a session, while it is formed.
 pub(super) struct FinalContour {
     plan: Arc<ContourPlan>,
-    places: Vec<PlaceMm>,
+    places: Arc<Vec<PlaceMm>>,
     thread: std::io::Result<JoinHandle<ContourReport>>,
 }
 
@@ -96,7 +97,7 @@ impl FinalContour {
 
 fn spawn(
     plan: Arc<ContourPlan>,
-    places: Vec<PlaceMm>,
+    places: Arc<Vec<PlaceMm>>,
 ) -> std::io::Result<JoinHandle<ContourReport>> {
     std::thread::Builder::new().name("contour".to_owned()).spawn(move || plan.contour(&places))
 }
