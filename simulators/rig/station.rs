@@ -48,7 +48,10 @@ pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -
     section(nominal(scene));
     section(format!("[scan]\npoints = {}\nidle_s = {}\n", scene.points, float(idle_s(scene))));
     if matches!(scene.motion, Motion::Section { .. }) {
-        section("[contour]\nmethod = \"auto\"\nairfoil = true\n".to_owned());
+        section(
+            "[contour]\n# It joins the corner behind.\nmethod = \"connect2d\"\nairfoil = true\n"
+                .to_owned(),
+        );
     }
     section(format!("[session]\ndir = {}\n", quoted(&options.recordings.display().to_string())));
     text + &format!("[publish]\nlisten = {}\n", quoted(&options.listen.to_string()))

@@ -131,7 +131,7 @@ impl ContourSettings {
     }
 
     /// The curve or area that the method finds, the points it was made of, and the courses of its curves.
-    fn found(&self, triangulation: &Triangulation) -> Result<Found, MethodError> {
+    fn found(&self, triangulation: &Triangulation) -> Result<ReportedCurve, MethodError> {
         let method = self.method;
         let parameters = method.chosen(triangulation, &self.parameters)?;
         let region = method.region(triangulation, &parameters)?;
@@ -155,10 +155,13 @@ impl ContourSettings {
 }
 
 /// A report without features, the points its contour was made of, and the courses of its curves.
-type Found = (ContourReport, Vec<PlaceMm>, Vec<Course>);
+type ReportedCurve = (ContourReport, Vec<PlaceMm>, Vec<Course>);
 
 /// The contour by the method that the points ask for.
-fn by_points(triangulation: &Triangulation, parameters: &Parameters) -> Result<Found, MethodError> {
+fn by_points(
+    triangulation: &Triangulation,
+    parameters: &Parameters,
+) -> Result<ReportedCurve, MethodError> {
     let choice = Choice::new(triangulation);
     let method = choice.method;
     let (report, used, courses) = match method.region(triangulation, parameters)? {

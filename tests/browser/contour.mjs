@@ -15,7 +15,7 @@ export async function lookAtContour(page, live) {
   check(live, "no contour was drawn while measuring");
   check(live === null || (live.points >= 100 && live.points < shown.points), `the first contour is of ${live?.points} points, the last of ${shown.points}`);
   check(shown.lines === 1, `${shown.lines} lines of the contour on the map`);
-  check(/^Contour \(lee\): 1 closed and 0 open lines, 12\d\.?\d* mm; 0 ends ○ and 0 junctions ■/.test(shown.note), `note "${shown.note}"`);
+  check(/^Contour \(connect2d\): 1 closed and 0 open lines, 12\d\.?\d* mm; 0 ends ○ and 0 junctions ■/.test(shown.note), `note "${shown.note}"`);
   check(!/not seen yet/.test(shown.note), `points are missing at the end: "${shown.note}"`);
   await page.uncheck("#show-contour");
   check((await page.evaluate(contourShown)).lines === 0, "a contour that is not wanted is drawn");

@@ -32,20 +32,28 @@ fn the_contour_of_a_blade_is_that_of_its_exported_points() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let report = json(&output);
     let contour = &report["contour"];
-    assert_eq!((&contour["method"], count(contour, "/input/points")), (&"lee".into(), 2000));
+    assert_eq!((&contour["method"], count(contour, "/input/points")), (&"connect2d".into(), 2000));
     let chains = contour["chains"].as_array().unwrap();
     assert_eq!((chains.len(), &chains[0]["closed"]), (1, &Value::from(true)));
 
     // The section that the simulator really has: NACA 2412 of 60 mm.
     let features = contour["features"].as_array().unwrap();
-    let blade = features.iter().find(|feature| feature["kind"] == "airfoil").unwrap();
-    assert!((number(blade, "/chord_mm") - 60.0).abs() < 0.01, "{blade}");
-    assert!((number(blade, "/thickness_mm") - 7.2).abs() < 0.01, "{blade}");
+    let feature = |kind: &str| features.iter().find(|feature| feature["kind"] == kind).unwrap();
+    // Of 20,000 places on it: the largest distance from the trailing edge, and the area of their polygon.
+    for (kind, key, truth) in
+        [("airfoil", "chord_mm", 60.004_750), ("enclosed", "area_mm2", 294.398_798)]
+    {
+        let found = number(feature(kind), &format!("/{key}"));
+        let u = number(feature(kind), &format!("/u_{key}"));
+        assert!(u < 0.005 && (found - truth).abs() < 4.0 * u, "{key}: {found} ± {u}, not {truth}");
+    }
+    let thickness_mm = number(feature("airfoil"), "/thickness_mm");
+    assert!((thickness_mm - 7.2).abs() < 0.002, "{thickness_mm}");
 
     // The same of the recording, of the replay, and of the points in a file.
     let session = recording(out.path());
     let session = session.to_str().unwrap();
-    let settings = ["--method", "auto", "--airfoil"];
+    let settings = ["--method", "connect2d", "--airfoil"];
     assert_eq!(&contour_of(session, &settings), contour);
     let file = out.path().join("points.xyz");
     let file = file.to_str().unwrap();
@@ -65,7 +73,10 @@ async fn measured(
         StationOptions { recordings: folder.path().to_owned(), listen: ([127, 0, 0, 1], 0).into() };
     let text = rig.station_toml(&options);
     // The blade has a table of its own.
-    let text = text.replace("[contour]\nmethod = \"auto\"\nairfoil = true\n", "");
+    let text = text.replace(
+        "[contour]\n# It joins the corner behind.\nmethod = \"connect2d\"\nairfoil = true\n",
+        "",
+    );
     let config = Config::parse("station.toml", &format!("{text}\n{tables}\n")).unwrap();
     let mut station = Station::start(config).unwrap();
     station.handle().session(Command::Start).await.unwrap();

@@ -12,16 +12,15 @@ use crate::contour::{
     ContourLimits, ContourPlan, ContourSettings, DRAWINGS, Nominal, Slab, plane_of,
 };
 
-/// The table, and the text of the outline it names.
-pub(super) struct Contour {
-    pub(super) plan: ContourPlan,
-    outline_text: Option<String>,
-}
-
-/// Reads the table; `folder` is that of the configuration, where the outline is found. `None` where the table is absent.
-pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Contour> {
+/// Reads the table; `None` where it is absent or cannot be used. `folder` is that of the configuration, where the outline is
+/// found. Gives the text of the configuration with the outline in it, so that a recording can be replayed without that file.
+pub(super) fn read(
+    table: &Section<'_>,
+    folder: &Path,
+    text: &str,
+) -> (Option<ContourPlan>, String) {
     if !table.is_present() {
-        return None;
+        return (None, text.to_owned());
     }
     let method = method(table);
     let parameters_table = table.section("parameters");
@@ -29,33 +28,28 @@ pub(super) fn read(table: &Section<'_>, folder: &Path) -> Option<Contour> {
     let tolerance_mm = table.within("tolerance_mm", 0.0, 0.0..=1e6);
     let is_airfoil = table.or("airfoil", false);
     let slab = slab(table);
-    let outline = outline(table, folder);
-    let limits = limits(&table.section("limits"), outline.is_some() || table.has("outline"));
+    let (nominal, outline_text) = outline(table, folder).unzip();
+    let limits = limits(&table.section("limits"), table.has("outline"));
     table.finish();
-    let settings = ContourSettings {
-        method: method?,
-        parameters: parameters?,
+    let text = outline_text.map_or_else(|| text.to_owned(), |outline| embedded(text, &outline));
+    let settings = method.zip(parameters).map(|(method, parameters)| ContourSettings {
+        method,
+        parameters,
         tolerance_mm,
         is_airfoil,
-        nominal: outline.as_ref().map(|(nominal, _)| nominal.clone()),
-    };
-    let outline_text = outline.map(|(_, text)| text);
-    Some(Contour { plan: ContourPlan { settings, slab, limits }, outline_text })
+        nominal,
+    });
+    (settings.map(|settings| ContourPlan { settings, slab, limits }), text)
 }
 
-impl Contour {
-    /// The configuration with the outline in it, so that a recording of it can be replayed without the file.
-    pub(super) fn embedded(&self, text: &str) -> String {
-        let document = DocumentMut::from_str(text);
-        let (Some(outline_text), Ok(mut document)) = (&self.outline_text, document) else {
-            return text.to_owned();
-        };
-        let table = document.get_mut("contour").and_then(|table| table.as_table_like_mut());
-        if let Some(table) = table {
-            table.insert("outline_text", toml_edit::value(outline_text.as_str()));
-        }
-        document.to_string()
+/// The configuration with the text of the outline beside its name.
+fn embedded(text: &str, outline: &str) -> String {
+    let Ok(mut document) = DocumentMut::from_str(text) else { return text.to_owned() };
+    let table = document.get_mut("contour").and_then(|table| table.as_table_like_mut());
+    if let Some(table) = table {
+        table.insert("outline_text", toml_edit::value(outline));
     }
+    document.to_string()
 }
 
 fn method(table: &Section<'_>) -> Option<Method> {

@@ -301,7 +301,7 @@ fn read_root(
     session.finish();
 
     let output = output::read(&root.section("output"));
-    let contour = contour::read(&root.section("contour"), folders.contour);
+    let (contour, text) = contour::read(&root.section("contour"), folders.contour, text);
 
     let publish = root.section("publish");
     let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
@@ -312,10 +312,9 @@ fn read_root(
     let allowed_hosts = publish.or("allowed_hosts", Vec::new());
     publish.finish();
 
-    let links: Option<Vec<LinkConfig>> = links.into_iter().collect();
     Some(Config {
         name: name?,
-        links: links?,
+        links: links.into_iter().collect::<Option<_>>()?,
         devices,
         sync: sync?,
         kinematics: kinematics?,
@@ -329,8 +328,8 @@ fn read_root(
         output,
         listen: listen?,
         allowed_hosts,
-        text: contour.as_ref().map_or_else(|| text.to_owned(), |it| it.embedded(text)),
-        contour: contour.map(|contour| contour.plan),
+        contour,
+        text,
     })
 }
 

@@ -100,7 +100,8 @@ impl ContourLimits {
     fn judge(&self, contour: &ContourReport, verdict: &mut Verdict) {
         let deviation = contour.deviation.as_ref();
         let deviation = deviation.map(|it| (it.largest_mm.max(-it.least_mm), it.u_mm));
-        let circle = contour.circle.as_ref();
+        let is_closed = matches!(&contour.chains[..], [chain] if chain.closed);
+        let circle = contour.circle.as_ref().filter(|_| is_closed);
         let roundness = circle.map(|it| (it.roundness_mm, Some(it.u_roundness_mm)));
         let figures = [
             ("deviation", "deviation", self.deviation_mm, deviation),
