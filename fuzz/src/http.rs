@@ -12,6 +12,7 @@ use asphera::results::{finished_mesh_ply, write};
 use asphera::sessions::{file, list};
 use asphera_http::{InProcess, Token};
 use asphera_measure::{Measurement, Pipeline};
+use asphera_report::contour::SessionContour;
 use asphera_report::{
     Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
     SNAPSHOT_FORMAT, SamplingMaps, SectionRequest, SessionEntry, SessionFigures, SessionFile,
@@ -186,6 +187,7 @@ fn shown(report: &Report) -> Snapshot {
         verdict: report.verdict.clone(),
         map: None,
         maps: None,
+        contour: None,
         convergence: Default::default(),
         outputs: None,
         links: Vec::new(),
@@ -217,6 +219,11 @@ impl LiveStation for Shown {
     fn maps(&self) -> Answer<'_, Option<Arc<SamplingMaps>>> {
         self.0.read();
         Box::pin(async { self.0.measurement.surface.maps() })
+    }
+
+    fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>> {
+        self.0.read();
+        Box::pin(async { None })
     }
 
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {

@@ -122,7 +122,8 @@ async fn the_border_of_a_raster_shows_while_it_is_scanned() {
     .unwrap();
     let outline = folder.path().join("square.svg");
     let tables = format!(
-        "[contour]\nmethod = \"alpha\"\noutline = {:?}\n[contour.limits]\ndeviation_mm = 0.001\n",
+        "[contour]\nmethod = \"alpha\"\noutline = {:?}\n\
+         [contour.parameters]\nalpha_mm = 0.3\n[contour.limits]\ndeviation_mm = 0.001\n",
         outline.to_str().unwrap()
     );
     let text = format!("{}\n{tables}", rig.station_toml(&options));

@@ -6,13 +6,16 @@ use asphera_report::contour::{CircleFigures, DeviationFigures};
 
 use super::{ContourError, Nominal};
 
-/// A circle is told where its roundness is at most this share of its diameter.
+/// Points are those of a circle where their roundness is at most this share of the height of the arc that they span: of its
+/// diameter, if they lie all round. A flat curve is no small piece of a large circle.
 const ROUND: f64 = 0.05;
 
 /// The circle of points; none where they are far from one.
 pub(super) fn circle_of(points_mm: &[PlaceMm]) -> Option<CircleFigures> {
     let circle = Circle::fit(points_mm)?;
-    (circle.roundness_mm <= ROUND * circle.diameter_mm).then(|| CircleFigures {
+    let half_span_rad = 0.5 * circle.span_deg.to_radians();
+    let height_mm = 0.5 * circle.diameter_mm * (1.0 - half_span_rad.cos());
+    (circle.roundness_mm <= ROUND * height_mm).then(|| CircleFigures {
         points: points_mm.len(),
         centre_mm: circle.centre_mm,
         u_centre_mm: circle.u_centre_mm,

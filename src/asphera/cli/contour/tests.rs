@@ -3,6 +3,7 @@
 use clap::Parser as _;
 
 use super::super::{Cli, Command};
+use super::summary::summary as summary_of;
 use super::*;
 
 pub(in crate::cli) fn arguments(words: &[&str]) -> ContourArgs {
@@ -47,7 +48,7 @@ fn two_columns_and_three_give_the_same_curve() {
     assert_eq!(contour_of(&three, &[]).unwrap(), report);
     let named = format!("# x y z in mm\n{three}");
     assert_eq!(contour_of(&named, &[]).unwrap(), report);
-    let summary = summary(&report);
+    let summary = summary_of(&report);
     assert!(summary.contains("curves     1 closed, 1 open"), "{summary}");
     assert!(summary.contains("unjoined   2 ends, 0 junctions, 0 points left out"), "{summary}");
 }
@@ -61,7 +62,7 @@ fn a_curve_says_whether_its_points_suffice() {
     // Twice the sine of a quarter of the angle between two points.
     assert!((sampling.epsilon.unwrap() - 2.0 * 3.75_f64.to_radians().sin()).abs() < 1e-9);
     assert!((sampling.lfs_least_mm.unwrap() - 5.0).abs() < 0.1);
-    let summary = summary(&report);
+    let summary = summary_of(&report);
     assert!(
         summary.contains("sampling   ε 0.1308, ρ 0.1311, u 1.000: ρ < 0.9 holds, closest at"),
         "{summary}"
@@ -70,15 +71,15 @@ fn a_curve_says_whether_its_points_suffice() {
     let open = contour_of(&points(), &[]).unwrap();
     let sampling = open.sampling.as_ref().unwrap();
     assert_eq!((sampling.holds, sampling.failing), (Some(false), 0));
-    assert!(summary(&open).contains("this one has ends"), "{}", summary(&open));
+    assert!(summary_of(&open).contains("this one has ends"), "{}", summary_of(&open));
     let square = "0 0\n1 0\n2 0\n3 0\n3 1\n3 2\n3 3\n2 3\n1 3\n0 3\n0 2\n0 1\n";
     let report = contour_of(square, &[]).unwrap();
     let sampling = report.sampling.as_ref().unwrap();
     assert_eq!((sampling.holds, sampling.failing, sampling.failures.len()), (Some(false), 8, 8));
     assert!(
-        summary(&report).contains("ρ < 0.9 fails at 8 places, most at"),
+        summary_of(&report).contains("ρ < 0.9 fails at 8 places, most at"),
         "{}",
-        summary(&report)
+        summary_of(&report)
     );
     // No condition is known of it; of an area and a graph there is no curve.
     let crawl = contour_of(square, &["--method", "crawl"]).unwrap();
@@ -123,7 +124,7 @@ fn regions_have_parts_holes_and_areas() {
     assert!((regions[0].perimeter_mm - 32.0 - hole).abs() < 1e-12);
     assert_eq!(report.area_mm2, Some(regions[0].area_mm2));
     assert!(report.left_out.is_empty() && report.ends.is_empty() && report.junctions.is_empty());
-    let summary = summary(&report);
+    let summary = summary_of(&report);
     assert!(summary.contains("mm², 1 parts, 1 holes"), "{summary}");
     let svg = drawing_text("a.svg", &report);
     assert_eq!((svg.matches("<path d=").count(), svg.matches("evenodd").count()), (2, 1));
@@ -164,9 +165,9 @@ fn the_points_choose_a_method_and_say_why() {
     let noisy = contour_of(&circle(0.2), &["--method", "auto"]).unwrap();
     assert_eq!(noisy.method, "lee");
     // The standard deviation of a sine is 0.707 of its height.
-    assert!((noisy.input.noise_sigma_mm.unwrap() - 0.141).abs() < 0.03, "{}", summary(&noisy));
+    assert!((noisy.input.noise_sigma_mm.unwrap() - 0.141).abs() < 0.03, "{}", summary_of(&noisy));
     assert!((noisy.chains[0].length_mm - 31.4).abs() < 0.3 && noisy.chains[0].closed);
-    assert!(summary(&noisy).contains("chosen     border: "), "{}", summary(&noisy));
+    assert!(summary_of(&noisy).contains("chosen     border: "), "{}", summary_of(&noisy));
     let named = contour_of(&circle(0.2), &["--method", "lee"]).unwrap();
     assert_eq!((named.chains[0].closed, named.reason), (true, None));
     let raster: String = (0..900).map(|it| format!("{} {}\n", it % 30, it / 30)).collect();
@@ -197,7 +198,7 @@ fn circles_and_deviations_are_told() {
         (deviation.largest_mm - 0.101).abs() < 1e-7 && (deviation.least_mm - 0.099).abs() < 1e-7
     );
     assert_eq!((deviation.points, deviation.deviations_mm.len()), (360, 360));
-    let summary = summary(&report);
+    let summary = summary_of(&report);
     assert!(summary.contains("circle     diameter 10.000000 mm, u "), "{summary}");
     assert!(summary.contains("mm, RMS 0.1000 mm, from"), "{summary}");
     // A square is no circle; its corners as text are an outline.
@@ -283,13 +284,13 @@ fn features_are_told_with_their_uncertainty() {
     assert!(value("u_width_mm") > 1e-5 && value("u_width_mm") < 1e-2);
     let area = of("enclosed")[0]["area_mm2"].as_f64().unwrap();
     assert!((area - 955.5).abs() < 0.01, "{area}");
-    let summary = summary(&report);
+    let summary = summary_of(&report);
     assert!(summary.contains("chamfer    38.50, 22.50 mm: width 4.24"), "{summary}");
     assert!(summary.contains("mm², u "), "{summary}");
     // What was written is read again; older files have no features.
     let text = serde_json::to_string(&report).unwrap();
     let again: ContourReport = serde_json::from_str(&text).unwrap();
-    assert_eq!((again.features.len(), summary(&again)), (report.features.len(), summary));
+    assert_eq!((again.features.len(), summary_of(&again)), (report.features.len(), summary));
     // An airfoil it is not, and a graph and a region have no features.
     let foil = contour_of(&plate_with_chamfer(), &["--airfoil"]).unwrap();
     assert!(foil.unknown.iter().any(|why| why.starts_with("airfoil: ")), "{:?}", foil.unknown);

@@ -99,3 +99,24 @@ fn a_slab_takes_the_points_near_its_plane_only() {
     assert_eq!(plan.place([1.0, 2.0, 5.4]), Some([1.0, 2.0]));
     assert_eq!(plan.place([1.0, 2.0, 5.6]), None);
 }
+
+#[test]
+fn a_flat_band_is_no_piece_of_a_large_circle_and_an_arc_is() {
+    let limits = ContourLimits { roundness_mm: Some(1.0), ..ContourLimits::default() };
+    let plan = plan(limits, None);
+    // 60 mm of a circle of 500 mm radius, and the same 1 mm further in.
+    let arc = |radius_mm: f64| {
+        (0..240).map(move |index| {
+            let (sin, cos) = (5e-4 * f64::from(index - 120)).sin_cos();
+            [radius_mm * sin, radius_mm * cos]
+        })
+    };
+    let ends = [[-29.94, 497.6], [-29.94, 497.9], [29.94, 497.6], [29.94, 497.9]];
+    let band: Vec<PlaceMm> = arc(500.0).chain(arc(499.0)).chain(ends).collect();
+    assert!(plan.contour(&band).circle.is_none());
+    let line: Vec<PlaceMm> = arc(500.0).collect();
+    let contour = plan.contour(&line);
+    assert!((contour.circle.unwrap().diameter_mm - 1000.0).abs() < 1e-3);
+    // An open line has no roundness for a limit.
+    assert_eq!(judged(&plan, &line, Status::Pass).status, Status::Undecided);
+}
