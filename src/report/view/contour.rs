@@ -8,7 +8,7 @@ pub(super) fn chapter(contour: &ContourReport) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Contour, "Contour");
     if contour.chains.is_empty() {
         chapter.brief.extend(contour.unknown.first().cloned());
-        contour.unknown.iter().for_each(|why| chapter.note(format!("Not known: {why}.")));
+        note_unknown(&mut chapter, contour);
         return chapter;
     }
     let closed = contour.chains.iter().filter(|chain| chain.closed).count();
@@ -43,6 +43,20 @@ pub(super) fn chapter(contour: &ContourReport) -> Chapter {
         facts.push(Fact::new("Deviation", found).noted(format!("from {}", deviation.outline)));
     }
     chapter.facts(facts);
-    contour.unknown.iter().for_each(|why| chapter.note(format!("Not known: {why}.")));
+    note_unknown(&mut chapter, contour);
     chapter
 }
+
+/// The first reasons; files have all of them.
+fn note_unknown(chapter: &mut Chapter, contour: &ContourReport) {
+    for why in contour.unknown.iter().take(MOST_REASONS) {
+        chapter.note(format!("Not known: {why}."));
+    }
+    let more = contour.unknown.len().saturating_sub(MOST_REASONS);
+    if more > 0 {
+        chapter.note(format!("{more} more that are not known stand in report.json."));
+    }
+}
+
+/// Reasons that are listed: a noisy curve may have one for every piece.
+const MOST_REASONS: usize = 8;

@@ -72,7 +72,9 @@ fn limits_of_the_contour_decide_the_verdict() {
     assert_eq!(broken.status, Status::Fail);
     assert!(broken.checks[0].is_broken());
     // A square is no circle, and two points are no curve.
-    let square: Vec<PlaceMm> = vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
+    let side = (0..9).map(f64::from);
+    let square: Vec<PlaceMm> =
+        side.flat_map(|at| [[at, 0.0], [9.0, at], [9.0 - at, 9.0], [0.0, 9.0 - at]]).collect();
     for (places, why) in [(&square[..], "no single closed curve"), (&square[..2], "found 2 in 2")] {
         let unknown = judged(&wide, places, Status::Pass);
         assert_eq!((unknown.status, unknown.checks.len()), (Status::Undecided, 0));
