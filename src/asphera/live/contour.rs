@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use asphera_contour::PlaceMm;
+use asphera_link::Nanos;
 use asphera_report::contour::{ContourReport, SessionContour};
 use tokio::sync::watch;
 use tracing::error;
@@ -11,15 +12,24 @@ use tracing::error;
 use crate::contour::ContourPlan;
 use crate::station::Point;
 
-/// Gathers the places of points and has their contour formed when they grew by a quarter, one contour at a time.
+/// Gathers the places of points and has their contour formed when they grew by a quarter, one contour at a time and at
+/// most a quarter of the time.
 pub(super) struct Contours {
     plan: Arc<ContourPlan>,
     places: Vec<PlaceMm>,
     received: u64,
     next_at: usize,
-    /// The thread that forms a contour, and as of how many points.
-    running: Option<(u64, JoinHandle<ContourReport>)>,
+    /// No contour is begun before.
+    not_before: Nanos,
+    running: Option<Running>,
     newest: watch::Sender<Option<Arc<SessionContour>>>,
+}
+
+/// A contour while it is formed.
+struct Running {
+    as_of_points: u64,
+    began: Nanos,
+    thread: JoinHandle<ContourReport>,
 }
 
 impl Contours {
@@ -32,6 +42,7 @@ impl Contours {
             places: Vec::new(),
             received: 0,
             next_at: FIRST,
+            not_before: Nanos::ZERO,
             running: None,
             newest,
         }
@@ -44,8 +55,10 @@ impl Contours {
     }
 
     /// Shows a contour that is done, and begins the next where there are enough new points.
-    pub(super) fn keep_up(&mut self) {
-        if let Some((as_of_points, thread)) = self.running.take_if(|(_, it)| it.is_finished()) {
+    pub(super) fn keep_up(&mut self, now: Nanos) {
+        let done = self.running.take_if(|running| running.thread.is_finished());
+        if let Some(Running { as_of_points, began, thread }) = done {
+            self.not_before = now + PAUSE * now.since(began);
             // A running contour that could not be formed is left out: the final one says why.
             if let Ok(contour) = thread.join() {
                 self.newest.send_replace(Some(Arc::new(SessionContour {
@@ -55,11 +68,13 @@ impl Contours {
                 })));
             }
         }
-        if self.running.is_none() && self.places.len() >= self.next_at {
+        let is_due = self.places.len() >= self.next_at && now >= self.not_before;
+        if self.running.is_none() && is_due {
             self.next_at = self.places.len() + self.places.len() / 4;
             let places = Arc::new(self.places.clone());
             let thread = spawn(self.plan.clone(), places);
-            self.running = thread.ok().map(|thread| (self.received, thread));
+            let as_of_points = self.received;
+            self.running = thread.ok().map(|thread| Running { as_of_points, began: now, thread });
         }
     }
 
@@ -95,12 +110,21 @@ impl FinalContour {
     }
 }
 
+/// Starts a thread with a pool of its own: in the common one the mesh would wait for a contour.
 fn spawn(
     plan: Arc<ContourPlan>,
     places: Arc<Vec<PlaceMm>>,
 ) -> std::io::Result<JoinHandle<ContourReport>> {
-    std::thread::Builder::new().name("contour".to_owned()).spawn(move || plan.contour(&places))
+    std::thread::Builder::new().name("contour".to_owned()).spawn(move || {
+        match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+            Ok(pool) => pool.install(|| plan.contour(&places)),
+            Err(_) => plan.contour(&places),
+        }
+    })
 }
+
+/// So many times as long as a contour took the next one is not begun, for it may use a processor that links and mesh need.
+const PAUSE: u32 = 3;
 
 /// Fewer places show little of a curve: before them no contour is formed but the final one.
 const FIRST: usize = 100;

@@ -170,7 +170,7 @@ fn run(
             Err(_) => {}
         }
         if let Some(contours) = &mut line.contours {
-            contours.keep_up();
+            contours.keep_up(clock.now());
         }
         let now = clock.now();
         if line.pipeline.received() != shown && now.since(shown_at) >= PERIOD {
