@@ -34,7 +34,7 @@ pub struct BlurredArea {
 /// σ is 1.5, 1.5·√2 and 3 spacings. The order p comes from the three; where it is nearer to 1 than to 2, edges prevail and the total
 /// variations at 1 and 2 spacings are extrapolated linearly, else those at 1.5 and 3 as σ².
 ///
-/// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 500 drawn by strata are blurred. The area
+/// Blurring is slow. Of more than 4,000 blocks of 32³ samples with surface in them, 250 drawn by strata are blurred. The area
 /// of the others follows from that of their marching cubes, as a ratio; `u` is its scatter between the blocks.
 pub fn blurred_area(samples: &Samples) -> BlurredArea {
     if let Some(drawn) = Drawn::new(samples) {
