@@ -1,7 +1,7 @@
 //! Circle and deviation from a nominal outline.
 
 use asphera_contour::PlaceMm;
-use asphera_contour::features::{Circle, minimum_zone};
+use asphera_contour::features::{Circle, OutlineDeviation, minimum_zone};
 use asphera_report::contour::{CircleFigures, DeviationFigures};
 
 use super::{ContourError, Nominal};
@@ -38,7 +38,7 @@ pub(super) fn deviation_from(
 ) -> Result<DeviationFigures, ContourError> {
     let outline = nominal.name();
     let found = nominal.outline().map(|outline| outline.deviations(points_mm));
-    let extremes_mm = found.as_ref().and_then(|found| found.extremes_mm());
+    let extremes_mm = found.as_ref().and_then(OutlineDeviation::extremes_mm);
     let Some((found, [largest_mm, least_mm, rms_mm])) = found.zip(extremes_mm) else {
         return Err(ContourError::NothingOnCurve { outline: outline.to_owned() });
     };

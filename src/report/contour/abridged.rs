@@ -50,7 +50,10 @@ fn thin(places_mm: &mut Vec<[f64; 2]>, every: usize, closed: bool) {
     if every < 2 {
         return;
     }
-    let last = places_mm.last().copied().filter(|_| !closed && (places_mm.len() - 1) % every != 0);
+    let last = places_mm
+        .last()
+        .copied()
+        .filter(|_| !closed && !(places_mm.len() - 1).is_multiple_of(every));
     *places_mm = places_mm.iter().copied().step_by(every).chain(last).collect();
 }
 
