@@ -2,6 +2,7 @@
 
 use std::io;
 
+use socket2::SockRef;
 use tokio::net::UdpSocket;
 
 use crate::stream::OpenError;
@@ -18,6 +19,9 @@ impl Datagrams {
     pub(crate) async fn open(listen: &str, peer: Option<&str>) -> Result<Datagrams, OpenError> {
         let udp = |source| OpenError::Udp { address: listen.to_owned(), source };
         let socket = UdpSocket::bind(listen).await.map_err(udp)?;
+        // Nothing holds a sender back: what comes while nobody reads is lost where the buffer ends. The kernel grants
+        // no more than `net.core.rmem_max`; with less the link works too.
+        let _ = SockRef::from(&socket).set_recv_buffer_size(BUFFER_BYTES);
         if let Some(peer) = peer {
             let unknown = |source| OpenError::Peer { peer: peer.to_owned(), source };
             socket.connect(peer).await.map_err(unknown)?;
@@ -39,6 +43,9 @@ impl Datagrams {
         self.socket.send(bytes).await.map(|_| ())
     }
 }
+
+/// Bytes that may wait unread: seconds of a line scanner.
+const BUFFER_BYTES: usize = 8 << 20;
 
 #[cfg(test)]
 mod tests {
@@ -64,6 +71,16 @@ mod tests {
             received.push(buffer[..len].to_vec());
         }
         assert_eq!(received, [b"1.5\r\n".to_vec(), b"2.5\r\n".to_vec()]);
+    }
+
+    /// Linux counts the administration of a buffer, too, and gives twice what was asked for (socket(7)).
+    #[tokio::test]
+    async fn as_much_may_wait_as_the_kernel_allows() {
+        let port = Datagrams::open("127.0.0.1:0", None).await.unwrap();
+        let granted = SockRef::from(&port.socket).recv_buffer_size().unwrap();
+        let most = std::fs::read_to_string("/proc/sys/net/core/rmem_max").unwrap();
+        let most: usize = most.trim().parse().unwrap();
+        assert_eq!(granted, 2 * most.min(BUFFER_BYTES));
     }
 
     #[tokio::test]
