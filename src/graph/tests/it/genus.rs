@@ -91,3 +91,24 @@ fn a_torus_has_one_loop_by_functions_of_any_slope() {
         assert_eq!(found.loops.len(), 1, "{name}: {} strips", found.graph.strips().count());
     }
 }
+
+/// A bore seen so aslant that its loop is nearly closed: with thickness t, radius r and the angle θ to its axis the loop is open
+/// over t·cos θ − 2r·sin θ.
+#[test]
+fn a_tilted_bore_counts_where_its_loop_is_open_over_two_tau() {
+    let mut random = Random::new(5);
+    let cloud = Cloud::new(&Body::plate(1.0).sample(100_000, &mut random)).unwrap();
+    for (tilt, is_open) in [(0.0_f64, true), (0.37, true), (0.559, false), (0.8, true)] {
+        let direction = [tilt.sin() * 0.8, tilt.sin() * 0.6, tilt.cos()];
+        let field = functions::height(&cloud, direction).unwrap();
+        let found = extract(&cloud, &field, &Choices::default()).unwrap();
+        let open = (tilt.cos() - 1.6 * tilt.sin()).abs();
+        assert_eq!(open > 2.0 * found.tau_mm, is_open, "{open} {}", found.tau_mm);
+        assert_eq!(found.loops.len(), if is_open { 9 } else { 0 }, "{tilt} {open}");
+        for one in &found.loops {
+            // Branches that are nearer than links reach count as one.
+            let off = (open - one.extent()) / found.tau_mm;
+            assert!(off > -0.5 && off < 2.0, "{tilt} {open} {}", one.extent());
+        }
+    }
+}
