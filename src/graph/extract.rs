@@ -156,8 +156,13 @@ fn between_thin_strips<const D: usize>(
     // Lengths change by no more than the way gone.
     let margin = (field.is_length && width > 0.0).then(|| (reach_mm / width) as usize + 1);
     let (component_of_node, _) = graph.components();
-    let component_of = |place: PlaceId| component_of_node[graph.of_place[place as usize] as usize];
-    fine_loops(cloud, &field.values, thin, (reach_mm, &component_of), margin).map_err(|error| {
+    // Arcs lead to consecutive strips alone: where a function jumps nothing is joined.
+    let may_link = |link: [PlaceId; 2]| {
+        let [a, b] = link.map(|place| graph.of_place[place as usize] as usize);
+        component_of_node[a] == component_of_node[b]
+            && graph.nodes[a].strip.abs_diff(graph.nodes[b].strip) <= 1
+    };
+    fine_loops(cloud, &field.values, thin, (reach_mm, &may_link), margin).map_err(|error| {
         match error {
             FineError::Graph(error) => error.into(),
             FineError::Cloud(error) => error.into(),

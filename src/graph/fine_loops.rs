@@ -33,7 +33,7 @@ pub(crate) enum FineError {
     Cloud(CloudError),
 }
 
-/// All loops between thin strips, for links shorter than `reach_mm` that lead to no other component. Gaps of the sampling make loops
+/// All loops between thin strips, for links shorter than `reach_mm` that may be. Gaps of the sampling make loops
 /// that span few strips.
 ///
 /// With a `margin` the strips are passed in runs of many places, so that memory grows with these and not with the cloud. Then no
@@ -42,7 +42,7 @@ pub(crate) fn fine_loops<const D: usize>(
     cloud: &Cloud<D>,
     values: &[f64],
     strips: &Strips,
-    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
     margin: Option<usize>,
 ) -> Result<Vec<FineLoop>, FineError> {
     let of_strip = sorted_by_strip(cloud, values, strips).map_err(FineError::Graph)?;
@@ -50,7 +50,7 @@ pub(crate) fn fine_loops<const D: usize>(
         Some(margin) => runs(&of_strip, margin, RUN),
         None => std::iter::once(0..of_strip.len()).collect(),
     };
-    in_runs(cloud, &of_strip, runs, (reach_mm, component_of), margin).map_err(FineError::Cloud)
+    in_runs(cloud, &of_strip, runs, (reach_mm, may_link), margin).map_err(FineError::Cloud)
 }
 
 /// The loops of strips that are passed in runs.
@@ -58,7 +58,7 @@ fn in_runs<const D: usize>(
     cloud: &Cloud<D>,
     of_strip: &[Vec<PlaceId>],
     runs: Vec<Range<usize>>,
-    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
     margin: Option<usize>,
 ) -> Result<Vec<FineLoop>, CloudError> {
     let mut places_of_pieces = Vec::new();
@@ -70,7 +70,7 @@ fn in_runs<const D: usize>(
         // A neighbour of a neighbour decides which links there are.
         let about = 2 * margin.unwrap_or(of_strip.len()) + 2;
         let members = run.start.saturating_sub(about)..(run.end + about).min(of_strip.len());
-        let links = (reach_mm, component_of);
+        let links = (reach_mm, may_link);
         let (thin, places) = thin_strips(cloud, of_strip, (members, run.clone()), links)?;
         for (strip, thin) in run.zip(thin) {
             let first = strip_of.len() as u32;
@@ -111,7 +111,7 @@ fn thin_strips<const D: usize>(
     cloud: &Cloud<D>,
     of_strip: &[Vec<PlaceId>],
     (members, run): (Range<usize>, Range<usize>),
-    (reach_mm, component_of): (f64, &(dyn Fn(PlaceId) -> u32 + Sync)),
+    (reach_mm, may_link): (f64, &(dyn Fn([PlaceId; 2]) -> bool + Sync)),
 ) -> Result<(Vec<ThinStrip>, Vec<PlaceId>), CloudError> {
     let places = of_strip[members.clone()].concat();
     let strip_of: Vec<u32> = members
@@ -131,10 +131,7 @@ fn thin_strips<const D: usize>(
         rows.for_each(|(at, &place)| position_of[place as usize] = at);
         positions(links(&own, reach_mm)?, &position_of)
     };
-    links.retain(|link| {
-        let [a, b] = link.map(|position| component_of(places[position as usize]));
-        a == b
-    });
+    links.retain(|link| may_link(link.map(|position| places[position as usize])));
     links.par_sort_unstable();
     let rise = |link: &[u32; 2]| strip_of[link[1] as usize] - strip_of[link[0] as usize];
     let span = links.par_iter().map(rise).max().unwrap_or(0);
@@ -200,7 +197,7 @@ mod tests {
             let margin = margin as usize + 1;
             let found = |runs: Vec<Range<usize>>| {
                 let mut found =
-                    in_runs(&cloud, &of_strip, runs, (0.6, &|_| 0), Some(margin)).unwrap();
+                    in_runs(&cloud, &of_strip, runs, (0.6, &|_| true), Some(margin)).unwrap();
                 found.sort_by_key(|one| (one.strips, one.places));
                 found
             };
@@ -227,12 +224,15 @@ mod tests {
         let places = cloud.places();
         let values: Vec<f64> = places.iter().map(|place| place[0]).collect();
         let strips = Strips::uniform(-1.0, 1.0, 100).unwrap();
-        let halves = |place: PlaceId| u32::from(places[place as usize][1] > 0.0);
-        let loops = |component_of: &(dyn Fn(PlaceId) -> u32 + Sync)| {
-            let found = fine_loops(&cloud, &values, &strips, (0.05, component_of), None);
+        let halves = |link: [PlaceId; 2]| {
+            let [a, b] = link.map(|place| places[place as usize][1] > 0.0);
+            a == b
+        };
+        let loops = |may_link: &(dyn Fn([PlaceId; 2]) -> bool + Sync)| {
+            let found = fine_loops(&cloud, &values, &strips, (0.05, may_link), None);
             found.ok().map(|found| found.len())
         };
-        assert_eq!(loops(&|_| 0), Some(1));
+        assert_eq!(loops(&|_| true), Some(1));
         assert_eq!(loops(&halves), Some(0));
     }
 }
