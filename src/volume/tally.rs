@@ -1,7 +1,5 @@
 //! Figures of a surface that comes in bands: those of [`Surface`](crate::Surface), in the memory of two bands.
 
-use rayon::prelude::*;
-
 use crate::surface::{Piece, area_and_volume};
 use crate::{SurfaceBand, SurfaceCheck};
 
@@ -238,19 +236,41 @@ impl SurfaceTally {
 
     /// Pairs the sides that have one of the first vertices, and keeps those whose second triangle may still come, without these vertices.
     fn pair_sides(&mut self, gone: u32) {
-        self.sides.par_sort_unstable();
+        let (starts, mut ends) = self.sides_by_vertex();
         let mut left = Vec::new();
-        for group in self.sides.chunk_by(|a, b| a >> 1 == b >> 1) {
-            let is_final = (group[0] >> 32) < u64::from(gone);
-            if group.len() == 1 && !is_final {
-                left.push(group[0] - side(gone, gone));
-                continue;
+        for (low, bounds) in (0_u32..).zip(starts.windows(2)) {
+            let of_vertex = &mut ends[bounds[0] as usize..bounds[1] as usize];
+            of_vertex.sort_unstable();
+            for group in of_vertex.chunk_by(|a, b| a >> 1 == b >> 1) {
+                if group.len() == 1 && low >= gone {
+                    left.push((u64::from(low - gone) << 32) | u64::from(group[0] - 2 * gone));
+                    continue;
+                }
+                let is_side = group[0] >> 1 != low;
+                self.is_closed &= group.len() == 2 && is_side;
+                self.is_oriented &= group.len() == 2 && group[0] != group[1];
             }
-            let is_side = group[0] >> 32 != (group[0] & u64::from(u32::MAX)) >> 1;
-            self.is_closed &= group.len() == 2 && is_side;
-            self.is_oriented &= group.len() == 2 && group[0] != group[1];
         }
         self.sides = left;
+    }
+
+    /// The sides counted out by their lower vertex: where those of each begin, and the rest of each side.
+    fn sides_by_vertex(&self) -> (Vec<u32>, Vec<u32>) {
+        let mut starts = vec![0_u32; self.places.len() + 1];
+        for side in &self.sides {
+            starts[(side >> 32) as usize + 1] += 1;
+        }
+        for at in 1..starts.len() {
+            starts[at] += starts[at - 1];
+        }
+        let mut next = starts.clone();
+        let mut ends = vec![0_u32; self.sides.len()];
+        for side in &self.sides {
+            let next = &mut next[(side >> 32) as usize];
+            ends[*next as usize] = *side as u32;
+            *next += 1;
+        }
+        (starts, ends)
     }
 }
 
