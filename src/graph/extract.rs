@@ -102,7 +102,7 @@ pub fn extract<const D: usize>(
         Pieces::Exact => PointGraph::new(cloud, &field.values, strips, tau_mm)?,
         Pieces::Grown(growth) => grown_graph(cloud, &field.values, strips, tau_mm, growth)?,
     };
-    let (loops, minor_loops) = if is_fine(choices) {
+    let (loops, minor_loops) = if is_fine(choices, field) {
         let mut found = Vec::new();
         let thin = thin_strips(&graph.strips, field, tau_mm, 1.0)?;
         for one in between_thin_strips(cloud, field, &graph, &thin, LINK * tau_mm)? {
@@ -124,8 +124,10 @@ pub fn extract<const D: usize>(
 }
 
 /// Whether loops are counted between levels closer than the strips of the graph.
-fn is_fine(choices: &Choices) -> bool {
-    choices.strips == StripChoice::Auto && choices.pieces == Pieces::Exact
+///
+/// Where a function that is no length jumps, a link would lead from one end of its range to the other, and make a loop.
+fn is_fine(choices: &Choices, field: &Field) -> bool {
+    field.is_length && choices.strips == StripChoice::Auto && choices.pieces == Pieces::Exact
 }
 
 /// Strips of τ/9 in space; `share` times as many.
@@ -195,7 +197,7 @@ impl<const D: usize> Extraction<D> {
         let mut trials = Vec::new();
         for (of_tau, of_strips) in [(0.8, 1.0), (1.25, 1.0), (1.0, 0.7), (1.0, 1.4)] {
             let tau_mm = self.tau_mm * of_tau;
-            if is_fine(choices) {
+            if is_fine(choices, field) {
                 let strips = (self.graph.strips.count() as f64 * of_strips).round().max(1.0);
                 let thin = thin_strips(&self.graph.strips, field, self.tau_mm, of_strips)?;
                 let reach_mm = LINK * tau_mm;
