@@ -36,7 +36,7 @@ pub use aperture::{Aperture, ApertureError};
 pub use deviation::{Figures, NM_PER_MM, deviations};
 pub use fit::{
     Caution, Combination, Covariance, Estimate, Excluded, Fit, FitError, FitSettings, Freedoms,
-    Loss, METHOD, MeasuredFrom, Residuals, Robust, Termination, Undetermined, Units,
+    HIGHEST_MM, Loss, METHOD, MeasuredFrom, Residuals, Robust, Termination, Undetermined, Units,
     along_normal_mm, fit, fit_weighted, suspected_units,
 };
 pub use live::{Accumulator, Grid, Live, LiveError, LiveEstimate, LiveSettings, LiveWeights, Map};

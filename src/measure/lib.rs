@@ -51,6 +51,7 @@ mod step;
 mod uncertainties;
 mod unmeasured;
 
+pub use asphera_form::HIGHEST_MM;
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
@@ -58,7 +59,7 @@ pub use judgement::{doubt, undecide};
 pub use measurement::Measurement;
 pub use part::{
     COVERAGE_MIN, CorrelationFrom, Criterion, DefectLimits, FLAT_BELOW_PER_MM, FigureSettings,
-    HIGHEST_MM, Judging, LISTED, Part, Q_TERMS, TextureSettings, Weights,
+    Judging, LISTED, Part, Q_TERMS, TextureSettings, Weights,
 };
 pub use pipeline::{Pipeline, RunningFigures};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};

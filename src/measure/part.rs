@@ -95,6 +95,3 @@ impl Part {
 
 /// The share of an aperture that must be sampled densely enough, by default.
 pub const COVERAGE_MIN: f64 = 0.9;
-/// The largest height of a surface that is taken for one, mm. What stands a kilometre above its vertex has a coefficient of
-/// another unit.
-pub const HIGHEST_MM: f64 = 1e6;

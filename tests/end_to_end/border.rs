@@ -263,6 +263,22 @@ fn heads_that_claim_more_points_than_there_are_get_an_error() {
     }
 }
 
+/// 9²⁵⁴ mm high where the points end, and no aperture that could be held against it: feet were looked for over minutes.
+#[test]
+fn a_nominal_that_is_no_surface_where_the_points_end_is_refused() {
+    let bench = Bench::new();
+    let rows = (0..900).map(|at| [at % 30, at / 30].map(|side| f64::from(side) * 0.6 - 9.0));
+    let points: String =
+        rows.map(|[x, y]| format!("{x} {y} {}\n", (x * x + y * y) / 23.3)).collect();
+    let points = bench.file("cap.xyz", points);
+    for power in ["A254 = 1", "A20 = 1"] {
+        let text = format!("[surface]\nkind = \"asphere\"\nradius_mm = 11.65\n{power}\n");
+        let nominal = bench.file("high.toml", text);
+        let words = bench.hold(&["measure", &points, "--nominal", &nominal]).stdout;
+        assert!(words.contains("mm high 8.700000 mm from its axis"), "{words}");
+    }
+}
+
 #[test]
 fn texts_of_any_shape_are_refused_in_few_words() {
     let bench = Bench::new();

@@ -93,6 +93,17 @@ pub enum FitError {
         /// How far from the axis the nearest of the points stands, in mm.
         nearest_mm: f64,
     },
+    /// The nominal stands so high at the rim of the points that it is no surface of a part.
+    #[error(
+        "the nominal is {height_mm:e} mm high {reach_mm:.6} mm from its axis, as far as the points reach from their middle: correct its \
+         coefficients, or give an aperture in which it is a surface"
+    )]
+    TooHigh {
+        /// Half the larger side of the box about the points, in mm.
+        reach_mm: f64,
+        /// The least height there, in mm.
+        height_mm: f64,
+    },
     /// There is no fit, but there would be one if the points were in another unit.
     #[error("{0}")]
     Units(Units),

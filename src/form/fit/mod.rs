@@ -211,6 +211,7 @@ pub fn fit_weighted(
     settings: &FitSettings,
 ) -> Result<Fit, FitError> {
     check(nominal, settings)?;
+    check_height(points, nominal, settings)?;
     let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points.len())).transpose()?;
     match solve(points, weights.as_ref(), nominal, settings) {
         Ok(mut fit) => {
@@ -344,6 +345,35 @@ fn check(nominal: &Nominal, settings: &FitSettings) -> Result<(), FitError> {
     }
     Ok(())
 }
+
+/// Whether the nominal is a surface as far out as the points reach, wherever they lie on it: on what rises by a power of ten in a hair's
+/// breadth feet are looked for over minutes. An aperture is checked with the nominal.
+fn check_height(
+    points: &[PointMm],
+    nominal: &Nominal,
+    settings: &FitSettings,
+) -> Result<(), FitError> {
+    let has_powers = matches!(nominal, Nominal::Asphere(_) | Nominal::Freeform(_));
+    if !has_powers || settings.aperture != Aperture::None {
+        return Ok(());
+    }
+    let (low, high) = extremes(points);
+    let reach_mm = 0.5 * (high[0] - low[0]).max(high[1] - low[1]);
+    if !reach_mm.is_finite() {
+        return Ok(());
+    }
+    let about = [[reach_mm, 0.0], [0.0, reach_mm], [-reach_mm, 0.0], [0.0, -reach_mm]];
+    let heights = about.iter().filter_map(|[x_mm, y_mm]| nominal.height_mm(*x_mm, *y_mm));
+    let height_mm = heights.map(f64::abs).fold(f64::INFINITY, f64::min);
+    if height_mm.is_finite() && height_mm > HIGHEST_MM {
+        return Err(FitError::TooHigh { reach_mm, height_mm });
+    }
+    Ok(())
+}
+
+/// The largest height of a surface that is taken for one, mm. What stands a kilometre above its vertex has a coefficient of
+/// another unit.
+pub const HIGHEST_MM: f64 = 1e6;
 
 fn require(
     selection: &Selection,
