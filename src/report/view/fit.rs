@@ -28,7 +28,8 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     if !fit.indeterminate.is_empty() {
         let names = fit.indeterminate.join(", ");
         facts.push(
-            Fact::new("Not determined by the points, left at their start", names).bad_if(true),
+            Fact::new("Not determined by the points, left at their start", names)
+                .bad_if(!lacking(fit).is_empty()),
         );
     }
     facts.extend(criterion(fit));
@@ -44,12 +45,8 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     }
     // Of a combination the caution says all.
     for lacks in fit.details.undetermined.iter().filter(|lacks| !lacks.combined) {
-        let by = if lacks.by_shape { "by any points on this shape" } else { "by these points" };
-        chapter.note(format!(
-            "{} is not determined {by}: the points do not feel {}.",
-            lacks.parameter,
-            minus(lacks.combination.text.clone())
-        ));
+        let any = if lacks.by_shape { "; no points on this shape tell it" } else { "" };
+        chapter.note(format!("{}{any}.", minus(lacks.text.clone())));
     }
     parameters(&mut chapter, fit);
     if let Some(found) = fit.details.covariance.as_ref().filter(|found| found.parameters.len() > 1)
@@ -69,14 +66,21 @@ fn brief(chapter: &mut Chapter, fit: &FitFigures) {
             counted(fit.iterations.into(), "step")
         ));
     }
-    if !fit.indeterminate.is_empty() {
-        chapter
-            .brief
-            .push(format!("not determined by these points: {}", fit.indeterminate.join(", ")));
+    let lacking = lacking(fit);
+    if !lacking.is_empty() {
+        chapter.brief.push(format!("not determined by these points: {}", lacking.join(", ")));
     }
     chapter
         .brief
         .extend(fit.details.cautions.iter().map(|caution| format!("caution: {}", caution.text)));
+}
+
+/// Parameters that points elsewhere could tell: a shift of a plane along itself, which none tells, is no news.
+fn lacking(fit: &FitFigures) -> Vec<&str> {
+    let by_shape = |name: &str| {
+        fit.details.undetermined.iter().any(|lacks| lacks.by_shape && lacks.parameter == name)
+    };
+    fit.indeterminate.iter().map(String::as_str).filter(|name| !by_shape(name)).collect()
 }
 
 /// How points were counted, where that is not alike and by squares.
