@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use asphera_report::{ControlError, Label, ResultFile, Snapshot};
 use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{DefaultBodyLimit, Path, State};
@@ -246,14 +247,24 @@ async fn open_stream(
     }
 }
 
-async fn start(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
-    let label = match label(&body) {
+async fn start(State(shared): State<Arc<Shared>>, body: Result<Bytes, BytesRejection>) -> Response {
+    let label = match body.map_err(unread).and_then(|body| label(&body)) {
         Ok(label) => label,
         Err(problem) => return problem.into_response(),
     };
     // In a task of its own: a browser that hangs up must not leave a session half started.
     let source = Arc::clone(&shared.source);
     controlled("start", tokio::spawn(async move { source.start(label).await }).await)
+}
+
+/// Why a body was not read.
+fn unread(rejection: BytesRejection) -> Problem {
+    let status = rejection.status();
+    let problem = Problem::new(status, "the body of the request could not be read");
+    match status {
+        StatusCode::PAYLOAD_TOO_LARGE => problem.expected(format!("at most {LABEL_BYTES} bytes")),
+        _ => problem.found(&rejection.body_text()),
+    }
 }
 
 /// What the body of a start says of the part; an empty one says nothing.

@@ -134,7 +134,7 @@ fn check_token(headers: &HeaderMap, token: &Token) -> Result<(), Problem> {
     match candidate {
         None => Err(Problem::new(StatusCode::UNAUTHORIZED, "this needs the token")
             .expected("Authorization: Bearer TOKEN")
-            .hint("the token stands behind #token= in the address printed at start")),
+            .hint("the token stands behind #token= in the address printed at start, unless ASPHERA_TOKEN or --token-file sets it")),
         Some(candidate) if token.matches(candidate) => Ok(()),
         // The candidate is not repeated: it may be the token of another station.
         Some(_) => Err(Problem::new(StatusCode::FORBIDDEN, "wrong token").hint(

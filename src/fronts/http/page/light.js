@@ -81,9 +81,15 @@ export class Light {
       this.#close();
       return;
     }
-    this.#dialog.showModal();
-    document.documentElement.requestFullscreen?.().catch(() => {});
-    this.draw();
+    // What is shown last lies on top: first the page fills the screen, then the light the page. Where it may not, the light comes all
+    // the same.
+    const show = () => {
+      if (!this.#dialog.open) this.#dialog.showModal();
+      this.draw();
+    };
+    const full = document.documentElement.requestFullscreen?.();
+    if (full) full.then(show, show);
+    else show();
   }
 
   #close() {
