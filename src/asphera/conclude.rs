@@ -79,9 +79,6 @@ impl Outcome {
                 ),
             );
         }
-        for (name, lost) in devices(&self.links, |device| device.lost) {
-            verdict.reasons.push(format!("{name}: {lost} triggers were lost"));
-        }
         if let Some(first) = self.unreset {
             doubt(
                 verdict,
@@ -110,6 +107,11 @@ impl Outcome {
         }
         if !matches!(self.session.ended.as_str(), "complete" | "idle") {
             undecide(verdict, format!("the session was {} before its end", self.session.ended));
+        }
+        for (name, lost) in devices(&self.links, |device| device.lost) {
+            let triggers =
+                if lost == 1 { "1 trigger was" } else { &format!("{lost} triggers were") };
+            verdict.reasons.push(format!("{name}: {triggers} lost"));
         }
     }
 }

@@ -110,6 +110,9 @@ pub fn doubt(verdict: &mut Verdict, reason: String) {
 pub fn undecide(verdict: &mut Verdict, reason: String) {
     if verdict.status == Status::Pass {
         verdict.status = Status::Undecided;
+        // It stands first: it is what a light has room for.
+        verdict.reasons.insert(0, reason);
+        return;
     }
     verdict.reasons.push(reason);
 }
