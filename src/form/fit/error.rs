@@ -155,6 +155,7 @@ impl FitError {
             self,
             FitError::OutsideAperture { .. }
                 | FitError::OutsideDomain { .. }
+                | FitError::TooHigh { .. }
                 | FitError::TooFewPoints { .. }
         )
     }

@@ -211,7 +211,6 @@ pub fn fit_weighted(
     settings: &FitSettings,
 ) -> Result<Fit, FitError> {
     check(nominal, settings)?;
-    check_height(points, nominal, settings)?;
     let weights = uncertainties_mm.map(|u_mm| Weights::new(u_mm, points.len())).transpose()?;
     match solve(points, weights.as_ref(), nominal, settings) {
         Ok(mut fit) => {
@@ -239,6 +238,7 @@ pub(crate) fn solve(
     nominal: &Nominal,
     settings: &FitSettings,
 ) -> Result<Fit, FitError> {
+    check_height(points, nominal, settings)?;
     let roots = weights.map(|weights| weights.roots.as_slice());
     let start = start::find(points, nominal, settings);
     let mut selection = Selection::new(points, roots, nominal, &start, &settings.aperture);
