@@ -110,15 +110,16 @@ impl Footprint {
 }
 
 /// Refuses a shape that is far higher on the border of its footprint than parts are: its medial balls would be looked for without
-/// an end. Where it has no height, it has none that is too large.
+/// an end. Where the border lies beyond the shape, the end of the shape counts.
 fn must_be_level(shape: &dyn Shape, footprint: Footprint) -> Result<(), FreeformError> {
     let [width_mm, length_mm] = footprint.size_mm();
     let most_mm = HIGHEST_MM.max(width_mm + length_mm);
+    let rim_mm = footprint.rim_mm.min(WITHIN * shape.domain_mm());
     let [[x0, y0], [x1, y1]] = [footprint.low_mm, footprint.high_mm];
     let [x, y] = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
     for [x_mm, y_mm] in [[x0, y0], [x0, y1], [x1, y0], [x1, y1], [x0, y], [x1, y], [x, y0], [x, y1]]
     {
-        let inwards = (footprint.rim_mm / x_mm.hypot(y_mm)).min(1.0);
+        let inwards = (rim_mm / x_mm.hypot(y_mm)).min(1.0);
         let (x_mm, y_mm) = (inwards * x_mm, inwards * y_mm);
         if let Some(height_mm) = shape.sag_mm(x_mm, y_mm).filter(|z_mm| z_mm.abs() > most_mm) {
             return Err(FreeformError::TooHigh { x_mm, y_mm, height_mm });

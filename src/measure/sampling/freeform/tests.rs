@@ -188,6 +188,10 @@ fn a_surface_as_high_as_none_is_refused_at_once() {
     let error = Freeform::of(&nominal, rectangle(10.0, 10.0)).unwrap_err();
     assert!(matches!(error, FreeformError::TooHigh { .. }), "{error}");
     assert!(error.to_string().contains("mm high: correct its coefficients"), "{error}");
+    // A base that ends before the border hides nothing.
+    let ends = EvenAsphere::new(section(4.5, 0.0), &[(254, 1.0)]).unwrap();
+    let error = Freeform::of(&Nominal::Freeform(Arc::new(ends)), rectangle(10.0, 10.0));
+    assert!(matches!(error, Err(FreeformError::TooHigh { .. })), "{error:?}");
     // Within 0.9 mm of the vertex the same surface is as flat as its base.
     assert!(Freeform::of(&nominal, disc(0.5)).is_ok());
 }
