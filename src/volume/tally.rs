@@ -263,13 +263,15 @@ impl SurfaceTally {
         for at in 1..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut next = starts.clone();
         let mut ends = vec![0_u32; self.sides.len()];
-        for side in &self.sides {
-            let next = &mut next[(side >> 32) as usize];
+        // From the last to the first, each start goes from the end of its vertex to its begin.
+        for side in self.sides.iter().rev() {
+            let next = &mut starts[(side >> 32) as usize + 1];
+            *next -= 1;
             ends[*next as usize] = *side as u32;
-            *next += 1;
         }
+        starts.remove(0);
+        starts.push(self.sides.len() as u32);
         (starts, ends)
     }
 }

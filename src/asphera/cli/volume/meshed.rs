@@ -113,7 +113,7 @@ fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
 }
 
 /// Slices of a band: the vertices and sides of two bands stay in memory.
-const BAND: usize = 8;
+const BAND: usize = 5;
 
 /// The surface by modified marching cubes, some bands at a time.
 fn by_bands(
