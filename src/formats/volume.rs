@@ -285,6 +285,16 @@ fn is_beside(file: &str) -> bool {
 
 /// How many samples a size asks for: at least one a side, at most [`MAX_SAMPLES`].
 fn sample_count(format: Format, place: Place, size: [u64; 3]) -> Result<usize, ReadError> {
+    sample_count_up_to(format, place, size, MAX_SAMPLES).map(|count| count as usize)
+}
+
+/// The same where another number is the most.
+fn sample_count_up_to(
+    format: Format,
+    place: Place,
+    size: [u64; 3],
+    most: u64,
+) -> Result<u64, ReadError> {
     if size.contains(&0) {
         return Err(ReadError::Malformed {
             format,
@@ -293,15 +303,9 @@ fn sample_count(format: Format, place: Place, size: [u64; 3]) -> Result<usize, R
             found: format!("{} × {} × {}", size[0], size[1], size[2]),
         });
     }
-    let count = size.iter().fold(1_u64, |all, &side| all.saturating_mul(side));
-    if count > MAX_SAMPLES {
-        return Err(ReadError::TooLarge {
-            format,
-            place,
-            unit: "samples",
-            limit: MAX_SAMPLES,
-            found: count,
-        });
+    let found = size.iter().fold(1_u64, |all, &side| all.saturating_mul(side));
+    if found > most {
+        return Err(ReadError::TooLarge { format, place, unit: "samples", limit: most, found });
     }
-    Ok(count as usize)
+    Ok(found)
 }

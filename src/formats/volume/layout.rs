@@ -48,21 +48,7 @@ pub(super) enum SamplesIn {
 impl Layout {
     /// The number of samples, if each side has one and there are `most` at most.
     pub(super) fn count(&self, most: u64) -> Result<u64, ReadError> {
-        let Layout { format, size, ref size_at, .. } = *self;
-        if size.contains(&0) {
-            return Err(ReadError::Malformed {
-                format,
-                place: size_at.clone(),
-                expected: "at least one sample a side".into(),
-                found: format!("{} × {} × {}", size[0], size[1], size[2]),
-            });
-        }
-        let found = size.iter().fold(1_u64, |all, &side| all.saturating_mul(side));
-        if found > most {
-            let place = size_at.clone();
-            return Err(ReadError::TooLarge { format, place, unit: "samples", limit: most, found });
-        }
-        Ok(found)
+        super::sample_count_up_to(self.format, self.size_at.clone(), self.size, most)
     }
 
     /// The whole volume; `bytes` are those of the header's file, `beside` is asked for another.
@@ -91,11 +77,7 @@ impl Layout {
         let expected = self.count(MAX_SAMPLES)? as usize * self.element.bytes();
         self.check_length(bytes.len() as u64)?;
         let from = |bytes: usize, skip: u64| usize::try_from(skip).unwrap_or(bytes).min(bytes);
-        let mut stored = &bytes[from(bytes.len(), self.start)..];
-        for _ in 0..self.skip_lines {
-            let Some(end) = stored.iter().position(|&byte| byte == b'\n') else { break };
-            stored = &stored[end + 1..];
-        }
+        let stored = self.behind_lines(bytes);
         let samples = match (self.packing, self.skip) {
             (None, Skip::AllBefore) => stored[stored.len().saturating_sub(expected)..].to_vec(),
             (None, Skip::Bytes(skip)) => {
@@ -117,6 +99,17 @@ impl Layout {
             frame: self.frame,
             format: self.format,
         })
+    }
+
+    /// Those of a file's bytes that lie behind `start` and the lines that are passed over.
+    pub(super) fn behind_lines<'a>(&self, bytes: &'a [u8]) -> &'a [u8] {
+        let start = usize::try_from(self.start).unwrap_or(bytes.len()).min(bytes.len());
+        let mut stored = &bytes[start..];
+        for _ in 0..self.skip_lines {
+            let Some(end) = stored.iter().position(|&byte| byte == b'\n') else { break };
+            stored = &stored[end + 1..];
+        }
+        stored
     }
 
     /// Whether a file of so many bytes may hold the samples.

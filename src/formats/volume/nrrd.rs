@@ -26,12 +26,13 @@ pub(super) fn read(bytes: &[u8], beside: Beside<'_>) -> Result<Volume, ReadError
     let count = layout.count(MAX_SAMPLES)? as usize;
     let elsewhere;
     let text = match &layout.file {
-        SamplesIn::Own => &bytes[layout.start as usize..],
+        SamplesIn::Own => bytes,
         SamplesIn::Beside(name, place) => {
             elsewhere = beside(name).map_err(|why| layout.no_file(place, why))?;
             &elsewhere[..]
         }
     };
+    let text = layout.behind_lines(text);
     let skip = match layout.skip {
         Skip::Bytes(skip) => usize::try_from(skip).unwrap_or(usize::MAX),
         Skip::AllBefore => 0,

@@ -4,6 +4,7 @@ use std::io::{self, BufRead, BufReader, Read};
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
+use super::element::Element;
 use super::header::MAX_HEADER;
 use super::layout::{Layout, SamplesIn, Skip};
 use super::unpack::Packing;
@@ -29,7 +30,6 @@ pub struct SliceReader {
     layout: Layout,
     reader: Box<dyn Read + Send>,
     next: u64,
-    bytes: Vec<u8>,
 }
 
 impl SliceReader {
@@ -65,7 +65,7 @@ impl SliceReader {
         };
         layout.check_length(file.length)?;
         let reader = layout.samples(file)?;
-        Ok(Some(SliceReader { layout, reader, next: 0, bytes: Vec::new() }))
+        Ok(Some(SliceReader { layout, reader, next: 0 }))
     }
 
     /// Columns, rows and slices.
@@ -85,8 +85,7 @@ impl SliceReader {
 
     /// Whether samples are bytes.
     pub fn are_bytes(&self) -> bool {
-        self.layout.element.bytes() == 1
-            && matches!(self.layout.element.decoded(vec![], false), Values::Bytes(_))
+        self.layout.element == Element::U8
     }
 
     /// The samples of the next slice, x fastest, then y; `None` behind the last one.
@@ -100,15 +99,14 @@ impl SliceReader {
             return Ok(None);
         }
         let count = columns * rows * self.layout.element.bytes() as u64;
-        self.bytes.clear();
-        let read = (&mut self.reader).take(count).read_to_end(&mut self.bytes);
+        let mut bytes = Vec::new();
+        let read = (&mut self.reader).take(count).read_to_end(&mut bytes);
         let found = match read {
-            Ok(_) if self.bytes.len() as u64 == count => {
+            Ok(_) if bytes.len() as u64 == count => {
                 self.next += 1;
-                let bytes = std::mem::take(&mut self.bytes);
                 return Ok(Some(self.layout.element.decoded(bytes, self.layout.is_big)));
             }
-            Ok(_) => format!("{} in slice {}", self.bytes.len(), self.next),
+            Ok(_) => format!("{} in slice {}", bytes.len(), self.next),
             Err(error) => format!("{error} in slice {}", self.next),
         };
         Err(ReadError::Malformed {

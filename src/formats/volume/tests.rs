@@ -100,6 +100,9 @@ fn ascii_and_detached_samples_are_read() {
     let Values::Floats(values) = alone("a.nrrd", text).unwrap().values else { panic!("bytes") };
     assert_eq!((values[0], values[1], values[3]), (1.0, 2.5, -4.0));
     assert!(values[2].is_nan());
+    // Lines that are passed over hold numbers, too.
+    let text = b"NRRD0001\ntype: float\ndimension: 3\nsizes: 1 1 2\nencoding: ascii\nline skip: 1\n\n7 8 9\n1 2\n";
+    assert_eq!(alone("a.nrrd", text).unwrap().values, Values::Floats(vec![1.0, 2.0]));
     let header = b"NRRD0001\ntype: uint16\ndimension: 3\nsizes: 2 1 1\nencoding: raw\nendian: big\ndata file: C:\\far\\away.raw\n";
     let asked = Cell::new(false);
     let volume = read("a.nhdr", header, &mut |name| {
