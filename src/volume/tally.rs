@@ -1,7 +1,7 @@
 //! Figures of a surface that comes in bands: those of [`Surface`](crate::Surface), in the memory of two bands.
 
 use crate::surface::{Piece, area_and_volume};
-use crate::{SurfaceBand, SurfaceCheck};
+use crate::{Surface, SurfaceBand};
 
 /// Sums over the bands of a surface, handed over in turn.
 #[derive(Debug)]
@@ -33,8 +33,10 @@ pub struct SurfaceFigures {
     pub vertices: u64,
     /// The number of triangles.
     pub triangles: u64,
-    /// What the surface is; of rings about vertices nothing is known, so `is_manifold` is that of its sides.
-    pub check: SurfaceCheck,
+    /// Every side of a triangle belongs to two triangles.
+    pub is_closed: bool,
+    /// These two run along it in opposite directions.
+    pub is_oriented: bool,
     /// Its area, in squares of the unit of the vertices.
     pub area: f64,
     /// The volume it encloses, in cubes of this unit.
@@ -56,6 +58,30 @@ struct Growing {
 }
 
 const NONE: u32 = u32::MAX;
+
+impl Surface {
+    /// The figures of the surface, as a tally of its bands has them.
+    pub fn figures(&self) -> SurfaceFigures {
+        let check = self.check();
+        let is_empty = self.triangles.is_empty();
+        SurfaceFigures {
+            vertices: self.vertices.len() as u64,
+            triangles: self.triangles.len() as u64,
+            is_closed: check.is_closed,
+            is_oriented: check.is_oriented,
+            area: self.area(),
+            volume: if is_empty { 0.0 } else { self.volume() },
+            pieces: self.pieces(),
+        }
+    }
+}
+
+impl SurfaceFigures {
+    /// The Euler number of the whole surface, if it is closed.
+    pub fn euler(&self) -> i64 {
+        self.vertices as i64 - self.triangles as i64 / 2
+    }
+}
 
 impl Default for SurfaceTally {
     fn default() -> SurfaceTally {
@@ -110,11 +136,8 @@ impl SurfaceTally {
         SurfaceFigures {
             vertices: self.vertices,
             triangles: self.triangles,
-            check: SurfaceCheck {
-                is_closed: self.is_closed,
-                is_oriented: self.is_oriented,
-                is_manifold: self.is_closed && self.is_oriented,
-            },
+            is_closed: self.is_closed,
+            is_oriented: self.is_oriented,
             area: pieces.iter().map(|piece| piece.area).sum(),
             volume: pieces.iter().map(|piece| piece.volume).sum(),
             pieces,

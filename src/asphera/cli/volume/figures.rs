@@ -2,8 +2,8 @@
 
 use asphera_formats::volume::UnitKnown;
 use asphera_volume::{
-    Ambiguity, BALL_RADIUS, GridCheck, Histogram, Majority, Topology, Verdict, VolumeBounds,
-    area_bounds, ball_fractions, blurred_area, counting_uncertainty, difference_area,
+    Ambiguity, BALL_RADIUS, GridCheck, Histogram, Majority, SurfaceFigures, Topology, Verdict,
+    VolumeBounds, area_bounds, ball_fractions, blurred_area, counting_uncertainty, difference_area,
     majority_fractions, marching_fractions, needed_spacing_mm, semi_local_area,
     trilinear_fractions, tube_counts, voxel_fractions,
 };
@@ -13,7 +13,6 @@ use serde::Serialize;
 use super::super::files::part;
 use super::super::output::Failure;
 use super::VolumeArgs;
-use super::meshed::Meshed;
 use super::nominal::{self, NominalFigures};
 use super::opened::Opened;
 
@@ -80,11 +79,11 @@ pub(super) struct TopologyFigures {
     pub(super) components: u64,
     pub(super) cavities: u64,
     pub(super) tunnels: i64,
-    pub(super) surfaces: Vec<SurfaceFigures>,
+    pub(super) surfaces: Vec<PieceFigures>,
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct SurfaceFigures {
+pub(super) struct PieceFigures {
     euler: i64,
     genus: i64,
     area_mm2: f64,
@@ -166,7 +165,7 @@ impl VolumeReport {
 pub(super) fn of(
     args: &VolumeArgs,
     opened: &Opened,
-    surface: &Meshed,
+    surface: &SurfaceFigures,
 ) -> Result<VolumeReport, Failure> {
     let Opened { samples, frame, .. } = opened;
     let histogram = Histogram::new(samples);
@@ -177,7 +176,7 @@ pub(super) fn of(
     let nominal = given.map(|part| nominal::of(&part, spacing_mm, &check)).transpose()?;
     let grid = grid(args, opened, &check, nominal);
     let pieces = &surface.pieces;
-    let surfaces = pieces.iter().map(|piece| SurfaceFigures {
+    let surfaces = pieces.iter().map(|piece| PieceFigures {
         euler: piece.euler,
         genus: piece.genus,
         area_mm2: piece.area,
@@ -282,7 +281,7 @@ fn measures(
     args: &VolumeArgs,
     opened: &Opened,
     histogram: &Histogram,
-    surface: &Meshed,
+    surface: &SurfaceFigures,
     grid: &GridFigures,
     euler: i64,
 ) -> Measures {
@@ -298,14 +297,14 @@ fn measures(
         balls: voxel_mm3 * histogram.volume(&ball_fractions(BALL_RADIUS)),
         mmc: voxel_mm3 * histogram.volume(&marching_fractions(Ambiguity::Paired)),
         trilinear: voxel_mm3 * histogram.volume(&trilinear_fractions()),
-        mesh: surface.volume_mm3,
+        mesh: surface.volume,
     };
     let h_mm = frame.spacing_mm()[0];
     let is_cubic = frame.is_orthogonal()
         && frame.spacing_mm().iter().all(|side| (side / h_mm - 1.0).abs() < 1e-5);
     let regular = args.regular.filter(|_| grid.known == Verdict::Proved).map(|r| r / h_mm);
     let bounds = regular.map(|r| VolumeBounds::new(samples, Some(r)));
-    let mesh = surface.area_mm2;
+    let mesh = surface.area;
     let area = if is_cubic {
         cubic_area(opened, h_mm, regular, 2 * euler, mesh)
     } else {

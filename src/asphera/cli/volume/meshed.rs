@@ -7,33 +7,15 @@ use std::path::{Path, PathBuf};
 use asphera_formats::volume::{Frame, SliceReader, Values};
 use asphera_formats::{WriteError, ply, stl};
 use asphera_volume::{
-    Ambiguity, Bands, Grey as GreyValues, GreySlices, Method, Middles, Piece, Surface, SurfaceBand,
-    SurfaceTally, reconstruct, trilinear_surface,
+    Ambiguity, Bands, Grey as GreyValues, GreySlices, Method, Middles, Surface, SurfaceBand,
+    SurfaceFigures, SurfaceTally, reconstruct, trilinear_surface,
 };
 use rayon::prelude::*;
 
 use super::super::output::Failure;
 use super::VolumeArgs;
 use super::opened::{Grey, Opened};
-use super::sliced::next;
-
-/// What is known of a surface, in mm of the file's frame.
-pub(super) struct Meshed {
-    pub(super) vertices: u64,
-    pub(super) triangles: u64,
-    pub(super) is_closed: bool,
-    pub(super) is_oriented: bool,
-    pub(super) area_mm2: f64,
-    pub(super) volume_mm3: f64,
-    pub(super) pieces: Vec<Piece>,
-}
-
-impl Meshed {
-    /// The Euler number of the whole surface.
-    pub(super) fn euler(&self) -> i64 {
-        self.vertices as i64 - self.triangles as i64 / 2
-    }
-}
+use super::sliced::{SlicedFile, next};
 
 /// The formats that surfaces are written in.
 enum MeshKind {
@@ -54,13 +36,18 @@ pub(super) fn check_names(paths: &[PathBuf]) -> Result<(), Failure> {
     paths.iter().try_for_each(|path| mesh_kind(path).map(|_| ()))
 }
 
-/// Makes the surface of a volume, writes it into files and measures it.
-pub(super) fn of(args: &VolumeArgs, opened: &Opened, files: &[PathBuf]) -> Result<Meshed, Failure> {
+/// Makes the surface of a volume in mm of the file's frame, writes it into files and measures it.
+pub(super) fn of(
+    args: &VolumeArgs,
+    opened: &Opened,
+    files: &[PathBuf],
+) -> Result<SurfaceFigures, Failure> {
     match &opened.values {
-        Grey::Two => whole(args, opened, None, files),
-        Grey::Whole(values) => whole(args, opened, Some(values), files),
-        Grey::SlicedTwo => by_bands(args, opened, None, files),
-        Grey::Sliced(file) => by_bands(args, opened, Some(file.again()?), files),
+        Grey::Whole(values) => whole(args, opened, values.as_deref(), files),
+        Grey::Sliced(file) => {
+            let reader = file.as_ref().map(SlicedFile::again).transpose()?;
+            by_bands(args, opened, reader, files)
+        }
     }
 }
 
@@ -69,7 +56,7 @@ fn whole(
     opened: &Opened,
     values: Option<&[f32]>,
     files: &[PathBuf],
-) -> Result<Meshed, Failure> {
+) -> Result<SurfaceFigures, Failure> {
     let Opened { samples, frame, .. } = opened;
     let method = args.method();
     let surface = match values {
@@ -83,19 +70,9 @@ fn whole(
         }
         None => reconstruct(samples, &method, &Middles)?,
     };
-    let check = surface.check();
     let surface = surface.moved(|vertex| frame.place_mm(vertex), frame.is_mirror());
     files.iter().try_for_each(|path| write_mesh(path, &surface))?;
-    let is_empty = surface.triangles.is_empty();
-    Ok(Meshed {
-        vertices: surface.vertices.len() as u64,
-        triangles: surface.triangles.len() as u64,
-        is_closed: check.is_closed,
-        is_oriented: check.is_oriented,
-        area_mm2: surface.area(),
-        volume_mm3: if is_empty { 0.0 } else { surface.volume() },
-        pieces: surface.pieces(),
-    })
+    Ok(surface.figures())
 }
 
 fn write_mesh(path: &Path, surface: &Surface) -> Result<(), Failure> {
@@ -121,7 +98,7 @@ fn by_bands(
     opened: &Opened,
     reader: Option<SliceReader>,
     files: &[PathBuf],
-) -> Result<Meshed, Failure> {
+) -> Result<SurfaceFigures, Failure> {
     let bands = Bands::new(&opened.samples, Ambiguity::Paired);
     let mut growing = files
         .iter()
@@ -160,15 +137,7 @@ fn by_bands(
     let figures = tally.finish(|corners| add_corners(&mut growing, corners, &mut result));
     result?;
     growing.into_iter().try_for_each(GrowingFile::finish)?;
-    Ok(Meshed {
-        vertices: figures.vertices,
-        triangles: figures.triangles,
-        is_closed: figures.check.is_closed,
-        is_oriented: figures.check.is_oriented,
-        area_mm2: figures.area,
-        volume_mm3: figures.volume,
-        pieces: figures.pieces,
-    })
+    Ok(figures)
 }
 
 /// A band in mm of the file's frame.

@@ -27,16 +27,12 @@ pub(super) struct Opened {
     pub(super) is_chosen: bool,
 }
 
-/// The values that place the vertices.
+/// The values that place the vertices; `None` where there are two only, and vertices lie halfway.
 pub(super) enum Grey {
-    /// There are two values only: vertices lie halfway.
-    Two,
-    /// All of them, in memory.
-    Whole(Vec<f32>),
+    /// All of them in memory.
+    Whole(Option<Vec<f32>>),
     /// Those of a file that is read once more, slice by slice.
-    Sliced(SlicedFile),
-    /// There are two values only in such a file.
-    SlicedTwo,
+    Sliced(Option<SlicedFile>),
 }
 
 /// What is material, and how much of it there is.
@@ -69,7 +65,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Opened, Failure> {
     let count =
         |threshold: f64| floats.iter().filter(|&&v| f64::from(v) >= threshold).count() as u64;
     let moved_foreground = moved(threshold, &levels).map(|both| both.map(count));
-    let values = if levels.are_two { Grey::Two } else { Grey::Whole(floats) };
+    let values = Grey::Whole((!levels.are_two).then_some(floats));
     let found = Thresholded { all, threshold, threshold_source, levels, moved_foreground };
     found.opened(args, volume.frame, values)
 }

@@ -15,6 +15,7 @@ use super::{MethodName, VolumeArgs};
 /// A file whose slices lie one after another.
 pub(in crate::cli) struct SlicedFile {
     path: PathBuf,
+    size: [usize; 3],
 }
 
 impl SlicedFile {
@@ -38,11 +39,11 @@ impl SlicedFile {
         SliceReader::open(&name, &mut open).map_err(|error| failed(&name, error))
     }
 
-    /// The slices once more.
+    /// The slices once more; fails if there are others now.
     pub(super) fn again(&self) -> Result<SliceReader, Failure> {
         let name = self.path.display();
-        SlicedFile::open(&self.path)?
-            .ok_or_else(|| format!("{name}: changed while it was read").into())
+        let reader = SlicedFile::open(&self.path)?.filter(|reader| reader.size() == self.size);
+        reader.ok_or_else(|| format!("{name}: changed while it was read").into())
     }
 }
 
@@ -58,7 +59,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
     }
     let name = args.file.display().to_string();
     let frame = spaced(&name, reader.frame(), args.spacing)?;
-    let file = SlicedFile { path: args.file.clone() };
+    let file = SlicedFile { path: args.file.clone(), size };
     let counted = Counted::of(&name, reader, &file)?;
     let (at, threshold_source) = threshold(&name, args.threshold, &counted.levels)?;
     let mut builder = SlabBuilder::new(size)?;
@@ -93,7 +94,7 @@ pub(super) fn open(args: &VolumeArgs, whole: u64) -> Result<Option<Opened>, Fail
         levels: counted.levels,
         moved_foreground: moved_to.map(|_| moved_foreground),
     };
-    let values = if counted.levels.are_two { Grey::SlicedTwo } else { Grey::Sliced(file) };
+    let values = Grey::Sliced((!counted.levels.are_two).then_some(file));
     found.opened(args, frame, values).map(Some)
 }
 
