@@ -49,6 +49,12 @@ pub enum Violation {
         /// Where it turns.
         vertex: VertexId,
     },
+    /// The boundary turns to the left everywhere, but more than once around: triangles overlap.
+    #[error("the boundary winds {times} times around, so triangles overlap")]
+    WindsTwice {
+        /// How often it winds.
+        times: usize,
+    },
     /// The boundary is not one closed loop.
     #[error("the boundary has {edges} edges, but its first loop has {in_loop}")]
     BoundaryNotOneLoop {
@@ -84,8 +90,9 @@ pub enum Violation {
 /// Checks that `triangles` are a Delaunay triangulation of `points`, which must differ in place.
 ///
 /// In this order: every triangle turns counter-clockwise; no two triangles lie on the same side of
-/// an edge; every point is used; Euler's relation holds; the boundary is one convex loop; and of two
-/// triangles with a common edge neither has the other's third corner inside its circumcircle, which
+/// an edge; every point is used; Euler's relation holds; the boundary is one convex loop that winds once
+/// around, so that no triangles overlap (angles about the inner vertices are whole turns, and as many in
+/// all as there are such vertices); and of two triangles with a common edge neither has the other's third corner inside its circumcircle, which
 /// for all such pairs implies that all circumcircles are empty (B. Delaunay, 1934). Points exactly
 /// on a circumcircle are no violation. Without triangles all points must lie on one line.
 ///
@@ -204,21 +211,32 @@ impl Checked<'_> {
         for side in boundary {
             next[side.from as usize] = Some(side.to);
         }
-        let mut in_loop = 0;
+        let (mut in_loop, mut times) = (0, 0);
         let mut reached = boundary.first().map(|side| (side.from, side.to));
         while let Some((from, vertex)) = reached.take() {
             let Some(to) = next[vertex as usize].take() else { break };
             in_loop += 1;
-            if orientation(self.at(from), self.at(vertex), self.at(to)) == Ordering::Less {
+            let [before, here, after] = [from, vertex, to].map(|vertex| self.at(vertex));
+            let is_convex = match orientation(before, here, after) {
+                Ordering::Less => false,
+                // Straight on, not back.
+                Ordering::Equal => leads_down(before, here) == leads_down(here, after),
+                Ordering::Greater => true,
+            };
+            if !is_convex {
                 return Err(Violation::NotConvex { vertex });
             }
+            // A loop that only turns left leads down and then up again once in each turn.
+            times += usize::from(leads_down(before, here) && !leads_down(here, after));
             reached = Some((vertex, to));
         }
-        if in_loop == boundary.len() {
-            Ok(())
-        } else {
-            Err(Violation::BoundaryNotOneLoop { edges: boundary.len(), in_loop })
+        if in_loop != boundary.len() {
+            return Err(Violation::BoundaryNotOneLoop { edges: boundary.len(), in_loop });
         }
+        if times != 1 {
+            return Err(Violation::WindsTwice { times });
+        }
+        Ok(())
     }
 
     fn circles_are_empty(&self, inner: &[[Side; 2]]) -> Result<(), Violation> {
@@ -231,6 +249,11 @@ impl Checked<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether a side leads down, or straight against the first axis.
+fn leads_down(from: Place, to: Place) -> bool {
+    [to[1], to[0]] < [from[1], from[0]]
 }
 
 fn on_one_line(points: &[PointMm]) -> Result<(), Violation> {
@@ -258,7 +281,16 @@ mod tests {
         concave[2] = [0.5, 0.5, 0.0];
         let mut islands = SQUARE.to_vec();
         islands.extend([[5.0, 0.0, 0.0], [6.0, 0.0, 0.0], [5.0, 1.0, 0.0]]);
-        let cases: [Case; 10] = [
+        // Two turns about the middle point, in steps of 80 degrees.
+        let twice: Vec<PointMm> = std::iter::once([0.0, 0.0, 0.0])
+            .chain((0..9).map(|step| {
+                let (sin, cos) = (80.0 * f64::from(step)).to_radians().sin_cos();
+                [cos, sin, 0.0]
+            }))
+            .collect();
+        let fan: Vec<[VertexId; 3]> = (1..10).map(|step| [0, step, step % 9 + 1]).collect();
+        let cases: [Case; 11] = [
+            (&twice, &fan, Err(Violation::WindsTwice { times: 2 })),
             (&SQUARE, &[[0, 1, 2], [0, 2, 3]], Ok(())),
             (
                 &SQUARE,

@@ -95,7 +95,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// the end of what is left of it, and the line of the hull still advances along the axis.
     ///
     /// The run must not come between the fan and what is left of it: its first point lies before
-    /// `edge`, and all of them before the line.
+    /// `edge`, and all of them before the line. Nor may it start on the other side of the apex: it would hide
+    /// the side between apex and line, which then meets the line in a corner that is not convex.
     pub(super) fn unfold(
         &mut self,
         edge: Slot,
@@ -121,7 +122,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 || !axis.is_between(place, near, far)
                 || self.cells.is_ghost(self.cells.across(Side::new(slot, 2)).slot())
                 || next_apex == GHOST
-                || last == edge && !self.is_before(run.clone(), edge, axis, slot)
+                || last == edge && !self.goes_on(run.clone(), place, edge, axis, slot)
             {
                 break;
             }
@@ -172,10 +173,20 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         product <= 0.0 || height * height >= product * (1.0 + 8.0 * f64::EPSILON)
     }
 
-    /// Whether the first point of a run lies before a side of the hull, and all on the outer side of the line
-    /// of a base.
-    fn is_before(&self, run: Range<VertexId>, edge: Slot, axis: Axis, base: Slot) -> bool {
+    /// Whether a run goes on from an apex along the axis, its first point lies before a side of the hull, and all
+    /// on the outer side of the line of a base.
+    fn goes_on(
+        &self,
+        run: Range<VertexId>,
+        apex: Place,
+        edge: Slot,
+        axis: Axis,
+        base: Slot,
+    ) -> bool {
         let first = self.at(run.start);
+        if axis.along(first) < axis.along(apex) {
+            return false;
+        }
         let level = axis.across(self.at(self.cells.corner(base, 0)));
         let is_less = axis.across(first) < level;
         let mut run = run.map(|vertex| axis.across(self.at(vertex)));

@@ -245,3 +245,21 @@ proptest! {
         }
     }
 }
+
+/// A line that ends before the last points of the line before, and the next, which ends far ahead of both: its first
+/// point lies beyond the apex of the fan, and a strip beside that fan would end in a corner that is not convex.
+#[test]
+fn a_run_from_beyond_the_apex() {
+    for turns in 0..4 {
+        let pattern = Pattern { turns, columns: 21, serpentine: false, ..PATTERNS[6] };
+        let mut first = [pattern.line(2), pattern.line(3), pattern.line(4)].concat();
+        first.insert(22, pattern.at(40.0, 3.0));
+        let mut second = pattern.line(5)[..11].to_vec();
+        second.push(pattern.at(50.0, 5.0));
+        let mut mesh = Mesh::new();
+        for batch in [first, second] {
+            mesh.insert(&batch);
+            assert_right(&mesh);
+        }
+    }
+}
