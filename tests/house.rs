@@ -9,10 +9,11 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it. Drivers and
 /// simulators follow a rule of their own: see [`allowed`].
-const ALLOWED: [(&str, &[&str]); 25] = [
+const ALLOWED: [(&str, &[&str]); 26] = [
     (
         "asphera",
         &[
+            "asphera-calibrate",
             "asphera-contour",
             "asphera-face",
             "asphera-form",
@@ -82,6 +83,7 @@ const ALLOWED: [(&str, &[&str]); 25] = [
     ("asphera-reconstruct", &["asphera-geometry"]),
     ("asphera-volume", &[]),
     ("asphera-graph", &["asphera-geometry"]),
+    ("asphera-calibrate", &["asphera-form", "asphera-geometry"]),
     ("asphera-form", &[]),
     ("asphera-http", &["asphera-report"]),
     ("asphera-metrics", &["asphera-report"]),
@@ -103,7 +105,7 @@ const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 const TALK_IN_LINES: [&str; 2] = ["asphera-scpi", "asphera-zaber"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 17] = [
+const PURE: [&str; 18] = [
     "asphera-geometry",
     "asphera-mesh",
     "asphera-surface",
@@ -115,6 +117,7 @@ const PURE: [&str; 17] = [
     "asphera-figures",
     "asphera-uncertainty",
     "asphera-measure",
+    "asphera-calibrate",
     "asphera-face",
     "asphera-report",
     "asphera-formats",
