@@ -7,6 +7,7 @@ use std::time::Duration;
 use asphera_link::Nanos;
 use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
+use crate::calibration::CalibrationFile;
 use crate::session::{Header, Recovery};
 use crate::station::{Bench, Kinematics};
 use asphera_measure::{Measurement, doubt, undecide};
@@ -42,7 +43,10 @@ impl Outcome {
             suspended: bench.suspended(),
             last_point: bench.last_primary(),
             links: bench.figures(),
-            session,
+            session: SessionFigures {
+                calibration: bench.calibration().map(CalibrationFile::figures),
+                ..session
+            },
             kinematics: bench.kinematics().clone(),
         }
     }
@@ -138,6 +142,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
         version: header.version.clone(),
         ended: ended.to_owned(),
         label: header.label.clone(),
+        calibration: None,
     }
 }
 

@@ -7,6 +7,7 @@
 //!     └───────▶ session recorder
 //! ```
 
+pub mod calibration;
 pub mod cli;
 pub mod clock;
 pub mod conclude;

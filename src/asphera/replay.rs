@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use asphera_calibrate::Machine;
 use asphera_contour::PlaceMm;
 use asphera_link::Nanos;
 use asphera_report::{SessionFigures, Verdict};
@@ -59,6 +60,21 @@ impl Playback {
             .map_err(ReplayError::Config)?;
         let bench = assemble(&config)?;
         Ok(Playback { session, config, bench })
+    }
+
+    /// The machine, and the recording with the bare readings of its axes for points: uncorrected, of a polar machine angle in
+    /// rad, radius and height.
+    ///
+    /// # Errors
+    ///
+    /// As [`Playback::open`].
+    pub fn bare(mut self) -> Result<(Machine, Playback), ReplayError> {
+        let machine = self.config.kinematics.machine();
+        self.config.kinematics = self.config.kinematics.bare();
+        self.config.calibration = None;
+        self.config.contour = None;
+        self.bench = assemble(&self.config)?;
+        Ok((machine, self))
     }
 
     /// The part as the recording names it.

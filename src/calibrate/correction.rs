@@ -33,6 +33,11 @@ impl Axes {
         }
     }
 
+    /// The place without correction, mm.
+    pub fn place_mm(self) -> [f64; 3] {
+        self.place().0
+    }
+
     /// The place without correction, mm, and the direction of the radial axis.
     pub(crate) fn place(self) -> (Vector, [f64; 2]) {
         match self {

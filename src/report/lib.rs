@@ -68,7 +68,7 @@ pub use profile::ProfileFigures;
 pub use prospect::{Outlook, ProspectFigures, ProspectState};
 pub use reading::{ColumnFigures, ReadingFigures};
 pub use refusal::Refusal;
-pub use report::{Points, REPORT_FORMAT, Report, SessionFigures, Timing};
+pub use report::{CalibrationFigures, Points, REPORT_FORMAT, Report, SessionFigures, Timing};
 pub use sampling::{CurrentFigures, NextFigures, PolygonFigures, SamplingFigures};
 pub use section::{
     CircleFigures, Columns, Cut, DeviationProfile, HeightFigures, LineFigures, PathFigures,

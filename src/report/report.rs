@@ -94,6 +94,20 @@ pub struct SessionFigures {
     /// Part and operator, as given at the start.
     #[serde(default, skip_serializing_if = "is_unlabelled")]
     pub label: Label,
+    /// Calibration of the machine that its points were corrected by; absent where there was none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CalibrationFigures>,
+}
+
+/// A calibration of a machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationFigures {
+    /// When it was made, RFC 3339, UTC.
+    pub made: String,
+    /// Until when it may be used, RFC 3339, UTC.
+    pub valid_until: String,
+    /// Kind of machine: `cartesian`, `polar`.
+    pub machine: String,
 }
 
 fn is_unlabelled(label: &Label) -> bool {

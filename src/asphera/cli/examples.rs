@@ -25,6 +25,11 @@ pub(super) const SECTION: &str = "Examples:
   asphera section part.xyz --line -5,0,5,0 -o section.csv
   asphera section part.xyz --radius 45 --nominal sphere.toml --json";
 
+pub(super) const CALIBRATE: &str = "Examples:
+  asphera calibrate session-20261121T004006Z-0badcafe --sphere 10 --u-radius 30 -o calibration.toml
+  asphera calibrate ball.xyz --machine cartesian --sphere 12.5 --parameters squareness,tilt_x,tilt_y -o calibration.toml
+  asphera calibrate a.xyz b.xyz c.xyz --machine cartesian --sphere 10 --turn 0,90,180 --form 4 -o calibration.toml";
+
 pub(super) const CONTOUR: &str = "Examples:
   asphera contour edge.xyz -o edge.svg
   asphera contour edge.csv --columns 1,2 --method peel --set delta=2.5 --json

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand.
 
 mod benchmark;
+mod calibrate;
 mod check;
 mod columns;
 mod compare;
@@ -94,6 +95,9 @@ enum Command {
     /// Cuts a measured surface along a line, a circle, a radius or in a plane: the profile as CSV, and its figures.
     #[command(after_help = examples::SECTION)]
     Section(section::SectionArgs),
+    /// Finds the errors of a machine from a measured ball or flat, for `[calibration]` of a station.
+    #[command(after_help = examples::CALIBRATE)]
+    Calibrate(calibrate::CalibrateArgs),
     /// Finds the curve that points in the plane are samples of: outlines, edges, closed sections.
     #[command(after_help = examples::CONTOUR)]
     Contour(contour::ContourArgs),
@@ -216,6 +220,7 @@ pub fn main() -> ExitCode {
         Command::Measure(args) => measure::run(&args),
         Command::Reduce(args) => reduce::run(&args),
         Command::Section(args) => section::run(&args),
+        Command::Calibrate(args) => calibrate::run(&args),
         Command::Contour(args) => contour::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Benchmark(args) => benchmark::run(&args),

@@ -2,6 +2,7 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
+mod calibration;
 mod contour;
 mod devices;
 mod line;
@@ -30,6 +31,7 @@ pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use output::OutputConfig;
 
+use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
@@ -50,6 +52,8 @@ pub struct Config {
     pub sync: SyncConfig,
     /// How their readings make a point.
     pub kinematics: Kinematics,
+    /// Errors of the machine, which are taken out of its points.
+    pub calibration: Option<CalibrationFile>,
     /// Along which direction the points are projected for their mesh.
     pub along: Along,
     /// Design of the part.
@@ -143,7 +147,7 @@ impl Config {
         let folder = nominal_path.parent().unwrap_or(Path::new(""));
         let text = pinned(inline(&text, &nominal_text), folder);
         let here = path.parent().unwrap_or(Path::new(""));
-        let folders = Folders { nominal: folder, contour: here };
+        let folders = Folders { nominal: folder, station: here };
         let config = read_root(&root, &text, folders, Some(part.as_ref().ok()));
         root.finish();
         drop((root, nominal));
@@ -172,7 +176,7 @@ impl Config {
         let file = asphera_nominal::parse_text(name, text)?;
         let root = file.root();
         let folder = asphera_nominal::folder(name);
-        let folders = Folders { nominal: folder, contour: folder };
+        let folders = Folders { nominal: folder, station: folder };
         let config = read_root(&root, &pinned(text.to_owned(), folder), folders, None);
         root.finish();
         drop(root);
@@ -230,7 +234,7 @@ struct Folders<'a> {
     /// Files that a nominal names.
     nominal: &'a Path,
     /// Files that the configuration itself names.
-    contour: &'a Path,
+    station: &'a Path,
 }
 
 /// Reads the whole file. `outside` is the nominal that was read from a file of its own, if it was named
@@ -301,7 +305,10 @@ fn read_root(
     session.finish();
 
     let output = output::read(&root.section("output"));
-    let (contour, text) = contour::read(&root.section("contour"), folders.contour, text);
+    let (contour, text) = contour::read(&root.section("contour"), folders.station, text);
+    let machine = kinematics.as_ref().map(Kinematics::machine);
+    let (calibration, text) =
+        calibration::read(&root.section("calibration"), folders.station, machine, &text);
 
     let publish = root.section("publish");
     let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
@@ -318,6 +325,7 @@ fn read_root(
         devices,
         sync: sync?,
         kinematics: kinematics?,
+        calibration,
         along: along?,
         part: part?,
         end,

@@ -404,6 +404,12 @@ impl Core {
     async fn begin(&mut self, label: Label) -> Result<(), StationError> {
         let bench = assemble(&self.config)?;
         let clock = Clock::start();
+        let calibration = bench.calibration();
+        if let Some(why) =
+            calibration.and_then(|calibration| calibration.refusal(clock.started_wall_ns()))
+        {
+            return Err(StationError::Calibration(why));
+        }
         let header = Header {
             id: SessionId::random().map_err(StationError::Random)?,
             station: self.config.name.clone(),

@@ -75,6 +75,9 @@ pub enum StationError {
     /// There was no random number for the session's name.
     #[error("the system gave no random number: {0}")]
     Random(getrandom::Error),
+    /// The machine's calibration is out of date, or the host's clock is.
+    #[error("{0}")]
+    Calibration(String),
     /// A session is running already.
     #[error("a session is running; stop it first")]
     Running,

@@ -44,6 +44,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
         streams: config.sync.devices.iter().map(|device| places[*device]).collect(),
         sync: config.sync.settings.clone(),
         kinematics: config.kinematics.clone(),
+        calibration: config.calibration.clone(),
         end: config.end,
     }))
 }

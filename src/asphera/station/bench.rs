@@ -13,6 +13,7 @@ use super::hold_up::Patience;
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::synchronizer::{Record, SyncSettings, Synchronizer};
+use crate::calibration::CalibrationFile;
 
 /// How a station is put together.
 pub struct BenchSettings {
@@ -24,6 +25,8 @@ pub struct BenchSettings {
     pub sync: SyncSettings,
     /// How a joined record becomes a point.
     pub kinematics: Kinematics,
+    /// Errors of the machine, which are taken out of its points.
+    pub calibration: Option<CalibrationFile>,
     /// When the scan is over.
     pub end: EndSettings,
 }
@@ -107,6 +110,7 @@ pub struct Bench {
     streams: Vec<(usize, usize)>,
     synchronizer: Synchronizer,
     kinematics: Kinematics,
+    calibration: Option<CalibrationFile>,
     end: EndSettings,
     now: Nanos,
     /// The primary waits to be started until its companions are ready, and no longer than this.
@@ -132,6 +136,7 @@ impl Bench {
             lines: settings.lines,
             streams: settings.streams,
             kinematics: settings.kinematics,
+            calibration: settings.calibration,
             end: settings.end,
             now: Nanos::ZERO,
             primary_held: None,
@@ -312,6 +317,11 @@ impl Bench {
         &self.kinematics
     }
 
+    /// The calibration of the machine, if there is one.
+    pub fn calibration(&self) -> Option<&CalibrationFile> {
+        self.calibration.as_ref()
+    }
+
     /// The primary's first count, if the counters had not been reset before the scan.
     pub fn unreset(&self) -> Option<u64> {
         self.synchronizer.unreset()
@@ -436,7 +446,8 @@ impl Bench {
     fn emit(&mut self) {
         self.records += self.joined.len() as u64;
         for record in self.joined.drain(..) {
-            self.kinematics.points(&record, &mut self.points);
+            let correction = self.calibration.as_ref().map(CalibrationFile::correction);
+            self.kinematics.points(&record, correction, &mut self.points);
         }
     }
 }

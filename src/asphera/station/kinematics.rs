@@ -1,5 +1,6 @@
 //! From joined readings to points in the part frame.
 
+use asphera_calibrate::{Axes, Correction, Machine};
 use asphera_link::{Flags, Nanos};
 
 use super::profiler::Profiler;
@@ -19,6 +20,22 @@ pub struct Point {
 }
 
 impl Point {
+    /// A point of a record where its axes stand, corrected where there is a correction; a place that the correction does
+    /// not reach is flagged.
+    pub(super) fn corrected(
+        record: &Record,
+        axes: Axes,
+        correction: Option<&Correction>,
+        flags: Flags,
+    ) -> Point {
+        let corrected = correction.map(|correction| correction.apply(axes));
+        match corrected {
+            Some(Some(position_mm)) => Point::new(record, position_mm, flags),
+            Some(None) => Point::new(record, axes.place_mm(), flags | Flags::OUT_OF_RANGE),
+            None => Point::new(record, axes.place_mm(), flags),
+        }
+    }
+
     /// A point of a record; a place that is no number is flagged.
     pub(super) fn new(record: &Record, position_mm: [f64; 3], flags: Flags) -> Point {
         let is_finite = position_mm.iter().all(|coordinate| coordinate.is_finite());
@@ -132,20 +149,38 @@ impl Kinematics {
     }
 
     /// Adds the points of a record: at least one, good or flagged. Missing values and flags of any reading involved
-    /// become flags of the points.
-    pub fn points(&self, record: &Record, out: &mut Vec<Point>) {
+    /// become flags of the points. `correction` takes out errors of the machine.
+    pub fn points(&self, record: &Record, correction: Option<&Correction>, out: &mut Vec<Point>) {
         let mut flags = record.flags;
         let mut value = |axis: &Axis| axis.value(record, &mut flags);
-        let position_mm = match self {
-            Kinematics::Cartesian { x, y, z } => [value(x), value(y), value(z)],
-            Kinematics::Polar { rotary, radial, probe } => {
-                let (theta, rho, z) = (value(rotary), value(radial), value(probe));
-                let (sin, cos) = theta.sin_cos();
-                [rho * cos, rho * sin, z]
-            }
-            Kinematics::Line(profiler) => return profiler.points(record, out),
+        let axes = match self {
+            Kinematics::Cartesian { x, y, z } => Axes::Cartesian([value(x), value(y), value(z)]),
+            Kinematics::Polar { rotary, radial, probe } => Axes::Polar {
+                angle_rad: value(rotary),
+                radius_mm: value(radial),
+                z_mm: value(probe),
+            },
+            Kinematics::Line(profiler) => return profiler.points(record, correction, out),
         };
-        out.push(Point::new(record, position_mm, flags));
+        out.push(Point::corrected(record, axes, correction, flags));
+    }
+
+    /// The machine whose errors a calibration of these axes holds.
+    pub fn machine(&self) -> Machine {
+        match self {
+            Kinematics::Cartesian { .. } | Kinematics::Line(_) => Machine::Cartesian,
+            Kinematics::Polar { .. } => Machine::Polar,
+        }
+    }
+
+    /// The same axes with their bare readings as x, y and z: of a polar machine angle in rad, radius and height.
+    pub fn bare(self) -> Kinematics {
+        match self {
+            Kinematics::Polar { rotary, radial, probe } => {
+                Kinematics::Cartesian { x: rotary, y: radial, z: probe }
+            }
+            other => other,
+        }
     }
 }
 
@@ -174,6 +209,7 @@ const ALONG_DEG: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asphera_calibrate::{HeightMap, Parameter};
     use asphera_link::{Reading, Values};
     use std::f64::consts::TAU;
 
@@ -200,7 +236,7 @@ mod tests {
 
     fn point(kinematics: &Kinematics, record: &Record) -> Point {
         let mut points = Vec::new();
-        kinematics.points(record, &mut points);
+        kinematics.points(record, None, &mut points);
         let [point] = points[..] else { panic!("{} points", points.len()) };
         point
     }
@@ -270,5 +306,28 @@ mod tests {
         let polar = |rotary| Kinematics::Polar { rotary, radial: moved(1), probe: moved(2) };
         assert_eq!(polar(moved(0)).stood_still(30.0), Some(("rotary", "constant_rad")));
         assert_eq!(polar(still).stood_still(30.0), None);
+    }
+
+    #[test]
+    fn errors_of_the_machine_are_taken_out_and_places_off_its_map_flagged() {
+        let values = vec![(Parameter::OffsetRadial, 0.5), (Parameter::ScaleZ, 0.1)];
+        let map = HeightMap::new(4.0, vec![(2, 0, 0.0)]);
+        let correction = Correction::new(Machine::Polar, values, map).unwrap();
+        let at = |radius: f64| {
+            let record = record(vec![
+                reading(&[Some(900.0), Some(4.0)], Flags::empty()),
+                reading(&[Some(10.0 - radius)], Flags::empty()),
+            ]);
+            let mut points = Vec::new();
+            polar().points(&record, Some(&correction), &mut points);
+            points[0]
+        };
+        // A quarter turn: outwards is along y.
+        let [x, y, z] = at(3.0).position_mm;
+        assert!(x.abs() < 1e-15 && (y - 3.5).abs() < 1e-15 && (z - 1.1).abs() < 1e-15);
+        assert!(at(3.0).is_good());
+        assert_eq!(at(-3.0).position_mm[1], -2.5, "beyond the centre");
+        assert_eq!(at(5.0).flags, Flags::OUT_OF_RANGE);
+        assert!(!at(5.0).is_good());
     }
 }

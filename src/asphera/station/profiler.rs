@@ -1,5 +1,6 @@
 //! A line scanner on a linear axis: from a profile to points in the part frame.
 
+use asphera_calibrate::{Axes, Correction};
 use asphera_link::{Flags, Profile};
 
 use super::kinematics::{Axis, Point};
@@ -43,7 +44,12 @@ impl Profiler {
     }
 
     /// Adds a point for each of the profile, good or flagged; one that is flagged where there is no profile.
-    pub(super) fn points(&self, record: &Record, out: &mut Vec<Point>) {
+    pub(super) fn points(
+        &self,
+        record: &Record,
+        correction: Option<&Correction>,
+        out: &mut Vec<Point>,
+    ) {
         let mut flags = record.flags;
         let along_mm = self.along.value(record, &mut flags);
         let reading = record.readings.get(self.stream).and_then(Option::as_ref);
@@ -59,7 +65,7 @@ impl Profiler {
             Some([x_mm, z_mm]) => {
                 let u_mm = self.across.value_mm(*x_mm);
                 let place = [u_mm * cos, along_mm + u_mm * sin, self.height.value_mm(*z_mm)];
-                Point::new(record, place, flags)
+                Point::corrected(record, Axes::Cartesian(place), correction, flags)
             }
             None => Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL),
         }));
@@ -108,7 +114,7 @@ mod tests {
 
     fn points(profiler: Profiler, record: &Record) -> Vec<Point> {
         let mut points = Vec::new();
-        Kinematics::Line(profiler).points(record, &mut points);
+        Kinematics::Line(profiler).points(record, None, &mut points);
         points
     }
 

@@ -128,6 +128,11 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
         Fact::new("Ended", session.ended.clone()),
         Fact::new("Recorded by", format!("asphera {}", session.version)),
     ]);
+    facts.extend(session.calibration.as_ref().map(|calibration| {
+        let [made, until] =
+            [&calibration.made, &calibration.valid_until].map(|time| to_the_second(time));
+        Fact::new("Calibration", format!("of {made}, valid until {until}"))
+    }));
     chapter.facts(facts);
     chapter
 }

@@ -78,6 +78,7 @@ fn bench() -> Bench {
         streams: vec![(0, 0), (1, 0)],
         sync: SyncSettings { wait: SECOND, capacity: 100, paced: true },
         kinematics: Kinematics::Cartesian { x: axis, y: axis, z: axis },
+        calibration: None,
         end: EndSettings { points: None, idle: None, first: None },
     });
     for line in 0..2 {
