@@ -139,6 +139,8 @@ fn heights(map: &Section<'_>) -> Option<HeightMap> {
 
 const NM_PER_MM: f64 = 1e6;
 
+const NS_PER_S: i64 = 1_000_000_000;
+
 /// The text of a file for a calibration that was made at a time, and what it was made with.
 pub fn written(
     found: &Calibration,
@@ -146,7 +148,8 @@ pub fn written(
     made_wall_ns: i64,
     valid_days: u32,
 ) -> String {
-    let made = Timestamp::from_nanosecond(made_wall_ns.into()).unwrap_or(Timestamp::MAX);
+    let made_s = made_wall_ns.div_euclid(NS_PER_S);
+    let made = Timestamp::from_second(made_s).unwrap_or(Timestamp::MAX);
     let mut text = format!(
         "# Errors of a measuring machine. `[calibration] file` of a station's configuration names this file.\n\
          format = \"{FORMAT}\"\n\
@@ -293,7 +296,7 @@ mod tests {
             ("valid_days = 30", "valid_days = 0", "valid_days"),
             ("machine = \"cartesian\"", "machine = \"polar\"", "parameters.squareness"),
             ("value_urad", "value_mrad", "value_urad"),
-            ("m = 0", "m = 1", "map.term"),
+            ("\nm = 0\n", "\nm = 1\n", "map.term"),
             ("radius_mm = 10.0", "radius_mm = 10.0", ""),
         ] {
             let changed = text.replacen(from, to, 1);

@@ -65,7 +65,7 @@ async fn measured(folder: &Path, lines: &str) -> Result<Arc<Finished>, String> {
 }
 
 fn rms_nm(finished: &Finished) -> f64 {
-    finished.measurement.report.form.as_ref().unwrap().points.rms_nm
+    finished.measurement.report.form.as_ref().unwrap().deviation.rms_nm
 }
 
 #[tokio::test(flavor = "multi_thread")]

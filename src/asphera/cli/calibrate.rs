@@ -262,8 +262,11 @@ impl CalibrationReport {
 
 fn summary(found: &Calibration, out: Option<&Path>) -> String {
     let report = CalibrationReport::new(found);
-    let mut text =
-        format!("machine    {}, {}\n", report.machine, counted(report.points as u64, "point"));
+    let mut text = format!(
+        "machine            {}, {}\n",
+        report.machine,
+        counted(report.points as u64, "point")
+    );
     for ParameterReport { name, unit, value, u } in &report.parameters {
         let _ = writeln!(text, "{name:<19}{} {unit} (u {})", short(*value), short(*u));
     }
@@ -299,13 +302,13 @@ fn summary(found: &Calibration, out: Option<&Path>) -> String {
     if report.inflation > CORRELATED {
         let _ = writeln!(
             text,
-            "caution    residuals are alike from point to point (factor {}): form or errors are left that no parameter \
+            "caution            residuals are alike from point to point (factor {}): form or errors are left that no parameter \
              describes; u counts them as noise",
             short(report.inflation)
         );
     }
     if let Some(out) = out {
-        let _ = writeln!(text, "written    {}", out.display());
+        let _ = writeln!(text, "written            {}", out.display());
     }
     text
 }

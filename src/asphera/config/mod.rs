@@ -282,19 +282,7 @@ fn read_root(
 
     let along = projection::read(&root.section("projection"));
 
-    let nominal = root.section("nominal");
-    let part = match outside {
-        Some(part) => {
-            nominal.has("file");
-            part.cloned()
-        }
-        None => asphera_nominal::read(&nominal, folders.nominal),
-    };
-    if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
-        let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";
-        nominal.section("fit").problem("weights", expected, "\"uncertainty\"");
-    }
-    nominal.finish();
+    let part = part(&root.section("nominal"), folders.nominal, outside);
 
     let end = end(&root.section("scan"));
 
@@ -339,6 +327,23 @@ fn read_root(
         contour,
         text,
     })
+}
+
+/// The part of the table `nominal`, or of the file it names.
+fn part(nominal: &Section<'_>, folder: &Path, outside: Option<Option<&Part>>) -> Option<Part> {
+    let part = match outside {
+        Some(part) => {
+            nominal.has("file");
+            part.cloned()
+        }
+        None => asphera_nominal::read(nominal, folder),
+    };
+    if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
+        let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";
+        nominal.section("fit").problem("weights", expected, "\"uncertainty\"");
+    }
+    nominal.finish();
+    part
 }
 
 /// Every device on a link of its kind, and alone on one that is no CAN bus.
