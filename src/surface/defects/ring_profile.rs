@@ -6,8 +6,8 @@
 //! 1. Each of twelve sectors about the axis has its mean deviation at radii half a spacing apart (`ring_profile/sectors.rs`).
 //! 2. A quartic along each diameter is taken off the means, for a quartic over the plane is what every window of the
 //!    reference follows. *Rings* are what a quadratic over 30 spacings to either side then leaves. It leaves out
-//!    the middle, where a pit is alike in all sectors as well. The mean of the middle third of the sectors counts, so a
-//!    defect in a quarter of the circle moves nothing.
+//!    the middle, where a pit is alike in all sectors as well. The mean of the middle third of the sectors counts, and what is
+//!    far from the other sectors bends neither, so a defect in a quarter of the circle moves nothing.
 //! 3. If nearly all sectors stand out to the same side anywhere outside the middle, there is a *profile*: what the
 //!    quartic leaves of the means.
 //! 4. The profile has the rings of the middle only if these are no higher than the ones around. Else they may be a defect.
@@ -107,7 +107,7 @@ impl Alike {
             let height_mm = sum_mm / middle.len() as f64;
             heights_mm[node] = height_mm;
             let fewest = if height_mm > 0.0 { count / 5 } else { count - 1 - count / 5 };
-            let Mean { weight, height_mm: least_mm } = at[fewest];
+            let Mean { weight, height_mm: least_mm, .. } = at[fewest];
             reached[node] = least_mm * weight.sqrt() * height_mm.signum();
             weights[node] = at.iter().map(|mean| mean.weight).sum();
             if node >= MIDDLE {

@@ -2,6 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::defects::tail;
+
 /// Sectors about the axis.
 pub(super) const SECTORS: usize = 12;
 
@@ -28,9 +30,11 @@ pub(super) struct Mean {
     /// Samples in it, by their weights; 0 where it is not known.
     pub(super) weight: f64,
     pub(super) height_mm: f64,
+    /// Height that polynomials are fitted to: near to what the other sectors have there.
+    calm_mm: f64,
 }
 
-const UNKNOWN: Mean = Mean { weight: 0.0, height_mm: 0.0 };
+const UNKNOWN: Mean = Mean { weight: 0.0, height_mm: 0.0, calm_mm: 0.0 };
 
 /// By sector, the mean at each node outwards.
 pub(super) struct Sectors {
@@ -54,7 +58,8 @@ impl Sectors {
             if about.count < SAMPLES_LEAST {
                 return UNKNOWN;
             }
-            Mean { weight: about.count, height_mm: about.at_node() }
+            let height_mm = about.at_node();
+            Mean { weight: about.count, height_mm, calm_mm: height_mm }
         };
         let means = sums.iter().map(|sums| (0..nodes).map(|node| mean(sums, node)).collect());
         Sectors { means: means.collect() }
@@ -65,11 +70,11 @@ impl Sectors {
     pub(super) fn without_wide(&self, wide: usize, first: usize) -> Vec<Vec<Mean>> {
         let less = |sector: usize, node: usize| {
             let mut fit = Polynomial::<3>::new();
-            let [own, opposite] = self.diameter(sector);
+            let [own, opposite] = diameter(&self.means, sector);
             // Means count alike: by their samples those next to the axis would not be followed.
             let mut add = |way: f64, mean: &Mean| {
                 if mean.weight > 0.0 {
-                    fit.add(way, (1.0 - way.abs().powi(3)).powi(3), mean.height_mm);
+                    fit.add(way, (1.0 - way.abs().powi(3)).powi(3), mean.calm_mm);
                 }
             };
             for (other, mean) in window(own, node, wide).filter(|of| of.0 >= first) {
@@ -81,51 +86,108 @@ impl Sectors {
             }
             fit.solved().map(|terms| terms[0])
         };
-        self.without(less)
+        without(&self.means, less)
     }
 
-    /// What a quartic leaves along the diameter through each sector.
+    /// What a quartic leaves along the diameter through each sector. A defect in some sectors would bend it in these and in
+    /// the ones opposite: what is far from the other sectors is brought near to them before quartics are fitted again.
     pub(super) fn flat(&self) -> Sectors {
+        (0..CALM_ROUNDS).fold(self.without_quartic(&self.means), |flat, _| {
+            let calm = flat.calm();
+            let fitted = |(own, (calm, left)): (&Mean, (&Mean, &Mean))| Mean {
+                calm_mm: own.height_mm - left.height_mm + calm.calm_mm,
+                ..*own
+            };
+            let fitted: Vec<Vec<Mean>> = self
+                .means
+                .iter()
+                .zip(calm.iter().zip(&flat.means))
+                .map(|(own, (calm, left))| {
+                    own.iter().zip(calm.iter().zip(left)).map(fitted).collect()
+                })
+                .collect();
+            self.without_quartic(&fitted)
+        })
+    }
+
+    /// What quartics through the calm heights of `fitted` leave of its heights.
+    fn without_quartic(&self, fitted: &[Vec<Mean>]) -> Sectors {
         let fits: Vec<Option<SVector<f64, 5>>> = (0..SECTORS)
             .map(|sector| {
                 let mut fit = Polynomial::<5>::new();
-                for (means, sign) in self.diameter(sector).into_iter().zip([1.0, -1.0]) {
+                for (means, sign) in diameter(fitted, sector).into_iter().zip([1.0, -1.0]) {
                     for (node, mean) in means.iter().enumerate() {
                         let way = sign * node as f64 / means.len() as f64;
                         // Rings count by their area, as they do in a quartic over the plane.
-                        fit.add(way, mean.weight, mean.height_mm);
+                        fit.add(way, mean.weight, mean.calm_mm);
                     }
                 }
                 fit.solved()
             })
             .collect();
         let nodes = self.means[0].len() as f64;
-        let means = self.without(|sector, node| {
+        let left = without(fitted, |sector, node| {
             let terms = fits[sector]?;
             Some(terms.iter().rev().fold(0.0, |sum, term| sum * (node as f64 / nodes) + term))
         });
-        Sectors { means }
+        Sectors { means: left }
     }
 
-    /// A sector and the one opposite.
-    fn diameter(&self, sector: usize) -> [&[Mean]; 2] {
-        [&self.means[sector], &self.means[(sector + SECTORS / 2) % SECTORS]]
-    }
-
-    /// Means less what `wide_mm` says of sector and node; unknown where it says nothing.
-    fn without(&self, wide_mm: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Mean>> {
-        let left = |sector: usize, node: usize, mean: Mean| {
-            let known = (mean.weight > 0.0).then(|| wide_mm(sector, node)).flatten();
-            known.map_or(UNKNOWN, |mm| Mean { height_mm: mean.height_mm - mm, ..mean })
-        };
-        let sectors = self.means.iter().enumerate();
-        sectors
-            .map(|(sector, means)| {
-                let means = means.iter().enumerate();
-                means.map(|(node, &mean)| left(sector, node, mean)).collect()
+    /// The means with their calm heights no farther from the middle one at their node than noise of sectors goes.
+    fn calm(&self) -> Vec<Vec<Mean>> {
+        let middles: Vec<f64> = (0..self.means[0].len())
+            .map(|node| {
+                let at = self.means.iter().map(|sector| sector[node]);
+                middle(at.filter(|mean| mean.weight > 0.0).map(|mean| mean.height_mm).collect())
             })
-            .collect()
+            .collect();
+        let off = |(mean, middle_mm): (&Mean, &f64)| {
+            (mean.height_mm - middle_mm).abs() * mean.weight.sqrt()
+        };
+        let known = |of: &(&Mean, &f64)| of.0.weight > 0.0;
+        let all = self.means.iter().flat_map(|sector| sector.iter().zip(&middles));
+        let mut sizes: Vec<f64> = all.filter(known).map(off).collect();
+        let most_mm = CALM * tail::scale(&mut sizes).unwrap_or(0.0);
+        let calm = |(mean, middle_mm): (&Mean, &f64)| {
+            if mean.weight <= 0.0 {
+                return UNKNOWN;
+            }
+            let most_mm = most_mm / mean.weight.sqrt();
+            let calm_mm = mean.height_mm.clamp(middle_mm - most_mm, middle_mm + most_mm);
+            Mean { calm_mm, ..*mean }
+        };
+        self.means.iter().map(|sector| sector.iter().zip(&middles).map(calm).collect()).collect()
     }
+}
+
+/// A sector and the one opposite.
+fn diameter(means: &[Vec<Mean>], sector: usize) -> [&[Mean]; 2] {
+    [&means[sector], &means[(sector + SECTORS / 2) % SECTORS]]
+}
+
+/// Means less what `wide_mm` says of sector and node; unknown where it says nothing.
+fn without(means: &[Vec<Mean>], wide_mm: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Mean>> {
+    let left = |sector: usize, node: usize, mean: Mean| {
+        let known = (mean.weight > 0.0).then(|| wide_mm(sector, node)).flatten();
+        known.map_or(UNKNOWN, |mm| Mean {
+            height_mm: mean.height_mm - mm,
+            calm_mm: mean.calm_mm - mm,
+            ..mean
+        })
+    };
+    let sectors = means.iter().enumerate();
+    sectors
+        .map(|(sector, means)| {
+            let means = means.iter().enumerate();
+            means.map(|(node, &mean)| left(sector, node, mean)).collect()
+        })
+        .collect()
+}
+
+/// The middle one of some values; 0 without any.
+fn middle(mut values: Vec<f64>) -> f64 {
+    let half = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
 }
 
 /// What lies fewer than `wide` nodes before or behind a node, and the one `wide` nodes before it, with the nodes.
@@ -210,5 +272,9 @@ const REACH: usize = 3;
 const SAMPLES_LEAST: f64 = 0.5;
 /// Variance of radii in squares of nodes below which samples lie at one radius.
 const FLAT: f64 = 0.05;
+/// Rounds in which quartics are fitted to calmer means.
+const CALM_ROUNDS: usize = 2;
+/// Standard deviations that a mean may be away from the middle one of the sectors when polynomials are fitted.
+const CALM: f64 = 3.0;
 /// Share of a term that those before it must leave.
 const TOLD: f64 = 1e-3;

@@ -7,6 +7,7 @@
 
 mod ladder;
 mod parts;
+mod smooth;
 
 use self::parts::{KINDS, Kind, Part};
 
