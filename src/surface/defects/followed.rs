@@ -19,7 +19,7 @@ pub(super) fn missed_mm(
     let apart: Vec<Option<Apart>> =
         (0..cells.len()).map(|cell| Apart::of(cells, cell, [reference, half])).collect();
     // Cells by the squares of a coarse grid, and by how near to a border they are.
-    let side = ((window_mm / cells.side_mm).round() as u32).max(1);
+    let side = ((SQUARE * window_mm / cells.side_mm).round() as u32).max(1);
     let size = cells.size.map(|count| count.div_ceil(side as usize) + 2);
     let none: [Vec<Apart>; ZONES] = Default::default();
     let mut squares = vec![none; size[0] * size[1]];
@@ -110,5 +110,7 @@ fn missed(cells: impl Iterator<Item = Apart>) -> Option<f64> {
 /// straight border and 4 in a corner.
 const BORDERS: [f64; 3] = [1.5, 2.0, 2.6];
 const ZONES: usize = BORDERS.len() + 1;
+/// Side of a square of the coarse grid in windows; three by three count for each.
+const SQUARE: f64 = 0.5;
 /// Fewer cells have no median that a defect among them would not move.
 const LEAST: usize = 24;

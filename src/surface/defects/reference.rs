@@ -69,6 +69,15 @@ impl Patch {
     }
 }
 
+/// How well windows tell the height of a place.
+#[derive(Clone, Copy)]
+pub(super) struct Told {
+    /// Variance of the height for samples of variance 1.
+    pub(super) variance: f64,
+    /// The same over that of the mean of the samples of a window.
+    pub(super) loss: f64,
+}
+
 /// The lattice of the windows.
 pub(super) struct Lattice {
     first_mm: [f64; 2],
@@ -270,12 +279,17 @@ impl<'a> Blend<'a> {
         (residuals, secant, uncertainty)
     }
 
-    /// Whether the windows about a place, or the nearest to it, tell its height without reaching beyond what they see.
-    pub(super) fn tells(&self, place_mm: [f64; 2]) -> bool {
+    /// How well the windows about a place tell its height; `None` where all would have to reach beyond what they see.
+    pub(super) fn told(&self, place_mm: [f64; 2]) -> Option<Told> {
         let trusted = self.trusted(place_mm);
-        let mut found = false;
-        self.blended(place_mm, &trusted, |_, _| found = true);
-        found
+        let (mut variance, mut loss, mut total) = (0.0, 0.0, 0.0);
+        self.blended(place_mm, &trusted, |weight, patch| {
+            let of = self.variance(patch, place_mm);
+            variance += weight * of;
+            loss += weight * of * patch.fitted.samples;
+            total += weight;
+        });
+        (total > 0.0).then(|| Told { variance: variance / total, loss: loss / total })
     }
 
     /// The windows that tell a height at a place without reaching beyond what they see, of those near it.

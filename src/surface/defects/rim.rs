@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::fit::Work;
-use super::reference::{Blend, Patch, patch};
+use super::reference::{Blend, Patch, Told, patch};
 
 /// Windows of their own for the cells whose height no window of the lattice tells.
 pub(super) struct Rim {
@@ -12,12 +12,14 @@ pub(super) struct Rim {
 }
 
 impl Rim {
-    /// Cell after cell that no window tells yet gets one, moved inwards until the cell lies at its rim; it counts for all
-    /// other cells it tells.
+    /// Cell after cell that no window tells well gets one, moved inwards until the cell lies at its rim; it counts for all
+    /// other cells it tells better.
     pub(super) fn new(blend: &Blend<'_>, cells: &Cells) -> Rim {
         let mut rim = Rim { windows: Vec::new(), of: vec![None; cells.len()] };
-        let mut left: Vec<usize> =
-            (0..cells.len()).filter(|&cell| !blend.tells(cells.centre_mm(cell))).collect();
+        let known: Vec<Option<Told>> =
+            (0..cells.len()).map(|cell| blend.told(cells.centre_mm(cell))).collect();
+        let poor = |&cell: &usize| known[cell].is_none_or(|told| told.loss > POOR);
+        let mut left: Vec<usize> = (0..cells.len()).filter(poor).collect();
         let most = blend.patches.len() + SPARE;
         let mut work = Work::default();
         while let Some(&first) = left.first()
@@ -35,7 +37,9 @@ impl Rim {
                 let within = |axis: usize| {
                     (place_mm[axis] - centre_mm[axis]).abs() <= 1.01 * lattice.half_mm
                 };
-                within(0) && within(1) && window.sees(blend.variance(&window, place_mm))
+                let variance = blend.variance(&window, place_mm);
+                let better = known[cell].is_none_or(|told| variance < BETTER * told.variance);
+                within(0) && within(1) && window.sees(variance) && better
             };
             let index = rim.windows.len();
             if tells(first) {
@@ -81,5 +85,10 @@ fn inwards_mm(cells: &Cells, half_mm: f64, cell: usize) -> [f64; 2] {
     })
 }
 
+/// Variance over that of a mean of all samples from which on a window of its own may tell a cell better: at the middle of the
+/// side of a square it is 37.5.
+const POOR: f64 = 50.0;
+/// How much smaller its variance must then be.
+const BETTER: f64 = 0.7;
 /// So many windows there may be where the lattice has next to none.
 const SPARE: usize = 64;

@@ -113,16 +113,17 @@ impl Windows {
             .collect();
         let size =
             |cell: usize, taken: &[Option<Taken>]| taken[cell].map_or(0.0, |one| one.size_mm);
-        seeds.sort_by(|&p, &q| size(q, &taken).total_cmp(&size(p, &taken)).then(p.cmp(&q)));
+        // Form runs away from a quartic towards the rim of its window as noise does.
+        let clear =
+            |cell: usize, taken: &[Option<Taken>]| taken[cell].map_or(0.0, |one| one.significance);
+        seeds.sort_by(|&p, &q| clear(q, &taken).total_cmp(&clear(p, &taken)).then(p.cmp(&q)));
         for seed in seeds {
             if taken[seed].is_none() {
                 continue;
             }
-            let least = SHARE * size(seed, &taken);
+            let least = (SHARE * clear(seed, &taken)).max(GROWTH * colour);
             let set = together(cells, seed, |cell| {
-                taken[cell].is_some_and(|taken| {
-                    taken.size_mm >= least && taken.significance > GROWTH * colour
-                })
+                taken[cell].is_some_and(|taken| taken.significance >= least)
             });
             let long = extent_mm(cells, &set) >= LONG * self.widths_mm[0];
             let most = FOLLOWED[(narrow - 1).min(FOLLOWED.len() - 1)];
