@@ -25,7 +25,8 @@
 //! neighbours, over more than some 60 spacings is taken for the form of the edge (`rim_zones.rs`). Where the form near a
 //! border is alike along it and moves narrower windows, these take over, up to 60 spacings inwards: pits and grooves wider than a
 //! third of them are then seen less well, and what is wide and runs along the border may be lost. A groove or ridge that is
-//! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form. So is a groove or
+//! longer than 36 spacings, and so wide and smooth that a quartic over fifteen spacings follows it, is form; one without ends if a
+//! quartic over seven spacings does. So is a groove or
 //! ridge all round the axis, however narrow, and within 13 spacings of the axis what is no higher than such rings about it.
 //! Defects nearer
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
@@ -48,6 +49,7 @@ mod residuals;
 mod rim;
 mod rim_zones;
 mod ring_profile;
+mod rows;
 mod screen;
 mod search;
 mod settings;

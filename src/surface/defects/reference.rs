@@ -12,16 +12,20 @@
 //! of a filled window; places where none does get windows of their own, moved inwards until the place is at their rim
 //! (`rim.rs`).
 
+use asphera_geometry::VertexId;
 use rayon::prelude::*;
 
 use super::cells::{Cells, NONE, QUARTIC, height_mm, quartic};
 use super::fit::{Fitted, STEPS_MAX, TERMS, Work};
 use super::line::Line;
 use super::rim::Rim;
+use super::rows::{rows_of_cells, rows_of_samples};
 use super::{DefectsUnknown, Samples};
 
 /// Cells along a window where samples are not too scarce.
 const CELLS_PER_WINDOW: f64 = 24.0;
+/// Cells along half of a window from which on their means are fitted, and not the samples themselves.
+const BY_CELLS: f64 = 2.0;
 /// Sides of a cell in spacings: six samples in each.
 pub(super) const CELL_SPACINGS: f64 = 2.5;
 /// A window is used if it has this share of the cells of the fullest.
@@ -186,38 +190,21 @@ pub(super) fn patch(
         (0..lines.len() as u32).filter(|&line| lines[line as usize].crosses(centre_mm, half_mm));
     steps.iter_mut().zip(crossing).for_each(|(step, line)| *step = line);
     let crossed = steps.iter().filter(|&&step| step != NONE).count();
-    // The cells whose centres lie in the window.
-    let range = |axis: usize| {
-        let place = |at: f64| ((at - cells.low_mm[axis]) / cells.side_mm - 0.5).ceil();
-        let first = place(centre_mm[axis] - half_mm).max(0.0) as i64;
-        let end = place(centre_mm[axis] + half_mm).min(cells.size[axis] as f64) as i64;
-        first..end
-    };
-    let (columns, rows) = (range(0), range(1));
-    work.rows.clear();
-    for row in rows.clone() {
-        for column in columns.clone() {
-            let Some(cell) = cells.at(column, row) else { continue };
-            let moments = &cells.moments[cell];
-            let at = cells.centre_mm(cell);
-            let [x, y] = [0, 1].map(|axis| (at[axis] - centre_mm[axis]) / half_mm);
-            let mut terms = [0.0; TERMS];
-            terms[..QUARTIC].copy_from_slice(&moments.terms(x, y, cells.side_mm / half_mm));
-            for (term, &step) in terms[QUARTIC..].iter_mut().zip(&steps[..crossed]) {
-                let line = &lines[step as usize];
-                let sides = cells.members(cell).iter().map(|&vertex| {
-                    let [x, y, _] = samples.points[vertex as usize];
-                    line.side([x, y])
-                });
-                *term = sides.sum::<f64>() / moments.count;
-            }
-            work.rows.push(super::fit::Row {
-                terms,
-                height_mm: moments.height_mm,
-                count: moments.count,
-                place: [(column - columns.start) as usize, (row - rows.start) as usize],
+    let jumps = |members: &[VertexId], terms: &mut [f64; TERMS]| {
+        for (term, &step) in terms[QUARTIC..].iter_mut().zip(&steps[..crossed]) {
+            let line = &lines[step as usize];
+            let sides = members.iter().map(|&vertex| {
+                let [x, y, _] = samples.points[vertex as usize];
+                line.side([x, y])
             });
+            *term = sides.sum::<f64>() / members.len() as f64;
         }
+    };
+    work.rows.clear();
+    if half_mm < BY_CELLS * cells.side_mm {
+        rows_of_samples((samples, cells), (centre_mm, half_mm), jumps, &mut work.rows);
+    } else {
+        rows_of_cells(cells, (centre_mm, half_mm), jumps, &mut work.rows);
     }
     let datum_mm = work.rows.first()?.height_mm;
     work.rows.iter_mut().for_each(|row| row.height_mm -= datum_mm);

@@ -8,12 +8,16 @@
 //! 2. It is *smooth*: the narrower reference follows it, and what it leaves is a small share of what it takes off. A
 //!    scratch is steep at the scale of the points: no quartic over fifteen spacings follows it.
 //!
+//! Where form is long, and no such window follows it, windows of a few spacings may (`windows/fine.rs`).
+//!
 //! An edge along a border is form too, even where a piece of it fails these tests: bands beside the border go to narrower
 //! windows as a whole, if these move them alike all along or already follow a part of them (`edges.rs`).
 //!
 //! What is compact or steep stays with the wider windows, with all about it that a window smears it over. What a reference of the chosen
 //! width may still miss is told by how far the next one is from it (`followed.rs`), and where there is none by a share of
 //! what it took off.
+
+mod fine;
 
 use std::collections::BTreeSet;
 
@@ -24,7 +28,9 @@ use super::reference::Reference;
 use super::{DefectsUnknown, Samples, followed, tail};
 
 /// References of several widths.
-pub(super) struct References {
+pub(super) struct References<'a> {
+    samples: &'a Samples<'a>,
+    steps: Vec<Line>,
     /// The widest first.
     of: Vec<Reference>,
     widths_mm: Vec<f64>,
@@ -38,6 +44,8 @@ struct Windows {
     level: Vec<usize>,
     /// By cell, what narrower windows may miss of what they took off, in mm.
     missed_mm: Vec<f64>,
+    /// Whether anything is long that the narrowest windows do not follow.
+    is_long_left: bool,
 }
 
 /// What the choice goes by, and what it gives.
@@ -47,14 +55,14 @@ pub(super) struct ByPlace {
     pub(super) missed_mm: Vec<f64>,
 }
 
-impl References {
+impl<'a> References<'a> {
     /// References that may jump at some steps, see [`Reference::new`].
     pub(super) fn new(
-        samples: &Samples<'_>,
+        samples: &'a Samples<'a>,
         cells: &Cells,
         window_mm: f64,
         steps: &[Line],
-    ) -> Result<References, DefectsUnknown> {
+    ) -> Result<References<'a>, DefectsUnknown> {
         let mut of = vec![Reference::new(samples, cells, window_mm, steps, false)?];
         let mut widths_mm = vec![window_mm];
         loop {
@@ -70,7 +78,7 @@ impl References {
             }
             widths_mm.push(narrower_mm);
         }
-        Ok(References { of, widths_mm })
+        Ok(References { samples, steps: steps.to_vec(), of, widths_mm })
     }
 
     /// That of the widest windows, and that of the narrowest.
@@ -81,9 +89,9 @@ impl References {
     /// The reference of windows as wide as the form of each place allows. `sigma_mm` is the noise of single samples by cell.
     pub(super) fn by_place(self, cells: &Cells, sigma_mm: &[f64]) -> ByPlace {
         let (count, levels) = (cells.len(), self.of.len());
-        let References { of: references, widths_mm } = self;
+        let References { samples, steps, of: references, widths_mm } = self;
         let (level, missed_mm) = (vec![0; count], vec![0.0; count]);
-        let mut windows = Windows { references, widths_mm, level, missed_mm };
+        let mut windows = Windows { references, widths_mm, level, missed_mm, is_long_left: false };
         for wide in 0..levels {
             for narrow in wide + 1..levels {
                 windows.refine(cells, sigma_mm, wide, narrow);
@@ -92,7 +100,15 @@ impl References {
                 windows.follow_edges(cells, sigma_mm, wide);
             }
         }
-        windows.chosen(cells)
+        if windows.is_long_left {
+            let fine_mm = 0.5 * windows.widths_mm[levels - 1];
+            if let Ok(fine) = Reference::new(samples, cells, fine_mm, &steps, false) {
+                windows.references.push(fine);
+                windows.widths_mm.push(fine_mm);
+                (0..levels).for_each(|wide| windows.refine_finely(cells, sigma_mm, wide));
+            }
+        }
+        windows.chosen(cells, levels)
     }
 }
 
@@ -130,8 +146,9 @@ impl Windows {
             let left = if long { share_left(&set, &taken, (scatter, most)) } else { None };
             if let Some(left) = left {
                 let size = |cell: usize| left.max(LEFT) * size(cell, &taken);
-                self.narrow(cells, &set, [wide, narrow], size);
+                self.narrow(cells, (&set, &[]), [wide, narrow], size);
             }
+            self.is_long_left |= long && left.is_none() && narrow + 1 == self.references.len();
             // What a compact defect moves in the narrower windows, or a scratch or step in the wider ones, is no form.
             let about = match (long, left) {
                 (false, _) => self.smear(cells, narrow),
@@ -172,21 +189,22 @@ impl Windows {
             let left = (left * left - scatter * scatter).max(0.0).sqrt() / off;
             let missed_mm =
                 |cell: usize| left.max(LEFT) * taken[cell].map_or(0.0, |taken| taken.size_mm);
-            self.narrow(cells, &band, [wide, wide + 1], missed_mm);
+            self.narrow(cells, (&band, &[]), [wide, wide + 1], missed_mm);
         }
     }
 
-    /// Gives a set of cells, and those beside it, to narrower windows. `missed_mm` is what these may miss of the form there.
+    /// Gives a set of cells, and those beside it that do not stay, to narrower windows. `missed_mm` is what these may miss of
+    /// the form there.
     fn narrow(
         &mut self,
         cells: &Cells,
-        set: &[usize],
+        (set, stays): (&[usize], &[bool]),
         [wide, narrow]: [usize; 2],
         missed_mm: impl Fn(usize) -> f64,
     ) {
         for &cell in set {
             for near in near(cells, cell, BESIDE) {
-                if self.level[near] == wide {
+                if self.level[near] == wide && !stays.get(near).is_some_and(|&stays| stays) {
                     (self.level[near], self.missed_mm[near]) = (narrow, 0.0);
                 }
             }
@@ -207,11 +225,10 @@ impl Windows {
         (0.5 * self.widths_mm[level] / cells.side_mm).round() as i64
     }
 
-    /// The residuals of the windows that were chosen.
-    fn chosen(mut self, cells: &Cells) -> ByPlace {
-        let last = self.references.len() - 1;
+    /// The residuals of the windows that were chosen. What narrower windows miss is known of the first `levels`.
+    fn chosen(mut self, cells: &Cells, levels: usize) -> ByPlace {
         let mut missed_mm = vec![0.0; cells.len()];
-        for level in 0..last {
+        for level in 0..levels - 1 {
             if level > 0 && !self.level.contains(&level) {
                 continue;
             }
