@@ -144,6 +144,8 @@ impl Points {
             named_by: By::Head,
             units_by: by,
             has_decimal_commas: false,
+            passed_over: 0,
+            cautions: Vec::new(),
         };
         Ok(Topography::Cloud(cloud, Source { taken: Some(taken), ..Source::new(format) }))
     }

@@ -4,8 +4,9 @@
 //!
 //! - **Columns.** A line of names before the points says which columns hold x, y, z, and perhaps the standard uncertainty
 //!   `u_z` of z; others are passed over. A comment may name them, too. Two columns x and z are a profile at y = 0, as are
-//!   x and slope. Three columns without names are x, y, z. More of them without names, and names that do not tell x,
-//!   are refused, as is every line with another number of columns.
+//!   x and slope, and r and z. Three columns without names are x, y, z, unless they are alike as those of a matrix of heights.
+//!   More of them without names, and names that do not tell x, are refused, as is every line with another number of columns.
+//! - **Text** before the points that names neither columns nor units is passed over and counted in [`Taken::passed_over`].
 //! - **Units.** A name holds its unit as `x_um`, `x [µm]`, `X (mm)` or `x/mm`; a line below the names or a comment such as
 //!   `# x y z in metres` may hold it. Without any, lengths are mm. Where some columns have a unit and others none, the file is
 //!   refused.
@@ -15,8 +16,9 @@
 //!   file is refused. Only `1,5,2,5,3,5` cannot be told from six whole numbers.
 //! - **Comments.** `#` and `%` at the start of a line or after white space or a separator, and `//`. Empty lines are passed over.
 //! - **Missing heights.** A point whose z is `NaN`, `BAD`, asterisks or empty was not measured: it is counted in
-//!   [`Cloud::missing`](crate::Cloud::missing). x and y must be numbers, unless they are missing with z. A number that stands for a missing
-//!   height, such as -9999, cannot be told from a height.
+//!   [`Cloud::missing`](crate::Cloud::missing). x and y must be numbers, unless they are missing with z. A number
+//!   that programs write for a missing height, such as -9999, counts as missing where it lies far from all other heights, with a
+//!   caution. [`Taken::cautions`] names other heights beyond the size of the part, too.
 //! - **Slopes** dz/dx of a profile are integrated by the trapezoidal rule, from z = 0 at the first; [`Cloud::slopes`](crate::Cloud::slopes) keeps them.
 //! - Lines end with LF, CR LF or CR. A UTF-8 byte order mark is passed over; one of UTF-16 says that the text is UTF-16.
 
@@ -24,6 +26,7 @@ mod dialect;
 mod head;
 mod layout;
 mod matrix;
+mod no_data;
 mod rows;
 mod stated_units;
 mod unit;
@@ -196,7 +199,8 @@ fn points<'a>(
             beside.take(line, &columns, |text| dialect.number(text))?;
         }
     }
-    taken.finish(first, &layout, dialect.has_decimal_commas())
+    let beside = beside.map(|beside| &mut beside.values);
+    taken.finish(first, &layout, dialect.has_decimal_commas(), beside)
 }
 
 /// Reads the rows of an array as lines of text with these names; without any they are told by their number, as in a text.
@@ -223,7 +227,7 @@ pub(crate) fn rows_of_array(
         };
         taken.row(row + 1, &layout, |column| value(row, column), field)?;
     }
-    taken.finish(1, &layout, false)
+    taken.finish(1, &layout, false, None)
 }
 
 /// A line before the first point: it begins with a letter, a bracket or a quote about one, and holds a number at most. Points

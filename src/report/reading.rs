@@ -15,6 +15,16 @@ pub struct ReadingFigures {
     pub units_assumed: bool,
     /// Whether decimals have a comma.
     pub decimal_commas: bool,
+    /// Lines of text before the points that name neither columns nor units, and were not read.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub lines_passed_over: u64,
+    /// Doubts about the heights, in words: marks for no data that were left out, heights far from all others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cautions: Vec<String>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// One column that was read.

@@ -10,6 +10,7 @@ use super::exit::Exit;
 use super::files::{part, refuse_weights};
 use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
+use super::source::session_at;
 use super::{OutputArgs, Speed};
 use crate::clock::Clock;
 use crate::replay::{Playback, paced};
@@ -17,7 +18,7 @@ use asphera_measure::Pipeline;
 
 #[derive(Args)]
 pub(super) struct ReplayArgs {
-    /// The recording: a folder session-…, or one of its segments.
+    /// The recording: a folder session-…, one of its segments, or a folder of --out with one.
     session: PathBuf,
     /// How many times as fast as it was recorded, or max. The result does not depend on it.
     #[arg(long, default_value = "max")]
@@ -31,9 +32,10 @@ pub(super) struct ReplayArgs {
 
 pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     refuse_results(&args.output)?;
+    let session = session_at(&args.session)?;
     let given = args.nominal.as_deref().map(part).transpose()?;
     if let Some(part) = &given {
-        refuse_weights(part, &args.session)?;
+        refuse_weights(part, &session)?;
     }
     let progress = Progress::start("replay");
     let clock = Clock::start();
@@ -41,7 +43,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
         Speed::Max => Box::new(|_| {}),
         Speed::Times(times) => Box::new(paced(times, clock.clone())),
     };
-    let playback = Playback::open(&args.session)?;
+    let playback = Playback::open(&session)?;
     let part = given.unwrap_or_else(|| playback.part().clone());
     let mut pipeline = Pipeline::along(part, playback.along());
     progress.count("replaying", None);

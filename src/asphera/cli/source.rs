@@ -8,7 +8,7 @@ use asphera_formats::{Cloud, Format, KINDS, Source as Origin, Topography, VOLUME
 use asphera_geometry::PointMm;
 pub(super) use recorded::Recorded;
 
-use asphera_report::{ReadingFigures, columns, error_chain};
+use asphera_report::{ReadingFigures, ResultFile, columns, error_chain};
 
 use super::files::read;
 use super::output::{Failure, say};
@@ -20,7 +20,7 @@ use asphera_measure::Part;
 /// The points of a file or of a recorded session.
 pub(super) struct Source {
     path: PathBuf,
-    /// The file that holds the points; the same as `path`, unless that is a folder of results.
+    /// The file or session that holds the points; the same as `path`, unless that is a folder of results.
     file: PathBuf,
     content: Content,
 }
@@ -37,12 +37,13 @@ pub(super) enum Content {
 #[derive(Debug, PartialEq)]
 enum Place {
     File(PathBuf),
-    Session,
+    /// A session's folder, or a segment of one.
+    Session(PathBuf),
 }
 
 impl Source {
-    /// Reads the points at `path`: a file, a folder with `mesh.ply` as `--out` writes it, a session's folder or one of its
-    /// segments. A session is played to its end.
+    /// Reads the points at `path`: a file, a session's folder or one of its segments, or a folder as `--out` writes it: the
+    /// session in it, or `mesh.ply`. A session is played to its end.
     pub(super) fn open(
         path: &Path,
         text: &TextArgs,
@@ -54,7 +55,7 @@ impl Source {
                 let topography = topography(&file, text)?;
                 (file, Content::File(topography))
             }
-            Place::Session => {
+            Place::Session(session) => {
                 if text.is_given() {
                     return Err(format!(
                         "{} is a recording, which states its columns and units itself: leave out `--columns`, \
@@ -63,7 +64,8 @@ impl Source {
                     )
                     .into());
                 }
-                (path.to_owned(), Content::Session(Box::new(Recorded::play(path, progress)?)))
+                let recorded = Recorded::play(&session, progress)?;
+                (session, Content::Session(Box::new(recorded)))
             }
         };
         Ok(Source { path: path.to_owned(), file, content })
@@ -86,7 +88,7 @@ impl Source {
         &self.path
     }
 
-    /// The file that holds the points: `mesh.ply` of a folder of results; of a session its path.
+    /// The file that holds the points: of a folder of results `mesh.ply`; of a session its folder or segment.
     pub(super) fn file(&self) -> &Path {
         &self.file
     }
@@ -182,6 +184,7 @@ impl Source {
             Content::File(_) => {
                 if let Some(reading) = self.reading() {
                     say(&format!("columns    {}", columns(&reading)));
+                    reading.cautions.iter().for_each(|words| say(&format!("  caution: {words}")));
                 }
             }
             Content::Session(session) => {
@@ -195,8 +198,8 @@ impl Source {
 /// What the help says of an argument that is a source of points.
 pub(super) fn source_help() -> String {
     format!(
-        "The points: {KINDS}; a recorded session (its folder session-…, or a segment .mcap); or a folder of results \
-         with {MESH}"
+        "The points: {KINDS}; a recorded session (its folder session-…, or a segment .mcap); or a folder of --out: the \
+         session in it, or {MESH}"
     )
 }
 
@@ -208,20 +211,21 @@ pub(super) fn source_or_volume_help() -> String {
 /// What a path leads to. The one place that looks into a folder.
 fn place(path: &Path) -> Result<Place, Failure> {
     if is_recording(path) {
-        return Ok(Place::Session);
+        return Ok(Place::Session(path.to_owned()));
     }
     if !path.is_dir() {
         return Ok(Place::File(path.to_owned()));
     }
-    let mesh = path.join(MESH);
-    if mesh.is_file() {
-        return Ok(Place::File(mesh));
-    }
-    let sessions = sessions_in(path)?;
-    let found = match &sessions[..] {
-        [] => "neither; give a file of points, or another folder".to_owned(),
-        [one] => format!("a session inside: give {}", one.display()),
-        [first, ..] => {
+    let (mesh, sessions) = (path.join(MESH), sessions_in(path)?);
+    let found = match (&sessions[..], reported_session(path)) {
+        // The results are those of the session that their report names; a report without one is of a file.
+        (_, Some(Some(id))) if sessions.contains(&path.join(&id)) => {
+            return Ok(Place::Session(path.join(id)));
+        }
+        _ if mesh.is_file() => return Ok(Place::File(mesh)),
+        ([], _) => "neither; give a file of points, or another folder".to_owned(),
+        ([one], _) => return Ok(Place::Session(one.clone())),
+        ([first, ..], _) => {
             format!("{} sessions inside: give one, as {}", sessions.len(), first.display())
         }
     };
@@ -230,6 +234,30 @@ fn place(path: &Path) -> Result<Place, Failure> {
         path.display()
     )
     .into())
+}
+
+/// The session at a path, where only a session will do: as [`Source::open`] finds it.
+pub(super) fn session_at(path: &Path) -> Result<PathBuf, Failure> {
+    match place(path)? {
+        Place::Session(session) => Ok(session),
+        // What it lacks is told by who opens it.
+        Place::File(_) => Ok(path.to_owned()),
+    }
+}
+
+/// The session that the report in a folder is of; `None` without a report that can be read.
+fn reported_session(folder: &Path) -> Option<Option<String>> {
+    #[derive(serde::Deserialize)]
+    struct OfReport {
+        session: Option<OfSession>,
+    }
+    #[derive(serde::Deserialize)]
+    struct OfSession {
+        id: String,
+    }
+    let bytes = std::fs::read(folder.join(ResultFile::Report.name())).ok()?;
+    let report: OfReport = serde_json::from_slice(&bytes).ok()?;
+    Some(report.session.map(|session| session.id))
 }
 
 /// Whether a path is a session's folder or a segment of one. A folder that is called so, too: opening it says what it lacks.
@@ -286,14 +314,30 @@ mod tests {
         }
         std::fs::write(results.join(MESH), "ply\n").unwrap();
         std::fs::write(dir.path().join("s/0000.mcap"), "").unwrap();
-        assert_eq!(place(&session).unwrap(), Place::Session);
-        assert_eq!(place(&dir.path().join("s")).unwrap(), Place::Session);
-        assert_eq!(place(&dir.path().join("s/0000.mcap")).unwrap(), Place::Session);
+        for path in [session, dir.path().join("s"), dir.path().join("s/0000.mcap")] {
+            assert_eq!(place(&path).unwrap(), Place::Session(path));
+        }
         assert_eq!(place(&results).unwrap(), Place::File(results.join(MESH)));
         assert_eq!(place(Path::new("a.xyz")).unwrap(), Place::File("a.xyz".into()));
         let said = place(&empty).unwrap_err().to_string();
         assert!(said.contains("expected a folder session-…") && said.contains("found neither"));
+        // A folder as a station or a demo leaves it.
+        assert_eq!(place(&demo).unwrap(), Place::Session(demo.join("session-2")));
+        std::fs::create_dir(demo.join("session-3")).unwrap();
         let said = place(&demo).unwrap_err().to_string();
-        assert!(said.contains("a session inside: give") && said.ends_with("session-2"), "{said}");
+        assert!(said.contains("2 sessions inside: give one, as"), "{said}");
+        std::fs::write(demo.join(MESH), "ply\n").unwrap();
+        let report = |session: &str| {
+            std::fs::write(demo.join("report.json"), format!("{{\"session\": {session}}}"))
+                .unwrap();
+        };
+        report("{\"id\": \"session-3\", \"started\": \"\"}");
+        assert_eq!(place(&demo).unwrap(), Place::Session(demo.join("session-3")));
+        assert_eq!(session_at(&demo).unwrap(), demo.join("session-3"));
+        // Results of a file that were written there since, or of a session that has gone.
+        for other in ["null", "{\"id\": \"session-9\"}", "{\"id\": \"../demo/session-3\"}"] {
+            report(other);
+            assert_eq!(place(&demo).unwrap(), Place::File(demo.join(MESH)));
+        }
     }
 }

@@ -70,8 +70,8 @@ impl TextArgs {
 
 /// How columns and units of a file were read, as reports write it; `None` of files that state both for every reader.
 pub(super) fn reading(topography: &Topography) -> Option<ReadingFigures> {
-    let Taken { columns, named_by, units_by, has_decimal_commas } =
-        topography.source().taken.as_ref()?;
+    let taken = topography.source().taken.as_ref()?;
+    let Taken { columns, named_by, units_by, has_decimal_commas, passed_over, cautions } = taken;
     let by = |by: &By| match by {
         By::Options => "the command line",
         By::Head => "the file",
@@ -88,6 +88,8 @@ pub(super) fn reading(topography: &Topography) -> Option<ReadingFigures> {
         units_by: by(units_by).to_owned(),
         units_assumed: *units_by == By::Default,
         decimal_commas: *has_decimal_commas,
+        lines_passed_over: *passed_over as u64,
+        cautions: cautions.clone(),
     })
 }
 

@@ -38,6 +38,10 @@ pub struct Taken {
     pub units_by: By,
     /// Whether decimals have a comma.
     pub has_decimal_commas: bool,
+    /// Lines of text before the points that name neither columns nor units, and were not read.
+    pub passed_over: usize,
+    /// Doubts about the heights, in words.
+    pub cautions: Vec<String>,
 }
 
 /// A column that was read.
@@ -75,6 +79,8 @@ pub(super) struct Layout {
     pub(super) may_be_longer: bool,
     pub(super) named_by: By,
     pub(super) units_by: By,
+    /// Lines of text before the points that say nothing of them.
+    passed_over: usize,
 }
 
 /// A column to be read; `column` counts from 0.
@@ -108,14 +114,15 @@ impl Layout {
         };
         let (slots, units_by) = with_units(before, line, roles, head.as_ref(), options)?;
         let may_be_longer = named_by == By::Options;
-        Ok(Layout { slots, may_be_longer, named_by, units_by })
+        let passed_over = passed_over(before, width, head.as_ref());
+        Ok(Layout { slots, may_be_longer, named_by, units_by, passed_over })
     }
 
     pub(super) fn has_slopes(&self) -> bool {
         self.slots.iter().any(|slot| slot.role == Role::Slope)
     }
 
-    pub(super) fn taken(&self, has_decimal_commas: bool) -> Taken {
+    pub(super) fn taken(&self, has_decimal_commas: bool, cautions: Vec<String>) -> Taken {
         let columns = self.slots.iter().map(|slot| TakenColumn {
             name: slot.role.name(),
             number: slot.column + 1,
@@ -126,6 +133,8 @@ impl Layout {
             named_by: self.named_by,
             units_by: self.units_by,
             has_decimal_commas,
+            passed_over: self.passed_over,
+            cautions,
         }
     }
 }
@@ -150,7 +159,7 @@ fn head(
             continue;
         }
         let found = names(text, width);
-        if found.as_ref().is_some_and(|names| has(names, Role::X)) {
+        if found.as_ref().is_some_and(|names| has(names, Role::X) || is_radial(names)) {
             return Ok(found.map(|names| Head { names, units: below }));
         }
         let roles: Vec<Role> = remark(text).roles.into_iter().map(|(role, _)| role).collect();
@@ -166,6 +175,15 @@ fn head(
         other = other.or(found);
     }
     Ok(commented.or(other).map(|names| Head { names, units: below }))
+}
+
+/// How many lines of text say nothing of the points: neither names nor units.
+fn passed_over(before: &[Line], width: usize, head: Option<&Head>) -> usize {
+    let is_read = |text: &str| {
+        units(text, width).is_some()
+            || head.is_some_and(|head| names(text, width).as_ref() == Some(&head.names))
+    };
+    before.iter().filter(|line| !line.is_comment && !is_read(&line.text)).count()
 }
 
 /// The names of columns in a comment. Its units are those that it states.
@@ -208,7 +226,21 @@ fn has(names: &[Name], role: Role) -> bool {
 }
 
 fn is_enough(names: &[Name]) -> bool {
-    has(names, Role::X) && (has(names, Role::Z) || has(names, Role::Slope))
+    let has_place = has(names, Role::X) || is_radial(names);
+    has_place && (has(names, Role::Z) || has(names, Role::Slope))
+}
+
+/// Whether the names are those of a profile over the radius: one column r, and neither x nor y.
+fn is_radial(names: &[Name]) -> bool {
+    let has_profile = has(names, Role::Z) || has(names, Role::Slope);
+    has_profile && !has(names, Role::X) && !has(names, Role::Y) && radius(names).is_some()
+}
+
+/// The one column whose name is that of a radius.
+fn radius(names: &[Name]) -> Option<usize> {
+    let is_radius = |name: &Name| ["r", "radius"].contains(&name.bare.to_lowercase().as_str());
+    let mut places = (0..names.len()).filter(|&at| is_radius(&names[at]));
+    places.next().filter(|_| places.next().is_none())
 }
 
 pub(super) type Roles = Vec<(Role, usize)>;
@@ -228,7 +260,11 @@ fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
             (place, None) => Ok(place.map(|place| (role, place))),
         }
     };
-    let [x, y, z] = [find(Role::X)?, find(Role::Y)?, find(Role::Z)?];
+    let [mut x, y, z] = [find(Role::X)?, find(Role::Y)?, find(Role::Z)?];
+    if is_radial(names) {
+        // A profile of a figure of revolution: its radius is x.
+        x = radius(names).map(|place| (Role::X, place));
+    }
     match (x, y, z, find(Role::Slope)?) {
         (Some(x), Some(y), Some(z), _) => {
             Ok([x, y, z].into_iter().chain(find(Role::Uncertainty)?).collect())
@@ -238,8 +274,10 @@ fn by_names(line: usize, names: &[Name]) -> Result<Roles, ReadError> {
         }
         (Some(x), None, None, Some(slope)) => Ok(vec![x, slope]),
         _ => {
-            let found =
-                format!("the columns {} are neither x, y, z nor x, z nor x, slope", listed());
+            let found = format!(
+                "the columns {} are neither x, y, z nor x, z nor r, z nor x, slope",
+                listed()
+            );
             Err(unclear(line, found, COLUMNS))
         }
     }
@@ -345,4 +383,4 @@ pub(super) fn short(text: &str) -> String {
 
 const COLUMNS: &str =
     "add `--columns` with the names or numbers of x, y and z, as 2,3,4; of a profile two, x and z";
-const MATRIX: &str = "add `--pitch DX,DY` in mm and `--unit` of the heights, or `--columns` with those of x, y and z";
+pub(super) const MATRIX: &str = "add `--pitch DX,DY` in mm and `--unit` of the heights, or `--columns` with those of x, y and z";

@@ -2,6 +2,7 @@
 
 use super::dialect::{Dialect, Field, fields};
 use super::layout::{By, Taken, TakenColumn, TextOptions};
+use super::no_data::{NoData, outliers};
 use super::{Unit, malformed, too_large, unclear};
 use crate::error::quoted;
 use crate::{Format, HeightMap, MAX_POINTS, ReadError, Source, Topography};
@@ -71,13 +72,19 @@ pub(crate) fn map_of_heights(
     unit: Unit,
     has_decimal_commas: bool,
 ) -> Topography {
-    let z_mm = heights_mm.chunks(nx.max(1)).rev().flatten().copied().collect();
+    let no_data = NoData::of(heights_mm.iter().copied(), unit);
+    let height_mm = |&mm: &f64| if no_data.is_mark(mm) { f64::NAN } else { mm };
+    let z_mm = heights_mm.chunks(nx.max(1)).rev().flatten().map(height_mm).collect();
     let map = HeightMap { nx, ny, dx_mm, dy_mm, x0_mm: 0.0, y0_mm: 0.0, z_mm };
+    let mut cautions = no_data.cautions;
+    cautions.extend(outliers(|| map.points()));
     let taken = Taken {
         columns: vec![TakenColumn { name: "z", number: 1, unit }],
         named_by: By::Options,
         units_by: By::Options,
         has_decimal_commas,
+        passed_over: 0,
+        cautions,
     };
     Topography::Map(map, Source { taken: Some(taken), ..Source::new(Format::Xyz) })
 }

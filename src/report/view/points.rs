@@ -1,7 +1,7 @@
 //! Points and mesh in words.
 
-use super::{Chapter, ChapterId, Fact};
-use crate::words::{count, quantity, short};
+use super::{Block, Chapter, ChapterId, Fact};
+use crate::words::{count, counted, quantity, short};
 use crate::{MeshFigures, Points, ProjectionFigures, ReadingFigures, RepeatFigures};
 
 /// Points: how many came, and what became of them; how the columns of their file were read.
@@ -33,6 +33,10 @@ pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chap
         let line = columns(reading);
         chapter.brief.push(format!("read as {line}"));
         chapter.note(format!("Read as {line}."));
+        for caution in &reading.cautions {
+            chapter.brief.push(format!("caution: {caution}"));
+            chapter.blocks.push(Block::Caution { text: format!("{caution}.") });
+        }
     }
     chapter
 }
@@ -50,7 +54,11 @@ pub fn columns(reading: &ReadingFigures) -> String {
     let commas = if reading.decimal_commas { ", decimal commas" } else { "" };
     let assumed =
         if reading.units_assumed { " (mm is assumed: the file states no unit)" } else { "" };
-    format!("{columns}{commas}{assumed}")
+    let over = match reading.lines_passed_over {
+        0 => String::new(),
+        lines => format!("; {} of text before the points passed over", counted(lines, "line")),
+    };
+    format!("{columns}{commas}{assumed}{over}")
 }
 
 /// The mesh, its plane, and where the surface is too steep for it.
@@ -58,11 +66,11 @@ pub(super) fn mesh(mesh: &MeshFigures) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Mesh, "Mesh");
     let relief = &mesh.relief;
     let steep =
-        [(relief.folds.len() as u64, "folds"), (relief.walls, "walls"), (relief.spikes, "spikes")];
+        [(relief.folds.len() as u64, "fold"), (relief.walls, "wall"), (relief.spikes, "spike")];
     let found: Vec<String> = steep
         .iter()
         .filter(|(number, _)| *number > 0)
-        .map(|(number, what)| format!("{} {what}", count(*number)))
+        .map(|(number, what)| counted(*number, what))
         .collect();
     if !found.is_empty() {
         chapter.brief.push(found.join(", "));

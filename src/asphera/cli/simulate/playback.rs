@@ -16,6 +16,7 @@ use toml_edit::{DocumentMut, value};
 
 use super::super::Speed;
 use super::super::output::{Failure, say};
+use super::super::source::session_at;
 use crate::config::Config;
 use crate::session::{Session, What};
 
@@ -44,6 +45,7 @@ impl Playback {
     /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here, and for
     /// devices whose datagrams would not come whole.
     pub(super) async fn open(session: &Path, speed: Speed) -> Result<Playback, Failure> {
+        let session = &session_at(session)?;
         let recording = Session::open(session)?;
         let config = Config::parse("config.toml of the recording", recording.config_toml())?;
         let mut links = Vec::new();

@@ -279,3 +279,100 @@ proptest! {
         prop_assert_eq!(cloud(&text).points_mm, points);
     }
 }
+
+/// A row of -999 among heights of micrometres, and a matrix of three columns.
+#[test]
+fn heights_that_stand_for_none_are_left_out_and_said() {
+    let mut text = String::from("x_mm y_mm z_um T\n");
+    for row in 0..40 {
+        let (x, y) = (row % 8, row / 8);
+        let z = if row == 13 { "-999".to_owned() } else { format!("{}", 0.1 * f64::from(x * y)) };
+        text.push_str(&format!("{x} {y} {z} {row}\n"));
+    }
+    let (topography, beside) =
+        read_with_column(text.as_bytes(), &TextOptions::default(), 4).unwrap();
+    assert_eq!((topography.points().count(), topography.missing()), (39, 1));
+    assert_eq!(beside.len(), 39, "the numbers beside points go with them");
+    assert!(beside.iter().all(|value| *value != 13.0));
+    let taken = topography.source().taken.clone().unwrap();
+    assert_eq!(
+        taken.cautions,
+        ["1 height of -999 um left out: a usual mark for no data, far from all other heights"]
+    );
+    // Another number so far away stays, and is said.
+    let other = text.replace("-999", "-812345.5");
+    let topography = read(other.as_bytes()).unwrap();
+    assert_eq!(topography.points().count(), 40);
+    let cautions = topography.source().taken.clone().unwrap().cautions;
+    assert!(cautions[0].contains("1 height lies more than 70.0"), "{cautions:?}");
+    // In a matrix it is a gap.
+    let matrix = TextOptions { pitch_mm: Some([0.5, 0.5]), ..options("", &[Unit::Um]) };
+    let rows = "0.1 0.2 0.3 0.2\n0.2 -9999 0.1 0.4\n0.3 0.2 -9999 0.1\n";
+    let topography = read_with(rows.as_bytes(), &matrix).unwrap();
+    assert_eq!((topography.points().count(), topography.missing()), (10, 2));
+    let taken = topography.source().taken.clone().unwrap();
+    assert!(taken.cautions[0].starts_with("2 heights of -9999 um"), "{:?}", taken.cautions);
+    // Slopes are not integrated over it.
+    let slopes = "x_mm slope_urad\n0 1\n1 2\n2 -9999\n3 1\n";
+    assert!(refused(slopes, &TextOptions::default()).contains("not integrated"));
+}
+
+#[test]
+fn three_columns_of_heights_are_not_taken_for_points() {
+    let sphere = |x: f64, y: f64| 1.25 + (x * x + y * y) / 60.0;
+    let noise = |row: i32, column: i32| f64::from((row * 37 + column * 101) % 19 - 9) * 1e-6;
+    let columns = |height: &dyn Fn(i32, i32) -> f64| {
+        let rows = (0..40).map(|row| {
+            let [a, b, c] = [0, 1, 2].map(|column| height(row, column));
+            format!("{a} {b} {c}\n")
+        });
+        rows.collect::<String>()
+    };
+    let curved = columns(&|row, column| {
+        sphere(f64::from(column - 1) * 0.1, f64::from(row - 20) * 0.1) + noise(row, column)
+    });
+    let flat = columns(&|row, column| 3.7 + noise(row, column));
+    for text in [&curved, &flat] {
+        let said = refused(text, &TextOptions::default());
+        assert!(said.contains("may be a matrix of heights") && said.contains("`--pitch"), "{said}");
+        assert_eq!(points_with(text, &options("1,2,3", &[])).len(), 40, "the cure");
+    }
+    // Points of a raster, of a spiral and of a scan along the diagonal are points.
+    let raster = columns(&|row, column| match column {
+        0 => f64::from(row % 8) * 0.1,
+        1 => f64::from(row / 8) * 0.1,
+        _ => sphere(f64::from(row % 8) * 0.1, f64::from(row / 8) * 0.1),
+    });
+    let turn = |row: i32| f64::from(row) * 0.7;
+    let spiral = columns(&|row, column| match column {
+        0 => 0.1 * turn(row) * turn(row).cos(),
+        1 => 0.1 * turn(row) * turn(row).sin(),
+        _ => sphere(0.0, 0.1 * turn(row)),
+    });
+    let diagonal = columns(&|row, column| match column {
+        0 | 1 => f64::from(row) * 0.1,
+        _ => sphere(0.1 * f64::from(row), 0.1 * f64::from(row)),
+    });
+    for text in [raster, spiral, diagonal] {
+        assert_eq!(points_with(&text, &TextOptions::default()).len(), 40);
+    }
+}
+
+#[test]
+fn a_profile_over_the_radius_is_a_profile() {
+    for head in ["r_mm,z_um", "R [mm],Z [um]", "radius/mm,height/um"] {
+        let text = format!("{head}\n0,0\n0.5,2.5\n");
+        let expected = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0025]];
+        assert_eq!(points_with(&text, &TextOptions::default()), expected, "{head}");
+    }
+    // Beside x a column r is another thing, as red.
+    let colours = "x y z r g b\n1 2 3 255 0 0\n";
+    assert_eq!(points_with(colours, &TextOptions::default()), [[1.0, 2.0, 3.0]]);
+}
+
+#[test]
+fn lines_of_prose_before_the_points_are_counted() {
+    let text = "Measured by hand\nWith a probe of 2 mm\n# a comment\nx y z\nmm mm um\n1 2 500\n";
+    let taken = read(text.as_bytes()).unwrap().source().taken.clone().unwrap();
+    assert_eq!((taken.passed_over, taken.named_by), (2, By::Head));
+}
