@@ -47,7 +47,7 @@ pub enum ResultsError {
 ///
 /// # Errors
 ///
-/// On the first file that cannot be written.
+/// Why the first file could not be written that could not. The others are written all the same.
 pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsError> {
     write_files(folder, &ResultFile::OUT, measurement, &Provenance::default())
 }
@@ -56,7 +56,7 @@ pub fn write(folder: &Path, measurement: &Measurement) -> Result<(), ResultsErro
 ///
 /// # Errors
 ///
-/// On the first file that cannot be written.
+/// As [`write()`].
 pub fn write_files(
     folder: &Path,
     files: &[ResultFile],
@@ -65,7 +65,15 @@ pub fn write_files(
 ) -> Result<(), ResultsError> {
     fs::create_dir_all(folder)
         .map_err(|source| ResultsError::File { path: folder.to_owned(), source })?;
-    files.iter().try_for_each(|of| write_one(folder, *of, measurement, provenance))
+    let results = files.iter().map(|of| write_one(folder, *of, measurement, provenance));
+    // All are tried: a disk that is full may have room for a smaller one.
+    results.fold(Ok(()), Result::and)
+}
+
+/// The command line of this process, for papers.
+pub fn command_line() -> String {
+    let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+    words.collect::<Vec<String>>().join(" ")
 }
 
 fn write_one(
@@ -190,11 +198,17 @@ fn file(
     let path = folder.join(name);
     let beside = folder.join(format!("{name}.part"));
     let failed = |source| ResultsError::File { path: path.clone(), source };
-    let mut writer = BufWriter::new(File::create(&beside).map_err(failed)?);
-    content(&mut writer, &path)?;
-    let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
-    file.sync_data().map_err(failed)?;
-    fs::rename(&beside, &path).map_err(failed)
+    let write = || {
+        let mut writer = BufWriter::new(File::create(&beside).map_err(failed)?);
+        content(&mut writer, &path)?;
+        let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.sync_data().map_err(failed)?;
+        fs::rename(&beside, &path).map_err(failed)
+    };
+    write().inspect_err(|_| {
+        // It holds room that the others may need. What cannot be removed is told by the error already.
+        let _ = fs::remove_file(&beside);
+    })
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ use super::summary::summary;
 use super::text::TextArgs;
 use asphera_measure::{Along, Measurement};
 use asphera_paper::{Provenance, SourceFile, html, qif};
+use asphera_report::Label;
+
+use crate::results::command_line;
 
 #[derive(Args)]
 pub(super) struct ReportArgs {
@@ -37,9 +40,15 @@ pub(super) struct ReportArgs {
     along: Option<Along>,
     #[command(flatten)]
     face: FaceArgs,
-    /// What was measured: a name or serial number for the head of the report.
+    /// What was measured: name or drawing number, for the head of the report. It goes before that of the recording.
     #[arg(long, value_name = "TEXT")]
     part: Option<String>,
+    /// The serial number of the part.
+    #[arg(long, value_name = "TEXT")]
+    serial: Option<String>,
+    /// Who measured it.
+    #[arg(long, value_name = "TEXT")]
+    operator: Option<String>,
     /// Overwrite --out and --qif if they are there.
     #[arg(long)]
     force: bool,
@@ -53,10 +62,13 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
             return Err(format!("--out and --qif are both {}", qif.display()).into());
         }
     }
-    let command: Vec<String> =
-        std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-    let mut provenance =
-        Provenance { part: args.part.clone(), command: command.join(" "), ..Provenance::default() };
+    let label = Label {
+        part: args.part.clone(),
+        serial: args.serial.clone(),
+        operator: args.operator.clone(),
+    };
+    let label = label.tidied().map_err(|problem| format!("--{problem}"))?;
+    let mut provenance = Provenance { label, command: command_line(), ..Provenance::default() };
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("report");
     if face::is_volume(&args.source)? {
@@ -66,10 +78,11 @@ pub(super) fn run(args: &ReportArgs) -> Result<Exit, Failure> {
     }
     args.face.refuse(&args.source)?;
     let source = Source::open(&args.source, &args.text, &progress)?;
+    refuse(&args.out, source.file(), args.force)?;
     let part = source.needed_part(given)?;
     provenance.files = match source.content() {
         Content::File(_) => vec![SourceFile::read(source.file())?],
-        Content::Session(_) => SourceFile::read_session(&args.source)?,
+        Content::Session(_) => SourceFile::read_session(source.file())?,
     };
     if let Some(nominal) = &args.nominal {
         provenance.files.push(SourceFile::read(nominal)?);

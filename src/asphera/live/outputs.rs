@@ -12,15 +12,15 @@ use tracing::{error, info};
 
 use super::Finished;
 use crate::config::OutputConfig;
-use crate::results::write_files;
+use crate::results::{command_line, write_files};
 use asphera_paper::{Provenance, SourceFile};
 use asphera_report::error_chain;
 
 /// Writes the files of a session that ended into its folder. Blocks for as long as the disk takes.
 pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -> Outputs {
-    let failed = |why: String| {
+    let told = |why: String| {
         error!(folder = %folder.display(), %why, "results could not be written");
-        Outputs { problem: Some(why), ..Outputs::default() }
+        why
     };
     let measurement = &finished.measurement;
     // Checksums cost a reading of the whole recording: only papers hold them.
@@ -30,16 +30,16 @@ pub(super) fn write(config: &OutputConfig, finished: &Finished, folder: &Path) -
     };
     let files = match files {
         Ok(files) => files,
-        Err(error) => return failed(error_chain(&error)),
+        Err(error) => {
+            return Outputs { problem: Some(told(error_chain(&error))), ..Outputs::default() };
+        }
     };
-    let provenance =
-        Provenance { files, command: "asphera run".to_owned(), ..Provenance::default() };
-    if let Err(error) = write_files(folder, &config.files, measurement, &provenance) {
-        return failed(error_chain(&error));
-    }
-    let there = |name: &&str| folder.join(name).exists();
+    let provenance = Provenance { files, command: command_line(), ..Provenance::default() };
+    let written = write_files(folder, &config.files, measurement, &provenance);
+    let problem = written.err().map(|error| told(error_chain(&error)));
+    let there = |name: &&str| folder.join(name).is_file();
     let names = config.files.iter().map(|file| file.name()).filter(there);
-    Outputs { files: names.map(str::to_owned).collect(), problem: None }
+    Outputs { files: names.map(str::to_owned).collect(), problem }
 }
 
 /// Runs the command of a session that ended, in a thread of its own. `running` counts those that run.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asphera_report::{SessionFigures, Status};
+use asphera_report::{Label, SessionFigures, Status};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -30,7 +30,10 @@ fn measured(nominal: &str, along: Along) -> Measurement {
 
 fn provenance() -> Provenance {
     Provenance {
-        part: Some("Lens </title><script>alert(1)</script> \"7\" & \u{1b}".to_owned()),
+        label: Label {
+            part: Some("Lens </title><script>alert(1)</script> \"7\" & \u{1b}".to_owned()),
+            ..Label::default()
+        },
         date: Some("2026-05-04T03:02:01Z".to_owned()),
         instrument: Some("Maker <A> & B".to_owned()),
         files: vec![SourceFile {
@@ -309,4 +312,48 @@ fn an_undecided_part_is_no_pass_in_qif() {
     assert!(root.called("Characteristics").is_empty());
     let figures = root.called("AttributeStr");
     assert!(figures.iter().any(|figure| figure.attribute("name") == Some("B, as fitted / nm")));
+}
+
+/// A folder that stands where `mesh.ply` should go keeps it from its place, as a full disk does.
+#[test]
+fn a_file_that_cannot_be_written_leaves_nothing_behind_and_keeps_no_other() {
+    use asphera_report::ResultFile;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("mesh.ply/x")).unwrap();
+    let files = [ResultFile::Mesh, ResultFile::Report, ResultFile::Html];
+    let measurement = measured(FLAT, Along::Z);
+    let error = super::write_files(folder.path(), &files, &measurement, &provenance()).unwrap_err();
+    assert!(error.to_string().ends_with("mesh.ply"), "{error}");
+    let entries = std::fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["mesh.ply", "report.html", "report.json"]);
+}
+
+/// What the command line says of the part goes before what the session says.
+#[test]
+fn a_report_names_part_serial_number_and_operator() {
+    let mut measurement = measured(FLAT, Along::Z);
+    let given = Label {
+        serial: Some("17".to_owned()),
+        operator: Some("Ada".to_owned()),
+        ..Label::default()
+    };
+    let provenance = Provenance { label: given, ..Provenance::default() };
+    for part in [None, Some("Lens 7".to_owned())] {
+        if part.is_some() {
+            let label = Label { part, serial: Some("3".to_owned()), operator: None };
+            measurement.report.session =
+                Some(SessionFigures { label, ..SessionFigures::default() });
+        }
+        let page = html(&measurement, &provenance);
+        let title = match measurement.report.session {
+            None => "Form deviation: no. 17",
+            Some(_) => "Form deviation: Lens 7, no. 17",
+        };
+        assert!(page.contains(title) && page.contains("Ada"), "{title}");
+        let document = qif(&measurement.report, &provenance);
+        assert!(document.contains("Ada") && document.contains("17"));
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::words::raised;
 use asphera_report::{Chapter, ChapterId, FormFigures, Measured, Report, Status, View};
 
 use super::provenance::Provenance;
@@ -27,7 +28,7 @@ fn write(out: &mut String, measurement: &dyn Measured, provenance: &Provenance) 
     head(out, &title, &date)?;
     writeln!(out, "<header><h1>{}</h1>", text(&title))?;
     if let Some(form) = &report.form {
-        writeln!(out, "<p class=\"nominal\">{}</p>", text(&form.nominal))?;
+        writeln!(out, "<p class=\"nominal\">{}</p>", text(&raised(&form.nominal)))?;
     }
     writeln!(out, "<p class=\"when\">Measured {}</p></header>", text(&date))?;
     verdict(out, report.verdict.status, &view)?;
@@ -150,10 +151,9 @@ fn head(out: &mut String, title: &str, date: &str) -> Result {
 
 /// Part, as whoever asks for the paper or who started the session named it; station or file.
 fn title(report: &Report, provenance: &Provenance) -> String {
-    let what = provenance
-        .part
-        .clone()
-        .or_else(|| report.session.as_ref().and_then(|session| session.label.title()))
+    let label = provenance.label_of(report);
+    let what = label
+        .title()
         .or_else(|| report.session.as_ref().map(|session| session.station.clone()))
         .or_else(|| provenance.files.first().map(|file| file.name.clone()));
     match what {

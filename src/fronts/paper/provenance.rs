@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use asphera_report::words::count;
-use asphera_report::{Report, ResultFile};
+use asphera_report::{Label, Report, ResultFile};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
@@ -15,8 +15,8 @@ use super::words::text;
 /// Statements of a paper on its origin, beside what the report itself knows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
-    /// What was measured: a name or serial number, as whoever asks for the paper has it.
-    pub part: Option<String>,
+    /// What was measured and by whom, as whoever asks for the paper has it. It goes before the label of the session.
+    pub label: Label,
     /// When it was measured, as far as the file says; a session knows it itself.
     pub date: Option<String>,
     /// The instrument, as far as the file says.
@@ -105,9 +105,22 @@ impl Provenance {
         }
     }
 
+    /// What was measured and by whom: each entry as given, or as the session has it.
+    pub(super) fn label_of(&self, report: &Report) -> Label {
+        let session = report.session.as_ref().map(|session| session.label.clone());
+        let Label { part, serial, operator } = session.unwrap_or_default();
+        let given = self.label.clone();
+        Label {
+            part: given.part.or(part),
+            serial: given.serial.or(serial),
+            operator: given.operator.or(operator),
+        }
+    }
+
     /// Instrument, software, command and files as HTML.
     pub(super) fn draw(&self, out: &mut String, report: &Report) -> fmt::Result {
-        let mut rows: Vec<(&str, String)> = Vec::new();
+        let given = self.label.entries().map(|(name, entry)| (name, text(entry)));
+        let mut rows: Vec<(&str, String)> = given.collect();
         if let Some(instrument) = &self.instrument {
             rows.push(("instrument", text(instrument)));
         }

@@ -224,15 +224,8 @@ fn attributes(report: &Report, provenance: &Provenance) -> Vec<(String, String)>
         let name = if *count == 1 { name.to_owned() } else { format!("{name} ({count})") };
         attributes.push((name, value));
     };
-    let label = report.session.as_ref().map(|session| &session.label);
-    if let Some(part) = &provenance.part {
-        add("part", part.clone());
-    }
-    for (name, entry) in label.iter().flat_map(|label| label.entries()) {
-        // Whoever asks for the paper names the part; else who started the session did.
-        if name != "part" || provenance.part.is_none() {
-            add(name, entry.to_owned());
-        }
+    for (name, entry) in provenance.label_of(report).entries() {
+        add(name, entry.to_owned());
     }
     if let Some(session) = &report.session {
         add("session", session.id.clone());
