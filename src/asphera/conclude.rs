@@ -5,6 +5,7 @@
 use std::time::Duration;
 
 use asphera_link::Nanos;
+use asphera_report::words::{count, counted};
 use asphera_report::{DeviceFigures, LinkFigures, SessionFigures, Verdict};
 
 use crate::calibration::CalibrationFile;
@@ -25,6 +26,8 @@ pub struct Outcome {
     pub suspended: Duration,
     /// When the last reading of the primary arrived.
     pub last_point: Option<Nanos>,
+    /// Links with a device that would not answer a trigger.
+    pub unready: Vec<String>,
     /// Bytes and readings of every link and device, delivered and lost.
     pub links: Vec<LinkFigures>,
     /// Whose session it is and how it ended.
@@ -42,6 +45,7 @@ impl Outcome {
             unreset: bench.unreset(),
             suspended: bench.suspended(),
             last_point: bench.last_primary(),
+            unready: bench.unready().map(str::to_owned).collect(),
             links: bench.figures(),
             session: SessionFigures {
                 calibration: bench.calibration().map(CalibrationFile::figures),
@@ -79,7 +83,8 @@ impl Outcome {
             doubt(
                 verdict,
                 format!(
-                    "{name}: a whole cycle of the shared count was missing {slips} times; points in between may be misplaced"
+                    "{name}: a whole cycle of the shared count was missing {}; points in between may be misplaced",
+                    counted(slips, "time")
                 ),
             );
         }
@@ -101,22 +106,34 @@ impl Outcome {
             );
         }
         if self.missing > 0 {
-            undecide(verdict, format!("{} triggers of the scan never came", self.missing));
+            let triggers = counted(self.missing, "trigger");
+            undecide(verdict, format!("{triggers} of the scan never came"));
         }
         if self.last_point.is_none() && self.session.ended == "idle" {
-            undecide(
-                verdict,
-                "no trigger came, though every device was ready: start the scan sooner, or set [scan] first_s to more".to_owned(),
-            );
+            undecide(verdict, self.why_no_trigger());
         }
         if !matches!(self.session.ended.as_str(), "complete" | "idle") {
             undecide(verdict, format!("the session was {} before its end", self.session.ended));
         }
         for (name, lost) in devices(&self.links, |device| device.lost) {
-            let triggers =
-                if lost == 1 { "1 trigger was" } else { &format!("{lost} triggers were") };
-            verdict.reasons.push(format!("{name}: {triggers} lost"));
+            let were = if lost == 1 { "was" } else { "were" };
+            verdict.reasons.push(format!("{name}: {} {were} lost", counted(lost, "trigger")));
         }
+    }
+}
+
+impl Outcome {
+    /// Why a session ended without a trigger.
+    fn why_no_trigger(&self) -> String {
+        if self.unready.is_empty() {
+            return "no trigger came, though every device was ready: start the scan sooner, or set [scan] first_s to more"
+                .to_owned();
+        }
+        format!(
+            "no trigger came: {} gave no answer since its link opened. Switch the device on, or check address, wiring and \
+             baud rate",
+            self.unready.join(", ")
+        )
     }
 }
 
@@ -126,8 +143,14 @@ pub fn note_recovery(verdict: &mut Verdict, recovery: &Recovery) {
         doubt(
             verdict,
             format!(
-                "the recording is damaged: at least {} entries are missing, {} places could not be read",
-                recovery.lost_at_least, recovery.damaged_places
+                "the recording is damaged: at least {} {}, {} could not be read",
+                count(recovery.lost_at_least),
+                if recovery.lost_at_least == 1 {
+                    "entry is missing"
+                } else {
+                    "entries are missing"
+                },
+                counted(recovery.damaged_places, "place")
             ),
         );
     }

@@ -109,6 +109,8 @@ pub enum Waiting {
     Devices {
         /// The links they are on.
         links: Vec<String>,
+        /// Seconds until the session ends without them; absent while a link is not open.
+        ends_in_s: Option<f64>,
     },
     /// Every device is ready: the first trigger.
     FirstTrigger {

@@ -18,7 +18,7 @@ use super::output::{Failure, clear_progress, figures, progress, refuse_results, 
 use super::serve::{Page, block_on, interrupted, stop_session};
 use super::{OutputArgs, Speed};
 use crate::config::Config;
-use crate::live::{Finished, Handle, Station};
+use crate::live::{Finished, Handle, Station, check_unshared};
 use crate::results;
 
 #[derive(Args)]
@@ -75,6 +75,8 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     args.output.out = Some(folder.clone());
     std::fs::create_dir_all(&folder)
         .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    // Before the ports and the truth of another demo there are overwritten.
+    check_unshared(&folder, "demo")?;
     let ports = folder.join("ports");
     let rig = Rig::start(scene, &ports).await?;
     write_json(&folder.join("truth.json"), &rig.truth())?;
@@ -134,6 +136,8 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     outlet.close().await;
     drop(station);
     drop(rig);
+    // Of a bench that has gone nothing remains; a folder with something else in it stays.
+    let _ = std::fs::remove_dir(&ports);
     Ok(exit)
 }
 

@@ -539,7 +539,7 @@ impl Core {
         }
         let finished = Arc::new(Finished { measurement, recording: recording.ok() });
         self.report.send_replace(Some(Arc::new(finished.measurement.report.clone())));
-        self.view.complete(finished.clone());
+        self.view.complete(ending.at, finished.clone());
         ending.asked.into_iter().for_each(|asked| self.answer(asked));
         let config = self.config.output.clone();
         let folder = self.config.recordings.join(session.header.folder_name());

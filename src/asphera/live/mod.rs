@@ -56,7 +56,7 @@ pub enum StationError {
     },
     /// Another station records into the same folder.
     #[error(
-        "the folder of the recordings {folder} is in use by {holder}: stop that, or give this station another [session] dir"
+        "the folder of the recordings {folder} is in use by {holder}: stop that, or record elsewhere: another [session] dir (--out of demo)"
     )]
     Shared {
         /// Where recordings go.
@@ -93,6 +93,15 @@ pub enum StationError {
     /// The station has ended.
     #[error("the station has ended")]
     Ended,
+}
+
+/// Fails where another station records into a folder.
+///
+/// # Errors
+///
+/// [`StationError::Shared`].
+pub fn check_unshared(folder: &Path, station: &str) -> Result<(), StationError> {
+    lock::Lock::take(folder, station).map(drop)
 }
 
 /// A running station. It ends when the handle is dropped.

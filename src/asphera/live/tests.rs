@@ -73,7 +73,8 @@ async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one
     let mut snapshots = station.handle().watch();
     station.handle().session(Command::Start).await.unwrap();
     let absent = until(&mut snapshots, |now| now.progress.waiting.is_some()).await;
-    assert_eq!(absent.progress.waiting, Some(Waiting::Devices { links: vec!["probe".to_owned()] }));
+    let links = vec!["probe".to_owned()];
+    assert_eq!(absent.progress.waiting, Some(Waiting::Devices { links, ends_in_s: None }));
 
     let (_, serving) = tcp(simulator, address).await.unwrap();
     let serving = tokio::spawn(serving);
@@ -118,6 +119,40 @@ async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one
     again.report.timing = report.timing.clone();
     assert_eq!(&again.report, report);
     serving.abort();
+}
+
+#[tokio::test]
+async fn a_device_that_connects_and_says_nothing_ends_the_session_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let listening = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+    let address = listening.local_addr().unwrap();
+    let silent = tokio::spawn(async move {
+        let mut sockets = Vec::new();
+        while let Ok((socket, _)) = listening.accept().await {
+            sockets.push(socket);
+        }
+    });
+    let recordings = folder.path().to_str().unwrap();
+    let config = station(&address.to_string(), recordings, "idle_s = 0.5\nfirst_s = 1.0");
+    let mut station = Station::start(config).unwrap();
+    let mut snapshots = station.handle().watch();
+    station.handle().session(Command::Start).await.unwrap();
+    let is_ending = |now: &Snapshot| {
+        matches!(now.progress.waiting, Some(Waiting::Devices { ends_in_s: Some(_), .. }))
+    };
+    until(&mut snapshots, is_ending).await;
+    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let report = &finished.measurement.report;
+    assert_eq!(report.session.as_ref().unwrap().ended, "idle");
+    let reason = "no trigger came: probe gave no answer since its link opened";
+    assert!(report.verdict.reasons.iter().any(|found| found.starts_with(reason)), "{report:?}");
+    let ended = until(&mut snapshots, |now| now.state == State::Complete).await;
+    assert!(ended.elapsed_s >= 1.0, "{}", ended.elapsed_s);
+    // The replay has the same words.
+    let mut again = crate::replay::replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+    silent.abort();
 }
 
 #[tokio::test]

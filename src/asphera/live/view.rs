@@ -71,9 +71,14 @@ impl View {
         self.snapshot.state = state;
     }
 
-    /// A session ended: its report is shown until the next one begins.
-    pub(super) fn complete(&mut self, finished: Arc<Finished>) {
+    /// A session ended at this time of its clock: its report is shown until the next one begins.
+    pub(super) fn complete(&mut self, at: Nanos, finished: Arc<Finished>) {
         let report = &finished.measurement.report;
+        // A short session may have ended before anything of it was shown.
+        self.snapshot.elapsed_s = at.as_secs_f64();
+        let done = report.points.received + report.points.lost;
+        self.snapshot.progress =
+            progress(0.0, done, self.expected_points, 0, &SamplingFigures::default());
         self.snapshot.state = State::Complete;
         self.snapshot.session = report.session.clone();
         self.snapshot.points = report.points.clone();
@@ -90,10 +95,6 @@ impl View {
         let as_of_points = report.points.received;
         self.snapshot.contour = report.contour.as_ref().map(|_| ContourState { as_of_points });
         self.snapshot.verdict = report.verdict.clone();
-        self.snapshot.progress.pending_points = 0;
-        self.snapshot.progress.waiting = None;
-        self.snapshot.progress.eta_s = None;
-        self.snapshot.progress.eta_coverage_s = None;
         if let Some(form) = &report.form {
             let deviation = &form.deviation;
             let known = deviation.uncertainty.as_ref();
@@ -236,11 +237,10 @@ fn waiting(now: Nanos, bench: &Bench) -> Option<Waiting> {
         return None;
     }
     let links: Vec<String> = bench.unready().map(str::to_owned).collect();
+    let ends_in_s = bench.first_by().map(|due| due.since(now).as_secs_f64());
     Some(match links.is_empty() {
-        true => Waiting::FirstTrigger {
-            ends_in_s: bench.first_by().map(|due| due.since(now).as_secs_f64()),
-        },
-        false => Waiting::Devices { links },
+        true => Waiting::FirstTrigger { ends_in_s },
+        false => Waiting::Devices { links, ends_in_s },
     })
 }
 

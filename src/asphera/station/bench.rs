@@ -38,8 +38,8 @@ pub struct EndSettings {
     pub points: Option<u64>,
     /// After this long without a reading of the primary device.
     pub idle: Option<Duration>,
-    /// After this long without a first one, counted from when every device would answer a trigger. Counts while a session is
-    /// measured; that of a recording has its end in it.
+    /// After this long without a first one, counted from when every device would answer a trigger; before that, from when the
+    /// links of all of them had opened. Counts while a session is measured; that of a recording has its end in it.
     pub first: Option<Duration>,
 }
 
@@ -121,6 +121,8 @@ pub struct Bench {
     last_primary: Option<Nanos>,
     /// Since when every device of the trigger would answer one.
     ready_since: Option<Nanos>,
+    /// Since when, all links with such a device having been open, one of them has not been ready.
+    open_since: Option<Nanos>,
     records: u64,
     joined: Vec<Record>,
     effects: Vec<Effect>,
@@ -144,6 +146,7 @@ impl Bench {
             suspended: Duration::ZERO,
             last_primary: None,
             ready_since: None,
+            open_since: None,
             records: 0,
             joined: Vec::new(),
             effects: Vec::new(),
@@ -265,9 +268,10 @@ impl Bench {
         Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
-    /// When a scan whose first trigger does not come will be given up; `None` once it came, and while a device is not ready.
+    /// When a scan whose first trigger does not come will be given up; `None` once it came, and while a link is not open that
+    /// could bring it. A device that becomes ready begins the wait anew.
     pub fn first_by(&self) -> Option<Nanos> {
-        let since = self.ready_since.filter(|_| self.last_primary.is_none())?;
+        let since = self.ready_since.or(self.open_since).filter(|_| self.last_primary.is_none())?;
         Some(self.patience.put_off(since + self.end.first?))
     }
 
@@ -422,6 +426,11 @@ impl Bench {
         self.effects = effects;
         self.emit();
         self.ready_since = self.is_ready().then(|| self.ready_since.unwrap_or(self.now));
+        // A driver that opens its link again for want of an answer does not begin the wait anew.
+        let is_open = || self.streams.iter().all(|(line, _)| self.lines[*line].is_open());
+        if self.ready_since.is_some() || self.open_since.is_none() && is_open() {
+            self.open_since = Some(self.now);
+        }
         if self.primary_held.is_some() && self.companions_ready() {
             self.start_primary();
         }
