@@ -152,6 +152,9 @@ mod tests {
         let (mut turned, mut refused) = (0, Vec::new());
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "toml") {
+                continue;
+            }
             let text = std::fs::read_to_string(&path).unwrap();
             let name = path.display().to_string();
             let other = match flipped(&text) {

@@ -51,9 +51,8 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
         Kind::Serial | Kind::SlcanSerial => serial(table),
         Kind::Tcp | Kind::SlcanTcp => tcp(table),
         Kind::Udp => udp(table),
-        Kind::SocketCan => {
-            table.required("interface").map(|interface| Endpoint::SocketCan { interface })
-        }
+        Kind::SocketCan => named(table, "interface", "a CAN interface, as can0")
+            .map(|interface| Endpoint::SocketCan { interface }),
     };
     let framing = match kind {
         Kind::Serial | Kind::Tcp => Some(Framing::Raw),
@@ -85,8 +84,18 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
     })
 }
 
+/// A name that must be there and say something.
+fn named(table: &Section<'_>, key: &str, expected: &str) -> Option<String> {
+    let name: String = table.required(key)?;
+    if name.trim().is_empty() {
+        table.problem(key, expected, "an empty text");
+        return None;
+    }
+    Some(name)
+}
+
 fn serial(table: &Section<'_>) -> Option<Endpoint> {
-    let path = table.required("path");
+    let path = named(table, "path", "a port, as /dev/serial/by-id/…");
     let baud_bd = table.within("baud_bd", 115_200, 300..=4_000_000u32);
     let parity = [("none", Parity::None), ("even", Parity::Even), ("odd", Parity::Odd)];
     let parity = table.word("parity", Parity::None, &parity);

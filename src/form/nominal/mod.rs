@@ -72,7 +72,9 @@ pub struct Curvatures {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum NominalError {
     /// The radius of curvature is zero or not finite.
-    #[error("radius of curvature is {0:?} mm, expected a finite number other than 0")]
+    #[error(
+        "radius of curvature is {0:?} mm, expected a number other than 0, at most 1e307 in size (what is flat has no radius)"
+    )]
     Radius(f64),
     /// The conic constant is not finite.
     #[error("conic constant is {0}, expected a finite number")]

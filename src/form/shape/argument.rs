@@ -3,7 +3,8 @@
 use super::{ShapeError, ShapeParameter};
 
 /// Range of a radius.
-pub(super) const RADIUS: &str = "a finite number other than 0 (what is flat has no radius)";
+pub(super) const RADIUS: &str =
+    "a number other than 0, at most 1e307 in size (what is flat has no radius)";
 /// Range of a coefficient.
 pub(super) const FINITE: &str = "a finite number";
 

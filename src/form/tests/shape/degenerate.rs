@@ -19,7 +19,7 @@ fn message<T>(result: Result<T, ShapeError>) -> String {
 #[test]
 fn refusals_of_sections_and_powers_say_what_is_wrong() {
     let base = section(30.0, 0.0);
-    let flat = "expected a finite number other than 0 (what is flat has no radius)";
+    let flat = "expected a number other than 0, at most 1e307 in size (what is flat has no radius)";
     let rows = [
         (message(ConicSection::new(0.0, 0.0)), format!("radius of the conic section is 0, {flat}")),
         (
