@@ -6,6 +6,8 @@ use std::path::Path;
 use asphera_report::{Label, ResultFile, SessionEntry, SessionFigures, Status};
 use serde::Deserialize;
 
+use crate::session::MANIFEST;
+
 /// Part of a `report.json` that is read; the rest is passed over.
 #[derive(Deserialize)]
 struct Told {
@@ -79,10 +81,12 @@ fn entry(recordings: &Path, id: String) -> SessionEntry {
     let there = ResultFile::ALL.iter().map(|file| file.name());
     let files = there.filter(|name| folder.join(name).is_file()).collect();
     let Some(Told { session, points, form, verdict }) = told(&folder) else {
+        // It runs, or was interrupted: its manifest was written before its first byte.
+        let (started, label) = begun(&folder).unzip();
         return SessionEntry {
             id,
-            started: None,
-            label: Label::default(),
+            started,
+            label: label.unwrap_or_default(),
             ended: None,
             verdict: None,
             points: None,
@@ -105,9 +109,50 @@ fn entry(recordings: &Path, id: String) -> SessionEntry {
     }
 }
 
+/// When a session began and of what, by its manifest.
+fn begun(folder: &Path) -> Option<(String, Label)> {
+    #[derive(Deserialize)]
+    struct Begun {
+        started: String,
+        session: BegunSession,
+    }
+    #[derive(Deserialize)]
+    struct BegunSession {
+        #[serde(default)]
+        label: Label,
+    }
+    let bytes = fs::read(folder.join(MANIFEST)).ok()?;
+    let begun: Begun = serde_json::from_slice(&bytes).ok()?;
+    Some((begun.started, begun.session.label))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_session_without_a_report_has_its_start_and_its_label() {
+        use crate::session::{Disk, Header, Recorder, SessionId, Settings};
+        let folder = tempfile::tempdir().unwrap();
+        let label = Label { part: Some("Lens 7".to_owned()), ..Label::default() };
+        let header = Header {
+            id: SessionId(7),
+            station: "bench".to_owned(),
+            version: "1".to_owned(),
+            started_wall_ns: 1_800_000_000_000_000_000,
+            config_toml: String::new(),
+            links: Vec::new(),
+            label: label.clone(),
+        };
+        let begun = asphera_link::Nanos::ZERO;
+        let recorder =
+            Recorder::create(folder.path(), header, Settings::default(), Box::new(Disk), begun);
+        let running = recorder.unwrap();
+        let found = list(folder.path(), 10);
+        assert_eq!(found[0].started.as_deref(), Some("2027-01-15T08:00:00.000000000Z"));
+        assert_eq!((&found[0].label, found[0].verdict), (&label, None));
+        drop(running);
+    }
 
     #[test]
     fn the_newest_come_first_and_what_is_no_session_is_passed_over() {

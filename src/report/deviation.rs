@@ -87,8 +87,8 @@ impl UncertaintyFigures {
         let errors = errors_of(model);
         if counted {
             format!(
-                "{errors}, and the choice of places as of scattered points, less than stated where turns lie denser in the middle; without \
-                 form finer than some four of their distances"
+                "{errors}, and the choice of places (as of scattered points: for a spiral that is denser in the middle the true share is \
+                 smaller); without form finer than some four point distances"
             )
         } else {
             format!("{errors}; without the choice of places")

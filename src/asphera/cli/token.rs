@@ -1,10 +1,11 @@
 //! The token of the page, where its operator chooses it.
 
-use std::path::PathBuf;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::output::Failure;
+use super::output::{Failure, say};
 use asphera_http::Token;
 
 #[derive(Args)]
@@ -23,6 +24,12 @@ impl TokenArgs {
                 let text = std::fs::read_to_string(path).map_err(|error| {
                     format!("cannot read the token in {}: {error}", path.display())
                 })?;
+                if is_readable_by_others(path) {
+                    say(&format!(
+                        "warning: other users of this machine can read the token in {0}: chmod 600 {0}",
+                        path.display()
+                    ));
+                }
                 (path.display().to_string(), text)
             }
             None => match std::env::var(VARIABLE) {
@@ -35,5 +42,27 @@ impl TokenArgs {
     }
 }
 
+/// Whether the mode of a file lets its group or everyone read it.
+fn is_readable_by_others(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|found| found.permissions().mode() & 0o044 != 0)
+}
+
 /// Not an argument: other users of the machine see those.
 const VARIABLE: &str = "ASPHERA_TOKEN";
+
+#[cfg(test)]
+mod tests {
+    use std::fs::Permissions;
+
+    use super::*;
+
+    #[test]
+    fn a_token_that_others_can_read_is_told() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for (mode, expected) in [(0o600, false), (0o400, false), (0o640, true), (0o644, true)] {
+            std::fs::set_permissions(file.path(), Permissions::from_mode(mode)).unwrap();
+            assert_eq!(is_readable_by_others(file.path()), expected, "{mode:o}");
+        }
+        assert!(!is_readable_by_others(Path::new("/none")));
+    }
+}

@@ -81,7 +81,7 @@ pub(super) const SEGMENT_ATTACHMENT: &str = "segment.json";
 pub(super) const CONFIG_ATTACHMENT: &str = "config.toml";
 
 /// The manifest's name in the session's folder.
-pub(super) const MANIFEST: &str = "manifest.json";
+pub(crate) const MANIFEST: &str = "manifest.json";
 
 /// Longest message, bytes. A read of a link is thousands of times shorter.
 pub(super) const MAX_MESSAGE_BYTES: usize = 16 << 20;

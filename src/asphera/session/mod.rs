@@ -55,6 +55,7 @@ mod tests;
 
 pub use entry::{Entry, ResultsJson, What};
 pub use error::{ReadError, RecordError};
+pub(crate) use format::MANIFEST;
 pub use format::{FormatVersion, MajorVersion, MinorVersion};
 pub use header::{Header, LinkInfo, SessionId};
 pub use manifest::{Ended, Manifest, ManifestEnd};

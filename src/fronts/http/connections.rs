@@ -22,7 +22,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use tokio::time::{Sleep, sleep};
+use tokio::time::{Instant, Sleep, sleep};
 use tower_service::Service as _;
 
 use super::server::Limits;
@@ -36,6 +36,7 @@ pub(super) async fn serve(
     mut closing: watch::Receiver<bool>,
 ) {
     let mut connections = JoinSet::new();
+    let mut turned_away = TurnedAway::default();
     loop {
         let accepted = tokio::select! {
             biased;
@@ -45,7 +46,9 @@ pub(super) async fn serve(
         };
         match accepted {
             Ok((_, peer)) if connections.len() >= limits.connections => {
-                tracing::warn!(%peer, "a client was turned away: too many connections");
+                if let Some(clients) = turned_away.count(Instant::now()) {
+                    tracing::warn!(clients, last = %peer, "clients were turned away: too many connections");
+                }
             }
             Ok((socket, peer)) => {
                 // Snapshots are small and followed by a wait for the answer: Nagle's algorithm against delayed
@@ -66,6 +69,28 @@ pub(super) async fn serve(
     drop(listener);
     while connections.join_next().await.is_some() {}
 }
+
+/// Clients that were turned away: counted, and said now and then. A log line for each would fill a disk.
+#[derive(Default)]
+struct TurnedAway {
+    unsaid: u64,
+    said_at: Option<Instant>,
+}
+
+impl TurnedAway {
+    /// One more. How many there were since it was said last, where it is to be said again.
+    fn count(&mut self, now: Instant) -> Option<u64> {
+        self.unsaid += 1;
+        let is_due = self.said_at.is_none_or(|at| now.duration_since(at) >= SAID_EVERY);
+        is_due.then(|| {
+            self.said_at = Some(now);
+            std::mem::take(&mut self.unsaid)
+        })
+    }
+}
+
+/// How often it is said that clients were turned away.
+const SAID_EVERY: Duration = Duration::from_secs(10);
 
 async fn closed(closing: &mut watch::Receiver<bool>) {
     // Without a sender nobody is left who could say it.
@@ -185,3 +210,20 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Patient<S> {
 const BUFFER: usize = 64 * 1024;
 /// Before the next try where none was accepted: without file handles a try costs a turn of the processor.
 const PAUSE: Duration = Duration::from_millis(100);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clients_turned_away_are_said_at_once_and_then_counted() {
+        let (mut turned_away, begun) = (TurnedAway::default(), Instant::now());
+        let at = |seconds: f64| begun + Duration::from_secs_f64(seconds);
+        assert_eq!(turned_away.count(at(0.0)), Some(1));
+        for client in 1..200 {
+            assert_eq!(turned_away.count(at(f64::from(client) * 0.01)), None);
+        }
+        assert_eq!(turned_away.count(at(10.0)), Some(200));
+        assert_eq!(turned_away.count(at(11.0)), None);
+    }
+}

@@ -120,13 +120,13 @@ pub(crate) fn q_spectrum(
         .collect();
     let why = (!lost.is_empty()).then(|| {
         format!(
-            "by {errors} {} are less certain than the deviation is large, and so is the RMS slope of the series. Measure nearer to the rim, or set fewer q_terms",
+            "by {errors} {} are less certain than the deviation is large, and so is the RMS slope of the series. Measure nearer to the rim, or set a smaller q_terms in the table [figures] of the nominal",
             lost.join(", ")
         )
     });
     let note = (given < found.asked).then(|| {
         format!(
-            "the terms from a{given} to a{} do not stand out of {errors}: they are not given, and taken to be 0",
+            "The terms from a{given} to a{} do not stand out of {errors}: they are not given, and taken to be 0",
             found.asked - 1
         )
     });

@@ -24,7 +24,7 @@ pub(super) fn headline(form: Option<&FormFigures>, sampling: &SamplingFigures) -
         let [lowest, highest] = extremes(form);
         facts.push(
             Fact::new("PV", about(deviation.pv_nm, known.map(|known| known.u_pv_nm)))
-                .noted(format!("{lowest} to {highest}")),
+                .noted(format!("{lowest} to {highest}, measured frame")),
         );
         facts.push(
             Fact::new("RMS", about(deviation.rms_nm, known.map(|known| known.u_rms_nm)))
@@ -59,8 +59,8 @@ pub(super) fn chapter(form: &FormFigures) -> Chapter {
     let mut facts = vec![
         Fact::new("PV", format!("{} nm", short(deviation.pv_nm))),
         Fact::new("RMS about the nominal", format!("{} nm", short(deviation.rms_nm))),
-        Fact::new("Highest", highest),
-        Fact::new("Lowest", lowest),
+        Fact::new("Highest, measured frame", highest),
+        Fact::new("Lowest, measured frame", lowest),
     ];
     if let Some(known) = &deviation.uncertainty {
         facts.extend(uncertainty(known));

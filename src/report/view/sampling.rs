@@ -91,6 +91,7 @@ fn density(sampling: &SamplingFigures) -> Vec<String> {
     let bounds = [
         sampling.spacing_coarsest_mm.map(|mm| format!("coarsest that meets ε: {} mm", short(mm))),
         sampling.spacing_finest_mm.map(|mm| format!("finest useful: {} mm", short(mm))),
+        sampling.spacing_recommended_mm.map(|mm| format!("recommended: {} mm", short(mm))),
     ];
     let bounds: Vec<String> = bounds.into_iter().flatten().collect();
     let spacing = sampling.spacing_median_mm.map(|mm| {
@@ -147,6 +148,8 @@ fn facts(sampling: &SamplingFigures) -> Vec<Fact> {
         Fact::new("Its source", source),
         known("Noise from point to point", sampling.noise_sigma_nm, "nm"),
         known("Median spacing", sampling.spacing_median_mm, "mm"),
+        known("Coarsest spacing that meets ε", sampling.spacing_coarsest_mm, "mm"),
+        known("Finest useful spacing", sampling.spacing_finest_mm, "mm"),
         known("Recommended spacing", sampling.spacing_recommended_mm, "mm"),
         Fact::new("Denser than the noise allows", share(sampling.overdense_fraction)),
         Fact::new(

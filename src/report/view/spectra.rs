@@ -40,7 +40,7 @@ fn q_spectrum(q: &QFigures) -> Chapter {
         ""
     } else {
         " The series does not end here: the deviation has more waves along the radius than these terms can follow, and \
-         that changes all of them. Set q_terms to more."
+         that changes all of them. Set a larger q_terms in the table [figures] of the nominal."
     };
     chapter.note(format!(
         "Q spectrum: {}. Radius {} mm, power {} nm. {}{note}{end}",

@@ -47,7 +47,7 @@ export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }) {
     line(pen, at, top + high, at, top + high + 5);
     pen.fillText(x.text, at, top + high + 8);
   }
-  pen.fillText("x in mm", left + wide / 2, top + high + 26);
+  pen.fillText("x in mm, part frame", left + wide / 2, top + high + 26);
   pen.textAlign = "right";
   pen.textBaseline = "middle";
   for (const y of ticks(y0, y0 + spanY, Math.max(high / 50, 1))) {
@@ -59,7 +59,7 @@ export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }) {
   pen.translate(left - 56, top + high / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
-  pen.fillText("y in mm", 0, 0);
+  pen.fillText("y in mm, part frame", 0, 0);
   pen.restore();
 }
 

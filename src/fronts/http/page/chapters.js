@@ -29,10 +29,13 @@ function draw(frame, blocks) {
   while (frame.children.length > blocks.length) frame.lastElementChild.remove();
 }
 
+/** Rows of a table that scrolls. */
+const LONG = 24;
+
 const MAKE = {
   facts: () => withBody("pairs"),
   table: () => {
-    const frame = make("div", "scroll tall");
+    const frame = make("div", "scroll");
     frame.tabIndex = 0;
     const table = withBody("");
     table.createTHead().insertRow();
@@ -53,6 +56,7 @@ const FILL = {
   table: (frame, { title, columns, rows }) => {
     const table = frame.firstElementChild;
     setText(table.caption, title ?? "");
+    frame.classList.toggle("tall", rows.length > LONG);
     const shown = columns.map(({ layout }, index) => ({ layout, index })).filter(({ layout }) => layout !== "fine");
     const fine = columns.findIndex(({ layout }) => layout === "fine");
     heads(table.tHead.rows[0], shown.map(({ index }) => columns[index]));

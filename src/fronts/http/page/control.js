@@ -13,6 +13,7 @@ export class Control {
   #said = null;
   #files;
   #shown = null;
+  #state = null;
 
   constructor(token) {
     this.#token = token;
@@ -27,6 +28,9 @@ export class Control {
 
   update(snapshot) {
     const running = snapshot.state === "measuring";
+    // What was accepted has been done: the state says so itself.
+    if (this.#state !== snapshot.state && byId("control-message").className !== "bad") byId("control-message").hidden = true;
+    this.#state = snapshot.state;
     byId("start").disabled = running || snapshot.state === "finishing";
     byId("stop").disabled = !running;
     byId("label").disabled = byId("start").disabled;

@@ -3,7 +3,7 @@
 import { drawAxes, drawBar, noDataPattern, place1to1, toMm } from "./axes.js";
 import { css } from "./colours.js";
 import { byId, setText } from "./dom.js";
-import { DASH, count, fixed, known, place, signedNm, significant } from "./format.js";
+import { DASH, count, fixed, known, significant } from "./format.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
 import { drawBeyond, drawContour, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
 import { listed, pointsSince } from "./series.js";
@@ -67,8 +67,9 @@ export class PartMap {
   update(snapshot) {
     this.#snapshot = snapshot;
     const deviation = snapshot.form?.deviation;
-    setText(byId("map-max"), extreme(deviation?.max_nm, deviation?.at_max_mm));
-    setText(byId("map-min"), extreme(deviation?.min_nm, deviation?.at_min_mm));
+    // In the words of the report, so that both name one place in one frame.
+    setText(byId("map-max"), extreme(snapshot.view, "Highest"));
+    setText(byId("map-min"), extreme(snapshot.view, "Lowest"));
     this.#show();
   }
 
@@ -314,7 +315,12 @@ export class PartMap {
   }
 }
 
-const extreme = (value, point) => (known(value) ? `${signedNm(value)} nm at ${place(point)}` : DASH);
+/** The highest or lowest place of a view: its value, and the frame that its name states. */
+function extreme(view, name) {
+  const blocks = view?.chapters.find(({ id }) => id === "deviation")?.blocks ?? [];
+  const fact = blocks.flatMap(({ facts }) => facts ?? []).find((one) => one.name.startsWith(name));
+  return fact ? [fact.value, ...fact.name.split(", ").slice(1)].join(", ") : DASH;
+}
 
 function small(text) {
   const element = document.createElement("small");

@@ -12,7 +12,7 @@ const WORDS = {
   finishing: ["measuring", "FINISHING", "The last point has landed; the final fit is being made."],
   pass: ["pass", "PASS", "Every limit holds."],
   fail: ["fail", "FAIL", "A limit is broken."],
-  undecided: ["undecided", "UNDECIDED", "There is no answer."],
+  undecided: ["undecided", "UNDECIDED", "Neither pass nor fail is proven."],
   unlimited: ["idle", "NO LIMITS", "No limits are given: there is nothing to decide."],
 };
 
@@ -42,15 +42,17 @@ export function showVerdict(snapshot) {
   document.title = `${word === DASH ? "" : `${word} – `}${snapshot.station} – asphera`;
   if (verdict.outlook) showLimits(verdict.outlook.limits);
   else showChecks(verdict.checks);
-  byId("reasons").replaceChildren(
-    ...verdict.reasons.map((reason) => make("li", "", reason)),
-  );
+  const reasons = verdict.reasons.map((reason) => make("li", "", reason));
+  const problem = snapshot.outputs?.problem;
+  if (problem) reasons.push(make("li", "bad", `Result files: ${problem}`));
+  byId("reasons").replaceChildren(...reasons);
 }
 
 /** What a session without a reading waits for. */
 export function waitingFor({ for: what, links, ends_in_s: ends }) {
-  if (what === "devices") return `For ${links.length > 1 ? "the devices on links" : "the device on link"} ${links.join(", ")}.`;
-  return `For the first trigger${known(ends) ? `: without one the session ends in ${Math.ceil(ends)} s` : ""}.`;
+  const end = (without) => (known(ends) ? `: without ${without} the session ends in ${Math.ceil(Math.max(ends, 0))} s` : "");
+  if (what === "devices") return `For ${links.length > 1 ? "the devices on links" : "the device on link"} ${links.join(", ")}${end("an answer")}.`;
+  return `For the first trigger${end("one")}.`;
 }
 
 function noteOf({ state, points, session, progress }, note) {
