@@ -71,6 +71,25 @@ async fn a_folder_and_an_address_have_one_daemon() {
     .unwrap();
 }
 
+#[test]
+fn a_second_demo_in_a_folder_leaves_the_first_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let demo = ["demo", "--listen", "127.0.0.1:0", "--out", out];
+    let mut first = Running::start(Command::new(asphera()).args(demo));
+    first.line("results:", Duration::from_secs(60));
+    let truth = std::fs::read(folder.path().join("truth.json")).unwrap();
+    let second = Command::new(asphera()).args(demo).args(["--seed", "9", "--force"]).output();
+    let second = second.unwrap();
+    let words = String::from_utf8_lossy(&second.stderr).into_owned();
+    assert_eq!(second.status.code(), Some(1), "{words}");
+    let process = format!("process {}", first.id());
+    assert!(words.contains(&process) && words.contains("--out of demo"), "{words}");
+    assert_eq!(std::fs::read(folder.path().join("truth.json")).unwrap(), truth);
+    first.signal("TERM");
+    first.wait(Duration::from_secs(10));
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_serial_port_has_one_daemon() {
     let bench = Bench::start().await;

@@ -577,3 +577,12 @@ fn mistakes_in_the_contour_are_named_with_their_lines() {
         assert!(line.is_some_and(|line| line.contains(words)), "{key}: {words}\n{said}");
     }
 }
+
+#[test]
+fn a_port_without_a_name_is_no_port() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let line = text.lines().find(|line| line.starts_with("path = ")).unwrap();
+    let problems = Config::parse("a.toml", &text.replace(line, "path = \"\"")).unwrap_err();
+    let problems = problems.to_string();
+    assert!(problems.contains(".path: expected a port, as /dev/serial/by-id/…, found an empty"));
+}

@@ -112,3 +112,34 @@ fn plane(projection: &ProjectionFigures) -> Fact {
     let unfitted = matches!(projection, ProjectionFigures::Unfitted { .. });
     Fact::new("Plane of projection", projection.to_string()).bad_if(unfitted)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_fold_is_one_fold() {
+        let mut figures = MeshFigures::default();
+        figures.relief.walls = 1;
+        figures.relief.spikes = 2;
+        assert_eq!(mesh(&figures).brief, ["1 wall, 2 spikes"]);
+    }
+
+    #[test]
+    fn cautions_of_a_file_stand_in_the_summary_and_in_the_report() {
+        let reading = ReadingFigures {
+            columns: Vec::new(),
+            named_by: String::new(),
+            units_by: String::new(),
+            units_assumed: false,
+            decimal_commas: false,
+            lines_passed_over: 1,
+            cautions: vec!["2 heights of -999 um left out".to_owned()],
+        };
+        let chapter = chapter(&Points::default(), Some(&reading));
+        assert!(chapter.brief[1].contains("1 line of text before the points passed over"));
+        assert_eq!(chapter.brief[2], "caution: 2 heights of -999 um left out");
+        let caution = Block::Caution { text: "2 heights of -999 um left out.".to_owned() };
+        assert!(chapter.blocks.contains(&caution));
+    }
+}
