@@ -435,7 +435,7 @@ fn intervals_of_limited_figures_hold_the_truth_as_often_as_they_say() {
 fn an_interval_says_that_it_is_that_of_scattered_points() {
     let report = Case { places: Places::Spiral, ..SCATTERED }.measure(NOISE, 1);
     let covers = &report.form.unwrap().deviation.uncertainty.unwrap().rms_covers;
-    assert!(covers.contains("less than stated where turns lie denser in the middle"), "{covers}");
+    assert!(covers.contains("denser in the middle the true share is smaller"), "{covers}");
 }
 
 /// Turns at an even pace lie denser in the middle, and leave out more of the rim: limits of A, RMSt and RMSi held in 80 to

@@ -128,7 +128,7 @@ pub trait Shape: fmt::Debug + Send + Sync {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShapeError {
     /// A value that the parameter cannot have.
-    #[error("{parameter} of the {kind} is {found}, expected {expected}")]
+    #[error("{parameter} of the {kind} is {}, expected {expected}", shown(*found))]
     Value {
         /// The kind of shape.
         kind: &'static str,
@@ -149,4 +149,11 @@ pub enum ShapeError {
         /// Parameters there are.
         expected: usize,
     },
+}
+
+/// A number as an error shows it: none of hundreds of digits.
+fn shown(value: f64) -> String {
+    let size = value.abs();
+    let is_short = !value.is_finite() || size == 0.0 || (1e-6..1e15).contains(&size);
+    if is_short { value.to_string() } else { format!("{value:e}") }
 }

@@ -6,7 +6,8 @@ use asphera_form::{Aperture, Base, Knots, Loss, MeasuredFrom, Pose, ReferenceSet
 
 use super::super::output::Failure;
 use asphera_measure::{Part, Weights};
-use asphera_report::words::unit as with_unit;
+use asphera_report::words::{raised, unit as with_unit};
+use asphera_settings::number;
 
 /// Surface, aperture, fit and limits, and heights at the distances `at_mm` from the axis, or to the rim of the aperture.
 pub(super) fn describe(part: &Part, at_mm: &[f64]) -> Result<String, Failure> {
@@ -39,7 +40,7 @@ fn write(text: &mut String, part: &Part, at_mm: &[f64]) -> std::fmt::Result {
                 continue;
             }
             let free = if is_free { "   free" } else { "" };
-            writeln!(text, "  {name:<8} {value:?}{}{free}", with_unit(&unit))?;
+            writeln!(text, "  {name:<8} {value:?}{}{free}", with_unit(&raised(&unit)))?;
         }
         if nominal.domain_mm().is_finite() {
             writeln!(text, "  ends {:.6} mm from the axis", nominal.domain_mm())?;
@@ -147,8 +148,11 @@ fn fit(part: &Part) -> String {
 }
 
 fn limits(text: &mut String, part: &Part) -> std::fmt::Result {
-    let all: Vec<String> =
-        part.limits().iter().map(|limit| format!("{} {}", limit.name(), limit.value)).collect();
+    let all: Vec<String> = part
+        .limits()
+        .iter()
+        .map(|limit| format!("{} {}", limit.name(), number(limit.value)))
+        .collect();
     let all = if all.is_empty() { "none".to_owned() } else { all.join(", ") };
     writeln!(text, "limits     {all}")?;
     match &part.judging.guard {

@@ -27,7 +27,8 @@ fn refusals_of_sections_and_powers_say_what_is_wrong() {
             format!("radius of the conic section is inf, {flat}"),
         ),
         (message(Conic::sphere(f64::NAN)), format!("radius of the sphere is NaN, {flat}")),
-        (message(Cylinder::new(1e-310)), format!("radius of the cylinder is {}, {flat}", 1e-310)),
+        (message(Cylinder::new(1e-310)), format!("radius of the cylinder is 1e-310, {flat}")),
+        (message(Cylinder::new(1e308)), format!("radius of the cylinder is 1e308, {flat}")),
         (
             message(Toroid::new(0.0, base, &[])),
             format!("rotation_radius of the toroid is 0, {flat}"),
