@@ -4,11 +4,13 @@
 //! sampling conditions: every place of the curve has a sample nearer than ε times the distance to the curve's medial axis
 //! there (local feature size), or than ρ times the least such distance between the two samples beside it (reach).
 
+mod ball_pivoting;
 mod connect2d;
 mod conservative;
 mod crawl;
 mod crust;
 mod gathan;
+mod gathan_g;
 mod hnn;
 mod lee;
 mod lenz;
@@ -19,11 +21,13 @@ mod regular;
 mod tree;
 mod vision;
 
+pub use ball_pivoting::{ball_pivoting, pivoting_radii_mm};
 pub use connect2d::{connect2d, sig_connect2d};
 pub use conservative::conservative_crust;
 pub use crawl::crawl;
 pub use crust::crust;
 pub use gathan::gathan;
+pub use gathan_g::gathan_g;
 pub use hnn::{hnn_crust, one_sided_hnn_crust};
 pub use lee::{MovedCurve, lee, lee_reach_mm};
 pub use lenz::lenz;

@@ -8,9 +8,9 @@ use thiserror::Error;
 
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
-    connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan, hnn_crust, lee,
-    lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust, peel, regular_shape,
-    sig_connect2d, vicur,
+    ball_pivoting, connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan,
+    gathan_g, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust,
+    peel, pivoting_radii_mm, regular_shape, sig_connect2d, vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -19,7 +19,7 @@ use crate::graphs::{
 use crate::regions::{
     a_shape, alpha_curve, alpha_shape, auto_shape, chi_default_mm, chi_length_mm, chi_shape,
     connecting_a_mm, connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm,
-    relaxed_gabriel, shape_hull_graph, simple_shape,
+    relaxed_gabriel, sculpting, shape_hull_graph, simple_shape,
 };
 use crate::{FoundCurve, Graph, Region, Triangulation};
 
@@ -68,6 +68,10 @@ pub enum Method {
     SigConnect2d,
     /// [`emst_curve`].
     EmstCurve,
+    /// [`sculpting`].
+    Sculpting,
+    /// [`ball_pivoting`].
+    BallPivoting,
     /// [`regular_shape`].
     RRegular,
     /// [`discur`].
@@ -76,6 +80,8 @@ pub enum Method {
     Vicur,
     /// [`gathan`].
     Gathan,
+    /// [`gathan_g`].
+    GathanG,
     /// [`lenz`].
     Lenz,
     /// [`lee`].
@@ -342,6 +348,11 @@ impl Method {
             Method::Gathan => gathan(triangulation, value("phi_deg"), value("rho")),
             Method::Lenz => lenz(triangulation, value("u"), value("phi_deg")),
             Method::Lee if value("h_mm") > 0.0 => lee(triangulation, value("h_mm")).graph,
+            Method::GathanG => gathan_g(triangulation, value("phi_deg"), value("rho")),
+            Method::Sculpting => sculpting(triangulation),
+            Method::BallPivoting => {
+                ball_pivoting(triangulation, &radii_mm(triangulation, value("radius_mm")))
+            }
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))
@@ -350,4 +361,9 @@ impl Method {
             _ => Graph::default(),
         })
     }
+}
+
+/// The radii of [`ball_pivoting`]: the one given, or those that the points ask for.
+fn radii_mm(triangulation: &Triangulation, given_mm: f64) -> Vec<f64> {
+    if given_mm > 0.0 { vec![given_mm] } else { pivoting_radii_mm(triangulation) }
 }

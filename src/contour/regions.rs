@@ -13,6 +13,7 @@ mod discern;
 mod ec;
 mod gabriel;
 mod peeling;
+mod sculpting;
 mod simple;
 
 pub use a_shape::{a_shape, connecting_a_mm};
@@ -23,6 +24,7 @@ pub use ct::ct_shape;
 pub use discern::{Sampling, discern, petals};
 pub use ec::ec_shape;
 pub use gabriel::{relaxed_gabriel, shape_hull_graph};
+pub use sculpting::sculpting;
 pub use simple::simple_shape;
 
 use crate::Triangulation;

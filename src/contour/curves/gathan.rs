@@ -35,7 +35,7 @@ pub fn gathan(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Graph 
     };
     let is_candidate =
         |&edge: &EdgeId| dual_mm(triangulation, edge) >= rho * triangulation.length_mm(edge);
-    let mut curve = Curve { triangulation, others: vec![[None; 2]; triangulation.len()] };
+    let mut curve = Curve::new(triangulation);
     let candidates: Vec<EdgeId> =
         triangulation.by_length().iter().copied().filter(is_candidate).collect();
     for wanted in [2, 1] {
@@ -51,14 +51,24 @@ pub fn gathan(triangulation: &Triangulation, alpha_deg: f64, rho: f64) -> Graph 
 }
 
 /// Edges taken so far, at most two at a sample.
-struct Curve<'a> {
+pub(super) struct Curve<'a> {
     triangulation: &'a Triangulation,
     others: Vec<[Option<SampleId>; 2]>,
 }
 
-impl Curve<'_> {
+impl<'a> Curve<'a> {
+    /// No edges.
+    pub(super) fn new(triangulation: &'a Triangulation) -> Curve<'a> {
+        Curve { triangulation, others: vec![[None; 2]; triangulation.len()] }
+    }
+
+    /// The ends of the edges at a sample.
+    pub(super) fn others(&self, sample: SampleId) -> [Option<SampleId>; 2] {
+        self.others[sample as usize]
+    }
+
     /// Takes an edge if both its ends allow it.
-    fn offer(&mut self, [p, q]: [SampleId; 2], [agrees_at_p, agrees_at_q]: [bool; 2]) {
+    pub(super) fn offer(&mut self, [p, q]: [SampleId; 2], [agrees_at_p, agrees_at_q]: [bool; 2]) {
         if self.allows(p, q, agrees_at_p) && self.allows(q, p, agrees_at_q) {
             for (at, to) in [(p, q), (q, p)] {
                 let others = &mut self.others[at as usize];
@@ -81,7 +91,7 @@ impl Curve<'_> {
         }
     }
 
-    fn graph(&self) -> Graph {
+    pub(super) fn graph(&self) -> Graph {
         let edges = (0..).zip(&self.others);
         Graph::new(
             edges.flat_map(|(at, others)| others.iter().flatten().map(move |&other| [at, other])),
@@ -90,7 +100,7 @@ impl Curve<'_> {
 }
 
 /// The direction of the normal of a sample, of any length; zero where there are no triangles.
-fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm {
+pub(super) fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm {
     let fan = triangulation.fan(sample);
     let at = triangulation.place(sample);
     let is_on_hull = fan.sectors.contains(&None);
@@ -117,7 +127,7 @@ fn normal(triangulation: &Triangulation, sample: SampleId) -> PlaceMm {
 }
 
 /// Length of the Voronoi edge of an edge in mm; infinite on the hull.
-fn dual_mm(triangulation: &Triangulation, edge: EdgeId) -> f64 {
+pub(super) fn dual_mm(triangulation: &Triangulation, edge: EdgeId) -> f64 {
     let centres = triangulation.centres_mm();
     match triangulation.edges()[edge as usize].triangles {
         [Some(left), Some(right)] => distance_mm(centres[left as usize], centres[right as usize]),

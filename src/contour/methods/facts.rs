@@ -108,6 +108,19 @@ fn of_curve(method: &Method) -> Facts {
         Method::AlphaCurve => {
             ("alpha-curve", "none stated here", "Edelsbrunner, Kirkpatrick, Seidel 1983")
         }
+        Method::GathanG => (
+            "gathan-g",
+            "none here (its authors: smooth pieces, samples even about each corner)",
+            "Dey, Wenger 2002; text not at hand, order, angles and corners are our choice",
+        ),
+        Method::Sculpting => {
+            ("sculpting", "none", "Boissonnat 1984, in the plane; text not at hand")
+        }
+        Method::BallPivoting => (
+            "ball-pivoting",
+            "none stated here",
+            "Bernardini, Bajaj 1997, in the plane; text not at hand, radii, order and joining are our choice",
+        ),
         _ => UNNAMED,
     }
 }

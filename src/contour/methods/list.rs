@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 37] = [
+    pub const ALL: [Method; 40] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -27,10 +27,13 @@ impl Method {
         Method::Connect2d,
         Method::SigConnect2d,
         Method::EmstCurve,
+        Method::Sculpting,
+        Method::BallPivoting,
         Method::RRegular,
         Method::Discur,
         Method::Vicur,
         Method::Gathan,
+        Method::GathanG,
         Method::Lenz,
         Method::Lee,
         Method::AlphaCurve,
@@ -111,7 +114,7 @@ impl Method {
             Method::Peel => &PEEL,
             Method::RRegular => &R_REGULAR,
             Method::Vicur => &VICUR,
-            Method::Gathan => &GATHAN,
+            Method::Gathan | Method::GathanG => &GATHAN,
             Method::Lenz => &LENZ,
             Method::Lee => &LEE,
             Method::AlphaCurve => &ALPHA_CURVE,
@@ -120,6 +123,7 @@ impl Method {
             Method::A => &A,
             Method::Rgg => &RGG,
             Method::Ec => &EC,
+            Method::BallPivoting => &BALL_PIVOTING,
             _ => &[],
         }
     }
@@ -310,6 +314,14 @@ const EC: [Parameter; 2] = [
     },
     HOLES,
 ];
+
+const BALL_PIVOTING: [Parameter; 1] = [Parameter {
+    name: "radius_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "radius of the disc, mm; 0 takes five from the points, each twice the one before",
+}];
 
 /// sin(π/8), the bound of the spacing of r-regular shapes.
 const SIN_22_5_DEG: f64 = 0.382_683_432_365_089_8;
