@@ -8,9 +8,10 @@ use thiserror::Error;
 
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
-    ball_pivoting, connect2d, conservative_crust, crawl, crust, discur, emst_curve, gathan,
-    gathan_g, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust,
-    peel, pivoting_radii_mm, regular_shape, sig_connect2d, vicur,
+    MOST_FOR_MATCHING, ball_pivoting, connect2d, conservative_crust, crawl, crust, discur,
+    emst_curve, gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust,
+    one_sided_hnn_crust, one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
+    vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -84,6 +85,8 @@ pub enum Method {
     GathanG,
     /// [`lenz`].
     Lenz,
+    /// [`hiyoshi`].
+    Hiyoshi,
     /// [`lee`].
     Lee,
     /// [`alpha_curve`].
@@ -170,12 +173,14 @@ pub enum MethodError {
     },
     /// More samples than the method can take.
     #[error(
-        "{method} with these parameters asks about every pair: expected at most {MOST_FOR_PAIRS} places, found {found}; \
-         take fewer points, or parameters within the Delaunay triangulation"
+        "{method} with these parameters takes time that grows with the square of the points or faster: expected at most {most} \
+         places, found {found}; take fewer points, or a method or parameters without this limit"
     )]
     TooMany {
         /// The method.
         method: &'static str,
+        /// How many it takes.
+        most: usize,
         /// How many there are.
         found: usize,
     },
@@ -314,8 +319,9 @@ impl Method {
     ) -> Result<Graph, MethodError> {
         let parameters = self.chosen(triangulation, parameters)?;
         let value = |name| parameters.value(self, name);
-        let paired = |graph: Option<Graph>| {
-            graph.ok_or(MethodError::TooMany { method: self.name(), found: triangulation.len() })
+        let limited = |most: usize, graph: Option<Graph>| {
+            let found = triangulation.len();
+            graph.ok_or(MethodError::TooMany { method: self.name(), most, found })
         };
         Ok(match self {
             Method::Delaunay => delaunay(triangulation),
@@ -324,11 +330,11 @@ impl Method {
             Method::Gabriel => gabriel(triangulation),
             Method::Sig => sig(triangulation),
             Method::Sigdt => sigdt(triangulation),
-            Method::Beta => paired(beta_skeleton(triangulation, value("beta")))?,
+            Method::Beta => limited(MOST_FOR_PAIRS, beta_skeleton(triangulation, value("beta")))?,
             Method::BetaLune => lune_beta_skeleton(triangulation, value("beta")),
             Method::Gamma => {
                 let gamma = [value("gamma0"), value("gamma1")];
-                paired(gamma_neighbourhood(triangulation, gamma))?
+                limited(MOST_FOR_PAIRS, gamma_neighbourhood(triangulation, gamma))?
             }
             Method::Bc0 => bc0(triangulation),
             Method::Crust => crust(triangulation),
@@ -353,6 +359,7 @@ impl Method {
             Method::BallPivoting => {
                 ball_pivoting(triangulation, &radii_mm(triangulation, value("radius_mm")))
             }
+            Method::Hiyoshi => limited(MOST_FOR_MATCHING, hiyoshi(triangulation))?,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))

@@ -121,6 +121,11 @@ fn of_curve(method: &Method) -> Facts {
             "none stated here",
             "Bernardini, Bajaj 1997, in the plane; text not at hand, radii, order and joining are our choice",
         ),
+        Method::Hiyoshi => (
+            "hiyoshi",
+            "smooth closed curves, ε < 1/3, neighbouring edges of a ratio below 1.46",
+            "Hiyoshi 2009; text not at hand",
+        ),
         _ => UNNAMED,
     }
 }

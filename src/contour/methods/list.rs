@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 40] = [
+    pub const ALL: [Method; 41] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -35,6 +35,7 @@ impl Method {
         Method::Gathan,
         Method::GathanG,
         Method::Lenz,
+        Method::Hiyoshi,
         Method::Lee,
         Method::AlphaCurve,
         Method::Alpha,
@@ -92,6 +93,9 @@ impl Method {
             Method::Crust => Condition { epsilon: Some(0.252), ..none },
             Method::NnCrust => Condition { epsilon: Some(1.0 / 3.0), ..none },
             Method::HnnCrust => Condition { rho: Some(0.9), ..none },
+            Method::Hiyoshi => {
+                Condition { epsilon: Some(1.0 / 3.0), uniformity: Some(1.46), ..none }
+            }
             Method::SigConnect2d => Condition { epsilon: Some(0.5), uniformity: Some(2.0), ..none },
             Method::RRegular => Condition { spacing: Some(SIN_22_5_DEG), ..none },
             _ => return None,

@@ -105,7 +105,7 @@ fn what_cannot_be_used_is_refused_with_its_place() {
     let set = triangulation(&crate::places::circle(2001));
     let beta = Parameters::parse("beta=0.5").unwrap();
     let refused = Method::Beta.run(&set, &beta).unwrap_err();
-    assert_eq!(refused, MethodError::TooMany { method: "beta", found: 2001 });
+    assert_eq!(refused, MethodError::TooMany { method: "beta", most: 2000, found: 2001 });
     let refused = Method::Peel.run(&set, &Parameters::parse("delta=-1").unwrap()).unwrap_err();
     assert_eq!(refused.to_string(), "peel: expected delta from 0 to 1000000, found -1");
     let refused = Method::Crust.run(&set, &beta).unwrap_err();

@@ -12,6 +12,7 @@ mod degenerate;
 mod features;
 mod graphs;
 mod guarantees;
+mod hiyoshi;
 mod invariance;
 mod outlines;
 mod peers;
