@@ -8,10 +8,10 @@ use thiserror::Error;
 
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
-    MOST_FOR_MATCHING, ball_pivoting, connect2d, conservative_crust, crawl, crust, discur,
-    emst_curve, gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust,
-    one_sided_hnn_crust, one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
-    vicur,
+    MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, ball_pivoting, connect2d,
+    conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, gathan, gathan_g, hiyoshi,
+    hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust, peel,
+    pivoting_radii_mm, regular_shape, sig_connect2d, tsp, vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -69,6 +69,8 @@ pub enum Method {
     SigConnect2d,
     /// [`emst_curve`].
     EmstCurve,
+    /// [`edge_exchange`].
+    EdgeExchange,
     /// [`sculpting`].
     Sculpting,
     /// [`ball_pivoting`].
@@ -83,6 +85,8 @@ pub enum Method {
     Gathan,
     /// [`gathan_g`].
     GathanG,
+    /// [`tsp`].
+    Tsp,
     /// [`lenz`].
     Lenz,
     /// [`hiyoshi`].
@@ -360,6 +364,8 @@ impl Method {
                 ball_pivoting(triangulation, &radii_mm(triangulation, value("radius_mm")))
             }
             Method::Hiyoshi => limited(MOST_FOR_MATCHING, hiyoshi(triangulation))?,
+            Method::EdgeExchange => limited(MOST_FOR_EXCHANGE, edge_exchange(triangulation))?,
+            Method::Tsp => limited(MOST_FOR_TOUR, tsp(triangulation))?,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))

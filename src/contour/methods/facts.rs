@@ -126,6 +126,16 @@ fn of_curve(method: &Method) -> Facts {
             "smooth closed curves, ε < 1/3, neighbouring edges of a ratio below 1.46",
             "Hiyoshi 2009; text not at hand",
         ),
+        Method::EdgeExchange => (
+            "edge-exchange",
+            "none",
+            "Ohrhallinger, Mudur 2011; text not at hand, the order of steps is our choice",
+        ),
+        Method::Tsp => (
+            "tsp",
+            "none here (the shortest tour: dense samples of one closed curve)",
+            "Giesen 2000; text not at hand, a short tour instead of the shortest is our choice",
+        ),
         _ => UNNAMED,
     }
 }

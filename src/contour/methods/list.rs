@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 41] = [
+    pub const ALL: [Method; 43] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -27,6 +27,7 @@ impl Method {
         Method::Connect2d,
         Method::SigConnect2d,
         Method::EmstCurve,
+        Method::EdgeExchange,
         Method::Sculpting,
         Method::BallPivoting,
         Method::RRegular,
@@ -34,6 +35,7 @@ impl Method {
         Method::Vicur,
         Method::Gathan,
         Method::GathanG,
+        Method::Tsp,
         Method::Lenz,
         Method::Hiyoshi,
         Method::Lee,

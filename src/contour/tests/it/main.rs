@@ -22,4 +22,5 @@ mod regions;
 mod rolled;
 mod sampler;
 mod sampling;
+mod shortened;
 mod smooth;
