@@ -66,3 +66,38 @@ fn what_the_points_choose_beside_the_best() {
         }
     }
 }
+
+/// The published benchmark names two methods a category; `ASPHERA_LONG=1` takes 20 trials a category instead of 4.
+#[test]
+fn a_published_best_is_among_the_first_three_of_most_categories() {
+    let trials = if std::env::var_os("ASPHERA_LONG").is_some() { 20 } else { 4 };
+    let curves = || Method::ALL.into_iter().filter(|method| method.kind() == Kind::Curve);
+    let mut agreed = Vec::new();
+    for category in Category::ALL {
+        let trials: Vec<Trial> = (0..trials).map(|number| category.trial(1, number)).collect();
+        let mut all: Vec<(f64, f64, &str)> = curves()
+            .map(|method| {
+                let scores: Vec<Score> =
+                    trials.iter().map(|trial| trial.score(method).unwrap()).collect();
+                let mean = |of: fn(&Score) -> f64| {
+                    scores.iter().map(of).sum::<f64>() / scores.len() as f64
+                };
+                (mean(|it| it.rms), mean(|it| it.f), method.name())
+            })
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        // Equal figures share a place.
+        let third = all[2].0;
+        let first: Vec<&str> =
+            all.iter().filter(|it| it.0 <= third * (1.0 + 1e-9)).map(|it| it.2).collect();
+        let best = category.published_best();
+        if best.iter().any(|name| first.contains(name)) {
+            agreed.push(category.name());
+        }
+        let figures: Vec<String> =
+            all.iter().take(8).map(|it| format!("{} {:.2e}", it.2, it.0)).collect();
+        println!("{:<18} {best:?}: {}", category.name(), figures.join(", "));
+    }
+    println!("{} of {}: {agreed:?}", agreed.len(), Category::ALL.len());
+    assert!(agreed.len() >= 7, "{agreed:?}");
+}
