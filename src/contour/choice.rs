@@ -3,7 +3,7 @@
 use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm};
 use crate::graphs::spanning;
 use crate::triangulation::{circumcentre_mm, distance_mm};
-use crate::{CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
+use crate::{Chain, CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
 
 /// What points are samples of, and the method that suits them.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +17,9 @@ pub struct Choice {
     /// Share of the turns of the curve, as far as it is joined, that go the other way than the turn before: 0 of a smooth curve, 0.73 of
     /// noise. None of an area.
     pub zigzag: Option<f64>,
+    /// Median size of the turns of one closed curve through all samples but outliers, in radians, where noise or corners ask for it and
+    /// such a curve exists: 0.2 or less of noise below a tenth of the spacing.
+    pub closed_turn_rad: Option<f64>,
     /// Share of the samples but outliers that end a curve or are joined to none.
     pub loose_share: f64,
     /// The method.
@@ -61,9 +64,11 @@ impl Choice {
     /// An area has at least 0.62 of its samples off the hull with no triangle about them of a circle wider than 2.2 times the median edge
     /// of the minimum spanning tree. Of a border, outliers are samples whose second nearest sample is more than four times as far as that
     /// of one of their two nearest, looked for twice; then open runs of up to four samples, where others have thirty or more
-    /// and less than a quarter of the samples is in such runs. The rest is noisy if more than 0.4 of the turns of its [`hnn_crust`] change their
-    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen. Otherwise [`connect2d`] is, where [`hnn_crust`] leaves
-    /// something loose and one closed curve needs no edge longer than 1.5 times its longest: corners. All figures are ours, from points made for each case.
+    /// and less than a quarter of the samples is in such runs. None is left out if one closed curve joins all with no edge longer than 1.5
+    /// times the longest of the [`hnn_crust`] of the rest, nor than four times the longer one beside it. That is noisy if more than 0.4 of its turns change their
+    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, unless the noise is small: one closed curve joins all
+    /// and its median turn is at most 0.2. Of that, and of samples without noise of which something is loose, [`connect2d`] is the
+    /// choice where it closes: corners. Otherwise [`hnn_crust`] is. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
         let is_area = inner_share >= AREA;
@@ -73,6 +78,7 @@ impl Choice {
                 inner_share,
                 outliers: Vec::new(),
                 zigzag: None,
+                closed_turn_rad: None,
                 loose_share: 0.0,
                 method: Method::Auto,
             };
@@ -80,17 +86,43 @@ impl Choice {
         let outliers = outliers(triangulation);
         let rest = Rest::new(triangulation, &outliers);
         let curve = hnn_crust(&rest.triangulation);
-        let zigzag = zigzag(&rest.triangulation, &curve);
-        let count = rest.triangulation.len();
+        let most_mm = longest_mm(&rest.triangulation, &curve);
+        if !outliers.is_empty() {
+            // Tips of corners look like short runs: one closed curve joins them without a long edge.
+            let all = Choice::of_border(triangulation, &hnn_crust(triangulation), most_mm);
+            if all.method == Method::Connect2d {
+                return Choice { inner_share, ..all };
+            }
+        }
+        let found = Choice::of_border(&rest.triangulation, &curve, most_mm);
+        Choice { inner_share, outliers, ..found }
+    }
+
+    /// The choice for samples of a border without outliers, their [`hnn_crust`] and the longest edge of it.
+    fn of_border(triangulation: &Triangulation, curve: &Graph, most_mm: f64) -> Choice {
+        let zigzag = zigzag(triangulation, curve);
+        let count = triangulation.len();
         let loose = curve.ends(count).len() + curve.alone(count).len();
         let loose_share = loose as f64 / count.max(1) as f64;
         let is_noisy = zigzag > ZIGZAG || loose_share > LOOSE;
-        let method = match is_noisy {
-            true => Method::Lee,
-            false if loose > 0 && closes(&rest.triangulation, &curve) => Method::Connect2d,
-            false => Method::HnnCrust,
+        let closed = (loose > 0 || is_noisy).then(|| closing(triangulation, most_mm)).flatten();
+        let closed_turn_rad = closed.map(|closed| median_turn_rad(triangulation, &closed));
+        let method = match closed_turn_rad {
+            Some(turn_rad) if !is_noisy || turn_rad <= SLIGHT_RAD => Method::Connect2d,
+            _ if is_noisy => Method::Lee,
+            _ => Method::HnnCrust,
         };
-        Choice { is_area, inner_share, outliers, zigzag: Some(zigzag), loose_share, method }
+        let zigzag = Some(zigzag);
+        let outliers = Vec::new();
+        Choice {
+            is_area: false,
+            inner_share: 0.0,
+            outliers,
+            zigzag,
+            closed_turn_rad,
+            loose_share,
+            method,
+        }
     }
 
     /// The curve by the method chosen, without the outliers; none of an area.
@@ -139,13 +171,16 @@ impl Choice {
             0 => String::new(),
             count => format!("; {count} outliers left out"),
         };
-        let noise = match self.method == Method::Lee {
-            true => "noise",
-            false => "no noise",
+        let is_noisy = zigzag > ZIGZAG || self.loose_share > LOOSE;
+        let noise = match (self.method == Method::Lee, is_noisy) {
+            (true, _) => "noise",
+            (false, true) => "little noise against the spacing",
+            (false, false) => "no noise",
         };
-        let corners = match self.method == Method::Connect2d {
-            true => "; corners: one closed curve joins what is loose",
-            false => "",
+        let corners = match (self.method == Method::Connect2d, is_noisy) {
+            (true, true) => "; one closed curve joins all, corners too",
+            (true, false) => "; corners: one closed curve joins what is loose",
+            _ => "",
         };
         format!(
             "{kind}{outliers}; {noise}: {} of its turns change direction, {} of its points are loose{corners}",
@@ -248,13 +283,46 @@ fn zigzag(triangulation: &Triangulation, curve: &Graph) -> f64 {
     changes as f64 / pairs.max(1) as f64
 }
 
-/// Whether one closed curve joins all samples with no edge longer than [`JOINS`] times the longest of another.
-fn closes(triangulation: &Triangulation, curve: &Graph) -> bool {
-    let longest_mm = |graph: &Graph| {
-        let lengths = graph.edges().iter().map(|edge| edge.map(|end| triangulation.place(end)));
-        lengths.map(|[p, q]| distance_mm(p, q)).fold(0.0, f64::max)
+/// The closed curve that joins all samples, if there is one with no edge longer than [`JOINS`] times a length, nor than [`GAP`] times the
+/// longer of the two edges beside it.
+fn closing(triangulation: &Triangulation, most_mm: f64) -> Option<Graph> {
+    let curve = connect2d(triangulation);
+    let joins = curve.alone(triangulation.len()).is_empty();
+    let bridges = |chain: &Chain| {
+        let places = chain.places_mm(triangulation.samples());
+        let count = places.len();
+        let length_mm =
+            |index: usize| distance_mm(places[index % count], places[(index + 1) % count]);
+        (0..count).any(|index| {
+            let beside_mm = length_mm(index + count - 1).max(length_mm(index + 1));
+            length_mm(index) > GAP * beside_mm
+        })
     };
-    longest_mm(&connect2d(triangulation)) <= JOINS * longest_mm(curve)
+    let joins = joins && !curve.chains(triangulation.len()).iter().any(bridges);
+    (joins && longest_mm(triangulation, &curve) <= JOINS * most_mm).then_some(curve)
+}
+
+/// Length of the longest edge in mm.
+fn longest_mm(triangulation: &Triangulation, graph: &Graph) -> f64 {
+    let edges = graph.edges().iter().map(|edge| edge.map(|end| triangulation.place(end)));
+    edges.map(|[p, q]| distance_mm(p, q)).fold(0.0, f64::max)
+}
+
+/// The median size of the turns at samples with two edges, in radians; 0 without such samples.
+fn median_turn_rad(triangulation: &Triangulation, curve: &Graph) -> f64 {
+    let mut turns = Vec::new();
+    for chain in curve.chains(triangulation.len()) {
+        let places = chain.places_mm(triangulation.samples());
+        let count = places.len();
+        let corners = if chain.closed { count } else { count.saturating_sub(2) };
+        turns.extend((0..corners).map(|index| {
+            let [a, b, c] = [0, 1, 2].map(|step| places[(index + step) % count]);
+            let [ux, uy, vx, vy] = [b[0] - a[0], b[1] - a[1], c[0] - b[0], c[1] - b[1]];
+            (ux * vy - uy * vx).abs().atan2(ux * vx + uy * vy)
+        }));
+    }
+    turns.sort_by(f64::total_cmp);
+    turns.get(turns.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The samples without some of them.
@@ -282,8 +350,12 @@ impl Rest {
 
 /// Sine of a turn that counts as none.
 const STRAIGHT: f64 = 1e-6;
+/// Median turn of a closed curve up to which its noise is small against the spacing: it turns by √6·σ/s about, σ the noise, s the spacing.
+const SLIGHT_RAD: f64 = 0.2;
 /// Length of the edges that close a curve over that of the others.
 const JOINS: f64 = 1.5;
+/// Length of an edge over the longer one beside it from which on it bridges a gap.
+const GAP: f64 = 4.0;
 /// Share of inner samples from which on points are an area.
 const AREA: f64 = 0.62;
 /// Widest circle of a triangle within an area over the median edge of the spanning tree.

@@ -32,10 +32,10 @@ fn naca(angle: f64) -> PlaceMm {
 }
 
 /// Angles of places along the section at equal lengths, by a polygon of 400,000 sides.
-struct Lengths(Vec<f64>);
+pub(crate) struct Lengths(Vec<f64>);
 
 impl Lengths {
-    fn new() -> Lengths {
+    pub(crate) fn new() -> Lengths {
         let count = 400_000;
         let mut sums = vec![0.0];
         let mut before = naca(0.0);
@@ -55,7 +55,7 @@ impl Lengths {
     }
 }
 
-fn section(lengths: &Lengths, count: usize, sigma: f64, draw: u32) -> Vec<PlaceMm> {
+pub(crate) fn section(lengths: &Lengths, count: usize, sigma: f64, draw: u32) -> Vec<PlaceMm> {
     let (noise, shift) = (Numbers::new(91, draw, 0), Numbers::new(91, draw, 1));
     (0..count)
         .map(|index| {

@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use asphera_contour::benchmark::Category;
 use asphera_contour::sampler::{Disturbance, Spacing, TrueCurve};
 use asphera_contour::{Choice, Deviation, Graph, Kind, Method, Parameters, PlaceMm, Triangulation};
 
+use crate::airfoils::{Lengths, section};
 use crate::places::{Random, scattered, triangulation};
 use crate::sampler::random_curve;
 
@@ -136,4 +138,36 @@ fn a_noisy_circle_is_found_with_its_noise() {
     Random::new(5).shuffle(&mut turned);
     let other = triangulation(&turned);
     assert_eq!(Choice::new(&other).curve(&other), Some(curve));
+}
+
+#[test]
+fn tips_of_corners_are_no_outliers() {
+    for number in 0..12 {
+        let trial = Category::Sharp.trial(9, number);
+        let choice = Choice::new(&trial.triangulation);
+        assert_eq!(choice.method, Method::Connect2d, "{number}: {}", choice.reason());
+        assert!(choice.outliers.is_empty() && choice.reason().contains("; corners: one closed"));
+        let score = trial.score(Method::Auto).unwrap();
+        assert!(score.f == 1.0 && score.two_edges == 1.0, "{number}: {score:?}");
+    }
+}
+
+/// NACA 2412 of 40 mm, 1 µm of noise, 0.03 to 0.16 mm apart.
+#[test]
+fn the_trailing_edge_of_an_airfoil_is_closed_and_a_gap_there_is_not() {
+    let lengths = Lengths::new();
+    for (count, draw) in [(500, 0), (500, 1), (1000, 0), (1000, 3), (2600, 0), (2600, 1)] {
+        let points = section(&lengths, count, 0.001, draw);
+        let set = triangulation(&points);
+        let (choice, lines) = chosen(&set);
+        assert_eq!(choice.method, Method::Connect2d, "{count}: {}", choice.reason());
+        assert!(lines.len() == 1 && lines[0].1 && lines[0].0.len() == count);
+        let reason = choice.reason();
+        assert!(reason.contains("little noise against the spacing"), "{reason}");
+        assert!(reason.ends_with("; one closed curve joins all, corners too"), "{reason}");
+        // Without the last eight millimetres an edge of more than a millimetre would have to close it.
+        let cut: Vec<PlaceMm> = points.iter().copied().filter(|place| place[0] < 32.0).collect();
+        let (choice, _) = chosen(&triangulation(&cut));
+        assert!(choice.method != Method::Connect2d, "{count}: {}", choice.reason());
+    }
 }
