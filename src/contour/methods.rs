@@ -9,9 +9,9 @@ use thiserror::Error;
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
     MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, ball_pivoting, connect2d,
-    conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, gathan, gathan_g, hiyoshi,
-    hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust, one_step_crust, peel,
-    pivoting_radii_mm, regular_shape, sig_connect2d, tsp, vicur,
+    conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect, gathan,
+    gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
+    one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d, tsp, vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -93,6 +93,8 @@ pub enum Method {
     Hiyoshi,
     /// [`lee`].
     Lee,
+    /// [`fit_connect`].
+    FitConnect,
     /// [`alpha_curve`].
     AlphaCurve,
     /// [`alpha_shape`].
@@ -231,12 +233,16 @@ impl Method {
         parameters: &Parameters,
     ) -> Result<FoundCurve, MethodError> {
         let parameters = self.chosen(triangulation, parameters)?;
-        let reach_mm = parameters.value(self, "h_mm");
-        if *self != Method::Lee || reach_mm == 0.0 {
-            let graph = self.run(triangulation, &parameters)?;
-            return Ok(FoundCurve { graph, ..FoundCurve::default() });
-        }
-        let moved = lee(triangulation, reach_mm);
+        let moved = match self {
+            Method::Lee if parameters.value(self, "h_mm") > 0.0 => {
+                lee(triangulation, parameters.value(self, "h_mm"))
+            }
+            Method::FitConnect => fit_connect(triangulation),
+            _ => {
+                let graph = self.run(triangulation, &parameters)?;
+                return Ok(FoundCurve { graph, ..FoundCurve::default() });
+            }
+        };
         Ok(FoundCurve {
             graph: moved.graph,
             places_mm: Some(moved.places_mm),
@@ -366,6 +372,7 @@ impl Method {
             Method::Hiyoshi => limited(MOST_FOR_MATCHING, hiyoshi(triangulation))?,
             Method::EdgeExchange => limited(MOST_FOR_EXCHANGE, edge_exchange(triangulation))?,
             Method::Tsp => limited(MOST_FOR_TOUR, tsp(triangulation))?,
+            Method::FitConnect => fit_connect(triangulation).graph,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))

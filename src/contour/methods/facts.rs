@@ -136,6 +136,11 @@ fn of_curve(method: &Method) -> Facts {
             "none here (the shortest tour: dense samples of one closed curve)",
             "Giesen 2000; text not at hand, a short tour instead of the shortest is our choice",
         ),
+        Method::FitConnect => (
+            "fit-connect",
+            "none (curves within the noise found)",
+            "Ohrhallinger, Wimmer 2019, after a description of its program; bound and order are our choice",
+        ),
         _ => UNNAMED,
     }
 }

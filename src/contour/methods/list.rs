@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 43] = [
+    pub const ALL: [Method; 44] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -39,6 +39,7 @@ impl Method {
         Method::Lenz,
         Method::Hiyoshi,
         Method::Lee,
+        Method::FitConnect,
         Method::AlphaCurve,
         Method::Alpha,
         Method::Chi,

@@ -14,6 +14,7 @@ mod graphs;
 mod guarantees;
 mod hiyoshi;
 mod invariance;
+mod noisy;
 mod outlines;
 mod peers;
 mod places;

@@ -1,0 +1,87 @@
+//! FitConnect: noisy curves, corners, ends and outliers.
+
+use std::f64::consts::TAU;
+
+use asphera_contour::curves::{fit_connect, hnn_crust};
+use asphera_contour::{Method, Parameters, PlaceMm};
+use asphera_geometry::Numbers;
+
+use crate::places::{by_row, circle, closed, triangulation};
+
+/// A circle of 5 mm with normal noise along its radius.
+fn noisy_circle(count: usize, sigma: f64, draw: u32) -> Vec<PlaceMm> {
+    let numbers = Numbers::new(77, draw, 0);
+    (0..count)
+        .map(|index| {
+            let (sin, cos) = (TAU * index as f64 / count as f64).sin_cos();
+            let radius = 5.0 + sigma * numbers.normal(index);
+            [radius * cos, radius * sin]
+        })
+        .collect()
+}
+
+fn rms(places: &[PlaceMm]) -> f64 {
+    let squares = places.iter().map(|[x, y]| (x.hypot(*y) - 5.0).powi(2));
+    (squares.sum::<f64>() / places.len() as f64).sqrt()
+}
+
+#[test]
+fn clean_curves_go_through_all_samples() {
+    for count in [5, 12, 100, 800] {
+        let set = triangulation(&circle(count));
+        let found = fit_connect(&set);
+        assert_eq!(by_row(&found.graph, &set), closed(count), "{count}");
+        assert!(found.sigma_mm < 1e-9, "{count}: {}", found.sigma_mm);
+    }
+}
+
+#[test]
+fn noise_closes_to_one_curve_nearer_to_the_truth_than_the_samples() {
+    for (count, sigma, least) in [(200, 0.05, 1.0), (400, 0.05, 0.9), (400, 0.1, 0.35)] {
+        let (mut gains, mut joined, mut whole) = (0.0, 0.0, 0);
+        for draw in 0..5 {
+            let set = triangulation(&noisy_circle(count, sigma, draw));
+            let found = fit_connect(&set);
+            let degrees = found.graph.degrees(set.len());
+            assert!(degrees.iter().all(|&degree| degree <= 2));
+            let chains = found.graph.chains(set.len());
+            let longest = chains.iter().max_by_key(|chain| chain.samples.len()).unwrap();
+            let places = longest.samples.iter().map(|&sample| found.places_mm[sample as usize]);
+            let moved: Vec<PlaceMm> = places.collect();
+            gains += rms(&moved) / rms(&longest.places_mm(set.samples())) / 5.0;
+            joined += longest.samples.len() as f64 / count as f64 / 5.0;
+            whole += usize::from(longest.closed && chains.len() == 1);
+            let broken = hnn_crust(&set).ends(set.len()).len();
+            assert!(chains.len() <= 2 && (count == 200 || broken >= 12), "{count} {sigma} {draw}");
+        }
+        println!(
+            "{count} of {sigma}: RMS {gains:.3} of the samples, {joined:.3} joined, {whole} of 5 closed"
+        );
+        assert!(joined >= least && gains <= 1.0 + 1e-9 && whole >= 2);
+        // Noise of 1.3 spacings is smoothed, noise of a third of one is followed.
+        assert!(sigma < 0.1 || gains < 0.65, "{gains}");
+    }
+}
+
+#[test]
+fn outliers_stay_out_and_ends_open() {
+    let mut points: Vec<PlaceMm> = circle(200)[..120].to_vec();
+    points.extend([[20.0, 3.0], [-15.0, -9.0], [1.0, -14.0]]);
+    let set = triangulation(&points);
+    let found = fit_connect(&set);
+    let path: Vec<[u32; 2]> = (1..120).map(|row| [row - 1, row]).collect();
+    let edges = by_row(&found.graph, &set);
+    // The two outermost samples have others on one side only.
+    assert_eq!(edges, path[1..118]);
+}
+
+#[test]
+fn the_method_gives_the_moved_places() {
+    let points = noisy_circle(300, 0.05, 9);
+    let set = triangulation(&points);
+    let curve = Method::FitConnect.curve(&set, &Parameters::new()).unwrap();
+    let found = fit_connect(&set);
+    assert_eq!(curve.graph, found.graph);
+    assert_eq!(curve.places_mm, Some(found.places_mm));
+    assert_eq!(Method::FitConnect.run(&set, &Parameters::new()).unwrap(), found.graph);
+}
