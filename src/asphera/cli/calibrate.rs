@@ -15,7 +15,7 @@ use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
-use super::source::{Source, is_recording};
+use super::source::{Source, is_recording, session_at};
 use super::summary::short;
 use super::text::TextArgs;
 use crate::calibration::{LONGEST_DAYS, written};
@@ -127,6 +127,7 @@ fn measured(args: &CalibrateArgs, progress: &Progress) -> Result<(Machine, Vec<P
     let mut known = args.machine;
     let mut poses = Vec::new();
     for (index, path) in args.sources.iter().enumerate() {
+        let path = &session_at(path)?;
         let axes = if is_recording(path) {
             let (machine, axes) = bare(path, progress)?;
             if let Some(other) = known.filter(|known| *known != machine) {
