@@ -8,6 +8,8 @@ pub(super) struct Line {
     pub(super) along: [f64; 2],
     /// Ways along it and offsets to its left in mm, ascending by the way. Not empty.
     pub(super) knots_mm: Vec<[f64; 2]>,
+    /// How far from it the level has risen by 0.76 of the way to either side, in mm; 0 where it jumps.
+    pub(super) soft_mm: f64,
 }
 
 impl Line {
@@ -17,10 +19,10 @@ impl Line {
         [self.origin_mm[0] + way * x - offset * y, self.origin_mm[1] + way * y + offset * x]
     }
 
-    /// One half to the left of the line, minus one half to the right. Beyond its ends it goes on
-    /// straight.
+    /// One half to the left of the line, minus one half to the right, and between them where it is soft. Beyond its ends it
+    /// goes on straight.
     pub(super) fn side(&self, place_mm: [f64; 2]) -> f64 {
-        if self.away_mm(place_mm) >= 0.0 { 0.5 } else { -0.5 }
+        side(self.away_mm(place_mm), self.soft_mm)
     }
 
     /// How far to the left of the line a place is, square to the straight one, in mm.
@@ -60,6 +62,17 @@ impl Line {
     }
 }
 
+/// Height of a step between its levels, from -1/2 to 1/2, at an offset from it.
+pub(super) fn side(offset_mm: f64, soft_mm: f64) -> f64 {
+    if soft_mm > 0.0 {
+        0.5 * (offset_mm / soft_mm).tanh()
+    } else if offset_mm >= 0.0 {
+        0.5
+    } else {
+        -0.5
+    }
+}
+
 /// Way along a straight line and offset to its left.
 pub(super) fn local_mm(origin_mm: [f64; 2], along: [f64; 2], place_mm: [f64; 2]) -> [f64; 2] {
     let [x, y] = [place_mm[0] - origin_mm[0], place_mm[1] - origin_mm[1]];
@@ -76,6 +89,7 @@ mod tests {
             origin_mm: [1.0, 0.0],
             along: [0.0, 1.0],
             knots_mm: vec![[0.0, 0.0], [1.0, 0.5], [2.0, 0.5]],
+            soft_mm: 0.0,
         };
         // To the left of +y is -x.
         assert_eq!(line.side([0.9, 0.0]), 0.5);

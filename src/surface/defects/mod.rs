@@ -12,7 +12,8 @@
 //! 3. *detects* connected sets of vertices whose residuals are too large (`detect.rs`), so that the
 //!    number of false ones to be expected on a whole surface is the caller's choice, by the noise of the place
 //!    (`noise_field.rs`), as far as its tails were seen to go (`tail.rs`);
-//! 4. *measures* and names each (`measure.rs`).
+//! 4. *measures* and names each (`measure.rs`). Of bumps so wide that the reference bends towards them it does all this twice,
+//!    the second time with their heights taken off before the reference is fitted (`bodies.rs`).
 //!
 //! On a large surface with a nominal [`search_defects`] does so only where a quick look at its deviations hints at
 //! something (`screen.rs`), at a tenth of the time. If the part has an axis, form that is alike all round it is taken off first
@@ -32,6 +33,7 @@
 //! to each other than two spacings are one. A step that is hardly above the noise of its cells may be
 //! found in several pieces.
 
+mod bodies;
 mod cells;
 mod detect;
 mod edges;
@@ -57,6 +59,7 @@ mod shape;
 mod steps;
 #[cfg(test)]
 mod study;
+mod surface;
 mod tail;
 mod tally;
 #[cfg(test)]
@@ -66,22 +69,18 @@ mod windows;
 use std::cmp::Ordering;
 
 use asphera_geometry::{BoundsMm, PointMm, VertexId};
-use rayon::prelude::*;
 
-use self::cells::Cells;
-use self::detect::{Detection, Found};
+use self::detect::Found;
 use self::ground::Ground;
-use self::measure::{Field, Zone};
+use self::measure::Zone;
 pub use self::partition::{
     Bands, BandsError, Class, CurvatureRegion, Partition, PartitionError, partition,
 };
-use self::placed::{Looked, Placed};
 use self::reference::Reference;
-use self::residuals::Residuals;
-use self::rim_zones::RimZones;
 pub use self::search::{DefectSearch, DeviatingSurface, search_defects};
 pub use self::settings::{DefectSettings, DefectSettingsError, DefectsUnknown, Samples};
 use self::steps::Step;
+use self::surface::Surface;
 
 /// Windows of the reference in largest widths.
 const WINDOW: f64 = 3.0;
@@ -132,7 +131,8 @@ pub struct Defect {
     /// the higher side lies to its left. `None` of spikes and of what is bent.
     pub direction: Option<[f64; 2]>,
     /// Height in mm along the normal, or depth as a negative number; of a step how much higher its
-    /// higher side is.
+    /// higher side is. Of a bump wider than a fifth of a window, on form that is no quartic over two windows, it is a lower
+    /// bound.
     pub height_mm: f64,
     /// Standard uncertainty of the height in mm.
     pub height_uncertainty_mm: f64,
@@ -227,84 +227,17 @@ fn find(
     settings: &DefectSettings,
     ground: Option<&Ground>,
 ) -> Result<Defects, DefectsUnknown> {
-    let areas_mm2 = areas_mm2(samples)?;
-    let used = used(samples, &areas_mm2);
-    let (mut area_mm2, mut count) = (0.0, 0_u64);
-    for (area, _) in areas_mm2.iter().zip(&used).filter(|&(_, &used)| used) {
-        area_mm2 += area;
-        count += 1;
+    let surface = Surface::new(samples, settings, ground)?;
+    let found = surface.defects(&[])?;
+    if !found.defects.iter().any(|defect| bodies::is_wide(defect, surface.window_mm)) {
+        return Ok(found);
     }
-    if count == 0 {
-        return Err(DefectsUnknown::NoArea);
+    let cells = surface.cells(samples)?;
+    match &bodies::bodies(samples, &cells, &found.defects, surface.window_mm)[..] {
+        [] => Ok(found),
+        // A reference that may not follow what is wide bends towards it, which then looks lower than it is.
+        bodies => surface.defects(bodies),
     }
-    let spacing_mm = (area_mm2 / count as f64).sqrt();
-    let largest_mm = settings.largest_mm.unwrap_or(DefectSettings::LARGEST_SPACINGS * spacing_mm);
-    let window_mm = WINDOW * largest_mm;
-    let cells = Cells::new(samples, &used, reference::side_mm(window_mm, spacing_mm))?;
-    let looked = Looked { samples, cells: &cells, largest_mm, spacing_mm, settings, ground };
-    let Placed { steps, reference, missed_mm, residuals, tail } = looked.place()?;
-    let Residuals { normal_mm, cell, sigma_mm, cell_mm } = residuals;
-    let noise_at = |vertex: usize| match cell[vertex] {
-        cells::NONE => sigma_mm,
-        cell => cell_mm[cell as usize],
-    };
-    let values: Vec<f64> =
-        normal_mm.iter().enumerate().map(|(at, residual)| residual / noise_at(at)).collect();
-    let shared: Vec<f64> = cell
-        .iter()
-        .map(|&cell| match cell {
-            cells::NONE => 0.0,
-            cell => {
-                let missed = missed_mm[cell as usize] / cell_mm[cell as usize];
-                reference.uncertainties[cell as usize].powi(2) + missed * missed
-            }
-        })
-        .collect();
-    let rim_zones = RimZones::new(samples.points, samples.adjacency, &used, spacing_mm);
-    let Detection { mut found, threshold, scales } = detect::detect(
-        samples.adjacency,
-        (&values, &shared),
-        (&rim_zones, tail, ground.map_or([1.0; detect::SCALES], |ground| ground.colour)),
-        settings.false_expected,
-    );
-    // Which side the samples nearest to a step lie on is not known: those are its own.
-    found.retain(|found| {
-        !steps.iter().any(|step| {
-            found.vertices.iter().all(|&vertex| {
-                let [x, y, _] = samples.points[vertex as usize];
-                step.line.away_mm([x, y]).abs() <= OWN_SPACINGS * spacing_mm
-            })
-        })
-    });
-    // Beside an edge means over rings may stand off by what lies about the vertices, while these themselves do not.
-    found.retain(|found| found.significance >= OWN_LEAST);
-    found.sort_by(|p, q| q.significance.total_cmp(&p.significance));
-    let field_at = |zone: &Zone<'_>| Field {
-        samples: *samples,
-        residuals_mm: &normal_mm,
-        areas_mm2: &areas_mm2,
-        sigma_mm: noise_at(zone.found.vertices[0] as usize) * scales[0],
-        spacing_mm,
-        threshold,
-    };
-    let zones = zones(samples, &found, &cell, &reference, &cell_mm);
-    let mut defects: Vec<Defect> =
-        zones.par_iter().map(|zone| field_at(zone).measure(zone)).collect();
-    defects.extend(steps.iter().map(|step| of_step(samples, &used, step)));
-    defects.sort_by(by_significance);
-    let unreferenced =
-        cells.all().iter().filter(|&&vertex| !normal_mm[vertex as usize].is_finite());
-    let unreferenced = unreferenced.count() as u64;
-    Ok(Defects {
-        defects,
-        sigma_mm: sigma_mm * scales[0],
-        threshold,
-        largest_mm,
-        window_mm,
-        spacing_mm,
-        unreferenced,
-        residuals_mm: normal_mm,
-    })
 }
 
 /// For each vertex whether it is of the surface, at a place and a height that are known.

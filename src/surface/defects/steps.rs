@@ -11,18 +11,21 @@
 //!    a step if it is shorter than that width, or if its folded profile, over a cubic, is better told
 //!    by a level that returns than by one that does not.
 //! 4. *Height and place* by segments of the line: a quadric, cubic across the line, with a jump
-//!    through the single samples, the place being the one that leaves the least squares.
+//!    through the single samples, the place being the one that leaves the least squares. The jump is as soft as its
+//!    profile is (`steps/flank.rs`).
 //!
 //! Steps that come within four cells of the border, or each other, are not seen there; a line goes on
 //! straight where it ends.
 
+mod flank;
 mod segments;
 
 use asphera_geometry::{PointMm, VertexId};
 
+use self::flank::Flank;
 use self::segments::Segments;
 use super::cells::Cells;
-use super::line::Line;
+use super::line::{Line, side};
 use super::reference::Reference;
 use super::tail;
 
@@ -266,21 +269,21 @@ fn measure(
     if !goes_on(samples.iter().flatten(), cells.side_mm, search.largest_mm) {
         return None;
     }
+    let flank = Flank::of(&samples, cells.side_mm, search.spacing_mm);
     let mut knots_mm = Vec::new();
     let mut heights_mm = Vec::new();
     let (mut sum, mut weights, mut counted) = (0.0, 0.0, 0);
     for (segment, mut samples) in samples.into_iter().enumerate() {
         let Some(middle) = segments.middle_mm[segment] else { continue };
         samples.retain(|sample| sample[1].abs() <= BAND * cells.side_mm);
-        let Some(SegmentJump { offset_mm, .. }) =
-            jump_of(&mut samples, cells.side_mm, search.spacing_mm)
-        else {
+        let lengths_mm = [cells.side_mm, search.spacing_mm, flank.soft_mm];
+        let Some(SegmentJump { offset_mm, .. }) = jump_of(&mut samples, lengths_mm) else {
             continue;
         };
         // Samples about the line may be on its wrong side, and lower the jump.
-        let near_mm = NEAR_SPACINGS * search.spacing_mm;
+        let near_mm = if flank.soft_mm > 0.0 { 0.0 } else { NEAR_SPACINGS * search.spacing_mm };
         samples.retain(|sample| (sample[1] - offset_mm).abs() > near_mm);
-        if let Some(jump) = jump_of(&mut samples, cells.side_mm, search.spacing_mm)
+        if let Some(jump) = jump_of(&mut samples, lengths_mm)
             && jump.height_mm > 0.0
         {
             knots_mm.push([segments.centre_mm(segment), middle + offset_mm]);
@@ -306,8 +309,9 @@ fn measure(
         heights_mm.iter().map(|&(height, weight)| weight * (height - height_mm).powi(2)).sum();
     let scatter = squares / (heights_mm.len() as f64 - 1.0).max(1.0);
     let sigma_mm = search.sigma_mm[crests[crests.len() / 2]];
-    let uncertainty_mm = (sigma_mm.powi(2).max(scatter) / weights).sqrt();
-    let line = Line { origin_mm, along, knots_mm };
+    let uncertainty_mm =
+        (sigma_mm.powi(2).max(scatter) / weights).sqrt().hypot(flank.uncertainty_mm);
+    let line = Line { origin_mm, along, knots_mm, soft_mm: flank.soft_mm };
     let on_border = [line.knots_mm[0], line.knots_mm[line.knots_mm.len() - 1]]
         .map(|end| line.place_mm(end))
         .into_iter()
@@ -380,8 +384,11 @@ struct SegmentJump {
 type Terms = nalgebra::SVector<f64, 7>;
 
 /// The jump in a quadric, cubic in the offset, through samples (way, offset, height) that leaves the least squares, of all
-/// offsets within one and a half cells.
-fn jump_of(samples: &mut [[f64; 3]], side_mm: f64, spacing_mm: f64) -> Option<SegmentJump> {
+/// offsets within one and a half cells. Lengths are the side of a cell, the spacing, and how soft the jump is.
+fn jump_of(
+    samples: &mut [[f64; 3]],
+    [side_mm, spacing_mm, soft_mm]: [f64; 3],
+) -> Option<SegmentJump> {
     samples.sort_unstable_by(|p, q| {
         p[1].total_cmp(&q[1]).then(p[0].total_cmp(&q[0])).then(p[2].total_cmp(&q[2]))
     });
@@ -389,32 +396,28 @@ fn jump_of(samples: &mut [[f64; 3]], side_mm: f64, spacing_mm: f64) -> Option<Se
         let [t, d] = [way / (BAND * side_mm), offset / (BAND * side_mm)];
         Terms::from([1.0, t, d, t * t, t * d, d * d, d * d * d])
     };
+    let all: Vec<Terms> = samples.iter().map(terms).collect();
     let mut matrix = nalgebra::SMatrix::<f64, 7, 7>::zeros();
     let mut right = Terms::zeros();
-    for sample in samples.iter() {
-        let terms = terms(sample);
+    for (terms, sample) in all.iter().zip(samples.iter()) {
         matrix += terms * terms.transpose();
         right += terms * sample[2];
     }
     let factor = matrix.cholesky()?;
     let solved = factor.solve(&right);
-    // Sums of the terms and heights over the samples to the right of the line.
-    let mut below = Terms::zeros();
-    let mut below_mm = 0.0;
-    let (all, all_mm) = (samples.iter().map(terms).sum::<Terms>(), right[0]);
     let mut best: Option<(f64, SegmentJump)> = None;
-    let mut next = 0;
     let tries = (1.5 * side_mm / (0.25 * spacing_mm)).ceil() as i64;
     for index in -tries..=tries {
         let offset_mm = index as f64 * 0.25 * spacing_mm;
-        while let Some(sample) = samples.get(next).filter(|sample| sample[1] < offset_mm) {
-            below += terms(sample);
-            below_mm += sample[2];
-            next += 1;
+        let (mut sides, mut sides_mm, mut squares) = (Terms::zeros(), 0.0, 0.0);
+        for (terms, sample) in all.iter().zip(samples.iter()) {
+            let side = side(sample[1] - offset_mm, soft_mm);
+            sides += side * terms;
+            sides_mm += side * sample[2];
+            squares += side * side;
         }
-        let sides = 0.5 * all - below;
-        let weight = 0.25 * samples.len() as f64 - sides.dot(&factor.solve(&sides));
-        let moment = 0.5 * all_mm - below_mm - sides.dot(&solved);
+        let weight = squares - sides.dot(&factor.solve(&sides));
+        let moment = sides_mm - sides.dot(&solved);
         if weight < 1e-3 * samples.len() as f64 {
             continue;
         }
@@ -455,7 +458,7 @@ mod tests {
                 [t, d, 3.0 + 0.01 * t * d - 0.02 * d * d + jump]
             })
             .collect();
-        let jump = jump_of(&mut samples, 2.5, 1.0).unwrap();
+        let jump = jump_of(&mut samples, [2.5, 1.0, 0.0]).unwrap();
         assert!((jump.height_mm - 0.25).abs() < 1e-10, "{}", jump.height_mm);
         assert!((jump.offset_mm - 1.0).abs() <= 0.5, "{}", jump.offset_mm);
     }

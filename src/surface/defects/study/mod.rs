@@ -5,6 +5,7 @@
 //! `ASPHERA_DEFECT_STUDY=200` takes so many parts of each kind and size, `ASPHERA_DEFECT_SIZES=20000,300000` other sizes,
 //! `ASPHERA_DEFECT_KINDS=White,Edges` only some kinds of clean parts.
 
+mod heights;
 mod ladder;
 mod parts;
 mod smooth;
