@@ -149,7 +149,7 @@ mod tests {
             Recorder::create(folder.path(), header, Settings::default(), Box::new(Disk), begun);
         let running = recorder.unwrap();
         let found = list(folder.path(), 10);
-        assert_eq!(found[0].started.as_deref(), Some("2027-01-15T08:00:00.000000000Z"));
+        assert_eq!(found[0].started.as_deref(), Some("2027-01-15T08:00:00Z"));
         assert_eq!((&found[0].label, found[0].verdict), (&label, None));
         drop(running);
     }
