@@ -4,7 +4,7 @@
 //! [`graphs`] are the proximity graphs in it, [`curves`] the methods that reconstruct a curve from samples of it. Both
 //! give a [`Graph`], whose [`Chain`]s, ends and junctions say what was joined and what was not. [`regions`] are the methods
 //! that give a [`Region`]: an area in [`Part`]s with holes. [`sampler`] makes samples of known curves. [`features`] are circles
-//! and deviations from nominal outlines. [`Method`] names them all,
+//! and deviations from nominal outlines, [`gaps`] curves across what is missing. [`Method`] names them all,
 //! with their parameters, what is proven of them and where they come from; [`CurveSampling`] says whether samples meet that for the curve that
 //! was found; [`agreement`] and [`Deviation`] compare
 //! outcomes.
@@ -34,6 +34,7 @@ mod choice;
 mod compare;
 pub mod curves;
 pub mod features;
+pub mod gaps;
 mod graph;
 pub mod graphs;
 mod inside;

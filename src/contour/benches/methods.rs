@@ -1,7 +1,8 @@
 //! How the time of every method grows, and whether it depends on the order of the points.
 //!
 //! `cargo bench -p asphera-contour --bench methods` runs each on samples of a closed curve: ten times 100,000 of them against
-//! 1,000,000 at once, the triangulation made before; medians of 3 runs. `ASPHERA_BENCH_POINTS` sets another larger number.
+//! 1,000,000 at once, the triangulation made before; medians of 3 runs. `ASPHERA_BENCH_POINTS` sets another larger number,
+//! `ASPHERA_BENCH_METHODS` names the methods, with commas between. A method that takes fewer points is named as such.
 
 use std::time::Instant;
 
@@ -34,7 +35,15 @@ fn main() {
         1e3 * random,
         whole / random
     );
-    for method in Method::ALL {
+    let wanted = std::env::var("ASPHERA_BENCH_METHODS").ok();
+    let is_wanted = |method: &Method| {
+        wanted.as_ref().is_none_or(|names| names.split(',').any(|name| name == method.name()))
+    };
+    for method in Method::ALL.into_iter().filter(is_wanted) {
+        if let Err(refused) = method.run(&meshed(&large), &Parameters::new()) {
+            println!("| {} | {refused} | |", method.name());
+            continue;
+        }
         let run = |points: &[PlaceMm]| {
             // What a method shares with others is made anew for each: order of lengths, nearest samples, trees.
             let mut times: Vec<f64> = (0..RUNS)

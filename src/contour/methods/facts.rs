@@ -84,6 +84,13 @@ fn of_curve(method: &Method) -> Facts {
             "borders that discs of radius r roll along on both sides, spacing < sin(π/8)·r",
             "Attali 1997; text not at hand",
         ),
+        _ => of_grown_curve(method),
+    }
+}
+
+/// Of curves that are grown, exchanged edge by edge, or fitted.
+fn of_grown_curve(method: &Method) -> Facts {
+    match method {
         Method::Discur => (
             "discur",
             "a condition of its own (not stated here)",

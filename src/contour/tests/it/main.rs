@@ -10,6 +10,7 @@ mod corners;
 mod curves;
 mod degenerate;
 mod features;
+mod gaps;
 mod graphs;
 mod guarantees;
 mod hiyoshi;
