@@ -11,7 +11,8 @@ use crate::curves::{
     MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, ball_pivoting, connect2d,
     conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect, gathan,
     gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
-    one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d, tsp, vicur,
+    one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d, stretch_denoise, tsp,
+    vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -95,6 +96,8 @@ pub enum Method {
     Lee,
     /// [`fit_connect`].
     FitConnect,
+    /// [`stretch_denoise`].
+    StretchDenoise,
     /// [`alpha_curve`].
     AlphaCurve,
     /// [`alpha_shape`].
@@ -238,6 +241,9 @@ impl Method {
                 lee(triangulation, parameters.value(self, "h_mm"))
             }
             Method::FitConnect => fit_connect(triangulation),
+            Method::StretchDenoise => {
+                stretch_denoise(triangulation, parameters.value(self, "noise_mm"))
+            }
             _ => {
                 let graph = self.run(triangulation, &parameters)?;
                 return Ok(FoundCurve { graph, ..FoundCurve::default() });
@@ -372,7 +378,7 @@ impl Method {
             Method::Hiyoshi => limited(MOST_FOR_MATCHING, hiyoshi(triangulation))?,
             Method::EdgeExchange => limited(MOST_FOR_EXCHANGE, edge_exchange(triangulation))?,
             Method::Tsp => limited(MOST_FOR_TOUR, tsp(triangulation))?,
-            Method::FitConnect => fit_connect(triangulation).graph,
+            Method::FitConnect | Method::StretchDenoise => fit_connect(triangulation).graph,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))

@@ -1,6 +1,6 @@
 //! FitConnect: circles fitted to more and more samples say what lies beside what.
 
-mod fit;
+pub(super) mod fit;
 mod local;
 
 use self::local::{Local, Side};
@@ -23,21 +23,13 @@ use crate::{Graph, PlaceMm, SampleId, Triangulation};
 /// after a description of its public program; the bound of 40 and the order are ours. No condition is proven. In doubles. n·k² time and
 /// n·log n.
 pub fn fit_connect(triangulation: &Triangulation) -> MovedCurve {
-    let mut joined = Joined::new(triangulation);
-    for count in 2..=MOST_NEIGHBOURS {
-        let open = joined.open();
-        if open.is_empty() {
-            break;
-        }
-        for &sample in &open {
-            joined.refit(sample, count);
-        }
-        for &sample in &open {
-            joined.join_both_sides(sample);
-        }
-    }
-    joined.join_corners();
-    joined.moved()
+    Joined::of(triangulation).moved()
+}
+
+/// The edges of [`fit_connect`], and whether each sample was left out because it lies between two that are joined.
+pub(super) fn connected(triangulation: &Triangulation) -> (Graph, Vec<bool>) {
+    let joined = Joined::of(triangulation);
+    (joined.graph(), joined.is_out)
 }
 
 /// Samples with their fits and their edges.
@@ -69,6 +61,30 @@ impl<'a> Joined<'a> {
             is_out: vec![false; count],
             order,
         }
+    }
+
+    /// All samples joined.
+    fn of(triangulation: &'a Triangulation) -> Joined<'a> {
+        let mut joined = Joined::new(triangulation);
+        for count in 2..=MOST_NEIGHBOURS {
+            let open = joined.open();
+            if open.is_empty() {
+                break;
+            }
+            for &sample in &open {
+                joined.refit(sample, count);
+            }
+            for &sample in &open {
+                joined.join_both_sides(sample);
+            }
+        }
+        joined.join_corners();
+        joined
+    }
+
+    fn graph(&self) -> Graph {
+        let edges = (0..).zip(&self.edges);
+        Graph::new(edges.flat_map(|(at, ends)| ends.iter().flatten().map(move |&to| [at, to])))
     }
 
     /// The samples that are neither done nor out, in order.
@@ -172,9 +188,7 @@ impl<'a> Joined<'a> {
 
     /// The curve through the moved samples.
     fn moved(&self) -> MovedCurve {
-        let edges = (0..).zip(&self.edges);
-        let edges = edges.flat_map(|(at, ends)| ends.iter().flatten().map(move |&to| [at, to]));
-        let graph = Graph::new(edges);
+        let graph = self.graph();
         let mut ways: Vec<(f64, f64)> = vec![(0.0, 0.0); self.locals.len()];
         for local in self.locals.iter().filter(|local| local.conforms()) {
             for sample in local.all() {

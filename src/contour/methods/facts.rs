@@ -148,6 +148,11 @@ fn of_grown_curve(method: &Method) -> Facts {
             "none (curves within the noise found)",
             "Ohrhallinger, Wimmer 2019, after a description of its program; bound and order are our choice",
         ),
+        Method::StretchDenoise => (
+            "stretch-denoise",
+            "no point moves by more than its noise",
+            "Ohrhallinger, Wimmer 2018, after a description of its program; bound, order and noise not given are our choice",
+        ),
         _ => UNNAMED,
     }
 }

@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 44] = [
+    pub const ALL: [Method; 45] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -40,6 +40,7 @@ impl Method {
         Method::Hiyoshi,
         Method::Lee,
         Method::FitConnect,
+        Method::StretchDenoise,
         Method::AlphaCurve,
         Method::Alpha,
         Method::Chi,
@@ -131,6 +132,7 @@ impl Method {
             Method::Rgg => &RGG,
             Method::Ec => &EC,
             Method::BallPivoting => &BALL_PIVOTING,
+            Method::StretchDenoise => &STRETCH_DENOISE,
             _ => &[],
         }
     }
@@ -328,6 +330,14 @@ const BALL_PIVOTING: [Parameter; 1] = [Parameter {
     low: 0.0,
     high: 1e12,
     meaning: "radius of the disc, mm; 0 takes five from the points, each twice the one before",
+}];
+
+const STRETCH_DENOISE: [Parameter; 1] = [Parameter {
+    name: "noise_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "how far a point may move, mm; 0 takes it from the points, each for itself",
 }];
 
 /// sin(π/8), the bound of the spacing of r-regular shapes.

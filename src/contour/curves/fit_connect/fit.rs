@@ -4,7 +4,7 @@ use crate::samples::PlaceMm;
 
 /// A circle or a line in coordinates from a sample, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Fit {
+pub(in crate::curves) enum Fit {
     Circle { centre: PlaceMm, radius: f64 },
     Line { middle: PlaceMm, along: PlaceMm },
 }
@@ -14,7 +14,7 @@ impl Fit {
     ///
     /// A. Al-Sharadqah, N. Chernov, Electronic Journal of Statistics 3 (2009) 886-911, doi:10.1214/09-EJS419: the algebraic fit
     /// without essential bias, its eigenvalue by Newton's method from 0.
-    pub(super) fn new(places: &[PlaceMm]) -> Fit {
+    pub(in crate::curves) fn new(places: &[PlaceMm]) -> Fit {
         let count = places.len() as f64;
         let mean = |of: &dyn Fn(PlaceMm) -> f64| -> f64 {
             places.iter().map(|&place| of(place)).sum::<f64>() / count
@@ -71,7 +71,7 @@ impl Fit {
     }
 
     /// The place on the fit nearest to another.
-    pub(super) fn foot(&self, place: PlaceMm) -> PlaceMm {
+    pub(in crate::curves) fn foot(&self, place: PlaceMm) -> PlaceMm {
         match *self {
             Fit::Circle { centre, radius } => {
                 let [x, y] = [place[0] - centre[0], place[1] - centre[1]];

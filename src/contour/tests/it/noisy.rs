@@ -1,12 +1,12 @@
-//! FitConnect: noisy curves, corners, ends and outliers.
+//! FitConnect and StretchDenoise: noisy curves, corners, ends and outliers.
 
 use std::f64::consts::TAU;
 
-use asphera_contour::curves::{fit_connect, hnn_crust};
+use asphera_contour::curves::{fit_connect, hnn_crust, stretch_denoise};
 use asphera_contour::{Method, Parameters, PlaceMm};
 use asphera_geometry::Numbers;
 
-use crate::places::{by_row, circle, closed, triangulation};
+use crate::places::{by_row, circle, closed, distance, triangulation};
 
 /// A circle of 5 mm with normal noise along its radius.
 fn noisy_circle(count: usize, sigma: f64, draw: u32) -> Vec<PlaceMm> {
@@ -84,4 +84,64 @@ fn the_method_gives_the_moved_places() {
     assert_eq!(curve.graph, found.graph);
     assert_eq!(curve.places_mm, Some(found.places_mm));
     assert_eq!(Method::FitConnect.run(&set, &Parameters::new()).unwrap(), found.graph);
+}
+
+#[test]
+fn stretching_takes_noise_away_and_moves_nothing_farther_than_it() {
+    for (count, sigma) in [(100, 0.02), (200, 0.05), (400, 0.05)] {
+        for noise_mm in [0.0, 3.0 * sigma] {
+            let (mut gains, mut bias) = (0.0, 0.0);
+            for draw in 0..5 {
+                let set = triangulation(&noisy_circle(count, sigma, draw));
+                let found = stretch_denoise(&set, noise_mm);
+                assert_eq!(found.graph, fit_connect(&set).graph);
+                let degrees = found.graph.degrees(set.len());
+                let used: Vec<usize> = (0..set.len()).filter(|&it| degrees[it] > 0).collect();
+                let raw: Vec<PlaceMm> = used.iter().map(|&it| set.place(it as u32)).collect();
+                let moved: Vec<PlaceMm> = used.iter().map(|&it| found.places_mm[it]).collect();
+                if noise_mm > 0.0 {
+                    let most = raw.iter().zip(&moved).map(|(p, q)| distance(*p, *q));
+                    assert!(most.fold(0.0, f64::max) <= noise_mm * (1.0 + 1e-12));
+                }
+                gains += rms(&moved) / rms(&raw) / 5.0;
+                let mean = |places: &[PlaceMm]| {
+                    places.iter().map(|[x, y]| x.hypot(*y)).sum::<f64>() / places.len() as f64
+                };
+                bias += (mean(&moved) - mean(&raw)) / 5.0;
+            }
+            println!(
+                "{count} of {sigma}, {noise_mm}: RMS {gains:.3} of the samples, bias {bias:.5}"
+            );
+            // Given three times the noise, runs are straightened that are arcs.
+            let most = if noise_mm > 0.0 { 0.95 } else { 0.75 };
+            assert!(gains < most, "{count} {sigma} {noise_mm}: {gains}");
+            // The distances of the samples to the edges are balanced.
+            assert!(bias.abs() < 0.15 * sigma, "{bias}");
+        }
+    }
+}
+
+#[test]
+fn corners_wider_than_the_noise_stay() {
+    let side = |from: PlaceMm, to: PlaceMm| {
+        (0..20).map(move |step| {
+            let share = f64::from(step) / 20.0;
+            [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
+        })
+    };
+    let corners = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+    let points: Vec<PlaceMm> =
+        (0..4).flat_map(|it| side(corners[it], corners[(it + 1) % 4])).collect();
+    let set = triangulation(&points);
+    let found = stretch_denoise(&set, 0.05);
+    for (place, at) in found.places_mm.iter().zip(set.samples().places()) {
+        assert!(distance(*place, *at) <= 0.05 * (1.0 + 1e-12));
+    }
+    // What the corners lose within the noise, the sides gain: the distances are balanced.
+    let off = |place: &PlaceMm| {
+        let [x, y] = place.map(|value| value.abs().min((value - 10.0).abs()));
+        x.min(y)
+    };
+    let still = found.places_mm.iter().filter(|place| off(place) < 0.02).count();
+    assert!(still >= 60, "{still} of 80 stay near the sides");
 }
