@@ -77,6 +77,31 @@ impl<const N: usize> Limbs<N> {
         rest.minus(Limbs(excess))
     }
 
+    /// The product with a number of `K` limbs. `M` must be `N` + `K`, so that it always fits but for the least times the least.
+    #[inline]
+    pub fn product<const K: usize, const M: usize>(self, other: Limbs<K>) -> Limbs<M> {
+        const { assert!(M == N + K) };
+        let mut product = [0; M];
+        for (i, left) in self.0.into_iter().enumerate() {
+            let mut carry = 0;
+            for (j, right) in other.0.into_iter().enumerate() {
+                (product[i + j], carry) = left.carrying_mul_add(right, product[i + j], carry);
+            }
+            product[i + K] = carry;
+        }
+        // As in `times`: a negative factor was taken for itself plus a power of two.
+        let mut excess = [0; M];
+        if self.is_negative() {
+            excess[N..].copy_from_slice(&other.0);
+        }
+        let rest = Limbs(product).minus(Limbs(excess));
+        excess = [0; M];
+        if other.is_negative() {
+            excess[K..].copy_from_slice(&self.0);
+        }
+        rest.minus(Limbs(excess))
+    }
+
     /// Its comparison with zero.
     #[inline]
     pub fn sign(self) -> Ordering {

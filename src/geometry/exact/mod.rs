@@ -12,10 +12,12 @@
 //! size, of which [`crate::TINY_MM`] is well inside. Products that overflow leave the decision to
 //! the whole numbers, which hold any finite doubles.
 
+pub(crate) mod balls;
 pub(crate) mod lengths;
 pub(crate) mod limbs;
 pub(crate) mod radius;
 pub(crate) mod space;
+pub(crate) mod sphere;
 pub(crate) mod unrounded;
 
 use std::cmp::Ordering;

@@ -1,10 +1,12 @@
 //! Tests of the predicates against integers, against another implementation, and at their limits.
 
+mod balls;
 mod lengths;
 mod limbs;
 mod radius;
 mod signs;
 mod space;
+mod sphere;
 mod ties;
 
 use std::cmp::Ordering;
