@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod delaunay;
 mod geometry;
 mod graph;
 mod local;
@@ -14,6 +15,7 @@ mod neighbours;
 pub mod prove;
 mod surface;
 
+pub use delaunay::{Delaunay, MOST_DELAUNAY_POINTS, NoDelaunay, Unsound, check_delaunay};
 pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
