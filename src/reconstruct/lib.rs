@@ -7,14 +7,24 @@
 
 #![forbid(unsafe_code)]
 
+mod alpha;
+mod centres;
+mod cocone;
+mod convection;
 mod delaunay;
 mod geometry;
 mod graph;
 mod local;
 mod neighbours;
+mod poles;
 pub mod prove;
+mod rings;
+mod sampling;
 mod surface;
 
+pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
+pub use cocone::{COCONE_BOUND, Cocone, cocone};
+pub use convection::convection;
 pub use delaunay::{Delaunay, MOST_DELAUNAY_POINTS, NoDelaunay, Unsound, check_delaunay};
 pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
@@ -22,4 +32,5 @@ pub use graph::{
 };
 pub use local::{MOST_POINTS, TooManyPoints, local};
 pub use prove::{Proof, ProofError, prove};
+pub use sampling::{LISTED_ABOVE, SamplingCondition};
 pub use surface::{LeftOut, Reconstruction};

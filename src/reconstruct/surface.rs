@@ -3,6 +3,7 @@
 use asphera_geometry::{PointMm, RANGE_MM, TINY_MM};
 use rayon::prelude::*;
 
+use crate::delaunay::Delaunay;
 use crate::geometry::{dot, double_area, minus};
 use crate::neighbours::by_coordinates;
 use crate::prove::{corners, turns};
@@ -29,6 +30,8 @@ pub enum LeftOut {
     Pruned,
     /// A landmark in no face of the graph method.
     NoFace,
+    /// No facet of the method has it as a corner.
+    NoFacet,
     /// The corners of its facets do not agree: spacing beyond the feature size, crossing sheets or noise above the spacing.
     Disagreement,
 }
@@ -51,6 +54,24 @@ pub(crate) fn finished(
     facets.par_sort_unstable();
     orient(points_mm, &mut facets);
     facets
+}
+
+/// A surface of facets by vertices of a triangulation; vertices without a facet are left out for one reason.
+pub(crate) fn of_vertices(
+    points_mm: &[PointMm],
+    delaunay: &Delaunay,
+    facets: Vec<[u32; 3]>,
+    why: LeftOut,
+) -> Reconstruction {
+    let mut is_used = vec![false; delaunay.ids.len()];
+    for &corner in facets.as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    let mut left_out = delaunay.left_out.clone();
+    let unused = delaunay.ids.iter().zip(is_used).filter(|&(_, is_used)| !is_used);
+    left_out.extend(unused.map(|(&id, _)| (id, why)));
+    left_out.sort_unstable();
+    Reconstruction { facets: finished(points_mm, &delaunay.ids, facets), left_out }
 }
 
 /// A place and its number.

@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p asphera-reconstruct --bench delaunay` triangulates 100,000 points of each kind in one thread: the least of 3 runs.
 //! `ASPHERA_BENCH_POINTS` sets another number. Where `ASPHERA_PYTHON` has CGAL or SciPy, both triangulate the same points, one
-//! run each; CGAL's time holds its insertion of all points at once, without the conversion of the points.
+//! run each (SciPy no exact scans, which take Qhull many minutes); CGAL's time holds its insertion of all points at once, without the conversion of the points.
 
 use std::f64::consts::TAU;
 use std::process::{Command, Stdio};
@@ -28,6 +28,7 @@ try:
     made.insert(listed)
     print('CGAL %.2f s, %d cells' % (time.process_time() - start, made.number_of_finite_cells()), end='; ')
 except ImportError: print('no CGAL', end='; ')
+if sys.argv[2] == 'exact': sys.exit()
 try:
     from scipy.spatial import Delaunay
     start = time.process_time()
@@ -65,20 +66,25 @@ fn main() {
         }
         let bytes = peak_bytes().zip(before).map(|(after, before)| (after - before) / count as u64);
         println!("{name}: {least:.3} s, {cells} cells; growth of the peak {bytes:?} bytes a point");
-        if let Some(words) = peers(&points) {
+        if let Some(words) = peers(&points, name) {
             println!("    {}", words.trim());
         }
     }
 }
 
-fn peers(points: &[PointMm]) -> Option<String> {
+fn peers(points: &[PointMm], name: &str) -> Option<String> {
     let python = std::env::var_os("ASPHERA_PYTHON")?;
+    let kind = if name.starts_with("exact") { "exact" } else { "noisy" };
     let file = std::env::temp_dir().join(format!("asphera-delaunay-{}.bin", std::process::id()));
     let bytes: Vec<u8> =
         points.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
     std::fs::write(&file, bytes).ok()?;
-    let output =
-        Command::new(python).args(["-c", PEERS]).arg(&file).stderr(Stdio::inherit()).output();
+    let output = Command::new(python)
+        .args(["-c", PEERS])
+        .arg(&file)
+        .arg(kind)
+        .stderr(Stdio::inherit())
+        .output();
     let _ = std::fs::remove_file(&file);
     String::from_utf8(output.ok()?.stdout).ok()
 }

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
 
+mod alpha;
+mod cocone;
 mod delaunay;
 mod graph;
 mod proof;

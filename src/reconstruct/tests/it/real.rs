@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asphera_geometry::PointMm;
-use asphera_reconstruct::{FaceRule, GraphChoices, PointGraph, local, prove};
+use asphera_reconstruct::{FaceRule, GraphChoices, PointGraph, cocone, local, prove};
 
 /// Where reference data is kept: beside the repository, or where `ASPHERA_DATA` says.
 fn solids() -> PathBuf {
@@ -113,5 +113,21 @@ fn a_kitten_has_its_handle_by_the_graph() {
         let choices = GraphChoices { hops, faces: FaceRule::Any, ..GraphChoices::default() };
         let made = graph.surface(&choices, &mut |_| {}).unwrap();
         assert_eq!((made.map.genus(), made.map.components), (1.0, 1), "{hops}");
+    }
+}
+
+/// The number of candidates that a prototype found over Qhull's triangulation, for cocones of 22.5°.
+#[test]
+fn the_bunny_has_its_cocone_candidates_and_smooth_bodies_are_closed() {
+    if let Some(points) = points("bunny.ply") {
+        let made = cocone(&points).unwrap();
+        assert!((made.candidates as f64 / 83_572.0 - 1.0).abs() < 0.01, "{}", made.candidates);
+    }
+    for (name, genus) in [("kitten.xyz", 1), ("eight.off", 2)] {
+        let Some(points) = points(name) else { continue };
+        let made = cocone(&points).unwrap();
+        let proof = prove(&points, &made.surface.facets).unwrap();
+        assert_eq!((proof.is_closed, proof.genus), (true, Some(genus)), "{name}");
+        assert_eq!(proof.self_intersections.count, 0, "{name}");
     }
 }

@@ -1,0 +1,53 @@
+//! Pruning of facets with a sharp edge: one at which two facets that follow each other are more than 270° apart.
+//!
+//! Taking a facet away makes edges sharper only, so what stays does not depend on the order.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::geometry::{cross, dot, minus, scaled, unit};
+use crate::rings::{FacetSet, Turn, turns};
+
+/// Removes facets with a sharp edge until there are none.
+pub(super) fn sharp(set: &mut FacetSet<'_>, flat: &[bool]) {
+    let mut doubtful: Vec<(u32, usize)> = set.all().collect();
+    let mut angles = Vec::new();
+    while let Some((cell, slot)) = doubtful.pop() {
+        if !set.has(cell, slot)
+            || !turns(cell, slot).any(|turn| is_sharp(set, turn, flat, &mut angles))
+        {
+            continue;
+        }
+        set.remove(cell, slot);
+        for turn in turns(cell, slot) {
+            set.about(turn, |turn| doubtful.push((turn.cell, turn.ahead)));
+        }
+    }
+}
+
+fn is_sharp(set: &FacetSet<'_>, start: Turn, flat: &[bool], angles: &mut Vec<f64>) -> bool {
+    let delaunay = set.delaunay;
+    let ends = start.edge(delaunay);
+    if ends.iter().all(|&end| !flat[end as usize]) {
+        return false;
+    }
+    let [from, to] = ends.map(|end| delaunay.place(end));
+    let Some(axis) = unit(minus(to, from)) else { return false };
+    angles.clear();
+    let mut frame = None;
+    set.about(start, |turn| {
+        // The third corner of the facet that the turn crosses.
+        let third = delaunay.corners[turn.cell as usize][turn.behind];
+        let way = minus(delaunay.place(third), from);
+        let across = minus(way, scaled(axis, dot(way, axis)));
+        let (right, up) = *frame.get_or_insert_with(|| (across, cross(axis, across)));
+        // `up` is as long as `right`.
+        angles.push(dot(across, up).atan2(dot(across, right)));
+    });
+    angles.sort_unstable_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return true };
+    let around = first + TAU - last;
+    let widest = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
+    widest > SHARP
+}
+
+const SHARP: f64 = 1.5 * PI;
