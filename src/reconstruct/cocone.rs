@@ -5,7 +5,8 @@
 //! A facet is a *candidate* where the edge of the Voronoi diagram across it meets the cocones of all three corners. Facets with sharp
 //! edges are pruned, and a walk along the outer side takes one layer. Borders are found as T. K. Dey and J. Giesen (2001) do: a point
 //! is *flat* where its cocone is not wider than 1.2 times the distance of its second pole and neighbours have normals within 60°.
-//! Edges between points that are not flat may be the border of an open surface and are not sharp.
+//! An edge at a point that is not flat may be the border of an open surface and is not sharp. We deviate once more: of a sheet that
+//! ends between flat points only flaps are pruned. Else one hole would take all of the surface away, as on the Stanford bunny.
 
 mod candidates;
 mod prune;
@@ -47,21 +48,24 @@ pub fn cocone(points_mm: &[PointMm]) -> Result<Cocone, NoDelaunay> {
     let delaunay = Delaunay::of(points_mm)?;
     let centres = centres::of(&delaunay);
     let poles = Poles::of(&delaunay, &centres);
-    let (mut set, flat) = candidates::of(&delaunay, &centres, &poles);
+    let Candidates { mut set, flat, count } = candidates::of(&delaunay, &centres, &poles);
     drop(centres);
-    let candidates = set.all().count();
     prune::sharp(&mut set, &flat);
     let pruned = set.all().count();
     let facets = walk::outer(&set);
     let sampling = SamplingCondition::of(&delaunay, &poles, &facets, COCONE_BOUND);
     Ok(Cocone {
         surface: of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet),
-        candidates,
+        candidates: count,
         pruned,
         not_flat: flat.iter().filter(|&&flat| !flat).count(),
         sampling,
     })
 }
 
-/// A set of facets, and which vertices are flat.
-type Candidates<'a> = (FacetSet<'a>, Vec<bool>);
+/// Facets that may be of the surface, vertices that are flat, and how many facets meet three cocones.
+struct Candidates<'a> {
+    set: FacetSet<'a>,
+    flat: Vec<bool>,
+    count: usize,
+}

@@ -66,6 +66,8 @@ pub(super) const SAMPLING: &str = "Examples:
 pub(super) const RECONSTRUCT: &str = "Examples:
   asphera reconstruct blade.ply -o blade-mesh.ply
   asphera reconstruct mount.ply --method graph --hops 5 -o coarse.stl
+  asphera reconstruct part.ply --method cocone --json
+  asphera reconstruct part.ply --method alpha --alpha 0.8 -o shape.stl
   asphera reconstruct scan.xyz --unit um --json";
 
 pub(super) const VOLUME: &str = "Examples:

@@ -1,5 +1,6 @@
 //! `asphera reconstruct`: a surface in space through points, and the proof of what it is.
 
+mod delaunay;
 mod figures;
 mod graph;
 mod written;
@@ -10,6 +11,7 @@ use asphera_geometry::PointMm;
 use asphera_reconstruct::{local, prove};
 use clap::{Args, ValueEnum};
 
+use self::delaunay::DelaunayMethod;
 use self::figures::ReconstructReport;
 use self::graph::GraphArgs;
 use super::exit::Exit;
@@ -29,6 +31,9 @@ pub(super) struct ReconstructArgs {
     /// How the surface is found.
     #[arg(long, value_enum, default_value = "local")]
     method: MethodName,
+    /// Of --method alpha: diameter of the ball that does not pass the surface, in mm.
+    #[arg(long, value_name = "MM")]
+    alpha: Option<f64>,
     #[command(flatten)]
     graph: GraphArgs,
     /// Write the surface, in mm of the file's frame.
@@ -51,6 +56,23 @@ enum MethodName {
     Local,
     /// A coarse surface through landmarks, from a graph of neighbours: topology rather than form.
     Graph,
+    /// Alpha shape: facets on which an empty ball of diameter --alpha can rest. Exact, no theorem.
+    Alpha,
+    /// Facets whose dual edges meet three cocones; right where the sampling ratio ε is below 0.05.
+    Cocone,
+    /// The convex hull shrunk along the flow towards the points: closed, no theorem.
+    Convection,
+}
+
+impl MethodName {
+    fn of_delaunay(self) -> Option<DelaunayMethod> {
+        match self {
+            MethodName::Local | MethodName::Graph => None,
+            MethodName::Alpha => Some(DelaunayMethod::Alpha),
+            MethodName::Cocone => Some(DelaunayMethod::Cocone),
+            MethodName::Convection => Some(DelaunayMethod::Convection),
+        }
+    }
 }
 
 pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
@@ -61,6 +83,12 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
     if args.method != MethodName::Graph && args.graph.is_asked() {
         return Err(
             "--kappa, --hops, --threshold, --faces and --sweep belong to --method graph; add it"
+                .into(),
+        );
+    }
+    if (args.method == MethodName::Alpha) != args.alpha.is_some() {
+        return Err(
+            "--method alpha and --alpha MM belong together: give both, MM as a few point spacings"
                 .into(),
         );
     }
@@ -94,15 +122,22 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
     let points_mm: Vec<PointMm> = source.points().collect();
     progress.stage("meshing");
     let clock = Clock::start();
-    let (reconstruction, stages) = match args.method {
-        MethodName::Local => (local(&points_mm)?, None),
-        MethodName::Graph => {
-            let (found, stages) = args.graph.surface(&points_mm, &clock)?;
-            if let Some(why) = found.no_surface {
-                return Err(format!("{}: {why}", args.source.display()).into());
-            }
-            (found.reconstruction, Some(stages))
+    let mut figures = None;
+    let mut stages = None;
+    let reconstruction = if let Some(method) = args.method.of_delaunay() {
+        let (found, of_method) = delaunay::surface(method, &points_mm, args.alpha)
+            .map_err(|why| format!("{}: {why}", args.source.display()))?;
+        figures = Some(of_method);
+        found
+    } else if args.method == MethodName::Graph {
+        let (found, of_graph) = args.graph.surface(&points_mm, &clock)?;
+        if let Some(why) = found.no_surface {
+            return Err(format!("{}: {why}", args.source.display()).into());
         }
+        stages = Some(of_graph);
+        found.reconstruction
+    } else {
+        local(&points_mm)?
     };
     let meshed = clock.now();
     progress.stage("proving");
@@ -110,7 +145,8 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
     let times_s = [meshed.as_secs_f64(), clock.now().since(meshed).as_secs_f64()];
     let file = args.source.display().to_string();
     let report = ReconstructReport::new(file, &points_mm, &reconstruction, &proof, times_s)
-        .with_stages(stages);
+        .with_stages(stages)
+        .with_delaunay(figures, &proof);
     Ok((report, points_mm, reconstruction.facets))
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Candidates;
 use crate::delaunay::Delaunay;
-use crate::geometry::{dot, minus};
+use crate::geometry::{dot, minus, scaled};
 use crate::poles::{Poles, outward_normal};
 use crate::rings::FacetSet;
 
@@ -30,35 +30,71 @@ pub(super) fn of<'a>(delaunay: &'a Delaunay, centres: &[PointMm], poles: &Poles)
             })
         })
         .collect();
+    let flat = flat_points(delaunay, poles, &facets, &reaches);
     let mut set = FacetSet::empty(delaunay);
-    let mut widths = vec![0.0_f64; delaunay.points_mm.len()];
-    let mut flat = vec![true; delaunay.points_mm.len()];
+    let mut candidates = 0;
     for (&(cell, slot), reaches) in facets.iter().zip(&reaches) {
-        let corners = delaunay.facet(cell, slot);
         if reaches.iter().all(|&reach| reach >= 0.0) {
             set.insert(cell, slot);
+            candidates += 1;
         }
+    }
+    Candidates { set, flat, count: candidates }
+}
+
+/// Points whose cocone is narrow beside the distance of the second pole and whose normal agrees: with those of all cells that meet
+/// the cocone, or with that of one flat point among them.
+fn flat_points(
+    delaunay: &Delaunay,
+    poles: &Poles,
+    facets: &[(u32, usize)],
+    reaches: &[[f64; 3]],
+) -> Vec<bool> {
+    let count = delaunay.points_mm.len();
+    let (mut widths, mut agrees_with_all) = (vec![0.0_f64; count], vec![true; count]);
+    let agree = |one: u32, other: u32| {
+        let normals = [one, other].map(|vertex| poles.normals[vertex as usize]);
+        matches!(normals, [Some(one), Some(other)] if dot(one, other).abs() >= COS_NEIGHBOURS)
+    };
+    for (&(cell, slot), reaches) in facets.iter().zip(reaches) {
+        let corners = delaunay.facet(cell, slot);
         for (&corner, &reach) in corners.iter().zip(reaches).filter(|(_, reach)| **reach >= 0.0) {
             let width = &mut widths[corner as usize];
             *width = width.max(reach);
             // Cells of the other corners meet the cocone in this edge.
-            let Some(normal) = poles.normals[corner as usize] else { continue };
-            let agrees = |other: &u32| {
-                poles.normals[*other as usize]
-                    .is_some_and(|other| dot(normal, other).abs() >= COS_NEIGHBOURS)
-            };
-            flat[corner as usize] &= corners.iter().all(agrees);
+            agrees_with_all[corner as usize] &= corners.iter().all(|&other| agree(corner, other));
         }
     }
-    for (vertex, flat) in flat.iter_mut().enumerate() {
+    let is_narrow = |vertex: usize| {
         let place = delaunay.points_mm[vertex];
         let height = poles.second[vertex].map_or(0.0, |pole| {
             let way = minus(pole, place);
             dot(way, way).sqrt()
         });
-        *flat &= widths[vertex] <= WIDEST * height;
+        widths[vertex] <= WIDEST * height
+    };
+    let narrow: Vec<bool> = (0..count).map(is_narrow).collect();
+    let mut flat: Vec<bool> =
+        narrow.iter().zip(agrees_with_all).map(|(&narrow, agrees)| narrow && agrees).collect();
+    // Flat points make their neighbours flat, until none is added.
+    loop {
+        let mut is_done = true;
+        for (&(cell, slot), reaches) in facets.iter().zip(reaches) {
+            let corners = delaunay.facet(cell, slot);
+            for (&corner, &reach) in corners.iter().zip(reaches) {
+                if reach < 0.0 || flat[corner as usize] || !narrow[corner as usize] {
+                    continue;
+                }
+                if corners.iter().any(|&other| flat[other as usize] && agree(corner, other)) {
+                    flat[corner as usize] = true;
+                    is_done = false;
+                }
+            }
+        }
+        if is_done {
+            return flat;
+        }
     }
-    (set, flat)
 }
 
 fn dual(delaunay: &Delaunay, centres: &[PointMm], cell: u32, slot: usize) -> DualEdge {
@@ -96,17 +132,23 @@ fn reach(edge: &DualEdge, place: PointMm, normal: PointMm) -> f64 {
     if last == 0 {
         far = far.max(if edge.ends { length(end) } else { f64::INFINITY });
     }
-    // Where the edge crosses the cone: (y·n)² = cos²·y² along y = start + t·way.
-    let (sn, wn) = (dot(start, normal), dot(edge.way, normal));
+    // Where the edge crosses the cone: (y·n)² = cos²·y² along y = start + t·way. The nearer end is the start, and no root is
+    // the difference of large numbers.
+    let (start, way) = if edge.ends && length(end) < length(start) {
+        (end, scaled(edge.way, -1.0))
+    } else {
+        (start, edge.way)
+    };
+    let (sn, wn) = (dot(start, normal), dot(way, normal));
     let cone = COS_CONE * COS_CONE;
-    let a = wn * wn - cone * dot(edge.way, edge.way);
-    let b = sn * wn - cone * dot(start, edge.way);
+    let a = wn * wn - cone * dot(way, way);
+    let b = sn * wn - cone * dot(start, way);
     let c = sn * sn - cone * dot(start, start);
-    let root = (b * b - a * c).max(0.0).sqrt();
+    let q = -(b + (b * b - a * c).max(0.0).sqrt().copysign(b));
     let limit = if edge.ends { 1.0 } else { f64::INFINITY };
-    for t in [(-b - root) / a, (-b + root) / a] {
+    for t in [q / a, c / q] {
         if t > 0.0 && t < limit {
-            far = far.max(length([0, 1, 2].map(|axis| start[axis] + t * edge.way[axis])));
+            far = far.max(length([0, 1, 2].map(|axis| start[axis] + t * way[axis])));
         }
     }
     far

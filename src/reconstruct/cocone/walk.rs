@@ -16,21 +16,30 @@ pub(super) fn outer(set: &FacetSet<'_>) -> Vec<[u32; 3]> {
     let mut is_taken = FacetSet::empty(set.delaunay);
     let mut outer = Vec::new();
     for (cell, slot) in starts(set, &facets, &levels) {
-        let mut front = vec![(cell, slot)];
+        let mut front = VecDeque::from([(cell, slot)]);
         is_taken.insert(cell, slot);
-        while let Some((cell, slot)) = front.pop() {
+        while let Some((cell, slot)) = front.pop_front() {
             outer.push(set.delaunay.facet(cell, slot));
             for turn in turns(cell, slot) {
                 // Seen from the cell before it; at a border that is the facet itself from its other side.
                 let (next, ahead) = set.first_met(turn);
-                if !is_taken.has(next, ahead) {
+                if !is_taken.has(next, ahead) && has_room(&is_taken, next, ahead) {
                     is_taken.insert(next, ahead);
-                    front.push((next, ahead));
+                    front.push_back((next, ahead));
                 }
             }
         }
     }
     outer
+}
+
+/// Whether no edge of a facet has two facets of the layer already: a walk through a hole must not add the inner layer.
+fn has_room(layer: &FacetSet<'_>, cell: u32, slot: usize) -> bool {
+    turns(cell, slot).all(|turn| {
+        let mut count = 0;
+        layer.about(turn, |_| count += 1);
+        count < 2
+    })
 }
 
 /// How many facets of the set lie between infinity and each cell, at the least.
@@ -73,7 +82,9 @@ fn starts(set: &FacetSet<'_>, facets: &[(u32, usize)], levels: &[u32]) -> Vec<(u
     }
     let mut parts = Sets::new(facets.len());
     for (number, &(cell, slot)) in facets.iter().enumerate() {
-        for turn in turns(cell, slot) {
+        // Both ways about each edge, so that all facets there hang together.
+        let (other, back) = set.other_side(cell, slot);
+        for turn in turns(cell, slot).chain(turns(other, back)) {
             let (next, ahead) = set.first_met(turn);
             parts.join(number, numbers[next as usize][ahead] as usize);
         }

@@ -7,6 +7,7 @@ use asphera_geometry::PointMm;
 use asphera_reconstruct::{LeftOut, Proof, Reconstruction};
 use serde::Serialize;
 
+use super::delaunay::DelaunayFigures;
 use super::graph::GraphStages;
 use crate::cli::summary::short;
 
@@ -46,6 +47,9 @@ struct ReconstructionFigures {
     area_mm2: f64,
     volume_mm3: Option<f64>,
     guarantee: String,
+    /// Figures of a method over the Delaunay triangulation, with its sampling condition.
+    #[serde(flatten)]
+    delaunay: Option<DelaunayFigures>,
     stages_s: StageFigures,
     as_of_points: usize,
 }
@@ -115,6 +119,7 @@ impl ReconstructReport {
             area_mm2: proof.area_mm2,
             volume_mm3: proof.volume_mm3,
             guarantee: "unknown: the local feature size of the part is not known here".to_owned(),
+            delaunay: None,
             stages_s: StageFigures { mesh: mesh_s, proof: proof_s, graph: None },
             as_of_points: points_mm.len(),
         };
@@ -133,6 +138,21 @@ impl ReconstructReport {
                     .to_owned();
         }
         found.stages_s.graph = stages;
+        self
+    }
+
+    /// With the figures of a method over the Delaunay triangulation, if it was one.
+    pub(super) fn with_delaunay(
+        mut self,
+        figures: Option<DelaunayFigures>,
+        proof: &Proof,
+    ) -> ReconstructReport {
+        let found = &mut self.mesh.reconstruction;
+        if let Some(figures) = figures {
+            found.method = figures.method();
+            found.guarantee = figures.guarantee(proof);
+            found.delaunay = Some(figures);
+        }
         self
     }
 
@@ -179,6 +199,9 @@ impl ReconstructReport {
         let volume = found.volume_mm3.map(|volume| format!(", volume {} mm³", short(volume)));
         line("area", format!("{} mm²{}", short(found.area_mm2), volume.unwrap_or_default()));
         line("guarantee", found.guarantee.clone());
+        for (name, value) in found.delaunay.iter().flat_map(DelaunayFigures::lines) {
+            line(name, value);
+        }
         if let Some(stages) = &found.stages_s.graph {
             line("stages", stages.line());
         }
@@ -192,6 +215,7 @@ fn word(why: LeftOut) -> &'static str {
         LeftOut::Duplicate => "place of an earlier point",
         LeftOut::NoPlane => "neighbours on a line, or too few",
         LeftOut::Pruned => "a landmark stands for it",
+        LeftOut::NoFacet => "a corner of no facet of the method",
         LeftOut::NoFace => "a landmark in no face",
         LeftOut::Disagreement => {
             "corners do not agree: spacing beyond the features, crossing sheets or noise"

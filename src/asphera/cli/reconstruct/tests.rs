@@ -89,3 +89,41 @@ fn the_graph_method_gives_a_coarse_closed_ball_with_its_stages_and_a_table() {
     let Err(refused) = made(&parsed(&["--hops", "2"])) else { panic!("a surface of a line") };
     assert!(refused.to_string().contains("the points lie along a line"), "{refused}");
 }
+
+#[test]
+fn methods_over_the_delaunay_triangulation_say_whether_their_condition_is_met() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ball.xyz");
+    let text: String = ball(40).iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let file = file.to_str().unwrap();
+    let args = |more: &[&str]| {
+        let cli = Cli::try_parse_from(["asphera", "reconstruct", file].iter().chain(more)).unwrap();
+        let Command::Reconstruct(args) = cli.command else { panic!("another command") };
+        args
+    };
+    for (words, method) in [
+        (&["--method", "cocone"][..], "cocone"),
+        (&["--method", "convection"], "convection"),
+        (&["--method", "alpha", "--alpha", "9"], "alpha"),
+    ] {
+        let (report, points, facets) = made(&args(words)).unwrap();
+        let figures = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"];
+        assert_eq!((&figures["method"], &figures["closed"]), (&method.into(), &true.into()));
+        assert_eq!((facets.len(), &figures["genus"]), (2 * points.len() - 4, &0.into()));
+        let guarantee = figures["guarantee"].as_str().unwrap();
+        let has_theorem = method == "cocone";
+        assert_eq!(guarantee.starts_with("holds"), has_theorem, "{guarantee}");
+        assert_eq!(figures["epsilon_bound"].as_f64(), has_theorem.then_some(0.05));
+    }
+    let (report, _, _) = made(&args(&["--method", "cocone"])).unwrap();
+    assert!(report.summary().contains("\nsampling "), "{}", report.summary());
+    for words in [&["--alpha", "3"][..], &["--method", "alpha"]] {
+        let refused = super::run(&args(words)).unwrap_err().to_string();
+        assert!(refused.contains("belong together"), "{refused}");
+    }
+    let flat: String = (0..100).map(|at| format!("{} {} 1\n", at % 10, at / 10)).collect();
+    std::fs::write(folder.path().join("ball.xyz"), flat).unwrap();
+    let Err(refused) = made(&args(&["--method", "cocone"])) else { panic!("a body of a plane") };
+    assert!(refused.to_string().contains("exactly in a plane"), "{refused}");
+}
