@@ -20,6 +20,7 @@ mod poles;
 pub mod prove;
 mod rings;
 mod sampling;
+mod sculpture;
 mod surface;
 
 pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
@@ -33,4 +34,5 @@ pub use graph::{
 pub use local::{MOST_POINTS, TooManyPoints, local};
 pub use prove::{Proof, ProofError, prove};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};
+pub use sculpture::sculpture;
 pub use surface::{LeftOut, Reconstruction};

@@ -62,6 +62,8 @@ enum MethodName {
     Cocone,
     /// The convex hull shrunk along the flow towards the points: closed, no theorem.
     Convection,
+    /// Tetrahedra carved from the convex hull until all points are open: closed, without handles, no theorem.
+    Sculpture,
 }
 
 impl MethodName {
@@ -71,6 +73,7 @@ impl MethodName {
             MethodName::Alpha => Some(DelaunayMethod::Alpha),
             MethodName::Cocone => Some(DelaunayMethod::Cocone),
             MethodName::Convection => Some(DelaunayMethod::Convection),
+            MethodName::Sculpture => Some(DelaunayMethod::Sculpture),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asphera_geometry::PointMm;
 use asphera_reconstruct::{
-    Proof, Reconstruction, SamplingCondition, alpha_shape, cocone, convection,
+    Proof, Reconstruction, SamplingCondition, alpha_shape, cocone, convection, sculpture,
 };
 use serde::Serialize;
 
@@ -16,6 +16,7 @@ pub(super) enum DelaunayMethod {
     Alpha,
     Cocone,
     Convection,
+    Sculpture,
 }
 
 /// Figures of a method, and how its points meet its condition.
@@ -79,6 +80,7 @@ pub(super) fn surface(
             (found.surface, figures(&counts).with_condition(&found.sampling))
         }
         DelaunayMethod::Convection => (convection(points_mm)?, figures(&[])),
+        DelaunayMethod::Sculpture => (sculpture(points_mm)?, figures(&[])),
     })
 }
 
@@ -98,6 +100,7 @@ impl DelaunayFigures {
             DelaunayMethod::Alpha => "alpha",
             DelaunayMethod::Cocone => "cocone",
             DelaunayMethod::Convection => "convection",
+            DelaunayMethod::Sculpture => "sculpture",
         }
     }
 

@@ -1,7 +1,7 @@
 //! Surfaces by cocones and by convection: bodies whose topology is known.
 
 use asphera_geometry::PointMm;
-use asphera_reconstruct::{Cocone, LeftOut, Proof, cocone, convection, prove};
+use asphera_reconstruct::{Cocone, LeftOut, Proof, cocone, convection, prove, sculpture};
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
@@ -119,5 +119,31 @@ fn convection_closes_balls_and_tori() {
         let proof = prove(&points, &made.facets).unwrap();
         assert_eq!((proof.is_closed, proof.genus, proof.components), (true, Some(genus), 1));
         assert_eq!((proof.self_intersections.count, made.left_out.len()), (0, 0));
+    }
+}
+
+#[test]
+fn sculpture_makes_a_sphere_through_all_points_whatever_they_are() {
+    let mut random = Pcg64::seed_from_u64(30);
+    let cloud: Vec<PointMm> = (0..2_000).map(|_| [0; 3].map(|_| uniform(&mut random))).collect();
+    // A bean: a ball bent in on one side, so that the hull is not enough.
+    let bean: Vec<PointMm> = ball(4_000, 1e-3, 31)
+        .into_iter()
+        .map(|[x, y, z]| [x, y, if z > 0.0 { 0.3 * z + 0.06 * (x * x + y * y) } else { z }])
+        .collect();
+    for (points, is_smooth) in [(&bean, true), (&cloud, false)] {
+        let made = sculpture(points).unwrap();
+        let proof = prove(points, &made.facets).unwrap();
+        assert_eq!((proof.is_closed, proof.genus, proof.components), (true, Some(0), 1));
+        assert_eq!((proof.is_manifold, proof.self_intersections.count), (true, 0));
+        let vertices = points.len() - made.left_out.len();
+        assert_eq!(proof.facets, 2 * vertices - 4);
+        if is_smooth {
+            assert_eq!(made.left_out, []);
+            // Nearly flat tetrahedra may stay or go: the bodies agree all the same.
+            let (_, other) = proven(points);
+            let [one, other] = [&proof, &other].map(|proof| proof.volume_mm3.unwrap());
+            assert!((one / other - 1.0).abs() < 1e-3, "{one} {other}");
+        }
     }
 }
