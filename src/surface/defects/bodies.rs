@@ -150,7 +150,7 @@ impl Fit {
         };
         let weights: Vec<f64> =
             chosen.iter().map(|&cell| cells.moments[cell].count.sqrt()).collect();
-        let mut columns = vec![Vec::with_capacity(chosen.len()); QUARTIC];
+        let mut columns = vec![Vec::new(); QUARTIC];
         for (&cell, weight) in chosen.iter().zip(&weights) {
             let [cx, cy] = cells.centre_mm(cell);
             let [u, v] = [(cx - x) / window_mm, (cy - y) / window_mm];
@@ -170,8 +170,8 @@ impl Fit {
             let before = dot(&column, &column);
             fit.take_off(&mut column);
             let size = dot(&column, &column);
-            // Written so that NaN fails.
-            if !(size > DEPENDS * before) {
+            let is_told = size > DEPENDS * before;
+            if !is_told {
                 return None;
             }
             column.iter_mut().for_each(|value| *value /= size.sqrt());

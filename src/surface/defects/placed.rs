@@ -66,7 +66,7 @@ impl Looked<'_> {
         Ok(Placed { steps, reference, missed_mm, residuals, tail })
     }
 
-    fn references(&self, steps: &[Line]) -> Result<References, DefectsUnknown> {
+    fn references(&self, steps: &[Line]) -> Result<References<'_>, DefectsUnknown> {
         References::new(self.samples, self.cells, self.window_mm(), steps)
     }
 
