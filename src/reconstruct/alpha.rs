@@ -58,7 +58,7 @@ pub struct AlphaShape {
 ///
 /// A diameter that is not from 0 to 1e12 mm, points that do not span space.
 pub fn alpha_shape(points_mm: &[PointMm], diameter_mm: f64) -> Result<AlphaShape, AlphaError> {
-    let delaunay = Delaunay::of(points_mm)?;
+    let delaunay = Delaunay::new(points_mm)?;
     let facets = alpha_facets(&delaunay, diameter_mm)?;
     let count = |wanted| facets.iter().filter(|(_, standing)| *standing == wanted).count();
     let (singular, regular) = (count(AlphaStanding::Singular), count(AlphaStanding::Regular));

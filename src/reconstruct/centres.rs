@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn flat_tetrahedra_have_their_centres() {
-        for height in [1.0, 1e-6, 1e-12] {
+        for height in [1.0_f64, 1e-6, 1e-12] {
             // Four corners on a sphere about (1, 2, 3) of radius 5, the last a little above the plane of the others.
             let at = |x: f64, y: f64, z: f64| [1.0 + x, 2.0 + y, 3.0 + z];
             let places = [

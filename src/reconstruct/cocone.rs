@@ -45,7 +45,7 @@ pub const COCONE_BOUND: f64 = 0.05;
 ///
 /// Points that do not span space.
 pub fn cocone(points_mm: &[PointMm]) -> Result<Cocone, NoDelaunay> {
-    let delaunay = Delaunay::of(points_mm)?;
+    let delaunay = Delaunay::new(points_mm)?;
     let centres = centres::of(&delaunay);
     let poles = Poles::of(&delaunay, &centres);
     let Candidates { mut set, flat, count } = candidates::of(&delaunay, &centres, &poles);

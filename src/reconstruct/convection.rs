@@ -15,7 +15,7 @@ use crate::surface::{LeftOut, Reconstruction, of_vertices};
 ///
 /// Points that do not span space.
 pub fn convection(points_mm: &[PointMm]) -> Result<Reconstruction, NoDelaunay> {
-    let delaunay = Delaunay::of(points_mm)?;
+    let delaunay = Delaunay::new(points_mm)?;
     let cells = delaunay.corners.len() as u32;
     let mut is_passed = vec![false; cells as usize];
     let mut front: Vec<u32> = (delaunay.tetrahedra as u32..cells).collect();

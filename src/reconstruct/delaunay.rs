@@ -82,7 +82,7 @@ impl Delaunay {
     /// # Errors
     ///
     /// Too many points, or places that do not span space.
-    pub fn of(points_mm: &[PointMm]) -> Result<Delaunay, NoDelaunay> {
+    pub fn new(points_mm: &[PointMm]) -> Result<Delaunay, NoDelaunay> {
         if points_mm.len() > MOST_DELAUNAY_POINTS {
             return Err(NoDelaunay::TooMany { found: points_mm.len() });
         }

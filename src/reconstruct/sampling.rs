@@ -43,7 +43,8 @@ impl SamplingCondition {
             let ratio = radius_mm(places) / least;
             largest = largest.max(ratio);
             // Not a number counts as above.
-            if !(ratio <= bound) {
+            let is_within = ratio <= bound;
+            if !is_within {
                 let middle =
                     [0, 1, 2].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / 3.0);
                 over.push((middle, ratio));

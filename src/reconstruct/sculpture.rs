@@ -20,7 +20,7 @@ use crate::surface::{LeftOut, Reconstruction, of_vertices};
 ///
 /// Points that do not span space.
 pub fn sculpture(points_mm: &[PointMm]) -> Result<Reconstruction, NoDelaunay> {
-    let delaunay = Delaunay::of(points_mm)?;
+    let delaunay = Delaunay::new(points_mm)?;
     let mut block = Block::new(&delaunay);
     while block.inner > 0
         && let Some(Stroke { cell, .. }) = block.strokes.pop()

@@ -28,10 +28,10 @@ pub fn compare_sphere([a, b, c, d]: [Place3; 4], diameter_mm: f64) -> Ordering {
         top_size += size * size;
     }
     let (mut det, mut det_size) = (0.0, 0.0);
-    for axis in 0..3 {
+    for (axis, part) in u.into_iter().enumerate() {
         let (minor, minor_size) = minor(v, w, axis);
-        det += u[axis] * minor;
-        det_size += u[axis].abs() * minor_size;
+        det += part * minor;
+        det_size += part.abs() * minor_size;
     }
     let squared = diameter_mm * diameter_mm;
     let rest = top - squared * det * det;
@@ -92,10 +92,10 @@ pub fn in_facet_ball([a, b, c]: [Place3; 3], d: Place3) -> Ordering {
         (g[axis], g_size[axis]) = (left - right, left.abs() + right.abs());
     }
     let (mut value, mut size) = (-lift(w) * lift(n), lift(w) * lift(n_size));
-    for axis in 0..3 {
+    for (axis, part) in w.into_iter().enumerate() {
         let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
-        value += w[axis] * (g[i] * n[j] - g[j] * n[i]);
-        size += w[axis].abs() * (g_size[i] * n_size[j] + g_size[j] * n_size[i]);
+        value += part * (g[i] * n[j] - g[j] * n[i]);
+        size += part.abs() * (g_size[i] * n_size[j] + g_size[j] * n_size[i]);
     }
     if value.abs() > BOUND * size {
         return sign(value);

@@ -58,7 +58,7 @@ fn main() {
         let mut cells = 0;
         for _ in 0..RUNS {
             let start = processor_s();
-            let made = one.install(|| Delaunay::of(&points)).expect("points in space");
+            let made = one.install(|| Delaunay::new(&points)).expect("points in space");
             least = least.min(processor_s() - start);
             cells = made.tetrahedra().len();
         }

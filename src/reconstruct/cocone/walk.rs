@@ -71,6 +71,9 @@ fn levels(set: &FacetSet<'_>) -> Vec<u32> {
     levels
 }
 
+/// Where a walk may begin: facets to infinity, places of the facet, the facet seen from its outer side.
+type Start = (u32, [PointMm; 3], (u32, usize));
+
 /// Of each part the facet nearest to infinity, of these the first by places, seen from its outer side.
 fn starts(set: &FacetSet<'_>, facets: &[(u32, usize)], levels: &[u32]) -> Vec<(u32, usize)> {
     let delaunay = set.delaunay;
@@ -94,7 +97,7 @@ fn starts(set: &FacetSet<'_>, facets: &[(u32, usize)], levels: &[u32]) -> Vec<(u
         places.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         places
     };
-    let mut best: Vec<Option<(u32, [PointMm; 3], (u32, usize))>> = vec![None; facets.len()];
+    let mut best: Vec<Option<Start>> = vec![None; facets.len()];
     for (number, &(cell, slot)) in facets.iter().enumerate() {
         let (other, back) = set.other_side(cell, slot);
         let [near, far] = [levels[cell as usize], levels[other as usize]];

@@ -52,9 +52,9 @@ impl<'a> Inserter<'a> {
             corners[slot] = INFINITE;
             // One exchange turns the cell outwards.
             if slot == 3 {
-                corners.swap(0, 1)
+                corners.swap(0, 1);
             } else {
-                corners.swap(slot, 3)
+                corners.swap(slot, 3);
             }
             let across = corners.map(|corner| if corner == INFINITE { 0 } else { corner + 1 });
             inserter.add(corners, across);

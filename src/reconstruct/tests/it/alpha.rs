@@ -60,7 +60,7 @@ fn balls_rest_on_the_facets_of_the_shape_and_on_no_others() {
     let (mut singular, mut regular) = (0, 0);
     for diameter in [0.2, 0.4, 0.5, 0.6, 0.8, 1.5, 30.0] {
         let points: Vec<PointMm> = (0..60).map(|_| [0; 3].map(|_| uniform(&mut random))).collect();
-        let mut found = Delaunay::of(&points).unwrap().alpha_facets(diameter).unwrap();
+        let mut found = Delaunay::new(&points).unwrap().alpha_facets(diameter).unwrap();
         found.retain(|(_, standing)| *standing != AlphaStanding::Interior);
         assert_eq!(found, rolled(&points, diameter));
         let shape = alpha_shape(&points, diameter).unwrap();

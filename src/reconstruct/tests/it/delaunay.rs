@@ -6,7 +6,7 @@ use asphera_geometry::PointMm;
 use asphera_geometry::predicates::{orientation_in_space, sphere_encloses};
 use asphera_reconstruct::{Delaunay, LeftOut, NoDelaunay, Unsound, check_delaunay};
 use proptest::prelude::*;
-use rand_core::{Rng as _, SeedableRng as _};
+use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64;
 
 use crate::shapes::{ball, torus, uniform};
@@ -22,14 +22,14 @@ fn random(count: usize, seed: u64) -> Vec<PointMm> {
 }
 
 fn sound(points: &[PointMm]) -> Vec<[u32; 4]> {
-    let found = Delaunay::of(points).unwrap().tetrahedra();
+    let found = Delaunay::new(points).unwrap().tetrahedra();
     assert_eq!(check_delaunay(points, &found), Ok(()));
     found
 }
 
 /// Tetrahedra by their places, whatever the numbers of the points.
 fn by_places(points: &[PointMm]) -> Vec<[[u64; 3]; 4]> {
-    let mut all: Vec<_> = Delaunay::of(points)
+    let mut all: Vec<_> = Delaunay::new(points)
         .unwrap()
         .tetrahedra()
         .iter()
@@ -105,7 +105,7 @@ fn two_skew_lines_have_a_tetrahedron_for_every_pair_of_gaps() {
 
 #[test]
 fn points_that_do_not_span_space_are_refused() {
-    let of = |points: &[PointMm]| Delaunay::of(points).unwrap_err();
+    let of = |points: &[PointMm]| Delaunay::new(points).unwrap_err();
     assert_eq!(of(&[]), NoDelaunay::TooFew { found: 0 });
     assert_eq!(of(&[[f64::NAN; 3], [0.0; 3], [0.0; 3], [1.0; 3]]), NoDelaunay::TooFew { found: 2 });
     let line: Vec<PointMm> = (0..50).map(|at| [0.5 * f64::from(at), f64::from(at), 7.0]).collect();
@@ -119,11 +119,11 @@ fn points_that_do_not_span_space_are_refused() {
     off.extend((0..36).map(|at| [f64::from(at % 6), f64::from(at / 6), 1.0]));
     off[17][2] = 1.0_f64.next_up();
     off.sort_by(|a, b| a.partial_cmp(b).unwrap());
-    assert_eq!(Delaunay::of(&off).unwrap().tetrahedra(), by_brute_force(&off));
+    assert_eq!(Delaunay::new(&off).unwrap().tetrahedra(), by_brute_force(&off));
     let mut points = lattice(3);
     points.insert(5, [f64::INFINITY, 0.0, 0.0]);
     points.push([2.0; 3]);
-    let found = Delaunay::of(&points).unwrap();
+    let found = Delaunay::new(&points).unwrap();
     assert_eq!(found.left_out(), [(5, LeftOut::NoPlace), (28, LeftOut::Duplicate)]);
     assert_eq!((found.vertices(), found.tetrahedra().len()), (27, 48));
 }
@@ -165,7 +165,6 @@ fn the_check_finds_what_is_wrong() {
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn qhull_finds_the_same_tetrahedra() {
     let Some(python) = std::env::var_os("ASPHERA_PYTHON") else {
         eprintln!("skipped: ASPHERA_PYTHON not set");
@@ -201,7 +200,7 @@ for cell in sorted(map(tuple, cells)): print(*cell)";
                 std::array::from_fn(|_| fields.next().unwrap())
             })
             .collect();
-        assert_eq!(Delaunay::of(&points).unwrap().tetrahedra(), expected);
+        assert_eq!(Delaunay::new(&points).unwrap().tetrahedra(), expected);
     }
 }
 
@@ -217,7 +216,7 @@ proptest! {
             .iter()
             .map(|&[x, y, z]| [x, y, z + tilt * x].map(f64::from))
             .collect();
-        match Delaunay::of(&points) {
+        match Delaunay::new(&points) {
             Ok(found) => {
                 let found = found.tetrahedra();
                 prop_assert_eq!(check_delaunay(&points, &found), Ok(()));
