@@ -13,6 +13,9 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use rayon::ThreadPoolBuilder;
 
+/// Points of a kind, so many.
+type Kind = fn(usize) -> Vec<PointMm>;
+
 const RUNS: usize = 3;
 const SEED: u64 = 1;
 const PEERS: &str = "
@@ -42,7 +45,7 @@ fn main() {
         count.parse().expect("ASPHERA_BENCH_POINTS must be a number of points")
     });
     println!("{count} points, seed {SEED}, one thread; least processor seconds of {RUNS} runs");
-    let kinds: [(&str, fn(usize) -> Vec<PointMm>); 6] = [
+    let kinds: [(&str, Kind); 6] = [
         ("random cube", cube),
         ("ball, 5 nm", |count| ball(count, 5e-6)),
         ("exact ball", |count| ball(count, 0.0)),
