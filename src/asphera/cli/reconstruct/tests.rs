@@ -104,9 +104,9 @@ fn methods_over_the_delaunay_triangulation_say_whether_their_condition_is_met() 
     };
     for (words, method) in [
         (&["--method", "cocone"][..], "cocone"),
-        (&["--method", "convection"], "convection"),
-        (&["--method", "sculpture"], "sculpture"),
-        (&["--method", "alpha", "--alpha", "9"], "alpha"),
+        (&["--method", "convection"][..], "convection"),
+        (&["--method", "sculpture"][..], "sculpture"),
+        (&["--method", "alpha", "--alpha", "9"][..], "alpha"),
     ] {
         let (report, points, facets) = made(&args(words)).unwrap();
         let figures = &serde_json::to_value(&report).unwrap()["mesh"]["reconstruction"];
