@@ -1,6 +1,6 @@
 //! Choice of a method by the points: border or area, outliers, noise.
 
-use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm};
+use crate::curves::{connect2d, hnn_crust, lee, lee_reach_mm, stretch_denoise};
 use crate::graphs::spanning;
 use crate::triangulation::{circumcentre_mm, distance_mm};
 use crate::{Chain, CurveSampling, Graph, Method, PlaceMm, SampleId, Samples, Triangulation};
@@ -20,6 +20,8 @@ pub struct Choice {
     /// Median size of the turns of one closed curve through all samples but outliers, in radians, where noise or corners ask for it and
     /// such a curve exists: 0.2 or less of noise below a tenth of the spacing.
     pub closed_turn_rad: Option<f64>,
+    /// Ratio of the lengths of that curve's edges that nine in ten and one in ten do not exceed.
+    pub closed_spread: Option<f64>,
     /// Share of the samples but outliers that end a curve or are joined to none.
     pub loose_share: f64,
     /// The method.
@@ -66,8 +68,8 @@ impl Choice {
     /// of one of their two nearest, looked for twice; then open runs of up to four samples, where others have thirty or more
     /// and less than a quarter of the samples is in such runs. None is left out if one closed curve joins all with no edge longer than 1.5
     /// times the longest of the [`hnn_crust`] of the rest, nor than four times the longer one beside it. That is noisy if more than 0.4 of its turns change their
-    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, unless the noise is small: one closed curve joins all
-    /// and its median turn is at most 0.2. Of that, and of samples without noise of which something is loose, [`connect2d`] is the
+    /// direction, or more than a quarter of it is loose. Then [`lee`] is chosen, with two exceptions where one closed curve joins all. Noise is small where
+    /// its median turn is at most 0.2. Where nothing is loose and its spacing varies by a factor of 2.5, [`stretch_denoise`] is chosen. Of small noise, and of samples without noise of which something is loose, [`connect2d`] is the
     /// choice where it closes: corners. Otherwise [`hnn_crust`] is. All figures are ours, from points made for each case.
     pub fn new(triangulation: &Triangulation) -> Choice {
         let inner_share = inner_share(triangulation);
@@ -79,6 +81,7 @@ impl Choice {
                 outliers: Vec::new(),
                 zigzag: None,
                 closed_turn_rad: None,
+                closed_spread: None,
                 loose_share: 0.0,
                 method: Method::Auto,
             };
@@ -106,9 +109,13 @@ impl Choice {
         let loose_share = loose as f64 / count.max(1) as f64;
         let is_noisy = zigzag > ZIGZAG || loose_share > LOOSE;
         let closed = (loose > 0 || is_noisy).then(|| closing(triangulation, most_mm)).flatten();
-        let closed_turn_rad = closed.map(|closed| median_turn_rad(triangulation, &closed));
+        let closed_turn_rad = closed.as_ref().map(|closed| median_turn_rad(triangulation, closed));
+        let closed_spread = closed.as_ref().map(|closed| spread(triangulation, closed));
+        // Noise that every sample's order along the curve survives, and spacing that follows the features: so may the noise.
+        let follows = loose == 0 && closed_spread.is_some_and(|spread| spread >= UNEVEN);
         let method = match closed_turn_rad {
             Some(turn_rad) if !is_noisy || turn_rad <= SLIGHT_RAD => Method::Connect2d,
+            Some(_) if follows => Method::StretchDenoise,
             _ if is_noisy => Method::Lee,
             _ => Method::HnnCrust,
         };
@@ -120,6 +127,7 @@ impl Choice {
             outliers,
             zigzag,
             closed_turn_rad,
+            closed_spread,
             loose_share,
             method,
         }
@@ -131,8 +139,12 @@ impl Choice {
             return None;
         }
         let rest = Rest::new(triangulation, &self.outliers);
-        let reach_mm = lee_reach_mm(&rest.triangulation).filter(|_| self.method == Method::Lee);
-        let Some(reach_mm) = reach_mm else {
+        let moved = match self.method {
+            Method::Lee => lee_reach_mm(&rest.triangulation).map(|h| lee(&rest.triangulation, h)),
+            Method::StretchDenoise => Some(stretch_denoise(&rest.triangulation, 0.0)),
+            _ => None,
+        };
+        let Some(moved) = moved else {
             let graph = match self.method {
                 Method::Connect2d => connect2d(&rest.triangulation),
                 _ => hnn_crust(&rest.triangulation),
@@ -140,7 +152,6 @@ impl Choice {
             let graph = rest.back(&graph);
             return Some(FoundCurve { graph, ..FoundCurve::default() });
         };
-        let moved = lee(&rest.triangulation, reach_mm);
         let mut places_mm = triangulation.samples().places().to_vec();
         for (&sample, place) in rest.kept.iter().zip(moved.places_mm) {
             places_mm[sample as usize] = place;
@@ -172,10 +183,13 @@ impl Choice {
             count => format!("; {count} outliers left out"),
         };
         let is_noisy = zigzag > ZIGZAG || self.loose_share > LOOSE;
-        let noise = match (self.method == Method::Lee, is_noisy) {
-            (true, _) => "noise",
-            (false, true) => "little noise against the spacing",
-            (false, false) => "no noise",
+        let noise = match (self.method, is_noisy) {
+            (Method::Lee, _) => "noise",
+            (Method::StretchDenoise, _) => {
+                "noise below the spacing, which follows the curve's features"
+            }
+            (_, true) => "little noise against the spacing",
+            (_, false) => "no noise",
         };
         let corners = match (self.method == Method::Connect2d, is_noisy) {
             (true, true) => "; one closed curve joins all, corners too",
@@ -325,6 +339,15 @@ fn median_turn_rad(triangulation: &Triangulation, curve: &Graph) -> f64 {
     turns.get(turns.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// Length that nine in ten edges do not exceed over that of one in ten; 1 without edges.
+fn spread(triangulation: &Triangulation, curve: &Graph) -> f64 {
+    let edges = curve.edges().iter().map(|edge| edge.map(|end| triangulation.place(end)));
+    let mut lengths_mm: Vec<f64> = edges.map(|[p, q]| distance_mm(p, q)).collect();
+    lengths_mm.sort_by(f64::total_cmp);
+    let at = |tenths: usize| lengths_mm.get(tenths * lengths_mm.len() / 10);
+    at(9).zip(at(1)).map_or(1.0, |(high, low)| high / low)
+}
+
 /// The samples without some of them.
 struct Rest {
     triangulation: Triangulation,
@@ -352,6 +375,8 @@ impl Rest {
 const STRAIGHT: f64 = 1e-6;
 /// Median turn of a closed curve up to which its noise is small against the spacing: it turns by √6·σ/s about, σ the noise, s the spacing.
 const SLIGHT_RAD: f64 = 0.2;
+/// Spread of the spacing from which on it follows the features of the curve.
+const UNEVEN: f64 = 2.5;
 /// Length of the edges that close a curve over that of the others.
 const JOINS: f64 = 1.5;
 /// Length of an edge over the longer one beside it from which on it bridges a gap.

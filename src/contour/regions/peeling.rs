@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::inside::Inside;
 use crate::triangulation::{EdgeId, TriangleId};
-use crate::{Region, SampleId, Triangulation};
+use crate::{Graph, Region, SampleId, Triangulation};
 
 /// A region that is being peeled.
 pub(super) struct Peeling<'a> {
@@ -152,6 +152,11 @@ impl<'a> Peeling<'a> {
         let corners = self.triangulation.triangles()[triangle as usize];
         let apex = corners.into_iter().find(|corner| !ends.contains(corner))?;
         (open == 1 && !self.is_on_border(apex)).then_some(Ear { triangle, side, apex })
+    }
+
+    /// The border of what is left.
+    pub(super) fn border(&self) -> Graph {
+        Graph::of_edges(self.triangulation, |edge| self.inside.is_border(self.triangulation, edge))
     }
 
     /// What is left.

@@ -25,7 +25,7 @@ pub fn sculpting(triangulation: &Triangulation) -> Graph {
     let key =
         |side: EdgeId, triangle: TriangleId| height_mm(triangulation, side, triangle).to_bits();
     peeling.peel(hull, key, |_, _| Verdict::Go);
-    peeling.region().border().clone()
+    peeling.border()
 }
 
 /// How far the circumcircle of a triangle stands out beyond one of its sides, in mm.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use asphera_contour::curves::{fit_connect, hnn_crust, stretch_denoise};
-use asphera_contour::{Method, Parameters, PlaceMm};
+use asphera_contour::{Choice, Method, Parameters, PlaceMm};
 use asphera_geometry::Numbers;
 
 use crate::places::{by_row, circle, closed, distance, triangulation};
@@ -144,4 +144,29 @@ fn corners_wider_than_the_noise_stay() {
     };
     let still = found.places_mm.iter().filter(|place| off(place) < 0.02).count();
     assert!(still >= 60, "{still} of 80 stay near the sides");
+}
+
+/// Three passes over one closed edge, each 10 µm beside the last, become one curve between them.
+#[test]
+fn several_passes_over_one_line_are_made_one() {
+    let pass = |number: u32| {
+        let radius = 5.0 + 0.01 * (f64::from(number) - 1.0);
+        (0..700).map(move |index| {
+            // No pass begins where another does.
+            let angle = TAU * (f64::from(index) + 0.37 * f64::from(number)) / 700.0;
+            [radius * angle.cos(), radius * angle.sin()]
+        })
+    };
+    let points: Vec<PlaceMm> = (0..3).flat_map(pass).collect();
+    let set = triangulation(&points);
+    let choice = Choice::new(&set);
+    assert_eq!(choice.method, Method::Lee, "{}", choice.reason());
+    let found = choice.curve(&set).unwrap();
+    let chains = found.graph.chains(set.len());
+    assert!(chains.len() == 1 && chains[0].closed, "{} chains", chains.len());
+    let places = found.places_mm.unwrap();
+    let line: Vec<PlaceMm> =
+        chains[0].samples.iter().map(|&sample| places[sample as usize]).collect();
+    // The passes have an RMS of 8 µm about their middle.
+    assert!(rms(&line) < 0.006, "{}", rms(&line));
 }
