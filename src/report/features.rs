@@ -39,7 +39,7 @@ pub struct DefectFigures {
     /// Its middle, measured frame, mm.
     pub at_mm: [f64; 3],
     /// Height over the surface about it along the normal, in nm; negative of what lies below. Of a step how much
-    /// higher its higher side is.
+    /// higher its higher side is. Of a wide bump on form that is not smooth over two windows it is a lower bound.
     pub height_nm: f64,
     /// Its standard uncertainty.
     pub height_u_nm: f64,
