@@ -28,7 +28,7 @@ pub(super) struct Source {
 /// What holds the points.
 pub(super) enum Content {
     /// A file of points.
-    File(Topography),
+    File(Box<Topography>),
     /// A recording that was played to its end.
     Session(Box<Recorded>),
 }
@@ -53,7 +53,7 @@ impl Source {
             Place::File(file) => {
                 progress.stage("reading");
                 let topography = topography(&file, text)?;
-                (file, Content::File(topography))
+                (file, Content::File(Box::new(topography)))
             }
             Place::Session(session) => {
                 if text.is_given() {
@@ -79,7 +79,7 @@ impl Source {
     /// The same with what is known of the points.
     pub(super) fn of_cloud(path: &Path, cloud: Cloud, format: Format) -> Source {
         let origin = Origin { format, instrument: None, date: None, comment: None, taken: None };
-        let content = Content::File(Topography::Cloud(cloud, origin));
+        let content = Content::File(Box::new(Topography::Cloud(cloud, origin)));
         Source { path: path.to_owned(), file: path.to_owned(), content }
     }
 
