@@ -66,9 +66,7 @@ pub(super) const SAMPLING: &str = "Examples:
 pub(super) const RECONSTRUCT: &str = "Examples:
   asphera reconstruct blade.ply -o blade-mesh.ply
   asphera reconstruct mount.ply --method graph --hops 5 -o coarse.stl
-  asphera reconstruct part.ply --method cocone --json
-  asphera reconstruct part.ply --method alpha --alpha 0.8 -o shape.stl
-  asphera reconstruct scan.xyz --unit um --json";
+  asphera reconstruct scan.xyz --unit um --method alpha --alpha 0.8 --json";
 
 pub(super) const VOLUME: &str = "Examples:
   asphera volume part.nrrd --regular 0.5 --mesh part.ply

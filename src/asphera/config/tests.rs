@@ -82,7 +82,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 64] = [
+const ALTERNATIVES: [&str; 65] = [
     "kind = \"udp\"",
     "listen = \"0.0.0.0:50001\"",
     "peer = \"192.168.10.21:50011\"",
@@ -98,6 +98,7 @@ const ALTERNATIVES: [&str; 64] = [
     "map = \"baumer-om20\"",
     "late_limit_ms = 800",
     "file = \"al1815.toml\"",
+    "file = \"calibration.toml\"",
     "function = \"input\"",
     "address = 200",
     "length = 13",
