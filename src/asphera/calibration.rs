@@ -72,7 +72,7 @@ impl CalibrationFile {
     /// What reports say of it.
     pub fn figures(&self) -> CalibrationFigures {
         CalibrationFigures {
-            made: self.made.to_string(),
+            date: self.made.to_string(),
             valid_until: self.valid_until().to_string(),
             machine: self.correction.machine().word().to_owned(),
         }

@@ -103,7 +103,7 @@ pub struct SessionFigures {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationFigures {
     /// When it was made, RFC 3339, UTC.
-    pub made: String,
+    pub date: String,
     /// Until when it may be used, RFC 3339, UTC.
     pub valid_until: String,
     /// Kind of machine: `cartesian`, `polar`.

@@ -105,7 +105,7 @@ async fn a_ball_tells_the_error_of_an_axis_and_later_parts_are_without_it() {
     assert!(rms_nm(&after) < 6.0, "{} nm", rms_nm(&after));
     let report = &after.measurement.report;
     let session = report.session.as_ref().unwrap();
-    let made = &session.calibration.as_ref().unwrap().made;
+    let made = &session.calibration.as_ref().unwrap().date;
     assert!(fs::read_to_string(&calibration).unwrap().contains(made.as_str()), "{made}");
     // The recording holds the calibration: it is replayed without the file.
     let kept = folder.path().join("kept.toml");

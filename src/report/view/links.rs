@@ -130,7 +130,7 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
     ]);
     facts.extend(session.calibration.as_ref().map(|calibration| {
         let [made, until] =
-            [&calibration.made, &calibration.valid_until].map(|time| to_the_second(time));
+            [&calibration.date, &calibration.valid_until].map(|time| to_the_second(time));
         Fact::new("Calibration", format!("of {made}, valid until {until}"))
     }));
     chapter.facts(facts);
