@@ -99,10 +99,20 @@ pub(super) fn outliers<P: Iterator<Item = [f64; 3]>>(points_mm: impl Fn() -> P) 
     is_few.then(|| {
         let heights = if count == 1 { "1 height lies" } else { &format!("{count} heights lie") };
         format!(
-            "{heights} more than {reach_mm:.4} mm from the others, as z {z} mm at x {x} mm, y {y} mm: if that stands for no data, \
-             write NaN there"
+            "{heights} more than {} mm from the others, as z {} mm at x {} mm, y {} mm: if that stands for no data, \
+             write NaN there",
+            in_few(reach_mm),
+            in_few(z),
+            in_few(x),
+            in_few(y)
         )
     })
+}
+
+/// A number in few digits, whatever its size.
+fn in_few(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-4..1e9).contains(&value.abs());
+    if is_plain { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value:.4e}") }
 }
 
 /// Other heights that are needed to tell a mark.

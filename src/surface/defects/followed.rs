@@ -16,8 +16,9 @@ pub(super) fn missed_mm(
     [reference, half]: [&Reference; 2],
     window_mm: f64,
 ) -> Vec<f64> {
+    let rim = ((RIM * window_mm / cells.side_mm).round() as i64).max(1);
     let apart: Vec<Option<Apart>> =
-        (0..cells.len()).map(|cell| Apart::of(cells, cell, [reference, half])).collect();
+        (0..cells.len()).map(|cell| Apart::of(cells, cell, [reference, half], rim)).collect();
     // Cells by the squares of a coarse grid, and by how near to a border they are.
     let side = ((SQUARE * window_mm / cells.side_mm).round() as u32).max(1);
     let size = cells.size.map(|count| count.div_ceil(side as usize) + 2);
@@ -63,12 +64,19 @@ struct Apart {
     noise: f64,
     /// Mean residual and samples, by which the noise is told.
     scatter_mm: f64,
-    /// How near to a border it is, by how well the wider reference is told there.
+    /// How near to a border it is, by how well the wider reference is told there. It is told less well along a scratch, too.
     zone: usize,
 }
 
+/// Whether a cell within `reach` columns and rows is missing.
+fn is_at_border(cells: &Cells, cell: usize, reach: i64) -> bool {
+    let [column, row] = cells.places[cell].map(i64::from);
+    let mut about = (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| [i, j]));
+    about.any(|[i, j]| cells.at(column + i, row + j).is_none())
+}
+
 impl Apart {
-    fn of(cells: &Cells, cell: usize, [wide, half]: [&Reference; 2]) -> Option<Apart> {
+    fn of(cells: &Cells, cell: usize, [wide, half]: [&Reference; 2], rim: i64) -> Option<Apart> {
         let count = cells.range(cell).len() as f64;
         let sum = |of: fn(f64, f64) -> f64| -> f64 {
             let range = cells.range(cell);
@@ -79,7 +87,11 @@ impl Apart {
         let square_mm2 = sum(|_, half| half * half) / count / wide.secants[cell].powi(2);
         let noise = wide.uncertainties[cell].hypot(half.uncertainties[cell]);
         let zone = BORDERS.iter().filter(|&&share| wide.uncertainties[cell] > share * wide.typical);
-        let zone = zone.count();
+        let zone = match zone.count() {
+            0 => 0,
+            zone if is_at_border(cells, cell, rim) => zone,
+            _ => 0,
+        };
         let scatter_mm = square_mm2.sqrt();
         let known = size_mm.is_finite() && noise.is_finite() && scatter_mm.is_finite();
         known.then_some(Apart { size_mm, noise, scatter_mm, zone })
@@ -112,5 +124,7 @@ const BORDERS: [f64; 3] = [1.5, 2.0, 2.6];
 const ZONES: usize = BORDERS.len() + 1;
 /// Side of a square of the coarse grid in windows; three by three count for each.
 const SQUARE: f64 = 0.5;
+/// How near to a border its zones reach, in windows.
+const RIM: f64 = 0.25;
 /// Fewer cells have no median that a defect among them would not move.
 const LEAST: usize = 24;
