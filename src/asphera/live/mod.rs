@@ -332,7 +332,10 @@ const LISTED: usize = 100;
 
 fn control_error(error: StationError) -> ControlError {
     ControlError {
-        conflict: matches!(error, StationError::Running | StationError::NotRunning),
+        conflict: matches!(
+            error,
+            StationError::Running | StationError::NotRunning | StationError::Calibration(_)
+        ),
         message: asphera_report::error_chain(&error),
     }
 }
