@@ -100,7 +100,7 @@ pub(super) fn outliers<P: Iterator<Item = [f64; 3]>>(points_mm: impl Fn() -> P) 
         let heights = if count == 1 { "1 height lies" } else { &format!("{count} heights lie") };
         format!(
             "{heights} more than {} mm from the others, as z {} mm at x {} mm, y {} mm: if that stands for no data, \
-             write NaN there",
+             take it out of the file",
             in_few(reach_mm),
             in_few(z),
             in_few(x),
