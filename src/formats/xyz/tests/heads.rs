@@ -304,7 +304,7 @@ fn heights_that_stand_for_none_are_left_out_and_said() {
     let topography = read(other.as_bytes()).unwrap();
     assert_eq!(topography.points().count(), 40);
     let cautions = topography.source().taken.clone().unwrap().cautions;
-    assert!(cautions[0].contains("1 height lies more than 70.0"), "{cautions:?}");
+    assert!(cautions[0].contains("1 height lies more than 70 mm"), "{cautions:?}");
     // In a matrix it is a gap.
     let matrix = TextOptions { pitch_mm: Some([0.5, 0.5]), ..options("", &[Unit::Um]) };
     let rows = "0.1 0.2 0.3 0.2\n0.2 -9999 0.1 0.4\n0.3 0.2 -9999 0.1\n";
