@@ -1,13 +1,11 @@
 //! `[contour]`: the contour that is formed of the points of every session.
 
 use std::path::Path;
-use std::str::FromStr as _;
 
 use asphera_contour::{Kind, Method, Parameters};
-use asphera_nominal::bytes_of;
 use asphera_settings::Section;
-use toml_edit::DocumentMut;
 
+use super::attached::{embedded, text_of};
 use crate::contour::{
     ContourLimits, ContourPlan, ContourSettings, DRAWINGS, Nominal, Slab, plane_of,
 };
@@ -31,7 +29,8 @@ pub(super) fn read(
     let (nominal, outline_text) = outline(table, folder).unzip();
     let limits = limits(&table.section("limits"), table.has("outline"));
     table.finish();
-    let text = outline_text.map_or_else(|| text.to_owned(), |outline| embedded(text, &outline));
+    let text = outline_text
+        .map_or_else(|| text.to_owned(), |outline| embedded(text, "contour", "outline", &outline));
     let settings = method.zip(parameters).map(|(method, parameters)| ContourSettings {
         method,
         parameters,
@@ -40,16 +39,6 @@ pub(super) fn read(
         nominal,
     });
     (settings.map(|settings| ContourPlan { settings, slab, limits }), text)
-}
-
-/// The configuration with the text of the outline beside its name.
-fn embedded(text: &str, outline: &str) -> String {
-    let Ok(mut document) = DocumentMut::from_str(text) else { return text.to_owned() };
-    let table = document.get_mut("contour").and_then(|table| table.as_table_like_mut());
-    if let Some(table) = table {
-        table.insert("outline_text", toml_edit::value(outline));
-    }
-    document.to_string()
 }
 
 fn method(table: &Section<'_>) -> Option<Method> {
@@ -107,22 +96,7 @@ fn slab(table: &Section<'_>) -> Option<Slab> {
 
 /// The nominal outline and its text: that beside it, or else of the file.
 fn outline(table: &Section<'_>, folder: &Path) -> Option<(Nominal, String)> {
-    let text: Option<String> = table.get("outline_text");
-    let name: String = table.get("outline")?;
-    let text = match text {
-        Some(text) => text,
-        None => match bytes_of(&folder.join(&name)).map(String::from_utf8) {
-            Ok(Ok(text)) => text,
-            Ok(Err(_)) => {
-                table.problem("outline", "a drawing as text in UTF-8", "other bytes");
-                return None;
-            }
-            Err(error) => {
-                table.problem("outline", "a file that can be read", format!("{name}: {error}"));
-                return None;
-            }
-        },
-    };
+    let (name, text) = text_of(table, "outline", folder, "a drawing as text in UTF-8")?;
     match Nominal::of_drawing(Path::new(&name), |_| Ok(text.clone().into_bytes())) {
         Some(Ok(nominal)) => Some((nominal, text)),
         Some(Err(error)) => {

@@ -2,6 +2,7 @@
 //!
 //! `config/asphera.toml` is the reference: every key with its unit and consequence.
 
+mod attached;
 mod calibration;
 mod contour;
 mod devices;

@@ -1,0 +1,46 @@
+//! Files beside a configuration, whose text a recording keeps in their stead.
+
+use std::path::Path;
+use std::str::FromStr as _;
+
+use asphera_nominal::bytes_of;
+use asphera_settings::Section;
+use toml_edit::DocumentMut;
+
+/// Text of the file that `key` names, found from `folder`; of a recording the one kept as `key_text`. `None` where there is no
+/// such key, or the file cannot be read as `expected`, which is a problem of the table.
+pub(super) fn text_of(
+    table: &Section<'_>,
+    key: &str,
+    folder: &Path,
+    expected: &str,
+) -> Option<(String, String)> {
+    let recorded: Option<String> = table.get(&kept(key));
+    let name: String = table.get(key)?;
+    if let Some(text) = recorded {
+        return Some((name, text));
+    }
+    match bytes_of(&folder.join(&name)).map(String::from_utf8) {
+        Ok(Ok(text)) => return Some((name, text)),
+        Ok(Err(_)) => table.problem(key, expected, "other bytes"),
+        Err(error) => {
+            table.problem(key, "a file that can be read", format!("{name}: {error}"));
+        }
+    }
+    None
+}
+
+/// The configuration with the text of a file beside its name in a table.
+pub(super) fn embedded(text: &str, table: &str, key: &str, content: &str) -> String {
+    let Ok(mut document) = DocumentMut::from_str(text) else { return text.to_owned() };
+    let table = document.get_mut(table).and_then(|table| table.as_table_like_mut());
+    if let Some(table) = table {
+        table.insert(&kept(key), toml_edit::value(content));
+    }
+    document.to_string()
+}
+
+/// The key under which the text is kept.
+fn kept(key: &str) -> String {
+    format!("{key}_text")
+}
