@@ -2,10 +2,10 @@
 
 use asphera_geometry::PointMm;
 use asphera_reconstruct::{Cocone, LeftOut, Proof, cocone, convection, prove, sculpture};
-use rand_core::{Rng as _, SeedableRng as _};
+use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64;
 
-use crate::shapes::{ball, moebius, torus, uniform};
+use crate::shapes::{ball, moebius, places, shuffle, torus, uniform};
 
 fn proven(points: &[PointMm]) -> (Cocone, Proof) {
     let made = cocone(points).unwrap();
@@ -81,27 +81,10 @@ fn a_bowl_keeps_its_border_and_a_band_meets_no_condition() {
 fn the_order_of_points_changes_nothing() {
     let (mut points, _) = torus(60, 30);
     points.extend(ball(500, 0.0, 26).iter().map(|p| p.map(|value| 0.2 * value)));
-    let places = |points: &[PointMm]| {
-        let mut all: Vec<_> = cocone(points)
-            .unwrap()
-            .surface
-            .facets
-            .iter()
-            .map(|facet| {
-                let mut places = facet.map(|corner| points[corner as usize].map(f64::to_bits));
-                places.sort_unstable();
-                places
-            })
-            .collect();
-        all.sort_unstable();
-        all
-    };
-    let expected = places(&points);
-    let mut random = Pcg64::seed_from_u64(27);
-    for last in (1..points.len()).rev() {
-        points.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
-    }
-    assert_eq!(places(&points), expected);
+    let made = |points: &[PointMm]| places(points, &cocone(points).unwrap().surface.facets);
+    let expected = made(&points);
+    shuffle(&mut points, 27);
+    assert_eq!(made(&points), expected);
 }
 
 #[test]

@@ -61,3 +61,23 @@ pub(crate) fn ball(count: usize, noise_mm: f64, seed: u64) -> Vec<PointMm> {
 pub(crate) fn uniform(random: &mut Pcg64) -> f64 {
     (random.next_u64() >> 11) as f64 * 2_f64.powi(-53)
 }
+
+/// Puts points in a random order.
+pub(crate) fn shuffle(points: &mut [PointMm], seed: u64) {
+    let mut random = Pcg64::seed_from_u64(seed);
+    for last in (1..points.len()).rev() {
+        points.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
+    }
+}
+
+/// The places of the corners of facets, whatever the order of points and facets.
+pub(crate) fn places(points: &[PointMm], facets: &[[u32; 3]]) -> Vec<[[u64; 3]; 3]> {
+    let of = |facet: &[u32; 3]| {
+        let mut places = facet.map(|corner| points[corner as usize].map(f64::to_bits));
+        places.sort_unstable();
+        places
+    };
+    let mut all: Vec<_> = facets.iter().map(of).collect();
+    all.sort_unstable();
+    all
+}

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use asphera_geometry::PointMm;
 use asphera_reconstruct::{LeftOut, Proof, local, prove};
-use rand_core::{Rng as _, SeedableRng as _};
+use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64;
 
-use crate::shapes::{ball, moebius, torus, uniform};
+use crate::shapes::{ball, moebius, places, shuffle, torus, uniform};
 
 /// The proof of what points make, all of them being vertices.
 fn proven(points: &[PointMm]) -> Proof {
@@ -79,26 +79,10 @@ fn two_spheres_half_a_millimetre_apart_stay_two() {
 #[test]
 fn the_order_of_points_and_the_threads_change_nothing() {
     let (mut points, _) = torus(120, 40);
-    let places = |points: &[PointMm]| {
-        let mut facets: Vec<[[u64; 3]; 3]> = local(points)
-            .unwrap()
-            .facets
-            .iter()
-            .map(|facet| {
-                let mut places = facet.map(|corner| points[corner as usize].map(f64::to_bits));
-                places.sort_unstable();
-                places
-            })
-            .collect();
-        facets.sort_unstable();
-        facets
-    };
-    let expected = places(&points);
-    let mut random = Pcg64::seed_from_u64(7);
-    for last in (1..points.len()).rev() {
-        points.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
-    }
-    assert_eq!(places(&points), expected);
+    let made = |points: &[PointMm]| places(points, &local(points).unwrap().facets);
+    let expected = made(&points);
+    shuffle(&mut points, 7);
+    assert_eq!(made(&points), expected);
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert_eq!(one.install(|| local(&points)), local(&points));
 }
