@@ -5,6 +5,7 @@ mod order;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
 
 use self::moves::{Move, Moves};
 use self::order::Order;
@@ -41,27 +42,47 @@ pub fn tsp(triangulation: &Triangulation) -> Option<Graph> {
     let moves = Moves { triangulation, ruler: &ruler, near: &near };
     loop {
         let all = 0..triangulation.len() as SampleId;
-        let mut heap: BinaryHeap<(i64, Reverse<SampleId>)> = all
+        let mut heap: Heap = all
             .filter_map(|sample| Some((moves.best(&order, sample)?.gain, Reverse(sample))))
             .collect();
         if heap.is_empty() {
             return Some(order.graph());
         }
-        while let Some((gain, Reverse(sample))) = heap.pop() {
-            // Steps taken since may have changed what is best here.
-            let Some(step) = moves.best(&order, sample) else { continue };
-            if step.gain != gain {
-                heap.push((step.gain, Reverse(sample)));
-                continue;
-            }
-            let touched = Move::take(step, &mut order);
-            for sample in touched {
+        while let Some(&(gain, _)) = heap.peek() {
+            let best = |sample| moves.best(&order, sample);
+            let Some(step) = current_best(&mut heap, gain, best) else { continue };
+            for sample in step.take(&mut order) {
                 if let Some(step) = moves.best(&order, sample) {
                     heap.push((step.gain, Reverse(sample)));
                 }
             }
         }
     }
+}
+
+/// Samples by the gain of their best step, as it was when they were put in.
+type Heap = BinaryHeap<(i64, Reverse<SampleId>)>;
+
+/// The step of a gain, the greatest in the heap.
+///
+/// Steps taken since may have changed what is best for a sample. Then there is no step. All samples of that gain go back with
+/// what is best now, for none must be before another by its number alone.
+fn current_best(
+    heap: &mut Heap,
+    gain: i64,
+    best: impl Fn(SampleId) -> Option<Move>,
+) -> Option<Move> {
+    let mut steps = Vec::new();
+    while let Some(top) = heap.peek_mut().filter(|top| top.0 == gain) {
+        let (_, Reverse(sample)) = PeekMut::pop(top);
+        steps.push((sample, best(sample)));
+    }
+    let holds = |&(_, step): &(SampleId, Option<Move>)| step.is_some_and(|step| step.gain == gain);
+    // One step may be the best of several samples, found from its several ends.
+    let step = if steps.iter().all(holds) { steps.first()?.1 } else { None };
+    let again = steps.into_iter();
+    heap.extend(again.filter_map(|(sample, step)| Some((step?.gain, Reverse(sample)))));
+    step
 }
 
 /// The tour of Connect2D with all other samples put in, nearest first.
@@ -72,22 +93,28 @@ fn first_tour(
 ) -> Vec<SampleId> {
     let count = triangulation.len();
     let chains = connect2d(triangulation).chains(count);
-    let longest = chains.into_iter().filter(|chain| chain.closed);
-    let longest = longest.max_by_key(|chain| chain.samples.len());
-    // Without a closed curve the corners of any triangle begin one.
-    let ring = longest.map_or_else(|| triangulation.triangles()[0].to_vec(), |chain| chain.samples);
+    let length =
+        |p: SampleId, q: SampleId| ruler.length(triangulation.place(p), triangulation.place(q));
+    let around = |ring: &[SampleId]| -> i64 {
+        ring.iter().zip(ring.iter().cycle().skip(1)).map(|(&p, &q)| length(p, q)).sum()
+    };
+    let closed = chains.into_iter().filter(|chain| chain.closed).map(|chain| chain.samples);
+    let longest = closed.max_by_key(|ring| (ring.len(), around(ring)));
+    // Without a closed curve the corners of the largest triangle begin one.
+    let largest = || triangulation.triangles().iter().max_by_key(|&corners| around(corners));
+    let ring = longest.or_else(|| Some(largest()?.to_vec())).unwrap_or_default();
     let mut next: Vec<Option<SampleId>> = vec![None; count];
     let mut before = next.clone();
     let start = ring[0];
     for (&from, &to) in ring.iter().zip(ring.iter().cycle().skip(1)) {
         (next[from as usize], before[to as usize]) = (Some(to), Some(from));
     }
-    let length =
-        |p: SampleId, q: SampleId| ruler.length(triangulation.place(p), triangulation.place(q));
     let mut out: Vec<SampleId> =
         (0..count as SampleId).filter(|&sample| next[sample as usize].is_none()).collect();
-    out.sort_by_key(|&sample| {
-        (near[sample as usize].first().map(|&to| length(sample, to)), sample)
+    // All lengths are compared: two samples nearest to each other share the first.
+    out.sort_by_cached_key(|&sample| {
+        let lengths = near[sample as usize].iter().map(|&to| length(sample, to));
+        (lengths.collect::<Vec<i64>>(), sample)
     });
     for sample in out {
         let cost = |from: SampleId, to: SampleId| {

@@ -29,12 +29,26 @@ enum Kind {
 
 impl Move {
     /// Takes the step; the samples whose neighbours changed.
-    pub(super) fn take(step: Move, order: &mut Order) -> Vec<SampleId> {
-        match step.kind {
-            Kind::Reverse([a, b], [c, d]) => {
-                order.exchange([a, b], [c, d]);
-                vec![a, b, c, d]
+    pub(super) fn take(self, order: &mut Order) -> Vec<SampleId> {
+        let ends = match self.kind {
+            Kind::Reverse([a, b], [c, d]) => vec![a, b, c, d],
+            Kind::Shift { piece: [a, z], beside: [before, after], into: [c, d], .. } => {
+                vec![a, z, before, after, c, d]
             }
+        };
+        let neighbours = |order: &Order, sample: SampleId| {
+            let [p, q] = [true, false].map(|is_after| order.beside(sample, is_after));
+            [p.min(q), p.max(q)]
+        };
+        let old: Vec<_> = ends.iter().map(|&sample| (sample, neighbours(order, sample))).collect();
+        self.exchange(order);
+        let changed = old.into_iter().filter(|&(sample, old)| neighbours(order, sample) != old);
+        changed.map(|(sample, _)| sample).collect()
+    }
+
+    fn exchange(self, order: &mut Order) {
+        match self.kind {
+            Kind::Reverse(ab, cd) => order.exchange(ab, cd),
             Kind::Shift { piece: [a, z], beside: [before, after], into: [c, d], keeps } => {
                 // before a..z after ... c d  ->  before c ... after z..a d  ->  before after ... c z..a d
                 order.exchange([before, a], [c, d]);
@@ -42,7 +56,6 @@ impl Move {
                 if keeps {
                     order.exchange([c, z], [a, d]);
                 }
-                vec![a, z, before, after, c, d]
             }
         }
     }
