@@ -2,6 +2,7 @@
 
 mod features;
 mod figures;
+mod gaps;
 mod nominal;
 mod plan;
 mod report;
@@ -25,6 +26,7 @@ pub(crate) use self::slab::plane_of;
 
 use self::features::features_of;
 use self::figures::{circle_of, deviation_from};
+use self::gaps::{close_gaps, no_gaps};
 use self::report::{curve_report, region_report, with_choice};
 
 /// How a contour is found and what is measured of it.
@@ -38,6 +40,8 @@ pub struct ContourSettings {
     pub tolerance_mm: f64,
     /// Whether closed curves are sections of airfoils.
     pub is_airfoil: bool,
+    /// Gaps up to so many mm are closed, and listed.
+    pub gap_mm: Option<f64>,
     /// The outline that points are held against.
     pub nominal: Option<Nominal>,
 }
@@ -136,14 +140,24 @@ impl ContourSettings {
         let parameters = method.chosen(triangulation, &self.parameters)?;
         let region = method.region(triangulation, &parameters)?;
         Ok(match region {
-            _ if method == Method::Auto => by_points(triangulation, &parameters)?,
+            _ if method == Method::Auto => by_points(triangulation, &parameters, self.gap_mm)?,
             Some(region) => {
-                let report = region_report(triangulation, method, &parameters, &region);
+                let mut report = region_report(triangulation, method, &parameters, &region);
+                if self.gap_mm.is_some() {
+                    no_gaps(&mut report, method);
+                }
                 (report, joined(triangulation, region.border()), Vec::new())
             }
             None => {
                 let curve = method.curve(triangulation, &parameters)?;
-                let report = curve_report(triangulation, method, &parameters, &curve);
+                let mut report = curve_report(triangulation, method, &parameters, &curve);
+                match self.gap_mm {
+                    Some(gap_mm) if method.kind() == Kind::Curve => {
+                        close_gaps(&mut report, triangulation.samples(), &curve, gap_mm);
+                    }
+                    Some(_) => no_gaps(&mut report, method),
+                    None => {}
+                }
                 let courses = match method.kind() {
                     Kind::Curve => Course::of_curve(triangulation, &curve, &[]),
                     Kind::Region | Kind::Graph => Vec::new(),
@@ -161,17 +175,24 @@ type ReportedCurve = (ContourReport, Vec<PlaceMm>, Vec<Course>);
 fn by_points(
     triangulation: &Triangulation,
     parameters: &Parameters,
+    gap_mm: Option<f64>,
 ) -> Result<ReportedCurve, MethodError> {
     let choice = Choice::new(triangulation);
     let method = choice.method;
     let (report, used, courses) = match method.region(triangulation, parameters)? {
         Some(region) => {
-            let report = region_report(triangulation, method, parameters, &region);
+            let mut report = region_report(triangulation, method, parameters, &region);
+            if gap_mm.is_some() {
+                no_gaps(&mut report, method);
+            }
             (report, joined(triangulation, region.border()), Vec::new())
         }
         None => {
             let curve = choice.curve(triangulation).unwrap_or_default();
-            let report = curve_report(triangulation, method, parameters, &curve);
+            let mut report = curve_report(triangulation, method, parameters, &curve);
+            if let Some(gap_mm) = gap_mm {
+                close_gaps(&mut report, triangulation.samples(), &curve, gap_mm);
+            }
             let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
             (report, used_of(triangulation, &curve, &choice.outliers), courses)
         }

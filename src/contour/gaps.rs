@@ -1,11 +1,13 @@
 //! Curves across a gap between two ends: a corner, or the curve whose curvature varies least.
 //!
-//! Nothing here decides that a gap is to be closed. After the sketch completion of A. D. Parakkat, P. Memari, M.-P. Cani, *Delaunay painting:
+//! How wide a gap may be is for the caller to say. After the sketch completion of A. D. Parakkat, P. Memari, M.-P. Cani, *Delaunay painting:
 //! perceptual image coloring from raster contours with gaps*, Computer Graphics Forum 41 (2022); the text was not at hand.
 
 mod minimum_variation;
+mod pairs;
 
 use minimum_variation::{Course, course};
+pub use pairs::{Gap, MOST_ENDS, gaps_of};
 
 use crate::samples::PlaceMm;
 use crate::triangulation::distance_mm;
@@ -66,8 +68,8 @@ pub enum GapError {
 impl GapEnd {
     /// The end of a chain of places that end there: its last places are fitted by a line, and by a parabola over it.
     ///
-    /// It is straight if the parabola stays within twice the noise of its chord. None of fewer than three places, or if they lie in one spot. The
-    /// noise is its standard deviation in mm.
+    /// It is straight if the parabola stays within twice the noise of its chord. The noise is its standard deviation in mm, and not less than the
+    /// scatter of the places about the parabola. None of fewer than three places, or if they lie in one spot.
     pub fn of_places(places_mm: &[PlaceMm], sigma_mm: f64) -> Option<GapEnd> {
         let last = &places_mm[places_mm.len().saturating_sub(FITTED)..];
         let (&end, &first) = (last.last()?, last.first()?);
@@ -89,7 +91,8 @@ impl GapEnd {
             .collect();
         let bend = curvature(&rows)?;
         // A parabola of second coefficient c is at most c/4 from its chord over a length of 1.
-        let is_straight = (bend / 4.0).abs() * length_mm <= 2.0 * sigma_mm;
+        let noise_mm = sigma_mm.max(scatter(&rows, bend) * length_mm).max(ROUNDING * length_mm);
+        let is_straight = (bend / 4.0).abs() * length_mm <= 2.0 * noise_mm;
         let slope = slope_at_end(&rows, if is_straight { 0.0 } else { bend })?;
         let onward = [along[0] - slope * along[1], along[1] + slope * along[0]];
         Some(GapEnd { at_mm: end, onward, is_straight })
@@ -186,6 +189,23 @@ fn slope_at_end(rows: &[[f64; 2]], bend: f64) -> Option<f64> {
     let slope = top / bottom - 2.0 * bend * middle;
     slope.is_finite().then_some(slope)
 }
+
+/// Standard deviation of rows about the least-squares parabola with a given second coefficient; 0 where it goes through all.
+fn scatter(rows: &[[f64; 2]], bend: f64) -> f64 {
+    let count = rows.len() as f64;
+    let middle = rows.iter().map(|row| row[0]).sum::<f64>() / count;
+    // What is left of a line once the parabola is taken off.
+    let bent = rows.iter().map(|&[s, t]| [s - middle, t - bend * (s - middle) * (s - middle)]);
+    let bent: Vec<[f64; 2]> = bent.collect();
+    let mean = bent.iter().map(|row| row[1]).sum::<f64>() / count;
+    let (top, bottom) =
+        bent.iter().fold((0.0, 0.0), |(top, bottom), [s, t]| (top + s * t, bottom + s * s));
+    let squares = bent.iter().map(|[s, t]| (t - mean - top / bottom * s).powi(2)).sum::<f64>();
+    if rows.len() > 3 { (squares / (count - 3.0)).sqrt() } else { 0.0 }
+}
+
+/// Share of the length at an end that rounding of its coordinates may bend it.
+const ROUNDING: f64 = 1e-12;
 
 /// So many places at an end are fitted.
 const FITTED: usize = 9;

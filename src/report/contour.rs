@@ -3,6 +3,7 @@
 mod abridged;
 mod features;
 mod figures;
+mod gaps;
 mod sampled;
 mod session;
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::features::FeatureFigures;
 pub use self::figures::{CircleFigures, DeviationFigures};
+pub use self::gaps::GapFigures;
 pub use self::sampled::{FailureFigures, SampledFigures};
 pub use self::session::{ContourState, SessionContour};
 
@@ -54,6 +56,9 @@ pub struct ContourReport {
     pub ends: Vec<u32>,
     /// Rows with more than two.
     pub junctions: Vec<u32>,
+    /// Gaps that were closed, the narrowest first; where it was asked for only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gaps: Vec<GapFigures>,
     /// Rows without any, of a region those that no part holds: what the method left out.
     pub left_out: Vec<u32>,
     /// Whether the points suffice for the curve; of a curve only.

@@ -49,6 +49,10 @@ pub(super) struct ContourArgs {
     /// Deviations from lines and arcs up to so many mm make no feature of their own; 0 for those of noise only.
     #[arg(long, value_name = "MM", default_value_t = 0.0, conflicts_with = "graph")]
     tolerance: f64,
+    /// Closes gaps up to so many mm between ends of curves: by the corner in which straight ends meet, or by the curve whose
+    /// curvature varies least. Every closed gap is listed; lengths, areas and features are without it.
+    #[arg(long, value_name = "MM", conflicts_with = "graph")]
+    gaps: Option<f64>,
     /// Closed curves are sections of airfoils: chord, thickness and radii of the edges are told.
     #[arg(long, conflicts_with = "graph")]
     airfoil: bool,
@@ -124,6 +128,7 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
         parameters,
         tolerance_mm: args.tolerance,
         is_airfoil: args.airfoil,
+        gap_mm: args.gaps,
         nominal: args.outline.as_deref().map(nominal).transpose()?,
     };
     settings.contour(&points, &mut |stage| progress.stage(stage)).map_err(|error| {
@@ -149,6 +154,9 @@ fn nominal(path: &Path) -> Result<Nominal, Failure> {
 fn taken(args: &ContourArgs, path: &Path, progress: &Progress) -> Result<Vec<PlaceMm>, Failure> {
     if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
         return Err(format!("--tolerance {}: expected 0 mm or more", args.tolerance).into());
+    }
+    if let Some(gaps) = args.gaps.filter(|gaps| !(*gaps > 0.0 && gaps.is_finite())) {
+        return Err(format!("--gaps {gaps}: expected more than 0 mm").into());
     }
     if let Some(within) = args.within.filter(|within| !(*within > 0.0 && within.is_finite())) {
         return Err(format!("--within {within}: expected more than 0 mm").into());

@@ -69,8 +69,9 @@ fn by_size(points_mm: &[PointMm], aperture: &Aperture) -> Option<String> {
     let factor =
         [1e-3, 1e3, 1e-6].into_iter().find(|factor| FITTING.contains(&(share * factor)))?;
     let (unit, option) = named(factor);
+    let share = if share > 1.0 { format!("{share:.0}") } else { format!("{share:.1e}") };
     Some(format!(
-        "The points seem to be in {unit}, not mm: they are {share:.3e} times as wide as the aperture. {} they fit it. Add \
+        "The points seem to be in {unit}, not mm: they are {share} times as wide as the aperture. {} they fit it. Add \
          `--unit {option}`.",
         scaling(factor)
     ))

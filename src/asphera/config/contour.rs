@@ -25,6 +25,7 @@ pub(super) fn read(
     let parameters = method.map(|method| parameters(&parameters_table, method));
     let tolerance_mm = table.within("tolerance_mm", 0.0, 0.0..=1e6);
     let is_airfoil = table.or("airfoil", false);
+    let gap_mm = table.has("gap_mm").then(|| table.within("gap_mm", 1.0, 1e-9..=1e6));
     let slab = slab(table);
     let (nominal, outline_text) = outline(table, folder).unzip();
     let limits = limits(&table.section("limits"), table.has("outline"));
@@ -36,6 +37,7 @@ pub(super) fn read(
         parameters,
         tolerance_mm,
         is_airfoil,
+        gap_mm,
         nominal,
     });
     (settings.map(|settings| ContourPlan { settings, slab, limits }), text)

@@ -82,7 +82,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 65] = [
+const ALTERNATIVES: [&str; 66] = [
     "kind = \"udp\"",
     "listen = \"0.0.0.0:50001\"",
     "peer = \"192.168.10.21:50011\"",
@@ -142,6 +142,7 @@ const ALTERNATIVES: [&str; 65] = [
     "method = \"auto\"",
     "tolerance_mm = 0",
     "airfoil = false",
+    "gap_mm = 0.5",
     "plane = [0, 0, 1, 5]",
     "within_mm = 0.05",
     "outline = \"blade.svg\"",

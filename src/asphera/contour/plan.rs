@@ -76,6 +76,7 @@ impl ContourPlan {
             regions: None,
             ends: Vec::new(),
             junctions: Vec::new(),
+            gaps: Vec::new(),
             left_out: Vec::new(),
             sampling: None,
             circle: None,

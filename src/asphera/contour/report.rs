@@ -35,7 +35,7 @@ fn open_runs(region: &Region, samples: usize) -> Vec<Chain> {
 }
 
 /// Length of a line in mm, with the side that closes it.
-fn line_mm(places_mm: &[PlaceMm], closed: bool) -> f64 {
+pub(super) fn line_mm(places_mm: &[PlaceMm], closed: bool) -> f64 {
     let sides = places_mm.len().saturating_sub(usize::from(!closed));
     let next = places_mm.iter().cycle().skip(1);
     let sides = places_mm.iter().zip(next).take(sides);
@@ -137,6 +137,7 @@ pub(super) fn curve_report(
         regions: None,
         ends: rows(samples, graph.ends(samples.len())),
         junctions: rows(samples, graph.junctions(samples.len())),
+        gaps: Vec::new(),
         left_out: rows(samples, graph.alone(samples.len())),
         sampling: is_checked.then(|| sampled(&curve.sampling(triangulation), method)),
         circle: None,
@@ -202,6 +203,7 @@ pub(crate) fn truth_report(
         regions: None,
         ends: graph.ends(count),
         junctions: graph.junctions(count),
+        gaps: Vec::new(),
         left_out: graph.alone(count),
         sampling: None,
         circle: None,

@@ -227,7 +227,7 @@ impl Bench {
         if self.last_primary.is_some() {
             self.suspended += suspended;
         }
-        self.patience.held_up(until);
+        self.patience.held_up(self.now, until);
         self.synchronizer.put_off(self.patience.put_off(until));
     }
 

@@ -67,26 +67,24 @@ pub struct Units {
 impl fmt::Display for Units {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Units { factor, then, .. } = self;
-        let (size, unit, other) = match *factor {
-            factor if factor > 1.0 => ("1000 times too small", "m", "µm"),
-            factor if factor < 1e-4 => ("1000000 times too large", "nm", "km"),
-            _ => ("1000 times too large", "µm", "m"),
+        let (unit, other) = match *factor {
+            factor if factor > 1.0 => ("m", "µm"),
+            factor if factor < 1e-4 => ("nm", "km"),
+            _ => ("µm", "m"),
         };
-        if self.heights_only {
-            write!(
-                f,
-                "the heights seem to be in {unit}, the places in mm: they are {size} for the nominal, and times {factor:e} they fit"
-            )?;
-        } else {
-            write!(
-                f,
-                "the points seem to be in {unit}: they are {size} for the nominal, and times {factor:e} they fit. Or the nominal is in {other}"
-            )?;
-        }
-        write!(f, " to {then:.1e} of their height over the best plane")?;
+        let points = if self.heights_only { "heights" } else { "points" };
+        write!(
+            f,
+            "the {points} seem to be in {unit}, not mm: times {factor:e} they fit the nominal. Of their height over the best plane \
+             the fit then leaves {then:.1e}"
+        )?;
         match self.now {
-            Some(now) => write!(f, ", as they are to {now:.1e}"),
-            None => f.write_str(", as they are not at all"),
+            Some(now) => write!(f, ", now {now:.1e}")?,
+            None => f.write_str("; as they are there is no fit")?,
+        }
+        match self.heights_only {
+            true => Ok(()),
+            false => write!(f, ". If they are in mm, the nominal is in {other}"),
         }
     }
 }
@@ -102,7 +100,7 @@ impl fmt::Display for Caution {
             ),
             Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
                 f,
-                "with the sign of z exchanged the points fit the nominal to {mirrored_rms_mm:.1e} mm RMS, as they are to {rms_mm:.1e} mm. Make the nominal of the other side: `asphera nominal FILE --flip`"
+                "with the sign of z exchanged the points fit the nominal: RMS {mirrored_rms_mm:.1e} mm, now {rms_mm:.1e} mm. Make the nominal of the other side: `asphera nominal FILE --flip`"
             ),
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } if domain_mm.is_infinite() => write!(
                 f,

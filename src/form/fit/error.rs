@@ -80,6 +80,17 @@ pub enum FitError {
         /// Largest coordinates of the points in mm.
         high_mm: PointMm,
     },
+    /// The fit moved the aperture to where no point lies.
+    #[error(
+        "the fit moved the part by ({tx_mm:.3}, {ty_mm:.3}) mm, where no point lies in the aperture: the points do not have the shape \
+         of the nominal. Correct its radius and coefficients, or take tx and ty from `free`"
+    )]
+    Strayed {
+        /// Move from the start along x, in mm.
+        tx_mm: f64,
+        /// Move along y, in mm.
+        ty_mm: f64,
+    },
     /// No point in the aperture stands over the nominal.
     #[error(
         "none of {inside} points in the aperture stands over the nominal{}; the nearest stands at {nearest_mm:.6} mm",

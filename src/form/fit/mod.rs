@@ -250,7 +250,8 @@ pub(crate) fn solve(
     let mut round = 0;
     loop {
         round += 1;
-        require(&selection, points, &pose, &shape, settings)?;
+        require(&selection, points, &pose, &shape, settings)
+            .map_err(|error| strayed(error, &pose, &settings.start))?;
         let used = selection.points.len();
         let last = round == MAX_ROUNDS;
         let limits = Limits {
@@ -374,6 +375,17 @@ fn check_height(
 /// The largest height of a surface that is taken for one, mm. What stands a kilometre above its vertex has a coefficient of
 /// another unit.
 pub const HIGHEST_MM: f64 = 1e6;
+
+/// No point is in the aperture any more, for the fit moved it away from them.
+fn strayed(error: FitError, pose: &Pose, start: &Pose) -> FitError {
+    let (tx_mm, ty_mm) = (pose.tx_mm - start.tx_mm, pose.ty_mm - start.ty_mm);
+    match error {
+        FitError::OutsideAperture { .. } if [tx_mm, ty_mm] != [0.0; 2] => {
+            FitError::Strayed { tx_mm, ty_mm }
+        }
+        error => error,
+    }
+}
 
 fn require(
     selection: &Selection,

@@ -39,6 +39,8 @@ impl ContourReport {
             thin(&mut part.outline_mm, every, true);
             part.holes_mm.iter_mut().for_each(|hole| thin(hole, every, true));
         }
+        // A line of two ends and what lies evenly between them.
+        self.gaps.iter_mut().for_each(|gap| thin(&mut gap.points_mm, every, false));
         self.abridged = Some(words);
         self
     }

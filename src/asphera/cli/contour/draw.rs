@@ -25,7 +25,8 @@ pub(super) fn drawing_of(path: &Path) -> Result<Drawing, Failure> {
     }
 }
 
-/// One place a line with the number of its chain, in order; of a closed chain the first place is not repeated.
+/// One place a line with the number of its chain, in order; of a closed chain the first place is not repeated. Closed gaps follow as
+/// gap0, gap1 and so on.
 fn csv(report: &ContourReport) -> String {
     let mut text = "chain,closed,x[mm],y[mm]\n".to_owned();
     for (number, chain) in report.chains.iter().enumerate() {
@@ -34,11 +35,16 @@ fn csv(report: &ContourReport) -> String {
             let _ = writeln!(text, "{number},{},{x},{y}", u8::from(chain.closed));
         }
     }
+    for (number, gap) in report.gaps.iter().enumerate() {
+        for [x, y] in &gap.points_mm {
+            let _ = writeln!(text, "gap{number},0,{x},{y}");
+        }
+    }
     text
 }
 
 /// Scalable vector graphics (W3C SVG 1.1): one path a chain, y upwards, a unit of the picture is 1 mm. Of a region each part is
-/// filled but for its holes.
+/// filled but for its holes. Closed gaps are dashed.
 fn svg(report: &ContourReport) -> String {
     let (low, high) = bounds(&report.chains);
     let [width, height] = [high[0] - low[0], high[1] - low[1]];
@@ -65,6 +71,15 @@ fn svg(report: &ContourReport) -> String {
         // Writing into a String cannot fail.
         let _ = writeln!(text, "<path d=\"{}\"/>", way(&chain.points_mm, chain.closed));
     }
+    for gap in &report.gaps {
+        let _ = writeln!(
+            text,
+            "<path stroke-dasharray=\"{} {}\" d=\"{}\"/>",
+            0.4 * rim,
+            0.3 * rim,
+            way(&gap.points_mm, false)
+        );
+    }
     text.push_str("</g>\n</svg>\n");
     text
 }
@@ -75,24 +90,32 @@ fn way(places_mm: &[PlaceMm], closed: bool) -> String {
     format!("M {}{}", places.join(" L "), if closed { " Z" } else { "" })
 }
 
-/// Drawing exchange format of AutoCAD R12: one POLYLINE a chain, flag 1 where it is closed; lengths in mm.
+/// Drawing exchange format of AutoCAD R12: one POLYLINE a chain, flag 1 where it is closed; lengths in mm. Closed gaps lie on the
+/// layer GAPS.
 fn dxf(report: &ContourReport) -> String {
     let mut text = "999\nlengths in mm\n0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n"
         .to_owned();
     for chain in &report.chains {
-        // Writing into a String cannot fail.
-        let _ = write!(
-            text,
-            "0\nPOLYLINE\n8\n0\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{}\n",
-            u8::from(chain.closed)
-        );
-        for [x, y] in &chain.points_mm {
-            let _ = write!(text, "0\nVERTEX\n8\n0\n10\n{x:?}\n20\n{y:?}\n30\n0.0\n");
-        }
-        text.push_str("0\nSEQEND\n8\n0\n");
+        polyline(&mut text, "0", &chain.points_mm, chain.closed);
+    }
+    for gap in &report.gaps {
+        polyline(&mut text, "GAPS", &gap.points_mm, false);
     }
     text.push_str("0\nENDSEC\n0\nEOF\n");
     text
+}
+
+fn polyline(text: &mut String, layer: &str, places_mm: &[PlaceMm], closed: bool) {
+    // Writing into a String cannot fail.
+    let _ = write!(
+        text,
+        "0\nPOLYLINE\n8\n{layer}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{}\n",
+        u8::from(closed)
+    );
+    for [x, y] in places_mm {
+        let _ = write!(text, "0\nVERTEX\n8\n{layer}\n10\n{x:?}\n20\n{y:?}\n30\n0.0\n");
+    }
+    let _ = write!(text, "0\nSEQEND\n8\n{layer}\n");
 }
 
 /// The smallest box round all places, mm; zero without any.

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use asphera_contour::PlaceMm;
 use asphera_report::contour::{
-    CircleFigures, ContourReport, DeviationFigures, FeatureFigures, InputFigures, SampledFigures,
+    CircleFigures, ContourReport, DeviationFigures, FeatureFigures, GapFigures, InputFigures,
+    SampledFigures,
 };
 
 use crate::cli::summary::short;
@@ -56,6 +57,20 @@ fn write_report(report: &ContourReport, text: &mut String) -> std::fmt::Result {
         report.junctions.len(),
         report.left_out.len()
     )?;
+    for gap in &report.gaps {
+        let GapFigures { kind, width_mm, length_mm, .. } = gap;
+        let place = |at: Option<&PlaceMm>| {
+            at.map_or_else(String::new, |[x, y]| format!("({}, {})", short(*x), short(*y)))
+        };
+        writeln!(
+            text,
+            "gap        {kind}, {} mm wide, {} mm long, from {} to {} mm",
+            short(*width_mm),
+            short(*length_mm),
+            place(gap.points_mm.first()),
+            place(gap.points_mm.last())
+        )?;
+    }
     if let Some(sampling) = &report.sampling {
         write_sampling(sampling, text)?;
     }

@@ -14,6 +14,7 @@ fn plan(limits: ContourLimits, nominal: Option<&str>) -> ContourPlan {
         method: Method::HnnCrust,
         parameters: Parameters::new(),
         tolerance_mm: 0.0,
+        gap_mm: None,
         is_airfoil: false,
         nominal,
     };

@@ -1,7 +1,7 @@
 //! Curves across gaps: arcs of circles, corners, and that no curve near by varies less.
 
-use asphera_contour::PlaceMm;
-use asphera_contour::gaps::{GapCurve, GapEnd, GapError, gap_curve};
+use asphera_contour::gaps::{GapCurve, GapEnd, GapError, gap_curve, gaps_of};
+use asphera_contour::{Graph, PlaceMm, Samples};
 
 use crate::places::{Random, distance};
 
@@ -180,4 +180,69 @@ fn ends_of_chains_have_the_direction_of_their_curve() {
     assert!(found.is_straight && (found.onward[1] / found.onward[0] - 2.0).abs() < 1e-12);
     assert!(GapEnd::of_places(&line[..2], 0.0).is_none());
     assert!(GapEnd::of_places(&[[1.0, 1.0]; 5], 0.0).is_none());
+}
+
+/// The gaps of lines, each given by its points in order: their kind, width, and the places across.
+fn gaps(lines: &[Vec<PlaceMm>], widest_mm: f64) -> Vec<(Vec<PlaceMm>, f64, bool)> {
+    let set = Samples::new(&lines.concat()).unwrap();
+    let sample = |place: &PlaceMm| set.places().iter().position(|at| at == place).unwrap() as u32;
+    let edges = lines.iter().flat_map(|line| line.windows(2));
+    let graph = Graph::new(edges.map(|pair| [sample(&pair[0]), sample(&pair[1])]));
+    let found = gaps_of(&graph, set.places(), widest_mm, 0.0).unwrap();
+    found
+        .into_iter()
+        .map(|gap| match gap.curve.unwrap() {
+            GapCurve::Corner { at_mm } => (vec![at_mm], gap.width_mm, true),
+            GapCurve::Smooth { places_mm, .. } => (places_mm, gap.width_mm, false),
+        })
+        .collect()
+}
+
+/// The points of a circle of radius 5 mm from one degree to another, each full degree.
+fn arc(degrees: std::ops::RangeInclusive<i32>) -> Vec<PlaceMm> {
+    degrees
+        .map(|degree| f64::from(degree).to_radians())
+        .map(|angle| [3.0 + 5.0 * angle.cos(), 5.0 * angle.sin() - 1.0])
+        .collect()
+}
+
+#[test]
+fn a_gap_of_a_circle_is_closed_by_its_arc_if_it_is_allowed() {
+    let points = [arc(0..=330)];
+    let width = 2.0 * 5.0 * 15_f64.to_radians().sin();
+    assert_eq!(gaps(&points, 0.999 * width), []);
+    let found = gaps(&points, 1.001 * width);
+    let [(places, wide, false)] = &found[..] else { panic!("{found:?}") };
+    assert!((wide - width).abs() < 1e-12);
+    // The directions come from a parabola through nine points.
+    let off = places.iter().map(|place| (distance(*place, [3.0, -1.0]) - 5.0).abs());
+    assert!(off.fold(0.0, f64::max) < 2e-3);
+}
+
+/// Straight sides that meet at 40° go on to their corner; those of a square are rounded, by the rule of the 60°.
+#[test]
+fn a_missing_tip_is_found() {
+    let side = |degrees: f64| {
+        let [x, y] = [degrees.to_radians().cos(), degrees.to_radians().sin()];
+        (10..=50).map(move |step| f64::from(step) / 5.0).map(move |along| [along * x, along * y])
+    };
+    let found = gaps(&[side(20.0).collect(), side(-20.0).collect()], 1.4);
+    let [(at, _, true)] = &found[..] else { panic!("{found:?}") };
+    assert!(distance(at[0], [0.0, 0.0]) < 1e-9, "{at:?}");
+    let found = gaps(&[side(90.0).collect(), side(0.0).collect()], 3.0);
+    assert!(matches!(&found[..], [(_, _, false)]), "{found:?}");
+}
+
+/// A dash is shorter than the gaps beside it: its own ends are nearer to each other than to those of other dashes.
+#[test]
+fn dashes_are_joined_to_each_other_whatever_the_order() {
+    let mut dashes: Vec<Vec<PlaceMm>> =
+        (0..6).map(|dash| arc(30 * dash..=30 * dash + 12)).collect();
+    let found = gaps(&dashes, 2.0);
+    assert_eq!(found.len(), 5, "{found:?}");
+    let width = 2.0 * 5.0 * 9_f64.to_radians().sin();
+    assert!(found.iter().all(|(_, wide, _)| (wide - width).abs() < 1e-9));
+    Random::new(5).shuffle(&mut dashes);
+    dashes.iter_mut().step_by(2).for_each(|dash| dash.reverse());
+    assert_eq!(gaps(&dashes, 2.0), found);
 }

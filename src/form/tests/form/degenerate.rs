@@ -121,6 +121,21 @@ fn tilts_of_a_sphere_are_indeterminate() {
     assert!((fitted.pose.tx_mm - 0.3).abs() < 1e-13 && (fitted.pose.tz_mm - 1.0).abs() < 1e-13);
 }
 
+/// The flatter nominal fits best beside the steep part.
+#[test]
+fn points_of_another_radius_say_that_the_fit_strayed() {
+    let [steep, flat] = [11.65, 50.0].map(|radius_mm| Nominal::Sphere { radius_mm });
+    let points: Vec<PointMm> =
+        spiral(5_000, 9.0).into_iter().map(|[x, y]| [x, y, steep.sag_mm(x.hypot(y))]).collect();
+    let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz];
+    let aperture = Aperture::Circle { radius_mm: 5.0 };
+    let error =
+        fit(&points, &flat, &FitSettings { free, aperture, ..FitSettings::default() }).unwrap_err();
+    let words = error.to_string();
+    assert!(matches!(error, FitError::Strayed { .. }), "{words}");
+    assert!(words.contains("do not have the shape of the nominal"), "{words}");
+}
+
 #[test]
 fn settings_that_make_no_sense() {
     let points = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]];
