@@ -9,11 +9,12 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it. Drivers and
 /// simulators follow a rule of their own: see [`allowed`].
-const ALLOWED: [(&str, &[&str]); 26] = [
+const ALLOWED: [(&str, &[&str]); 27] = [
     (
         "asphera",
         &[
             "asphera-calibrate",
+            "asphera-clocks",
             "asphera-contour",
             "asphera-face",
             "asphera-form",
@@ -84,6 +85,7 @@ const ALLOWED: [(&str, &[&str]); 26] = [
     ("asphera-volume", &[]),
     ("asphera-graph", &["asphera-geometry"]),
     ("asphera-calibrate", &["asphera-form", "asphera-geometry"]),
+    ("asphera-clocks", &["asphera-link"]),
     ("asphera-form", &[]),
     ("asphera-http", &["asphera-report"]),
     ("asphera-metrics", &["asphera-report"]),
@@ -105,7 +107,7 @@ const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
 const TALK_IN_LINES: [&str; 2] = ["asphera-scpi", "asphera-zaber"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 18] = [
+const PURE: [&str; 19] = [
     "asphera-geometry",
     "asphera-mesh",
     "asphera-surface",
@@ -118,6 +120,7 @@ const PURE: [&str; 18] = [
     "asphera-uncertainty",
     "asphera-measure",
     "asphera-calibrate",
+    "asphera-clocks",
     "asphera-face",
     "asphera-report",
     "asphera-formats",

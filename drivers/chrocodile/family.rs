@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem};
+use asphera_link::{Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
 use crate::{Chrocodile, Error, Settings, Trigger};
@@ -56,6 +56,11 @@ impl DeviceSettings for Settings {
         Duration::from_millis(self.silence_ms.into())
     }
 
+    fn clock(&self) -> Option<DeviceClock> {
+        // Nanoseconds; where they begin again the driver goes on.
+        self.signals.contains(&START_TIME).then(DeviceClock::default)
+    }
+
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {
         match Chrocodile::new(self.clone()) {
             Ok(driver) => Ok(Box::new(driver)),
@@ -66,6 +71,8 @@ impl DeviceSettings for Settings {
 
 /// Signal of the exposure count (`SODX`).
 const EXPOSURE_COUNT: u16 = 75;
+/// Signal that is the time at which the exposure began.
+const START_TIME: u16 = 64;
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem, Unit, bytes_of};
+use asphera_link::{
+    Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem, Unit, bytes_of,
+};
 use asphera_settings::Section;
 
 use crate::Described;
@@ -274,6 +276,19 @@ impl DeviceSettings for Settings {
     fn holds_back(&self) -> Duration {
         let holds_back = Settings::holds_back(self);
         Duration::from_millis(if holds_back { self.silence_ms.into() } else { 0 })
+    }
+
+    fn clock(&self) -> Option<DeviceClock> {
+        let field = self.fields.iter().find(|field| field.role == Role::DeviceTime)?;
+        // Of whole numbers the field says where they end; of digits nobody knows.
+        let Form::Unsigned(bytes, _) = field.form else { return Some(DeviceClock::default()) };
+        let tick_ns = field.scale * 1e9;
+        let wraps_ns = tick_ns * 256_f64.powi(bytes.into());
+        let is_whole = wraps_ns >= 1.0 && wraps_ns < 1e19;
+        Some(DeviceClock {
+            wraps_ns: is_whole.then(|| wraps_ns.round() as u64),
+            tick_ns: tick_ns.abs().round() as u64,
+        })
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

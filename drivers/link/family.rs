@@ -79,6 +79,11 @@ pub trait DeviceSettings: Debug + Send + Sync {
         Err("its readings carry no count")
     }
 
+    /// The clock whose time each reading carries; `None` where the device sends none.
+    fn clock(&self) -> Option<DeviceClock> {
+        None
+    }
+
     /// The number that tells it from other devices on a bus.
     fn bus_number(&self) -> Option<BusNumber> {
         None
@@ -95,6 +100,15 @@ pub trait DeviceSettings: Debug + Send + Sync {
     ///
     /// [`DeviceSettings::problems`], when there are any.
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>>;
+}
+
+/// Clock of a device, as its manual describes it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceClock {
+    /// Time after which it begins again at 0, ns; `None` where that does not happen in a session, or is not known.
+    pub wraps_ns: Option<u64>,
+    /// Time of one step, ns; 0 where that is not known or does not matter.
+    pub tick_ns: u64,
 }
 
 /// Number of a device on a bus.

@@ -26,7 +26,7 @@ pub use bytes::{BytesError, bytes_of, shown, text_of};
 pub use can::{CanFrame, CanId, FrameError, RECORD_LEN};
 pub use channel::{Channel, Unit};
 pub use driver::{Command, Driver, Event, Fault, FaultKind, Input, Output};
-pub use family::{BusNumber, Capture, Carries, DeviceSettings, Family, Proposal};
+pub use family::{BusNumber, Capture, Carries, DeviceClock, DeviceSettings, Family, Proposal};
 pub use profile::Profile;
 pub use reading::{Count, Flags, MAX_CHANNELS, Reading, Values};
 pub use setting::{Problem, check_range};

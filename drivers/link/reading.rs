@@ -146,6 +146,8 @@ bitflags! {
         const NOT_FINITE = 1 << 11;
         /// At the place of an earlier point, but at another height.
         const CONFLICT = 1 << 12;
+        /// Its place between two readings of an axis is known less well than the limit.
+        const UNCERTAIN_PLACE = 1 << 13;
     }
 }
 
@@ -166,6 +168,7 @@ impl Flags {
             Flags::OUTSIDE_APERTURE => "outside_aperture",
             Flags::NOT_FINITE => "not_finite",
             Flags::CONFLICT => "conflict",
+            Flags::UNCERTAIN_PLACE => "uncertain_place",
             _ => "unnamed",
         })
     }

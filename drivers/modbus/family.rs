@@ -3,10 +3,10 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
-use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem, Unit};
+use asphera_link::{Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem, Unit};
 use asphera_settings::Section;
 
-use crate::{Block, Field, Map, MapSource, Modbus, Role, Settings, Transport};
+use crate::{Block, Field, Kind, Map, MapSource, Modbus, Role, Settings, Transport};
 
 /// Devices described by a register map: `driver = "modbus"`, on a serial line or TCP.
 pub const FAMILY: Family = Family {
@@ -136,6 +136,20 @@ impl DeviceSettings for Settings {
             _ => None,
         });
         cycle.ok_or("its map has no field with the role count")
+    }
+
+    fn clock(&self) -> Option<DeviceClock> {
+        let map = self.map.resolve()?;
+        let field = |role: &Role| map.fields.iter().find(|field| field.role == *role);
+        match (field(&Role::DeviceTimeSeconds), field(&Role::DeviceTimeMicros)) {
+            (Some(_), Some(_)) => Some(DeviceClock { wraps_ns: None, tick_ns: 1000 }),
+            (Some(_), None) => Some(DeviceClock { wraps_ns: None, tick_ns: 1_000_000_000 }),
+            (None, Some(field)) => {
+                let bits = if field.kind == Kind::U16 { 16 } else { 32 };
+                Some(DeviceClock { wraps_ns: Some(1000 << bits), tick_ns: 1000 })
+            }
+            (None, None) => None,
+        }
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

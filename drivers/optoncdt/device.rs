@@ -8,7 +8,7 @@ use asphera_link::{
 };
 
 use crate::settings::{Extra, Settings};
-use crate::wire::{Decoder, MAX_18, Width, Word};
+use crate::wire::{Decoder, MAX_18, TICK_NS, Width, Word};
 
 /// Whole blocks, one after the other, that prove that the sensor is there. Bytes of anything else often look like one.
 const PROOF: usize = 3;
@@ -196,7 +196,7 @@ fn enter(extra: Extra, words: &[u32], reading: &mut Reading) {
         }
         (Extra::Timestamp, [low, high]) => {
             let steps = u64::from(*high) << 16 | u64::from(*low & 0xFFFF);
-            reading.device_time_ns = Some(steps * 10_000);
+            reading.device_time_ns = Some(steps * TICK_NS);
         }
         (Extra::State, [word]) => {
             let bit = |bit: u32| word >> bit & 1 == 1;

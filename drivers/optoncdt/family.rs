@@ -1,8 +1,9 @@
 //! The driver as a configuration knows it: its keys, and what a station asks of its settings.
 
-use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem};
+use asphera_link::{Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
+use crate::wire::TICK_NS;
 use crate::{Extra, Optoncdt, Series, Settings};
 
 /// Micro-Epsilon optoNCDT: `driver = "optoncdt"`, on a serial line or a terminal server.
@@ -59,6 +60,11 @@ impl DeviceSettings for Settings {
         } else {
             Ok(1 << 18)
         }
+    }
+
+    fn clock(&self) -> Option<DeviceClock> {
+        let has_time = self.extras.contains(&Extra::Timestamp);
+        has_time.then_some(DeviceClock { wraps_ns: Some(TICK_NS << 32), tick_ns: TICK_NS })
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

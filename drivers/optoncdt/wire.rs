@@ -33,6 +33,9 @@ pub struct Word {
 /// Largest value of a word of three bytes.
 pub const MAX_18: u32 = 0x3_FFFF;
 
+/// A step of the time stamp: ILD1420 manual, page 66.
+pub const TICK_NS: u64 = 10_000;
+
 /// Largest value of a word of two bytes.
 pub const MAX_14: u32 = 0x3FFF;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem};
+use asphera_link::{Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
 use crate::device::COUNTS;
@@ -44,6 +44,11 @@ impl DeviceSettings for Settings {
 
     fn holds_back(&self) -> Duration {
         Duration::from_millis(self.reorder_ms.into())
+    }
+
+    fn clock(&self) -> Option<DeviceClock> {
+        // 64 bits of nanoseconds.
+        Some(DeviceClock::default())
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

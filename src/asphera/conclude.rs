@@ -49,6 +49,7 @@ impl Outcome {
             links: bench.figures(),
             session: SessionFigures {
                 calibration: bench.calibration().map(CalibrationFile::figures),
+                places: bench.places(),
                 ..session
             },
             kinematics: bench.kinematics().clone(),
@@ -115,6 +116,12 @@ impl Outcome {
         if !matches!(self.session.ended.as_str(), "complete" | "idle") {
             undecide(verdict, format!("the session was {} before its end", self.session.ended));
         }
+        for (name, jumps) in
+            devices(&self.links, |device| device.clock.as_ref().map_or(0, |of| of.jumps))
+        {
+            let times = counted(jumps, "time");
+            verdict.reasons.push(format!("{name}: its clock jumped {times}"));
+        }
         for (name, lost) in devices(&self.links, |device| device.lost) {
             let were = if lost == 1 { "was" } else { "were" };
             verdict.reasons.push(format!("{name}: {} {were} lost", counted(lost, "trigger")));
@@ -166,6 +173,7 @@ pub fn session_figures(header: &Header, ended: &str) -> SessionFigures {
         ended: ended.to_owned(),
         label: header.label.clone(),
         calibration: None,
+        places: None,
     }
 }
 

@@ -58,7 +58,7 @@ pub use fit_details::{
 };
 pub use form::FormFigures;
 pub use label::Label;
-pub use links::{ChannelFigures, DeviceFigures, LinkFigures};
+pub use links::{ChannelFigures, ClockFigures, DeviceFigures, LinkFigures, PlaceFigures};
 pub use measured::{Measured, Picture};
 pub use mesh::{
     MeshFigures, PlaneFigures, ProjectionFigures, RegionFigures, ReliefFigures, RepeatFigures,

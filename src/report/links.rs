@@ -32,9 +32,10 @@ pub struct DeviceFigures {
     pub flagged: BTreeMap<String, u64>,
     /// Triggers skipped, as gaps in the shared count tell: readings lost before they reached the host.
     pub lost: u64,
-    /// Readings that found no companion of the same count.
+    /// Readings that found no companion of the same count. Joined by time: of the primary, readings without a place; of a
+    /// companion, readings of the primary that it could not place.
     pub unjoined: u64,
-    /// Readings whose trigger could not be told.
+    /// Readings whose trigger, or joined by time whose time, could not be told.
     pub ambiguous: u64,
     /// Times a whole cycle of the shared count was found missing.
     pub slips: u64,
@@ -42,6 +43,39 @@ pub struct DeviceFigures {
     pub faults: BTreeMap<String, u64>,
     /// Every channel that makes no coordinate: smallest, mean and largest value.
     pub channels: BTreeMap<String, ChannelFigures>,
+    /// Its own clock; absent where its readings carry no time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock: Option<ClockFigures>,
+}
+
+/// Clock of a device against the host's monotonic clock, which counts from the start of the session.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClockFigures {
+    /// Host time less device time at the newest reading, but for the least delay, s; absent before it is known.
+    pub offset_s: Option<f64>,
+    /// How much the device's clock gains, in millionths.
+    pub drift_ppm: Option<f64>,
+    /// Standard uncertainty of the drift.
+    pub u_drift_ppm: Option<f64>,
+    /// Standard uncertainty of a device time on the host's clock, µs.
+    pub u_us: Option<f64>,
+    /// Standard deviation of the delays with which readings arrive, µs.
+    pub jitter_us: Option<f64>,
+    /// Times its counter began again at 0.
+    pub wraps: u64,
+    /// Times it jumped.
+    pub jumps: u64,
+    /// Readings with the time of the reading before.
+    pub repeated: u64,
+}
+
+/// How well places are known that were joined by time. Standard uncertainties along the worst axis, of good points.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaceFigures {
+    /// The largest, µm.
+    pub largest_um: f64,
+    /// Their root mean square, µm.
+    pub rms_um: f64,
 }
 
 /// Values of a recorded channel during the measurement.

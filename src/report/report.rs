@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::contour::ContourReport;
 use crate::{
-    FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, ProfileFigures,
-    ReadingFigures, SamplingFigures, Verdict,
+    FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, PlaceFigures,
+    ProfileFigures, ReadingFigures, SamplingFigures, Verdict,
 };
 
 /// Version of the layout of [`Report`]. A reader refuses what it does not know.
@@ -97,6 +97,9 @@ pub struct SessionFigures {
     /// Calibration of the machine that its points were corrected by; absent where there was none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<CalibrationFigures>,
+    /// How well places are known; absent where readings are joined by count.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub places: Option<PlaceFigures>,
 }
 
 /// A calibration of a machine.

@@ -6,6 +6,7 @@ mod api;
 mod attacked;
 mod border;
 mod browser;
+mod by_time;
 mod calibrated;
 mod clocks;
 mod contours;

@@ -295,6 +295,7 @@ fn spiral(count: u64) -> impl Iterator<Item = Point> {
             host: Nanos::from_nanos(index),
             position_mm: [rho * cos, rho * sin, z],
             flags: Flags::empty(),
+            u_mm: [0.0; 3],
         }
     })
 }

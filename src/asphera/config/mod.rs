@@ -11,6 +11,7 @@ mod links;
 mod motion;
 mod output;
 mod projection;
+mod time;
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -31,6 +32,7 @@ pub(crate) use devices::proposals;
 pub use links::LinkConfig;
 pub use motion::SyncConfig;
 pub use output::OutputConfig;
+pub use time::TimeConfig;
 
 use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;

@@ -8,6 +8,7 @@ use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
 use super::line;
+use super::time::{self, TimeConfig};
 use crate::station::{Axis, Kinematics, Source, SyncSettings};
 
 /// Which devices share the trigger.
@@ -17,6 +18,8 @@ pub struct SyncConfig {
     pub devices: Vec<usize>,
     /// How their readings are joined.
     pub settings: SyncSettings,
+    /// How they are joined by time; `None` to join them by count.
+    pub time: Option<TimeConfig>,
 }
 
 pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<SyncConfig> {
@@ -51,12 +54,18 @@ pub(super) fn sync(table: &Section<'_>, devices: &[DeviceConfig]) -> Option<Sync
         );
         table.problem("wait_ms", expected, wait.as_millis());
     }
-    if devices.len() > 1 {
-        counts(table, &devices);
+    let by_time = table.word("by", false, &[("count", false), ("time", true)]);
+    let time = if by_time { time::read(table, &devices, wait, paced) } else { None };
+    if !by_time {
+        time::refuse(table);
+        if devices.len() > 1 {
+            counts(table, &devices);
+        }
     }
     table.finish();
-    (!found.is_empty() && found.len() == names.len())
-        .then_some(SyncConfig { devices: found, settings: SyncSettings { wait, capacity, paced } })
+    let settings = SyncSettings { wait, capacity, paced };
+    let is_whole = !found.is_empty() && found.len() == names.len() && by_time == time.is_some();
+    is_whole.then_some(SyncConfig { devices: found, settings, time })
 }
 
 /// Devices that are joined must count every trigger, and the primary's count must not be the shorter: its

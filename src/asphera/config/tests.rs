@@ -82,7 +82,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 }
 
 /// Settings shown as alternatives to others, or as examples that are not defaults.
-const ALTERNATIVES: [&str; 66] = [
+const ALTERNATIVES: [&str; 71] = [
     "kind = \"udp\"",
     "listen = \"0.0.0.0:50001\"",
     "peer = \"192.168.10.21:50011\"",
@@ -149,6 +149,12 @@ const ALTERNATIVES: [&str; 66] = [
     "alpha_mm = 0.8",
     "deviation_mm = 0.02",
     "roundness_mm = 0.01",
+    // Keys of readings that are joined by time.
+    "gap_limit_ms = 100",
+    "u_limit_um = 100",
+    "from = \"device\"",
+    "delay_ms = 0",
+    "u_ms = 0.05",
 ];
 
 #[test]
@@ -587,4 +593,42 @@ fn a_port_without_a_name_is_no_port() {
     let problems = Config::parse("a.toml", &text.replace(line, "path = \"\"")).unwrap_err();
     let problems = problems.to_string();
     assert!(problems.contains(".path: expected a port, as /dev/serial/by-id/…, found an empty"));
+}
+
+/// Two devices without a shared count.
+fn by_time(keys: &str, clocks: &str) -> Result<Config, Problems> {
+    let text = read(&project("asphera.toml")).unwrap();
+    let devices = "devices = [\"probe\", \"stage\"]\n";
+    let keys = format!("{devices}by = \"time\"\n{keys}\n{clocks}\n");
+    let text = text.replace(devices, "").replace("\n[sync]\n", &format!("\n[sync]\n{keys}\n"));
+    let text = text.replace("signals = [75, 76, 65, 256, 257]", "signals = [64, 65, 256, 257]");
+    Config::parse("asphera.toml", &text)
+}
+
+#[test]
+fn devices_without_a_shared_count_are_joined_by_time() {
+    let clocks = "clock = { probe = { u_ms = 0.01 }, stage = { u_ms = 0.5, delay_ms = 1.5 } }";
+    let config = by_time("gap_limit_ms = 20\nu_limit_um = 3", clocks).unwrap();
+    let time = config.sync.time.unwrap();
+    assert_eq!((time.gap, time.u_limit_mm), (Duration::from_millis(20), 0.003));
+    let [probe, stage] = time.devices[..] else { panic!("{:?}", time.devices) };
+    assert!(probe.clock.is_some() && stage.clock.is_none());
+    assert_eq!((stage.u, stage.delay), (Duration::from_micros(500), Duration::from_micros(1500)));
+}
+
+#[test]
+fn mistakes_of_joining_by_time_are_named() {
+    let told = |keys: &str, clocks: &str| by_time(keys, clocks).unwrap_err().to_string();
+    let clocks = "clock = { probe = { u_ms = 0.01 }, stage = { u_ms = 0.5 } }";
+    assert!(told("", "clock = { probe = { u_ms = 0.01 } }").contains("sync.clock.stage.u_ms"));
+    assert!(told("paced = false", clocks).contains("times tell nothing"));
+    assert!(told("gap_limit_ms = 3000", clocks).contains("sync.wait_ms"));
+    let of_host = "clock = { probe = { u_ms = 0.01 }, stage = { u_ms = 0.5, from = \"device\" } }";
+    assert!(told("", of_host).contains("readings carry a time"));
+    let other = "clock = { probe = { u_ms = 1 }, stage = { u_ms = 1 }, thermal = { u_ms = 1 } }";
+    assert!(told("", other).contains("synchronized devices probe, stage"));
+    let text = read(&project("asphera.toml")).unwrap();
+    let text = text.replace("# gap_limit_ms = 100", "gap_limit_ms = 100");
+    let problems = Config::parse("asphera.toml", &text).unwrap_err().to_string();
+    assert!(problems.contains("by = \"time\""), "{problems}");
 }

@@ -1,11 +1,16 @@
 //! From a configuration to the core of a station.
 
+use std::f64::consts::TAU;
+
+use asphera_clocks::{Coordinate, TimeSettings};
 use asphera_link::Problem;
 use thiserror::Error;
 
 use super::bench::{Bench, BenchSettings};
+use super::joiner::JoinSettings;
+use super::kinematics::Source;
 use super::line::Line;
-use crate::config::Config;
+use crate::config::{Config, SyncConfig};
 
 /// A driver refused its settings.
 #[derive(Debug, Error)]
@@ -42,9 +47,35 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
     Ok(Bench::new(BenchSettings {
         lines,
         streams: config.sync.devices.iter().map(|device| places[*device]).collect(),
-        sync: config.sync.settings.clone(),
+        join: join(config),
         kinematics: config.kinematics.clone(),
         calibration: config.calibration.clone(),
         end: config.end,
     }))
+}
+
+/// How readings are joined.
+fn join(config: &Config) -> JoinSettings {
+    let SyncConfig { devices, settings, time } = &config.sync;
+    let Some(time) = time else {
+        let clocks = devices.iter().map(|device| config.devices[*device].settings.clock());
+        return JoinSettings::Count { settings: settings.clone(), clocks: clocks.collect() };
+    };
+    let turning = config.kinematics.turning();
+    let axes = config.kinematics.axes().into_iter();
+    let coordinates = axes.filter_map(|axis| {
+        let Source { stream, channel } = axis.source?;
+        let turn = if Some(axis) == turning { TAU / axis.scale.abs() } else { 0.0 };
+        Some(Coordinate { stream, channel, turn })
+    });
+    JoinSettings::Time {
+        u_limit_mm: time.u_limit_mm,
+        settings: TimeSettings {
+            wait: settings.wait,
+            capacity: settings.capacity,
+            gap: time.gap,
+            devices: time.devices.clone(),
+            coordinates: coordinates.collect(),
+        },
+    }
 }

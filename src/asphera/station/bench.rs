@@ -7,12 +7,14 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
-use asphera_report::LinkFigures;
+use asphera_report::{LinkFigures, PlaceFigures};
 
 use super::hold_up::Patience;
+use super::joiner::{JoinSettings, Joiner};
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
-use super::synchronizer::{Record, SyncSettings, Synchronizer};
+use super::places::{Places, clock_figures};
+use super::synchronizer::Record;
 use crate::calibration::CalibrationFile;
 
 /// How a station is put together.
@@ -22,7 +24,7 @@ pub struct BenchSettings {
     /// Devices read at the same trigger, the primary first: (line, device on that line).
     pub streams: Vec<(usize, usize)>,
     /// How their readings are joined.
-    pub sync: SyncSettings,
+    pub join: JoinSettings,
     /// How a joined record becomes a point.
     pub kinematics: Kinematics,
     /// Errors of the machine, which are taken out of its points.
@@ -108,7 +110,8 @@ impl Ended {
 pub struct Bench {
     lines: Vec<Line>,
     streams: Vec<(usize, usize)>,
-    synchronizer: Synchronizer,
+    joiner: Joiner,
+    places: Places,
     kinematics: Kinematics,
     calibration: Option<CalibrationFile>,
     end: EndSettings,
@@ -134,7 +137,8 @@ impl Bench {
     /// Puts a station together. Nothing happens until its links open.
     pub fn new(settings: BenchSettings) -> Bench {
         Bench {
-            synchronizer: Synchronizer::new(settings.streams.len(), settings.sync),
+            places: Places::new(&settings.join),
+            joiner: Joiner::new(settings.streams.len(), settings.join),
             lines: settings.lines,
             streams: settings.streams,
             kinematics: settings.kinematics,
@@ -165,7 +169,7 @@ impl Bench {
                 let is_backlog = target.is_backlog(bytes.len());
                 for (stream, (of, _)) in self.streams.iter().enumerate() {
                     if *of == line {
-                        self.synchronizer.backlogged(stream, is_backlog);
+                        self.joiner.backlogged(stream, is_backlog);
                     }
                 }
                 target.received(now, bytes, &mut self.effects);
@@ -202,8 +206,8 @@ impl Bench {
             let due = due.max(self.now);
             self.now = due;
             self.patience.passed(due);
-            if self.synchronizer.poll_timeout().is_some_and(|wanted| wanted <= due) {
-                self.synchronizer.timeout(due, &mut self.joined);
+            if self.joiner.poll_timeout().is_some_and(|wanted| wanted <= due) {
+                self.joiner.timeout(due, &mut self.joined);
                 self.emit();
             }
             if self.primary_held.is_some_and(|until| until <= due) {
@@ -228,7 +232,7 @@ impl Bench {
             self.suspended += suspended;
         }
         self.patience.held_up(self.now, until);
-        self.synchronizer.put_off(self.patience.put_off(until));
+        self.joiner.held_up(self.patience.put_off(until));
     }
 
     /// The time of the latest happening, or of what was done since.
@@ -239,7 +243,7 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        let due = lines.chain(self.synchronizer.poll_timeout()).chain(self.primary_held).min();
+        let due = lines.chain(self.joiner.poll_timeout()).chain(self.primary_held).min();
         due.map(|due| self.patience.put_off(due))
     }
 
@@ -255,9 +259,8 @@ impl Bench {
 
     /// Whether, at `now`, the scan is over.
     pub fn ended(&self, now: Nanos) -> Option<Ended> {
-        let seen = self.records + self.synchronizer.counts().next().map_or(0, |counts| counts.lost);
-        if self.end.points.is_some_and(|points| seen >= points && self.synchronizer.pending() == 0)
-        {
+        let seen = self.records + self.joiner.lost();
+        if self.end.points.is_some_and(|points| seen >= points && self.joiner.pending() == 0) {
             return Some(Ended::Complete);
         }
         self.idle_at().is_some_and(|due| due <= now).then_some(Ended::Idle)
@@ -277,7 +280,7 @@ impl Bench {
 
     /// No more readings will come: gives up what still waits.
     pub fn flush(&mut self) {
-        self.synchronizer.flush(&mut self.joined);
+        self.joiner.flush(&mut self.joined);
         self.emit();
     }
 
@@ -303,7 +306,7 @@ impl Bench {
 
     /// Triggers seen whose readings still wait for others.
     pub fn pending(&self) -> usize {
-        self.synchronizer.pending()
+        self.joiner.pending()
     }
 
     /// Triggers seen or known to be lost.
@@ -328,7 +331,7 @@ impl Bench {
 
     /// The primary's first count, if the counters had not been reset before the scan.
     pub fn unreset(&self) -> Option<u64> {
-        self.synchronizer.unreset()
+        self.joiner.unreset()
     }
 
     /// When the latest reading of the primary arrived.
@@ -343,14 +346,14 @@ impl Bench {
 
     /// Triggers the primary device skipped.
     pub fn lost(&self) -> u64 {
-        self.synchronizer.counts().next().map_or(0, |counts| counts.lost)
+        self.joiner.lost()
     }
 
     /// Triggers the devices of a link skipped.
     pub fn lost_on(&self, line: &Line) -> u64 {
         self.streams
             .iter()
-            .zip(self.synchronizer.counts())
+            .zip(self.joiner.counts())
             .filter(|((of, _), _)| self.lines[*of].name() == line.name())
             .map(|(_, counts)| counts.lost)
             .sum()
@@ -370,12 +373,15 @@ impl Bench {
                 link.figures(&of_line)
             })
             .collect();
-        for ((line, device), counts) in self.streams.iter().zip(self.synchronizer.counts()) {
+        for ((line, device), counts) in self.streams.iter().zip(self.joiner.counts()) {
             let figures = &mut figures[*line].devices[*device];
             figures.lost = counts.lost;
             figures.unjoined = counts.unjoined;
             figures.ambiguous = counts.ambiguous + counts.repeated;
             figures.slips = counts.slips;
+        }
+        for ((line, device), clock) in self.streams.iter().zip(self.joiner.clocks()) {
+            figures[*line].devices[*device].clock = clock.map(clock_figures);
         }
         figures
     }
@@ -408,17 +414,17 @@ impl Bench {
                         if stream == 0 {
                             self.last_primary = Some(reading.host);
                         }
-                        self.synchronizer.take(stream, reading, &mut self.joined);
+                        self.joiner.take(stream, reading, &mut self.joined);
                     }
                 }
                 Effect::Ready { device } => {
                     if let Some(stream) = self.stream(line, device) {
-                        self.synchronizer.ready(stream, self.now);
+                        self.joiner.ready(stream, self.now);
                     }
                 }
                 Effect::Interrupted { device } => {
                     if let Some(stream) = self.stream(line, device) {
-                        self.synchronizer.interrupted(stream);
+                        self.joiner.interrupted(stream);
                     }
                 }
             }
@@ -456,8 +462,15 @@ impl Bench {
         self.records += self.joined.len() as u64;
         for record in self.joined.drain(..) {
             let correction = self.calibration.as_ref().map(CalibrationFile::correction);
+            let first = self.points.len();
             self.kinematics.points(&record, correction, &mut self.points);
+            self.points[first..].iter_mut().for_each(|point| self.places.judge(point));
         }
+    }
+
+    /// How well places are known that were joined by time; `None` where they were joined by count, or none is good.
+    pub fn places(&self) -> Option<PlaceFigures> {
+        self.places.figures()
     }
 }
 

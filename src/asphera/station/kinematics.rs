@@ -1,6 +1,7 @@
 //! From joined readings to points in the part frame.
 
 use asphera_calibrate::{Axes, Correction, Machine};
+use asphera_clocks::Spread;
 use asphera_link::{Flags, Nanos};
 
 use super::profiler::Profiler;
@@ -17,6 +18,8 @@ pub struct Point {
     pub position_mm: [f64; 3],
     /// What is wrong with it.
     pub flags: Flags,
+    /// Standard uncertainty along x, y and z that comes of joining by time, mm; 0 where its axes were read at one trigger.
+    pub u_mm: [f64; 3],
 }
 
 impl Point {
@@ -40,7 +43,7 @@ impl Point {
     pub(super) fn new(record: &Record, position_mm: [f64; 3], flags: Flags) -> Point {
         let is_finite = position_mm.iter().all(|coordinate| coordinate.is_finite());
         let flags = if is_finite { flags } else { flags | Flags::NOT_FINITE };
-        Point { count: record.count, host: record.host, position_mm, flags }
+        Point { count: record.count, host: record.host, position_mm, flags, u_mm: [0.0; 3] }
     }
 
     /// Whether the point may be used.
@@ -162,7 +165,37 @@ impl Kinematics {
             },
             Kinematics::Line(profiler) => return profiler.points(record, correction, out),
         };
-        out.push(Point::corrected(record, axes, correction, flags));
+        let u_mm = if record.spreads.is_empty() { [0.0; 3] } else { self.spread_mm(record, &axes) };
+        out.push(Point { u_mm, ..Point::corrected(record, axes, correction, flags) });
+    }
+
+    /// Standard uncertainties along x, y and z of a record that was joined by time. Those of a turn and a radius come of one
+    /// error of time, so they add up.
+    fn spread_mm(&self, record: &Record, axes: &Axes) -> [f64; 3] {
+        let u = |axis: &Axis| axis.spread(record);
+        match (self, *axes) {
+            (
+                Kinematics::Polar { rotary, radial, probe },
+                Axes::Polar { angle_rad, radius_mm, .. },
+            ) => {
+                let (along_mm, out_mm) = (radius_mm.abs() * u(rotary), u(radial));
+                let (sin, cos) = angle_rad.sin_cos();
+                let sum = |of_turn: f64, of_radius: f64| {
+                    of_turn.abs() * along_mm + of_radius.abs() * out_mm
+                };
+                [sum(sin, cos), sum(cos, sin), u(probe)]
+            }
+            (Kinematics::Cartesian { x, y, z }, _) => [u(x), u(y), u(z)],
+            (Kinematics::Polar { .. } | Kinematics::Line(_), _) => [0.0; 3],
+        }
+    }
+
+    /// The axis that turns, if there is one.
+    pub(super) fn turning(&self) -> Option<Axis> {
+        match self {
+            Kinematics::Polar { rotary, .. } => Some(*rotary),
+            Kinematics::Cartesian { .. } | Kinematics::Line(_) => None,
+        }
     }
 
     /// The machine whose errors a calibration of these axes holds.
@@ -203,6 +236,15 @@ impl Axis {
     }
 }
 
+impl Axis {
+    /// Standard uncertainty of where the axis stands, mm or rad; 0 where its channel was measured.
+    pub(super) fn spread(&self, record: &Record) -> f64 {
+        let Some(Source { stream, channel }) = self.source else { return 0.0 };
+        let own = |spread: &&Spread| spread.stream == stream && spread.channel == channel;
+        record.spreads.iter().find(own).map_or(0.0, |spread| spread.u * self.scale.abs())
+    }
+}
+
 /// A line nearer to the direction of an axis may be along it: the other one has moved by less than two thousandths of that.
 const ALONG_DEG: f64 = 0.1;
 
@@ -223,7 +265,8 @@ mod tests {
     }
 
     fn record(readings: Vec<Option<Reading>>) -> Record {
-        Record { count: Some(7), host: Nanos::ZERO, readings, flags: Flags::empty() }
+        let (host, flags) = (Nanos::ZERO, Flags::empty());
+        Record { count: Some(7), host, readings, flags, spreads: Vec::new() }
     }
 
     fn polar() -> Kinematics {

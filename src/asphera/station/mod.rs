@@ -5,8 +5,10 @@ mod bench;
 mod gate;
 mod heard;
 mod hold_up;
+mod joiner;
 mod kinematics;
 mod line;
+mod places;
 mod profiler;
 mod rate;
 mod synchronizer;
@@ -14,6 +16,7 @@ mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
 pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening};
+pub use joiner::JoinSettings;
 pub use kinematics::{Axis, Kinematics, Point, Source};
 pub use line::{Framing, Line};
 pub use profiler::{Profiler, Scaling};

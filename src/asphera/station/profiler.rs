@@ -61,11 +61,13 @@ impl Profiler {
             return;
         }
         let (sin, cos) = self.skew_rad.sin_cos();
+        let spread_mm = [0.0, self.along.spread(record), 0.0];
         out.extend(points_mm.iter().map(|point_mm| match point_mm {
             Some([x_mm, z_mm]) => {
                 let u_mm = self.across.value_mm(*x_mm);
                 let place = [u_mm * cos, along_mm + u_mm * sin, self.height.value_mm(*z_mm)];
-                Point::corrected(record, Axes::Cartesian(place), correction, flags)
+                let point = Point::corrected(record, Axes::Cartesian(place), correction, flags);
+                Point { u_mm: spread_mm, ..point }
             }
             None => Point::new(record, [0.0; 3], flags | Flags::NO_SIGNAL),
         }));
@@ -109,6 +111,7 @@ mod tests {
             host: Nanos::ZERO,
             readings: vec![Some(reading)],
             flags: Flags::empty(),
+            spreads: Vec::new(),
         }
     }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use asphera_clocks::Spread;
 use asphera_link::{Flags, Nanos, Reading};
 
 use super::gate::{Gate, Pass};
@@ -34,6 +35,8 @@ pub struct Record {
     pub readings: Vec<Option<Reading>>,
     /// [`Flags::UNJOINED`] or [`Flags::AMBIGUOUS_COUNT`] when a position cannot be given.
     pub flags: Flags,
+    /// Uncertainties of values that are interpolated; none where all were measured at the trigger.
+    pub spreads: Vec<Spread>,
 }
 
 /// Fate of the readings of one stream.
@@ -203,6 +206,7 @@ impl Synchronizer {
                     host: reading.host,
                     readings: vec![Some(reading)],
                     flags: Flags::empty(),
+                    spreads: Vec::new(),
                 });
             }
             None => {
@@ -346,7 +350,7 @@ impl Synchronizer {
             let host = reading.host;
             let mut readings = vec![None; self.streams.len()];
             readings[0] = Some(reading);
-            out.push(Record { count: None, host, readings, flags });
+            out.push(Record { count: None, host, readings, flags, spreads: Vec::new() });
         }
     }
 
@@ -383,6 +387,7 @@ impl Synchronizer {
                 host: slot.since,
                 readings: slot.readings,
                 flags: if complete { Flags::empty() } else { Flags::UNJOINED },
+                spreads: Vec::new(),
             });
         }
     }

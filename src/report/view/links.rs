@@ -18,6 +18,7 @@ pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
         ("flags and faults", Layout::Text),
         ("channels: mean (smallest to largest)", Layout::Fine),
     ]);
+    let mut clocks = Vec::new();
     let mut bytes = Table::new(&[
         ("link", Layout::Head),
         ("received", Layout::Number),
@@ -29,6 +30,7 @@ pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
         for device in &link.devices {
             chapter.brief.extend(losses(device, link));
             devices.rows.push(row(device, link));
+            clocks.extend(clock(device));
         }
         if link.discarded_bytes > 0 || link.closed > 0 {
             chapter.brief.push(format!(
@@ -48,12 +50,31 @@ pub(super) fn chapter(links: &[LinkFigures]) -> Chapter {
         ]);
     }
     chapter.table(devices);
+    clocks.into_iter().for_each(|words| chapter.note(words));
     if links.iter().any(|link| link.discarded_bytes > 0 || link.closed > 0) {
         chapter.table(bytes);
     } else if !links.is_empty() {
         chapter.note("No byte was discarded, and no link was lost.");
     }
     chapter
+}
+
+/// The clock of a device, once it is known.
+fn clock(device: &DeviceFigures) -> Option<String> {
+    let of = device.clock.as_ref()?;
+    let (drift, u_drift) = (of.drift_ppm?, of.u_drift_ppm?);
+    let mut words = format!(
+        "The clock of {} gains {} ppm (u {} ppm). On the host's clock its times have u {} µs; readings arrive with a jitter of {} µs.",
+        device.name,
+        short(drift),
+        short(u_drift),
+        short(of.u_us?),
+        short(of.jitter_us?)
+    );
+    if of.jumps > 0 {
+        words += &format!(" It jumped {}.", counted(of.jumps, "time"));
+    }
+    Some(words)
 }
 
 fn row(device: &DeviceFigures, link: &LinkFigures) -> Vec<String> {
@@ -132,6 +153,11 @@ pub(super) fn session(session: &SessionFigures) -> Chapter {
         let [made, until] =
             [&calibration.date, &calibration.valid_until].map(|time| to_the_second(time));
         Fact::new("Calibration", format!("of {made}, valid until {until}"))
+    }));
+    facts.extend(session.places.map(|places| {
+        let words =
+            format!("u up to {} µm, RMS {} µm", short(places.largest_um), short(places.rms_um));
+        Fact::new("Places joined by time", words)
     }));
     chapter.facts(facts);
     chapter

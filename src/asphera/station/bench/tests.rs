@@ -2,6 +2,7 @@
 
 use super::super::kinematics::{Axis, Source};
 use super::super::line::Framing;
+use super::super::synchronizer::SyncSettings;
 use super::*;
 use asphera_link::{Channel, Driver, Event, Fault, FaultKind, Input, Output, Unit};
 
@@ -76,7 +77,10 @@ fn bench() -> Bench {
     let mut bench = Bench::new(BenchSettings {
         lines: vec![line("p"), line("c")],
         streams: vec![(0, 0), (1, 0)],
-        sync: SyncSettings { wait: SECOND, capacity: 100, paced: true },
+        join: JoinSettings::Count {
+            settings: SyncSettings { wait: SECOND, capacity: 100, paced: true },
+            clocks: Vec::new(),
+        },
         kinematics: Kinematics::Cartesian { x: axis, y: axis, z: axis },
         calibration: None,
         end: EndSettings { points: None, idle: None, first: None },
