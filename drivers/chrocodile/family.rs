@@ -89,6 +89,9 @@ mod tests {
         let settings = settings("").unwrap();
         assert_eq!((settings.count_cycle(), settings.bus_number()), (Ok(65_536), None));
         assert_eq!(settings.holds_back(), Duration::from_millis(50));
+        assert_eq!(settings.clock(), None);
+        let timed = self::settings("signals = [64, 256]").unwrap();
+        assert_eq!(timed.clock(), Some(DeviceClock::default()));
         assert_eq!(settings.driver().unwrap().channels(), settings.channels());
     }
 

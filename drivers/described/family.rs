@@ -366,6 +366,24 @@ weak = ["LO"]
         assert!(record.count_cycle().unwrap_err().contains("role count"));
     }
 
+    #[test]
+    fn a_counter_of_time_says_when_it_begins_again() {
+        let clock = |form: &str| {
+            let text = format!(
+                "frame = \"record\"\nlength = 8\nbegin = '\\xAA\\x55'\nfield = [{{ name = \"z\", at = 2, form = \"i16\" }}, \
+                 {{ name = \"t\", at = 4, form = \"{form}\", scale = 1e-3, unit = \"s\", role = \"device-time\" }}]"
+            );
+            settings(&text).unwrap().clock().unwrap()
+        };
+        assert_eq!(
+            clock("u16"),
+            DeviceClock { wraps_ns: Some(65_536_000_000), tick_ns: 1_000_000 }
+        );
+        assert_eq!(clock("u32").wraps_ns, Some(4_294_967_296_000_000));
+        assert_eq!(clock("f32"), DeviceClock::default());
+        assert_eq!(settings(GAUGE).unwrap().clock(), None);
+    }
+
     fn told(text: &str) -> Vec<(usize, String)> {
         let problems = settings(text).unwrap_err();
         problems.0.into_iter().map(|problem| (problem.line, problem.key)).collect()

@@ -175,6 +175,7 @@ mod tests {
         let text = "framing = \"rtu\"\n[[field]]\nname = \"t\"\nfunction = \"input\"\naddress = 0\n\
                     kind = \"i16\"\nunit = \"degC\"\n[[field]]\nname = \"n\"\nfunction = \"input\"\n\
                     address = 1\nkind = \"u16\"\nrole = \"count\"\nmodulus = 1000";
+        assert_eq!(built_in.clock(), Some(DeviceClock { wraps_ns: None, tick_ns: 1000 }));
         let own = settings(text).unwrap();
         assert_eq!(own.channels(), [Channel::new("t", Unit::DegreeCelsius)]);
         assert_eq!(own.count_cycle(), Ok(1000));

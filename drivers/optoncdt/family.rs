@@ -92,6 +92,12 @@ mod tests {
         );
         let counting = counting.unwrap();
         assert_eq!(counting.count_cycle(), Ok(262_144));
+        let timed =
+            "series = \"ild1420\"\nrange_mm = 10\nmastered = true\nextras = [\"timestamp\"]";
+        let clock = settings(timed).unwrap().clock().unwrap();
+        assert_eq!((counting.clock(), clock.tick_ns), (None, 10_000));
+        // 32 bits of 10 µs: 11.9 hours.
+        assert_eq!(clock.wraps_ns, Some(42_949_672_960_000));
         let names: Vec<_> = counting.channels().into_iter().map(|channel| channel.name).collect();
         assert_eq!(names, ["distance", "exposure"]);
     }

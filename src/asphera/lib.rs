@@ -22,6 +22,7 @@ pub mod results;
 pub mod session;
 pub mod sessions;
 pub mod station;
+mod weighing;
 
 // The laws of the fuzz targets name this crate from outside and are tested inside it.
 #[cfg(test)]

@@ -16,6 +16,7 @@ use crate::config::{Config, Problems};
 use crate::contour::ContourPlan;
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
+use crate::weighing::Weighing;
 use asphera_measure::{Along, Measurement, Pipeline};
 
 /// Why a session cannot be replayed.
@@ -80,6 +81,11 @@ impl Playback {
     /// The part as the recording names it.
     pub fn part(&self) -> &Part {
         &self.config.part
+    }
+
+    /// Noise of the heights of its points, mm, where they were joined by time and it is stated.
+    pub fn noise_mm(&self) -> Option<f64> {
+        self.config.noise_mm()
     }
 
     /// The direction of projection as the recording names it.
@@ -190,7 +196,9 @@ impl Played {
 pub fn replay(path: &Path, pace: impl FnMut(Nanos)) -> Result<Measurement, ReplayError> {
     let playback = Playback::open(path)?;
     let mut pipeline = Pipeline::along(playback.part().clone(), playback.along());
-    let played = playback.play(pace, |point| pipeline.take(point.position_mm, point.reasons()));
+    let weighing = Weighing::new(playback.part(), playback.noise_mm());
+    let played =
+        playback.play(pace, |point| pipeline.take(weighing.weighed(point), point.reasons()));
     let mut measurement = pipeline.finish();
     played.conclude(&mut measurement);
     Ok(measurement)

@@ -47,7 +47,9 @@ impl Sender {
                 turn += 1;
                 std::thread::park_timeout(Duration::from_millis(1 + turn * 7919 % self.gathers_ms));
                 let mut lines = String::new();
-                while n < first + numbers && n as f64 * self.period_s <= began.elapsed().as_secs_f64() {
+                while n < first + numbers
+                    && n as f64 * self.period_s <= began.elapsed().as_secs_f64()
+                {
                     let t_s = n as f64 * self.period_s;
                     let own_s = self.clock_s + t_s * (1.0 + self.gains_ppm * 1e-6);
                     lines += &format!("{own_s:.7},{}\r\n", (self.shows)(t_s));
@@ -66,7 +68,9 @@ impl Sender {
 }
 
 fn station(folder: &Path, gauge: &str, stage: &str) -> PathBuf {
-    let nominal = format!("[surface]\nkind = \"sphere\"\nradius_mm = {RADIUS_MM}\n[fit]\nfree = [\"tz\"]\n");
+    let nominal = format!(
+        "[surface]\nkind = \"sphere\"\nradius_mm = {RADIUS_MM}\n[fit]\nfree = [\"tz\"]\nweights = \"uncertainty\"\n"
+    );
     std::fs::write(folder.join("sphere.toml"), nominal).unwrap();
     let device = |name: &str, address: &str, columns: &[&str]| {
         let mut text = format!(
@@ -85,7 +89,7 @@ fn station(folder: &Path, gauge: &str, stage: &str) -> PathBuf {
     };
     let text = format!(
         "[station]\nname = \"gauge and stage\"\n{}{}[sync]\ndevices = [\"gauge\", \"stage\"]\nby = \"time\"\n\
-         gap_limit_ms = 150\nu_limit_um = 200\n\
+         gap_limit_ms = 150\nu_limit_um = 200\nnoise_nm = 50\n\
          clock = {{ gauge = {{ u_ms = 0.05 }}, stage = {{ u_ms = 0.05 }} }}\n\
          [kinematics]\nkind = \"cartesian\"\nx = {{ device = \"stage\", channel = \"x\" }}\n\
          y = {{ device = \"stage\", channel = \"y\" }}\nz = {{ device = \"gauge\", channel = \"z\" }}\n\
@@ -127,7 +131,8 @@ fn a_gauge_and_a_stage_with_clocks_of_their_own_measure_a_sphere() {
     };
     let folder = tempfile::tempdir().unwrap();
     let config = station(folder.path(), &gauge.start(began), &stage.start(began));
-    let running = Running::start(Command::new(binary).args(["run", "--once", "--config"]).arg(config));
+    let running =
+        Running::start(Command::new(binary).args(["run", "--once", "--config"]).arg(config));
     let output = running.wait(Duration::from_secs(120));
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     let session = recording(&folder.path().join("recordings"));
@@ -150,6 +155,12 @@ fn a_gauge_and_a_stage_with_clocks_of_their_own_measure_a_sphere() {
     let rms_nm = number(&report, "/form/deviation/rms_nm");
     assert!(rms_nm < 2000.0 * steepest * rms_um, "{rms_nm} nm of places known to {rms_um} µm");
     assert!(rms_nm < 3000.0, "{report:#}");
+
+    // Points count by what is known of them: 50 nm of noise, and what the joining adds on each slope.
+    let [u_min_nm, u_max_nm, chi_square] = ["u_min_nm", "u_max_nm", "reduced_chi_square"]
+        .map(|of| number(&report, &format!("/form/weights/{of}")));
+    assert!(u_min_nm >= 50.0 && u_max_nm > 4.0 * u_min_nm, "{report:#}");
+    assert!(chi_square < 2.0, "errors are no larger than their uncertainties say: {chi_square}");
 
     for (link, gains_ppm) in [(0, 80.0), (1, -150.0)] {
         let clock = |of: &str| number(&report, &format!("/links/{link}/devices/0/clock/{of}"));

@@ -14,6 +14,7 @@ use super::source::{Content, Source, is_recording};
 use super::unit_doubt::UnitCheck;
 use crate::clock::Clock;
 use crate::config::TOML;
+use crate::weighing::Weighing;
 use asphera_measure::{Along, Measurement, Pipeline};
 use asphera_measure::{Part, Weights};
 use asphera_nominal::{bytes_of, text_of};
@@ -27,11 +28,13 @@ pub(super) fn part(path: &Path) -> Result<Part, Failure> {
 }
 
 /// Fails where the nominal asks for weights by uncertainty and a point of the source has none.
-fn check_uncertainties(source: &Source) -> Result<(), Failure> {
+fn check_uncertainties(part: &Part, source: &Source) -> Result<(), Failure> {
     let name = source.path().display();
     let topography = match source.content() {
         Content::File(topography) => topography,
-        Content::Session(_) => return Err(no_uncertainties(source.path())),
+        Content::Session(session) => {
+            return refuse_weights(part, &session.weighing(part), source.path());
+        }
     };
     let uncertainties_mm = topography.uncertainties_mm();
     if uncertainties_mm.is_empty() {
@@ -61,28 +64,27 @@ fn points_of(topography: &Topography) -> Vec<Point> {
     topography.points().zip(known).map(|(at_mm, u_z_mm)| Point { at_mm, u_z_mm }).collect()
 }
 
-/// Why a nominal with weights by uncertainty cannot be used for a recording.
-fn no_uncertainties(recording: &Path) -> Failure {
-    format!(
-        "{}: expected weights = \"none\" in the nominal, for points of a station carry no uncertainties; found \
-         \"uncertainty\"",
+/// Fails where a nominal asks for weights that a recording does not hold.
+pub(super) fn refuse_weights(
+    part: &Part,
+    weighing: &Weighing,
+    recording: &Path,
+) -> Result<(), Failure> {
+    if part.criterion.weights == Weights::None || weighing.is_known() {
+        return Ok(());
+    }
+    Err(format!(
+        "{}: expected weights = \"none\" in the nominal, for points of a station carry no uncertainties unless they are \
+         joined by time and [sync] has noise_nm; found \"uncertainty\"",
         recording.display()
     )
-    .into()
-}
-
-/// Fails where a nominal asks for what no recording holds.
-pub(super) fn refuse_weights(part: &Part, recording: &Path) -> Result<(), Failure> {
-    match part.criterion.weights {
-        Weights::None => Ok(()),
-        Weights::Uncertainty => Err(no_uncertainties(recording)),
-    }
+    .into())
 }
 
 /// A pipeline for the points of a source, which knows how well they are known where the nominal asks for it.
 fn pipeline(part: Part, along: Along, source: &Source) -> Result<Pipeline, Failure> {
     if part.criterion.weights == Weights::Uncertainty {
-        check_uncertainties(source)?;
+        check_uncertainties(&part, source)?;
     }
     let mut pipeline = Pipeline::along(part, along);
     if let Content::File(topography) = source.content() {
@@ -114,9 +116,13 @@ pub(super) fn timed(
         Content::File(topography) => UnitCheck::of(topography, &part),
         Content::Session(_) => None,
     };
+    let weighing = match source.content() {
+        Content::File(_) => Weighing::new(&part, None),
+        Content::Session(session) => session.weighing(&part),
+    };
     let mut pipeline = pipeline(part, along, source)?;
     let clock = Clock::start();
-    let fed = feed(&mut pipeline, source, seed, progress);
+    let fed = feed(&mut pipeline, source, &weighing, seed, progress);
     let landed = clock.now();
     let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));
     let done = clock.now();
@@ -139,7 +145,13 @@ pub(super) fn timed(
 }
 
 /// Hands all points of a source to a pipeline, piece by piece, and gives how many there were.
-fn feed(pipeline: &mut Pipeline, source: &Source, seed: Option<u64>, progress: &Progress) -> usize {
+fn feed(
+    pipeline: &mut Pipeline,
+    source: &Source,
+    weighing: &Weighing,
+    seed: Option<u64>,
+    progress: &Progress,
+) -> usize {
     match source.content() {
         Content::File(topography) => {
             let mut points = points_of(topography);
@@ -159,7 +171,9 @@ fn feed(pipeline: &mut Pipeline, source: &Source, seed: Option<u64>, progress: &
             }
             progress.count("meshing", Some(points.len() as u64));
             for piece in points.chunks(PIECE) {
-                piece.iter().for_each(|point| pipeline.take(point.position_mm, point.reasons()));
+                piece.iter().for_each(|point| {
+                    pipeline.take(weighing.weighed(point), point.reasons());
+                });
                 progress.add(piece.len() as u64);
             }
             points.len()

@@ -14,6 +14,7 @@ use super::source::session_at;
 use super::{OutputArgs, Speed};
 use crate::clock::Clock;
 use crate::replay::{Playback, paced};
+use crate::weighing::Weighing;
 use asphera_measure::Pipeline;
 
 #[derive(Args)]
@@ -34,9 +35,6 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     refuse_results(&args.output)?;
     let session = session_at(&args.session)?;
     let given = args.nominal.as_deref().map(part).transpose()?;
-    if let Some(part) = &given {
-        refuse_weights(part, &session)?;
-    }
     let progress = Progress::start("replay");
     let clock = Clock::start();
     let mut pace: Box<dyn FnMut(Nanos)> = match args.speed {
@@ -45,10 +43,12 @@ pub(super) fn run(args: &ReplayArgs) -> Result<Exit, Failure> {
     };
     let playback = Playback::open(&session)?;
     let part = given.unwrap_or_else(|| playback.part().clone());
+    let weighing = Weighing::new(&part, playback.noise_mm());
+    refuse_weights(&part, &weighing, &session)?;
     let mut pipeline = Pipeline::along(part, playback.along());
     progress.count("replaying", None);
     let played = playback.play(&mut pace, |point| {
-        pipeline.take(point.position_mm, point.reasons());
+        pipeline.take(weighing.weighed(point), point.reasons());
         progress.add(1);
     });
     let mut measurement = pipeline.finish_by_steps(&mut |step| progress.step(step));

@@ -165,6 +165,11 @@ impl Config {
         }
     }
 
+    /// Noise of the heights of its points, mm, where they are joined by time and it is stated.
+    pub fn noise_mm(&self) -> Option<f64> {
+        self.sync.time.as_ref()?.noise_mm
+    }
+
     /// How many points a scan has, where that follows from its triggers.
     pub fn expected_points(&self) -> Option<u64> {
         self.end.points.filter(|_| self.kinematics.is_point_by_point())
@@ -285,7 +290,9 @@ fn read_root(
 
     let along = projection::read(&root.section("projection"));
 
-    let part = part(&root.section("nominal"), folders.nominal, outside);
+    let time = sync.as_ref().and_then(|sync| sync.time.as_ref());
+    let noise_mm = time.and_then(|time| time.noise_mm);
+    let part = part(&root.section("nominal"), folders.nominal, outside, noise_mm);
 
     let end = end(&root.section("scan"));
 
@@ -333,7 +340,13 @@ fn read_root(
 }
 
 /// The part of the table `nominal`, or of the file it names.
-fn part(nominal: &Section<'_>, folder: &Path, outside: Option<Option<&Part>>) -> Option<Part> {
+/// Weights need points that carry an uncertainty: there is one where the noise of their heights is known.
+fn part(
+    nominal: &Section<'_>,
+    folder: &Path,
+    outside: Option<Option<&Part>>,
+    noise_mm: Option<f64>,
+) -> Option<Part> {
     let part = match outside {
         Some(part) => {
             nominal.has("file");
@@ -341,8 +354,11 @@ fn part(nominal: &Section<'_>, folder: &Path, outside: Option<Option<&Part>>) ->
         }
         None => asphera_nominal::read(nominal, folder),
     };
-    if part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty) {
-        let expected = "\"none\": points of a station carry no uncertainties (those of a file may)";
+    let is_weighted =
+        part.as_ref().is_some_and(|part| part.criterion.weights == Weights::Uncertainty);
+    if is_weighted && noise_mm.is_none() {
+        let expected = "\"none\": points of a station carry no uncertainties, unless [sync] joins them by time and has noise_nm \
+                        (those of a file may)";
         nominal.section("fit").problem("weights", expected, "\"uncertainty\"");
     }
     nominal.finish();

@@ -152,6 +152,7 @@ const ALTERNATIVES: [&str; 71] = [
     // Keys of readings that are joined by time.
     "gap_limit_ms = 100",
     "u_limit_um = 100",
+    "noise_nm = 20",
     "from = \"device\"",
     "delay_ms = 0",
     "u_ms = 0.05",

@@ -14,6 +14,8 @@ pub struct TimeConfig {
     pub gap: Duration,
     /// Largest standard uncertainty of a good point along an axis by the joining, mm.
     pub u_limit_mm: f64,
+    /// Noise of the heights that the primary measures, mm; `None` where it is not stated.
+    pub noise_mm: Option<f64>,
     /// Times of each device, the primary first.
     pub devices: Vec<Timekeeping>,
 }
@@ -27,6 +29,8 @@ pub(super) fn read(
 ) -> Option<TimeConfig> {
     let gap = milliseconds(table.within("gap_limit_ms", 100.0, 0.01..=60_000.0));
     let u_limit_um: f64 = table.within("u_limit_um", 100.0, 1e-6..=1e6);
+    let noise_nm: Option<f64> =
+        table.has("noise_nm").then(|| table.within("noise_nm", 1.0, 1e-3..=1e9));
     if !paced {
         let expected = "true: times tell nothing of devices that go only as fast as their host";
         table.problem("paced", expected, false);
@@ -46,12 +50,13 @@ pub(super) fn read(
     let each = devices.iter().map(|device| clock(&clocks.section(&device.name), device));
     let devices: Vec<Option<Timekeeping>> = each.collect();
     let devices = devices.into_iter().collect::<Option<_>>()?;
-    Some(TimeConfig { gap, u_limit_mm: u_limit_um * 1e-3, devices })
+    let noise_mm = noise_nm.map(|noise_nm| noise_nm * 1e-6);
+    Some(TimeConfig { gap, u_limit_mm: u_limit_um * 1e-3, noise_mm, devices })
 }
 
 /// None of these keys means anything where readings are joined by count.
 pub(super) fn refuse(table: &Section<'_>) {
-    for key in ["gap_limit_ms", "u_limit_um", "clock"] {
+    for key in ["gap_limit_ms", "u_limit_um", "noise_nm", "clock"] {
         if table.has(key) {
             table.problem(key, "no such key, or by = \"time\"", format!("`{key}`"));
         }

@@ -28,6 +28,7 @@ use crate::session::{
     What,
 };
 use crate::station::{Action, Bench, Ended, Happening, Point, assemble};
+use crate::weighing::Weighing;
 use asphera_measure::{Measurement, undecide};
 
 /// Starts a station's task.
@@ -449,7 +450,8 @@ impl Core {
         let Config { part, along, contour, .. } = &self.config;
         let (part, contour) = (part.clone(), contour.clone());
         let expected = self.config.expected_points();
-        let worker = Worker::start(part, *along, expected, contour, clock.clone());
+        let weighing = Weighing::new(&part, self.config.noise_mm());
+        let worker = Worker::start(part, *along, expected, contour, weighing, clock.clone());
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;

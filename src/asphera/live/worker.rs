@@ -15,6 +15,7 @@ use crate::clock::Clock;
 use crate::contour::ContourPlan;
 use crate::results;
 use crate::station::Point;
+use crate::weighing::Weighing;
 use asphera_measure::Part;
 use asphera_measure::{Along, Measurement, Next, Pipeline, RunningFigures};
 
@@ -45,6 +46,7 @@ impl Worker {
         along: Along,
         expected_points: Option<u64>,
         contour: Option<ContourPlan>,
+        weighing: Weighing,
         clock: Clock,
     ) -> std::io::Result<Worker> {
         let (work, receiver) = mpsc::channel(QUEUE);
@@ -55,7 +57,7 @@ impl Worker {
         let turned = turns.clone();
         let (contours, newest) = watch::channel(None);
         let contours = contour.map(|plan| Contours::new(plan, contours));
-        let line = Line { pipeline, contours };
+        let line = Line { pipeline, weighing, contours };
         std::thread::Builder::new()
             .name("pipeline".to_owned())
             .spawn(move || run(line, clock, &runtime, receiver, &sender, &turned))?;
@@ -109,13 +111,14 @@ impl Worker {
 /// Makers of figures that the thread hands its points to.
 struct Line {
     pipeline: Pipeline,
+    weighing: Weighing,
     contours: Option<Contours>,
 }
 
 impl Line {
     fn take(&mut self, points: &[Point]) {
         for point in points {
-            self.pipeline.take(point.position_mm, point.reasons());
+            self.pipeline.take(self.weighing.weighed(point), point.reasons());
         }
         if let Some(contours) = &mut self.contours {
             contours.take(points);

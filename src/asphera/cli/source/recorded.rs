@@ -10,6 +10,7 @@ use super::super::output::Failure;
 use super::super::progress::Progress;
 use crate::replay::{Playback, Played};
 use crate::station::Point;
+use crate::weighing::Weighing;
 use asphera_measure::Part;
 use asphera_measure::{Along, Measurement};
 
@@ -18,6 +19,8 @@ pub(in crate::cli) struct Recorded {
     part: Part,
     along: Along,
     points: Vec<Point>,
+    /// Noise of their heights, mm, where they were joined by time and it is stated.
+    noise_mm: Option<f64>,
     played: Played,
 }
 
@@ -26,6 +29,7 @@ impl Recorded {
     pub(super) fn play(path: &Path, progress: &Progress) -> Result<Recorded, Failure> {
         let playback = Playback::open(path)?;
         let (part, along) = (playback.part().clone(), playback.along());
+        let noise_mm = playback.noise_mm();
         progress.count("replaying", None);
         let mut points = Vec::new();
         let played = playback.play(
@@ -35,7 +39,7 @@ impl Recorded {
                 progress.add(1);
             },
         );
-        Ok(Recorded { part, along, points, played })
+        Ok(Recorded { part, along, points, noise_mm, played })
     }
 
     /// The part as the recording names it.
@@ -46,6 +50,11 @@ impl Recorded {
     /// The direction of projection as the recording names it.
     pub(super) fn along(&self) -> Along {
         self.along
+    }
+
+    /// How its points get their uncertainties, for a part.
+    pub(in crate::cli) fn weighing(&self, part: &Part) -> Weighing {
+        Weighing::new(part, self.noise_mm)
     }
 
     /// All points, in order.
