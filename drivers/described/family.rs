@@ -284,7 +284,7 @@ impl DeviceSettings for Settings {
         let Form::Unsigned(bytes, _) = field.form else { return Some(DeviceClock::default()) };
         let tick_ns = field.scale * 1e9;
         let wraps_ns = tick_ns * 256_f64.powi(bytes.into());
-        let is_whole = wraps_ns >= 1.0 && wraps_ns < 1e19;
+        let is_whole = (1.0..1e19).contains(&wraps_ns);
         Some(DeviceClock {
             wraps_ns: is_whole.then(|| wraps_ns.round() as u64),
             tick_ns: tick_ns.abs().round() as u64,

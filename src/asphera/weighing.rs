@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn an_error_along_a_slope_is_one_of_height() {
-        let mut part = Part::new(Nominal::sphere(50.0).unwrap());
+        let mut part = Part::new(Nominal::Sphere { radius_mm: 50.0 });
         let point = Point {
             count: None,
             host: Nanos::ZERO,

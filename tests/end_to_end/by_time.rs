@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use asphera_tests::{Running, asphera, count, json, json_file, number, recording, run};
+use asphera_tests::{Running, asphera, count, json, json_file, now, number, recording, run};
 
 /// Radius of the sphere under the gauge, mm.
 const RADIUS_MM: f64 = 50.0;
@@ -109,7 +109,7 @@ fn station(folder: &Path, gauge: &str, stage: &str) -> PathBuf {
 fn a_gauge_and_a_stage_with_clocks_of_their_own_measure_a_sphere() {
     // The daemon may have to be built first.
     let binary = asphera();
-    let began = Instant::now();
+    let began = now();
     let gauge = Sender {
         period_s: 0.002,
         seconds: 7.0,

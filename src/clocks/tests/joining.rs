@@ -6,7 +6,7 @@ use std::time::Duration;
 use asphera_clocks::{Coordinate, Joined, TimeJoiner, TimeSettings, Timekeeping};
 use asphera_link::{DeviceClock, Flags, Nanos, Reading};
 use proptest::prelude::*;
-use rand_core::{Rng as _, SeedableRng as _};
+use rand_core::SeedableRng as _;
 use rand_pcg::Pcg64Mcg;
 
 /// A device: rate, clock, delays, and what it shows at a time in s.
@@ -84,15 +84,16 @@ fn gauge() -> Device<'static> {
     Device { period_ns: 1_013_000, drift_ppm: Some(50.0), delay_ns: 2e6, shows: TIME, until_s: 6.0 }
 }
 
+fn value_of(record: &Joined, stream: usize) -> f64 {
+    let reading = record.readings[stream].as_ref();
+    reading.and_then(|reading| reading.values.get(0)).expect("a record that is complete")
+}
+
 /// Error and stated uncertainty of each record that was joined.
 fn errors(out: &[Joined], shows: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let complete = out.iter().filter(|record| record.is_complete());
     complete
-        .map(|record| {
-            let value =
-                |stream: usize| record.readings[stream].as_ref().unwrap().values.get(0).unwrap();
-            (value(1) - shows(value(0)), record.spreads[0].u)
-        })
+        .map(|record| (value_of(record, 1) - shows(value_of(record, 0)), record.spreads[0].u))
         .collect()
 }
 
