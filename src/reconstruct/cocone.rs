@@ -63,6 +63,11 @@ pub fn cocone(points_mm: &[PointMm]) -> Result<Cocone, NoDelaunay> {
     })
 }
 
+/// One layer of a set of facets: its outer side.
+pub(crate) fn outer_layer(set: &FacetSet<'_>) -> Vec<[u32; 3]> {
+    walk::outer(set)
+}
+
 /// Facets that may be of the surface, vertices that are flat, and how many facets meet three cocones.
 struct Candidates<'a> {
     set: FacetSet<'a>,

@@ -18,10 +18,12 @@ mod local;
 mod neighbours;
 mod poles;
 pub mod prove;
+mod reach;
 mod rings;
 mod sampling;
 mod sculpture;
 mod surface;
+mod wrap;
 
 pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
 pub use cocone::{COCONE_BOUND, Cocone, cocone};
@@ -36,3 +38,4 @@ pub use prove::{Proof, ProofError, prove};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};
 pub use sculpture::sculpture;
 pub use surface::{LeftOut, Reconstruction};
+pub use wrap::{WRAP_BOUND, Wrap, wrap};

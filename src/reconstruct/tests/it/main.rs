@@ -4,9 +4,12 @@
 
 mod alpha;
 mod cocone;
+mod complexes;
 mod delaunay;
 mod graph;
+mod peers;
 mod proof;
 mod real;
 mod shapes;
 mod stars;
+mod wrap;
