@@ -18,7 +18,7 @@ pub(crate) fn of(delaunay: &Delaunay) -> Vec<PointMm> {
 }
 
 /// The centre of the sphere through four places.
-fn centre([a, b, c, d]: [PointMm; 4]) -> PointMm {
+pub(crate) fn centre([a, b, c, d]: [PointMm; 4]) -> PointMm {
     let [u, v, w] = [minus(a, d), minus(b, d), minus(c, d)];
     let normal = cross(v, w);
     let det = dot(u, normal);

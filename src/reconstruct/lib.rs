@@ -15,13 +15,16 @@ mod delaunay;
 mod geometry;
 mod graph;
 mod local;
+mod natural;
 mod neighbours;
 mod poles;
 pub mod prove;
 mod reach;
 mod rings;
+mod robust_cocone;
 mod sampling;
 mod sculpture;
+mod sides;
 mod surface;
 mod wrap;
 
@@ -34,7 +37,9 @@ pub use graph::{
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
 };
 pub use local::{MOST_POINTS, TooManyPoints, local};
+pub use natural::{NATURAL_BOUND, Natural, natural};
 pub use prove::{Proof, ProofError, prove};
+pub use robust_cocone::{RobustCocone, robust_cocone};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};
 pub use sculpture::sculpture;
 pub use surface::{LeftOut, Reconstruction};

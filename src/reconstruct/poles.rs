@@ -6,7 +6,7 @@
 use asphera_geometry::{PointMm, WeightedTree};
 use rayon::prelude::*;
 
-use crate::delaunay::Delaunay;
+use crate::delaunay::{Delaunay, INFINITE};
 use crate::geometry::{dot, double_area, minus, scaled, unit};
 
 /// The poles of all vertices.
@@ -17,6 +17,8 @@ pub(crate) struct Poles {
     pub(crate) first: Vec<Option<PointMm>>,
     /// The pole on the other side.
     pub(crate) second: Vec<Option<PointMm>>,
+    /// The tetrahedra whose centres they are, the first and the second; [`INFINITE`] where there is none.
+    pub(crate) cells: Vec<[u32; 2]>,
 }
 
 impl Poles {
@@ -37,15 +39,16 @@ impl Poles {
                 }
             }
         }
-        let (normals, first): (Vec<_>, Vec<_>) = (farthest.par_iter().zip(&outward).enumerate())
-            .map(|(vertex, (&(far, cell), outward))| {
-                if *outward != [0.0; 3] {
-                    return (unit(*outward), None);
-                }
-                let pole = (far >= 0.0).then(|| centres[cell as usize]);
-                (pole.and_then(|pole| unit(minus(pole, delaunay.points_mm[vertex]))), pole)
-            })
-            .unzip();
+        let (normals, first): (Vec<_>, Vec<Option<PointMm>>) =
+            (farthest.par_iter().zip(&outward).enumerate())
+                .map(|(vertex, (&(far, cell), outward))| {
+                    if *outward != [0.0; 3] {
+                        return (unit(*outward), None);
+                    }
+                    let pole = (far >= 0.0).then(|| centres[cell as usize]);
+                    (pole.and_then(|pole| unit(minus(pole, delaunay.points_mm[vertex]))), pole)
+                })
+                .unzip();
         let mut opposite: Vec<(f64, u32)> = vec![(-1.0, 0); delaunay.points_mm.len()];
         for (cell, corners) in delaunay.corners[..delaunay.tetrahedra].iter().enumerate() {
             for &corner in corners {
@@ -64,7 +67,13 @@ impl Poles {
             .iter()
             .map(|&(far, cell)| (far >= 0.0).then(|| centres[cell as usize]))
             .collect();
-        Poles { normals, first, second }
+        let numbered = |(far, cell): (f64, u32), is_there: bool| {
+            if far >= 0.0 && is_there { cell } else { INFINITE }
+        };
+        let cells = (farthest.iter().zip(opposite).zip(&first))
+            .map(|((&one, other), first)| [numbered(one, first.is_some()), numbered(other, true)])
+            .collect();
+        Poles { normals, first, second, cells }
     }
 
     /// The distance from each vertex to the nearest pole, mm.

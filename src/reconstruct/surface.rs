@@ -32,6 +32,8 @@ pub enum LeftOut {
     NoFace,
     /// No facet of the method has it as a corner.
     NoFacet,
+    /// It touches no big ball outside: it lies within a band of noise, or behind the surface.
+    Noise,
     /// The corners of its facets do not agree: spacing beyond the feature size, crossing sheets or noise above the spacing.
     Disagreement,
 }

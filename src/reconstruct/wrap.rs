@@ -23,7 +23,7 @@ use crate::cocone::outer_layer;
 use crate::delaunay::Delaunay;
 use crate::geometry::{cross, dot, double_area, minus, scaled};
 use crate::poles::Poles;
-use crate::reach::widest_mm;
+use crate::reach::Reach;
 use crate::sampling::SamplingCondition;
 use crate::surface::{LeftOut, Reconstruction, of_vertices};
 
@@ -123,15 +123,14 @@ struct Nearness<'a> {
     delaunay: &'a Delaunay,
     centres: Vec<PointMm>,
     poles: Poles,
-    /// The largest radius at each vertex, mm.
-    widest_mm: Vec<f64>,
+    reach: Reach,
 }
 
 impl<'a> Nearness<'a> {
     fn of(delaunay: &'a Delaunay) -> Nearness<'a> {
         let centres = centres::of(delaunay);
         let poles = Poles::of(delaunay, &centres);
-        Nearness { delaunay, centres, poles, widest_mm: widest_mm(delaunay) }
+        Nearness { delaunay, centres, poles, reach: Reach::of(delaunay) }
     }
 
     fn has(&self, flow: &Flow<'_>, simplex: Simplex) -> bool {
@@ -163,8 +162,8 @@ impl<'a> Nearness<'a> {
             })
         };
         let is_within = |&corner: &u32| {
-            let (way, widest_mm) = (way(corner), self.widest_mm[corner as usize]);
-            dot(way, way) <= widest_mm * widest_mm
+            let way = way(corner);
+            self.reach.holds(corner, dot(way, way).sqrt())
         };
         corners.iter().any(is_along) && corners.iter().any(is_within)
     }

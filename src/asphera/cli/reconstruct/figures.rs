@@ -216,6 +216,7 @@ fn word(why: LeftOut) -> &'static str {
         LeftOut::NoPlane => "neighbours on a line, or too few",
         LeftOut::Pruned => "a landmark stands for it",
         LeftOut::NoFacet => "a corner of no facet of the method",
+        LeftOut::Noise => "touches no big ball outside: noise, or behind the surface",
         LeftOut::NoFace => "a landmark in no face",
         LeftOut::Disagreement => {
             "corners do not agree: spacing beyond the features, crossing sheets or noise"

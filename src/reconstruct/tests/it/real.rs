@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use asphera_geometry::PointMm;
-use asphera_reconstruct::{FaceRule, GraphChoices, PointGraph, cocone, local, prove};
+use asphera_reconstruct::{
+    FaceRule, GraphChoices, PointGraph, cocone, local, natural, prove, robust_cocone, wrap,
+};
 
 /// Where reference data is kept: beside the repository, or where `ASPHERA_DATA` says.
 fn solids() -> PathBuf {
@@ -135,4 +137,24 @@ fn the_bunny_has_its_cocone_candidates_and_smooth_bodies_are_closed() {
         assert_eq!((proof.is_closed, proof.genus), (true, Some(genus)), "{name}");
         assert_eq!(proof.self_intersections.count, 0, "{name}");
     }
+}
+
+/// Borders of the bunny: 33 by Cocone. By sides only the holes of its base stay open.
+#[test]
+fn methods_with_an_inside_close_what_cocone_leaves_open() {
+    for (name, genus) in [("kitten.xyz", 1), ("knot1.off", 1), ("eight.off", 2)] {
+        let Some(points) = points(name) else { continue };
+        let made = [natural(&points).unwrap().surface, wrap(&points, None).unwrap().surface];
+        for made in made {
+            let proof = prove(&points, &made.facets).unwrap();
+            assert_eq!((proof.is_closed, proof.genus), (true, Some(genus)), "{name}");
+            assert_eq!((proof.self_intersections.count, made.left_out.len()), (0, 0), "{name}");
+        }
+    }
+    let Some(points) = points("bunny.ply") else { return };
+    let made = robust_cocone(&points).unwrap();
+    let proof = prove(&points, &made.surface.facets).unwrap();
+    assert_eq!((proof.border_loops.len(), proof.genus, proof.is_manifold), (2, Some(0), true));
+    assert!(made.noise < 300 && made.lids < 40 && !made.sampling.is_met());
+    assert_eq!(proof.self_intersections.count, 0);
 }
