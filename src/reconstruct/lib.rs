@@ -26,6 +26,7 @@ mod sampling;
 mod sculpture;
 mod sides;
 mod surface;
+mod tangential;
 mod wrap;
 
 pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
@@ -43,4 +44,5 @@ pub use robust_cocone::{RobustCocone, robust_cocone};
 pub use sampling::{LISTED_ABOVE, SamplingCondition};
 pub use sculpture::sculpture;
 pub use surface::{LeftOut, Reconstruction};
+pub use tangential::{TANGENTIAL_BOUND, Tangential, tangential};
 pub use wrap::{WRAP_BOUND, Wrap, wrap};

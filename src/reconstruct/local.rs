@@ -7,7 +7,7 @@
 
 mod holes;
 mod mend;
-mod normals;
+pub(crate) mod normals;
 mod star;
 mod vote;
 
@@ -15,7 +15,9 @@ use asphera_geometry::PointMm;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use self::star::{GAP, Maker};
+pub(crate) use self::star::GAP;
+use self::star::Maker;
+pub(crate) use self::vote::basis;
 use crate::neighbours::Neighbours;
 use crate::surface::{LeftOut, Reconstruction, admitted, finished};
 
@@ -62,7 +64,7 @@ pub fn local(points_mm: &[PointMm]) -> Result<Reconstruction, TooManyPoints> {
 }
 
 /// Facets that lie in the stars of all three corners, once each.
-fn agreed(stars: &[Vec<u32>]) -> Vec<[u32; 3]> {
+pub(crate) fn agreed(stars: &[Vec<u32>]) -> Vec<[u32; 3]> {
     let has = |star: &[u32], a: u32, b: u32| {
         (0..star.len()).any(|at| {
             let next = star[(at + 1) % star.len()];

@@ -7,14 +7,14 @@ use crate::neighbours::{Near, Neighbours};
 
 /// A tangent plane, and how far its point looks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TangentPlane {
-    pub(super) normal: PointMm,
+pub(crate) struct TangentPlane {
+    pub(crate) normal: PointMm,
     /// Points farther away do not count.
-    pub(super) reach_mm: f64,
+    pub(crate) reach_mm: f64,
 }
 
 /// The planes of all points; `None` where the neighbours lie on a line.
-pub(super) fn of(tree: &Neighbours) -> Vec<Option<TangentPlane>> {
+pub(crate) fn of(tree: &Neighbours) -> Vec<Option<TangentPlane>> {
     tree.map_nearest(NEAREST, |at, near, room: &mut Vec<Near>| {
         let (far, _) = *near.last()?;
         let mut reach_mm = far.sqrt();

@@ -6,7 +6,7 @@ use crate::geometry::{cross, dot, minus};
 use crate::neighbours::{Near, Neighbours};
 
 /// Stands in a star where two neighbours have no facet between them.
-pub(super) const GAP: u32 = u32::MAX;
+pub(crate) const GAP: u32 = u32::MAX;
 
 /// Ingredients of stars.
 pub(super) struct Maker<'a> {

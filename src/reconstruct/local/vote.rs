@@ -91,7 +91,7 @@ fn others(k: usize) -> (usize, usize) {
 }
 
 /// A direction across another.
-pub(super) fn basis(up: PointMm) -> PointMm {
+pub(crate) fn basis(up: PointMm) -> PointMm {
     let least =
         (0..3).fold(0, |least, axis| if up[axis].abs() < up[least].abs() { axis } else { least });
     let mut axis = [0.0; 3];
