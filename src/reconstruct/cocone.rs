@@ -9,11 +9,17 @@
 //! ends between flat points only flaps are pruned. Else one hole would take all of the surface away, as on the Stanford bunny.
 
 mod candidates;
+mod cell;
+mod layer;
+mod localized;
+mod octree;
 mod prune;
+mod sheets;
 mod walk;
 
 use asphera_geometry::PointMm;
 
+pub use self::localized::{CellCocone, POINTS_IN_CELL, loc_cocone, super_cocone};
 use crate::centres;
 use crate::delaunay::{Delaunay, NoDelaunay};
 use crate::poles::Poles;
@@ -53,7 +59,7 @@ pub fn cocone(points_mm: &[PointMm]) -> Result<Cocone, NoDelaunay> {
     prune::sharp(&mut set, &flat);
     let pruned = set.all().count();
     let facets = walk::outer(&set);
-    let sampling = SamplingCondition::of(&delaunay, &poles, &facets, COCONE_BOUND);
+    let sampling = SamplingCondition::of(&delaunay.points_mm, &poles, &facets, COCONE_BOUND);
     Ok(Cocone {
         surface: of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet),
         candidates: count,

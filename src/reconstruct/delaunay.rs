@@ -15,7 +15,7 @@ use thiserror::Error;
 
 pub use self::check::{Unsound, check_delaunay};
 use self::insert::Inserter;
-use crate::surface::{LeftOut, admitted};
+use crate::surface::{LeftOut, Numbered, admitted};
 
 /// The Delaunay triangulation of points in space.
 #[derive(Clone, Debug)]
@@ -32,6 +32,21 @@ pub struct Delaunay {
     pub(crate) neighbours: Vec<[u32; 4]>,
     /// How many cells are tetrahedra.
     pub(crate) tetrahedra: usize,
+}
+
+/// Whether places, each there once, span space.
+///
+/// # Errors
+///
+/// Why they do not.
+pub(crate) fn check_span(places: &[Numbered]) -> Result<(), NoDelaunay> {
+    if places.len() > MOST_DELAUNAY_POINTS {
+        return Err(NoDelaunay::TooMany { found: places.len() });
+    }
+    if places.len() < 4 {
+        return Err(NoDelaunay::TooFew { found: places.len() });
+    }
+    start::bring_forward(&mut places.to_vec())
 }
 
 /// The corner at infinity.

@@ -12,6 +12,7 @@ mod centres;
 mod cocone;
 mod convection;
 mod delaunay;
+mod draw;
 mod geometry;
 mod graph;
 mod local;
@@ -30,7 +31,9 @@ mod tangential;
 mod wrap;
 
 pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
-pub use cocone::{COCONE_BOUND, Cocone, cocone};
+pub use cocone::{
+    COCONE_BOUND, CellCocone, Cocone, POINTS_IN_CELL, cocone, loc_cocone, super_cocone,
+};
 pub use convection::convection;
 pub use delaunay::{Delaunay, MOST_DELAUNAY_POINTS, NoDelaunay, Unsound, check_delaunay};
 pub use graph::{

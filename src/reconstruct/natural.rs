@@ -88,7 +88,7 @@ pub fn natural(points_mm: &[PointMm]) -> Result<Natural, NoDelaunay> {
         by_side: signs.iter().filter(|sign| **sign == Sign::Open).count(),
         one_sided,
         lids,
-        sampling: SamplingCondition::of(&delaunay, &poles, &facets, NATURAL_BOUND),
+        sampling: SamplingCondition::of(&delaunay.points_mm, &poles, &facets, NATURAL_BOUND),
         surface: of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet),
     })
 }

@@ -76,13 +76,13 @@ impl Poles {
         Poles { normals, first, second, cells }
     }
 
-    /// The distance from each vertex to the nearest pole, mm.
-    pub(crate) fn feature_sizes_mm(&self, delaunay: &Delaunay) -> Vec<f64> {
+    /// The distance from each place to the nearest pole, mm.
+    pub(crate) fn feature_sizes_mm(&self, places: &[PointMm]) -> Vec<f64> {
         let poles: Vec<PointMm> =
             self.first.iter().chain(&self.second).flatten().copied().collect();
         let tree = WeightedTree::of_points(&poles);
         let of = |&place: &PointMm| tree.least(place).unwrap_or(f64::INFINITY);
-        delaunay.points_mm.par_iter().map(of).collect()
+        places.par_iter().map(of).collect()
     }
 }
 

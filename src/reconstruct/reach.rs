@@ -40,4 +40,5 @@ impl Reach {
 }
 
 const NEAREST: usize = 16;
-const REACH: f64 = 2.3;
+/// How far a point sees, in distances of that neighbour.
+pub(crate) const REACH: f64 = 2.3;

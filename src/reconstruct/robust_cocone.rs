@@ -79,7 +79,7 @@ pub fn robust_cocone(points_mm: &[PointMm]) -> Result<RobustCocone, NoDelaunay> 
             }
         }
     }
-    let sampling = SamplingCondition::of(&delaunay, &poles, &facets, COCONE_BOUND);
+    let sampling = SamplingCondition::of(&delaunay.points_mm, &poles, &facets, COCONE_BOUND);
     let mut surface = of_vertices(points_mm, &delaunay, facets, LeftOut::NoFacet);
     let count = noise.len();
     surface.left_out.extend(noise);

@@ -6,7 +6,6 @@
 
 use asphera_geometry::PointMm;
 
-use crate::delaunay::Delaunay;
 use crate::geometry::{dot, double_area, minus};
 use crate::poles::Poles;
 
@@ -27,19 +26,19 @@ pub struct SamplingCondition {
 pub const LISTED_ABOVE: usize = 16;
 
 impl SamplingCondition {
-    /// The condition for facets of a triangulation.
+    /// The condition for facets by numbers of places.
     pub(crate) fn of(
-        delaunay: &Delaunay,
+        places_mm: &[PointMm],
         poles: &Poles,
         facets: &[[u32; 3]],
         bound: f64,
     ) -> SamplingCondition {
-        let sizes_mm = poles.feature_sizes_mm(delaunay);
+        let sizes_mm = poles.feature_sizes_mm(places_mm);
         let mut largest = 0.0_f64;
         let mut over = Vec::new();
         for facet in facets {
             let least = facet.iter().map(|&at| sizes_mm[at as usize]).fold(f64::INFINITY, f64::min);
-            let places = facet.map(|corner| delaunay.place(corner));
+            let places = facet.map(|corner| places_mm[corner as usize]);
             let ratio = radius_mm(places) / least;
             largest = largest.max(ratio);
             // Not a number counts as above.

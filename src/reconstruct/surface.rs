@@ -65,15 +65,25 @@ pub(crate) fn of_vertices(
     facets: Vec<[u32; 3]>,
     why: LeftOut,
 ) -> Reconstruction {
-    let mut is_used = vec![false; delaunay.ids.len()];
+    of_numbered(points_mm, &delaunay.ids, delaunay.left_out.clone(), facets, why)
+}
+
+/// A surface of facets by places in a list of the points' numbers; those without a facet are left out for one reason.
+pub(crate) fn of_numbered(
+    points_mm: &[PointMm],
+    ids: &[u32],
+    mut left_out: Vec<(u32, LeftOut)>,
+    facets: Vec<[u32; 3]>,
+    why: LeftOut,
+) -> Reconstruction {
+    let mut is_used = vec![false; ids.len()];
     for &corner in facets.as_flattened() {
         is_used[corner as usize] = true;
     }
-    let mut left_out = delaunay.left_out.clone();
-    let unused = delaunay.ids.iter().zip(is_used).filter(|&(_, is_used)| !is_used);
+    let unused = ids.iter().zip(is_used).filter(|&(_, is_used)| !is_used);
     left_out.extend(unused.map(|(&id, _)| (id, why)));
     left_out.sort_unstable();
-    Reconstruction { facets: finished(points_mm, &delaunay.ids, facets), left_out }
+    Reconstruction { facets: finished(points_mm, ids, facets), left_out }
 }
 
 /// A place and its number.

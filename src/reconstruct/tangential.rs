@@ -137,7 +137,7 @@ fn condition(
         .iter()
         .map(|facet| facet.map(|at| vertices[tree.ids[at as usize] as usize]))
         .collect();
-    SamplingCondition::of(delaunay, poles, &facets, TANGENTIAL_BOUND)
+    SamplingCondition::of(&delaunay.points_mm, poles, &facets, TANGENTIAL_BOUND)
 }
 
 impl Maker<'_> {

@@ -76,7 +76,8 @@ pub fn wrap(points_mm: &[PointMm], diameter_mm: Option<f64>) -> Result<Wrap, Alp
     let count = chosen.len();
     let lower = Lower::of(&flow, chosen.into_iter());
     let facets = if poles.is_some() { outer_layer(&lower.facets) } else { border(&lower) };
-    let sampling = poles.map(|poles| SamplingCondition::of(&delaunay, &poles, &facets, WRAP_BOUND));
+    let sampling =
+        poles.map(|poles| SamplingCondition::of(&delaunay.points_mm, &poles, &facets, WRAP_BOUND));
     Ok(Wrap {
         critical: counts,
         chosen: count,

@@ -31,7 +31,7 @@ pub(super) struct ReconstructArgs {
     /// How the surface is found.
     #[arg(long, value_enum, default_value = "local")]
     method: MethodName,
-    /// Of --method alpha: diameter of the ball that does not pass the surface, in mm.
+    /// Of --method alpha, and if you like of wrap: diameter of the ball that does not pass the surface, in mm.
     #[arg(long, value_name = "MM")]
     alpha: Option<f64>,
     #[command(flatten)]
@@ -64,6 +64,18 @@ enum MethodName {
     Convection,
     /// Tetrahedra carved from the convex hull until all points are open: closed, without handles, no theorem.
     Sculpture,
+    /// Facets where a signed function of natural neighbours changes sign: bodies; right where ε is below 0.25.
+    Natural,
+    /// The flow of the distance, gathered at the surface; right where ε is below 0.01. With --alpha: the wrap complex.
+    Wrap,
+    /// Stars in tangent planes that weights make agree, one-sided surfaces too; right where ε is below 0.09.
+    Tangential,
+    /// Cocone in cells of an octree that are proven to know enough: the same surface, no triangulation of all points.
+    Loccocone,
+    /// Cocone in cells of an octree with a margin.
+    SuperCocone,
+    /// Noise left out, the border between balls inside and outside: bodies.
+    RobustCocone,
 }
 
 impl MethodName {
@@ -74,6 +86,12 @@ impl MethodName {
             MethodName::Cocone => Some(DelaunayMethod::Cocone),
             MethodName::Convection => Some(DelaunayMethod::Convection),
             MethodName::Sculpture => Some(DelaunayMethod::Sculpture),
+            MethodName::Natural => Some(DelaunayMethod::Natural),
+            MethodName::Wrap => Some(DelaunayMethod::Wrap),
+            MethodName::Tangential => Some(DelaunayMethod::Tangential),
+            MethodName::Loccocone => Some(DelaunayMethod::LocCocone),
+            MethodName::SuperCocone => Some(DelaunayMethod::SuperCocone),
+            MethodName::RobustCocone => Some(DelaunayMethod::RobustCocone),
         }
     }
 }
@@ -89,9 +107,10 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
                 .into(),
         );
     }
-    if (args.method == MethodName::Alpha) != args.alpha.is_some() {
+    let takes_alpha = matches!(args.method, MethodName::Alpha | MethodName::Wrap);
+    if (args.method == MethodName::Alpha || !takes_alpha) && takes_alpha != args.alpha.is_some() {
         return Err(
-            "--method alpha and --alpha MM belong together: give both, MM as a few point spacings"
+            "--method alpha and --alpha MM belong together: give both, MM as a few point spacings; --method wrap takes --alpha too"
                 .into(),
         );
     }

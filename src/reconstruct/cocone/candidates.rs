@@ -10,7 +10,7 @@ use crate::poles::{Poles, outward_normal};
 use crate::rings::FacetSet;
 
 /// The Voronoi edge across a facet: from a centre towards another, or without end.
-struct DualEdge {
+pub(super) struct DualEdge {
     from: PointMm,
     way: PointMm,
     /// Whether it ends at `from` + `way`.
@@ -30,7 +30,9 @@ pub(super) fn of<'a>(delaunay: &'a Delaunay, centres: &[PointMm], poles: &Poles)
             })
         })
         .collect();
-    let flat = flat_points(delaunay, poles, &facets, &reaches);
+    let corners: Vec<[u32; 3]> =
+        facets.iter().map(|&(cell, slot)| delaunay.facet(cell, slot)).collect();
+    let flat = flat_points(&delaunay.points_mm, poles, &corners, &reaches);
     let mut set = FacetSet::empty(delaunay);
     let mut candidates = 0;
     for (&(cell, slot), reaches) in facets.iter().zip(&reaches) {
@@ -44,20 +46,19 @@ pub(super) fn of<'a>(delaunay: &'a Delaunay, centres: &[PointMm], poles: &Poles)
 
 /// Points whose cocone is narrow beside the distance of the second pole and whose normal agrees: with those of all cells that meet
 /// the cocone, or with that of one flat point among them.
-fn flat_points(
-    delaunay: &Delaunay,
+pub(super) fn flat_points(
+    places_mm: &[PointMm],
     poles: &Poles,
-    facets: &[(u32, usize)],
+    facets: &[[u32; 3]],
     reaches: &[[f64; 3]],
 ) -> Vec<bool> {
-    let count = delaunay.points_mm.len();
+    let count = places_mm.len();
     let (mut widths, mut agrees_with_all) = (vec![0.0_f64; count], vec![true; count]);
     let agree = |one: u32, other: u32| {
         let normals = [one, other].map(|vertex| poles.normals[vertex as usize]);
         matches!(normals, [Some(one), Some(other)] if dot(one, other).abs() >= COS_NEIGHBOURS)
     };
-    for (&(cell, slot), reaches) in facets.iter().zip(reaches) {
-        let corners = delaunay.facet(cell, slot);
+    for (corners, reaches) in facets.iter().zip(reaches) {
         for (&corner, &reach) in corners.iter().zip(reaches).filter(|(_, reach)| **reach >= 0.0) {
             let width = &mut widths[corner as usize];
             *width = width.max(reach);
@@ -66,7 +67,7 @@ fn flat_points(
         }
     }
     let is_narrow = |vertex: usize| {
-        let place = delaunay.points_mm[vertex];
+        let place = places_mm[vertex];
         let height = poles.second[vertex].map_or(0.0, |pole| {
             let way = minus(pole, place);
             dot(way, way).sqrt()
@@ -79,8 +80,7 @@ fn flat_points(
     // Flat points make their neighbours flat, until none is added.
     loop {
         let mut is_done = true;
-        for (&(cell, slot), reaches) in facets.iter().zip(reaches) {
-            let corners = delaunay.facet(cell, slot);
+        for (corners, reaches) in facets.iter().zip(reaches) {
             for (&corner, &reach) in corners.iter().zip(reaches) {
                 if reach < 0.0 || flat[corner as usize] || !narrow[corner as usize] {
                     continue;
@@ -97,7 +97,7 @@ fn flat_points(
     }
 }
 
-fn dual(delaunay: &Delaunay, centres: &[PointMm], cell: u32, slot: usize) -> DualEdge {
+pub(super) fn dual(delaunay: &Delaunay, centres: &[PointMm], cell: u32, slot: usize) -> DualEdge {
     let from = centres[cell as usize];
     let other = delaunay.neighbours[cell as usize][slot];
     if delaunay.is_outside(other) {
@@ -110,7 +110,7 @@ fn dual(delaunay: &Delaunay, centres: &[PointMm], cell: u32, slot: usize) -> Dua
 /// The farthest place of an edge in the cocone of a point, as a distance from it; -1 where it does not meet it.
 ///
 /// Both halves of the double cone about the normal are convex. So an edge misses the cocone where both ends lie in one half.
-fn reach(edge: &DualEdge, place: PointMm, normal: PointMm) -> f64 {
+pub(super) fn reach(edge: &DualEdge, place: PointMm, normal: PointMm) -> f64 {
     let start = minus(edge.from, place);
     let end = if edge.ends { [0, 1, 2].map(|axis| start[axis] + edge.way[axis]) } else { edge.way };
     let half = |way: PointMm| {

@@ -91,6 +91,6 @@ fn count(set: &FacetSet<'_>, turn: Turn) -> usize {
     count
 }
 
-const SHARP: f64 = 1.5 * PI;
+pub(super) const SHARP: f64 = 1.5 * PI;
 /// A lid's circle is wider than the mean at its corners by so much.
-const LID: f64 = 3.0;
+pub(super) const LID: f64 = 3.0;

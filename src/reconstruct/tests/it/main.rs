@@ -4,6 +4,7 @@
 
 mod alpha;
 mod bodies;
+mod cells;
 mod cocone;
 mod complexes;
 mod delaunay;
