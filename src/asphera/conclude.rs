@@ -116,11 +116,15 @@ impl Outcome {
         if !matches!(self.session.ended.as_str(), "complete" | "idle") {
             undecide(verdict, format!("the session was {} before its end", self.session.ended));
         }
-        for (name, jumps) in
-            devices(&self.links, |device| device.clock.as_ref().map_or(0, |of| of.jumps))
-        {
-            let times = counted(jumps, "time");
-            verdict.reasons.push(format!("{name}: its clock jumped {times}"));
+        let jumps = |device: &DeviceFigures| device.clock.as_ref().map_or(0, |clock| clock.jumps);
+        for (name, jumps) in devices(&self.links, jumps).into_iter().filter(|_| self.is_by_time()) {
+            doubt(
+                verdict,
+                format!(
+                    "{name}: its clock jumped {}, or its link became slower for longer than a second; points after that may be misplaced",
+                    counted(jumps, "time")
+                ),
+            );
         }
         for (name, lost) in devices(&self.links, |device| device.lost) {
             let were = if lost == 1 { "was" } else { "were" };
@@ -130,6 +134,11 @@ impl Outcome {
 }
 
 impl Outcome {
+    /// Whether good points are there that were joined by time.
+    fn is_by_time(&self) -> bool {
+        self.session.places.is_some()
+    }
+
     /// Why a session ended without a trigger.
     fn why_no_trigger(&self) -> String {
         if self.unready.is_empty() {

@@ -277,15 +277,17 @@ impl Run {
         }
     }
 
-    /// Device time since the newest pair; `None` where the clock went back, and no wrap explains that.
+    /// Device time since the newest pair; `None` where the clock went back, and no wrap explains that, or leapt.
     fn elapsed_ns(&self, device_ns: u64, host: Nanos, wraps_ns: Option<u64>) -> Option<f64> {
-        let Some(wraps_ns) = wraps_ns.filter(|wraps_ns| *wraps_ns > 0) else {
-            return device_ns.checked_sub(self.last_device_ns).map(|ns| ns as f64);
+        let host_ns = nanos_between(host, self.last_host);
+        let Some(wraps_ns) = wraps_ns.filter(|wraps_ns| (1..=u64::MAX / 2).contains(wraps_ns))
+        else {
+            let elapsed_ns = device_ns.checked_sub(self.last_device_ns)? as f64;
+            return (elapsed_ns - host_ns <= MOST_LEAP.as_nanos() as f64).then_some(elapsed_ns);
         };
         let ahead_ns =
             (device_ns % wraps_ns + wraps_ns - self.last_device_ns % wraps_ns) % wraps_ns;
         let (ahead_ns, turn_ns) = (ahead_ns as f64, wraps_ns as f64);
-        let host_ns = nanos_between(host, self.last_host);
         let turns = ((host_ns - ahead_ns) / turn_ns).round().max(0.0);
         let elapsed_ns = ahead_ns + turns * turn_ns;
         let doubt_ns = (turn_ns / 4.0).min(MOST_DELAY.as_nanos() as f64);
@@ -327,5 +329,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const DOUBTED: u32 = 8;
 /// How long a link or a host may hold readings back.
 const MOST_DELAY: Duration = Duration::from_secs(10);
+/// A clock that goes so much further than the host's from one reading to the next is another clock.
+const MOST_LEAP: Duration = Duration::from_secs(3600);
 /// A jump below this is not told from delays.
 const LEAST_JUMP_NS: f64 = 1e6;

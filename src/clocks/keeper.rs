@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{DeviceClock, Nanos, Reading};
+use asphera_link::{DeviceClock, Flags, Nanos, Reading};
 
 use crate::clock::{Clock, ClockState, Placed, Stamp};
 
@@ -44,8 +44,10 @@ impl Keeper {
 
     /// Notes the time of a reading, for its clock's figures alone.
     pub fn note(&mut self, reading: &Reading) {
-        // A reading without a time says nothing of the clock.
-        let _ = self.moment(reading);
+        // A reading without a time says nothing of the clock, nor does one that may be damaged.
+        if !reading.flags.contains(Flags::SUSPECT) {
+            let _ = self.moment(reading);
+        }
     }
 
     /// The time of a reading as taken; `None` where it has none: the device sent none, or the one of the reading

@@ -284,9 +284,13 @@ fn read_root(
     let devices: Vec<DeviceConfig> = devices.into_iter().flatten().collect();
 
     let (sync_table, kinematics_table) = (root.section("sync"), root.section("kinematics"));
-    let sync = if usable { motion::sync(&sync_table, &devices) } else { None };
+    let mut sync = if usable { motion::sync(&sync_table, &devices) } else { None };
     let kinematics =
         if usable { motion::kinematics(&kinematics_table, sync.as_ref(), &devices) } else { None };
+
+    if let Some(time) = sync.as_mut().and_then(|sync| sync.time.as_mut()) {
+        time.turning = kinematics.as_ref().and_then(Kinematics::turning);
+    }
 
     let along = projection::read(&root.section("projection"));
 

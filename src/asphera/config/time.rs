@@ -6,6 +6,7 @@ use asphera_clocks::Timekeeping;
 use asphera_settings::Section;
 
 use super::devices::DeviceConfig;
+use crate::station::Axis;
 
 /// How readings are joined by time.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,8 @@ pub struct TimeConfig {
     pub noise_mm: Option<f64>,
     /// Times of each device, the primary first.
     pub devices: Vec<Timekeeping>,
+    /// The axis that turns, if there is one.
+    pub turning: Option<Axis>,
 }
 
 /// Reads the keys; `wait` and `paced` are those beside them.
@@ -51,7 +54,7 @@ pub(super) fn read(
     let devices: Vec<Option<Timekeeping>> = each.collect();
     let devices = devices.into_iter().collect::<Option<_>>()?;
     let noise_mm = noise_nm.map(|noise_nm| noise_nm * 1e-6);
-    Some(TimeConfig { gap, u_limit_mm: u_limit_um * 1e-3, noise_mm, devices })
+    Some(TimeConfig { gap, u_limit_mm: u_limit_um * 1e-3, noise_mm, devices, turning: None })
 }
 
 /// None of these keys means anything where readings are joined by count.

@@ -61,11 +61,10 @@ fn join(config: &Config) -> JoinSettings {
         let clocks = devices.iter().map(|device| config.devices[*device].settings.clock());
         return JoinSettings::Count { settings: settings.clone(), clocks: clocks.collect() };
     };
-    let turning = config.kinematics.turning();
     let axes = config.kinematics.axes().into_iter();
     let coordinates = axes.filter_map(|axis| {
         let Source { stream, channel } = axis.source?;
-        let turn = if Some(axis) == turning { TAU / axis.scale.abs() } else { 0.0 };
+        let turn = if Some(axis) == time.turning { TAU / axis.scale.abs() } else { 0.0 };
         Some(Coordinate { stream, channel, turn })
     });
     JoinSettings::Time {

@@ -191,7 +191,7 @@ impl Kinematics {
     }
 
     /// The axis that turns, if there is one.
-    pub(super) fn turning(&self) -> Option<Axis> {
+    pub(crate) fn turning(&self) -> Option<Axis> {
         match self {
             Kinematics::Polar { rotary, .. } => Some(*rotary),
             Kinematics::Cartesian { .. } | Kinematics::Line(_) => None,

@@ -244,6 +244,24 @@ fn coarse_ticks_are_taken_at_their_middle_and_counted() {
 }
 
 #[test]
+fn any_numbers_give_times_or_none_and_no_panic() {
+    let wraps = [None, Some(0), Some(1), Some(u64::MAX), Some(u64::MAX / 2), Some(65_536)];
+    for wraps_ns in wraps {
+        let mut random = Pcg64Mcg::seed_from_u64(9);
+        let mut clock = Clock::new(DeviceClock { wraps_ns, tick_ns: u64::MAX });
+        let mut host_ns = 0;
+        for n in 0..3000_u32 {
+            host_ns += random.next_u64() % 40_000_000;
+            let device_ns = random.next_u64() >> (random.next_u64() % 64);
+            let stamp = clock.take(device_ns, Nanos::from_nanos(host_ns));
+            if let Some(Placed::At { ns, u_ns }) = stamp.map(|stamp| clock.placed(stamp)) {
+                assert!(!ns.is_nan() && !u_ns.is_nan(), "{n}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_time_that_repeats_is_no_second_time() {
     let mut clock = Clock::new(DeviceClock::default());
     assert!(clock.take(5, Nanos::from_millis(1)).is_some());
