@@ -158,7 +158,7 @@ fn a_gauge_and_a_stage_with_clocks_of_their_own_measure_a_sphere() {
 
     // Points count by what is known of them: 50 nm of noise, and what the joining adds on each slope.
     let [u_min_nm, u_max_nm, chi_square] = ["u_min_nm", "u_max_nm", "reduced_chi_square"]
-        .map(|of| number(&report, &format!("/form/weights/{of}")));
+        .map(|of| number(&report, &format!("/form/fit/weights/{of}")));
     assert!(u_min_nm >= 50.0 && u_max_nm > 4.0 * u_min_nm, "{report:#}");
     assert!(chi_square < 2.0, "errors are no larger than their uncertainties say: {chi_square}");
 
