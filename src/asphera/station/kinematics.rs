@@ -373,4 +373,30 @@ mod tests {
         assert_eq!(at(5.0).flags, Flags::OUT_OF_RANGE);
         assert!(!at(5.0).is_good());
     }
+
+    #[test]
+    fn uncertainties_of_the_axes_become_those_of_the_place() {
+        let spread = |channel: usize, u: f64| Spread { stream: 1, channel, u };
+        // An eighth of a turn, 7 mm out; a count of the angle is 2π/3600.
+        let polar = Kinematics::Polar {
+            rotary: axis(1, 0, TAU / 3600.0, 0.0),
+            radial: axis(1, 1, -1.0, 10.0),
+            probe: axis(0, 0, -1.0, 5.0),
+        };
+        let readings = vec![
+            reading(&[Some(4.0)], Flags::empty()),
+            reading(&[Some(450.0), Some(3.0)], Flags::empty()),
+        ];
+        let spreads = vec![spread(0, 2.0), spread(1, 0.001)];
+        let record = Record { spreads, ..record(readings) };
+        let [x, y, z] = point(&polar, &record).u_mm;
+        let expected = (7.0 * 2.0 * TAU / 3600.0 + 0.001) * 0.5_f64.sqrt();
+        assert!((x - expected).abs() < 1e-12 && (y - expected).abs() < 1e-12 && z == 0.0);
+        let stage = Kinematics::Cartesian {
+            x: axis(1, 0, 1e-3, 0.0),
+            y: axis(1, 1, -1.0, 0.0),
+            z: axis(0, 0, 1.0, 0.0),
+        };
+        assert_eq!(point(&stage, &record).u_mm, [0.002, 0.001, 0.0]);
+    }
 }
