@@ -12,6 +12,7 @@ mod centres;
 mod cocone;
 mod convection;
 mod delaunay;
+mod deviation;
 mod draw;
 mod geometry;
 mod graph;
@@ -36,6 +37,7 @@ pub use cocone::{
 };
 pub use convection::convection;
 pub use delaunay::{Delaunay, MOST_DELAUNAY_POINTS, NoDelaunay, Unsound, check_delaunay};
+pub use deviation::distances_mm;
 pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,

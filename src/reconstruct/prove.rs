@@ -3,7 +3,7 @@
 //! The proof knows nothing of how the mesh was made: it reads points and triangles alone. Edges, umbrellas, orientation,
 //! components, borders and Betti numbers are counted; crossings of triangles are decided by exact signs.
 
-mod boxes;
+pub(crate) mod boxes;
 mod crossings;
 mod edges;
 mod homology;

@@ -37,7 +37,7 @@ impl Sides {
             certainty: vec![[0.0; 2]; delaunay.corners.len()],
             steps: BinaryHeap::new(),
         };
-        spread.from_infinity(&pairs, &is_big);
+        spread.spread_from_outside(&pairs, &is_big);
         for (side, _) in spread.sides.iter_mut().zip(&is_big).filter(|(_, is_big)| **is_big) {
             side.get_or_insert(false);
         }
@@ -151,7 +151,7 @@ impl Eq for Step {}
 
 impl Spread<'_> {
     /// Tells the sides of big cells, the most certain first.
-    fn from_infinity(&mut self, pairs: &[Pair], is_big: &[bool]) {
+    fn spread_from_outside(&mut self, pairs: &[Pair], is_big: &[bool]) {
         let outside = self.delaunay.tetrahedra as u32..self.delaunay.corners.len() as u32;
         for cell in outside {
             self.settle(cell, true, is_big);

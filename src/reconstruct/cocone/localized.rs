@@ -1,6 +1,6 @@
 //! Cocone by cells of an octree, so that no triangulation of all points is needed.
 //!
-//! Localized Cocone (T. K. Dey, R. Dyer, L. Wang 2011, "Localized Cocone surface reconstruction", doi:10.1016/j.cag.2011.03.023) proves
+//! Localized Cocone (T. K. Dey, R. Dyer, L. Wang 2011, "Localized Cocone surface reconstruction") proves
 //! that cells with enough surroundings give the surface of Cocone. Here each cell has a certificate: the Voronoi cells of
 //! its points are those of all points. Super Cocone (T. K. Dey, J. Giesen, J. Hudson 2001, "Delaunay based shape reconstruction from large data")
 //! trusts a margin instead. Facets that meet cocones of all three corners are then pruned, and one layer is taken, as in [`super::cocone`].
@@ -145,7 +145,7 @@ fn sample(places_mm: &[PointMm]) -> Vec<u32> {
     let every = (places_mm.len() / SAMPLE).max(1) as u64;
     let mut sample: Vec<u32> = (0..)
         .zip(places_mm)
-        .filter(|(_, place)| crate::draw::bits(**place, 0, true) % every == 0)
+        .filter(|(_, place)| crate::draw::bits(**place, 0, true).is_multiple_of(every))
         .map(|(at, _)| at)
         .collect();
     for axis in 0..3 {

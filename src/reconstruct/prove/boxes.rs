@@ -24,6 +24,53 @@ pub(super) fn pairs(boxes: &[BoxMm], keep: impl Fn(u32, u32) -> bool + Sync) -> 
         .collect()
 }
 
+/// A tree of boxes that is asked for what is nearest to a place.
+pub(crate) struct Tree {
+    order: Vec<u32>,
+    nodes: Vec<BoxMm>,
+}
+
+impl Tree {
+    pub(crate) fn of(boxes: &[BoxMm]) -> Tree {
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut nodes = vec![EMPTY; node_count(boxes.len())];
+        build(boxes, &mut order, 0, &mut nodes);
+        Tree { order, nodes }
+    }
+
+    /// The least square of a distance in mm², where `square` gives that of an item in a box; infinite without items.
+    pub(crate) fn least(&self, place: PointMm, square: impl Fn(u32) -> f64) -> f64 {
+        let mut best = f64::INFINITY;
+        self.seek(&self.order, 0, place, &square, &mut best);
+        best
+    }
+
+    fn seek(
+        &self,
+        order: &[u32],
+        node: usize,
+        place: PointMm,
+        square: &impl Fn(u32) -> f64,
+        best: &mut f64,
+    ) {
+        if order.len() <= LEAF {
+            *best = order.iter().map(|&number| square(number)).fold(*best, f64::min);
+            return;
+        }
+        let (left, right) = order.split_at(order.len() / 2);
+        let mut halves = [(2 * node + 1, left), (2 * node + 2, right)]
+            .map(|(node, half)| (self.nodes[node].squared_distance_mm2(place), node, half));
+        if halves[1].0 < halves[0].0 {
+            halves.swap(0, 1);
+        }
+        for (floor, node, half) in halves {
+            if floor < *best {
+                self.seek(half, node, place, square, best);
+            }
+        }
+    }
+}
+
 fn node_count(len: usize) -> usize {
     if len <= LEAF { 1 } else { (4 * len / LEAF).next_power_of_two() }
 }
@@ -83,7 +130,7 @@ fn meet(a: &BoxMm, b: &BoxMm) -> bool {
 }
 
 /// The box about some places.
-pub(super) fn about(places: &[PointMm]) -> BoxMm {
+pub(crate) fn about(places: &[PointMm]) -> BoxMm {
     places.iter().fold(EMPTY, |whole, place| BoxMm {
         low_mm: [0, 1, 2].map(|axis| whole.low_mm[axis].min(place[axis])),
         high_mm: [0, 1, 2].map(|axis| whole.high_mm[axis].max(place[axis])),

@@ -62,7 +62,6 @@ fn output(diameters: &[f64], points: &[PointMm]) -> Option<Vec<String>> {
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn gudhi_finds_the_same_alpha_facets_and_betti_numbers() {
     let mut random = Pcg64::seed_from_u64(51);
     let cloud = (0..1_500).map(|_| [0; 3].map(|_| 10.0 * uniform(&mut random))).collect();
