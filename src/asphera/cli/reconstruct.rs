@@ -1,5 +1,6 @@
 //! `asphera reconstruct`: a surface in space through points, and the proof of what it is.
 
+mod comparison;
 mod delaunay;
 mod figures;
 mod graph;
@@ -8,12 +9,13 @@ mod written;
 use std::path::PathBuf;
 
 use asphera_geometry::PointMm;
-use asphera_reconstruct::{local, prove};
+use asphera_reconstruct::{Proof, Reconstruction, local, prove};
 use clap::{Args, ValueEnum};
 
-use self::delaunay::DelaunayMethod;
+use self::comparison::{Comparison, Truth};
+use self::delaunay::{DelaunayFigures, DelaunayMethod};
 use self::figures::ReconstructReport;
-use self::graph::GraphArgs;
+use self::graph::{GraphArgs, GraphStages};
 use super::exit::Exit;
 use super::files::refuse;
 use super::output::{Failure, print, print_json};
@@ -36,6 +38,12 @@ pub(super) struct ReconstructArgs {
     alpha: Option<f64>,
     #[command(flatten)]
     graph: GraphArgs,
+    /// Run every method and print a row of figures for each.
+    #[arg(long, conflicts_with_all = ["method", "out", "sweep"])]
+    compare: bool,
+    /// With --compare: the true surface, to which distances are given.
+    #[arg(long, value_name = "MESH", requires = "compare")]
+    truth: Option<PathBuf>,
     /// Write the surface, in mm of the file's frame.
     #[arg(short, long, value_name = "OUT.ply|.stl|.obj|.off")]
     out: Option<PathBuf>,
@@ -101,6 +109,9 @@ pub(super) fn run(args: &ReconstructArgs) -> Result<Exit, Failure> {
         refuse(out, &args.source, args.force)?;
         written::kind_of(out)?;
     }
+    if args.compare {
+        return compare(args);
+    }
     if args.method != MethodName::Graph && args.graph.is_asked() {
         return Err(
             "--kappa, --hops, --threshold, --faces and --sweep belong to --method graph; add it"
@@ -144,23 +155,8 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
     let points_mm: Vec<PointMm> = source.points().collect();
     progress.stage("meshing");
     let clock = Clock::start();
-    let mut figures = None;
-    let mut stages = None;
-    let reconstruction = if let Some(method) = args.method.of_delaunay() {
-        let (found, of_method) = delaunay::surface(method, &points_mm, args.alpha)
-            .map_err(|why| format!("{}: {why}", args.source.display()))?;
-        figures = Some(of_method);
-        found
-    } else if args.method == MethodName::Graph {
-        let (found, of_graph) = args.graph.surface(&points_mm, &clock)?;
-        if let Some(why) = found.no_surface {
-            return Err(format!("{}: {why}", args.source.display()).into());
-        }
-        stages = Some(of_graph);
-        found.reconstruction
-    } else {
-        local(&points_mm)?
-    };
+    let Found { surface: reconstruction, figures, stages } =
+        found(args, args.method, &points_mm, &clock)?;
     let meshed = clock.now();
     progress.stage("proving");
     let proof = prove(&points_mm, &reconstruction.facets)?;
@@ -170,6 +166,93 @@ fn made(args: &ReconstructArgs) -> Result<Made, Failure> {
         .with_stages(stages)
         .with_delaunay(figures, &proof);
     Ok((report, points_mm, reconstruction.facets))
+}
+
+/// A surface, and the figures of its method.
+struct Found {
+    surface: Reconstruction,
+    figures: Option<DelaunayFigures>,
+    stages: Option<GraphStages>,
+}
+
+fn found(
+    args: &ReconstructArgs,
+    method: MethodName,
+    points_mm: &[PointMm],
+    clock: &Clock,
+) -> Result<Found, Failure> {
+    let named = |why: &dyn std::fmt::Display| format!("{}: {why}", args.source.display());
+    if let Some(method) = method.of_delaunay() {
+        let (surface, figures) =
+            delaunay::surface(method, points_mm, args.alpha).map_err(|why| named(&why))?;
+        return Ok(Found { surface, figures: Some(figures), stages: None });
+    }
+    if method == MethodName::Graph {
+        let (found, stages) = args.graph.surface(points_mm, clock)?;
+        if let Some(why) = found.no_surface {
+            return Err(named(&why).into());
+        }
+        let surface = found.reconstruction;
+        return Ok(Found { surface, figures: None, stages: Some(stages) });
+    }
+    Ok(Found { surface: local(points_mm)?, figures: None, stages: None })
+}
+
+/// The table of `--compare`.
+fn compare(args: &ReconstructArgs) -> Result<Exit, Failure> {
+    let work = || compared(args);
+    let table = match args.threads {
+        None => work()?,
+        Some(threads) => {
+            rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?.install(work)?
+        }
+    };
+    if args.json {
+        print_json(&table)?;
+    } else {
+        print(&table.summary());
+    }
+    Ok(Exit::Done)
+}
+
+fn compared(args: &ReconstructArgs) -> Result<Comparison, Failure> {
+    let progress = Progress::start("reconstruct");
+    let truth = args.truth.as_deref();
+    let truth_mesh = truth.map(|path| Truth::open(path, &args.text.options())).transpose()?;
+    let source = Source::open(&args.source, &args.text, &progress)?;
+    let points_mm: Vec<PointMm> = source.points().collect();
+    let file = args.source.display().to_string();
+    let mut table = Comparison::new(file, points_mm.len(), truth);
+    for &method in MethodName::value_variants() {
+        let Some(name) = method.to_possible_value() else { continue };
+        let name = name.get_name().to_owned();
+        if method == MethodName::Alpha && args.alpha.is_none() {
+            table.add_refused(name, "left out: give --alpha MM".to_owned());
+            continue;
+        }
+        progress.stage(&name);
+        let clock = Clock::start();
+        // A wrap of a ball is a complex, and no surface to compare.
+        let found = match method {
+            MethodName::Wrap => delaunay::surface(DelaunayMethod::Wrap, &points_mm, None)
+                .map(|(surface, figures)| Found { surface, figures: Some(figures), stages: None }),
+            _ => found(args, method, &points_mm, &clock),
+        };
+        let seconds = clock.now().as_secs_f64();
+        match found {
+            Err(why) => table.add_refused(name, why.to_string()),
+            Ok(Found { surface, figures, .. }) => {
+                let guarantee = |proof: &Proof| match &figures {
+                    Some(figures) => figures.guarantee(proof),
+                    None if method == MethodName::Graph => figures::GRAPH_GUARANTEE.to_owned(),
+                    None => figures::LOCAL_GUARANTEE.to_owned(),
+                };
+                let truth = truth_mesh.as_ref();
+                table.add(name, &points_mm, (&surface, seconds), guarantee, truth)?;
+            }
+        }
+    }
+    Ok(table)
 }
 
 /// The table of `--sweep`.

@@ -118,7 +118,7 @@ impl ReconstructReport {
             degenerate_facets: proof.degenerate_facets.count,
             area_mm2: proof.area_mm2,
             volume_mm3: proof.volume_mm3,
-            guarantee: "unknown: the local feature size of the part is not known here".to_owned(),
+            guarantee: LOCAL_GUARANTEE.to_owned(),
             delaunay: None,
             stages_s: StageFigures { mesh: mesh_s, proof: proof_s, graph: None },
             as_of_points: points_mm.len(),
@@ -133,9 +133,7 @@ impl ReconstructReport {
         let found = &mut self.mesh.reconstruction;
         if stages.is_some() {
             found.method = "graph";
-            found.guarantee =
-                "none: the graph method sees hops, not lengths; the proof says what the surface is"
-                    .to_owned();
+            found.guarantee = GRAPH_GUARANTEE.to_owned();
         }
         found.stages_s.graph = stages;
         self
@@ -228,3 +226,10 @@ fn word(why: LeftOut) -> &'static str {
 const MOST_LISTED: usize = 100;
 /// So many borders are printed on a terminal.
 const MOST_PRINTED: usize = 6;
+
+/// The guarantee of the local method.
+pub(super) const LOCAL_GUARANTEE: &str =
+    "unknown: the local feature size of the part is not known here";
+/// The guarantee of the graph method.
+pub(super) const GRAPH_GUARANTEE: &str =
+    "none: the graph method sees hops, not lengths; the proof says what the surface is";

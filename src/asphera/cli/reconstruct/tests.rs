@@ -151,3 +151,41 @@ fn methods_over_the_delaunay_triangulation_say_whether_their_condition_is_met() 
     let Err(refused) = made(&args(&["--method", "cocone"])) else { panic!("a body of a plane") };
     assert!(refused.to_string().contains("exactly in a plane"), "{refused}");
 }
+
+#[test]
+fn all_methods_are_compared_with_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ball.xyz");
+    let points = ball(20);
+    let text: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let truth = folder.path().join("truth.off");
+    // The same points, joined: a surface whose places are off the ball by a known sagitta.
+    let facets = asphera_reconstruct::local(&points).unwrap().facets;
+    written::write(&truth, &points, &facets).unwrap();
+    let [file, truth] = [&file, &truth].map(|path| path.to_str().unwrap());
+    let words = ["asphera", "reconstruct", file, "--compare", "--truth", truth, "--alpha", "9"];
+    let Command::Reconstruct(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
+    let table = super::compared(&args).unwrap();
+    let json = serde_json::to_value(&table).unwrap();
+    let rows = json["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 12);
+    for row in rows.iter().filter(|row| row["method"] != "graph") {
+        assert_eq!((&row["closed"], &row["genus"]), (&true.into(), &0.into()), "{row}");
+        assert_eq!((&row["defects"], &row["points_left_out"]), (&0.into(), &0.into()), "{row}");
+        assert!(row["points_off_mm"].as_f64().unwrap() < 1e-12);
+        // Facets may differ by a diagonal, whose middle lies no deeper than the sagitta of a side of 0.6 mm.
+        for way in ["to_truth_mm", "from_truth_mm"] {
+            let largest = row[way][1].as_f64().unwrap();
+            assert!(largest < 0.6 * 0.6 / 8.0 / 5.0, "{row}");
+        }
+    }
+    let text = table.summary();
+    assert_eq!(text.lines().count(), 13, "{text}");
+    assert!(text.contains("from mm") && text.contains("\nloccocone "), "{text}");
+    // Points alone are no truth, and the words say so.
+    let words = ["asphera", "reconstruct", file, "--compare", "--truth", file];
+    let Command::Reconstruct(args) = Cli::try_parse_from(words).unwrap().command else { panic!() };
+    let refused = super::compared(&args).unwrap_err().to_string();
+    assert!(refused.contains("expected a mesh with triangles"), "{refused}");
+}
