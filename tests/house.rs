@@ -28,6 +28,7 @@ const ALLOWED: [(&str, &[&str]); 27] = [
             "asphera-metrics",
             "asphera-nominal",
             "asphera-paper",
+            "asphera-plan",
             "asphera-reconstruct",
             "asphera-report",
             "asphera-rig",
@@ -78,6 +79,7 @@ const ALLOWED: [(&str, &[&str]); 27] = [
     ("asphera-uncertainty", &["asphera-figures", "asphera-form", "asphera-geometry"]),
     ("asphera-figures", &["asphera-form"]),
     ("asphera-geometry", &[]),
+    ("asphera-plan", &[]),
     ("asphera-mesh", &["asphera-geometry"]),
     ("asphera-surface", &["asphera-geometry", "asphera-mesh"]),
     ("asphera-contour", &["asphera-geometry", "asphera-mesh"]),
@@ -109,6 +111,7 @@ const TALK_IN_LINES: [&str; 2] = ["asphera-scpi", "asphera-zaber"];
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
 const PURE: [&str; 19] = [
     "asphera-geometry",
+    "asphera-plan",
     "asphera-mesh",
     "asphera-surface",
     "asphera-contour",
