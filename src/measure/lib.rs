@@ -64,7 +64,8 @@ pub use part::{
 pub use pipeline::{Pipeline, RunningFigures};
 pub use projection::{Along, AlongError, DEFAULT_POINTS, MAX_POINTS, MIN_POINTS};
 pub use sampling::{
-    MOST_PLACES, Next, PointsSampling, Remembered, Wanted, sampling_of_mesh, sampling_of_points,
+    DesignSpacing, MOST_PLACES, Next, PointsSampling, Remembered, Wanted, design_spacing,
+    sampling_of_mesh, sampling_of_points,
 };
 pub use sampling::{Readings, Sampled, feature_size, no_area};
 pub use step::Step;

@@ -11,6 +11,7 @@
 use std::collections::BTreeSet;
 
 use crate::lattice::{HIGHEST_LEVEL, Lattice, Node};
+use crate::piece::distance_mm;
 use crate::{Aperture, Piece, PlanError, Polygon, Spacing, strokes};
 
 /// What a scan is to reach.
@@ -111,6 +112,8 @@ pub struct AdaptiveScan {
     aperture: Aperture,
     centre_mm: [f64; 2],
     taken: BTreeSet<Node>,
+    /// Places on the border that stand for places beyond it.
+    on_border: Vec<[f64; 2]>,
     /// The uncertainty before the last level over the whole aperture.
     u_before: Option<f64>,
     /// Levels that were measured over the whole aperture.
@@ -132,13 +135,14 @@ impl AdaptiveScan {
         goal.validate()?;
         aperture.validate()?;
         let lattice = Lattice::new(centre_mm, spacing_mm)?;
-        let taken = BTreeSet::new();
+        let (taken, on_border) = (BTreeSet::new(), Vec::new());
         Ok(AdaptiveScan {
             goal,
             lattice,
             aperture,
             centre_mm,
             taken,
+            on_border,
             u_before: None,
             whole_levels: 0,
         })
@@ -167,11 +171,17 @@ impl AdaptiveScan {
         if is_sampled {
             return self.densify(known);
         }
-        let (levels, regions) = self.wanted(known.regions);
-        if levels.is_empty() {
-            return Step::End(Ending::NothingToGain);
+        loop {
+            let (levels, regions) = self.wanted(known.regions);
+            if levels.is_empty() {
+                return Step::End(Ending::NothingToGain);
+            }
+            // Places on the border may all stand beside others; then finer ones come.
+            let batch = self.batch(known.stands_mm, levels, regions);
+            if batch.places > 0 {
+                return Step::Measure(batch);
+            }
         }
-        Step::Measure(self.batch(known.stands_mm, levels, regions))
     }
 
     /// Places that a region lacks, by levels, the region of most gain first, and how many regions they lie in.
@@ -215,15 +225,15 @@ impl AdaptiveScan {
         let spacing_mm = self.lattice.spacing_mm(level);
         let slack_mm = SLACK * spacing_mm;
         let belongs = |node: Node| {
-            let place = self.lattice.place_mm(node);
-            self.contains(place)
-                && region.polygons.iter().any(|polygon| polygon.contains(place, slack_mm))
+            let within = |place| region.polygons.iter().any(|one| one.contains(place, slack_mm));
+            self.place(node, spacing_mm).is_some_and(|(place, _)| within(place))
         };
         let lacks = |node: &Node| !self.taken.contains(node) && belongs(*node);
         let (mut found, mut free, mut taken) = (Vec::new(), 0, 0);
         for polygon in &region.polygons {
             let Some([low, high]) = polygon.bounds() else { continue };
-            let bounds = [low.map(|mm| mm - slack_mm), high.map(|mm| mm + slack_mm)];
+            // Beyond the border, too.
+            let bounds = [low.map(|mm| mm - spacing_mm), high.map(|mm| mm + spacing_mm)];
             let count = (0..2).map(|axis| (bounds[1][axis] - bounds[0][axis]) / spacing_mm);
             if count.product::<f64>() > MOST_NODES {
                 return Ready { nodes: found, goes_on: false };
@@ -265,16 +275,25 @@ impl AdaptiveScan {
 
     /// Places of a level over the whole aperture that are not measured.
     fn whole_level(&self, level: u32) -> Vec<Node> {
-        let reach_mm = self.aperture.reach_mm();
+        let spacing_mm = self.lattice.spacing_mm(level);
+        let reach_mm = self.aperture.reach_mm() + spacing_mm;
         let bounds = [-reach_mm, reach_mm].map(|mm| self.centre_mm.map(|centre| centre + mm));
         let nodes = self.lattice.nodes(level, bounds).into_iter();
         let is_free =
-            |node: &Node| !self.taken.contains(node) && self.contains(self.lattice.place_mm(*node));
+            |node: &Node| !self.taken.contains(node) && self.place(*node, spacing_mm).is_some();
         nodes.filter(is_free).collect()
     }
 
-    fn contains(&self, place: [f64; 2]) -> bool {
-        self.aperture.contains([0, 1].map(|axis| place[axis] - self.centre_mm[axis]))
+    /// Where a place of the lattice is measured, and whether that is on the border: for a place that lies not far beyond it.
+    fn place(&self, node: Node, spacing_mm: f64) -> Option<([f64; 2], bool)> {
+        let place = self.lattice.place_mm(node);
+        let about = [0, 1].map(|axis| place[axis] - self.centre_mm[axis]);
+        if self.aperture.contains(about) {
+            return Some((place, false));
+        }
+        let border = self.aperture.nearest(about);
+        let is_near = distance_mm(about, border) <= BEYOND * spacing_mm;
+        is_near.then(|| ([0, 1].map(|axis| border[axis] + self.centre_mm[axis]), true))
     }
 
     fn batch(
@@ -283,15 +302,44 @@ impl AdaptiveScan {
         levels: Vec<(u32, Vec<Node>)>,
         regions: usize,
     ) -> Batch {
-        let group = |(level, nodes): &(u32, Vec<Node>)| {
-            let places = nodes.iter().map(|&node| self.lattice.place_mm(node)).collect();
-            (self.lattice.row_step_mm(*level), places)
-        };
-        let groups: Vec<(f64, Vec<[f64; 2]>)> = levels.iter().map(group).collect();
-        let pieces = strokes(stands_mm, &groups);
-        let places = levels.iter().map(|(_, nodes)| nodes.len()).sum();
-        self.taken.extend(levels.into_iter().flat_map(|(_, nodes)| nodes));
-        Batch { pieces, places, regions }
+        let mut groups: Vec<(f64, Vec<[f64; 2]>)> = Vec::new();
+        let mut count = 0;
+        for (level, nodes) in levels {
+            let spacing_mm = self.lattice.spacing_mm(level);
+            let mut places = Vec::with_capacity(nodes.len());
+            self.taken.extend(nodes.iter().copied());
+            for &node in &nodes {
+                let Some((place, on_border)) = self.place(node, spacing_mm) else { continue };
+                let apart_mm = if on_border { APART } else { BESIDE } * spacing_mm;
+                if self.on_border.iter().any(|&other| distance_mm(place, other) < apart_mm) {
+                    continue;
+                }
+                if on_border {
+                    if self.is_beside_taken(place, level) {
+                        continue;
+                    }
+                    self.on_border.push(place);
+                }
+                places.push(place);
+            }
+            count += places.len();
+            groups.push((self.lattice.row_step_mm(level), places));
+        }
+        Batch { pieces: strokes(stands_mm, &groups), places: count, regions }
+    }
+
+    /// Whether a place on the border stands beside one of the lattice, of this level or a coarser one.
+    fn is_beside_taken(&self, place: [f64; 2], level: u32) -> bool {
+        let apart_mm = BESIDE * self.lattice.spacing_mm(level);
+        let bounds = [place.map(|mm| mm - apart_mm), place.map(|mm| mm + apart_mm)];
+        let mut near = (0..=level).flat_map(|level| self.lattice.nodes(level, bounds));
+        near.any(|node| {
+            let other = self.lattice.place_mm(node);
+            let about = [0, 1].map(|axis| other[axis] - self.centre_mm[axis]);
+            self.taken.contains(&node)
+                && self.aperture.contains(about)
+                && distance_mm(place, other) < apart_mm
+        })
     }
 }
 
@@ -340,6 +388,13 @@ const MOST_NODES: f64 = 4e6;
 
 /// Lines of regions are simplified, and a place on one belongs to the region: so far, as a share of the spacing.
 const SLACK: f64 = 0.2;
+
+/// A place beyond the border so far away, as a share of the spacing, is measured on the border instead: points must enclose the aperture.
+const BEYOND: f64 = 0.6;
+
+/// Places on the border are no nearer to each other than this share of the spacing, and others no nearer to them than this.
+const APART: f64 = 0.5;
+const BESIDE: f64 = 0.25;
 
 /// A level over the whole aperture was worth its time where it left at most this share of the uncertainty.
 const WORTH: f64 = 0.95;

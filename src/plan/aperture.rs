@@ -118,6 +118,24 @@ impl Aperture {
         }
     }
 
+    /// The place of it that is nearest to one beyond its border.
+    pub(crate) fn nearest(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let on_circle = |radius_mm: f64| {
+            let r = x.hypot(y);
+            if r > 0.0 { [x, y].map(|mm| mm * radius_mm / r) } else { [radius_mm, 0.0] }
+        };
+        match *self {
+            Aperture::Circle { radius_mm } => on_circle(radius_mm),
+            Aperture::Rectangle { width_mm, height_mm } => {
+                let half = [0.5 * width_mm, 0.5 * height_mm];
+                [x.clamp(-half[0], half[0]), y.clamp(-half[1], half[1])]
+            }
+            Aperture::Annulus { inner_mm, outer_mm } => {
+                on_circle(if x.hypot(y) < inner_mm { inner_mm } else { outer_mm })
+            }
+        }
+    }
+
     /// Half its size along y in mm.
     pub(crate) fn half_height_mm(&self) -> f64 {
         match *self {

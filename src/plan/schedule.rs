@@ -221,6 +221,9 @@ impl Spacing {
     /// Lengths of way in mm at which a point is taken.
     pub fn ways_mm(self, piece: &Piece) -> Vec<f64> {
         let length_mm = piece.length_mm();
+        if length_mm <= 0.0 {
+            return vec![0.0];
+        }
         match self {
             Spacing::AtMost { mm } => {
                 let count = ((length_mm / mm - ROUNDING).ceil() as usize).max(1);

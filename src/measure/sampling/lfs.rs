@@ -82,7 +82,7 @@ impl Remembered {
     }
 
     /// Looks for that of the nominal, unless it is known. Fails with the reason in words.
-    fn look_at_nominal(
+    pub(super) fn look_at_nominal(
         &mut self,
         part: &Part,
         points: &[PointMm],

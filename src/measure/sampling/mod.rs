@@ -6,6 +6,7 @@
 
 mod border;
 mod current;
+mod design_spacing;
 mod findings;
 mod freeform;
 mod lfs;
@@ -25,6 +26,7 @@ use asphera_mesh::Mesh;
 use asphera_surface::{Plane, Relief, topography};
 
 pub(crate) use self::current::Current;
+pub use self::design_spacing::{DesignSpacing, design_spacing};
 pub(crate) use self::findings::Findings;
 use self::findings::Look;
 pub use self::lfs::Remembered;

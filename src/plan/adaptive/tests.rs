@@ -125,6 +125,33 @@ fn a_small_batch_takes_the_region_of_most_gain_first() {
     assert!(places(&second).iter().all(|place| place[0] > 3.5), "{second:?}");
 }
 
+/// Points enclose a round aperture but for slivers, and no two come together, whatever the levels.
+#[test]
+fn places_reach_the_border_and_stay_apart() {
+    let disc = Aperture::Circle { radius_mm: 5.0 };
+    let mut scan = AdaptiveScan::new(goal(), disc, [1.0, 2.0], 1.7).unwrap();
+    let mut all = places(&scan.begin([0.0; 2]));
+    let everywhere = [boxed([-5.0, -4.0], [7.0, 8.0])];
+    for level in 1..6 {
+        let batch = measured(scan.next_step(&known(&everywhere)));
+        all.extend(places(&batch));
+        let spacing_mm = 1.7 * (-0.5 * f64::from(level)).exp2();
+        let farthest = (0..720).map(|step| {
+            let (sin, cos) = (f64::from(step) * std::f64::consts::PI / 360.0).sin_cos();
+            let rim = [1.0 + 5.0 * cos, 2.0 + 5.0 * sin];
+            all.iter().map(|&place| distance_mm(place, rim)).fold(f64::INFINITY, f64::min)
+        });
+        let farthest = farthest.fold(0.0, f64::max);
+        assert!(farthest < 1.1 * spacing_mm, "{level}: {farthest} {spacing_mm}");
+        for (index, &place) in all.iter().enumerate() {
+            let near = |other: &&[f64; 2]| distance_mm(place, **other) < 0.05 * spacing_mm;
+            let other = all[..index].iter().find(near);
+            assert!(other.is_none(), "{level}: {place:?} {other:?}");
+            assert!(distance_mm(place, [1.0, 2.0]) < 5.0 + 1e-9);
+        }
+    }
+}
+
 #[test]
 fn goals_that_cannot_be_are_refused() {
     let refused = |goal: Goal| AdaptiveScan::new(goal, SQUARE, [0.0; 2], 2.0).unwrap_err().key;
