@@ -63,6 +63,11 @@ pub(super) const SAMPLING: &str = "Examples:
   asphera sampling part.xyz --epsilon 0.05
   asphera sampling part.xyz --nominal sphere.toml --waypoints next.csv";
 
+pub(super) const PLAN: &str = "Examples:
+  asphera plan sphere.toml --path raster --spacing 0.5 -o plan.csv
+  asphera plan asphere.toml --path spiral --from-epsilon 0.05 --machine polar --axis r=-1,60,10,100 -o plan.csv
+  asphera plan part.xyz --nominal sphere.toml --from 0,-20 --dwell 0.1 -o next.csv";
+
 pub(super) const RECONSTRUCT: &str = "Examples:
   asphera reconstruct blade.ply -o blade-mesh.ply
   asphera reconstruct mount.ply --method graph --hops 5 -o coarse.stl

@@ -21,6 +21,7 @@ mod notify;
 mod outlet;
 mod output;
 mod parts;
+mod plan;
 mod ports;
 mod progress;
 mod reconstruct;
@@ -119,6 +120,9 @@ enum Command {
     /// Says how densely points sample their surface, and what to measure next.
     #[command(after_help = examples::SAMPLING)]
     Sampling(sampling::SamplingArgs),
+    /// Plans the path of a probe over a nominal, or through the places to measure next, with its time.
+    #[command(after_help = examples::PLAN)]
+    Plan(plan::PlanArgs),
     /// Makes a surface of a volume (CT, OCT, confocal), says whether its grid was fine enough, and measures volume and area.
     #[command(after_help = examples::VOLUME)]
     Volume(volume::VolumeArgs),
@@ -226,6 +230,7 @@ pub fn main() -> ExitCode {
         Command::Benchmark(args) => benchmark::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Sampling(args) => sampling::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Graph(args) => graph::run(&args),
         Command::Parts(args) => parts::run(&args),
         Command::Volume(args) => volume::run(&args),

@@ -1,0 +1,76 @@
+//! What the command line says of a plan.
+
+use clap::Parser as _;
+
+use super::*;
+
+#[derive(clap::Parser)]
+struct Line {
+    #[command(flatten)]
+    plan: PlanArgs,
+}
+
+const SPHERE: &str =
+    "[surface]\nkind = \"sphere\"\nradius_mm = 20\n[aperture]\nshape = \"circle\"\nradius_mm = 5\n";
+
+fn run_line(words: &[&str]) -> Result<Exit, String> {
+    let line =
+        Line::try_parse_from([&["plan"], words].concat()).map_err(|error| error.to_string())?;
+    run(&line.plan).map_err(|failure| failure.to_string())
+}
+
+#[test]
+fn a_path_over_a_nominal_is_written_with_places_and_times() {
+    let dir = tempfile::tempdir().unwrap();
+    let nominal = dir.path().join("sphere.toml");
+    std::fs::write(&nominal, SPHERE).unwrap();
+    let [nominal, out] =
+        [nominal, dir.path().join("plan.csv")].map(|path| path.display().to_string());
+    let spiral =
+        [&nominal[..], "--path", "spiral", "--spacing", "1", "-o", &out, "--machine", "polar"];
+    assert_eq!(run_line(&spiral), Ok(Exit::Done));
+    let text = std::fs::read_to_string(&out).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("x[mm],y[mm],r[mm],c[deg],t[s]"));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect();
+    for row in &rows {
+        let [x, y, r, c, _] = row[..] else { panic!("{row:?}") };
+        let (sin, cos) = c.to_radians().sin_cos();
+        assert!((r * cos - x).abs() < 1e-6 && (r * sin - y).abs() < 1e-6, "{row:?}");
+    }
+    assert!(rows.len() > 100 && rows.windows(2).all(|pair| pair[1][4] > pair[0][4]));
+    assert!(run_line(&spiral).unwrap_err().contains("--force overwrites it"));
+    let forced = [&spiral[..], &["--force", "--json"]].concat();
+    assert_eq!(run_line(&forced), Ok(Exit::Done));
+}
+
+#[test]
+fn what_cannot_be_planned_names_key_and_cure() {
+    let dir = tempfile::tempdir().unwrap();
+    let [nominal, open, flat, out] =
+        ["sphere.toml", "open.toml", "flat.toml", "plan.csv"].map(|name| dir.path().join(name));
+    std::fs::write(&nominal, SPHERE).unwrap();
+    std::fs::write(&open, &SPHERE[..SPHERE.find("[aperture]").unwrap()]).unwrap();
+    std::fs::write(
+        &flat,
+        "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 5\n",
+    )
+    .unwrap();
+    let [nominal, open, flat, out] =
+        [nominal, open, flat, out].map(|path| path.display().to_string());
+    let refused = |source: &str, more: &[&str]| {
+        run_line(&[&[source, "-o", &out[..], "--path", "raster"], more].concat()).unwrap_err()
+    };
+    assert!(refused(&nominal, &[]).contains("expected --spacing MM or --from-epsilon E"));
+    let error = refused(&nominal, &["--spacing", "1", "--axis", "x=-4,4,10,100"]);
+    assert!(error.contains("x.travel: expected -4 to 4 mm, found -"), "{error}");
+    let error = refused(&nominal, &["--spacing", "1", "--machine", "polar"]);
+    assert!(error.contains("take spiral, rings or meridians"), "{error}");
+    let error = refused(&nominal, &["--spacing", "1", "--axis", "c=0,90,10,100"]);
+    assert!(error.contains("axis: expected x or y, found c"), "{error}");
+    assert!(refused(&nominal, &["--spacing", "1", "--axis", "x=1,2,3"]).contains("AXIS=LOW,HIGH"));
+    assert!(refused(&open, &["--spacing", "1"]).contains("[aperture]"));
+    assert!(refused(&flat, &["--from-epsilon", "0.05"]).contains("give --spacing MM"));
+    assert!(!FilePath::new(&out).exists());
+}
