@@ -130,6 +130,7 @@ fn over_aperture(args: &PlanArgs, kind: PathKind, progress: &Progress) -> Result
             return Err("--path: expected --spacing MM or --from-epsilon E, found neither".into());
         }
     };
+    refuse_directions(args, kind)?;
     let way = if args.inward { Way::In } else { Way::Out };
     let path = match kind {
         PathKind::Raster => Path::Raster { pitch_mm: spacing_mm, one_way: args.one_way },
@@ -151,6 +152,20 @@ fn over_aperture(args: &PlanArgs, kind: PathKind, progress: &Progress) -> Result
     let gone = Gone { path: kind, spacing_mm: Some(spacing_mm), pieces: pieces.len() };
     let figures = Figures::new(args, gone, &schedule).with_needed(needed);
     Ok(Planned { schedule, heights_mm: Vec::new(), figures })
+}
+
+/// Fails where a direction is asked for that a path does not have.
+fn refuse_directions(args: &PlanArgs, kind: PathKind) -> Result<(), Failure> {
+    let turns = matches!(kind, PathKind::Spiral | PathKind::Rings);
+    if args.one_way && kind != PathKind::Raster {
+        return Err("--one-way: expected --path raster: leave it out for other paths".into());
+    }
+    if args.inward && !turns {
+        return Err(
+            "--inward: expected --path spiral or rings: leave it out for other paths".into()
+        );
+    }
+    Ok(())
 }
 
 /// A short path through the places to measure next.

@@ -70,6 +70,7 @@ fn what_cannot_be_planned_names_key_and_cure() {
     let error = refused(&nominal, &["--spacing", "1", "--axis", "c=0,90,10,100"]);
     assert!(error.contains("axis: expected x or y, found c"), "{error}");
     assert!(refused(&nominal, &["--spacing", "1", "--axis", "x=1,2,3"]).contains("AXIS=LOW,HIGH"));
+    assert!(refused(&nominal, &["--spacing", "1", "--inward"]).contains("spiral or rings"));
     assert!(refused(&open, &["--spacing", "1"]).contains("[aperture]"));
     assert!(refused(&flat, &["--from-epsilon", "0.05"]).contains("give --spacing MM"));
     assert!(!FilePath::new(&out).exists());
