@@ -21,7 +21,7 @@ pub struct Goal {
     pub coverage: f64,
     /// Largest standard uncertainty of the figure that is judged; `None`: any.
     pub u_max: Option<f64>,
-    /// Longest time of the scan in s; `None`: any.
+    /// Time in s after which no batch begins; `None`: any.
     pub budget_s: Option<f64>,
     /// Most places of a batch.
     pub batch_places: usize,

@@ -34,10 +34,10 @@ fn show(name: &str, scan: &Scanned, adaptive: &Scanned) {
         scan.stopping_s,
         scan.stopping_s / adaptive.stopping_s,
         scan.looks,
-        number(scan.seen.coverage),
-        number(scan.seen.epsilon_p99),
-        number(scan.seen.u_nm),
-        scan.seen.verdict,
+        number(scan.findings.coverage),
+        number(scan.findings.epsilon_p99),
+        number(scan.findings.u_nm),
+        scan.findings.verdict,
         scan.ending.map_or_else(String::new, |ending| format!("{ending:?}")),
     );
 }

@@ -14,14 +14,14 @@ fn a_steep_asphere_is_covered_with_half_the_points() {
     let part = study::all().into_iter().find(|part| part.name == "steep asphere").unwrap();
     let adaptive = study::adaptive(&part);
     assert_eq!(adaptive.ending, Some(Ending::Reached), "{adaptive:?}");
-    assert!(study::is_reached(&part, &adaptive.seen), "{:?}", adaptive.seen);
+    assert!(study::is_reached(&part, &adaptive.findings), "{:?}", adaptive.findings);
     let planned = study::uniform(&part, study::planned_mm(&part.part));
-    assert!(study::is_reached(&part, &planned.seen), "{:?}", planned.seen);
+    assert!(study::is_reached(&part, &planned.findings), "{:?}", planned.findings);
     assert!(planned.points > 2 * adaptive.points, "{} {}", planned.points, adaptive.points);
     assert!(planned.stopping_s > 2.0 * adaptive.stopping_s);
     // A coarse raster alone does not reach it.
     let coarse = study::uniform(&part, part.coarse_mm);
-    assert!(!study::is_reached(&part, &coarse.seen), "{:?}", coarse.seen);
+    assert!(!study::is_reached(&part, &coarse.findings), "{:?}", coarse.findings);
 }
 
 #[test]
@@ -29,6 +29,6 @@ fn a_part_that_fails_is_left_after_the_coarse_scan() {
     let part = study::all().into_iter().find(|part| part.name == "part that fails").unwrap();
     let adaptive = study::adaptive(&part);
     assert_eq!(adaptive.ending, Some(Ending::FailCertain), "{adaptive:?}");
-    assert_eq!((adaptive.looks, adaptive.seen.verdict), (1, VerdictState::FailCertain));
+    assert_eq!((adaptive.looks, adaptive.findings.verdict), (1, VerdictState::FailCertain));
     assert!(adaptive.points < 100, "{}", adaptive.points);
 }

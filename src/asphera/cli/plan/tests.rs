@@ -75,3 +75,51 @@ fn what_cannot_be_planned_names_key_and_cure() {
     assert!(refused(&flat, &["--from-epsilon", "0.05"]).contains("give --spacing MM"));
     assert!(!FilePath::new(&out).exists());
 }
+
+/// A cap with two holes: their places, as the sampling lists them, come in a path that is no longer.
+#[test]
+fn places_to_measure_next_come_in_a_short_path() {
+    use std::fmt::Write as _;
+
+    let dir = tempfile::tempdir().unwrap();
+    let mut text = String::new();
+    for (i, j) in (0..=50).flat_map(|i| (0..=40).map(move |j| (i, j))) {
+        let [x, y] = [0.2 * f64::from(i) - 5.0, 0.2 * f64::from(j) - 4.0];
+        let is_hole =
+            (1.0 < x && x < 2.0 && y.abs() < 1.0) || (-3.0 < x && x < -2.3 && 0.0 < y && y < 2.0);
+        if !is_hole {
+            writeln!(text, "{x} {y} {}", 20.0 - (400.0 - x * x - y * y).sqrt()).unwrap();
+        }
+    }
+    let [points, nominal, out] = ["part.xyz", "sphere.toml", "next.csv"]
+        .map(|name| dir.path().join(name).display().to_string());
+    std::fs::write(&points, text).unwrap();
+    let rectangle = "[aperture]\nshape = \"rectangle\"\nwidth_mm = 8\nheight_mm = 6\n[sampling]\ngap_limit_mm = 0.2\n";
+    let surface = &SPHERE[..SPHERE.find("[aperture]").unwrap()];
+    std::fs::write(&nominal, format!("{surface}{rectangle}")).unwrap();
+    let words =
+        [&points[..], "--nominal", &nominal, "--from", "0,-4", "--dwell", "0.1", "-o", &out];
+    let line = Line::try_parse_from([&["plan"], &words[..]].concat()).unwrap();
+    let found = missing::find(&line.plan, &Progress::start("plan")).unwrap();
+    assert_eq!((found.regions, found.left_out), (2, 0));
+    assert_eq!(run_line(&words), Ok(Exit::Done));
+    let text = std::fs::read_to_string(&out).unwrap();
+    assert_eq!(text.lines().next(), Some("x[mm],y[mm],z[mm],t[s]"));
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|number| number.parse().unwrap()).collect())
+        .collect();
+    let sorted = |mut places: Vec<[f64; 3]>| {
+        places.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+        places
+    };
+    let written: Vec<[f64; 3]> = rows.iter().map(|row| [row[0], row[1], row[2]]).collect();
+    let length = |places: &[[f64; 3]]| {
+        asphera_plan::path_length_mm([0.0, -4.0], places.iter().map(|&[x, y, _]| [x, y]))
+    };
+    assert!(length(&written) < length(&found.places_mm), "{}", length(&written));
+    assert_eq!(sorted(written), sorted(found.places_mm));
+    // Each place takes its dwell at least.
+    assert!(rows.windows(2).all(|pair| pair[1][3] - pair[0][3] > 0.1));
+}

@@ -5,7 +5,7 @@
 //! goal is found by trial. All are looked at by the same pipeline, as if the measurement ended there. Times are those of two machines, one
 //! that scans lines at constant speed and one that stops at each point, without the time of the looks.
 
-mod looked;
+mod assess;
 mod parts;
 
 use asphera_plan::{
@@ -13,7 +13,7 @@ use asphera_plan::{
     Schedule, Spacing, Step, VerdictState, lay, schedule, schedule_each, short_order,
 };
 
-pub use self::looked::Seen;
+pub use self::assess::Findings;
 pub use self::parts::{Simulated, all, planned_mm};
 
 /// A scan and what it found.
@@ -28,7 +28,7 @@ pub struct Scanned {
     /// How often the part was looked at.
     pub looks: usize,
     /// The last look.
-    pub seen: Seen,
+    pub findings: Findings,
     /// Why the scan ended; `None` of a uniform one.
     pub ending: Option<Ending>,
 }
@@ -48,7 +48,7 @@ pub struct Compared {
 pub fn compare(part: &Simulated) -> Compared {
     let pitch_mm = planned_mm(&part.part);
     let planned = uniform(part, pitch_mm);
-    assert!(is_reached(part, &planned.seen), "{}: {:?}", part.name, planned.seen);
+    assert!(is_reached(part, &planned.findings), "{}: {:?}", part.name, planned.findings);
     Compared {
         hindsight: coarsest_uniform(part, &planned, pitch_mm),
         planned,
@@ -89,12 +89,12 @@ pub fn adaptive(part: &Simulated) -> Scanned {
         stands_mm = batch.pieces.last().map_or(stands_mm, |(piece, _)| piece.end());
         time_s += run.total_s;
         looks += 1;
-        let seen = looked::look(part, &places);
+        let findings = assess::assess(part, &places);
         let known = Known {
-            regions: &seen.regions,
-            coverage: seen.coverage,
-            verdict: seen.verdict,
-            u: seen.u_nm,
+            regions: &findings.regions,
+            coverage: findings.coverage,
+            verdict: findings.verdict,
+            u: findings.u_nm,
             spent_s: time_s,
             stands_mm,
         };
@@ -103,7 +103,7 @@ pub fn adaptive(part: &Simulated) -> Scanned {
             Step::End(ending) => {
                 let ending = Some(ending);
                 let points = places.len();
-                return Scanned { points, time_s, stopping_s, looks, seen, ending };
+                return Scanned { points, time_s, stopping_s, looks, findings, ending };
             }
         }
     }
@@ -115,7 +115,7 @@ fn coarsest_uniform(part: &Simulated, reached: &Scanned, pitch_mm: f64) -> Scann
     while coarse / fine > 1.03 {
         let pitch_mm = (coarse * fine).sqrt();
         let scanned = uniform(part, pitch_mm);
-        if is_reached(part, &scanned.seen) {
+        if is_reached(part, &scanned.findings) {
             (fine, best) = (pitch_mm, scanned);
         } else {
             coarse = pitch_mm;
@@ -142,15 +142,15 @@ pub fn uniform(part: &Simulated, pitch_mm: f64) -> Scanned {
     let run =
         schedule(&pieces, Spacing::AtMost { mm: pitch_mm }, &limits(), Some([0.0; 2])).unwrap();
     let places: Vec<[f64; 2]> = run.points.iter().map(|point| point.at_mm).collect();
-    let seen = looked::look(part, &places);
+    let findings = assess::assess(part, &places);
     let (points, time_s) = (places.len(), run.total_s);
     let stopping_s = stopping([0.0; 2], places.into_iter());
-    Scanned { points, time_s, stopping_s, looks: 1, seen, ending: None }
+    Scanned { points, time_s, stopping_s, looks: 1, findings, ending: None }
 }
 
 /// Whether a look finds the goal reached: of a part that fails, with a verdict that is certain.
-pub fn is_reached(part: &Simulated, seen: &Seen) -> bool {
-    let is_sampled = seen.coverage.is_some_and(|coverage| coverage >= part.coverage);
-    let is_known = seen.u_nm.is_some_and(|u_nm| u_nm <= part.u_max_nm);
-    is_sampled && is_known && seen.verdict != VerdictState::Open
+pub fn is_reached(part: &Simulated, findings: &Findings) -> bool {
+    let is_sampled = findings.coverage.is_some_and(|coverage| coverage >= part.coverage);
+    let is_known = findings.u_nm.is_some_and(|u_nm| u_nm <= part.u_max_nm);
+    is_sampled && is_known && findings.verdict != VerdictState::Open
 }

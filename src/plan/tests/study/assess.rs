@@ -8,7 +8,7 @@ use super::Simulated;
 
 /// What is known after some points.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct Findings {
     /// Share of the aperture that is sampled densely enough.
     pub coverage: Option<f64>,
     /// 99 % of the area have at most this ε.
@@ -22,7 +22,7 @@ pub struct Seen {
 }
 
 /// Takes points at the places and looks at the part.
-pub fn look(part: &Simulated, places: &[[f64; 2]]) -> Seen {
+pub fn assess(part: &Simulated, places: &[[f64; 2]]) -> Findings {
     let mut pipeline = Pipeline::new(part.part.clone());
     pipeline.take_positions(part.points(places));
     let fails =
@@ -35,7 +35,7 @@ pub fn look(part: &Simulated, places: &[[f64; 2]]) -> Seen {
         Status::None => VerdictState::NotAsked,
         Status::Fail | Status::Undecided => VerdictState::Open,
     };
-    Seen {
+    Findings {
         coverage: report.sampling.coverage,
         epsilon_p99: report.sampling.epsilon_p99,
         u_nm: check.and_then(|check| check.u),
@@ -44,7 +44,7 @@ pub fn look(part: &Simulated, places: &[[f64; 2]]) -> Seen {
     }
 }
 
-/// A region of the report as the plan takes it: its lines from above, its spacing as seen in the plane.
+/// A region of the report as the plan takes it: its lines from above, its spacing as findings in the plane.
 fn region(next: &NextFigures) -> WantedRegion {
     let flat = |ring: &Vec<[f64; 3]>| ring.iter().map(|&[x, y, _]| [x, y]).collect();
     let polygons = next.polygons.iter().map(|polygon| Polygon {
