@@ -181,9 +181,15 @@ impl Run<'_> {
             axes[1] += if machine.is_polar() { added } else { 0.0 };
             axes
         };
+        // Where a piece goes on from the last point, as a turn from its spiral, no place is measured twice.
+        let last = self.found.points.last().map(|point| point.at_mm);
+        let is_last = |at_mm| last.is_some_and(|last| distance_mm(last, at_mm) <= SAME_MM);
         for way_mm in spacing.ways_mm(piece) {
             let t_s = self.found.total_s + pace.time_at_s(way_mm);
             let (at_mm, axes) = (piece.at(way_mm), axes_at(way_mm));
+            if way_mm == 0.0 && is_last(at_mm) {
+                continue;
+            }
             self.found.points.push(TimedPoint { at_mm, axes, t_s });
         }
         self.found.total_s += pace.duration_s();
@@ -273,6 +279,9 @@ impl Pace {
 
 /// Most points of a plan.
 pub const MOST_POINTS: usize = 10_000_000;
+
+/// Places no farther apart are one.
+const SAME_MM: f64 = 1e-9;
 
 /// So small a share of a step is none.
 const ROUNDING: f64 = 1e-9;

@@ -67,8 +67,10 @@ fn a_spiral_has_the_length_of_its_integral() {
     assert!((spiral.length_mm() / expected - 1.0).abs() < 1e-12);
     assert!((turn.length_mm() - TAU * 10.0).abs() < 1e-12);
     let found = run(&pieces, 0.5, &strong());
-    let count = (expected / 0.5).ceil() as usize + 1 + (TAU * 10.0 / 0.5).ceil() as usize;
+    // The turn begins where the spiral ends: that place counts once.
+    let count = (expected / 0.5).ceil() as usize + (TAU * 10.0 / 0.5).ceil() as usize;
     assert_eq!(found.points.len(), count);
+    assert!(found.points.windows(2).all(|pair| pair[1].t_s > pair[0].t_s));
     // Points follow each other evenly along the way; the time is that of the speed.
     assert!((found.scan_s / ((expected + TAU * 10.0) / 5.0) - 1.0).abs() < 1e-6);
     assert!(found.full_speed_mm > 0.99 * found.scan_mm);
