@@ -101,12 +101,11 @@ impl Figures {
 
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Figures { path, points, .. } = self;
         match self.spacing_mm {
-            Some(mm) => {
-                writeln!(f, "plan       {}, {} points, {mm:.4} mm apart", self.path, self.points)?
-            }
-            None => writeln!(f, "plan       {} places to measure next", self.points)?,
-        }
+            Some(mm) => writeln!(f, "plan       {path}, {points} points, {mm:.4} mm apart"),
+            None => writeln!(f, "plan       {points} places to measure next"),
+        }?;
         writeln!(
             f,
             "time       {:.1} s: {:.1} s on the path, {:.1} s between, {:.1} s at stops",
