@@ -9,7 +9,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Who may use whom, in code that is shipped. What is not here is forbidden; ARCHITECTURE.md draws it. Drivers and
 /// simulators follow a rule of their own: see [`allowed`].
-const ALLOWED: [(&str, &[&str]); 27] = [
+const ALLOWED: &[(&str, &[&str])] = &[
     (
         "asphera",
         &[
@@ -103,13 +103,13 @@ const ALLOWED: [(&str, &[&str]); 27] = [
 ];
 
 /// Folders of `drivers` that hold no driver.
-const NO_DRIVERS: [&str; 4] = ["link", "settings", "slcan", "transport"];
+const NO_DRIVERS: &[&str] = &["link", "settings", "slcan", "transport"];
 
 /// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
-const TALK_IN_LINES: [&str; 2] = ["asphera-scpi", "asphera-zaber"];
+const TALK_IN_LINES: &[&str] = &["asphera-scpi", "asphera-zaber"];
 
 /// Crates that do no input or output and read no clock may not even link what does. Drivers are among them.
-const PURE: [&str; 19] = [
+const PURE: &[&str] = &[
     "asphera-geometry",
     "asphera-plan",
     "asphera-mesh",

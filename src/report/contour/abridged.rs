@@ -94,6 +94,7 @@ mod tests {
             regions: None,
             ends: vec![3],
             junctions: Vec::new(),
+            gaps: Vec::new(),
             left_out: Vec::new(),
             sampling: None,
             circle: None,

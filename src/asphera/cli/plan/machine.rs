@@ -131,12 +131,13 @@ impl AxisFigures {
     /// The axis in a line.
     pub(super) fn line(&self) -> String {
         let AxisFigures { axis, unit, speed_per_s, acceleration_per_s2, .. } = self;
-        let end = |at: Option<f64>| at.map_or_else(|| "no end".to_owned(), |at| at.to_string());
-        format!(
-            "{axis} {} to {} {unit}, {speed_per_s} {unit}/s, {acceleration_per_s2} {unit}/s²",
-            end(self.low),
-            end(self.high)
-        )
+        let travel = match (self.low, self.high) {
+            (Some(low), Some(high)) => format!("{low} to {high} {unit}"),
+            (Some(low), None) => format!("from {low} {unit}"),
+            (None, Some(high)) => format!("to {high} {unit}"),
+            (None, None) => "without ends".to_owned(),
+        };
+        format!("{axis} {travel}, {speed_per_s} {unit}/s, {acceleration_per_s2} {unit}/s²")
     }
 }
 
