@@ -70,9 +70,8 @@ pub(super) const PLAN: &str = "Examples:
 
 pub(super) const RECONSTRUCT: &str = "Examples:
   asphera reconstruct blade.ply -o blade-mesh.ply
-  asphera reconstruct mount.ply --method graph --hops 5 -o coarse.stl
   asphera reconstruct scan.xyz --unit um --method alpha --alpha 0.8 --json
-  asphera reconstruct blade.ply --method robust-cocone -o blade-mesh.ply --force";
+  asphera reconstruct mount.ply --method robust-cocone -o mount.stl";
 
 pub(super) const VOLUME: &str = "Examples:
   asphera volume part.nrrd --regular 0.5 --mesh part.ply
