@@ -74,7 +74,7 @@ fn points_in_micrometres_or_metres_are_told() {
             let Units { factor: found, then, .. } = told.expect("a word on the units");
             assert_eq!(found, factor, "{nominal}");
             assert!(then < 1e-3, "{nominal}: {then:e}");
-            let unit = if factor < 1.0 { "in µm" } else { "in m:" };
+            let unit = if factor < 1.0 { "in µm" } else { "in m," };
             assert!(told.unwrap().to_string().contains(unit));
         }
         let points = rough(&nominal, &spiral(2_000, 8.0), 1.0);
