@@ -11,7 +11,7 @@ use crate::piece::distance_mm;
 
 /// Order of places on a short open path from where the probe stands; it ends anywhere.
 ///
-/// Up to [`exact::MOST`] places the path is the shortest (M. Held, R. M. Karp, J. SIAM 10 (1962) 196-210, doi:10.1137/0110015). Of more it goes to
+/// Up to 12 places the path is the shortest (M. Held, R. M. Karp, J. SIAM 10 (1962) 196-210, doi:10.1137/0110015). Of more it goes to
 /// the nearest place each time, then is shortened: 2-opt reverses a piece (G. A. Croes, Operations Research 6 (1958) 791-812,
 /// doi:10.1287/opre.6.6.791), Or-opt moves up to three places elsewhere (I. Or 1976). New neighbours come from the eight nearest of a place.
 ///
