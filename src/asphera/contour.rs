@@ -26,7 +26,7 @@ pub(crate) use self::slab::plane_of;
 
 use self::features::features_of;
 use self::figures::{circle_of, deviation_from};
-use self::gaps::{close_gaps, no_gaps};
+use self::gaps::close_gaps;
 use self::report::{curve_report, region_report, with_choice};
 
 /// How a contour is found and what is measured of it.
@@ -139,25 +139,18 @@ impl ContourSettings {
         let method = self.method;
         let parameters = method.chosen(triangulation, &self.parameters)?;
         let region = method.region(triangulation, &parameters)?;
+        let samples = triangulation.samples();
         Ok(match region {
             _ if method == Method::Auto => by_points(triangulation, &parameters, self.gap_mm)?,
             Some(region) => {
                 let mut report = region_report(triangulation, method, &parameters, &region);
-                if self.gap_mm.is_some() {
-                    no_gaps(&mut report, method);
-                }
+                close_gaps(&mut report, samples, method, &FoundCurve::default(), self.gap_mm);
                 (report, joined(triangulation, region.border()), Vec::new())
             }
             None => {
                 let curve = method.curve(triangulation, &parameters)?;
                 let mut report = curve_report(triangulation, method, &parameters, &curve);
-                match self.gap_mm {
-                    Some(gap_mm) if method.kind() == Kind::Curve => {
-                        close_gaps(&mut report, triangulation.samples(), &curve, gap_mm);
-                    }
-                    Some(_) => no_gaps(&mut report, method),
-                    None => {}
-                }
+                close_gaps(&mut report, samples, method, &curve, self.gap_mm);
                 let courses = match method.kind() {
                     Kind::Curve => Course::of_curve(triangulation, &curve, &[]),
                     Kind::Region | Kind::Graph => Vec::new(),
@@ -179,20 +172,17 @@ fn by_points(
 ) -> Result<ReportedCurve, MethodError> {
     let choice = Choice::new(triangulation);
     let method = choice.method;
+    let samples = triangulation.samples();
     let (report, used, courses) = match method.region(triangulation, parameters)? {
         Some(region) => {
             let mut report = region_report(triangulation, method, parameters, &region);
-            if gap_mm.is_some() {
-                no_gaps(&mut report, method);
-            }
+            close_gaps(&mut report, samples, method, &FoundCurve::default(), gap_mm);
             (report, joined(triangulation, region.border()), Vec::new())
         }
         None => {
             let curve = choice.curve(triangulation).unwrap_or_default();
             let mut report = curve_report(triangulation, method, parameters, &curve);
-            if let Some(gap_mm) = gap_mm {
-                close_gaps(&mut report, triangulation.samples(), &curve, gap_mm);
-            }
+            close_gaps(&mut report, samples, method, &curve, gap_mm);
             let courses = Course::of_curve(triangulation, &curve, &choice.outliers);
             (report, used_of(triangulation, &curve, &choice.outliers), courses)
         }

@@ -15,6 +15,7 @@ use asphera_geometry::PointMm;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use self::normals::TangentPlane;
 pub(crate) use self::star::GAP;
 use self::star::Maker;
 pub(crate) use self::vote::basis;
@@ -50,27 +51,41 @@ pub fn local(points_mm: &[PointMm]) -> Result<Reconstruction, TooManyPoints> {
     let stars = tree.map_nearest(normals::NEAREST, |at, near, room| maker.star(at, near, room));
     let mut facets = agreed(&stars);
     facets.extend(mend::facets(&tree, &planes, &facets));
-    let mut is_used = vec![false; tree.len()];
-    for &corner in facets.as_flattened() {
-        is_used[corner as usize] = true;
-    }
-    for at in (0..tree.len()).filter(|&at| !is_used[at]) {
-        let why = if planes[at].is_none() { LeftOut::NoPlane } else { LeftOut::Disagreement };
-        left_out.push((tree.ids[at], why));
-    }
+    left_out.extend(without_facet(&tree, &planes, &facets));
     left_out.sort_unstable();
     let facets = finished(points_mm, &tree.ids, facets);
     Ok(Reconstruction { facets, left_out })
 }
 
+/// The points in no facet of points by numbers of the tree, and why.
+pub(crate) fn without_facet(
+    tree: &Neighbours,
+    planes: &[Option<TangentPlane>],
+    facets: &[[u32; 3]],
+) -> Vec<(u32, LeftOut)> {
+    let mut is_used = vec![false; tree.len()];
+    for &corner in facets.as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    let unused = (0..tree.len()).filter(|&at| !is_used[at]);
+    unused
+        .map(|at| {
+            let why = if planes[at].is_none() { LeftOut::NoPlane } else { LeftOut::Disagreement };
+            (tree.ids[at], why)
+        })
+        .collect()
+}
+
+/// Whether two points follow each other in a star, whichever is first.
+pub(crate) fn has(star: &[u32], a: u32, b: u32) -> bool {
+    (0..star.len()).any(|at| {
+        let pair = [star[at], star[(at + 1) % star.len()]];
+        pair == [a, b] || pair == [b, a]
+    })
+}
+
 /// Facets that lie in the stars of all three corners, once each.
 pub(crate) fn agreed(stars: &[Vec<u32>]) -> Vec<[u32; 3]> {
-    let has = |star: &[u32], a: u32, b: u32| {
-        (0..star.len()).any(|at| {
-            let next = star[(at + 1) % star.len()];
-            (star[at] == a && next == b) || (star[at] == b && next == a)
-        })
-    };
     stars
         .par_iter()
         .enumerate()

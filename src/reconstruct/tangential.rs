@@ -18,11 +18,11 @@ use rayon::prelude::*;
 use self::star::{Maker, Room};
 use crate::centres;
 use crate::delaunay::{Delaunay, NoDelaunay};
-use crate::local::{GAP, agreed, normals};
+use crate::local::{GAP, agreed, has, normals, without_facet};
 use crate::neighbours::{Near, Neighbours};
 use crate::poles::Poles;
 use crate::sampling::SamplingCondition;
-use crate::surface::{LeftOut, Reconstruction, admitted, finished};
+use crate::surface::{Reconstruction, admitted, finished};
 
 /// A surface of stars in tangent planes that agree.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,14 +79,7 @@ pub fn tangential(points_mm: &[PointMm]) -> Result<Tangential, NoDelaunay> {
     let inconsistent = doubtful(&stars).len();
     let facets = agreed(&stars);
     let sampling = condition(&delaunay, &poles, &tree, &facets, points_mm.len());
-    let mut is_used = vec![false; tree.len()];
-    for &corner in facets.as_flattened() {
-        is_used[corner as usize] = true;
-    }
-    for at in (0..tree.len()).filter(|&at| !is_used[at]) {
-        let why = if planes[at].is_none() { LeftOut::NoPlane } else { LeftOut::Disagreement };
-        left_out.push((tree.ids[at], why));
-    }
+    left_out.extend(without_facet(&tree, &planes, &facets));
     left_out.sort_unstable();
     let weighted = maker.weights.iter().filter(|&&weight| weight > 0.0).count();
     let facets = finished(points_mm, &tree.ids, facets);
@@ -96,13 +89,7 @@ pub fn tangential(points_mm: &[PointMm]) -> Result<Tangential, NoDelaunay> {
 
 /// Corners of facets that are not in the stars of all three, in ascending order.
 fn doubtful(stars: &[Vec<u32>]) -> Vec<u32> {
-    let has = |of: u32, a: u32, b: u32| {
-        let star = &stars[of as usize];
-        (0..star.len()).any(|at| {
-            let pair = [star[at], star[(at + 1) % star.len()]];
-            pair == [a, b] || pair == [b, a]
-        })
-    };
+    let about = |of: u32| &stars[of as usize];
     let mut found: Vec<u32> = stars
         .par_iter()
         .enumerate()
@@ -111,7 +98,7 @@ fn doubtful(stars: &[Vec<u32>]) -> Vec<u32> {
             (0..star.len()).filter_map(move |at| {
                 let (q, r) = (star[at], star[(at + 1) % star.len()]);
                 let is_facet = q != GAP && r != GAP && q != r;
-                (is_facet && !(has(q, p, r) && has(r, p, q))).then_some([p, q, r])
+                (is_facet && !(has(about(q), p, r) && has(about(r), p, q))).then_some([p, q, r])
             })
         })
         .flatten_iter()

@@ -6,13 +6,27 @@ use asphera_report::contour::{ContourReport, GapFigures};
 
 use super::report::line_mm;
 
-/// Enters the gaps of a curve up to so many mm, and says of which ends nothing is known.
+/// Enters the gaps of a curve up to so many mm, and says of which ends nothing is known. Nothing where it is not asked for; a
+/// region and a graph have none.
 pub(super) fn close_gaps(
     report: &mut ContourReport,
     samples: &Samples,
+    method: Method,
     curve: &FoundCurve,
-    widest_mm: f64,
+    widest_mm: Option<f64>,
 ) {
+    let Some(widest_mm) = widest_mm else { return };
+    let of = match method.kind() {
+        Kind::Region => Some("a region"),
+        Kind::Graph => Some("a graph"),
+        Kind::Curve => None,
+    };
+    if let Some(of) = of {
+        let name = method.name();
+        let why = format!("gaps: expected a method of curves, found {name}, which makes {of}");
+        report.unknown.push(why);
+        return;
+    }
     let places_mm = curve.places_mm.as_deref().unwrap_or(samples.places());
     let sigma_mm = curve.sigma_mm.unwrap_or(0.0);
     let Some(gaps) = gaps_of(&curve.graph, places_mm, widest_mm, sigma_mm) else {
@@ -34,19 +48,6 @@ pub(super) fn close_gaps(
             Err(why) => report.unknown.push(why.to_string()),
         }
     }
-}
-
-/// Says that a method makes nothing that has gaps.
-pub(super) fn no_gaps(report: &mut ContourReport, method: Method) {
-    let of = match method.kind() {
-        Kind::Region => "a region",
-        Kind::Graph => "a graph",
-        Kind::Curve => return,
-    };
-    let name = method.name();
-    report
-        .unknown
-        .push(format!("gaps: expected a method of curves, found {name}, which makes {of}"));
 }
 
 type Line = (&'static str, Vec<[f64; 2]>);
