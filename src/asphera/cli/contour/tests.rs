@@ -248,6 +248,34 @@ fn files_hold_the_chains() {
     assert!(draw::drawing_of(Path::new("a.txt")).is_err());
 }
 
+/// A circle of 5 mm without the arcs from 150° to 170° and from 344° to 360°.
+#[test]
+fn gaps_are_closed_on_request_and_listed_in_every_drawing() {
+    let kept = (0..150).chain(170..345).step_by(2).map(f64::from).map(f64::to_radians);
+    let text: String =
+        kept.map(|angle| format!("{} {}\n", 5.0 * angle.cos(), 5.0 * angle.sin())).collect();
+    let open = contour_of(&text, &["--method", "vicur"]).unwrap();
+    assert_eq!((open.gaps.len(), open.ends.len()), (0, 4));
+    let closed = contour_of(&text, &["--method", "vicur", "--gaps", "2"]).unwrap();
+    let [first, second] = &closed.gaps[..] else { panic!("{:?}", closed.gaps) };
+    assert!(first.width_mm < second.width_mm && second.width_mm < 2.0);
+    for gap in &closed.gaps {
+        let off = gap.points_mm.iter().map(|[x, y]| (x.hypot(*y) - 5.0).abs());
+        assert!(gap.kind == "smooth" && off.fold(0.0, f64::max) < 5e-3, "{gap:?}");
+        assert!(gap.ends.iter().all(|end| closed.ends.contains(end)));
+    }
+    // No figure is with them.
+    assert_eq!((&closed.chains, &closed.ends), (&open.chains, &open.ends));
+    for (name, mark) in [("a.csv", "gap1,0,"), ("a.svg", "stroke-dasharray"), ("a.dxf", "GAPS")] {
+        assert!(drawing_text(name, &closed).contains(mark), "{name}");
+        assert!(!drawing_text(name, &open).contains(mark), "{name}");
+    }
+    let region = contour_of(&text, &["--method", "chi", "--gaps", "2"]).unwrap();
+    let why = "gaps: expected a method of curves, found chi, which makes a region";
+    assert!(region.gaps.is_empty() && region.unknown.iter().any(|word| word == why));
+    assert!(contour_of(&text, &["--gaps", "0"]).unwrap_err().contains("expected more than 0 mm"));
+}
+
 fn drawing_text(name: &str, report: &ContourReport) -> String {
     draw::drawing_of(Path::new(name)).unwrap()(report)
 }
