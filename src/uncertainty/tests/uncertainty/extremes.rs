@@ -159,7 +159,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
 }
 
 /// Prints how often the truth lies below and above the intervals of each figure, and how wide they are, and fails where
-/// they hold it less often than in 92 %.
+/// they miss it in more than 5 % by three standard deviations of such a share; of 500 measurements 8 %.
 fn study(case: &Case) {
     let (places, triangles, root) = (case.places(), case.triangles(), case.root());
     let form_nm = case.form_nm(&places);
@@ -204,7 +204,7 @@ fn study(case: &Case) {
             share(of(&|found| found.bias)),
             (high - low) / scatter
         );
-        if below + above > 0.08 {
+        if below + above > 0.05 + 3.0 * (0.05 * 0.95 / count).sqrt() {
             failed.push((*name, below, above));
         }
     }
@@ -218,7 +218,11 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 const FEW: Case = Case { side: 45, measurements: 500, ratio: 0.0, wave: 0.0, pit_nm: 0.0 };
-const MANY: Case = Case { side: 141, measurements: 500, ..FEW };
+/// 500 measurements with `ASPHERA_LONG=1`: they take six minutes of two processors.
+fn many() -> Case {
+    let measurements = if std::env::var_os("ASPHERA_LONG").is_some() { 500 } else { 120 };
+    Case { side: 141, measurements, ..FEW }
+}
 
 #[test]
 fn of_2025_points_with_independent_noise() {
@@ -244,7 +248,7 @@ fn of_2025_points_with_correlated_noise() {
 #[test]
 fn of_19881_points_with_independent_noise() {
     for (ratio, pit_nm) in [(0.0, 0.0), (1.0, 8.0), (100.0, 0.0)] {
-        study(&Case { ratio, pit_nm, ..MANY });
+        study(&Case { ratio, pit_nm, ..many() });
     }
 }
 
