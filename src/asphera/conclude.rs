@@ -28,6 +28,8 @@ pub struct Outcome {
     pub last_point: Option<Nanos>,
     /// Links with a device that would not answer a trigger.
     pub unready: Vec<String>,
+    /// Links with such a device that have never opened.
+    pub unopened: Vec<String>,
     /// Bytes and readings of every link and device, delivered and lost.
     pub links: Vec<LinkFigures>,
     /// Whose session it is and how it ended.
@@ -46,6 +48,7 @@ impl Outcome {
             suspended: bench.suspended(),
             last_point: bench.last_primary(),
             unready: bench.unready().map(str::to_owned).collect(),
+            unopened: bench.unopened().map(str::to_owned).collect(),
             links: bench.figures(),
             session: SessionFigures {
                 calibration: bench.calibration().map(CalibrationFile::figures),
@@ -144,6 +147,12 @@ impl Outcome {
         if self.unready.is_empty() {
             return "no trigger came, though every device was ready: start the scan sooner, or set [scan] first_s to more"
                 .to_owned();
+        }
+        if !self.unopened.is_empty() {
+            return format!(
+                "no trigger came: the link {} did not open. Plug the device in and switch it on, or check the table of the link",
+                self.unopened.join(", the link ")
+            );
         }
         format!(
             "no trigger came: {} gave no answer since its link opened. Switch the device on, or check address, wiring and \

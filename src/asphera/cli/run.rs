@@ -20,13 +20,18 @@ pub(super) struct RunArgs {
     config: ConfigArgs,
     #[command(flatten)]
     token: TokenArgs,
-    /// Measure one session at once, then end with the exit code of its verdict.
+    /// Measure one session at once, then end with the exit code of its verdict. Links that do not open end it after
+    /// `[scan] open_s`, or else `first_s`.
     #[arg(long)]
     once: bool,
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let config = Config::load(&args.config.config)?;
+    let mut config = Config::load(&args.config.config)?;
+    if args.once {
+        // Nobody may be there to plug a device in.
+        config.end.open = config.end.open.or(config.end.first);
+    }
     block_on(station(config, args))
 }
 

@@ -451,6 +451,9 @@ fn end(scan: &Section<'_>) -> EndSettings {
         points: scan.has("points").then(|| scan.within("points", 1, 1..=10_000_000_000)),
         idle: Some(Duration::from_secs_f64(idle_s)),
         first: Some(Duration::from_secs_f64(scan.within("first_s", idle_s, 0.01..=86_400.0))),
+        open: scan
+            .has("open_s")
+            .then(|| Duration::from_secs_f64(scan.within("open_s", 10.0, 0.01..=86_400.0))),
     };
     scan.finish();
     end

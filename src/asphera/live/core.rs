@@ -216,6 +216,10 @@ impl Core {
                 self.record(now, What::Closed { link, reason }).await;
             }
             LinkWhat::OpenFailed(reason) => {
+                // Tried again and again: said once.
+                if self.bench.lines()[link].last_error() != Some(&reason) {
+                    warn!(link = %self.config.links[link].name, %reason, "link does not open");
+                }
                 self.bench.happened(now, link, Happening::OpenFailed(&reason));
             }
             LinkWhat::BusError(error) => {

@@ -156,6 +156,26 @@ async fn a_device_that_connects_and_says_nothing_ends_the_session_too() {
 }
 
 #[tokio::test]
+async fn a_link_that_never_opens_ends_the_session_where_that_is_wanted() {
+    let folder = tempfile::tempdir().unwrap();
+    let listening = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let address = listening.local_addr().unwrap().to_string();
+    drop(listening);
+    let recordings = folder.path().to_str().unwrap();
+    let config = station(&address, recordings, "idle_s = 0.5\nopen_s = 1.0");
+    let mut station = Station::start(config).unwrap();
+    station.handle().session(Command::Start).await.unwrap();
+    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let report = &finished.measurement.report;
+    assert_eq!(report.session.as_ref().unwrap().ended, "idle");
+    let reason = "no trigger came: the link probe did not open. ";
+    assert!(report.verdict.reasons.iter().any(|found| found.starts_with(reason)), "{report:?}");
+    let mut again = crate::replay::replay(finished.recording.as_ref().unwrap(), |_| {}).unwrap();
+    again.report.timing = report.timing.clone();
+    assert_eq!(&again.report, report);
+}
+
+#[tokio::test]
 async fn a_link_to_another_device_says_what_came() {
     let folder = tempfile::tempdir().unwrap();
     let listening = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();

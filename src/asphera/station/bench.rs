@@ -43,6 +43,8 @@ pub struct EndSettings {
     /// After this long without a first one, counted from when every device would answer a trigger; before that, from when the
     /// links of all of them had opened. Counts while a session is measured; that of a recording has its end in it.
     pub first: Option<Duration>,
+    /// After this long, counted from the start, while a link with a device of the trigger has not opened.
+    pub open: Option<Duration>,
 }
 
 /// Event for a station.
@@ -122,6 +124,8 @@ pub struct Bench {
     /// How long the computer was suspended since the first reading of the primary.
     suspended: Duration,
     last_primary: Option<Nanos>,
+    /// When the devices were told to start.
+    started: Option<Nanos>,
     /// Since when every device of the trigger would answer one.
     ready_since: Option<Nanos>,
     /// Since when, all links with such a device having been open, one of them has not been ready.
@@ -149,6 +153,7 @@ impl Bench {
             patience: Patience::default(),
             suspended: Duration::ZERO,
             last_primary: None,
+            started: None,
             ready_since: None,
             open_since: None,
             records: 0,
@@ -189,6 +194,7 @@ impl Bench {
     /// their counts. A companion that is not there holds it back for 5 s at most.
     pub fn command(&mut self, now: Nanos, command: Command) {
         self.advance(now);
+        self.started = (command == Command::Start).then_some(now);
         let held = command == Command::Start && !self.companions_ready();
         self.primary_held = held.then(|| now + COMPANIONS_WAIT);
         let primary = self.streams.first().copied().filter(|_| held);
@@ -271,11 +277,15 @@ impl Bench {
         Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
-    /// When a scan whose first trigger does not come will be given up; `None` once it came, and while a link is not open that
-    /// could bring it. A device that becomes ready begins the wait anew.
+    /// When a scan whose first trigger does not come will be given up; `None` once it came. A device that becomes ready begins
+    /// the wait anew.
     pub fn first_by(&self) -> Option<Nanos> {
-        let since = self.ready_since.or(self.open_since).filter(|_| self.last_primary.is_none())?;
-        Some(self.patience.put_off(since + self.end.first?))
+        let by = match self.ready_since.or(self.open_since) {
+            _ if self.last_primary.is_some() => return None,
+            Some(since) => since + self.end.first?,
+            None => self.started? + self.end.open?,
+        };
+        Some(self.patience.put_off(by))
     }
 
     /// No more readings will come: gives up what still waits.
@@ -287,6 +297,13 @@ impl Bench {
     /// Whether every device of the trigger is set up and would answer one.
     pub fn is_ready(&self) -> bool {
         self.streams.iter().all(|(line, device)| self.lines[*line].is_ready(*device))
+    }
+
+    /// Names of the links with a device of the trigger that have never opened.
+    pub fn unopened(&self) -> impl Iterator<Item = &str> {
+        let of_trigger = |line: usize| self.streams.iter().any(|(of, _)| *of == line);
+        let lines = self.lines.iter().enumerate().filter(move |(line, _)| of_trigger(*line));
+        lines.filter(|(_, line)| line.traffic().opened == 0).map(|(_, line)| line.name())
     }
 
     /// Names of the links with a device of the trigger that would not answer one.
