@@ -201,6 +201,14 @@ fn in_comment(comment: &str, width: usize) -> Option<Vec<Name>> {
         names.into_iter().map(nameless).collect::<Vec<Name>>()
     };
     let label = comment.rsplit_once(':').map_or(comment, |(_, after)| after);
+    // Each with a unit of its own is as plain as a line of text.
+    let whole = [comment, label].into_iter().find_map(|text| {
+        let has_unit = |name: &Name| matches!(name.unit, Stated::Known(_));
+        names(text, width).filter(|names| is_enough(names) && names.iter().all(has_unit))
+    });
+    if whole.is_some() {
+        return whole;
+    }
     let listed = [comment, label].into_iter().find_map(|text| {
         let words =
             text.split_whitespace().take_while(|word| !["in", "unit", "units"].contains(word));

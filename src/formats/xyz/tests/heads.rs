@@ -360,7 +360,14 @@ fn three_columns_of_heights_are_not_taken_for_points() {
 
 #[test]
 fn a_profile_over_the_radius_is_a_profile() {
-    for head in ["r_mm,z_um", "R [mm],Z [um]", "radius/mm,height/um"] {
+    for head in [
+        "# r [mm], z [um]",
+        "% R [mm];Z [um]",
+        "# profile: r_mm z_um",
+        "r_mm,z_um",
+        "R [mm],Z [um]",
+        "radius/mm,height/um",
+    ] {
         let text = format!("{head}\n0,0\n0.5,2.5\n");
         let expected = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0025]];
         assert_eq!(points_with(&text, &TextOptions::default()), expected, "{head}");
