@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, count, http, json_file, now, page, recording};
+use asphera_tests::{Running, asphera, count, http, json_file, now, page, recording, skipped};
 use serde_json::Value;
 
 use crate::demo::{replayed, timeless};
@@ -167,6 +167,46 @@ fn a_folder_that_vanishes_is_told_at_the_latest_at_the_end() {
         report["verdict"]
     );
     end(demo.daemon, 11);
+}
+
+/// A file system of 1 MiB in a namespace of its own, so nothing stands between the daemon and the kernel.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_file_system_that_is_full_is_told_and_what_fits_is_replayed() {
+    use asphera_rig::{Rig, Scene, Speed, StationOptions};
+
+    const MOUNT: &str = "mount -t tmpfs -o size=1m tmpfs \"$0\"";
+    let folder = tempfile::tempdir().unwrap();
+    let small = folder.path().join("small");
+    std::fs::create_dir(&small).unwrap();
+    let inside = |script: &str, arguments: &[&Path]| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "--mount", "sh", "-c", script]).arg(&small);
+        command.args(arguments);
+        command
+    };
+    if !inside(MOUNT, &[]).output().is_ok_and(|output| output.status.success()) {
+        return skipped("the kernel lets no user mount a file system of their own");
+    }
+    let scene = Scene::built_in("sphere").unwrap().with_points(40_000).with_speed(Speed::Max);
+    let rig = Rig::start(scene, &folder.path().join("ports")).await.unwrap();
+    let options = StationOptions { recordings: small.clone(), listen: ([127, 0, 0, 1], 0).into() };
+    let config = folder.path().join("station.toml");
+    let text = rig.station_toml(&options).replace("[session]\n", "[session]\nreserve_mib = 0\n");
+    std::fs::write(&config, text).unwrap();
+    let script = format!(
+        "{MOUNT} && {{ \"$1\" run --once --config \"$2\"; echo \"run ended with $?\"; \"$1\" replay \"$0\"/session-*; }}"
+    );
+    let mut command = inside(&script, &[asphera(), &config]);
+    let output = tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap();
+    let words = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    assert!(words.contains("run ended with 11"), "{words}");
+    assert_eq!(words.matches("40000 received").count(), 1, "{words}");
+    assert!(
+        words.contains("the recording is not complete") && words.contains("No space left"),
+        "{words}"
+    );
+    assert!(words.contains("(interrupted)"), "{words}");
+    drop(rig);
 }
 
 /// Ends a daemon by SIGTERM, which takes 5 s at most, and gives what it said.

@@ -109,6 +109,11 @@ fn end_in_any_case() -> io::Result<()> {
         runtime.block_on(async {
             if interrupted().await.is_ok() {
                 sleep(IN_ANY_CASE).await;
+                // On a thread: stderr may be what holds everything up.
+                std::thread::spawn(|| {
+                    say("ended before its work was done: files of results may be missing; a replay of the recording makes them")
+                });
+                sleep(LAST_WORD).await;
                 std::process::exit(1);
             }
         });
@@ -173,7 +178,9 @@ const ANSWERS: Duration = Duration::from_millis(300);
 /// How long threads may take that a signal found at work: at the disk, at a port, or waiting for a command.
 const BACKGROUND: Duration = Duration::from_millis(300);
 /// When a station ends that could not do so by itself.
-const IN_ANY_CASE: Duration = Duration::from_millis(4800);
+const IN_ANY_CASE: Duration = Duration::from_millis(4700);
+/// How long its last word may take.
+const LAST_WORD: Duration = Duration::from_millis(100);
 
 #[cfg(test)]
 mod tests {
