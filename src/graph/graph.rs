@@ -65,8 +65,10 @@ impl<const D: usize> PointGraph<D> {
             return Ok(PointGraph { strips, nodes, arcs, of_place: Vec::new() });
         }
         let grid = grid(cloud, tau_mm)?;
-        let slabs: Vec<Slab<D>> =
-            of_strip.into_par_iter().map(|places| Slab::new(cloud, &grid, places)).collect();
+        let slabs: Vec<Slab<D>> = of_strip
+            .into_par_iter()
+            .map(|places| Slab::new(cloud.places(), &grid, places))
+            .collect();
         let mut firsts = Vec::with_capacity(slabs.len());
         let mut count = 0;
         for slab in &slabs {
@@ -76,7 +78,7 @@ impl<const D: usize> PointGraph<D> {
         let arcs: Vec<Arc> = (1..slabs.len())
             .into_par_iter()
             .flat_map_iter(|upper| {
-                let found = slabs[upper - 1].arcs_to(&slabs[upper], cloud, &grid);
+                let found = slabs[upper - 1].arcs_to(&slabs[upper], [cloud.places(); 2], &grid);
                 let firsts = [firsts[upper - 1], firsts[upper]];
                 found.into_iter().map(move |(a, b, square)| Arc {
                     nodes: [firsts[0] + a, firsts[1] + b],
@@ -140,7 +142,7 @@ pub fn tau_components<const D: usize>(
         return Ok((Vec::new(), 0));
     }
     let grid = grid(cloud, tau_mm)?;
-    let slab = Slab::new(cloud, &grid, (0..cloud.len() as u32).collect());
+    let slab = Slab::new(cloud.places(), &grid, (0..cloud.len() as u32).collect());
     let mut pieces = vec![0; cloud.len()];
     for (cell, &piece) in slab.pieces.iter().enumerate() {
         slab.places_of(cell).iter().for_each(|&place| pieces[place as usize] = piece);

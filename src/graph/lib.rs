@@ -23,8 +23,8 @@
 //! ```
 //!
 //! Source: S. Biasotti and G. Patanè on the Point Cloud Graph of point-sampled surfaces and volumes; where the crate departs from
-//! it, the items say so. The crate holds no input or output, reads no clock and starts no thread of its own. [`compare`] says how alike shapes are. There is no running
-//! graph yet.
+//! it, the items say so. The crate holds no input or output, reads no clock and starts no thread of its own. [`compare`] says how alike shapes are.
+//! [`RunningGraph`] is kept up while points of a scan arrive.
 
 #![forbid(unsafe_code)]
 
@@ -43,6 +43,7 @@ mod loops;
 mod nearest;
 mod parts;
 mod resolutions;
+mod running;
 mod segments;
 mod slab;
 mod strips;
@@ -58,6 +59,10 @@ pub use loops::Loop;
 pub use nearest::Nearest;
 pub use parts::{Part, Parts, auto_min_points, parts};
 pub use resolutions::{Resolution, resolutions};
+pub use running::{
+    Change, ClosedStrip, PartId, RunningError, RunningEvent, RunningGraph, RunningNode,
+    RunningPart, RunningSettings,
+};
 pub use segments::Segment;
 pub use strips::{MOST_STRIPS, Strips, StripsError};
 pub use within::Within;

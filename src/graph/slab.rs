@@ -26,7 +26,7 @@ pub(crate) struct Grid<const D: usize> {
 #[derive(Debug)]
 pub(crate) struct Slab<const D: usize> {
     pub(crate) places: Vec<PlaceId>,
-    cells: Vec<[i32; D]>,
+    pub(crate) cells: Vec<[i32; D]>,
     /// Where the places of each cell begin, and the end.
     starts: Vec<u32>,
     /// The piece of each cell.
@@ -38,10 +38,15 @@ impl<const D: usize> Grid<D> {
     /// `None` where a cell would be less than 2⁻³⁰ of the cloud.
     pub(crate) fn new(cloud: &Cloud<D>, tau_mm: f64) -> Option<Grid<D>> {
         let [low, high] = cloud.bounds_mm()?;
+        let grid = Grid::about(low, tau_mm)?;
+        grid.holds(&high).then_some(grid)
+    }
+
+    /// A grid with a corner of cells at `low`; `None` where the sides of cells vanish.
+    pub(crate) fn about(low: [f64; D], tau_mm: f64) -> Option<Grid<D>> {
         // The share that is left off covers what rounding does to the numbers of cells.
         let side = tau_mm / (D as f64).sqrt() * (1.0 - 1e-6);
-        let most = (0..D).map(|axis| (high[axis] - low[axis]) / side).fold(0.0, f64::max);
-        if !(side > 0.0 && most < f64::from(1 << 30)) {
+        if side.is_nan() || side <= 0.0 {
             return None;
         }
         let mut rows = vec![([0; D], 0)];
@@ -72,8 +77,30 @@ impl<const D: usize> Grid<D> {
         Some(Grid { low, side, square: tau_mm * tau_mm, rows })
     }
 
+    /// Whether the cell of a place has a number: one below 2³⁰.
+    pub(crate) fn holds(&self, place: &[f64; D]) -> bool {
+        let far = |axis: usize| ((place[axis] - self.low[axis]) / self.side).abs();
+        (0..D).all(|axis| far(axis) < f64::from(1 << 30))
+    }
+
     fn cell(&self, place: &[f64; D]) -> [i32; D] {
-        std::array::from_fn(|axis| ((place[axis] - self.low[axis]) / self.side) as i32)
+        std::array::from_fn(|axis| ((place[axis] - self.low[axis]) / self.side).floor() as i32)
+    }
+
+    /// Where a place lies in its cell, in 2⁻³⁶ of its sides. Sums of whole numbers do not depend on their order.
+    pub(crate) fn in_cell(&self, place: &[f64; D], cell: &[i32; D]) -> [i64; D] {
+        std::array::from_fn(|axis| {
+            let sides = (place[axis] - self.low[axis]) / self.side - f64::from(cell[axis]);
+            (sides * FINE) as i64
+        })
+    }
+
+    /// The mean of `count` places of a cell, of which the sum is that of [`Grid::in_cell`].
+    pub(crate) fn mean(&self, cell: &[i32; D], sum: &[i64; D], count: u64) -> [f64; D] {
+        std::array::from_fn(|axis| {
+            let sides = f64::from(cell[axis]) + sum[axis] as f64 / FINE / count as f64;
+            self.low[axis] + sides * self.side
+        })
     }
 
     /// Square of what two cells are apart at least, mm².
@@ -85,8 +112,7 @@ impl<const D: usize> Grid<D> {
 
 impl<const D: usize> Slab<D> {
     /// Sorts places into cells and joins the cells to pieces, numbered by the order of the cells.
-    pub(crate) fn new(cloud: &Cloud<D>, grid: &Grid<D>, places: Vec<PlaceId>) -> Slab<D> {
-        let all = cloud.places();
+    pub(crate) fn new(all: &[[f64; D]], grid: &Grid<D>, places: Vec<PlaceId>) -> Slab<D> {
         let mut keyed: Vec<([i32; D], PlaceId)> =
             places.into_iter().map(|place| (grid.cell(&all[place as usize]), place)).collect();
         keyed.sort_unstable();
@@ -105,7 +131,7 @@ impl<const D: usize> Slab<D> {
         }
         drop(keyed);
         slab.starts.push(slab.places.len() as u32);
-        (slab.pieces, slab.piece_count) = slab.join(cloud, grid).numbered();
+        (slab.pieces, slab.piece_count) = slab.join(all, grid).numbered();
         slab
     }
 
@@ -114,7 +140,7 @@ impl<const D: usize> Slab<D> {
         &self.places[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    fn join(&self, cloud: &Cloud<D>, grid: &Grid<D>) -> Sets {
+    fn join(&self, all: &[[f64; D]], grid: &Grid<D>) -> Sets {
         let mut sets = Sets::new(self.cells.len());
         let ahead = |(offset, _): &&([i32; D], i32)| *offset >= [0; D];
         let rows: Vec<_> = grid.rows.iter().filter(ahead).collect();
@@ -127,7 +153,7 @@ impl<const D: usize> Slab<D> {
                 while other < self.cells.len() && self.cells[other] <= to {
                     if sets.root(at) != sets.root(other) {
                         let [a, b] = [at, other].map(|cell| self.places_of(cell));
-                        if has_nearer(cloud, a, b, grid.square) {
+                        if has_nearer(all, a, b, grid.square) {
                             sets.join(at, other);
                         }
                     }
@@ -139,11 +165,11 @@ impl<const D: usize> Slab<D> {
     }
 
     /// Least squared distances in mm², below τ², between pieces of this strip and of another one: (piece here, piece there,
-    /// square), sorted.
+    /// square), sorted. `own` are the places that the numbers of this strip mean, `others` those of the other.
     pub(crate) fn arcs_to(
         &self,
         next: &Slab<D>,
-        cloud: &Cloud<D>,
+        [own, others]: [&[[f64; D]]; 2],
         grid: &Grid<D>,
     ) -> Vec<(u32, u32, f64)> {
         let mut found: HashMap<(u32, u32), f64> = HashMap::new();
@@ -158,7 +184,7 @@ impl<const D: usize> Slab<D> {
                     let least = found.get(&key).copied().unwrap_or(grid.square);
                     if grid.squared_gap(cell, &next.cells[other]) < least {
                         let (a, b) = (self.places_of(at), next.places_of(other));
-                        if let Some(square) = least_below(cloud, a, b, least) {
+                        if let Some(square) = least_below((own, a), (others, b), least) {
                             found.insert(key, square);
                         }
                     }
@@ -191,9 +217,8 @@ fn advance<const D: usize>(cells: &[[i32; D]], cursor: &mut usize, from: &[i32; 
 }
 
 /// Whether some pair of places is nearer than the root of `square`.
-fn has_nearer<const D: usize>(cloud: &Cloud<D>, a: &[PlaceId], b: &[PlaceId], square: f64) -> bool {
-    let all = cloud.places();
-    let bounds = (a.len() * b.len() > MANY).then(|| bounds(cloud, b));
+fn has_nearer<const D: usize>(all: &[[f64; D]], a: &[PlaceId], b: &[PlaceId], square: f64) -> bool {
+    let bounds = (a.len() * b.len() > MANY).then(|| bounds(all, b));
     for &p in a {
         let p = &all[p as usize];
         if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= square) {
@@ -208,30 +233,28 @@ fn has_nearer<const D: usize>(cloud: &Cloud<D>, a: &[PlaceId], b: &[PlaceId], sq
 
 /// The least squared distance of a pair, where it is below `least`.
 fn least_below<const D: usize>(
-    cloud: &Cloud<D>,
-    a: &[PlaceId],
-    b: &[PlaceId],
+    (own, a): (&[[f64; D]], &[PlaceId]),
+    (others, b): (&[[f64; D]], &[PlaceId]),
     least: f64,
 ) -> Option<f64> {
-    let all = cloud.places();
-    let bounds = (a.len() * b.len() > MANY).then(|| bounds(cloud, b));
+    let bounds = (a.len() * b.len() > MANY).then(|| bounds(others, b));
     let mut best = least;
     for &p in a {
-        let p = &all[p as usize];
+        let p = &own[p as usize];
         if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= best) {
             continue;
         }
         for &q in b {
-            best = best.min(squared_distance(p, &all[q as usize]));
+            best = best.min(squared_distance(p, &others[q as usize]));
         }
     }
     (best < least).then_some(best)
 }
 
-fn bounds<const D: usize>(cloud: &Cloud<D>, places: &[PlaceId]) -> [[f64; D]; 2] {
+fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> [[f64; D]; 2] {
     let mut bounds = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
     for &place in places {
-        let place = &cloud.places()[place as usize];
+        let place = &all[place as usize];
         for axis in 0..D {
             bounds[0][axis] = bounds[0][axis].min(place[axis]);
             bounds[1][axis] = bounds[1][axis].max(place[axis]);
@@ -252,6 +275,9 @@ fn squared_gap<const D: usize>(place: &[f64; D], [low, high]: &[[f64; D]; 2]) ->
 /// Steps along an axis to cells that may hold a place nearer than τ: in four dimensions the gap of three steps is τ but for
 /// rounding.
 const REACH: i32 = 3;
+
+/// Parts of the side of a cell. Sums over 40,000,000 places fit into 64 bits.
+const FINE: f64 = (1_u64 << 36) as f64;
 
 /// Cells that a cursor tries one by one.
 const NEAR: usize = 8;

@@ -1,7 +1,8 @@
 //! Times and loop counts of the Point Cloud Graph. Sizes and seeds are fixed and printed.
 //!
 //! `cargo bench -p asphera-graph --bench graph -- THREADS [POINTS] [ROW…]`; `POINTS` is the larger cloud of the row `growth`,
-//! 10,000,000. Rows are `neighbours`, `loops` and `growth`; without one all are run.
+//! 10,000,000. Rows are `neighbours`, `loops`, `growth`
+//! and `running`; without one all are run.
 //! `ASPHERA_BENCH_OFF` names OFF meshes as PATH=GENUS,PATH=GENUS that are sampled beside the bodies made here.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it found")]
@@ -15,12 +16,12 @@ mod bodies;
 use std::time::Instant;
 
 use asphera_graph::functions::{geodesic, height};
-use asphera_graph::{Choices, Cloud, extract};
+use asphera_graph::{Choices, Cloud, RunningGraph, RunningSettings, extract};
 use bodies::{Body, Place, Random, norm};
 
 const POINTS: usize = 100_000;
 const DIRECTIONS: usize = 20;
-const ROWS: [&str; 3] = ["neighbours", "loops", "growth"];
+const ROWS: [&str; 4] = ["neighbours", "loops", "growth", "running"];
 
 fn main() {
     let numbers: Vec<usize> =
@@ -41,6 +42,9 @@ fn main() {
         }
         if is_asked("growth") {
             growth(many);
+        }
+        if is_asked("running") {
+            running(many);
         }
     });
 }
@@ -117,6 +121,44 @@ fn growth(many: usize) {
     println!(
         "  {many} points by height: {all:.2} s, over 10 × {few:.3} s = {:.2}; {loops} loops",
         all / (10.0 * few)
+    );
+}
+
+/// Profiles of 1,000 points over parts of 20 mm, 30 mm apart, on a conveyor that never ends.
+fn running(many: usize) {
+    const PROFILE: usize = 1000;
+    let settings = RunningSettings {
+        axis: 1,
+        is_reversed: false,
+        tau_mm: 0.6,
+        strip_mm: 0.9,
+        keeps_points: false,
+    };
+    let mut graph = RunningGraph::new(settings).unwrap();
+    let (mut parts, mut most, mut spent) = (0, 0, 0.0);
+    let mut profile: Vec<Place> = Vec::with_capacity(PROFILE);
+    for row in 0..many / PROFILE {
+        let y = 0.1 * row as f64;
+        profile.clear();
+        profile.extend((0..PROFILE).map(|at| {
+            let x = 0.1 * at as f64;
+            [x + 10.0 * (x / 20.0).floor(), y + 10.0 * (y / 20.0).floor(), (0.3 * x).sin()]
+        }));
+        let begun = Instant::now();
+        graph.take(&profile).unwrap();
+        spent += begun.elapsed().as_secs_f64();
+        graph.take_closed();
+        graph.take_events();
+        parts += graph.take_ended().len();
+        most = most.max(graph.waiting());
+    }
+    let begun = Instant::now();
+    graph.finish();
+    spent += begun.elapsed().as_secs_f64();
+    parts += graph.take_ended().len();
+    println!(
+        "  running graph of {many} points of a conveyor: {:.0} ns a point, {parts} parts, at most {most} points wait",
+        1e9 * spent / many as f64
     );
 }
 

@@ -11,5 +11,6 @@ mod library;
 mod neighbours;
 mod pieces;
 mod resolutions;
+mod running;
 mod spectra;
 mod tray;
