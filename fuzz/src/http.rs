@@ -188,6 +188,7 @@ fn shown(report: &Report) -> Snapshot {
         map: None,
         maps: None,
         contour: None,
+        parts: None,
         convergence: Default::default(),
         outputs: None,
         links: Vec::new(),
@@ -224,6 +225,11 @@ impl LiveStation for Shown {
     fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>> {
         self.0.read();
         Box::pin(async { None })
+    }
+
+    fn parts(&self) -> Answer<'_, Option<Arc<asphera_report::parts::SessionParts>>> {
+        self.0.read();
+        Box::pin(async { self.0.measurement.report.parts.clone().map(Arc::new) })
     }
 
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {

@@ -29,6 +29,7 @@ mod thermal;
 mod tray;
 mod truth;
 
+pub use asphera_sim_rf627::{Departure, send};
 pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
 pub use error::{FaultError, RigError, SceneError};
 pub use fault::{Fault, Link};
@@ -38,5 +39,5 @@ pub use plan::{Plan, PlanError, Trigger};
 pub use rig::{Listing, Rig};
 pub use scene::Scene;
 pub use station::StationOptions;
-pub use tray::{Tray, TrayKind, TrayPart, TrayPartTruth, TrayScene, TrayTruth};
+pub use tray::{Tray, TrayKind, TrayPart, TrayPartTruth, TrayScan, TrayScene, TrayTruth};
 pub use truth::{DeviationTruth, FitTruth, FormTruth, ParameterTruth, PartTruth, PoseTruth, Truth};

@@ -3,13 +3,17 @@
 //! Places of a part are random over its aperture, as from a seed and their numbers, and so is the noise along z. The form error of a
 //! part moves no fit over its own points, so the truth of its deviation is exact.
 
-use std::f64::consts::{PI, TAU};
+mod scanner;
+
+use std::f64::consts::PI;
 
 use asphera_form::artefact::{Artefact, ArtefactError};
 use asphera_form::form_error::FormError;
 use asphera_form::{Aperture, Asphere, Nominal, Parameter, PointMm, Pose};
 use serde::Serialize;
 
+pub use self::scanner::TrayScan;
+use self::scanner::turned;
 use crate::noise::{standard_normal, uniform};
 
 /// A tray and how it is scanned.
@@ -177,16 +181,10 @@ impl TrayScene {
         number: u64,
         part: &TrayPart,
     ) -> Result<(Vec<PointMm>, TrayPartTruth), ArtefactError> {
-        let TrayKind { name, nominal, aperture, form } = &self.kinds[part.kind];
+        let kind = &self.kinds[part.kind];
+        let TrayKind { name, nominal, aperture, .. } = kind;
         let places = self.places(number, *aperture);
-        let mut error = FormError::typical(radius_mm(*aperture));
-        let turn = TAU * uniform(self.seed ^ LAYING, 2000 + number);
-        error.ring.iter_mut().for_each(|ring| ring.height_nm *= form);
-        let error_mm = |x_mm: f64, y_mm: f64| {
-            let (sin, cos) = turn.sin_cos();
-            let [x_mm, y_mm] = [cos * x_mm - sin * y_mm, sin * x_mm + cos * y_mm];
-            form * error.height_nm(x_mm, y_mm) * 1e-6
-        };
+        let error_mm = self.error_mm(number, kind);
         let artefact =
             Artefact::new(nominal.clone(), part.pose, &Parameter::RIGID, &places, error_mm)?;
         let (mut points, mut deviations_mm) = (Vec::new(), Vec::new());
@@ -215,6 +213,18 @@ impl TrayScene {
             pv_nm: 1e6 * (high - low),
         };
         Ok((points, truth))
+    }
+
+    /// The form error of a part in mm, in its own frame.
+    fn error_mm(&self, number: u64, kind: &TrayKind) -> impl Fn(f64, f64) -> f64 + use<> {
+        let form = kind.form;
+        let mut error = FormError::typical(radius_mm(kind.aperture));
+        error.ring.iter_mut().for_each(|ring| ring.height_nm *= form);
+        let turned = turned(uniform(self.seed ^ LAYING, 2000 + number));
+        move |x_mm, y_mm| {
+            let [x_mm, y_mm] = turned(x_mm, y_mm);
+            form * error.height_nm(x_mm, y_mm) * 1e-6
+        }
     }
 
     /// Places of a part in its own frame, x y in mm, at random over its aperture.

@@ -17,6 +17,7 @@ pub mod contour;
 mod corpora;
 pub mod lens;
 pub mod live;
+pub mod parts;
 pub mod replay;
 pub mod results;
 pub mod session;

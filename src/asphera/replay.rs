@@ -14,6 +14,7 @@ use asphera_measure::Part;
 
 use crate::config::{Config, Problems};
 use crate::contour::ContourPlan;
+use crate::parts::{PartsPlan, RunningParts};
 use crate::session::{self, Recovery, Session, What};
 use crate::station::{AssembleError, Bench, Happening, Point, assemble};
 use crate::weighing::Weighing;
@@ -47,6 +48,8 @@ pub struct Played {
     recovery: Recovery,
     /// The contour that the recording asks for, and the places it is of.
     contour: Option<(ContourPlan, Vec<PlaceMm>)>,
+    /// The parts that it asks for.
+    parts: Option<(PartsPlan, RunningParts)>,
 }
 
 impl Playback {
@@ -74,6 +77,7 @@ impl Playback {
         self.config.kinematics = self.config.kinematics.bare();
         self.config.calibration = None;
         self.config.contour = None;
+        self.config.parts = None;
         self.bench = assemble(&self.config)?;
         Ok((machine, self))
     }
@@ -98,7 +102,15 @@ impl Playback {
     pub fn play(self, mut pace: impl FnMut(Nanos), mut take: impl FnMut(&Point)) -> Played {
         let Playback { session, mut config, mut bench } = self;
         let mut contour = config.contour.take().map(|plan| (plan, Vec::new()));
+        let mut parts = config.parts.take().map(|plan| {
+            let running = RunningParts::new(&plan);
+            (plan, running)
+        });
         let mut take = |point: &Point| {
+            if let Some((plan, running)) = parts.as_mut().filter(|_| point.is_good()) {
+                let ended = running.take(&[point.position_mm]);
+                ended.iter().for_each(|part| running.add(plan.judge(part)));
+            }
             if let Some((plan, places)) = contour.as_mut().filter(|_| point.is_good()) {
                 places.extend(plan.place(point.position_mm));
             }
@@ -157,7 +169,7 @@ impl Playback {
         let outcome = Outcome::new(&bench, session_figures(session.header(), &ended));
         // Reading on to the end shows whether the rest of the recording is whole.
         entries.by_ref().for_each(drop);
-        Played { outcome, recovery: entries.recovery().clone(), contour }
+        Played { outcome, recovery: entries.recovery().clone(), contour, parts }
     }
 }
 
@@ -166,6 +178,11 @@ impl Played {
     pub fn conclude(self, measurement: &mut Measurement) {
         if let Some((plan, places)) = self.contour {
             plan.conclude(plan.contour(&places), measurement);
+        }
+        if let Some((plan, mut running)) = self.parts {
+            let ended = running.finish();
+            ended.iter().for_each(|part| running.add(plan.judge(part)));
+            plan.conclude(running.found(), measurement);
         }
         conclude(measurement, self.outcome);
         note_recovery(&mut measurement.report.verdict, &self.recovery);

@@ -39,7 +39,7 @@ pub struct RunningSettings {
 /// Nodes, arcs and parts are those of [`PointGraph`](crate::PointGraph) of all points with the same strips, whatever the batches
 /// and the order within a strip.
 /// A point behind the closed strips comes too late: it is counted and in no part.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct RunningGraph {
     settings: RunningSettings,
     grid: Grid<3>,

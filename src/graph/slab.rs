@@ -23,7 +23,7 @@ pub(crate) struct Grid<const D: usize> {
 }
 
 /// The places of a strip, sorted by cell.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Slab<const D: usize> {
     pub(crate) places: Vec<PlaceId>,
     pub(crate) cells: Vec<[i32; D]>,

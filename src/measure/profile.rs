@@ -214,6 +214,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
             form,
             profile: Some(profile),
             contour: None,
+            parts: None,
             verdict,
             links: Vec::new(),
             timing: Timing::default(),

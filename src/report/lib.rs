@@ -23,6 +23,7 @@ mod label;
 mod links;
 mod measured;
 mod mesh;
+pub mod parts;
 mod pose;
 mod profile;
 mod prospect;

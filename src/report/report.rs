@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contour::ContourReport;
+use crate::parts::SessionParts;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, Label, LinkFigures, MeshFigures, PlaceFigures,
     ProfileFigures, ReadingFigures, SamplingFigures, Verdict,
@@ -41,6 +42,9 @@ pub struct Report {
     /// The contour of the points of a session, where its configuration asks for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contour: Option<ContourReport>,
+    /// The parts of a session, where its configuration asks for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parts: Option<SessionParts>,
     /// Pass, fail or undecided.
     pub verdict: Verdict,
     /// Bytes and readings of each link and device, delivered and lost. Empty for points read from a file.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::contour::ContourState;
+use crate::parts::PartsState;
 use crate::{
     FeatureFigures, FormFigures, Map, MapsState, MeshFigures, Points, SamplingFigures,
     SessionFigures, Verdict,
@@ -48,6 +49,9 @@ pub struct Snapshot {
     /// Which contour there is, where the configuration asks for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contour: Option<ContourState>,
+    /// Which parts there are, where the configuration asks for them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parts: Option<PartsState>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
     /// Files the session left in its folder, once that is written.

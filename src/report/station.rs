@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::contour::SessionContour;
+use crate::parts::SessionParts;
 use crate::{
     Cut, FormViewAnswer, Label, Report, ResultFile, SamplingMaps, SectionRequest, SessionFigures,
     Snapshot, Status, Term,
@@ -31,6 +32,8 @@ pub trait LiveStation: Send + Sync + 'static {
 
     /// The newest contour of the session; `None` while there is none.
     fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>>;
+    /// The parts of the session that ended up to now; `None` where none are asked for.
+    fn parts(&self) -> Answer<'_, Option<Arc<SessionParts>>>;
 
     /// A section of the mesh as it is now.
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut>;

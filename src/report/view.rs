@@ -10,6 +10,7 @@ mod features;
 mod figures;
 mod fit;
 mod links;
+mod parts;
 mod points;
 mod profile;
 mod reliability;
@@ -22,6 +23,7 @@ pub use points::columns;
 use serde::Serialize;
 
 use crate::contour::ContourReport;
+use crate::parts::SessionParts;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, LinkFigures, MeshFigures, Points, ProfileFigures,
     ReadingFigures, Report, SamplingFigures, SessionFigures, Snapshot, Verdict,
@@ -79,6 +81,8 @@ pub enum ChapterId {
     Volume,
     /// Contour of the points.
     Contour,
+    /// Parts of the scene.
+    Parts,
     /// Points and what became of them.
     Points,
     /// Mesh and its plane.
@@ -107,6 +111,7 @@ impl ChapterId {
             ChapterId::Defects => "defects",
             ChapterId::Volume => "volume",
             ChapterId::Contour => "contour",
+            ChapterId::Parts => "parts",
             ChapterId::Points => "points",
             ChapterId::Mesh => "mesh",
             ChapterId::Links => "links",
@@ -200,6 +205,7 @@ struct Shown<'a> {
     form: Option<&'a FormFigures>,
     profile: Option<&'a ProfileFigures>,
     contour: Option<&'a ContourReport>,
+    parts: Option<&'a SessionParts>,
     verdict: &'a Verdict,
     links: &'a [LinkFigures],
     session: Option<&'a SessionFigures>,
@@ -218,6 +224,7 @@ impl View {
             form: report.form.as_ref(),
             profile: report.profile.as_ref(),
             contour: report.contour.as_ref(),
+            parts: report.parts.as_ref(),
             verdict: &report.verdict,
             links: &report.links,
             session: report.session.as_ref(),
@@ -236,6 +243,7 @@ impl View {
             form: snapshot.form.as_ref(),
             profile: None,
             contour: None,
+            parts: None,
             verdict: &snapshot.verdict,
             links: &[],
             session: snapshot.session.as_ref(),
@@ -266,6 +274,7 @@ impl View {
         chapters.extend(shown.face.map(face::chapter));
         chapters.extend(shown.profile.map(profile::chapter));
         chapters.extend(shown.contour.map(contour::chapter));
+        chapters.extend(shown.parts.map(parts::chapter));
         chapters.extend([
             sampling::chapter(shown.sampling),
             features::chapter(shown.features),

@@ -4,7 +4,7 @@ pub(super) mod ct;
 pub(super) mod tray;
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use asphera_link::Command;
@@ -50,7 +50,7 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
         return ct::run(args);
     }
     if args.scene == tray::NAME {
-        return tray::run(&args);
+        return tray::run(args);
     }
     let Some(mut scene) = Scene::built_in(&args.scene) else {
         let names: Vec<_> = Scene::names().chain([ct::NAME, tray::NAME]).collect();
@@ -69,7 +69,8 @@ pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
     block_on(demo(scene, args))
 }
 
-async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
+/// The folder of the results, made if it is not there and no other demo works in it.
+fn folder_of(args: &mut DemoArgs) -> Result<PathBuf, Failure> {
     refuse_results(&args.output)?;
     let folder = args.output.out.clone().unwrap_or_else(default_folder);
     args.output.out = Some(folder.clone());
@@ -77,23 +78,46 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
         .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
     // Before the ports and the truth of another demo there are overwritten.
     check_unshared(&folder, "demo")?;
+    Ok(folder)
+}
+
+/// Where the page is.
+fn page_of(args: &DemoArgs) -> SocketAddr {
+    // A demo that ends by itself takes any port, so that it never fails because one is taken.
+    let usual = || ([127, 0, 0, 1], if args.exit { 0 } else { 7717 }).into();
+    args.listen.unwrap_or_else(usual)
+}
+
+async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
+    let folder = folder_of(&mut args)?;
     let ports = folder.join("ports");
     let rig = Rig::start(scene, &ports).await?;
     write_json(&folder.join("truth.json"), &rig.truth())?;
     for listing in rig.listing() {
         say(&format!("simulated: {:<8} {:<13} {}", listing.name, listing.kind, listing.address));
     }
-    let toml = rig.station_toml(&StationOptions {
-        recordings: folder.clone(),
-        // A demo that ends by itself takes any port, so that it never fails because one is taken.
-        listen: args
-            .listen
-            .unwrap_or_else(|| ([127, 0, 0, 1], if args.exit { 0 } else { 7717 }).into()),
-    });
-    let config = Config::parse("the demo's configuration", &toml)?;
+    let toml =
+        rig.station_toml(&StationOptions { recordings: folder.clone(), listen: page_of(&args) });
+    let exit = measured(&toml, &args, &folder, |_| ()).await?;
+    drop(rig);
+    // Of a bench that has gone nothing remains; a folder with something else in it stays.
+    let _ = std::fs::remove_dir(&ports);
+    Ok(exit)
+}
+
+/// Measures on a bench with its page, until the session or the user ends it. `begin` is called with the station before its first
+/// session.
+async fn measured(
+    toml: &str,
+    args: &DemoArgs,
+    folder: &Path,
+    begin: impl FnOnce(Handle),
+) -> Result<Exit, Failure> {
+    let config = Config::parse("the demo's configuration", toml)?;
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let mut station = Station::start(config)?;
     let page = Page::serve(station.handle(), listen, hosts, None).await?;
+    begin(station.handle());
     station.handle().session(Command::Start).await?;
     say(&format!("results: {}", folder.display()));
 
@@ -111,7 +135,7 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     clear_progress();
     let Some(finished) = first else { return Err("stopped before the session began".into()) };
     let mut outlet = Outlet::default();
-    let exit = finish(&finished, &args, &mut outlet)?;
+    let exit = finish(&finished, args, &mut outlet)?;
     if args.exit && !interrupted {
         tokio::select! {
             () = outlet.read() => {}
@@ -121,7 +145,7 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
         say("the page stays; Ctrl-C ends");
         loop {
             tokio::select! {
-                again = station.finished() => results::write(&folder, &again?.measurement)?,
+                again = station.finished() => results::write(folder, &again?.measurement)?,
                 signal = &mut stop => {
                     signal?;
                     break;
@@ -129,15 +153,11 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
             }
         }
         if let Some(finished) = stop_session(&mut station).await? {
-            results::write(&folder, &finished.measurement)?;
+            results::write(folder, &finished.measurement)?;
         }
     }
     page.close().await?;
     outlet.close().await;
-    drop(station);
-    drop(rig);
-    // Of a bench that has gone nothing remains; a folder with something else in it stays.
-    let _ = std::fs::remove_dir(&ports);
     Ok(exit)
 }
 

@@ -2,32 +2,28 @@
 
 mod figures;
 mod files;
-mod form;
-mod library;
-mod scene;
-mod shape;
 mod summary;
 
 use std::path::{Path, PathBuf};
 
+use asphera_formats::{Cloud as Points, Format};
 use asphera_geometry::PointMm;
 use asphera_graph::compare::Size;
 use asphera_graph::{Cloud, auto_tau_mm};
-use asphera_measure::Measurement;
+use asphera_measure::{Along, Measurement, Part};
+use asphera_report::parts::PartReport;
 use clap::Args;
 
-use self::figures::{MatchFigures, PartReport, PartsReport};
-use self::form::Read;
-use self::library::Library;
-use self::scene::Scene;
-use super::OutputArgs;
+use self::figures::PartsReport;
 use super::exit::Exit;
+use super::files::measured;
 use super::graph::{TauArg, in_pool};
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::sampled::SampledArgs;
-use super::source::source_help;
+use super::source::{Source, source_help};
 use super::text::TextArgs;
+use crate::parts::{Library, Scene, form, judged, matched};
 
 #[derive(Args)]
 pub(super) struct PartsArgs {
@@ -69,22 +65,29 @@ pub(super) struct PartsArgs {
     json: bool,
 }
 
-/// Finds and measures the parts of `tray.xyz` in a folder by the library beside it, and leaves the results there.
-pub(super) fn found(folder: &Path, output: &OutputArgs) -> Result<Exit, Failure> {
-    run(&PartsArgs {
-        source: folder.join("tray.xyz"),
-        text: TextArgs::default(),
-        sampled: SampledArgs::default(),
-        tau: TauArg(None),
-        library: Some(folder.join("library")),
-        within: TauArg(None),
-        scale_free: false,
-        measure: true,
-        out: Some(folder.to_owned()),
-        force: output.force,
-        threads: None,
-        json: output.json,
-    })
+/// The points of a scene as they were read.
+struct Read<'a> {
+    path: &'a Path,
+    /// In mm, in the order of the file.
+    points: &'a [PointMm],
+    /// The standard uncertainties of their heights in mm; empty where the file has none.
+    u_mm: &'a [f64],
+    format: Format,
+    progress: &'a Progress,
+}
+
+impl Read<'_> {
+    /// Measures points of a part in the frame of its nominal.
+    fn measured(
+        &self,
+        nominal: Part,
+        points_mm: Vec<PointMm>,
+        uncertainties_mm: Vec<f64>,
+    ) -> Result<Measurement, Failure> {
+        let cloud = Points { points_mm, uncertainties_mm, ..Points::default() };
+        let source = Source::of_cloud(self.path, cloud, self.format);
+        measured(nominal, Along::Z, &source, self.progress)
+    }
 }
 
 /// All that was found of a scene.
@@ -100,7 +103,14 @@ pub(super) fn run(args: &PartsArgs) -> Result<Exit, Failure> {
     let progress = Progress::start("parts");
     // A library that cannot be used is told before long reading.
     let library = args.library.as_deref();
-    let library = library.map(|folder| Library::open(folder, &progress)).transpose()?;
+    if library.is_some() {
+        progress.stage("reading the library");
+    }
+    let scan = |path: &Path| {
+        let source = Source::open(path, &TextArgs::default(), &progress);
+        source.map(|source| source.points().collect()).map_err(|error| error.to_string())
+    };
+    let library = library.map(|folder| Library::open(folder, &scan)).transpose()?;
     let source = args.sampled.open(&args.source, &args.text, &progress)?;
     let points: Vec<PointMm> = source.points().collect();
     let (u_mm, format) = source.uncertainties_mm();
@@ -139,23 +149,27 @@ fn done(args: &PartsArgs, read: &Read<'_>, library: Option<&Library>) -> Result<
     let (mut parts, mut measurements, mut exit) = (Vec::new(), Vec::new(), Exit::Done);
     for part in &scene.parts {
         let found = part.recognition.as_ref().zip(library);
-        let mut found = found.map(|(found, library)| MatchFigures::new(found, library, size));
+        let mut found = found.map(|(found, library)| matched(found, library, size));
         let library = library
             .filter(|_| args.measure && found.as_ref().is_some_and(|found| found.reason.is_none()));
         let formed = match library {
-            Some(library) => read.form(part, library)?,
+            Some(library) => {
+                form(part, (read.points, read.u_mm), library, &|part, points, u_mm| {
+                    read.measured(part, points, u_mm)
+                })?
+            }
             None => None,
         };
-        let (mut form, mut measurement) = (None, None);
+        let (mut form_figures, mut measurement) = (None, None);
         if let Some(formed) = formed {
             exit = exit.or(match formed.reason {
                 Some(_) => Exit::Undecided,
                 None => Exit::of(&formed.measurement.report),
             });
-            found = found.map(|found| found.judged(formed.reason));
-            (form, measurement) = (formed.form, Some(formed.measurement));
+            found = found.map(|found| judged(found, formed.reason));
+            (form_figures, measurement) = (formed.form, Some(formed.measurement));
         }
-        parts.push(PartReport { figures: part.figures.clone(), found, form });
+        parts.push(PartReport { figures: part.figures.clone(), found, form: form_figures });
         measurements.push(measurement);
     }
     let report = PartsReport {

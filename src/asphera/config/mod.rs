@@ -10,6 +10,7 @@ mod line;
 mod links;
 mod motion;
 mod output;
+mod parts;
 mod projection;
 mod time;
 
@@ -36,6 +37,7 @@ pub use time::TimeConfig;
 
 use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;
+use crate::parts::PartsPlan;
 use crate::session;
 use crate::station::{EndSettings, Kinematics};
 
@@ -75,6 +77,8 @@ pub struct Config {
     pub output: OutputConfig,
     /// The contour that is formed of the points of a session; `None` for none.
     pub contour: Option<ContourPlan>,
+    /// The parts that are found in the points of a session; `None` for none.
+    pub parts: Option<PartsPlan>,
     /// Where the page and the API are.
     pub listen: SocketAddr,
     /// Names, beside those of the loopback interface, a browser may ask for.
@@ -308,6 +312,7 @@ fn read_root(
 
     let output = output::read(&root.section("output"));
     let (contour, text) = contour::read(&root.section("contour"), folders.station, text);
+    let (parts, text) = parts::read(&root.section("parts"), folders.station, &text);
     let machine = kinematics.as_ref().map(Kinematics::machine);
     let (calibration, text) =
         calibration::read(&root.section("calibration"), folders.station, machine, &text);
@@ -339,6 +344,7 @@ fn read_root(
         listen: listen?,
         allowed_hosts,
         contour,
+        parts,
         text,
     })
 }

@@ -138,6 +138,7 @@ impl Core {
                         Running {
                             figures: session.worker.figures(),
                             contour: session.worker.contour(),
+                            parts: session.worker.parts(),
                             trouble: session.recording.trouble(),
                         }
                     }));
@@ -316,6 +317,10 @@ impl Core {
                     let report = measurement.map(|done| &done.report);
                     let _ = reply.send(report.and_then(|report| final_contour(report, in_xy)));
                 }
+                Asked::Parts(reply) => {
+                    let parts = measurement.and_then(|done| done.report.parts.clone());
+                    let _ = reply.send(parts.map(Arc::new));
+                }
                 Asked::Section(request, reply) => {
                     let _ = reply.send(measurement.and_then(|done| done.surface.section(&request)));
                 }
@@ -340,6 +345,9 @@ impl Core {
                     }
                     Asked::Contour(reply) => {
                         let _ = reply.send(worker.contour());
+                    }
+                    Asked::Parts(reply) => {
+                        let _ = reply.send(worker.parts());
                     }
                     Asked::Without(terms, reply) => {
                         let figures = worker.figures();
@@ -451,11 +459,11 @@ impl Core {
             .append(&start)
             .map_err(|source| StationError::Record { folder: dir.display().to_string(), source })?;
         let recording = Recording::start(recorder, clock.clone()).map_err(folder)?;
-        let Config { part, along, contour, .. } = &self.config;
-        let (part, contour) = (part.clone(), contour.clone());
+        let Config { part, along, contour, parts, .. } = &self.config;
+        let (part, plans) = (part.clone(), (contour.clone(), parts.clone()));
         let expected = self.config.expected_points();
         let weighing = Weighing::new(&part, self.config.noise_mm());
-        let worker = Worker::start(part, *along, expected, contour, weighing, clock.clone());
+        let worker = Worker::start(part, *along, expected, plans, weighing, clock.clone());
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;

@@ -8,6 +8,7 @@ mod contour;
 mod core;
 mod lock;
 mod outputs;
+mod parts;
 mod recording;
 mod view;
 mod worker;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 use asphera_link::Command;
 use asphera_report::contour::SessionContour;
+use asphera_report::parts::SessionParts;
 use asphera_report::{
     Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
     SamplingMaps, SectionRequest, SessionEntry, SessionFile, Snapshot, Term, Waypoints,
@@ -136,6 +138,7 @@ enum Asked {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Maps(oneshot::Sender<Option<Arc<SamplingMaps>>>),
     Contour(oneshot::Sender<Option<Arc<SessionContour>>>),
+    Parts(oneshot::Sender<Option<Arc<SessionParts>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
     Without(Vec<Term>, oneshot::Sender<FormViewAnswer>),
     Next(oneshot::Sender<Option<Next>>),
@@ -279,6 +282,10 @@ impl LiveStation for Handle {
 
     fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>> {
         Box::pin(self.ask(Asked::Contour))
+    }
+
+    fn parts(&self) -> Answer<'_, Option<Arc<SessionParts>>> {
+        Box::pin(self.ask(Asked::Parts))
     }
 
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut> {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use asphera_link::Nanos;
 use asphera_report::contour::{ContourState, SessionContour};
+use asphera_report::parts::SessionParts;
 use asphera_report::{
     Connection, LinkState, MapsState, Outputs, Progress, SNAPSHOT_FORMAT, SamplingFigures,
     SessionFigures, Snapshot, State, Waiting,
@@ -21,6 +22,7 @@ use asphera_measure::RunningFigures;
 pub(super) struct Running {
     pub(super) figures: Option<Arc<RunningFigures>>,
     pub(super) contour: Option<Arc<SessionContour>>,
+    pub(super) parts: Option<Arc<SessionParts>>,
     /// Why the recording is in trouble.
     pub(super) trouble: Option<String>,
 }
@@ -93,6 +95,7 @@ impl View {
             .maps_version()
             .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
         let as_of_points = report.points.received;
+        self.snapshot.parts = report.parts.as_ref().map(SessionParts::state);
         self.snapshot.contour = report.contour.as_ref().map(|_| ContourState { as_of_points });
         self.snapshot.verdict = report.verdict.clone();
         if let Some(form) = &report.form {
@@ -122,6 +125,7 @@ impl View {
         // They went with the pipeline.
         self.snapshot.maps = None;
         self.snapshot.contour = None;
+        self.snapshot.parts = None;
         self.snapshot.verdict.outlook = None;
         self.snapshot.verdict.reasons = vec![reason.to_owned()];
     }
@@ -142,7 +146,7 @@ impl View {
             .zip(&mut self.readings)
             .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
             .collect();
-        if let Some(Running { figures, contour, trouble }) = session {
+        if let Some(Running { figures, contour, parts, trouble }) = session {
             snapshot.elapsed_s = now.as_secs_f64();
             if let Some(figures) = figures {
                 snapshot.points = figures.points.clone();
@@ -158,6 +162,7 @@ impl View {
                 snapshot.verdict.outlook = figures.outlook.clone();
                 snapshot.progress.pending_points = figures.pending;
             }
+            snapshot.parts = parts.map(|parts| parts.state());
             snapshot.contour =
                 contour.map(|contour| ContourState { as_of_points: contour.as_of_points });
             snapshot.points.lost = bench.lost();
@@ -198,6 +203,7 @@ fn empty(station: &str) -> Snapshot {
         map: None,
         maps: None,
         contour: None,
+        parts: None,
         convergence: Default::default(),
         outputs: None,
         links: Vec::new(),

@@ -5,14 +5,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use asphera_report::contour::SessionContour;
+use asphera_report::parts::SessionParts;
 use asphera_report::{Cut, SectionRequest};
 use tokio::runtime::Handle;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::timeout;
 
 use super::contour::Contours;
+use super::parts::Parts;
 use crate::clock::Clock;
 use crate::contour::ContourPlan;
+use crate::parts::PartsPlan;
 use crate::results;
 use crate::station::Point;
 use crate::weighing::Weighing;
@@ -24,6 +27,7 @@ pub(super) struct Worker {
     work: mpsc::Sender<Work>,
     figures: watch::Receiver<Option<Arc<RunningFigures>>>,
     contour: watch::Receiver<Option<Arc<SessionContour>>>,
+    parts: watch::Receiver<Option<Arc<SessionParts>>>,
     turns: Arc<AtomicU64>,
 }
 
@@ -45,7 +49,7 @@ impl Worker {
         part: Part,
         along: Along,
         expected_points: Option<u64>,
-        contour: Option<ContourPlan>,
+        (contour, parts): (Option<ContourPlan>, Option<PartsPlan>),
         weighing: Weighing,
         clock: Clock,
     ) -> std::io::Result<Worker> {
@@ -57,11 +61,13 @@ impl Worker {
         let turned = turns.clone();
         let (contours, newest) = watch::channel(None);
         let contours = contour.map(|plan| Contours::new(plan, contours));
-        let line = Line { pipeline, weighing, contours };
+        let (part_news, found) = watch::channel(None);
+        let parts = parts.map(|plan| Parts::start(plan, part_news)).transpose()?;
+        let line = Line { pipeline, weighing, contours, parts };
         std::thread::Builder::new()
             .name("pipeline".to_owned())
             .spawn(move || run(line, clock, &runtime, receiver, &sender, &turned))?;
-        Ok(Worker { work, figures, contour: newest, turns })
+        Ok(Worker { work, figures, contour: newest, parts: found, turns })
     }
 
     /// The newest running figures.
@@ -72,6 +78,11 @@ impl Worker {
     /// The newest contour; `None` where none is asked for, or there is none yet.
     pub(super) fn contour(&self) -> Option<Arc<SessionContour>> {
         self.contour.borrow().clone()
+    }
+
+    /// The newest parts; `None` where none are asked for, or no point came yet.
+    pub(super) fn parts(&self) -> Option<Arc<SessionParts>> {
+        self.parts.borrow().clone()
     }
 
     /// How often the pipeline has come back for more: more than eight times a second, unless something holds it up.
@@ -113,6 +124,7 @@ struct Line {
     pipeline: Pipeline,
     weighing: Weighing,
     contours: Option<Contours>,
+    parts: Option<Parts>,
 }
 
 impl Line {
@@ -123,15 +135,23 @@ impl Line {
         if let Some(contours) = &mut self.contours {
             contours.take(points);
         }
+        if let Some(parts) = &mut self.parts {
+            parts.take(points);
+        }
     }
 
-    /// The final figures; the contour is formed meanwhile.
+    /// The final figures; the contour is formed and the last parts are measured meanwhile.
     fn finish(self) -> Measurement {
+        let parts = self.parts.map(Parts::finish);
         let contour = self.contours.map(Contours::finish);
         let mut measurement = self.pipeline.finish();
         if let Some(contour) = contour {
             let (plan, contour) = contour.wait();
             plan.conclude(contour, &mut measurement);
+        }
+        if let Some(parts) = parts {
+            let (plan, found) = parts.wait();
+            plan.conclude(found, &mut measurement);
         }
         measurement
     }
@@ -174,6 +194,9 @@ fn run(
         }
         if let Some(contours) = &mut line.contours {
             contours.keep_up(clock.now());
+        }
+        if let Some(parts) = &mut line.parts {
+            parts.keep_up();
         }
         let now = clock.now();
         if line.pipeline.received() != shown && now.since(shown_at) >= PERIOD {

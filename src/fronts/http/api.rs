@@ -27,6 +27,7 @@ pub(super) fn router(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
         .route("/api/v1/mesh.ply", get(mesh))
         .route("/api/v1/maps", get(maps))
         .route("/api/v1/contour", get(contour))
+        .route("/api/v1/parts", get(parts))
         .route("/api/v1/section", get(section))
         .route("/api/v1/form", get(form))
         .route("/api/v1/waypoints.csv", get(waypoints))
@@ -167,6 +168,17 @@ async fn contour(State(shared): State<Arc<Shared>>) -> Response {
         None => Problem::new(StatusCode::NOT_FOUND, "there is no contour yet")
             .expected("a session with a hundred points, or one that ended")
             .hint("the table [contour] of the configuration asks for one")
+            .into_response(),
+    }
+}
+
+async fn parts(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.parts().await {
+        Some(parts) => Json(&*parts).into_response(),
+        None => Problem::new(StatusCode::NOT_FOUND, "there are no parts yet")
+            .expected("a session with points, or one that ended")
+            .hint("the table [parts] of the configuration asks for them")
             .into_response(),
     }
 }

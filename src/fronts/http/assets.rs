@@ -55,6 +55,7 @@ const ASSETS: &[Asset] = assets![
     JS "chapters.js",
     JS "colours.js",
     JS "contour.js",
+    JS "parts.js",
     JS "control.js",
     JS "defects.js",
     JS "dom.js",

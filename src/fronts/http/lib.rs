@@ -7,6 +7,7 @@
 //! | `GET /api/v1/stream` | WebSocket: every new snapshot as JSON text, the newest wins |
 //! | `GET /api/v1/mesh.ply` | the mesh; 404 while there is none |
 //! | `GET /api/v1/maps` | the [`SamplingMaps`](asphera_report::SamplingMaps) as JSON, with an `ETag`; 404 while there are none |
+//! | `GET /api/v1/parts` | the [`SessionParts`](asphera_report::parts::SessionParts) as JSON; 404 while there are none |
 //! | `GET /api/v1/contour` | the [`SessionContour`](asphera_report::contour::SessionContour) as JSON; 404 while there is none |
 //! | `GET /api/v1/form?remove=tilt,power` | the [`FormView`](asphera_report::FormView) as JSON: the deviation without Zernike terms; 404 while there is none |
 //! | `GET /api/v1/section?…` | the [`SectionReport`](asphera_report::SectionReport) of the mesh as it is now: see below |

@@ -44,6 +44,7 @@ fn snapshot() -> Snapshot {
         map: None,
         maps: None,
         contour: None,
+        parts: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState { name: "axis".to_owned(), ..link.clone() }, link],

@@ -71,7 +71,7 @@ pub struct RunningPart {
     pub rows: Vec<(u64, PointMm)>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Open {
     part: RunningPart,
     arcs: u64,
@@ -81,7 +81,7 @@ struct Open {
 }
 
 /// Parts that have not ended.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct OpenParts {
     next: PartId,
     open: BTreeMap<PartId, Open>,

@@ -32,14 +32,14 @@ pub struct RunningNode {
 }
 
 /// Points of a strip, in the order in which they came.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct StripPoints {
     pub(super) rows: Vec<u64>,
     pub(super) at_mm: Vec<PointMm>,
 }
 
 /// A closed strip with its points.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Strip {
     pub(super) closed: ClosedStrip,
     pub(super) points: StripPoints,

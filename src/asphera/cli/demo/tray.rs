@@ -1,40 +1,80 @@
 //! The scene `tray`: lenses, a flat and rings on a tray, told apart by a library of their nominals, and measured.
 
 use std::fmt::Write as _;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::path::Path;
+use std::sync::Arc;
 
 use asphera_form::{Aperture, Nominal};
-use asphera_rig::{TrayKind, TrayScene};
+use asphera_report::{Connection, State};
+use asphera_rig::{Departure, TrayKind, TrayScene, send};
 
+use super::super::Speed;
 use super::super::columns::{Style, head, row, whole};
 use super::super::exit::Exit;
 use super::super::files::refuse;
 use super::super::output::{Failure, say, write_json};
-use super::super::parts;
+use super::super::serve::block_on;
 use super::ct::asphere_keys;
-use super::{DemoArgs, default_folder};
+use super::{DemoArgs, folder_of, measured, page_of};
+use crate::live::Handle;
 
 /// The name of the scene.
 pub(super) const NAME: &str = "tray";
 
-/// Writes the scan of a tray, the library of its parts and the truth, and finds the parts as anyone would.
-pub(super) fn run(args: &DemoArgs) -> Result<Exit, Failure> {
-    if args.listen.is_some() {
-        return Err(format!(
-            "scene {NAME}: expected no --listen, for a scan that is there has no page; leave it out"
-        )
-        .into());
-    }
-    let folder = args.output.out.clone().unwrap_or_else(default_folder);
+/// Writes the library of the parts, the truth, and a file of points of the same tray; then a line scanner goes over it, and its parts are
+/// found and measured while it does.
+pub(super) fn run(args: DemoArgs) -> Result<Exit, Failure> {
     let scene = TrayScene::lenses(args.seed.unwrap_or(1));
     let scene = match args.points {
         Some(points) => scene.with_points(points),
         None => scene,
     };
-    lay_out(&folder, &scene, args.output.force)?;
-    say(&format!("results: {}", folder.display()));
-    parts::found(&folder, &args.output)
+    block_on(demo(scene, args))
 }
+
+async fn demo(scene: TrayScene, mut args: DemoArgs) -> Result<Exit, Failure> {
+    let folder = folder_of(&mut args)?;
+    lay_out(&folder, &scene, args.output.force)?;
+    let rate_hz = match args.speed {
+        Speed::Times(times) => PROFILES_HZ * times,
+        Speed::Max => FASTEST_HZ,
+    };
+    let departures: Arc<[Departure]> = scene.departures(rate_hz.min(FASTEST_HZ))?.into();
+    // A port that is free now: the station takes it when its session begins.
+    let scanner = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?;
+    say(&format!("simulated: scanner  RIFTEK RF627, UDP to {scanner}"));
+    let library = folder.join("library");
+    let toml = scene.station_toml(scanner, [&folder, &library], page_of(&args));
+    measured(&toml, &args, &folder, |station| {
+        tokio::spawn(scan(station, departures, scanner));
+    })
+    .await
+}
+
+/// Goes over the tray once a session, when the station has opened its port.
+async fn scan(station: Handle, departures: Arc<[Departure]>, to: SocketAddr) {
+    let mut snapshots = station.watch();
+    let mut scanned = None;
+    loop {
+        let wanted = snapshots.wait_for(|now| {
+            let id = now.session.as_ref().map(|session| &session.id);
+            let is_open = now.links.first().is_some_and(|link| link.state != Connection::Opening);
+            now.state == State::Measuring && id.is_some() && id != scanned.as_ref() && is_open
+        });
+        let Ok(now) = wanted.await.map(|now| now.session.clone()) else { return };
+        scanned = now.map(|session| session.id);
+        if let Err(error) = send(&departures, to).await {
+            say(&format!("the simulated scanner cannot send: {error}"));
+            return;
+        }
+    }
+}
+
+/// Profiles a second of a scanner as it would really be.
+const PROFILES_HZ: f64 = 40.0;
+/// A faster one loses datagrams: the receiver has no way to hold it back.
+const FASTEST_HZ: f64 = 400.0;
 
 /// Writes `tray.xyz`, `library/*.toml` and `truth.json`.
 pub(in crate::cli) fn lay_out(

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use asphera_graph::{
-    Arc, Choices, Cloud, ExtractError, Extraction, Loop, Node, Parts, PointGraph, Resolution,
-    auto_min_points, extract, parts,
+    Arc, Choices, Cloud, ExtractError, Extraction, Loop, Node, PointGraph, Resolution, extract,
 };
+use asphera_report::parts::PartFigures;
 use serde::Serialize;
 
 use super::super::output::Failure;
@@ -13,6 +13,7 @@ use super::super::progress::Progress;
 use super::super::summary::short;
 use super::function::FunctionChoice;
 use super::resolutions::{ResolutionCounts, ResolutionFigures, counts, halved};
+use crate::parts::parts_of;
 
 /// The figures of a graph. Lengths are mm of the file's frame.
 #[derive(Clone, Debug, Serialize)]
@@ -55,14 +56,6 @@ pub(super) struct LoopFigures {
     range: [f64; 2],
     extent: f64,
     strips: u32,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(in crate::cli) struct PartFigures {
-    pub(in crate::cli) points: u64,
-    pub(in crate::cli) box_mm: [[f64; 3]; 2],
-    pub(in crate::cli) centre_mm: [f64; 3],
-    pub(in crate::cli) loops: usize,
 }
 
 /// The report with what the files hold.
@@ -170,11 +163,6 @@ pub(super) fn of(
         islands: parts.islands.len(),
     };
     Ok(Outcome { report, cloud, values: field.values, found, part_of_place, resolutions })
-}
-
-/// The parts of a cloud, islands of few points apart.
-pub(in crate::cli) fn parts_of(cloud: &Cloud<3>, tau_mm: f64) -> Result<Parts<3>, Failure> {
-    Ok(parts(cloud, tau_mm, auto_min_points(cloud, tau_mm)?)?)
 }
 
 fn loop_figures(found: &Loop) -> LoopFigures {

@@ -10,7 +10,7 @@ use super::super::columns::whole;
 use super::super::files::refuse;
 use super::super::output::{Failure, write_json};
 use super::Done;
-use super::scene::Scene;
+use crate::parts::Scene;
 use crate::results;
 
 /// Where files go.

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use asphera_report::Status;
+use asphera_report::parts::{MatchFigures, PartForm, PartReport};
 
 use super::super::graph::figures::part_line;
 use super::super::summary::short;
-use super::figures::{MatchFigures, PartForm, PartReport, PartsReport};
+use super::figures::PartsReport;
 
 impl PartsReport {
     /// Lines for a terminal.

@@ -2,6 +2,7 @@
 
 import { showChapters } from "./chapters.js";
 import { Contour } from "./contour.js";
+import { Parts } from "./parts.js";
 import { Control } from "./control.js";
 import { Defects } from "./defects.js";
 import { byId, setText } from "./dom.js";
@@ -32,7 +33,8 @@ const links = new Links();
 const regions = new Regions();
 const defects = new Defects();
 const contour = new Contour(token);
-const map = new PartMap(regions, defects, contour);
+const parts = new Parts(token);
+const map = new PartMap(regions, defects, contour, parts);
 const maps = new Maps(token, (found) => map.setMaps(found));
 const section = new SectionView(token, map);
 const plots = new Plots();
@@ -48,6 +50,7 @@ let drawn = null;
 
 regions.onChoice = () => map.draw();
 contour.onChange = () => map.draw();
+parts.onChange = () => map.draw();
 defects.onChoice = (place) => {
   if (place) map.pointAt(place);
   map.draw();
@@ -80,6 +83,7 @@ function draw() {
   regions.update(snapshot.sampling.next, Frames.of(snapshot));
   defects.update(snapshot, Frames.of(snapshot));
   contour.update(snapshot);
+  parts.update(snapshot);
   map.update(snapshot);
   maps.update(snapshot);
   section.update(snapshot);

@@ -5,7 +5,7 @@ import { css } from "./colours.js";
 import { byId, setText } from "./dom.js";
 import { DASH, count, fixed, known, significant } from "./format.js";
 import { LAYERS, chartOf, sayCell } from "./layers.js";
-import { drawBeyond, drawContour, drawCursor, drawDefects, drawMark, drawRegions, drawSection } from "./overlay.js";
+import { drawBeyond, drawContour, drawCursor, drawDefects, drawMark, drawParts, drawRegions, drawSection } from "./overlay.js";
 import { listed, pointsSince } from "./series.js";
 
 const FONT = "12px system-ui, sans-serif";
@@ -22,6 +22,7 @@ export class PartMap {
   #regions = null;
   #defects = null;
   #contour = null;
+  #parts = null;
   #section = null; // { lines, cursor } in the part frame.
   #cell = null; // [column, row] under the cursor.
   #drag = null; // Where a drag began, in pixels.
@@ -33,10 +34,11 @@ export class PartMap {
   /** Called with the two ends of a line that is being dragged, in the part frame. */
   onLine = () => {};
 
-  constructor(regions, defects, contour) {
+  constructor(regions, defects, contour, parts) {
     this.#regions = regions;
     this.#defects = defects;
     this.#contour = contour;
+    this.#parts = parts;
     const canvas = this.#canvas;
     for (const input of document.querySelectorAll("#layers input")) {
       input.onchange = () => this.#choose(input.value);
@@ -118,6 +120,7 @@ export class PartMap {
     const contour = this.#contour.shown;
     this.#clipped(pen, () => {
       if (contour) drawContour(pen, frame, contour);
+      drawParts(pen, frame, this.#parts.shown);
       if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
       drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
       drawDefects(pen, frame, this.#defects.shown, this.#defects.chosen);
@@ -129,6 +132,7 @@ export class PartMap {
     canvas.dataset.layer = this.#layer;
     canvas.dataset.spanMm = `${nx * dx},${ny * dy}`;
     canvas.dataset.regions = this.#regions.shown.length;
+    canvas.dataset.parts = this.#parts.shown.length;
     canvas.dataset.contour = contour ? contour.lines.length : 0;
     canvas.dataset.defects = this.#defects.shown.length;
     const { left, top, wide, high } = frame;

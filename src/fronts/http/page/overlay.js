@@ -103,6 +103,27 @@ export function drawContour(pen, frame, { lines, ends, junctions }) {
   }
 }
 
+/** The boxes of parts with number and answer; of what failed or is unknown the lines are broken. */
+export function drawParts(pen, frame, parts) {
+  for (const { number, word, corners } of parts) {
+    const path = new Path2D();
+    corners.forEach((place, k) => path[k ? "lineTo" : "moveTo"](...toPixels(frame, place)));
+    path.closePath();
+    pen.setLineDash(word === "FAIL" || word === "unknown" ? [6, 4] : []);
+    stroke(pen, path, 1.2);
+    pen.setLineDash([]);
+    const pixels = corners.map((place) => toPixels(frame, place));
+    const [x, y] = [Math.min(...pixels.map(([x]) => x)) + 3, Math.min(...pixels.map(([, y]) => y)) + 3];
+    pen.textAlign = "left";
+    pen.textBaseline = "top";
+    pen.lineWidth = 3;
+    pen.strokeStyle = "#fff";
+    pen.strokeText(`${number} ${word}`, x, y);
+    pen.fillStyle = "#111";
+    pen.fillText(`${number} ${word}`, x, y);
+  }
+}
+
 /** A section's path, its beginning as a dot, and the place under the cursor of its profile as a ring. */
 export function drawSection(pen, frame, lines, cursor) {
   for (const places of lines) {

@@ -31,6 +31,7 @@ pub(super) struct Station {
     pub(super) mesh: Option<Vec<u8>>,
     pub(super) maps: Option<Arc<SamplingMaps>>,
     pub(super) contour: Option<Arc<SessionContour>>,
+    pub(super) parts: Option<Arc<asphera_report::parts::SessionParts>>,
     pub(super) cut: fn(&SectionRequest) -> Cut,
     pub(super) view: FormViewAnswer,
     pub(super) waypoints: Option<Waypoints>,
@@ -52,6 +53,7 @@ impl Station {
             mesh: None,
             maps: None,
             contour: None,
+            parts: None,
             cut: |_| None,
             view: None,
             waypoints: None,
@@ -93,6 +95,12 @@ impl LiveStation for Station {
 
     fn contour(&self) -> asphera_report::Answer<'_, Option<Arc<SessionContour>>> {
         Box::pin(async { self.contour.clone() })
+    }
+
+    fn parts(
+        &self,
+    ) -> asphera_report::Answer<'_, Option<Arc<asphera_report::parts::SessionParts>>> {
+        Box::pin(async { self.parts.clone() })
     }
 
     fn section(&self, request: SectionRequest) -> asphera_report::Answer<'_, Cut> {
@@ -317,6 +325,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         }),
         maps: None,
         contour: None,
+        parts: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState {
@@ -349,6 +358,7 @@ pub(super) fn report() -> Report {
         form: None,
         profile: None,
         contour: None,
+        parts: None,
         verdict: Verdict::default(),
         links: Vec::new(),
         timing: Timing::default(),

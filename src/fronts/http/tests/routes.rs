@@ -268,6 +268,29 @@ async fn maps_come_once_for_each_content() {
 }
 
 #[tokio::test]
+async fn parts_are_listed() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    let none = server.get("/api/v1/parts").await.problem(404);
+    assert!(none.contains("no parts yet") && none.contains("[parts]"), "{none}");
+    server.end().await;
+    let parts = serde_json::json!({
+        "as_of_points": 7, "axis": "y", "tau_mm": 0.5, "strip_mm": 1.0, "open": 0, "waiting": 0, "islands": 1,
+        "island_points": 3, "crumbs": 0, "late": 0, "outside": 0, "earlier_events": 0,
+        "events": [{"part": 0, "event": "ended", "at_mm": [0.0, 0.0, 0.0]}],
+        "parts": [{
+            "scanned": 0, "is_open": false, "points": 4, "box_mm": [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+            "centre_mm": [0.5, 0.5, 0.0], "loops": 0,
+        }],
+    });
+    station.parts = Some(Arc::new(serde_json::from_value(parts.clone()).unwrap()));
+    let server = Running::start(&station).await;
+    let answer = server.get("/api/v1/parts").await;
+    assert_eq!((answer.status, answer.json()), (200, parts));
+    server.end().await;
+}
+
+#[tokio::test]
 async fn a_contour_says_of_how_many_points_it_is() {
     let mut station = Station::new();
     let server = Running::start(&station).await;

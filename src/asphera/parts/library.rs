@@ -9,39 +9,40 @@ use asphera_graph::library::LibraryEntry;
 use asphera_measure::Part;
 use rayon::prelude::*;
 
-use super::super::files::{part, read};
-use super::super::output::Failure;
-use super::super::progress::Progress;
-use super::super::source::Source;
-use super::super::text::TextArgs;
+use asphera_formats::xyz::TextOptions;
+use asphera_nominal::{bytes_of, text_of};
+
 use super::shape::{entry_of, places_of};
 use crate::lens;
 
 /// The entries of a library, and the nominals of those that have one.
-pub(super) struct Library {
-    pub(super) entries: Vec<LibraryEntry>,
-    pub(super) nominals: Vec<Option<Part>>,
+#[derive(Clone, Debug)]
+pub(crate) struct Library {
+    pub(crate) entries: Vec<LibraryEntry>,
+    pub(crate) nominals: Vec<Option<Part>>,
 }
+
+/// The points of an earlier scan, or why they cannot be read.
+pub(crate) type ReadScan<'a> = dyn Fn(&Path) -> Result<Vec<PointMm>, String> + Sync + 'a;
 
 /// An entry with its nominal, if it has one.
 type Entry = (LibraryEntry, Option<Part>);
 
 impl Library {
-    /// Reads every file of a folder, in the order of their names. Hidden files, and those that a nominal of the folder names, are
+    /// Reads every file of a folder, in the order of their names; `scan` reads earlier scans. Hidden files, and those that a nominal of the folder names, are
     /// no entries.
     ///
     /// # Errors
     ///
     /// A folder without entries; all files that can be none, each with the cure.
-    pub(super) fn open(folder: &Path, progress: &Progress) -> Result<Library, Failure> {
-        progress.stage("reading the library");
+    pub(crate) fn open(folder: &Path, scan: &ReadScan<'_>) -> Result<Library, String> {
         let files = files_in(folder)?;
         let found: Vec<Result<Vec<Entry>, String>> =
-            files.par_iter().map(|path| entries_of(path, progress)).collect();
+            files.par_iter().map(|path| entries_of(path, scan)).collect();
         let problems: Vec<&str> =
             found.iter().filter_map(|found| found.as_ref().err().map(String::as_str)).collect();
         if !problems.is_empty() {
-            return Err(problems.join("\n").into());
+            return Err(problems.join("\n"));
         }
         let (entries, nominals): (Vec<_>, Vec<_>) = found.into_iter().flatten().flatten().unzip();
         match entries.is_empty() {
@@ -49,20 +50,44 @@ impl Library {
                 "{}: expected a library with one file at least, found none; put nominals (.toml), lens files (.zmx), meshes or \
                  scans there",
                 folder.display()
-            )
-            .into()),
+            )),
             false => Ok(Library { entries, nominals }),
         }
     }
 
+    /// The nominals and lens files of a folder, as a station takes them, by their names and texts. `folder` is where nominals find
+    /// files that they name.
+    ///
+    /// # Errors
+    ///
+    /// No entry; all files that can be none, each with the cure.
+    pub(crate) fn of_texts(
+        folder: &Path,
+        texts: &[(String, String)],
+    ) -> Result<Library, Vec<String>> {
+        let found: Vec<Result<Vec<Entry>, String>> = texts
+            .par_iter()
+            .map(|(name, text)| {
+                entries_of_text(&folder.join(name), name, text.clone().into_bytes())
+            })
+            .collect();
+        let problems: Vec<String> =
+            found.iter().filter_map(|found| found.as_ref().err().cloned()).collect();
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let (entries, nominals): (Vec<_>, Vec<_>) = found.into_iter().flatten().flatten().unzip();
+        Ok(Library { entries, nominals })
+    }
+
     /// The name of an entry.
-    pub(super) fn name(&self, entry: usize) -> &str {
+    pub(crate) fn name(&self, entry: usize) -> &str {
         self.entries[entry].name()
     }
 }
 
 /// The files of a folder by name.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let listed = std::fs::read_dir(folder).map_err(|error| {
         format!("{}: expected a folder as the library: {error}", folder.display())
     })?;
@@ -98,36 +123,44 @@ fn is_toml(path: &Path) -> bool {
 }
 
 /// The entries of a file; or why it has none, with its name and the cure.
-fn entries_of(path: &Path, progress: &Progress) -> Result<Vec<Entry>, String> {
+fn entries_of(path: &Path, scan: &ReadScan<'_>) -> Result<Vec<Entry>, String> {
     let (name, file) = (name_of(path), path.display().to_string());
+    if path.is_dir() {
+        return of_scan(path, &name, scan).map(|entry| vec![(entry, None)]);
+    }
+    let bytes = bytes_of(path).map_err(|error| format!("cannot read {file}: {error}"))?;
+    if zemax::is_zemax(&bytes) || is_toml(path) {
+        return entries_of_text(path, &name, bytes);
+    }
+    // What is no mesh of faces is taken for a scan, whose reader says what is wrong with it.
+    let mesh = read_triangles(&file, &bytes, &TextOptions::default());
+    let entry = match mesh {
+        Ok(Some(mesh)) => entry_of(&name, &mesh).map_err(|problem| format!("{file}: {problem}"))?,
+        Ok(None) | Err(_) => of_scan(path, &name, scan)?,
+    };
+    Ok(vec![(entry, None)])
+}
+
+/// The entries of a nominal or a lens file.
+fn entries_of_text(path: &Path, name: &str, bytes: Vec<u8>) -> Result<Vec<Entry>, String> {
+    let file = path.display().to_string();
     let named = |problem: String| format!("{file}: {problem}");
     let of_nominal = |name: &str, part: Part| -> Result<Entry, String> {
         let places = places_of(&part).map_err(named)?;
         let entry = LibraryEntry::face(name, &places).map_err(|error| named(error.to_string()))?;
         Ok((entry, Some(part)))
     };
-    if path.is_dir() {
-        return of_scan(path, &name, progress).map(|entry| vec![(entry, None)]);
-    }
-    let bytes = read(path).map_err(|error| error.to_string())?;
     if zemax::is_zemax(&bytes) {
         return nominals_of_lens(&file, &bytes)?
             .into_iter()
             .map(|(number, part)| of_nominal(&format!("{name} {number}"), part))
             .collect();
     }
-    if is_toml(path) {
-        // The reader names the file.
-        let part = part(path).map_err(|error| error.to_string())?;
-        return of_nominal(&name, part).map(|entry| vec![entry]);
-    }
-    // What is no mesh of faces is taken for a scan, whose reader says what is wrong with it.
-    let mesh = read_triangles(&file, &bytes, &TextArgs::default().options());
-    let entry = match mesh {
-        Ok(Some(mesh)) => entry_of(&name, &mesh).map_err(named)?,
-        Ok(None) | Err(_) => of_scan(path, &name, progress)?,
-    };
-    Ok(vec![(entry, None)])
+    let text = text_of(&file, bytes)
+        .map_err(|found| format!("{file}: expected a nominal in TOML, found {found}"))?;
+    // The reader names the file.
+    let part = asphera_nominal::parse(&file, &text).map_err(|error| error.to_string())?;
+    of_nominal(name, part).map(|entry| vec![entry])
 }
 
 /// The surfaces of a lens that bend light, with their numbers.
@@ -154,11 +187,9 @@ fn nominals_of_lens(file: &str, bytes: &[u8]) -> Result<Vec<(u32, Part)>, String
 }
 
 /// An earlier scan as it is, seen from its +z side.
-fn of_scan(path: &Path, name: &str, progress: &Progress) -> Result<LibraryEntry, String> {
+fn of_scan(path: &Path, name: &str, scan: &ReadScan<'_>) -> Result<LibraryEntry, String> {
     let cure = "take it out of the library, or make it a nominal (.toml), a lens file, a mesh, or a scan whose columns have names";
-    let source = Source::open(path, &TextArgs::default(), progress)
-        .map_err(|error| format!("{error}; {cure}"))?;
-    let points: Vec<PointMm> = source.points().collect();
+    let points = scan(path).map_err(|error| format!("{error}; {cure}"))?;
     let named = |problem: String| format!("{}: {problem}; {cure}", path.display());
     let cloud = Cloud::new(&points).map_err(|error| named(error.to_string()))?;
     // The order of the places goes through space, so every so many of them are spread over all.

@@ -1,0 +1,188 @@
+//! The parts of a session: what a station's configuration asks for, from the points to the verdict.
+
+use asphera_geometry::PointMm;
+use asphera_graph::compare::Size;
+use asphera_graph::{Cloud, PlaceId, RunningGraph, RunningPart, RunningSettings};
+use asphera_measure::{Along, Measurement, Part, Pipeline, undecide};
+use asphera_report::Status;
+use asphera_report::parts::{Answer, PartReport, SessionPart, SessionParts};
+
+use super::{Library, ScenePart, figures_of, form, judged, matched, pieces};
+
+/// Parts that a station finds in the points of every session.
+#[derive(Clone, Debug)]
+pub struct PartsPlan {
+    /// Axis, τ and strips.
+    pub(crate) settings: RunningSettings,
+    /// Pieces of fewer points are islands.
+    pub(crate) min_points: u64,
+    /// What parts may be.
+    pub(crate) library: Option<Library>,
+    /// The largest difference of a part from an entry that fits, RMS in mm; `None` leaves it to the points.
+    pub(crate) within_mm: Option<f64>,
+}
+
+/// What became of a part that ended.
+#[derive(Debug, Default)]
+pub(crate) struct Judged {
+    pub(crate) parts: Vec<SessionPart>,
+    /// Points of an island; `None` of a part.
+    pub(crate) island_points: Option<u64>,
+    pub(crate) crumbs: u64,
+}
+
+impl PartsPlan {
+    /// The graph of a session without points.
+    pub(crate) fn graph(&self) -> RunningGraph {
+        // The configuration holds what it asks for.
+        RunningGraph::new(self.settings).unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    /// The parts of a session without points.
+    pub(crate) fn nothing(&self) -> SessionParts {
+        let sign = if self.settings.is_reversed { "-" } else { "" };
+        SessionParts {
+            as_of_points: 0,
+            axis: format!("{sign}{}", ["x", "y", "z"][self.settings.axis.min(2)]),
+            tau_mm: self.settings.tau_mm,
+            strip_mm: self.settings.strip_mm,
+            entries: self.library.as_ref().map(|library| library.entries.len()),
+            parts: Vec::new(),
+            open: 0,
+            waiting: 0,
+            islands: 0,
+            island_points: 0,
+            crumbs: 0,
+            late: 0,
+            outside: 0,
+            events: Vec::new(),
+            earlier_events: 0,
+        }
+    }
+
+    /// Recognises and measures a part that ended. Touching parts are taken apart.
+    pub(crate) fn judge(&self, ended: &RunningPart) -> Judged {
+        if ended.points < self.min_points {
+            return Judged { island_points: Some(ended.points), ..Judged::default() };
+        }
+        let points: Vec<PointMm> = ended.rows.iter().map(|&(_, at_mm)| at_mm).collect();
+        // Points of a running graph are finite and in range.
+        let Ok(cloud) = Cloud::new(&points) else { return Judged::default() };
+        let limits = (Size::Counts, self.within_mm);
+        let all: Vec<PlaceId> = (0..cloud.len() as PlaceId).collect();
+        let (found, of_places) = pieces(&cloud, &all, self.library.as_ref(), limits);
+        let mut piece_of_place: Vec<Option<usize>> = vec![None; cloud.len()];
+        for (place, piece) in of_places {
+            piece_of_place[place as usize] = Some(piece);
+        }
+        let mut rows: Vec<Vec<usize>> = vec![Vec::new(); found.len()];
+        let mut crumbs = 0;
+        for (row, &place) in cloud.places_of_rows().iter().enumerate() {
+            match piece_of_place[place as usize] {
+                Some(piece) => rows[piece].push(row),
+                None => crumbs += 1,
+            }
+        }
+        let parts = found.into_iter().zip(rows).filter_map(|((places, recognition), rows)| {
+            let mut figures = figures_of(&places, self.settings.tau_mm).ok()?;
+            figures.points = rows.len() as u64;
+            let part = ScenePart { figures, rows, places, recognition };
+            Some(SessionPart {
+                scanned: ended.id,
+                is_open: ended.is_open,
+                part: self.report(&part, &points),
+            })
+        });
+        Judged { parts: parts.collect(), island_points: None, crumbs }
+    }
+
+    fn report(&self, part: &ScenePart, points: &[PointMm]) -> PartReport {
+        let figures = part.figures.clone();
+        let Some((library, recognition)) = self.library.as_ref().zip(part.recognition.as_ref())
+        else {
+            return PartReport { figures, found: None, form: None };
+        };
+        let found = matched(recognition, library, Size::Counts);
+        if found.reason.is_some() {
+            return PartReport { figures, found: Some(found), form: None };
+        }
+        match form(part, (points, &[]), library, &measured) {
+            Ok(Some(formed)) => {
+                PartReport { figures, found: Some(judged(found, formed.reason)), form: formed.form }
+            }
+            Ok(None) => PartReport { figures, found: Some(found), form: None },
+            Err(error) => match error {},
+        }
+    }
+
+    /// Puts the parts into a measurement, and their verdicts into its own. To be done before the session is concluded, which may
+    /// take a pass back.
+    pub(crate) fn conclude(&self, parts: SessionParts, measurement: &mut Measurement) {
+        let verdict = &mut measurement.report.verdict;
+        if self.library.is_some() {
+            if parts.parts.is_empty() {
+                settle(verdict);
+                undecide(verdict, "no part was found in the scan".to_owned());
+            }
+            for (number, part) in (1..).zip(&parts.parts) {
+                judge(number, &part.part, verdict);
+            }
+        }
+        let lost = parts.late + parts.outside;
+        if lost > 0 {
+            settle(verdict);
+            undecide(
+                verdict,
+                format!(
+                    "{lost} points are in no part: they came when the scan had left their place, or lie too far away. Check [parts] axis"
+                ),
+            );
+        }
+        measurement.report.parts = Some(parts);
+    }
+}
+
+/// A session that asks for nothing else passes if its parts do.
+fn settle(verdict: &mut asphera_report::Verdict) {
+    if verdict.status == Status::None {
+        verdict.status = Status::Pass;
+    }
+}
+
+/// Adds what a part is to the verdict of its session.
+fn judge(number: usize, part: &PartReport, verdict: &mut asphera_report::Verdict) {
+    let Some(found) = &part.found else { return };
+    let Some((name, form)) =
+        found.name.as_ref().filter(|_| found.verdict == Answer::Confirmed).zip(part.form.as_ref())
+    else {
+        let why = found.reason.as_deref().unwrap_or("its entry has no nominal to measure it with");
+        settle(verdict);
+        return undecide(verdict, format!("part {number} is unknown: {why}"));
+    };
+    let first = || form.verdict.reasons.first().map_or(String::new(), |why| format!(": {why}"));
+    match form.verdict.status {
+        Status::None => {}
+        Status::Pass => settle(verdict),
+        Status::Undecided => {
+            settle(verdict);
+            undecide(verdict, format!("part {number}, {name}, is undecided{}", first()));
+        }
+        Status::Fail => {
+            verdict.status = Status::Fail;
+            let broken = form.verdict.checks.iter().filter(|check| !check.ok);
+            let names: Vec<&str> = broken.map(|check| check.figure.symbol.as_str()).collect();
+            verdict.reasons.push(format!("part {number}, {name}, fails: {}", names.join(", ")));
+        }
+    }
+}
+
+/// The measurement of a part. A session's points have no uncertainties of their own here.
+fn measured(
+    nominal: Part,
+    points_mm: Vec<PointMm>,
+    _: Vec<f64>,
+) -> Result<Measurement, std::convert::Infallible> {
+    let mut pipeline = Pipeline::along(nominal, Along::Z);
+    pipeline.take_positions(points_mm.into_iter());
+    Ok(pipeline.finish())
+}
