@@ -117,6 +117,15 @@ pub fn undecide(verdict: &mut Verdict, reason: String) {
     verdict.reasons.push(reason);
 }
 
+/// Something with limits of its own was held against them, so the answer is no longer that nothing was asked.
+pub fn ask(verdict: &mut Verdict) {
+    if verdict.status == Status::None {
+        verdict.status = Status::Pass;
+        let nothing = Reason::NoTolerance.to_string();
+        verdict.reasons.retain(|reason| *reason != nothing);
+    }
+}
+
 /// Deviations that limits are of.
 #[derive(Clone, Copy)]
 pub(super) struct Deviating<'a> {

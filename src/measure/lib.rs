@@ -55,7 +55,7 @@ pub use asphera_form::HIGHEST_MM;
 pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
-pub use judgement::{doubt, undecide};
+pub use judgement::{ask, doubt, undecide};
 pub use measurement::Measurement;
 pub use part::{
     COVERAGE_MIN, CorrelationFrom, Criterion, DefectLimits, FLAT_BELOW_PER_MM, FigureSettings,

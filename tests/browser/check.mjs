@@ -3,7 +3,7 @@
 //   node check.mjs URL [--chromium PATH] [--timeout SECONDS] [--screenshot FILE]
 //                      [--measuring-screenshot FILE] [--until complete|measuring]
 //                      [--scheme light|dark] [--width PIXELS] [--height PIXELS] [--then-lost]
-//                      [--sampling] [--regions] [--form] [--contour]
+//                      [--sampling] [--regions] [--form] [--contour] [--parts]
 //
 // --then-lost: afterwards writes the line `end the station` to the standard error and waits until
 // the page says that it is not live. Whoever reads the line ends the daemon.
@@ -14,7 +14,7 @@
 // --form: while it measures and at the end, takes Zernike terms out of what is shown, opens the light, makes the window
 // wider and narrower, and looks at what is said of the limits.
 //
-// --contour: looks at the contour of a blade while it measures and at the end.
+// --contour: looks at the contour of a blade while it measures and at the end. --parts: at the parts of a tray.
 //
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
@@ -24,6 +24,7 @@ import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
 import { contourShown, lookAtContour } from "./contour.mjs";
+import { lookAtParts, partsShown } from "./parts.mjs";
 import { lookAtDefects } from "./defects.mjs";
 import { lookAtForm, openLight, readLight } from "./form.mjs";
 import { lookAtOutlook } from "./outlook.mjs";
@@ -81,6 +82,7 @@ function readCall() {
         regions: { type: "boolean", default: false },
         form: { type: "boolean", default: false },
         contour: { type: "boolean", default: false },
+        parts: { type: "boolean", default: false },
         "then-lost": { type: "boolean", default: false },
         "measuring-screenshot": { type: "string" },
         until: { type: "string", default: "complete" },
@@ -122,6 +124,7 @@ async function follow(page) {
   const until = Date.now() + call.timeout * 1000;
   let [looked, lookedAtForm] = [false, false];
   let contour = null;
+  let parts = null;
   const last = { state: "none", stream: "connecting" };
   const ends = call.until === "complete" ? ["complete", "failed"] : [];
   while (Date.now() < until) {
@@ -139,6 +142,10 @@ async function follow(page) {
         for (const text of await lookAtOutlook(page)) fail(text);
         for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
         for (const text of await lookAtWidths(page)) fail(`while measuring: ${text}`);
+      }
+      if (call.parts && !parts) {
+        const shown = await page.evaluate(partsShown);
+        if (shown.rows.length > 0 && shown.boxes > 0) parts = shown;
       }
       if (call.contour && !contour) {
         const shown = await page.evaluate(contourShown);
@@ -161,6 +168,9 @@ async function follow(page) {
   result.final = { ...await page.evaluate(drawn), ...await page.evaluate(texts) };
   if (call.regions && call.until === "complete") {
     for (const text of await lookAtDefects(page)) fail(text);
+  }
+  if (call.parts) {
+    for (const text of await lookAtParts(page, parts)) fail(text);
   }
   if (call.contour) {
     for (const text of await lookAtContour(page, contour)) fail(text);

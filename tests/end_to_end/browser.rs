@@ -60,6 +60,11 @@ fn the_page_shows_a_demo_live() {
 }
 
 #[test]
+fn the_page_lists_the_parts_of_a_tray_while_it_is_scanned() {
+    watch(&["--scene", "tray"], &["--parts"], "tray-");
+}
+
+#[test]
 fn the_page_draws_the_contour_of_a_blade_while_it_is_scanned() {
     watch(&["--scene", "blade"], &["--contour"], "blade-");
 }

@@ -38,5 +38,6 @@ mod shapes;
 mod soak;
 mod stopping;
 mod terminal;
+mod tray;
 mod twice;
 mod unknown;

@@ -102,7 +102,7 @@ impl TrayScene {
              across = {{ device = \"scanner\", offset_mm = {MIDDLE_MM:?} }}\n\
              along = {{ device = \"scanner\", channel = \"step\", mm_per_count = {STEP_MM:?}, offset_mm = {FIRST_MM:?} }}\n\
              height = {{ offset_mm = {HEIGHT_MM:?}, reverse = true }}\n\
-             [nominal.surface]\nkind = \"plane\"\n[nominal.fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n\
+             [nominal]\ndefects = false\n[nominal.sampling]\ncoverage_min = 0.5\n[nominal.surface]\nkind = \"plane\"\n[nominal.fit]\nfree = [\"tz\", \"rx\", \"ry\"]\n\
              [parts]\naxis = \"y\"\ntau_mm = {:?}\nlibrary = {}\n\
              [scan]\npoints = {}\nidle_s = 3\n[session]\ndir = {}\n[publish]\nlisten = \"{listen}\"\n",
             6.0 * scan.pitch_mm(),

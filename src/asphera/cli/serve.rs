@@ -111,7 +111,7 @@ fn end_in_any_case() -> io::Result<()> {
                 sleep(IN_ANY_CASE).await;
                 // On a thread: stderr may be what holds everything up.
                 std::thread::spawn(|| {
-                    say("ended before its work was done: files of results may be missing; a replay of the recording makes them")
+                    say("ended before its work was done: files of results may be missing; a replay of the recording makes them");
                 });
                 sleep(LAST_WORD).await;
                 std::process::exit(1);

@@ -149,3 +149,87 @@ const AXES: [(&str, (usize, bool)); 6] = [
     ("-y", (1, true)),
     ("-z", (2, true)),
 ];
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use crate::config::Config;
+
+    const FLAT: &str =
+        "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"circle\"\nradius_mm = 5\n";
+
+    /// A folder with the flat station of the examples, and a library.
+    fn station(parts: &str, library: &[(&str, &str)]) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../config/examples");
+        fs::copy(examples.join("flat.toml"), folder.path().join("flat.toml")).unwrap();
+        let text = fs::read_to_string(examples.join("line-scanner.toml")).unwrap();
+        let path = folder.path().join("station.toml");
+        fs::write(&path, format!("{text}\n[parts]\n{parts}")).unwrap();
+        fs::create_dir(folder.path().join("library")).unwrap();
+        for (name, text) in library {
+            fs::write(folder.path().join("library").join(name), text).unwrap();
+        }
+        (folder, path)
+    }
+
+    /// The table of the reference, as it is shown there.
+    fn shown() -> String {
+        let reference = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../config/asphera.toml");
+        let text = fs::read_to_string(reference).unwrap();
+        let table = &text[text.find("# [parts]").unwrap()..];
+        let table = &table[..table.find("\n\n").unwrap()];
+        let keys = table.lines().filter_map(|line| line.strip_prefix("# "));
+        keys.filter(|line| {
+            line.split_once(" = ").is_some_and(|(key, _)| {
+                key.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_')
+            })
+        })
+        .map(|line| format!("{line}\n"))
+        .collect()
+    }
+
+    #[test]
+    fn the_table_of_the_reference_is_known_and_its_library_stays_in_the_text() {
+        let (folder, path) = station(&shown(), &[("flat.toml", FLAT)]);
+        let config = Config::load(&path).unwrap();
+        let plan = config.parts.as_ref().unwrap();
+        let settings = plan.settings;
+        assert_eq!((settings.axis, settings.is_reversed), (1, false));
+        assert_eq!((settings.tau_mm, settings.strip_mm, plan.min_points), (1.5, 3.0, 20));
+        assert_eq!(plan.within_mm, Some(0.05));
+        assert_eq!(plan.library.as_ref().unwrap().name(0), "flat.toml");
+        // A recording is replayed where the library is gone.
+        fs::remove_dir_all(folder.path().join("library")).unwrap();
+        fs::write(&path, &config.text).unwrap();
+        let again = Config::load(&path).unwrap();
+        assert_eq!(again.parts.unwrap().library.unwrap().name(0), "flat.toml");
+        assert_eq!(again.text, config.text);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_keys() {
+        let error = |parts: &str, library: &[(&str, &str)]| {
+            let (_folder, path) = station(parts, library);
+            Config::load(&path).unwrap_err().to_string()
+        };
+        let found = error("axis = \"w\"\nstrip = 3\n", &[]);
+        for expected in ["parts.axis: expected \"x\"", "parts.tau_mm: expected a length", "strip"] {
+            assert!(found.contains(expected), "{expected}: {found}");
+        }
+        let narrow = error("axis = \"x\"\ntau_mm = 2\nstrip_mm = 1\n", &[]);
+        assert!(narrow.contains("parts.strip_mm"), "{narrow}");
+        let alone = error("axis = \"x\"\ntau_mm = 2\nwithin_mm = 1\n", &[]);
+        assert!(alone.contains("library = \"DIR\""), "{alone}");
+        let with = |library: &[(&str, &str)]| {
+            error("axis = \"-z\"\ntau_mm = 1\nlibrary = \"library\"\n", library)
+        };
+        assert!(with(&[]).contains("one nominal (.toml) or lens file (.zmx) at least"));
+        let open = "[surface]\nkind = \"plane\"\n";
+        assert!(with(&[("a.toml", open)]).contains("a.toml: a nominal without an aperture"));
+        let weighing = format!("{FLAT}[fit]\nweights = \"uncertainty\"\n");
+        assert!(with(&[("a.toml", &weighing)]).contains("without weights"));
+    }
+}

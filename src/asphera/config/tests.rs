@@ -157,6 +157,11 @@ const ALTERNATIVES: &[&str] = &[
     "from = \"device\"",
     "delay_ms = 0",
     "u_ms = 0.05",
+    "axis = \"y\"",
+    "tau_mm = 1.5",
+    "strip_mm = 3",
+    "min_points = 20",
+    "library = \"library\"",
 ];
 
 #[test]

@@ -3,7 +3,7 @@
 use asphera_geometry::PointMm;
 use asphera_graph::compare::Size;
 use asphera_graph::{Cloud, PlaceId, RunningGraph, RunningPart, RunningSettings};
-use asphera_measure::{Along, Measurement, Part, Pipeline, undecide};
+use asphera_measure::{Along, Measurement, Part, Pipeline, ask, undecide};
 use asphera_report::Status;
 use asphera_report::parts::{Answer, PartReport, SessionPart, SessionParts};
 
@@ -121,7 +121,7 @@ impl PartsPlan {
         let verdict = &mut measurement.report.verdict;
         if self.library.is_some() {
             if parts.parts.is_empty() {
-                settle(verdict);
+                ask(verdict);
                 undecide(verdict, "no part was found in the scan".to_owned());
             }
             for (number, part) in (1..).zip(&parts.parts) {
@@ -130,7 +130,7 @@ impl PartsPlan {
         }
         let lost = parts.late + parts.outside;
         if lost > 0 {
-            settle(verdict);
+            ask(verdict);
             undecide(
                 verdict,
                 format!(
@@ -142,13 +142,6 @@ impl PartsPlan {
     }
 }
 
-/// A session that asks for nothing else passes if its parts do.
-fn settle(verdict: &mut asphera_report::Verdict) {
-    if verdict.status == Status::None {
-        verdict.status = Status::Pass;
-    }
-}
-
 /// Adds what a part is to the verdict of its session.
 fn judge(number: usize, part: &PartReport, verdict: &mut asphera_report::Verdict) {
     let Some(found) = &part.found else { return };
@@ -156,18 +149,19 @@ fn judge(number: usize, part: &PartReport, verdict: &mut asphera_report::Verdict
         found.name.as_ref().filter(|_| found.verdict == Answer::Confirmed).zip(part.form.as_ref())
     else {
         let why = found.reason.as_deref().unwrap_or("its entry has no nominal to measure it with");
-        settle(verdict);
+        ask(verdict);
         return undecide(verdict, format!("part {number} is unknown: {why}"));
     };
     let first = || form.verdict.reasons.first().map_or(String::new(), |why| format!(": {why}"));
     match form.verdict.status {
         Status::None => {}
-        Status::Pass => settle(verdict),
+        Status::Pass => ask(verdict),
         Status::Undecided => {
-            settle(verdict);
+            ask(verdict);
             undecide(verdict, format!("part {number}, {name}, is undecided{}", first()));
         }
         Status::Fail => {
+            ask(verdict);
             verdict.status = Status::Fail;
             let broken = form.verdict.checks.iter().filter(|check| !check.ok);
             let names: Vec<&str> = broken.map(|check| check.figure.symbol.as_str()).collect();
@@ -183,6 +177,6 @@ fn measured(
     _: Vec<f64>,
 ) -> Result<Measurement, std::convert::Infallible> {
     let mut pipeline = Pipeline::along(nominal, Along::Z);
-    pipeline.take_positions(points_mm.into_iter());
+    pipeline.take_positions(points_mm);
     Ok(pipeline.finish())
 }

@@ -129,6 +129,6 @@ fn nominal(kind: &TrayKind) -> String {
         Nominal::Sphere { .. } => "\"tx\", \"ty\", \"tz\"",
         _ => "\"tx\", \"ty\", \"tz\", \"rx\", \"ry\"",
     };
-    let _ = writeln!(text, "\n[fit]\nfree = [{free}]");
+    let _ = writeln!(text, "\n[fit]\nfree = [{free}]\n\n[tolerance]\nrms_nm = 2000");
     text
 }
