@@ -24,6 +24,7 @@ mod regular;
 mod ruler;
 mod stretch;
 mod tour;
+mod transport;
 mod tree;
 mod vision;
 
@@ -46,5 +47,6 @@ pub use peel::peel;
 pub use regular::regular_shape;
 pub use stretch::stretch_denoise;
 pub use tour::{MOST_FOR_TOUR, tsp};
+pub use transport::{Transport, optimal_transport, transport_tolerance_mm};
 pub use tree::emst_curve;
 pub use vision::{discur, vicur};

@@ -8,11 +8,11 @@ use thiserror::Error;
 
 pub use self::parameters::{Parameter, Parameters};
 use crate::curves::{
-    MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, ball_pivoting, connect2d,
-    conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect, gathan,
-    gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
-    one_step_crust, peel, pivoting_radii_mm, regular_shape, sig_connect2d, stretch_denoise, tsp,
-    vicur,
+    MOST_FOR_EXCHANGE, MOST_FOR_MATCHING, MOST_FOR_TOUR, MovedCurve, Transport, ball_pivoting,
+    connect2d, conservative_crust, crawl, crust, discur, edge_exchange, emst_curve, fit_connect,
+    gathan, gathan_g, hiyoshi, hnn_crust, lee, lee_reach_mm, lenz, nn_crust, one_sided_hnn_crust,
+    one_step_crust, optimal_transport, peel, pivoting_radii_mm, regular_shape, sig_connect2d,
+    stretch_denoise, transport_tolerance_mm, tsp, vicur,
 };
 use crate::graphs::{
     MOST_FOR_PAIRS, bc0, beta_skeleton, delaunay, emst, gabriel, gamma_neighbourhood,
@@ -98,6 +98,8 @@ pub enum Method {
     FitConnect,
     /// [`stretch_denoise`].
     StretchDenoise,
+    /// [`optimal_transport`].
+    OptimalTransport,
     /// [`alpha_curve`].
     AlphaCurve,
     /// [`alpha_shape`].
@@ -244,6 +246,7 @@ impl Method {
             Method::StretchDenoise => {
                 stretch_denoise(triangulation, parameters.value(self, "noise_mm"))
             }
+            Method::OptimalTransport => self.transported(triangulation, &parameters),
             _ => {
                 let graph = self.run(triangulation, &parameters)?;
                 return Ok(FoundCurve { graph, ..FoundCurve::default() });
@@ -314,6 +317,11 @@ impl Method {
             Method::AlphaCurve if value("alpha_mm") == 0.0 => {
                 ("alpha_mm", joining_alpha_mm(triangulation))
             }
+            Method::OptimalTransport
+                if value("vertices") == 0.0 && value("tolerance_mm") == 0.0 =>
+            {
+                ("tolerance_mm", transport_tolerance_mm(triangulation))
+            }
             Method::Lee if value("h_mm") == 0.0 => ("h_mm", lee_reach_mm(triangulation)),
             Method::Chi if value("lambda") >= 0.0 => {
                 ("l_mm", chi_length_mm(triangulation, value("lambda")))
@@ -379,6 +387,7 @@ impl Method {
             Method::EdgeExchange => limited(MOST_FOR_EXCHANGE, edge_exchange(triangulation))?,
             Method::Tsp => limited(MOST_FOR_TOUR, tsp(triangulation))?,
             Method::FitConnect | Method::StretchDenoise => fit_connect(triangulation).graph,
+            Method::OptimalTransport => self.transported(triangulation, &parameters).graph,
             Method::ShapeHull => shape_hull_graph(triangulation),
             Method::AlphaCurve if value("alpha_mm") > 0.0 => {
                 alpha_curve(triangulation, value("alpha_mm"))
@@ -386,6 +395,16 @@ impl Method {
             // Of one sample no length can be chosen; regions are made elsewhere.
             _ => Graph::default(),
         })
+    }
+
+    fn transported(&self, triangulation: &Triangulation, parameters: &Parameters) -> MovedCurve {
+        let value = |name| parameters.value(self, name);
+        let settings = Transport {
+            vertices: value("vertices") as usize,
+            tolerance_mm: value("tolerance_mm"),
+            relevance: value("relevance"),
+        };
+        optimal_transport(triangulation, settings)
     }
 }
 

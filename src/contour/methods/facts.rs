@@ -148,6 +148,11 @@ fn of_grown_curve(method: &Method) -> Facts {
             "none (curves within the noise found)",
             "Ohrhallinger, Wimmer 2019, after a description of its program; bound and order are our choice",
         ),
+        Method::OptimalTransport => (
+            "optimal-transport",
+            "none (approximates; few vertices beside the points)",
+            "de Goes, Cohen-Steiner, Alliez, Desbrun 2011, after CGAL's manual; ties, flips, tolerance and relevance are our choice",
+        ),
         Method::StretchDenoise => (
             "stretch-denoise",
             "no point moves by more than its noise",

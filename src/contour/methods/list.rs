@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 45] = [
+    pub const ALL: [Method; 46] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -41,6 +41,7 @@ impl Method {
         Method::Lee,
         Method::FitConnect,
         Method::StretchDenoise,
+        Method::OptimalTransport,
         Method::AlphaCurve,
         Method::Alpha,
         Method::Chi,
@@ -133,6 +134,7 @@ impl Method {
             Method::Ec => &EC,
             Method::BallPivoting => &BALL_PIVOTING,
             Method::StretchDenoise => &STRETCH_DENOISE,
+            Method::OptimalTransport => &OPTIMAL_TRANSPORT,
             _ => &[],
         }
     }
@@ -339,6 +341,30 @@ const STRETCH_DENOISE: [Parameter; 1] = [Parameter {
     high: 1e12,
     meaning: "how far a point may move, mm; 0 takes it from the points, each for itself",
 }];
+
+const OPTIMAL_TRANSPORT: [Parameter; 3] = [
+    Parameter {
+        name: "vertices",
+        default: 0.0,
+        low: 0.0,
+        high: 1e8,
+        meaning: "how many vertices stay; 0 goes by tolerance_mm",
+    },
+    Parameter {
+        name: "tolerance_mm",
+        default: 0.0,
+        low: 0.0,
+        high: 1e12,
+        meaning: "root mean square way of a point to the curve, mm; 0 takes it from the points",
+    },
+    Parameter {
+        name: "relevance",
+        default: 25.0,
+        low: 0.0,
+        high: 1e12,
+        meaning: "least square of an edge's length over the mean square way of its points",
+    },
+];
 
 /// sin(π/8), the bound of the spacing of r-regular shapes.
 const SIN_22_5_DEG: f64 = 0.382_683_432_365_089_8;

@@ -7,7 +7,7 @@ use asphera_contour::sampler::{Disturbance, Spacing, TrueCurve};
 use asphera_contour::{Choice, Deviation, Graph, Kind, Method, Parameters, PlaceMm, Triangulation};
 
 use crate::airfoils::{Lengths, section};
-use crate::places::{Random, scattered, triangulation};
+use crate::places::{Random, scattered, thins, triangulation};
 use crate::sampler::random_curve;
 
 type Lines = Vec<(Vec<PlaceMm>, bool)>;
@@ -51,7 +51,7 @@ fn against_best(spacing: Spacing, disturbance: Disturbance, is_noisy: bool) -> f
         assert_eq!(choice.method == Method::Lee, is_noisy, "{}", choice.reason());
         let best = Method::ALL
             .into_iter()
-            .filter(|method| method.kind() == Kind::Curve && *method != Method::Lee)
+            .filter(|method| method.kind() == Kind::Curve && !thins(method))
             .map(|method| {
                 let graph = method.run(&set, &Parameters::new()).unwrap();
                 (rms(&lines_of(&graph, &set, None)), method.name())

@@ -7,11 +7,11 @@ use asphera_contour::curves::{
 use asphera_contour::graphs::{delaunay, gabriel};
 use asphera_contour::{Graph, Kind, Method, Parameters, PlaceMm, SampleId, Triangulation};
 
-use crate::places::{by_row, circle, closed, distance, lattice, scattered, triangulation};
+use crate::places::{by_row, circle, closed, distance, lattice, scattered, thins, triangulation};
 
-/// All methods that join every sample of a circle: `lee` thins.
+/// All methods that join every sample of a circle.
 fn curves() -> impl Iterator<Item = Method> {
-    let joins_all = |method: &Method| method.kind() == Kind::Curve && *method != Method::Lee;
+    let joins_all = |method: &Method| method.kind() == Kind::Curve && !thins(method);
     Method::ALL.into_iter().filter(joins_all)
 }
 

@@ -2,14 +2,14 @@
 
 use asphera_contour::{Kind, Method, MethodError, Parameters, PlaceMm, Samples, SamplesError};
 
-use crate::places::{by_row, closed, triangulation};
+use crate::places::{by_row, closed, thins, triangulation};
 
 fn each(points: &[PlaceMm], check: impl Fn(Method, Vec<[u32; 2]>)) {
     let set = triangulation(points);
     for method in Method::ALL.into_iter().filter(|method| method.kind() != Kind::Region) {
-        // lee averages eight samples or more, and leaves samples out.
+        // lee and optimal-transport leave samples out.
         // fit-connect, and so stretch-denoise, needs samples on both sides of one.
-        if matches!(method, Method::Lee | Method::FitConnect | Method::StretchDenoise) {
+        if thins(&method) || matches!(method, Method::FitConnect | Method::StretchDenoise) {
             continue;
         }
         check(method, by_row(&method.run(&set, &Parameters::new()).unwrap(), &set));
@@ -85,8 +85,7 @@ fn far_offsets_lose_nothing() {
         .map(|place| place.map(|value| (value * 1024.0).round() / 1024.0))
         .collect();
     let far: Vec<PlaceMm> = near.iter().map(|[x, y]| [x + 3e11, y - 2e11]).collect();
-    // lee thins, so it does not join all samples.
-    let of_curves = |method: &Method| method.kind() == Kind::Curve && *method != Method::Lee;
+    let of_curves = |method: &Method| method.kind() == Kind::Curve && !thins(method);
     for method in Method::ALL.into_iter().filter(of_curves) {
         let edges = [&near, &far].map(|points| {
             let set = triangulation(points);

@@ -26,3 +26,4 @@ mod sampler;
 mod sampling;
 mod shortened;
 mod smooth;
+mod transport;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use asphera_contour::{Graph, Kind, Method, Parameters, PlaceMm, agreement};
 
-use crate::places::triangulation;
+use crate::places::{thins, triangulation};
 
 /// The outlines as places in order, by name; none where the data are not there.
 fn outlines() -> Vec<Vec<PlaceMm>> {
@@ -35,7 +35,7 @@ fn most_edges_of_real_outlines_are_found() {
     }
     let sets: Vec<_> = outlines.iter().map(|places| triangulation(places)).collect();
     // lee thins, so edges are no measure of it.
-    let of_curves = |method: &Method| method.kind() == Kind::Curve && *method != Method::Lee;
+    let of_curves = |method: &Method| method.kind() == Kind::Curve && !thins(method);
     for method in Method::ALL.into_iter().filter(of_curves) {
         let (mut precision, mut recall) = (0.0, 0.0);
         for (set, places) in sets.iter().zip(&outlines) {

@@ -1,6 +1,6 @@
 //! Points that tests share.
 
-use asphera_contour::{Graph, PlaceMm, Samples, Triangulation};
+use asphera_contour::{Graph, Method, PlaceMm, Samples, Triangulation};
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
@@ -73,4 +73,9 @@ pub(crate) fn by_row(graph: &Graph, of: &Triangulation) -> Vec<[u32; 2]> {
 
 pub(crate) fn distance(p: PlaceMm, q: PlaceMm) -> f64 {
     (p[0] - q[0]).hypot(p[1] - q[1])
+}
+
+/// Whether a method makes its curve of some samples only, beside the others.
+pub(crate) fn thins(method: &Method) -> bool {
+    matches!(method, Method::Lee | Method::OptimalTransport)
 }
