@@ -28,6 +28,11 @@ impl Inside {
         Inside { inside: levels.into_iter().map(|level| level % 2 == 1).collect() }
     }
 
+    /// 1 of each triangle inside, 0 of the others.
+    pub(crate) fn labels(&self) -> Vec<u32> {
+        self.inside.iter().map(|&is_inside| u32::from(is_inside)).collect()
+    }
+
     /// Whether a triangle lies inside; beyond the hull nothing does.
     pub(crate) fn holds(&self, triangle: Option<TriangleId>) -> bool {
         triangle.is_some_and(|triangle| self.inside[triangle as usize])

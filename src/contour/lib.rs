@@ -7,7 +7,7 @@
 //! and deviations from nominal outlines, [`gaps`] curves across what is missing. [`Method`] names them all,
 //! with their parameters, what is proven of them and where they come from; [`CurveSampling`] says whether samples meet that for the curve that
 //! was found; [`agreement`] and [`Deviation`] compare
-//! outcomes.
+//! outcomes. [`strokes`] are regions and lines of drawings with gaps and repeated lines.
 //!
 //! Lengths are mm. What is decided by comparing lengths or angles is decided exactly, and ties fall by coordinates: the
 //! same places give the same edges, whatever the order of the points, a power-of-two scale, or the threads. A quarter turn
@@ -45,6 +45,7 @@ pub mod regions;
 pub mod sampler;
 mod samples;
 mod sampling;
+pub mod strokes;
 mod triangulation;
 
 pub use choice::{Choice, FoundCurve};

@@ -23,6 +23,10 @@ use crate::regions::{
     connecting_a_mm, connecting_alpha_mm, ct_shape, discern, ec_shape, joining_alpha_mm,
     relaxed_gabriel, sculpting, shape_hull_graph, simple_shape,
 };
+use crate::strokes::{
+    Hint, HintError, Strokes, closing_gap_mm, colour_by_numbers, delaunay_painting,
+    triangle_growing,
+};
 use crate::{FoundCurve, Graph, Region, Triangulation};
 
 /// A method that makes a graph of samples.
@@ -120,6 +124,12 @@ pub enum Method {
     SimpleShape,
     /// [`auto_shape`].
     Auto,
+    /// [`triangle_growing`].
+    TriangleGrowing,
+    /// [`delaunay_painting`].
+    DelaunayPainting,
+    /// [`colour_by_numbers`].
+    ColourByNumbers,
 }
 
 /// Kind of what a method makes.
@@ -182,6 +192,9 @@ pub enum MethodError {
         /// The value.
         found: f64,
     },
+    /// Hints that cannot be used.
+    #[error(transparent)]
+    Hints(#[from] HintError),
     /// More samples than the method can take.
     #[error(
         "{method} with these parameters takes time that grows with the square of the points or faster: expected at most {most} \
@@ -290,6 +303,37 @@ impl Method {
             Method::Discern => discern(triangulation),
             Method::SimpleShape => simple_shape(triangulation),
             Method::Auto => auto_shape(triangulation),
+            _ if self.takes_hints() => Region::default(),
+            _ => return Ok(self.strokes(triangulation, &parameters, &[])?.map(|it| it.region)),
+        }))
+    }
+
+    /// Whether it needs hints that name places within regions; without them [`Method::region`] is empty.
+    pub fn takes_hints(&self) -> bool {
+        matches!(self, Method::DelaunayPainting | Method::ColourByNumbers)
+    }
+
+    /// The regions and lines that the method makes of strokes; none of other methods. Hints count where the method takes them.
+    ///
+    /// # Errors
+    ///
+    /// Parameters the method does not have or that are out of range; hints that cannot be used, or none where the method needs them.
+    pub fn strokes(
+        &self,
+        triangulation: &Triangulation,
+        parameters: &Parameters,
+        hints: &[Hint],
+    ) -> Result<Option<Strokes>, MethodError> {
+        let parameters = self.chosen(triangulation, parameters)?;
+        let value = |name| parameters.value(self, name);
+        Ok(Some(match self {
+            Method::TriangleGrowing => {
+                let (gap_mm, mask_mm) = (value("gap_mm"), value("mask_mm"));
+                let mask_mm = if mask_mm > 0.0 { mask_mm } else { gap_mm };
+                triangle_growing(triangulation, gap_mm, mask_mm)
+            }
+            Method::DelaunayPainting => delaunay_painting(triangulation, hints, value("brush_mm"))?,
+            Method::ColourByNumbers => colour_by_numbers(triangulation, hints, value("gap_mm"))?,
             _ => return Ok(None),
         }))
     }
@@ -321,6 +365,9 @@ impl Method {
                 if value("vertices") == 0.0 && value("tolerance_mm") == 0.0 =>
             {
                 ("tolerance_mm", transport_tolerance_mm(triangulation))
+            }
+            Method::TriangleGrowing | Method::ColourByNumbers if value("gap_mm") == 0.0 => {
+                ("gap_mm", closing_gap_mm(triangulation))
             }
             Method::Lee if value("h_mm") == 0.0 => ("h_mm", lee_reach_mm(triangulation)),
             Method::Chi if value("lambda") >= 0.0 => {

@@ -30,13 +30,25 @@ pub struct Part {
     pub holes: Vec<Vec<SampleId>>,
     /// How far its border lies outside these lines, in mm; above 0 of [`crate::regions::auto_shape`] alone.
     pub moved_mm: f64,
+    /// The number of its label, from 1; 1 of a method without labels.
+    pub label: u32,
 }
 
 impl Region {
     /// The region of triangles; n·log n time.
     pub(crate) fn of(triangulation: &Triangulation, inside: &Inside) -> Region {
         let border = Graph::of_edges(triangulation, |edge| inside.is_border(triangulation, edge));
-        Region::new(triangulation, inside, border)
+        Region::new(triangulation, &inside.labels(), border)
+    }
+
+    /// The region of labelled triangles: 0 is none, and parts of different labels are parted where they meet.
+    pub(crate) fn labelled(triangulation: &Triangulation, labels: &[u32]) -> Region {
+        let label = |triangle: Option<TriangleId>| label_of(labels, triangle);
+        let border = Graph::of_edges(triangulation, |edge| {
+            let [left, right] = triangulation.edges()[edge as usize].triangles;
+            label(left) != label(right)
+        });
+        Region::new(triangulation, labels, border)
     }
 
     /// The region that curves enclose, with those of them that enclose nothing as part of the border.
@@ -46,29 +58,32 @@ impl Region {
     pub(crate) fn enclosed(triangulation: &Triangulation, curves: Graph) -> Region {
         let edges = triangulation.edges().iter();
         let walls: Vec<bool> = edges.map(|edge| curves.joins(edge.ends[0], edge.ends[1])).collect();
-        Region::new(triangulation, &Inside::by_parity(triangulation, &walls), curves)
+        Region::new(triangulation, &Inside::by_parity(triangulation, &walls).labels(), curves)
     }
 
-    fn new(triangulation: &Triangulation, inside: &Inside, border: Graph) -> Region {
-        let (part_of, count) = numbered(triangulation, inside);
+    fn new(triangulation: &Triangulation, labels: &[u32], border: Graph) -> Region {
+        let (part_of, count) = numbered(triangulation, labels);
         let mut outlines: Vec<Vec<Vec<SampleId>>> = vec![Vec::new(); count];
         let mut holes = outlines.clone();
-        for (triangle, ring) in rings(triangulation, inside) {
+        let mut label = vec![0; count];
+        for (triangle, ring) in rings(triangulation, labels) {
             let Some(part) = part_of[triangle as usize] else { continue };
+            label[part as usize] = labels[triangle as usize];
             for line in simple_lines(&ring) {
                 let is_outline = is_counter_clockwise(&line, triangulation.samples());
                 (if is_outline { &mut outlines } else { &mut holes })[part as usize].push(line);
             }
         }
-        let parts = outlines.into_iter().zip(holes).filter_map(|(mut outlines, mut holes)| {
+        let parts = outlines.into_iter().zip(holes).zip(label);
+        let parts = parts.filter_map(|((mut outlines, mut holes), label)| {
             holes.sort_unstable();
-            Some(Part { outline: outlines.pop()?, holes, moved_mm: 0.0 })
+            Some(Part { outline: outlines.pop()?, holes, moved_mm: 0.0, label })
         });
         let mut parts: Vec<Part> = parts.collect();
         parts.sort_unstable_by(|a, b| a.outline.cmp(&b.outline));
         let mut is_covered = vec![false; triangulation.len()];
-        let corners = triangulation.triangles().iter().zip(0..);
-        let kept = corners.filter(|&(_, triangle)| inside.holds(Some(triangle)));
+        let corners = triangulation.triangles().iter().zip(labels);
+        let kept = corners.filter(|&(_, &label)| label > 0);
         let covered = kept.flat_map(|(corners, _)| corners).chain(border.edges().as_flattened());
         for &sample in covered {
             is_covered[sample as usize] = true;
@@ -181,22 +196,26 @@ fn moved([before, place, after]: [PlaceMm; 3], by_mm: f64) -> PlaceMm {
     [place[0] + step_mm * sum[0], place[1] + step_mm * sum[1]]
 }
 
-/// The number of the part of each triangle inside, and how many there are: triangles that share a side belong together.
-fn numbered(triangulation: &Triangulation, inside: &Inside) -> (Vec<Option<u32>>, usize) {
+/// The label of a triangle; 0 beyond the hull.
+fn label_of(labels: &[u32], triangle: Option<TriangleId>) -> u32 {
+    triangle.map_or(0, |triangle| labels[triangle as usize])
+}
+
+/// The number of the part of each labelled triangle, and how many there are: triangles of one label that share a side belong together.
+fn numbered(triangulation: &Triangulation, labels: &[u32]) -> (Vec<Option<u32>>, usize) {
     let mut parts: Vec<Option<u32>> = vec![None; triangulation.triangles().len()];
     let mut count = 0;
     let mut open = Vec::new();
     for first in 0..parts.len() as TriangleId {
-        if !inside.holds(Some(first)) || parts[first as usize].is_some() {
+        let label = labels[first as usize];
+        if label == 0 || parts[first as usize].is_some() {
             continue;
         }
         parts[first as usize] = Some(count);
         open.push(first);
         while let Some(triangle) = open.pop() {
-            for beyond in triangulation.across(triangle) {
-                if let Some(beyond) = beyond.filter(|_| inside.holds(beyond))
-                    && parts[beyond as usize].is_none()
-                {
+            for beyond in triangulation.across(triangle).into_iter().flatten() {
+                if labels[beyond as usize] == label && parts[beyond as usize].is_none() {
                     parts[beyond as usize] = Some(count);
                     open.push(beyond);
                 }
@@ -207,36 +226,40 @@ fn numbered(triangulation: &Triangulation, inside: &Inside) -> (Vec<Option<u32>>
     (parts, count as usize)
 }
 
-/// The closed lines round what is inside, which lies on their left, each with a triangle beside it.
+/// The closed lines round what has one label, which lies on their left, each with a triangle beside it.
 ///
 /// At a sample a line goes on along the other side of the triangles that it comes along. So each line belongs to one part, and
 /// may come through a sample more than once.
-fn rings(triangulation: &Triangulation, inside: &Inside) -> Vec<(TriangleId, Vec<SampleId>)> {
-    let mut is_done = vec![false; triangulation.edges().len()];
+fn rings(triangulation: &Triangulation, labels: &[u32]) -> Vec<(TriangleId, Vec<SampleId>)> {
+    let label = |triangle: Option<TriangleId>| label_of(labels, triangle);
+    let mut is_done = vec![[false; 2]; triangulation.edges().len()];
     let mut rings = Vec::new();
-    for first in 0..triangulation.edges().len() as EdgeId {
-        if is_done[first as usize] || !inside.is_border(triangulation, first) {
+    for (first, half) in (0..is_done.len()).flat_map(|edge| [(edge, 0), (edge, 1)]) {
+        let triangles = triangulation.edges()[first].triangles;
+        let [here, beyond] = [label(triangles[half]), label(triangles[1 - half])];
+        let Some(beside) = triangles[half].filter(|_| here > 0 && here != beyond) else { continue };
+        if is_done[first][half] {
             continue;
         }
-        let [left, right] = triangulation.edges()[first as usize].triangles;
-        let Some(beside) = left.filter(|_| inside.holds(left)).or(right) else { continue };
         let mut ring = Vec::new();
-        let (mut triangle, mut edge) = (beside, first);
+        let (mut triangle, mut edge) = (beside, first as EdgeId);
         loop {
-            is_done[edge as usize] = true;
+            let is_right = triangulation.edges()[edge as usize].triangles[1] == Some(triangle);
+            is_done[edge as usize][usize::from(is_right)] = true;
             let sides = triangulation.sides(triangle);
             let mut next = (sides.iter().position(|&side| side == edge).unwrap_or(0) + 1) % 3;
             let corner = triangulation.triangles()[triangle as usize][next];
             ring.push(corner);
             while let beyond @ Some(other) = triangulation.across(triangle)[next]
-                && inside.holds(beyond)
+                && label(beyond) == here
             {
                 triangle = other;
                 let corners = triangulation.triangles()[triangle as usize];
                 next = corners.iter().position(|&other| other == corner).unwrap_or(0);
             }
             edge = triangulation.sides(triangle)[next];
-            if edge == first {
+            let is_right = triangulation.edges()[edge as usize].triangles[1] == Some(triangle);
+            if edge as usize == first && usize::from(is_right) == half {
                 break;
             }
         }

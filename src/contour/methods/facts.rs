@@ -201,6 +201,21 @@ fn of_region(method: &Method) -> Facts {
             "none",
             "alpha at twice the median edge, its border moved out by 0.33 to 0.40 of that: our choice",
         ),
+        Method::TriangleGrowing => (
+            "triangle-growing",
+            "none; sides longer than gap_mm are crossed, others never",
+            "Parakkat, Pundarikaksha, Muthuganapathy 2018; text not at hand, gap, mask and middle line are our choice",
+        ),
+        Method::DelaunayPainting => (
+            "delaunay-painting",
+            "each place has the label that reaches it through the widest gaps; takes --hints",
+            "Parakkat, Memari, Cani 2022; text not at hand, the brush is our choice",
+        ),
+        Method::ColourByNumbers => (
+            "colour-by-numbers",
+            "as delaunay-painting, across gaps wider than gap_mm only; takes --hints",
+            "Parakkat, Cani, Singh 2021; text not at hand, gap and middle line are our choice",
+        ),
         _ => UNNAMED,
     }
 }

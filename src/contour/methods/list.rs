@@ -5,7 +5,7 @@ use crate::Condition;
 
 impl Method {
     /// All methods: graphs first, then curves, then regions.
-    pub const ALL: [Method; 46] = [
+    pub const ALL: [Method; 49] = [
         Method::Delaunay,
         Method::Emst,
         Method::Rng,
@@ -52,6 +52,9 @@ impl Method {
         Method::Discern,
         Method::SimpleShape,
         Method::Auto,
+        Method::TriangleGrowing,
+        Method::DelaunayPainting,
+        Method::ColourByNumbers,
     ];
 
     /// The name on the command line.
@@ -81,7 +84,10 @@ impl Method {
             | Method::Ct
             | Method::Discern
             | Method::SimpleShape
-            | Method::Auto => Kind::Region,
+            | Method::Auto
+            | Method::TriangleGrowing
+            | Method::DelaunayPainting
+            | Method::ColourByNumbers => Kind::Region,
             _ => Kind::Curve,
         }
     }
@@ -135,6 +141,9 @@ impl Method {
             Method::BallPivoting => &BALL_PIVOTING,
             Method::StretchDenoise => &STRETCH_DENOISE,
             Method::OptimalTransport => &OPTIMAL_TRANSPORT,
+            Method::TriangleGrowing => &TRIANGLE_GROWING,
+            Method::DelaunayPainting => &DELAUNAY_PAINTING,
+            Method::ColourByNumbers => &COLOUR_BY_NUMBERS,
             _ => &[],
         }
     }
@@ -365,6 +374,35 @@ const OPTIMAL_TRANSPORT: [Parameter; 3] = [
         meaning: "least square of an edge's length over the mean square way of its points",
     },
 ];
+
+const GAP: Parameter = Parameter {
+    name: "gap_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "widest gap that is closed, mm; 0 takes three times the spacing of nine points in ten",
+};
+
+const TRIANGLE_GROWING: [Parameter; 2] = [
+    GAP,
+    Parameter {
+        name: "mask_mm",
+        default: 0.0,
+        low: 0.0,
+        high: 1e12,
+        meaning: "a region has a triangle larger than the square of this, mm; 0 takes gap_mm",
+    },
+];
+
+const DELAUNAY_PAINTING: [Parameter; 1] = [Parameter {
+    name: "brush_mm",
+    default: 0.0,
+    low: 0.0,
+    high: 1e12,
+    meaning: "lines of points nearer to each other than this do not stop a label, mm; 0 for all do",
+}];
+
+const COLOUR_BY_NUMBERS: [Parameter; 1] = [GAP];
 
 /// sin(π/8), the bound of the spacing of r-regular shapes.
 const SIN_22_5_DEG: f64 = 0.382_683_432_365_089_8;

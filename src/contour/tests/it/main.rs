@@ -26,4 +26,5 @@ mod sampler;
 mod sampling;
 mod shortened;
 mod smooth;
+mod strokes;
 mod transport;

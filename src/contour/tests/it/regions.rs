@@ -129,12 +129,17 @@ fn too_few_points_and_points_on_a_line_have_no_area() {
     }
 }
 
+/// Whether a method asks for lines that are wide against their spacing, or for hints.
+fn closes_gaps(method: &Method) -> bool {
+    matches!(method, Method::TriangleGrowing | Method::DelaunayPainting | Method::ColourByNumbers)
+}
+
 #[test]
 fn one_triangle_and_one_square() {
     let triangle = triangulation(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]);
     let square = triangulation(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
     let area = |method, set| region(method, set, "").area_mm2(set.samples());
-    for method in methods().filter(|method| *method != Method::Auto) {
+    for method in methods().filter(|method| !closes_gaps(method) && *method != Method::Auto) {
         // Three points are samples of a border, and HNN-Crust leaves their longest side open.
         let expected = if method == Method::Discern { 0.0 } else { 6.0 };
         let found = area(method, &triangle);
