@@ -8,8 +8,10 @@ mod plan;
 mod report;
 mod sampled;
 mod slab;
+mod strokes;
 
 use asphera_contour::features::Course;
+use asphera_contour::strokes::Hint;
 use asphera_contour::{
     Choice, FoundCurve, Graph, Kind, Method, MethodError, Parameters, PlaceMm, SampleId, Samples,
     SamplesError, Triangulation,
@@ -28,6 +30,7 @@ use self::features::features_of;
 use self::figures::{circle_of, deviation_from};
 use self::gaps::close_gaps;
 use self::report::{curve_report, region_report, with_choice};
+use self::strokes::strokes_report;
 
 /// How a contour is found and what is measured of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +47,8 @@ pub struct ContourSettings {
     pub gap_mm: Option<f64>,
     /// The outline that points are held against.
     pub nominal: Option<Nominal>,
+    /// Places within regions, for the methods that take them.
+    pub hints: Vec<Hint>,
 }
 
 /// Why there is no contour.
@@ -138,6 +143,11 @@ impl ContourSettings {
     fn found(&self, triangulation: &Triangulation) -> Result<ReportedCurve, MethodError> {
         let method = self.method;
         let parameters = method.chosen(triangulation, &self.parameters)?;
+        if let Some(strokes) = method.strokes(triangulation, &parameters, &self.hints)? {
+            let report =
+                strokes_report(triangulation, method, &parameters, &strokes, self.tolerance_mm);
+            return Ok((report, joined(triangulation, strokes.region.border()), Vec::new()));
+        }
         let region = method.region(triangulation, &parameters)?;
         let samples = triangulation.samples();
         Ok(match region {

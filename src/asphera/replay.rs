@@ -188,6 +188,11 @@ impl Played {
         note_recovery(&mut measurement.report.verdict, &self.recovery);
     }
 
+    /// The contour that the recording asks for.
+    pub fn contour(&self) -> Option<&ContourPlan> {
+        self.contour.as_ref().map(|(plan, _)| plan)
+    }
+
     /// Losses of the session and of its recording, in the words of the verdict.
     pub fn losses(&self) -> Vec<String> {
         let mut verdict = Verdict::default();

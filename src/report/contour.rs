@@ -38,8 +38,11 @@ pub struct ContourReport {
     pub guarantee: String,
     /// Pairs of rows, the smaller first, sorted. Of points in one place the first row stands for all.
     pub edges: Vec<[u32; 2]>,
-    /// Runs of edges; none of a graph. Of a region the lines round its parts and holes come first.
+    /// Runs of edges; none of a graph. Of a region the lines round its parts and holes come first; of strokes they are the lines between regions.
     pub chains: Vec<ChainFigures>,
+    /// Cubic Bézier curves along each of `chains`, by four places each; of strokes only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beziers_mm: Vec<Vec<[[f64; 2]; 4]>>,
     /// Area of all parts in mm²; the next three are there for a region only, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_mm2: Option<f64>,
@@ -56,7 +59,7 @@ pub struct ContourReport {
     pub ends: Vec<u32>,
     /// Rows with more than two.
     pub junctions: Vec<u32>,
-    /// Gaps that were closed, the narrowest first; where it was asked for only.
+    /// Gaps that were closed, the narrowest first; where it was asked for, or of strokes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gaps: Vec<GapFigures>,
     /// Rows without any, of a region those that no part holds: what the method left out.
@@ -115,6 +118,9 @@ pub struct ChainFigures {
 /// A part of a region.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct RegionFigures {
+    /// Its label; of strokes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
     /// Its area less its holes in mm².
     pub area_mm2: f64,
     /// Length of its outline and of the lines round its holes in mm.

@@ -55,6 +55,10 @@ fn the_contour_of_a_blade_is_that_of_its_exported_points() {
     let session = session.to_str().unwrap();
     let settings = ["--method", "connect2d", "--airfoil"];
     assert_eq!(&contour_of(session, &settings), contour);
+    // Without options it is that of the recorded configuration; an option replaces its setting.
+    assert_eq!(&contour_of(session, &[]), contour);
+    let crust = contour_of(session, &["--method", "crust"]);
+    assert_eq!((&crust["method"], &crust["parameters"]), (&"crust".into(), &serde_json::json!({})));
     let file = out.path().join("points.xyz");
     let file = file.to_str().unwrap();
     assert_eq!(run(["export", session, "--out", file]).status.code(), Some(0));

@@ -1,19 +1,20 @@
 //! `asphera contour`: the curve or the area that points in the plane are samples of.
 
 mod draw;
+mod given;
 mod slab;
 mod summary;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use asphera_contour::{Kind, Method, Parameters, PlaceMm};
+use asphera_contour::{Kind, Method, PlaceMm};
 use asphera_geometry::PointMm;
-use asphera_nominal::bytes_of;
 use asphera_report::contour::ContourReport;
 use clap::Args;
 
-use self::slab::Cutting;
+use self::given::Given;
+use self::slab::{Cutting, cut};
 use self::summary::summary;
 use super::exit::Exit;
 use super::files::refuse;
@@ -21,7 +22,6 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Content, Source, source_help};
 use super::text::TextArgs;
-use crate::contour::{ContourSettings, Nominal};
 
 #[derive(Args)]
 pub(super) struct ContourArgs {
@@ -30,12 +30,15 @@ pub(super) struct ContourArgs {
     #[command(flatten)]
     text: TextArgs,
     /// How the curve or region is found; --methods lists the names. `auto` chooses by the points: an area, or a border
-    /// without its outliers and noise.
-    #[arg(long, value_name = "NAME", default_value = "hnn-crust")]
-    method: String,
+    /// without its outliers and noise. Without it a recorded session is done as its table [contour] says, anything else by hnn-crust.
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
     /// Parameters of the method or graph, as delta=2.5 or gamma0=0.3,gamma1=-0.3.
-    #[arg(long, value_name = "KEY=VALUE,…", default_value = "", hide_default_value = true)]
-    set: String,
+    #[arg(long, value_name = "KEY=VALUE,…")]
+    set: Option<String>,
+    /// Places within regions and the labels of these, for delaunay-painting and colour-by-numbers: 1.5,2=hole;8,2=plate, lengths in mm.
+    #[arg(long, value_name = "X,Y=LABEL;…", allow_hyphen_values = true, conflicts_with = "graph")]
+    hints: Option<String>,
     /// The nominal outline, as it lies: .svg, .dxf, a .json of contour, or corners of a polygon in order as text. The report holds
     /// every point against it.
     #[arg(long, value_name = "NOMINAL", conflicts_with = "graph")]
@@ -47,8 +50,8 @@ pub(super) struct ContourArgs {
     #[arg(long, value_name = "MM", requires = "plane")]
     within: Option<f64>,
     /// Deviations from lines and arcs up to so many mm make no feature of their own; 0 for those of noise only.
-    #[arg(long, value_name = "MM", default_value_t = 0.0, conflicts_with = "graph")]
-    tolerance: f64,
+    #[arg(long, value_name = "MM", conflicts_with = "graph")]
+    tolerance: Option<f64>,
     /// Closes gaps up to so many mm between ends of curves: by the corner in which straight ends meet, or by the curve whose
     /// curvature varies least. Every closed gap is listed; lengths, areas and features are without it.
     #[arg(long, value_name = "MM", conflicts_with = "graph")]
@@ -108,29 +111,24 @@ pub(super) fn run(args: &ContourArgs) -> Result<Exit, Failure> {
 
 /// Reads the points and finds the curve.
 fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
-    let method = Method::from_name(args.graph.as_deref().unwrap_or(&args.method))?;
-    let is_graph = |method: &Method| method.kind() == Kind::Graph;
-    if is_graph(&method) != args.graph.is_some() {
-        let (flag, other) = match args.graph {
-            Some(_) => ("--graph", "--method"),
-            None => ("--method", "--graph"),
-        };
-        let names = Method::ALL.iter().filter(|named| is_graph(named) != is_graph(&method));
-        let names = names.map(Method::name).collect::<Vec<_>>().join(", ");
-        let name = method.name();
-        return Err(format!("{flag} {name}: expected one of {names}; give {other} {name}").into());
-    }
-    let parameters = Parameters::parse(&args.set)?;
+    let given = Given::new(args)?;
     let progress = Progress::start("contour");
-    let points = taken(args, path, &progress)?;
-    let settings = ContourSettings {
-        method,
-        parameters,
-        tolerance_mm: args.tolerance,
-        is_airfoil: args.airfoil,
-        gap_mm: args.gaps,
-        nominal: args.outline.as_deref().map(nominal).transpose()?,
+    let source = match args.plane {
+        Some(_) => Source::open(path, &args.text, &progress)?,
+        None => opened(path, &args.text, &progress)?,
     };
+    let recorded = match source.content() {
+        Content::Session(session) => session.contour(),
+        Content::File(_) => None,
+    };
+    if recorded.is_some() {
+        say("contour    as [contour] of the recording says, but for the options given");
+    }
+    let points = match given.slab(recorded) {
+        Some(slab) => cut(&slab, path, source.points())?,
+        None => laid(&source),
+    };
+    let settings = given.settings(recorded.map(|plan| &plan.settings))?;
     settings.contour(&points, &mut |stage| progress.stage(stage)).map_err(|error| {
         match error.is_of_points() {
             true => format!("{}: {error}", path.display()).into(),
@@ -139,51 +137,28 @@ fn found(args: &ContourArgs, path: &Path) -> Result<ContourReport, Failure> {
     })
 }
 
-/// The nominal outline of a file: a drawing, what `contour --json` wrote, or the corners of a polygon in order.
-fn nominal(path: &Path) -> Result<Nominal, Failure> {
-    Ok(match Nominal::of_drawing(path, bytes_of) {
-        Some(nominal) => nominal?,
-        None => {
-            let corners = places(path, &TextArgs::default(), &Progress::start("outline"))?;
-            Nominal::of_polygon(path.display().to_string(), &corners)?
-        }
-    })
-}
-
-/// The places that the arguments ask for: of all points, or of those near a plane on it.
-fn taken(args: &ContourArgs, path: &Path, progress: &Progress) -> Result<Vec<PlaceMm>, Failure> {
-    if !(args.tolerance >= 0.0 && args.tolerance.is_finite()) {
-        return Err(format!("--tolerance {}: expected 0 mm or more", args.tolerance).into());
-    }
-    if let Some(gaps) = args.gaps.filter(|gaps| !(*gaps > 0.0 && gaps.is_finite())) {
-        return Err(format!("--gaps {gaps}: expected more than 0 mm").into());
-    }
-    if let Some(within) = args.within.filter(|within| !(*within > 0.0 && within.is_finite())) {
-        return Err(format!("--within {within}: expected more than 0 mm").into());
-    }
-    match args.plane.zip(args.within) {
-        Some((plane, within_mm)) => {
-            let source = Source::open(path, &args.text, progress)?;
-            plane.places(path, source.points(), within_mm)
-        }
-        None => places(path, &args.text, progress),
-    }
-}
-
 /// The places of the points in the plane: x and y, or of two columns both.
 pub(super) fn places(
     path: &Path,
     text: &TextArgs,
     progress: &Progress,
 ) -> Result<Vec<PlaceMm>, Failure> {
-    let source = match Source::open(path, text, progress) {
-        Ok(source) => source,
+    Ok(laid(&opened(path, text, progress)?))
+}
+
+/// The points at a path; two columns will do.
+fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, Failure> {
+    match Source::open(path, text, progress) {
+        Ok(source) => Ok(source),
         // Two columns that nothing names are refused as a profile: heights or slopes. Here they are x and y.
         Err(failure) => match text.of_plane() {
-            Some(plane) => Source::open(path, &plane, progress).map_err(|_| failure)?,
-            None => return Err(failure),
+            Some(plane) => Source::open(path, &plane, progress).map_err(|_| failure),
+            None => Err(failure),
         },
-    };
+    }
+}
+
+fn laid(source: &Source) -> Vec<PlaceMm> {
     let is_profile = match source.content() {
         Content::File(topography) => topography
             .source()
@@ -193,7 +168,7 @@ pub(super) fn places(
         Content::Session(_) => false,
     };
     let place = |[x, y, z]: PointMm| if is_profile { [x, z] } else { [x, y] };
-    Ok(source.points().map(place).collect())
+    source.points().map(place).collect()
 }
 
 /// The table of `--methods`.

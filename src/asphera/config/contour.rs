@@ -39,6 +39,7 @@ pub(super) fn read(
         is_airfoil,
         gap_mm,
         nominal,
+        hints: Vec::new(),
     });
     (settings.map(|settings| ContourPlan { settings, slab, limits }), text)
 }
@@ -46,7 +47,7 @@ pub(super) fn read(
 fn method(table: &Section<'_>) -> Option<Method> {
     let words: Vec<(&str, Method)> = Method::ALL
         .iter()
-        .filter(|method| method.kind() != Kind::Graph)
+        .filter(|method| method.kind() != Kind::Graph && !method.takes_hints())
         .map(|method| (method.name(), *method))
         .collect();
     match table.has("method") {

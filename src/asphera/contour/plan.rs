@@ -70,6 +70,7 @@ impl ContourPlan {
             guarantee: method.guarantee().to_owned(),
             edges: Vec::new(),
             chains: Vec::new(),
+            beziers_mm: Vec::new(),
             area_mm2: None,
             parts: None,
             holes: None,

@@ -16,6 +16,7 @@ use super::sampled::sampled;
 fn region_of(part: &Part, samples: &Samples) -> RegionFigures {
     let mut lines_mm = part.lines_mm(samples).into_iter();
     RegionFigures {
+        label: None,
         area_mm2: part.area_mm2(samples),
         perimeter_mm: part.perimeter_mm(samples),
         outline_mm: lines_mm.next().unwrap_or_default(),
@@ -131,6 +132,7 @@ pub(super) fn curve_report(
         guarantee: method.guarantee().to_owned(),
         edges: graph.edges_by_row(samples),
         chains: figures(curve.places_mm.as_deref().unwrap_or(samples.places()), &chains),
+        beziers_mm: Vec::new(),
         area_mm2: None,
         parts: None,
         holes: None,
@@ -197,6 +199,7 @@ pub(crate) fn truth_report(
         guarantee: "the curve itself".to_owned(),
         edges: graph.edges().to_vec(),
         chains: chains.collect(),
+        beziers_mm: Vec::new(),
         area_mm2: None,
         parts: None,
         holes: None,

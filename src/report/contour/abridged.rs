@@ -31,6 +31,7 @@ impl ContourReport {
             list.clear();
         }
         self.edges.clear();
+        self.beziers_mm.clear();
         if let Some(deviation) = &mut self.deviation {
             deviation.deviations_mm.clear();
         }

@@ -10,7 +10,7 @@ pub struct GapFigures {
     pub ends: [u32; 2],
     /// Their distance in mm.
     pub width_mm: f64,
-    /// `corner`, where both sides go on straight, or `smooth`.
+    /// `corner`, where both sides go on straight, or `smooth`; of strokes `straight`.
     pub kind: String,
     /// Length of the curve across it in mm.
     pub length_mm: f64,

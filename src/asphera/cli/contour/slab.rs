@@ -31,23 +31,28 @@ impl FromStr for Cutting {
 }
 
 impl Cutting {
-    /// The places in the plane of points not farther from it than `within_mm`; u and v are x and y where the plane is z = d.
-    ///
-    /// # Errors
-    ///
-    /// Where there is none: how far the nearest point is.
-    pub(super) fn places(
-        self,
-        path: &Path,
-        points: impl Iterator<Item = PointMm>,
-        within_mm: f64,
-    ) -> Result<Vec<PlaceMm>, Failure> {
-        Slab { plane: self.0, within_mm }.places(points).map_err(|nearest_mm| {
-            format!(
-                "{}: expected points within {within_mm} mm of the plane, found the nearest {nearest_mm:.4} mm off; give another --plane or a larger --within",
-                path.display()
-            )
-            .into()
-        })
+    /// What lies so near to the plane.
+    pub(super) fn slab(self, within_mm: f64) -> Slab {
+        Slab { plane: self.0, within_mm }
     }
+}
+
+/// The places in the plane of points that are near enough; u and v are x and y where the plane is z = d.
+///
+/// # Errors
+///
+/// Where there is none: how far the nearest point is.
+pub(super) fn cut(
+    slab: &Slab,
+    path: &Path,
+    points: impl Iterator<Item = PointMm>,
+) -> Result<Vec<PlaceMm>, Failure> {
+    let within_mm = slab.within_mm;
+    slab.places(points).map_err(|nearest_mm| {
+        format!(
+            "{}: expected points within {within_mm} mm of the plane, found the nearest {nearest_mm:.4} mm off; give another --plane or a larger --within",
+            path.display()
+        )
+        .into()
+    })
 }

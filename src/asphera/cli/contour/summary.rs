@@ -50,6 +50,12 @@ fn write_report(report: &ContourReport, text: &mut String) -> std::fmt::Result {
     {
         writeln!(text, "area       {} mm², {parts} parts, {holes} holes", short(area_mm2))?;
     }
+    for part in report.regions.iter().flatten() {
+        if let Some(label) = &part.label {
+            let [area, holes] = [short(part.area_mm2), part.holes_mm.len().to_string()];
+            writeln!(text, "region     {label}: {area} mm², {holes} holes")?;
+        }
+    }
     writeln!(
         text,
         "unjoined   {} ends, {} junctions, {} points left out",

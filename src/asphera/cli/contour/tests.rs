@@ -107,6 +107,47 @@ fn methods_graphs_and_parameters() {
     assert!(listed.contains("guarantee  smooth closed curves, ε < 1/3"));
 }
 
+/// Two circles about the origin, of 3 and 5 mm, with a gap of five points each.
+fn broken_ring() -> String {
+    let circle = |radius: f64, count: u32| {
+        (0..count - 5).map(move |index| {
+            let turn = (f64::from(index) + 0.5) / f64::from(count) * std::f64::consts::TAU;
+            format!("{} {}\n", radius * turn.cos(), radius * turn.sin())
+        })
+    };
+    circle(3.0, 200).chain(circle(5.0, 300)).collect()
+}
+
+#[test]
+fn hints_name_regions_and_close_gaps() {
+    let hints = ["--method", "delaunay-painting", "--hints", "0.01,0.02=hole; -4,0.01=ring"];
+    let report = contour_of(&broken_ring(), &hints).unwrap();
+    let regions = report.regions.as_ref().unwrap();
+    let of = |label: &str| regions.iter().find(|it| it.label.as_deref() == Some(label)).unwrap();
+    assert_eq!((regions.len(), of("ring").holes_mm.len(), of("hole").holes_mm.len()), (2, 1, 0));
+    assert!((of("hole").area_mm2 + of("ring").area_mm2 - 25.0 * std::f64::consts::PI).abs() < 0.1);
+    assert_eq!((report.gaps.len(), report.gaps[0].kind.as_str()), (2, "straight"));
+    assert!(report.chains.len() == 2 && report.chains.iter().all(|chain| chain.closed));
+    assert_eq!(report.beziers_mm.len(), 2);
+    let summary = summary_of(&report);
+    assert!(summary.contains("region     ring: 50."), "{summary}");
+    assert!(summary.contains("gap        straight, "), "{summary}");
+    // Without hints, and where they do not belong.
+    let refused = |words: &[&str]| contour_of(&broken_ring(), words).unwrap_err();
+    assert_eq!(
+        refused(&["--method", "colour-by-numbers"]),
+        "expected hints, found none; name a place within each region, as 1.5,2=hole;8,2=plate"
+    );
+    assert_eq!(
+        refused(&["--method", "alpha", "--hints", "0,0=a"]),
+        "--hints: expected --method delaunay-painting or colour-by-numbers beside it, found alpha"
+    );
+    assert!(refused(&["--method", "colour-by-numbers", "--hints", "0,0"]).starts_with("hint 1: "));
+    // Growing finds the same two regions by itself.
+    let grown = contour_of(&broken_ring(), &["--method", "triangle-growing"]).unwrap();
+    assert_eq!((grown.parts, grown.gaps.len(), grown.holes), (Some(2), 0, Some(1)));
+}
+
 /// A square of 9 by 9 points, 1 mm apart, without those nearer than 2.1 mm to its middle.
 fn plate() -> String {
     let raster = (0..81).map(|index| [f64::from(index % 9) - 4.0, f64::from(index / 9) - 4.0]);

@@ -8,6 +8,7 @@ use asphera_report::SessionFigures;
 
 use super::super::output::Failure;
 use super::super::progress::Progress;
+use crate::contour::ContourPlan;
 use crate::replay::{Playback, Played};
 use crate::station::Point;
 use crate::weighing::Weighing;
@@ -50,6 +51,11 @@ impl Recorded {
     /// The direction of projection as the recording names it.
     pub(super) fn along(&self) -> Along {
         self.along
+    }
+
+    /// The contour that the recording asks for.
+    pub(in crate::cli) fn contour(&self) -> Option<&ContourPlan> {
+        self.played.contour()
     }
 
     /// How its points get their uncertainties, for a part.

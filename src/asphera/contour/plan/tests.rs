@@ -17,6 +17,7 @@ fn plan(limits: ContourLimits, nominal: Option<&str>) -> ContourPlan {
         gap_mm: None,
         is_airfoil: false,
         nominal,
+        hints: Vec::new(),
     };
     ContourPlan { settings, slab: None, limits }
 }
