@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p asphera-contour --bench methods` runs each on samples of a closed curve: ten times 100,000 of them against
 //! 1,000,000 at once, the triangulation made before; medians of 3 runs. `ASPHERA_BENCH_POINTS` sets another larger number,
-//! `ASPHERA_BENCH_METHODS` names the methods, with commas between. A method that takes fewer points is named as such.
+//! `ASPHERA_BENCH_RUNS` another number of runs, `ASPHERA_BENCH_METHODS` names the methods, with commas between. A method that takes fewer points is named as such.
 
 use std::time::Instant;
 
@@ -10,7 +10,6 @@ use asphera_contour::{Method, Parameters, PlaceMm, Samples, Triangulation};
 use rand_core::{Rng as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-const RUNS: usize = 3;
 const PARTS: usize = 10;
 
 #[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
@@ -23,13 +22,15 @@ fn main() {
         count / PARTS,
         rayon::current_num_threads()
     );
+    let runs = std::env::var("ASPHERA_BENCH_RUNS")
+        .map_or(3, |runs| runs.parse().expect("ASPHERA_BENCH_RUNS must be a number of runs"));
     let large = curve(count);
     let small = curve(count / PARTS);
-    let [whole, part] = [&large, &small].map(|points| median(|| drop(meshed(points))));
+    let [whole, part] = [&large, &small].map(|points| median(runs, || drop(meshed(points))));
     println!("| triangulation | {:.0} ms | {:.2} |", 1e3 * whole, whole / (PARTS as f64 * part));
     let mut shuffled = large.clone();
     shuffle(&mut shuffled);
-    let random = median(|| drop(meshed(&shuffled)));
+    let random = median(runs, || drop(meshed(&shuffled)));
     println!(
         "| the same, in no order | {:.0} ms | traced / random {:.2} |",
         1e3 * random,
@@ -46,14 +47,14 @@ fn main() {
         }
         let run = |points: &[PlaceMm]| {
             // What a method shares with others is made anew for each: order of lengths, nearest samples, trees.
-            let mut times: Vec<f64> = (0..RUNS)
+            let mut times: Vec<f64> = (0..runs)
                 .map(|_| {
                     let mesh = meshed(points);
                     timed(|| drop(method.run(&mesh, &Parameters::new())))
                 })
                 .collect();
             times.sort_by(f64::total_cmp);
-            times[RUNS / 2]
+            times[runs / 2]
         };
         let [whole, part] = [run(&large), run(&small)];
         println!(
@@ -69,10 +70,10 @@ fn meshed(points: &[PlaceMm]) -> Triangulation {
     Triangulation::new(Samples::new(points).expect("finite points"))
 }
 
-fn median(run: impl Fn()) -> f64 {
-    let mut times: Vec<f64> = (0..RUNS).map(|_| timed(&run)).collect();
+fn median(runs: usize, run: impl Fn()) -> f64 {
+    let mut times: Vec<f64> = (0..runs).map(|_| timed(&run)).collect();
     times.sort_by(f64::total_cmp);
-    times[RUNS / 2]
+    times[runs / 2]
 }
 
 #[expect(clippy::disallowed_methods, reason = "a benchmark looks at the clock")]
