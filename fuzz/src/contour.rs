@@ -94,7 +94,8 @@ pub fn hold(drawing: &Drawing) {
         Err(refused) => words(&refused),
     }
     if let Ok(Some(region)) = method.region(&set, &parameters) {
-        assert!(region.area_mm2(set.samples()).is_finite());
+        let area_mm2 = region.area_mm2(set.samples());
+        assert!(area_mm2.is_finite(), "{} of {places:?}: {area_mm2}", method.name());
         assert!(region.parts().iter().all(|part| part.outline.len() > 2 && part.label > 0));
     }
     match method.strokes(&set, &parameters, &drawing.hints()) {

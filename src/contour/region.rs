@@ -181,8 +181,10 @@ impl Part {
 /// A place of a line with what lies on its left, moved to the right of the sides before and after it.
 fn moved([before, place, after]: [PlaceMm; 3], by_mm: f64) -> PlaceMm {
     let outwards = |p: PlaceMm, q: PlaceMm| {
-        let length_mm = distance_mm(p, q);
-        [(q[1] - p[1]) / length_mm, (p[0] - q[0]) / length_mm]
+        let [x, y] = [q[0] - p[0], q[1] - p[1]];
+        // Squares of differences of 1e-160 mm are zero, and so may be differences of places far off.
+        let length_mm = x.hypot(y);
+        if length_mm > 0.0 { [y / length_mm, -x / length_mm] } else { [0.0; 2] }
     };
     let [a, b] = [outwards(before, place), outwards(place, after)];
     // Where the moved sides meet: (a + b) / (1 + a·b), which is 1 / cos² of half the turn long, squared. Above 4 it is cut.

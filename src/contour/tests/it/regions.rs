@@ -218,3 +218,12 @@ fn far_offsets_lose_nothing() {
         assert_eq!(here, there, "{}", method.name());
     }
 }
+
+/// Found by a fuzzer: the square of this distance is zero.
+#[test]
+fn places_next_to_each_other_have_an_area_that_is_a_number() {
+    let near = 3.226847045216294e-39;
+    let points = [[999_999.0, -1.0], [1e6, 0.0], [1e6, near], [1_000_003.0, 3.0]];
+    let found = region(Method::Auto, &triangulation(&points), "");
+    assert!(found.area_mm2(triangulation(&points).samples()).is_finite());
+}
