@@ -144,8 +144,15 @@ impl ContourSettings {
         let method = self.method;
         let parameters = method.chosen(triangulation, &self.parameters)?;
         if let Some(strokes) = method.strokes(triangulation, &parameters, &self.hints)? {
-            let report =
+            let mut report =
                 strokes_report(triangulation, method, &parameters, &strokes, self.tolerance_mm);
+            close_gaps(
+                &mut report,
+                triangulation.samples(),
+                method,
+                &FoundCurve::default(),
+                self.gap_mm,
+            );
             return Ok((report, joined(triangulation, strokes.region.border()), Vec::new()));
         }
         let region = method.region(triangulation, &parameters)?;
