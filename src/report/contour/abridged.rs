@@ -31,7 +31,10 @@ impl ContourReport {
             list.clear();
         }
         self.edges.clear();
-        self.beziers_mm.clear();
+        if !self.beziers_mm.is_empty() {
+            words.push_str("; Bézier curves of all lines");
+            self.beziers_mm.clear();
+        }
         if let Some(deviation) = &mut self.deviation {
             deviation.deviations_mm.clear();
         }
@@ -89,6 +92,7 @@ mod tests {
             guarantee: String::new(),
             edges: vec![[0, 1]; edges],
             chains,
+            beziers_mm: Vec::new(),
             area_mm2: None,
             parts: None,
             holes: None,
