@@ -166,7 +166,7 @@ impl<'a> About<'a> {
                 inner.push([first.min(ends[0]), first.max(ends[0])]);
             }
         }
-        true
+        inner.iter().all(|ends| self.planar.is_new(self.ring[ends[0]], self.ring[ends[1]]))
     }
 
     /// The ends of an edge within the ring, or of a spoke.

@@ -1,6 +1,6 @@
 //! The triangulation in which edges collapse, within a wide square.
 
-use super::ends::squared;
+use super::ends::{is_left_turn, squared};
 use super::load::Load;
 use super::star::Star;
 use crate::{PlaceMm, SampleId, Triangulation};
@@ -27,6 +27,8 @@ pub(super) struct Planar {
     leaving: Vec<Option<HalfEdge>>,
     /// Whether the sample of the same number still lies on its vertex.
     has_own: Vec<bool>,
+    /// Whether rounding left a triangle without an area: then places do not tell which edges are there.
+    is_doubtful: bool,
 }
 
 impl Planar {
@@ -60,7 +62,12 @@ impl Planar {
             loads: Vec::new(),
             leaving: vec![None; count + 4],
             has_own: vec![true; count],
+            is_doubtful: false,
         };
+        planar.is_doubtful = !triangles.iter().all(|corners| {
+            let [a, b, c] = corners.map(|corner| planar.place(corner));
+            is_left_turn(a, b, c)
+        });
         planar.wire();
         planar
     }
@@ -147,6 +154,21 @@ impl Planar {
                 _ => return,
             }
         }
+    }
+
+    /// Whether a new edge is certain to be none that is there already.
+    pub(super) fn is_new(&self, from: u32, to: u32) -> bool {
+        if !self.is_doubtful {
+            return true;
+        }
+        // Corners of the square have a side without a triangle beyond, so the other end is asked.
+        let [at, other] = if self.is_corner(from) { [to, from] } else { [from, to] };
+        if self.is_corner(at) {
+            return false;
+        }
+        let mut spokes = Vec::new();
+        self.spokes(at, &mut spokes);
+        !spokes.iter().any(|&half| self.origin(next(half)) == other)
     }
 
     /// The square of the length of an edge, and of the distance from its first end to the nearest other neighbour.

@@ -177,3 +177,30 @@ fn wrong_parameters_are_refused() {
         "optimal-transport has no parameter `tolerance`: expected vertices, tolerance_mm, relevance"
     );
 }
+
+/// Found by a fuzzer: beside a point 3 km away these lie in one place, and rounding says nothing of the triangles between them.
+#[test]
+fn places_that_rounding_makes_one_end() {
+    let points = [
+        [3.0, 5.0],
+        [0.0, -1.0],
+        [5.0, 5.0],
+        [-7.0, 1.0],
+        [1.0, 1.0],
+        [-3.1957145e-10, -3.1957145e-10],
+        [6.3023e-41, -1.7256332e-29],
+        [-1.9973216e-11, -3.1957145e-10],
+        [-3.1957145e-10, 3156.3552],
+        [0.0, 7.0],
+        [-1.0, 0.0],
+        [7.28359e-39, 472_883_700.0],
+        [7.0, 7.0],
+        [5.0, 7.0],
+        [5.0, -2.0],
+    ];
+    let set = triangulation(&points);
+    for parameters in ["", "vertices=2", "vertices=5", "tolerance_mm=63"] {
+        let found = run(&set, parameters);
+        assert!(found.places_mm.unwrap().as_flattened().iter().all(|value| value.is_finite()));
+    }
+}
