@@ -25,7 +25,8 @@ pub struct Strokes {
     pub region: Region,
     /// The labels of numbers 1, 2 and so on; without hints the numbers themselves.
     pub labels: Vec<String>,
-    /// Sides of the border that close gaps, the narrowest first: those longer than half of [`closing_gap_mm`].
+    /// Sides between two regions that close gaps, the narrowest first: those longer than half of [`closing_gap_mm`]. A gap beside triangles without a
+    /// label, within a stroke, is not among them; [`delaunay_painting`] has no such triangles.
     pub gaps: Vec<[SampleId; 2]>,
     /// The lines between regions; several passes are one.
     pub lines: Vec<StrokeLine>,

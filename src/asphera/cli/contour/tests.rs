@@ -146,7 +146,8 @@ fn hints_name_regions_and_close_gaps() {
     // Growing finds the same two regions by itself.
     let growing = ["--method", "triangle-growing", "--set", "gap_mm=0.7"];
     let grown = contour_of(&broken_ring(), &growing).unwrap();
-    assert_eq!((grown.parts, grown.gaps.len(), grown.holes), (Some(2), 2, Some(1)));
+    // At the outer gap a thin triangle lies within the stroke, so no side there is one between two regions.
+    assert_eq!((grown.parts, grown.gaps.len(), grown.holes), (Some(2), 1, Some(1)));
 }
 
 /// A square of 9 by 9 points, 1 mm apart, without those nearer than 2.1 mm to its middle.
