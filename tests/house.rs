@@ -59,6 +59,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "asphera-form",
             "asphera-geometry",
             "asphera-mesh",
+            "asphera-reconstruct",
             "asphera-report",
             "asphera-surface",
             "asphera-uncertainty",

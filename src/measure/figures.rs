@@ -335,7 +335,9 @@ fn pose(pose: &Pose, plane: &Plane) -> PoseFigures {
 ///
 /// The angle about z is taken after that about x is undone. So it makes up for whatever that one came to
 /// where the two cannot be told apart, with y at a right angle.
-fn turns_rad([[_, r01, r02], [_, r11, r12], [r20, r21, r22]]: &[[f64; 3]; 3]) -> [f64; 3] {
+pub(super) fn turns_rad(
+    [[_, r01, r02], [_, r11, r12], [r20, r21, r22]]: &[[f64; 3]; 3],
+) -> [f64; 3] {
     let rx_rad = r21.atan2(*r22);
     let (sin, cos) = rx_rad.sin_cos();
     let ry_rad = (-r20).atan2(sin * r21 + cos * r22);

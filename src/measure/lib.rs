@@ -46,6 +46,7 @@ mod removal;
 mod running;
 mod sampling;
 pub mod section;
+mod space;
 mod standards;
 mod step;
 mod uncertainties;

@@ -18,6 +18,7 @@ use super::inspection::{Inspected, Inspection};
 use super::origin;
 use super::projection::{Projector, measured};
 use super::sampling::{Next, Remembered};
+use super::space::{self, Gathered as InSpace};
 use super::step::Step;
 use crate::Part;
 
@@ -63,6 +64,8 @@ pub(super) struct Gathered {
     pub(super) grids: Grids,
     /// Local feature sizes found before.
     pub(super) remembered: Remembered,
+    /// All points, where they are meshed in space if they fold.
+    pub(super) space: Option<InSpace>,
 }
 
 /// The final figures of the points gathered; `begin` hears of each step.
@@ -72,7 +75,7 @@ pub(super) fn measure(
     projector: &Projector,
     begin: &mut dyn FnMut(Step),
 ) -> Measurement {
-    let Gathered { mesh, mut points, heights_mm, grids, mut remembered } = gathered;
+    let Gathered { mesh, mut points, heights_mm, grids, mut remembered, space } = gathered;
     let Grids { grid, version: maps_version } = grids;
     begin(Step::Fit);
     let plane = projector.plane();
@@ -94,6 +97,14 @@ pub(super) fn measure(
         part.aperture = fitted.aperture;
     }
     let folded = look.folded.take();
+    if let (None, Some(_)) = (&folded, &space) {
+        look.mesh.decision = Some(space::PROJECTS.to_owned());
+    }
+    if let (Some(why), Some(space)) = (&folded, space) {
+        points.flagged.remove("conflict");
+        points.flagged.remove("not_meshable");
+        return space::measure(space, points, part, Some(why), begin);
+    }
     if let Some(why) = &folded {
         // A nominal is one height at a place as well: distances to it are those of one sheet at most.
         fitted = Err(NoFit::Folded(why.clone()));

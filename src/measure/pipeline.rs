@@ -21,6 +21,7 @@ use crate::projection::{self, Along, Projector};
 use crate::prospects::{self, Now, Prospects};
 use crate::running::{History, Running};
 use crate::sampling::{Current, Next, Remembered};
+use crate::space::{self, Gathered as InSpace};
 use crate::step::Step;
 use crate::{Part, Weights, assessment, cells, cutting, figures, maps, origin, removal};
 
@@ -60,6 +61,10 @@ pub struct Pipeline {
     heights: Option<Heights>,
     /// Slopes of a file that has them.
     slopes: profile::Slopes,
+    /// The points, where they may be meshed in space.
+    space: Option<InSpace>,
+    /// Why they do not project, as of the last look.
+    folded: Option<String>,
 }
 
 /// The running figures of a part.
@@ -136,6 +141,8 @@ impl Pipeline {
             current: Current::default(),
             heights,
             slopes: profile::Slopes::default(),
+            space: along.in_space().map(InSpace::new),
+            folded: None,
         }
     }
 
@@ -180,6 +187,12 @@ impl Pipeline {
                 *self.flagged.entry("not_finite").or_default() += 1;
                 continue;
             }
+            if let Some(space) = &mut self.space {
+                space.push(point.at_mm);
+                if !space.is_beside_plane() {
+                    continue;
+                }
+            }
             self.projector.take(point, |point, plane| {
                 accepted.push(point.at_mm);
                 know(running, heights.as_mut(), point, plane);
@@ -213,6 +226,9 @@ impl Pipeline {
     /// points; what needs a look at the whole mesh is looked at only when they have grown by a quarter, once when
     /// nearly all that are expected have arrived, and when so much is covered that a pass may be certain.
     pub fn figures(&mut self) -> RunningFigures {
+        if self.space.as_ref().is_some_and(|space| !space.is_beside_plane()) {
+            return self.figures_in_space();
+        }
         let counts = self.mesh.counts();
         let plane = self.projector.plane();
         if counts.vertices < self.next_sampling {
@@ -255,6 +271,10 @@ impl Pipeline {
                 });
             }
             (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
+            self.folded = look.folded;
+        }
+        if self.space.is_some() && self.folded.is_some() {
+            return self.figures_in_space();
         }
         let estimate = self.running.estimate();
         if let Some(estimate) = &estimate {
@@ -290,6 +310,29 @@ impl Pipeline {
             convergence: self.history.convergence(),
             outlook,
             pending: counts.pending + self.projector.waiting(),
+        }
+    }
+
+    /// The figures now of points that are meshed in space: as of the last number of points at which these are looked at.
+    fn figures_in_space(&mut self) -> RunningFigures {
+        let expected = self.expected();
+        let points = self.points();
+        let part = &self.part;
+        let folded = self.folded.as_deref();
+        let found = self.space.as_mut().map(|space| space.running(part, expected, folded));
+        let space::RunningInSpace { mesh, sampling, form, convergence, used, duplicates, pending } =
+            found.unwrap_or_default();
+        RunningFigures {
+            points: Points { used, duplicates, ..points },
+            mesh,
+            sampling,
+            form,
+            map: None,
+            cells: None,
+            maps: None,
+            convergence,
+            outlook: None,
+            pending,
         }
     }
 
@@ -340,6 +383,9 @@ impl Pipeline {
     /// The final figures, from all points; `begin` hears of each step. The figures do not depend on that.
     pub fn finish_by_steps(mut self, begin: &mut dyn FnMut(Step)) -> Measurement {
         begin(Step::Mesh);
+        if let Some(space) = self.space.take_if(|space| !space.is_beside_plane()) {
+            return space::measure(space, self.points(), self.part, None, begin);
+        }
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         self.projector.finish(|point, plane| {
             mesh.push(point.at_mm);
@@ -349,19 +395,22 @@ impl Pipeline {
         let points = self.points();
         let (grid, version) = (self.running.grid(), self.looks + 1);
         let grids = Grids { grid, version };
-        let Pipeline { mesh, part, projector, heights, slopes, remembered, .. } = self;
+        let Pipeline { mesh, part, projector, heights, slopes, remembered, space, .. } = self;
         let heights_mm = heights.and_then(|heights| heights.of_vertices(&mesh));
         if let Some(line) = profile::Line::through(mesh.points()) {
             let taken = profile::Taken { mesh, line, points, heights_mm, slopes, remembered };
             return profile::measure(taken, part, &projector);
         }
-        let gathered = Gathered { mesh, points, heights_mm, grids, remembered };
+        let gathered = Gathered { mesh, points, heights_mm, grids, remembered, space };
         measurement::measure(gathered, part, &projector, begin)
     }
 
     /// The mesh so far, as vertices in the measured frame and triangles; points still waiting for their
     /// batch, or for the plane of projection, are not in it.
     pub fn mesh(&self) -> (Cow<'_, [PointMm]>, Vec<[u32; 3]>) {
+        if let Some(space) = self.meshed_in_space() {
+            return space.mesh();
+        }
         (projection::measured(&self.mesh, &self.projector.plane()), self.mesh.triangles())
     }
 
@@ -372,6 +421,9 @@ impl Pipeline {
     ///
     /// When the path makes no sense.
     pub fn section(&self, request: &SectionRequest) -> Cut {
+        if let Some(space) = self.meshed_in_space() {
+            return (!space.is_empty()).then(|| Err(Refusal(cutting::NOT_IN_SPACE.to_owned())));
+        }
         if self.mesh.points().is_empty() {
             return None;
         }
@@ -381,12 +433,23 @@ impl Pipeline {
         Some(cutting::cut(&self.mesh, &self.part, lies, gap_limit_mm, request))
     }
 
+    /// The points, where they are meshed in space by now.
+    fn meshed_in_space(&self) -> Option<&InSpace> {
+        self.space.as_ref().filter(|space| !space.is_beside_plane() || self.folded.is_some())
+    }
+
     /// Next measurements, as of the last time the sampling was looked at; `None` before the first.
     pub fn next(&self) -> Option<&Next> {
         self.next.as_ref()
     }
 
     fn accept(&mut self, point: Point) {
+        if let Some(space) = &mut self.space {
+            space.push(point.at_mm);
+            if !space.is_beside_plane() {
+                return;
+            }
+        }
         let (mesh, running, heights) = (&mut self.mesh, &mut self.running, &mut self.heights);
         self.projector.take(point, |point, plane| {
             mesh.push(point.at_mm);
@@ -418,7 +481,7 @@ fn know(running: &mut Running, heights: Option<&mut Heights>, point: Point, plan
 
 /// How many points there are at the next look at the whole mesh: a quarter more, but once when all but a few of those
 /// that are expected have arrived.
-fn next_look(points: u64, expected: Option<u64>) -> u64 {
+pub(crate) fn next_look(points: u64, expected: Option<u64>) -> u64 {
     let next = points + points / 4;
     let nearly_all = expected.map(|expected| expected - expected / LAST_SHARE);
     nearly_all.filter(|nearly_all| *nearly_all > points).map_or(next, |all| next.min(all))

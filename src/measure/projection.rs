@@ -17,6 +17,8 @@ use asphera_report::{PlaneFigures, ProjectionFigures};
 use asphera_surface::{Plane, PlaneError};
 use thiserror::Error;
 
+use super::space::When;
+
 /// How the plane of projection is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Along(How);
@@ -24,7 +26,13 @@ pub struct Along(How);
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum How {
     Given(Plane),
-    Fitted { points: usize },
+    Fitted {
+        points: usize,
+    },
+    /// No plane: in space.
+    Space,
+    /// Along z, in space where that folds.
+    Auto,
 }
 
 /// Why a projection is none.
@@ -43,7 +51,7 @@ pub enum AlongError {
         points: usize,
     },
     /// No word that is known, and no three numbers.
-    #[error("expected z, fitted or three numbers nx,ny,nz, found `{found}`")]
+    #[error("expected z, fitted, none, auto or three numbers nx,ny,nz, found `{found}`")]
     Word {
         /// Given text.
         found: String,
@@ -53,6 +61,10 @@ pub enum AlongError {
 impl Along {
     /// Along z of the measured frame.
     pub const Z: Along = Along(How::Given(Plane::XY));
+    /// Along nothing: the points are meshed in space.
+    pub const NONE: Along = Along(How::Space);
+    /// Along z, and in space where the points fold over that plane.
+    pub const AUTO: Along = Along(How::Auto);
 
     /// Along a direction of the measured frame, of any length, from the side it points to.
     ///
@@ -86,7 +98,16 @@ impl Along {
     pub fn normal(&self) -> Option<[f64; 3]> {
         match self.0 {
             How::Given(plane) => Some(plane.normal()),
-            How::Fitted { .. } => None,
+            How::Fitted { .. } | How::Space | How::Auto => None,
+        }
+    }
+
+    /// When the points are meshed in space; `None`: never.
+    pub(super) fn in_space(&self) -> Option<When> {
+        match self.0 {
+            How::Given(_) | How::Fitted { .. } => None,
+            How::Space => Some(When::Always),
+            How::Auto => Some(When::Folded),
         }
     }
 }
@@ -101,7 +122,7 @@ impl Default for Along {
 impl FromStr for Along {
     type Err = AlongError;
 
-    /// `z`, `fitted` (from [`DEFAULT_POINTS`] points) or `nx,ny,nz`.
+    /// `z`, `fitted` (from [`DEFAULT_POINTS`] points), `none`, `auto` or `nx,ny,nz`.
     fn from_str(word: &str) -> Result<Along, AlongError> {
         let numbers = || -> Option<[f64; 3]> {
             let numbers: Option<Vec<f64>> =
@@ -111,6 +132,8 @@ impl FromStr for Along {
         match word {
             "z" => Ok(Along::Z),
             "fitted" => Along::fitted(DEFAULT_POINTS),
+            "none" => Ok(Along::NONE),
+            "auto" => Ok(Along::AUTO),
             _ => match numbers() {
                 Some(normal) => Along::direction(normal),
                 None => Err(AlongError::Word { found: word.to_owned() }),
@@ -142,6 +165,7 @@ impl Projector {
     pub(super) fn new(along: Along) -> Projector {
         match along.0 {
             How::Given(plane) => Projector::Given(plane),
+            How::Space | How::Auto => Projector::Given(Plane::XY),
             How::Fitted { points } => {
                 Projector::Fitting { wanted: points, next: points, waiting: Vec::new() }
             }

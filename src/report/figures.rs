@@ -85,7 +85,8 @@ pub struct SimulatedFigures {
 /// The place from which places of the part, rings, Zernike terms and slopes along the meridian count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OriginFigures {
-    /// [`OriginFigures::VERTEX`], [`OriginFigures::MIDDLE_OF_APERTURE`] or [`OriginFigures::MIDDLE_OF_POINTS`].
+    /// [`OriginFigures::VERTEX`], [`OriginFigures::MIDDLE_OF_APERTURE`], [`OriginFigures::MIDDLE_OF_POINTS`],
+    /// [`OriginFigures::CENTRE`] or [`OriginFigures::AXIS`].
     pub place: String,
     /// Where it lies in the measured frame, mm.
     pub at_mm: [f64; 3],
@@ -98,6 +99,10 @@ impl OriginFigures {
     pub const MIDDLE_OF_APERTURE: &str = "middle of the aperture";
     /// The middle of the smallest circle about the points, for there is neither an axis nor an aperture.
     pub const MIDDLE_OF_POINTS: &str = "middle of the points";
+    /// The centre of a sphere that was fitted in space.
+    pub const CENTRE: &str = "centre of the sphere";
+    /// The axis of a cylinder that was fitted in space, abreast of the middle of its points.
+    pub const AXIS: &str = "axis of the cylinder";
 }
 
 /// A deviation as a sum of Zernike terms, fitted together by area-weighted least squares.

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::ReconstructionFigures;
+
 /// The mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeshFigures {
@@ -19,7 +21,7 @@ pub struct MeshFigures {
     /// surface does not project.
     #[serde(default)]
     pub area_mm2: Option<f64>,
-    /// Whether no two points stand above each other at different heights, and no fold was found.
+    /// Whether no two points stand above each other at different heights, and no fold was found. Never of a mesh in space.
     pub projectable: bool,
     /// The plane of projection; absent where it is along z and nothing else was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -30,6 +32,12 @@ pub struct MeshFigures {
     /// Places measured more than once.
     #[serde(default)]
     pub repeats: RepeatFigures,
+    /// Where plane or space was to be chosen by the points: what was chosen, and why.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decision: Option<String>,
+    /// The mesh in space; absent where the points were meshed in a plane.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reconstruction: Option<ReconstructionFigures>,
 }
 
 /// On which plane the points are projected, and how it came about.

@@ -160,6 +160,9 @@ pub struct NextFigures {
     pub points_needed: Option<u64>,
     /// A place inside, measured frame, mm.
     pub at_mm: [f64; 3],
+    /// Unit vector out of the material there: from where a probe comes. Only of meshes in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<[f64; 3]>,
     /// Where it lies, the largest piece first.
     pub polygons: Vec<PolygonFigures>,
     /// How far the lines of the polygons were moved to have fewer corners, in mm; 0 where they are as found.

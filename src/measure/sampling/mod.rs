@@ -42,6 +42,7 @@ use super::assessment::assess;
 use super::defects::{self, Meshed};
 use super::folded::{folded, still_true};
 use super::projection::{Along, Projector, measured as in_measured_frame};
+use super::space::{self, When};
 use crate::Part;
 
 /// A mesh in the frame of its plane of projection.
@@ -73,9 +74,20 @@ pub fn sampling_of_points(
     along: Along,
     wanted: Wanted,
 ) -> PointsSampling {
+    let when = along.in_space();
+    let mut in_space = Vec::new();
     let (mut mesh, mut projector) = (Mesh::new(), Projector::new(along));
     for point in points {
+        if when.is_some() {
+            in_space.push(point);
+        }
+        if when == Some(When::Always) {
+            continue;
+        }
         projector.take(point.into(), |point, _| mesh.push(point.at_mm));
+    }
+    if when == Some(When::Always) {
+        return space::sampling(&in_space, wanted, None);
     }
     projector.finish(|point, _| mesh.push(point.at_mm));
     mesh.flush();
@@ -83,6 +95,9 @@ pub fn sampling_of_points(
     let relief = topography(mesh.points(), &triangles, &Relief::default());
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
     if let Some(folded) = folded(&mesh, &relief, &plane) {
+        if when.is_some() {
+            return space::sampling(&in_space, wanted, Some(&folded));
+        }
         let (extents, advice) = still_true(&in_measured_frame(&mesh, &plane));
         let features = defects::of_folded(&folded);
         let figures = of_folded(sampled, wanted, vec![folded, extents, advice]).figures;

@@ -79,6 +79,7 @@ pub(super) fn figures(coverage: &Coverage, lifted: &Lifted<'_>) -> Vec<NextFigur
             spacing_needed_mm: patch.spacing.mm(),
             points_needed: patch.samples_needed().map(|count| count as u64),
             at_mm: rounded(lifted.at(patch.inside_mm)),
+            approach: None,
             polygons,
             simplified_mm: (1e9 * simplified_mm).ceil() / 1e9,
         }

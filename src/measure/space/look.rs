@@ -1,0 +1,133 @@
+//! One look at points meshed in space: mesh, fit, sampling, form. The same points give the same bits, whatever their order.
+
+use asphera_geometry::PointMm;
+use asphera_report::{BorderFigures, MeshFigures, ReconstructionFigures, SamplingFigures};
+use asphera_surface::Plane;
+
+use super::feature_size::FeatureSize;
+use super::fit::Wanted as WantedFit;
+use super::form::Formed;
+use super::meshed::Meshed;
+use super::noise::noise;
+use super::openings::{Opening, openings};
+use super::sampled::{self, Sampled};
+use super::shape::Shape;
+use crate::Part;
+use crate::errors::Errors;
+use crate::sampling::Wanted;
+
+/// All that one look tells.
+#[derive(Clone, Debug)]
+pub(super) struct SpaceLook {
+    pub(super) meshed: Meshed,
+    pub(super) openings: Vec<Opening>,
+    pub(super) sampling: SamplingFigures,
+    /// The form, or why there is none.
+    pub(super) formed: Result<Formed, String>,
+    pub(super) mesh: MeshFigures,
+}
+
+impl SpaceLook {
+    /// Looks at points. Without a part nothing is fitted. `reason` says why they are meshed in space.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no mesh, in words.
+    pub(super) fn at(
+        points_mm: &[PointMm],
+        part: Option<&Part>,
+        wanted: Wanted,
+        reason: &str,
+    ) -> Result<SpaceLook, String> {
+        let mut meshed = Meshed::of(points_mm)?;
+        let fit = part.ok_or_else(|| "there is no nominal".to_owned()).and_then(|part| {
+            let (shape, free_radius) = Shape::of(part)?;
+            let Meshed { points_mm, facets, .. } = &meshed;
+            WantedFit { points_mm, facets, shape, free_radius }.fit()
+        });
+        let laid = fit.as_ref().ok().map(|fit| fit.laid);
+        if let Some(laid) = laid.as_ref().filter(|_| meshed.proof.is_oriented) {
+            meshed.turn_out_of(laid);
+        }
+        let normals = meshed.normals();
+        let openings = openings(&meshed, laid.as_ref());
+        let noise = noise(&meshed, &normals, laid.as_ref());
+        let sigma_mm = noise.as_ref().ok().map(|found| found.noise.sigma_mm());
+        let vertices = meshed.used().iter().filter(|used| **used).count();
+        let spacing_mm = (meshed.proof.area_mm2 / vertices.max(1) as f64).sqrt();
+        let size = FeatureSize::of(&meshed, &normals, laid.as_ref(), sigma_mm, spacing_mm);
+        let look = sampled::Look {
+            meshed: &meshed,
+            wanted,
+            laid: laid.as_ref(),
+            openings: &openings,
+            noise: &noise,
+            size: &size,
+            as_of_points: points_mm.len() as u64,
+        };
+        let Sampled { figures: sampling, covered } = look.sampled();
+        let formed = fit.and_then(|fit| {
+            let part = part.ok_or("there is no nominal")?;
+            let mut errors = Errors::new(part);
+            let noise_nm = sampling.noise_sigma_nm;
+            if !crate::errors::has_correlated(part) {
+                errors.look(part, &[], &Plane::XY, noise_nm);
+            }
+            Formed::of(&meshed, fit, &covered, part, &errors)
+                .ok_or_else(|| "there is no point".to_owned())
+        });
+        let mesh = MeshFigures {
+            vertices: vertices as u64,
+            triangles: meshed.proof.facets as u64,
+            edges: meshed.proof.edges as u64,
+            area_mm2: Some(meshed.proof.area_mm2),
+            reconstruction: Some(reconstruction(&meshed, &openings, &sampling, reason)),
+            ..MeshFigures::default()
+        };
+        Ok(SpaceLook { meshed, openings, sampling, formed, mesh })
+    }
+}
+
+fn reconstruction(
+    meshed: &Meshed,
+    openings: &[Opening],
+    sampling: &SamplingFigures,
+    reason: &str,
+) -> ReconstructionFigures {
+    let proof = &meshed.proof;
+    let border = |opening: &Opening| BorderFigures {
+        edges: opening.edges as u64,
+        length_mm: opening.length_mm,
+        at_mm: opening.at_mm,
+        area_mm2: opening.area_mm2,
+        approach: opening.approach,
+        is_gap: opening.is_gap,
+    };
+    let listed = openings.len().min(ReconstructionFigures::LISTED);
+    ReconstructionFigures {
+        method: "local".to_owned(),
+        reason: reason.to_owned(),
+        facets: proof.facets as u64,
+        left_out: meshed.left_out.clone(),
+        components: proof.components as u64,
+        closed: proof.is_closed,
+        manifold: proof.is_manifold,
+        orientable: proof.is_orientable,
+        genus: proof.genus,
+        betti: proof.betti,
+        border_loops: openings[..listed].iter().map(border).collect(),
+        border_loops_more: (openings.len() - listed) as u64,
+        nonmanifold_edges: proof.nonmanifold_edges.count as u64,
+        singular_vertices: proof.singular_vertices.count as u64,
+        self_intersections: proof.self_intersections.count as u64,
+        degenerate_facets: proof.degenerate_facets.count as u64,
+        area_mm2: proof.area_mm2,
+        volume_mm3: proof.volume_mm3.map(f64::abs),
+        epsilon_max: sampling.epsilon_max.filter(|epsilon| epsilon.is_finite()),
+        epsilon_bound: None,
+        guarantee: GUARANTEE.to_owned(),
+        as_of_points: sampling.as_of_points,
+    }
+}
+
+const GUARANTEE: &str = "no theorem: what is written here is proven of this mesh, not of the surface between its points";
