@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+mod ball;
 mod bench;
 mod ct;
 mod error;

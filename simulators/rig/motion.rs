@@ -34,6 +34,11 @@ pub(crate) enum Motion {
         /// Step of both transducers, nm.
         step_nm: u32,
     },
+    /// Once round and round a whole ball, from pole to pole: [`crate::ball`] computes its stops.
+    Ball {
+        /// Step of both transducers, nm.
+        step_nm: u32,
+    },
 }
 
 /// What the encoders say at one trigger.
@@ -84,10 +89,8 @@ impl Motion {
                 };
                 Stop { rotary_counts: 0, stage_steps: [place(column, columns), place(row, rows)] }
             }
-            Motion::Section { .. } => self
-                .stops(points)
-                .nth(k as usize)
-                .unwrap_or(Stop { rotary_counts: 0, stage_steps: [0, 0] }),
+            Motion::Ball { .. } => NOWHERE,
+            Motion::Section { .. } => self.stops(points).nth(k as usize).unwrap_or(NOWHERE),
         }
     }
 
@@ -111,7 +114,9 @@ impl Motion {
                 let theta_rad = f64::from(stop.rotary_counts) * (TAU / f64::from(counts_per_turn));
                 [rho_mm * theta_rad.cos(), rho_mm * theta_rad.sin()]
             }
-            Motion::Raster { step_nm, .. } | Motion::Section { step_nm, .. } => {
+            Motion::Raster { step_nm, .. }
+            | Motion::Section { step_nm, .. }
+            | Motion::Ball { step_nm } => {
                 [first, second].map(|steps| steps * f64::from(step_nm) / NM_PER_MM)
             }
         }
@@ -126,6 +131,8 @@ impl Motion {
             Motion::Section { section, noise_nm, .. } => {
                 0.5 * section.chord_mm + 10.0 * noise_nm / NM_PER_MM
             }
+            // It is where the part is.
+            Motion::Ball { .. } => 0.0,
         }
     }
 
@@ -134,7 +141,8 @@ impl Motion {
         match *self {
             Motion::Spiral { step_nm, .. }
             | Motion::Raster { step_nm, .. }
-            | Motion::Section { step_nm, .. } => step_nm,
+            | Motion::Section { step_nm, .. }
+            | Motion::Ball { step_nm } => step_nm,
         }
     }
 
@@ -144,7 +152,7 @@ impl Motion {
             Motion::Spiral { radius_mm, counts_per_turn, .. } => {
                 radius_mm / pitch_mm(radius_mm, points) * f64::from(counts_per_turn)
             }
-            Motion::Raster { .. } | Motion::Section { .. } => 0.0,
+            Motion::Raster { .. } | Motion::Section { .. } | Motion::Ball { .. } => 0.0,
         }
     }
 
@@ -152,7 +160,7 @@ impl Motion {
     pub(crate) fn transducers(&self) -> usize {
         match self {
             Motion::Spiral { .. } => 1,
-            Motion::Raster { .. } | Motion::Section { .. } => 2,
+            Motion::Raster { .. } | Motion::Section { .. } | Motion::Ball { .. } => 2,
         }
     }
 }
@@ -172,6 +180,7 @@ fn steps(length_mm: f64, step_nm: u32) -> i32 {
 }
 
 const NM_PER_MM: f64 = 1e6;
+const NOWHERE: Stop = Stop { rotary_counts: 0, stage_steps: [0, 0] };
 
 /// Added to the seed, so that x, y and the probe have noise of their own.
 const X_SALT: u64 = 0x5EC7_1001;

@@ -3,6 +3,8 @@
 use asphera_form::{Aperture, Figures, PointMm, deviations};
 use thiserror::Error;
 
+use crate::ball;
+use crate::motion::Motion;
 use crate::noise::standard_normal;
 use crate::part::{Missed, meet};
 use crate::truth::{DeviationTruth, FitTruth, FormTruth, PartTruth, Truth};
@@ -68,6 +70,9 @@ impl Plan {
     /// A scene that cannot be, a part that the machine leaves, a distance the probe cannot show.
     pub fn new(scene: &Scene) -> Result<Plan, PlanError> {
         scene.check()?;
+        if matches!(scene.motion, Motion::Ball { .. }) {
+            return ball::plan(scene);
+        }
         let stops = (0..).zip(scene.motion.stops(scene.points));
         let stops: Vec<Stop> =
             stops.map(|(k, stop)| scene.motion.scattered(stop, scene.seed, k)).collect();
@@ -116,6 +121,15 @@ impl Plan {
     /// What a host that makes no mistake must find.
     pub fn truth(&self) -> &Truth {
         &self.truth
+    }
+
+    pub(crate) fn of_parts(
+        triggers: Vec<Trigger>,
+        measured_mm: Vec<PointMm>,
+        ideal_mm: Vec<PointMm>,
+        truth: Truth,
+    ) -> Plan {
+        Plan { triggers, measured_mm, ideal_mm, truth }
     }
 
     pub(crate) fn into_parts(self) -> (Vec<Trigger>, Truth) {

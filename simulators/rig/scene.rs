@@ -136,12 +136,13 @@ impl Scene {
     }
 }
 
-const BUILT_IN: [(&str, &str); 5] = [
+const BUILT_IN: [(&str, &str); 6] = [
     ("asphere", include_str!("scenes/asphere.toml")),
     ("asphere-unplugged", include_str!("scenes/asphere-unplugged.toml")),
     ("asphere-noise", include_str!("scenes/asphere-noise.toml")),
     ("sphere", include_str!("scenes/sphere.toml")),
     ("blade", include_str!("scenes/blade.toml")),
+    ("ball", include_str!("scenes/ball.toml")),
 ];
 
 #[cfg(test)]

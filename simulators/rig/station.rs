@@ -47,6 +47,9 @@ pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -
     section(kinematics(scene));
     section(nominal(scene));
     section(format!("[scan]\npoints = {}\nidle_s = {}\n", scene.points, float(idle_s(scene))));
+    if matches!(scene.motion, Motion::Ball { .. }) {
+        section("[projection]\nalong = \"none\"\n".to_owned());
+    }
     if matches!(scene.motion, Motion::Section { .. }) {
         section(
             "[contour]\n# It joins the corner behind.\nmethod = \"connect2d\"\nairfoil = true\n"
@@ -77,7 +80,9 @@ fn links(ports: &Ports<'_>) -> String {
 fn devices(scene: &Scene) -> String {
     let signals = match scene.motion {
         Motion::Spiral { .. } => "[75, 76, 65, 256, 257]",
-        Motion::Raster { .. } | Motion::Section { .. } => "[75, 76, 256, 257]",
+        Motion::Raster { .. } | Motion::Section { .. } | Motion::Ball { .. } => {
+            "[75, 76, 256, 257]"
+        }
     };
     let mut text = format!(
         "[device.probe]\ndriver = \"chrocodile2\"\nlink = \"probe\"\n\n\
@@ -133,7 +138,7 @@ fn kinematics(scene: &Scene) -> String {
             float(counts_per_turn.into()),
             axis(stages[0]),
         ),
-        Motion::Raster { .. } | Motion::Section { .. } => format!(
+        Motion::Raster { .. } | Motion::Section { .. } | Motion::Ball { .. } => format!(
             "kind = \"cartesian\"\nx = {}\ny = {}\nz = {probe}\n",
             axis(stages[0]),
             axis(stages[1])
@@ -189,8 +194,8 @@ fn nominal(scene: &Scene) -> String {
                 "[nominal.aperture]\nshape = \"rectangle\"\nwidth_mm = {side}\nheight_mm = {side}\n\n"
             )
         }
-        // Of an edge there is no area to be covered.
-        Motion::Section { .. } => String::new(),
+        // Of an edge there is no area to be covered, and of a ball all of it is.
+        Motion::Section { .. } | Motion::Ball { .. } => String::new(),
     };
     format!(
         "[nominal.surface]\n{surface}\n{aperture}[nominal.fit]\nfree = [{}]\n\n[nominal.tolerance]\n{}{}",
@@ -204,7 +209,9 @@ fn nominal(scene: &Scene) -> String {
 fn stage_names(scene: &Scene) -> &'static [&'static str] {
     match scene.motion {
         Motion::Spiral { .. } => &["stage"],
-        Motion::Raster { .. } | Motion::Section { .. } => &["stage_x", "stage_y"],
+        Motion::Raster { .. } | Motion::Section { .. } | Motion::Ball { .. } => {
+            &["stage_x", "stage_y"]
+        }
     }
 }
 

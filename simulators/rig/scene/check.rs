@@ -1,9 +1,11 @@
 //! Ranges of a scene's numbers, and whether they fit each other.
 
+use asphera_form::Parameter;
 use asphera_form::form_error::LARGEST_FRINGE;
 use asphera_link::{Problem, check_range};
 
 use super::Scene;
+use crate::ball;
 use crate::motion::Motion;
 use crate::{Link, SceneError, Speed};
 
@@ -101,6 +103,10 @@ impl Scene {
                 check_range(problems, "scan.naca (its last two digits)", thickness, 1, 40);
                 "scan.chord_mm"
             }
+            Motion::Ball { .. } => {
+                self.ball_problems(problems);
+                return;
+            }
         };
         let decentre_mm = self.pose.tx_mm.hypot(self.pose.ty_mm);
         let semi_mm = self.semi_diameter_mm;
@@ -118,6 +124,25 @@ impl Scene {
         if self.points <= MAX_POINTS && end > f64::from(i32::MAX) {
             let expected = format!("points whose turns stay within {} rotary counts", i32::MAX);
             problems.push(Problem::new("scan.points", expected, format!("{end:.0} counts")));
+        }
+    }
+
+    /// Of a scan that is where the part is.
+    fn ball_problems(&self, problems: &mut Vec<Problem>) {
+        if !ball::is_ball(&self.nominal) {
+            let expected = "a sphere, for a ball is scanned";
+            problems.push(Problem::new("part.surface", expected, self.nominal.kind()));
+        }
+        let far_mm = self.nominal.radius_mm().unwrap_or_default().abs()
+            + self.pose.tx_mm.hypot(self.pose.ty_mm);
+        let step_nm = self.motion.step_nm();
+        if step_nm > 0 && far_mm * 1e6 / f64::from(step_nm) > f64::from(i32::MAX) {
+            let expected = "positions within 32 bits";
+            problems.push(Problem::new("stage.step_nm", expected, "a finer step"));
+        }
+        if !self.free.iter().all(|free| BALL_FREE.contains(free)) {
+            let expected = "tx, ty, tz and radius, which are all that a ball has";
+            problems.push(Problem::new("fit.free", expected, "another"));
         }
     }
 
@@ -166,5 +191,7 @@ impl Scene {
     }
 }
 
+/// Parameters of a ball.
+const BALL_FREE: [Parameter; 4] = [Parameter::Tx, Parameter::Ty, Parameter::Tz, Parameter::Radius];
 /// Every trigger is kept in memory, 16 bytes each.
 const MAX_POINTS: u64 = 10_000_000;

@@ -180,7 +180,7 @@ fn form_error(table: &Table<'_>, semi_diameter_mm: Option<f64>) -> Option<FormEr
 
 /// The last keys of the table. Without a kind nobody knows which there may be.
 fn motion(scan: &Table<'_>, step_nm: Option<u32>) -> Option<Motion> {
-    let words = ["spiral", "raster", "section"].map(|word| (word, word));
+    let words = ["spiral", "raster", "section", "ball"].map(|word| (word, word));
     let motion = match scan.required_word("kind", &words)? {
         "spiral" => {
             let (radius_mm, counts) =
@@ -189,6 +189,7 @@ fn motion(scan: &Table<'_>, step_nm: Option<u32>) -> Option<Motion> {
                 Motion::Spiral { radius_mm, counts_per_turn, step_nm }
             })
         }
+        "ball" => step_nm.map(|step_nm| Motion::Ball { step_nm }),
         "section" => {
             let (chord_mm, naca) = (scan.required("chord_mm"), scan.required("naca"));
             let noise_nm: Option<f64> = scan.required("noise_nm");
