@@ -179,7 +179,7 @@ impl FinishedMesh {
 }
 
 /// Why a mesh in space is not cut.
-pub(super) const NOT_IN_SPACE: &str = "sections are cut through meshes in the plane: give a direction in which the surface projects, with --along or [projection]";
+pub const NOT_IN_SPACE: &str = "sections are cut through meshes in the plane: give a direction in which the surface projects, with --along or [projection]";
 
 impl fmt::Debug for FinishedMesh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

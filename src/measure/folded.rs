@@ -51,7 +51,7 @@ fn extents(measured_mm: &[PointMm]) -> String {
     format!("{} points, x {x}, y {y}, z {z} mm", measured_mm.len())
 }
 
-const CURE: &str = "measure a body in pieces that each face one direction, and name that with --along or [projection]";
+const CURE: &str = "mesh it in space with --along none, or measure it in pieces that each face one direction, named with --along or [projection]";
 
 /// A larger share of the points above or below others is a second sheet, a smaller one is wrong readings.
 const STRAY: f64 = 0.01;

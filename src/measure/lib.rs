@@ -53,7 +53,7 @@ mod uncertainties;
 mod unmeasured;
 
 pub use asphera_form::HIGHEST_MM;
-pub use cutting::FinishedMesh;
+pub use cutting::{FinishedMesh, NOT_IN_SPACE};
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
 pub use judgement::{ask, doubt, undecide};

@@ -97,13 +97,10 @@ pub(super) fn measure(
         part.aperture = fitted.aperture;
     }
     let folded = look.folded.take();
-    if let (None, Some(_)) = (&folded, &space) {
-        look.mesh.decision = Some(space::PROJECTS.to_owned());
-    }
-    if let (Some(why), Some(space)) = (&folded, space) {
-        points.flagged.remove("conflict");
-        points.flagged.remove("not_meshable");
-        return space::measure(space, points, part, Some(why), begin);
+    match (space, &folded) {
+        (Some(space), Some(why)) => return space::measure_folded(space, points, part, why, begin),
+        (Some(_), None) => look.mesh.decision = Some(space::PROJECTS.to_owned()),
+        (None, _) => {}
     }
     if let Some(why) = &folded {
         // A nominal is one height at a place as well: distances to it are those of one sheet at most.

@@ -236,42 +236,7 @@ impl Pipeline {
         }
         let may_tell_more = self.may_tell_more(counts.pushed);
         if counts.vertices >= self.next_sampling || may_tell_more {
-            self.next_sampling = next_look(counts.vertices, self.expected_points);
-            let estimate = self.running.estimate();
-            let pose = estimate.as_ref().map_or_else(
-                || origin::start_of(&self.part, self.mesh.points()),
-                |estimate| estimate.pose,
-            );
-            let look =
-                assessment::assess(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
-            self.looks += 1;
-            self.maps = self.running.grid().and_then(|grid| {
-                let lfs_mm = self.remembered.lfs_mm(&pose);
-                let raster = maps::Raster { grid: &grid, version: self.looks };
-                maps::maps(&self.mesh, &look, &self.part, &pose, raster, lfs_mm).ok().map(Arc::new)
-            });
-            self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
-            let noise_nm = look.sampling.noise_sigma_nm;
-            self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
-            let expected = self.expected().unwrap_or(0);
-            let nearly_all = counts.vertices >= expected - expected / LAST_SHARE;
-            let foresees = may_tell_more || nearly_all || counts.vertices >= self.next_foresight;
-            if let Some(estimate) = estimate.as_ref().filter(|_| foresees) {
-                // Of many points to come a few more tell little.
-                self.next_foresight = counts.vertices + expected / FORESIGHT_SHARE;
-                let arrived = counts.pushed - counts.pending;
-                self.prospects.see(&prospects::Evidence {
-                    part: &self.part,
-                    points: self.mesh.points(),
-                    estimate,
-                    sampling: &look.sampling,
-                    zones: &look.zones,
-                    errors: &self.errors,
-                    to_come: self.expected().map(|expected| expected.saturating_sub(arrived)),
-                });
-            }
-            (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
-            self.folded = look.folded;
+            self.look(may_tell_more);
         }
         if self.space.is_some() && self.folded.is_some() {
             return self.figures_in_space();
@@ -313,21 +278,65 @@ impl Pipeline {
         }
     }
 
+    /// Looks at the whole mesh.
+    fn look(&mut self, may_tell_more: bool) {
+        let (counts, plane) = (self.mesh.counts(), self.projector.plane());
+        self.next_sampling = next_look(counts.vertices, self.expected_points);
+        let estimate = self.running.estimate();
+        let pose = estimate.as_ref().map_or_else(
+            || origin::start_of(&self.part, self.mesh.points()),
+            |estimate| estimate.pose,
+        );
+        let look = assessment::assess(&self.mesh, &self.part, &pose, &plane, &mut self.remembered);
+        self.looks += 1;
+        self.maps = self.running.grid().and_then(|grid| {
+            let lfs_mm = self.remembered.lfs_mm(&pose);
+            let raster = maps::Raster { grid: &grid, version: self.looks };
+            maps::maps(&self.mesh, &look, &self.part, &pose, raster, lfs_mm).ok().map(Arc::new)
+        });
+        self.current.begin(&self.mesh, &self.part, &pose, &look.sampling, &self.remembered);
+        let noise_nm = look.sampling.noise_sigma_nm;
+        self.errors.look(&self.part, self.mesh.points(), &plane, noise_nm);
+        let expected = self.expected().unwrap_or(0);
+        let nearly_all = counts.vertices >= expected - expected / LAST_SHARE;
+        let foresees = may_tell_more || nearly_all || counts.vertices >= self.next_foresight;
+        if let Some(estimate) = estimate.as_ref().filter(|_| foresees) {
+            // Of many points to come a few more tell little.
+            self.next_foresight = counts.vertices + expected / FORESIGHT_SHARE;
+            let arrived = counts.pushed - counts.pending;
+            self.prospects.see(&prospects::Evidence {
+                part: &self.part,
+                points: self.mesh.points(),
+                estimate,
+                sampling: &look.sampling,
+                zones: &look.zones,
+                errors: &self.errors,
+                to_come: self.expected().map(|expected| expected.saturating_sub(arrived)),
+            });
+        }
+        (self.sampling, self.seen, self.next) = (look.sampling, look.mesh, look.next);
+        self.folded = look.folded;
+    }
+
     /// The figures now of points that are meshed in space: as of the last number of points at which these are looked at.
     fn figures_in_space(&mut self) -> RunningFigures {
         let expected = self.expected();
-        let points = self.points();
+        let mut points = self.points();
         let part = &self.part;
         let folded = self.folded.as_deref();
         let found = self.space.as_mut().map(|space| space.running(part, expected, folded));
-        let space::RunningInSpace { mesh, sampling, form, convergence, used, duplicates, pending } =
-            found.unwrap_or_default();
+        let found = found.unwrap_or_default();
+        for of_plane in space::OF_PLANE {
+            points.flagged.remove(of_plane);
+        }
+        let space::RunningInSpace { mesh, sampling, form, map, convergence, .. } = found;
+        let (used, duplicates, pending) = (found.used, found.duplicates, found.pending);
         RunningFigures {
             points: Points { used, duplicates, ..points },
             mesh,
             sampling,
             form,
-            map: None,
+            map,
             cells: None,
             maps: None,
             convergence,

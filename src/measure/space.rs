@@ -4,6 +4,7 @@
 //! is of, so running figures depend on how many points there were, and on nothing else. [`measure`] makes the final figures of all
 //! of them.
 
+mod chart;
 mod feature_size;
 mod fit;
 mod form;
@@ -23,7 +24,7 @@ use std::sync::Arc;
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{
-    Convergence, FeatureFigures, FormFigures, MeshFigures, Points, REPORT_FORMAT, Report,
+    Convergence, FeatureFigures, FormFigures, Map, MeshFigures, Points, REPORT_FORMAT, Report,
     SamplingFigures, Timing, Verdict,
 };
 use asphera_surface::Plane;
@@ -63,6 +64,7 @@ pub(super) struct RunningInSpace {
     pub(super) mesh: MeshFigures,
     pub(super) sampling: SamplingFigures,
     pub(super) form: Option<FormFigures>,
+    pub(super) map: Option<Map>,
     pub(super) convergence: Convergence,
     pub(super) used: u64,
     pub(super) duplicates: u64,
@@ -117,13 +119,10 @@ impl Gathered {
                 let why = other.and_then(|other| other.as_ref().err());
                 let unknown = why.into_iter().cloned().collect();
                 return RunningInSpace {
-                    mesh: MeshFigures::default(),
                     sampling: SamplingFigures { unknown, ..SamplingFigures::default() },
-                    form: None,
                     convergence: self.convergence.clone(),
-                    used: 0,
-                    duplicates: 0,
                     pending: count as u64,
+                    ..RunningInSpace::default()
                 };
             }
         };
@@ -131,6 +130,7 @@ impl Gathered {
         RunningInSpace {
             mesh: found.mesh.clone(),
             sampling: found.sampling.clone(),
+            map: form.and_then(|formed| formed.chart(&found.meshed)),
             form: form.map(|formed| formed.report(part, is_noise_measured(part), true)),
             convergence: self.convergence.clone(),
             used: found.meshed.points_mm.len() as u64,
@@ -197,6 +197,7 @@ pub(super) fn measure(
     if look.meshed.rejected > 0 {
         *points.flagged.entry("not_meshable".to_owned()).or_default() += look.meshed.rejected;
     }
+    let cells = form.and_then(|formed| formed.chart(&look.meshed));
     let deviations_nm = match form {
         Some(formed) => formed.deviations_mm.iter().map(|mm| 1e6 * mm).collect(),
         None => vec![f64::NAN; look.meshed.points_mm.len()],
@@ -213,9 +214,23 @@ pub(super) fn measure(
         triangles: meshed.facets,
         deviations_nm,
         map: None,
-        cells: None,
+        cells,
         next: None,
     }
+}
+
+/// As [`measure`], of points that were meshed in the plane first and fold there.
+pub(super) fn measure_folded(
+    gathered: Gathered,
+    mut points: Points,
+    part: Part,
+    why: &str,
+    begin: &mut dyn FnMut(Step),
+) -> Measurement {
+    for of_plane in OF_PLANE {
+        points.flagged.remove(of_plane);
+    }
+    measure(gathered, points, part, Some(why), begin)
 }
 
 /// The sampling of points of which nothing is known, meshed in space.
@@ -306,6 +321,8 @@ fn report(
     }
 }
 
+/// Flags of points that a mesh in the plane cannot take.
+pub(super) const OF_PLANE: [&str; 2] = ["conflict", "not_meshable"];
 /// What was chosen for points that do not fold.
 pub(super) const PROJECTS: &str = "in the plane, for the points project along z";
 /// Below this many points a mesh in space says little.

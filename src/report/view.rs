@@ -13,6 +13,7 @@ mod links;
 mod parts;
 mod points;
 mod profile;
+mod reconstruction;
 mod reliability;
 mod sampling;
 mod spectra;

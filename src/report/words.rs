@@ -81,6 +81,12 @@ pub fn unit(unit: &str) -> String {
     if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") }
 }
 
+/// A direction, as a unit vector.
+pub fn direction([x, y, z]: &[f64; 3]) -> String {
+    let [x, y, z] = [x, y, z].map(|side| (1e3 * side).round() / 1e3 + 0.0);
+    minus(format!("({x:.3}, {y:.3}, {z:.3})"))
+}
+
 /// A place of the measured frame, in mm.
 pub fn place([x, y, z]: &[f64; 3]) -> String {
     // Adding zero makes negative zero positive.

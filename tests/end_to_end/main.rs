@@ -36,6 +36,7 @@ mod service;
 mod sessions;
 mod shapes;
 mod soak;
+mod space;
 mod stopping;
 mod terminal;
 mod tray;

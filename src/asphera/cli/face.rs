@@ -123,7 +123,7 @@ pub(super) fn measured(
         Some(Ok(direction)) => Some(direction),
         Some(Err(())) => {
             return Err(format!(
-                "{name}: expected --along z or nx,ny,nz, the side a face of a volume is seen from; found fitted, which needs points"
+                "{name}: expected --along z or nx,ny,nz, the side a face of a volume is seen from; found fitted, none or auto, which are of points"
             )
             .into());
         }

@@ -25,7 +25,8 @@ pub(super) struct MeasureArgs {
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first
-    /// 1000 of them. The nominal's axis is taken to point there. Without it that of the session, or z.
+    /// 1000 of them. The nominal's axis is taken to point there. none: they are meshed in space. auto: along z, and in space where they fold.
+    /// Without it that of the session, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
     #[command(flatten)]

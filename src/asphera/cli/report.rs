@@ -35,7 +35,7 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     nominal: Option<PathBuf>,
     /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first 1000 of
-    /// them. Without it that of the recording, or z.
+    /// them. none: they are meshed in space. auto: along z, and in space where they fold. Without it that of the recording, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
     #[command(flatten)]

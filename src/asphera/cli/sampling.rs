@@ -47,7 +47,8 @@ pub(super) struct SamplingArgs {
     #[arg(long)]
     force: bool,
     /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first
-    /// 1000 of them. Without it that of the session, or z.
+    /// 1000 of them. none: they are meshed in space. auto: along z, and in space where they fold.
+    /// Without it that of the session, or z.
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     along: Option<Along>,
     /// Threads to use; results do not depend on it.

@@ -17,8 +17,8 @@ use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use asphera_measure::no_area;
 use asphera_measure::section::{Deviations, report, report_of_plane};
+use asphera_measure::{NOT_IN_SPACE, no_area};
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
@@ -129,6 +129,9 @@ fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure
             &unmeasured
         }
     };
+    if found.as_ref().is_some_and(|found| found.report.mesh.reconstruction.is_some()) {
+        return Err(format!("{}: {NOT_IN_SPACE}", args.source.display()).into());
+    }
     if mesh.counts().triangles == 0 {
         return Err(format!("{}: {}", args.source.display(), no_area(mesh)).into());
     }

@@ -1,4 +1,4 @@
-//! The table `projection`: along which direction the points are projected for their mesh.
+//! The table `projection`: along which direction the points are projected for their mesh, or that they are meshed in space.
 
 use asphera_settings::{FromItem, Section};
 use toml_edit::Item;
@@ -11,6 +11,8 @@ pub(super) fn read(table: &Section<'_>) -> Option<Along> {
     let given = table.or("along", Direction::Word("z".to_owned()));
     let along = match &given {
         Direction::Word(word) if word == "z" => Some(Along::Z),
+        Direction::Word(word) if word == "none" => Some(Along::NONE),
+        Direction::Word(word) if word == "auto" => Some(Along::AUTO),
         _ if given == fitted => {
             let points = table.within("points", DEFAULT_POINTS, MIN_POINTS..=MAX_POINTS);
             Along::fitted(points).ok()
@@ -50,7 +52,8 @@ enum Direction {
 }
 
 impl FromItem for Direction {
-    const EXPECTED: &'static str = "\"z\", \"fitted\" or a direction [nx, ny, nz]";
+    const EXPECTED: &'static str =
+        "\"z\", \"fitted\", \"none\", \"auto\" or a direction [nx, ny, nz]";
 
     fn from_item(item: &Item) -> Option<Direction> {
         if let Some(word) = item.as_str() {

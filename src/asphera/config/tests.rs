@@ -341,6 +341,8 @@ fn the_direction_of_projection_is_a_word_or_a_vector() {
     };
     assert_eq!(along(""), Ok(Along::Z));
     assert_eq!(along("along = \"z\""), Ok(Along::Z));
+    assert_eq!(along("along = \"none\""), Ok(Along::NONE));
+    assert_eq!(along("along = \"auto\""), Ok(Along::AUTO));
     assert_eq!(along("along = [0, 0, 2.5]"), Ok(Along::Z));
     assert_eq!(along("along = [0, 1, -1.5]"), Ok(Along::direction([0.0, 1.0, -1.5]).unwrap()));
     assert_eq!(along("along = \"fitted\""), Ok(Along::fitted(1000).unwrap()));
@@ -349,11 +351,11 @@ fn the_direction_of_projection_is_a_word_or_a_vector() {
     for (table, problem) in [
         (
             "along = \"x\"",
-            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found \"x\"",
+            "projection.along: expected \"z\", \"fitted\", \"none\", \"auto\" or a direction [nx, ny, nz], found \"x\"",
         ),
         (
             "along = 1",
-            "projection.along: expected \"z\", \"fitted\" or a direction [nx, ny, nz], found 1",
+            "projection.along: expected \"z\", \"fitted\", \"none\", \"auto\" or a direction [nx, ny, nz], found 1",
         ),
         (
             "along = [0, 1]",

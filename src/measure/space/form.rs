@@ -6,10 +6,11 @@ use asphera_figures::{Definition, Figure};
 use asphera_form::{Figures, METHOD};
 use asphera_geometry::PointMm;
 use asphera_report::{
-    CautionFigures, DeviationFigures, FitDetails, FitFigures, FormFigures, OriginFigures,
+    CautionFigures, DeviationFigures, FitDetails, FitFigures, FormFigures, Map, OriginFigures,
     ParameterFigures, PoseFigures, Source, StandardFigures,
 };
 
+use super::chart::chart;
 use super::fit::ShapeFit;
 use super::meshed::Meshed;
 use super::shape::Shape;
@@ -68,6 +69,11 @@ impl Formed {
             Definition::RmsOverPoints => Some(errors.u_rms_nm),
             _ => None,
         }
+    }
+
+    /// Deviations on a flat chart; `None` without extent.
+    pub(super) fn chart(&self, meshed: &Meshed) -> Option<Map> {
+        chart(&self.fit.laid, &meshed.points_mm, &self.deviations_mm)
     }
 
     /// As reports write it.

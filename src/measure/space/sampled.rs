@@ -61,11 +61,7 @@ impl Look<'_> {
         let vertices = self.meshed.used().iter().filter(|used| **used).count();
         let distance_mm = (area_mm2 / vertices as f64).sqrt();
         let gap_limit_mm = self.wanted.gap_mm.unwrap_or(GAP * distance_mm);
-        let least = |found: Option<f64>, next: Option<f64>| match (found, next) {
-            (Some(found), Some(next)) => Some(f64::min(found, next)),
-            (found, next) => found.or(next),
-        };
-        let reach_mm = facets.iter().fold(None, |found, facet| least(found, facet.lfs_mm));
+        let reach_mm = facets.iter().filter_map(|facet| facet.lfs_mm).reduce(f64::min);
         let covered: Vec<bool> =
             facets.iter().map(|facet| self.is_dense(facet, gap_limit_mm, reach_mm)).collect();
         let dense_mm2: f64 = facets
@@ -88,16 +84,6 @@ impl Look<'_> {
         next.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2));
         let more = next.split_off(next.len().min(MOST_REGIONS));
         let finite = |value: &f64| value.is_finite();
-        let largest = |of: &dyn Fn(&Facet) -> Option<f64>| {
-            facets.iter().filter_map(of).fold(None, |most: Option<f64>, value| {
-                Some(most.map_or(value, |most| most.max(value)))
-            })
-        };
-        let share = |of: &dyn Fn(&Facet) -> Option<f64>| {
-            let mut entries: Vec<(f64, f64)> =
-                facets.iter().filter_map(|facet| Some((of(facet)?, facet.area_mm2))).collect();
-            weighted_quantile(&mut entries, 0.99)
-        };
         let gap = |facet: &Facet| Some(facet.gap_mm);
         let at_max = facets.iter().max_by(|a, b| {
             let of = |facet: &Facet| facet.epsilon().filter(|epsilon| *epsilon > 0.0);
@@ -111,14 +97,14 @@ impl Look<'_> {
         let figures = SamplingFigures {
             lfs_min_mm: reach_mm.filter(finite),
             lfs_source: size.map(|size| size.source().to_owned()),
-            gap_max_mm: largest(&gap),
-            gap_p99_mm: share(&gap),
+            gap_max_mm: largest(&facets, gap),
+            gap_p99_mm: ninety_nine(&facets, gap),
             gap_limit_mm: Some(gap_limit_mm).filter(finite),
             epsilon_target: self.wanted.epsilon,
-            epsilon_max: largest(&Facet::epsilon),
-            epsilon_p99: share(&Facet::epsilon),
+            epsilon_max: largest(&facets, Facet::epsilon),
+            epsilon_p99: ninety_nine(&facets, Facet::epsilon),
             rho_target: self.wanted.rho,
-            rho_max: reach_mm.and_then(|reach_mm| Some(largest(&gap)? / reach_mm)),
+            rho_max: reach_mm.and_then(|reach_mm| Some(largest(&facets, gap)? / reach_mm)),
             reach_mm: reach_mm.filter(finite),
             at_max_mm: at_max.map(|facet| facet.at_mm),
             coverage,
@@ -274,6 +260,17 @@ impl Allowed {
 
 fn needed(area_mm2: f64, pitch_mm: f64) -> u64 {
     (area_mm2 / (pitch_mm * pitch_mm)).ceil().max(1.0) as u64
+}
+
+/// The largest of a value of facets.
+fn largest(facets: &[Facet], of: impl Fn(&Facet) -> Option<f64>) -> Option<f64> {
+    facets.iter().filter_map(of).reduce(f64::max)
+}
+
+/// The value that 99 % of the area have at most.
+fn ninety_nine(facets: &[Facet], of: impl Fn(&Facet) -> Option<f64>) -> Option<f64> {
+    let entries = facets.iter().filter_map(|facet| Some((of(facet)?, facet.area_mm2)));
+    weighted_quantile(&mut entries.collect::<Vec<_>>(), 0.99)
 }
 
 /// The solid angle of a triangle as seen from the origin, positive where its corners turn counter-clockwise seen from outside

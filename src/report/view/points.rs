@@ -1,5 +1,6 @@
 //! Points and mesh in words.
 
+use super::reconstruction;
 use super::{Block, Chapter, ChapterId, Fact};
 use crate::words::{count, counted, quantity, short};
 use crate::{MeshFigures, Points, ProjectionFigures, ReadingFigures, RepeatFigures};
@@ -64,6 +65,10 @@ pub fn columns(reading: &ReadingFigures) -> String {
 /// The mesh, its plane, and where the surface is too steep for it.
 pub(super) fn mesh(mesh: &MeshFigures) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Mesh, "Mesh");
+    if let Some(found) = &mesh.reconstruction {
+        reconstruction::add(&mut chapter, mesh, found);
+        return chapter;
+    }
     let relief = &mesh.relief;
     let steep =
         [(relief.folds.len() as u64, "fold"), (relief.walls, "wall"), (relief.spikes, "spike")];
@@ -84,6 +89,7 @@ pub(super) fn mesh(mesh: &MeshFigures) -> Chapter {
         Fact::new("Area", quantity(mesh.area_mm2.filter(|_| !is_empty), "mm²")),
     ];
     facts.extend(mesh.projection.as_ref().map(plane));
+    facts.extend(mesh.decision.as_ref().map(|chosen| Fact::new("Chosen", chosen.clone())));
     if !is_empty {
         let projectable = if mesh.projectable { "yes" } else { "no" };
         facts.push(Fact::new("Projectable", projectable).bad_if(!mesh.projectable));

@@ -2,7 +2,7 @@
 
 use super::{Chapter, ChapterId, Fact, Layout, Table};
 use crate::SamplingFigures;
-use crate::words::{DASH, count, percent, place, quantity, short};
+use crate::words::{DASH, count, direction, percent, place, quantity, short};
 
 pub(super) fn chapter(sampling: &SamplingFigures) -> Chapter {
     let mut chapter = Chapter::new(ChapterId::Sampling, "Sampling");
@@ -68,8 +68,12 @@ fn brief(lines: &mut Vec<String>, sampling: &SamplingFigures) {
             } else {
                 String::new()
             };
+            let from = first
+                .approach
+                .as_ref()
+                .map_or(String::new(), |from| format!(" from {}", direction(from)));
             format!(
-                "measure next {} mm² about {}{adds}{others}",
+                "measure next {} mm² about {}{from}{adds}{others}",
                 short(first.area_mm2),
                 place(&first.at_mm)
             )
@@ -167,7 +171,8 @@ fn facts(sampling: &SamplingFigures) -> Vec<Fact> {
 }
 
 fn next(chapter: &mut Chapter, sampling: &SamplingFigures) {
-    let mut table = Table::new(&[
+    let in_space = sampling.next.iter().any(|next| next.approach.is_some());
+    let mut columns = vec![
         ("", Layout::Head),
         ("area", Layout::Number),
         ("about", Layout::Number),
@@ -175,11 +180,13 @@ fn next(chapter: &mut Chapter, sampling: &SamplingFigures) {
         ("largest ε", Layout::Number),
         ("spacing needed", Layout::Number),
         ("points", Layout::Number),
-    ])
-    .titled("To measure next");
+    ];
+    columns.extend(in_space.then_some(("from", Layout::Number)));
+    let mut table = Table::new(&columns).titled("To measure next");
     table.rows.extend((1..).zip(&sampling.next).take(NEXT_SHOWN).map(
         |(number, next): (u32, _)| {
-            vec![
+            let from = next.approach.as_ref().map_or_else(|| DASH.to_owned(), direction);
+            let mut row = vec![
                 number.to_string(),
                 quantity(Some(next.area_mm2), "mm²"),
                 place(&next.at_mm),
@@ -187,7 +194,9 @@ fn next(chapter: &mut Chapter, sampling: &SamplingFigures) {
                 quantity(next.epsilon_max, ""),
                 quantity(next.spacing_needed_mm, "mm"),
                 next.points_needed.map_or_else(|| DASH.to_owned(), count),
-            ]
+            ];
+            row.extend(in_space.then_some(from));
+            row
         },
     ));
     chapter.table(table);

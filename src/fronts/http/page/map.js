@@ -151,6 +151,11 @@ export class PartMap {
     return this.#chart.nx * this.#chart.dx_mm;
   }
 
+  /** Whether the cells are those of a chart of a part as a whole: places of the part are none of it. */
+  get #isInSpace() {
+    return Boolean(this.#snapshot?.mesh?.reconstruction);
+  }
+
   get #deviation() {
     return this.#view?.map ?? this.#snapshot?.map;
   }
@@ -180,7 +185,8 @@ export class PartMap {
   #sayTitle() {
     const layer = LAYERS[this.#layer];
     const removed = layer.signed ? this.#view?.removed ?? [] : [];
-    const title = removed.length ? `${layer.title} less ${listed(removed)}` : layer.title;
+    const flat = layer.signed && this.#isInSpace ? ", laid flat" : "";
+    const title = removed.length ? `${layer.title} less ${listed(removed)}` : `${layer.title}${flat}`;
     const heading = byId("map-title");
     if (heading.dataset.title !== title) heading.replaceChildren(`${title} `, small(layer.small));
     heading.dataset.title = title;
@@ -252,7 +258,7 @@ export class PartMap {
   #drawMarks(pen) {
     const deviation = this.#snapshot?.form?.deviation;
     // They are those of the deviation as fitted.
-    if (!deviation || this.#layer !== "deviation" || this.#view) return;
+    if (!deviation || this.#layer !== "deviation" || this.#view || this.#isInSpace) return;
     drawMark(pen, this.#frame, deviation.at_max_mm, -1);
     drawMark(pen, this.#frame, deviation.at_min_mm, 1);
   }
