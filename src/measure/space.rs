@@ -283,7 +283,7 @@ fn no_plane(part: Part, gap_limit_mm: Option<f64>) -> FinishedMesh {
 }
 
 fn features() -> FeatureFigures {
-    let why = "not looked for on a mesh in space".to_owned();
+    let why = "the mesh is in space".to_owned();
     FeatureFigures {
         defects_unknown: Some(why.clone()),
         partition_unknown: Some(why),

@@ -6,8 +6,8 @@ use asphera_figures::{Definition, Figure};
 use asphera_form::{Figures, METHOD};
 use asphera_geometry::PointMm;
 use asphera_report::{
-    CautionFigures, DeviationFigures, FitDetails, FitFigures, FormFigures, Map, OriginFigures,
-    ParameterFigures, PoseFigures, Source, StandardFigures,
+    DeviationFigures, FitDetails, FitFigures, FormFigures, Map, OriginFigures, ParameterFigures,
+    PoseFigures, Source, StandardFigures,
 };
 
 use super::chart::chart;
@@ -171,7 +171,7 @@ impl Formed {
         free.extend((fit.unknowns > of_place).then(|| "radius".to_owned()));
         let termination = if fit.converged { "converged" } else { "stopped before it converged" };
         FitFigures {
-            method: format!("{METHOD}, in space"),
+            method: method(fit.laid.shape),
             termination: if provisional { "running".to_owned() } else { termination.to_owned() },
             iterations: fit.iterations,
             free,
@@ -193,11 +193,6 @@ impl Formed {
                 dof: Some(dof as u64),
                 sigma_nm: sigma_mm.map(|mm| 1e6 * mm),
                 u_model: Some(FitDetails::BY_RESIDUALS.to_owned()),
-                cautions: vec![CautionFigures {
-                    kind: "in_space".to_owned(),
-                    text: sign_of(fit.laid.shape).to_owned(),
-                    forbids_verdict: false,
-                }],
                 ..FitDetails::default()
             },
         }
@@ -221,18 +216,13 @@ fn place_of(shape: Shape) -> &'static str {
     }
 }
 
-fn sign_of(shape: Shape) -> &'static str {
-    match shape {
-        Shape::Plane => {
-            "a deviation is positive on the side that the normal of the plane points to"
-        }
-        Shape::Sphere { .. } => {
-            "a deviation is positive outside of the sphere, as material that is too much of a ball"
-        }
-        Shape::Cylinder { .. } => {
-            "a deviation is positive outside of the cylinder, as material that is too much of a shaft"
-        }
-    }
+/// The criterion, and on which side a deviation is positive.
+fn method(shape: Shape) -> String {
+    let side = match shape {
+        Shape::Plane => "on the side that the normal points to",
+        Shape::Sphere { .. } | Shape::Cylinder { .. } => "outside",
+    };
+    format!("{METHOD} in space, positive {side}")
 }
 
 /// PV and RMS over the points; `None` without a point.

@@ -57,19 +57,19 @@ impl Look<'_> {
         let mut unknown = Vec::new();
         unknown.extend(self.size.as_ref().err().cloned());
         unknown.extend(self.noise.as_ref().err().map(|why| format!("noise: {why}")));
-        let area_mm2: f64 = facets.iter().map(|facet| facet.area_mm2).sum();
+        let area_mm2 = facets.iter().fold(0.0, |sum, facet| sum + facet.area_mm2);
         let vertices = self.meshed.used().iter().filter(|used| **used).count();
         let distance_mm = (area_mm2 / vertices as f64).sqrt();
         let gap_limit_mm = self.wanted.gap_mm.unwrap_or(GAP * distance_mm);
         let reach_mm = facets.iter().filter_map(|facet| facet.lfs_mm).reduce(f64::min);
         let covered: Vec<bool> =
             facets.iter().map(|facet| self.is_dense(facet, gap_limit_mm, reach_mm)).collect();
-        let dense_mm2: f64 = facets
+        let dense_mm2 = facets
             .iter()
             .zip(&covered)
             .filter(|(_, covered)| **covered)
             .map(|(facet, _)| facet.area_mm2)
-            .sum();
+            .fold(0.0, |sum, mm2| sum + mm2);
         let gaps: Vec<&Opening> = self.openings.iter().filter(|opening| opening.is_gap).collect();
         let open_mm2 = self.open_mm2(area_mm2, &gaps);
         let whole_mm2 = area_mm2 + open_mm2;
@@ -158,7 +158,7 @@ impl Look<'_> {
             // A closed mesh takes all of it but for rounding.
             return if open_mm2 > 1e-9 * whole_mm2 { open_mm2 } else { 0.0 };
         }
-        gaps.iter().filter_map(|gap| gap.area_mm2).sum()
+        gaps.iter().filter_map(|gap| gap.area_mm2).fold(0.0, |sum, mm2| sum + mm2)
     }
 
     /// The openings that are gaps, and pieces that are sampled too coarsely.

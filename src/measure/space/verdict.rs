@@ -87,11 +87,11 @@ impl Evidence<'_> {
             );
         }
         if !part.criterion.is_plain() {
-            let why = "in space the fit is by least squares of points that count alike, and the nominal asks for another loss or weights";
+            let why = "in space the fit is by least squares of points that count alike, and the nominal asks for another loss or weights; leave those out";
             doubt(verdict, why.to_owned());
         }
         if part.aperture != asphera_form::Aperture::None {
-            let why = "the aperture of the nominal is a region of a plane: in space every point was taken";
+            let why = "the aperture of the nominal is a region of a plane: in space every point was taken; leave [aperture] out";
             undecide(verdict, why.to_owned());
         }
         let radius_nm = 1e6 * formed.fit.laid.shape.radius_mm();

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
 
 mod bodies;
+mod independent;
 
 use asphera_geometry::PointMm;
 use asphera_measure::{Along, Measurement, Part, Pipeline, Wanted, sampling_of_points};
