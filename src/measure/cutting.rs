@@ -69,6 +69,8 @@ pub(super) struct Setting {
     pub(super) maps_version: u64,
     /// The local feature size of the last look.
     pub(super) remembered: Remembered,
+    /// Whether the points were meshed in space, and so there is nothing to cut here.
+    pub(super) in_space: bool,
 }
 
 impl FinishedMesh {
@@ -171,7 +173,10 @@ impl FinishedMesh {
     ///
     /// When the path makes no sense.
     pub fn section(&self, request: &SectionRequest) -> Cut {
-        let Setting { part, lies, gap_limit_mm, .. } = &self.setting;
+        let Setting { part, lies, gap_limit_mm, in_space, .. } = &self.setting;
+        if *in_space {
+            return Some(Err(Refusal(NOT_IN_SPACE.to_owned())));
+        }
         let lies = lies.as_ref().map(|(nominal, pose)| (nominal, pose));
         (!self.mesh.points().is_empty())
             .then(|| cut(&self.mesh, part, lies, *gap_limit_mm, request))

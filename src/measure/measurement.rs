@@ -144,6 +144,7 @@ pub(super) fn measure(
         grid: inspected.grid,
         maps_version,
         remembered,
+        in_space: false,
     };
     let Assessment { triangles, mesh: seen, sampling, next, .. } = look;
     let Inspected { form, features, verdict, deviations_nm, map, cells, .. } = inspected;

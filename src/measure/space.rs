@@ -4,11 +4,12 @@
 //! is of, so running figures depend on how many points there were, and on nothing else. [`measure`] makes the final figures of all
 //! of them.
 
+mod assessment;
 mod chart;
 mod feature_size;
 mod fit;
 mod form;
-mod look;
+
 mod matrix;
 mod meshed;
 mod noise;
@@ -29,8 +30,8 @@ use asphera_report::{
 };
 use asphera_surface::Plane;
 
+use self::assessment::SpaceAssessment;
 use self::form::Formed;
-use self::look::SpaceLook;
 use self::verdict::Evidence;
 use super::cutting::{FinishedMesh, Setting};
 use super::measurement::Measurement;
@@ -54,7 +55,7 @@ pub(super) struct Gathered {
     when: When,
     points_mm: Vec<PointMm>,
     /// Up to how many points were looked at, and what that told.
-    newest: Option<(usize, Arc<Result<SpaceLook, String>>)>,
+    newest: Option<(usize, Arc<Result<SpaceAssessment, String>>)>,
     convergence: Convergence,
 }
 
@@ -102,9 +103,13 @@ impl Gathered {
         let count = self.points_mm.len();
         let at = last_look(count as u64, expected) as usize;
         if at > 0 && self.newest.as_ref().is_none_or(|(newest, _)| *newest != at) {
-            let found =
-                SpaceLook::at(&self.points_mm[..at], Some(part), Wanted::of(part), reason(folded));
-            if let Ok(SpaceLook { formed: Ok(formed), .. }) = &found {
+            let found = SpaceAssessment::at(
+                &self.points_mm[..at],
+                Some(part),
+                Wanted::of(part),
+                reason(folded),
+            );
+            if let Ok(SpaceAssessment { formed: Ok(formed), .. }) = &found {
                 self.note(at as u64, formed);
             }
             self.newest = Some((at, Arc::new(found)));
@@ -177,7 +182,8 @@ pub(super) fn measure(
     begin: &mut dyn FnMut(Step),
 ) -> Measurement {
     begin(Step::Sampling);
-    let look = SpaceLook::at(&gathered.points_mm, Some(&part), Wanted::of(&part), reason(folded));
+    let look =
+        SpaceAssessment::at(&gathered.points_mm, Some(&part), Wanted::of(&part), reason(folded));
     begin(Step::Verdict);
     let look = match look {
         Ok(look) => look,
@@ -203,7 +209,7 @@ pub(super) fn measure(
         None => vec![f64::NAN; look.meshed.points_mm.len()],
     };
     let form = form.map(|formed| formed.report(&part, is_noise_measured(&part), false));
-    let SpaceLook { meshed, sampling, mut mesh, .. } = look;
+    let SpaceAssessment { meshed, sampling, mut mesh, .. } = look;
     mesh.decision = folded.map(|why| format!("in space, for {why}"));
     let report = report(points, mesh, sampling, form, verdict);
     let surface = no_plane(part, report.sampling.gap_limit_mm);
@@ -239,7 +245,7 @@ pub(super) fn sampling(
     wanted: Wanted,
     folded: Option<&str>,
 ) -> PointsSampling {
-    let figures = match SpaceLook::at(points_mm, None, wanted, reason(folded)) {
+    let figures = match SpaceAssessment::at(points_mm, None, wanted, reason(folded)) {
         Ok(look) => look.sampling,
         Err(why) => SamplingFigures { unknown: vec![why], ..SamplingFigures::default() },
     };
@@ -278,6 +284,7 @@ fn no_plane(part: Part, gap_limit_mm: Option<f64>) -> FinishedMesh {
         grid: None,
         maps_version: 0,
         remembered: Remembered::default(),
+        in_space: true,
     };
     FinishedMesh::new(Mesh::new(), setting)
 }

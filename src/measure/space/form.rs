@@ -124,7 +124,7 @@ impl Formed {
             provisional,
             figures: if provisional { Vec::new() } else { figures },
             zernike: None,
-            zernike_unknown: None,
+            zernike_unknown: Some("the part is meshed in space".to_owned()),
             histogram: histogram_of(&values_nm, values_nm.iter().map(|_| 1), Source::Points),
             rings: Vec::new(),
             standards: StandardFigures::default(),

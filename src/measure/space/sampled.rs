@@ -17,7 +17,7 @@ use super::shape::{Laid, Shape};
 use crate::sampling::Wanted;
 
 /// One look at a mesh.
-pub(super) struct Look<'a> {
+pub(super) struct Sampling<'a> {
     pub(super) meshed: &'a Meshed,
     pub(super) wanted: Wanted,
     pub(super) laid: Option<&'a Laid>,
@@ -49,7 +49,7 @@ impl Facet {
     }
 }
 
-impl Look<'_> {
+impl Sampling<'_> {
     pub(super) fn sampled(&self) -> Sampled {
         let size = self.size.as_ref().ok();
         let facets: Vec<Facet> =

@@ -33,7 +33,8 @@ export const toPixels = ({ left, top, high, perMm, x0, y0 }, [x, y]) =>
 export const toMm = ({ left, top, high, perMm, x0, y0 }, [px, py]) =>
   [x0 + (px - left) / perMm, y0 + (top + high - py) / perMm];
 
-export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }) {
+/** Axes of a map; `where` is the frame that its x and y are of. */
+export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }, where = "part frame") {
   pen.strokeStyle = colour("edge");
   pen.fillStyle = colour("quiet");
   pen.lineWidth = 1;
@@ -47,7 +48,7 @@ export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }) {
     line(pen, at, top + high, at, top + high + 5);
     pen.fillText(x.text, at, top + high + 8);
   }
-  pen.fillText("x in mm, part frame", left + wide / 2, top + high + 26);
+  pen.fillText(`x in mm, ${where}`, left + wide / 2, top + high + 26);
   pen.textAlign = "right";
   pen.textBaseline = "middle";
   for (const y of ticks(y0, y0 + spanY, Math.max(high / 50, 1))) {
@@ -59,7 +60,7 @@ export function drawAxes(pen, { left, top, wide, high, perMm, x0, y0 }) {
   pen.translate(left - 56, top + high / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
-  pen.fillText("y in mm, part frame", 0, 0);
+  pen.fillText(`y in mm, ${where}`, 0, 0);
   pen.restore();
 }
 

@@ -113,7 +113,8 @@ export class PartMap {
     const scale = layer.scale(chart.values, chart.limit);
     this.#drawCells(pen, scale);
     canvas.dataset.beyond = drawBeyond(pen, frame, chart);
-    drawAxes(pen, frame);
+    const isFlat = layer.signed && this.#isInSpace;
+    drawAxes(pen, frame, isFlat ? "laid flat" : undefined);
     const cut = chart.values.some((value) => known(value) && Math.abs(value) > scale);
     const { limit } = chart;
     drawBar(pen, frame, { table: this.#table, low: layer.signed ? -scale : 0, high: scale, unit: layer.unit, limit, cut });
@@ -121,7 +122,7 @@ export class PartMap {
     this.#clipped(pen, () => {
       if (contour) drawContour(pen, frame, contour);
       drawParts(pen, frame, this.#parts.shown);
-      if (this.#section) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
+      if (this.#section && !isFlat) drawSection(pen, frame, this.#section.lines, this.#section.cursor);
       drawRegions(pen, frame, this.#regions.shown, this.#regions.chosen);
       drawDefects(pen, frame, this.#defects.shown, this.#defects.chosen);
     });

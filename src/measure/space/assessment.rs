@@ -18,7 +18,7 @@ use crate::sampling::Wanted;
 
 /// All that one look tells.
 #[derive(Clone, Debug)]
-pub(super) struct SpaceLook {
+pub(super) struct SpaceAssessment {
     pub(super) meshed: Meshed,
     pub(super) openings: Vec<Opening>,
     pub(super) sampling: SamplingFigures,
@@ -27,7 +27,7 @@ pub(super) struct SpaceLook {
     pub(super) mesh: MeshFigures,
 }
 
-impl SpaceLook {
+impl SpaceAssessment {
     /// Looks at points. Without a part nothing is fitted. `reason` says why they are meshed in space.
     ///
     /// # Errors
@@ -38,7 +38,7 @@ impl SpaceLook {
         part: Option<&Part>,
         wanted: Wanted,
         reason: &str,
-    ) -> Result<SpaceLook, String> {
+    ) -> Result<SpaceAssessment, String> {
         let mut meshed = Meshed::of(points_mm)?;
         let fit = part.ok_or_else(|| "there is no nominal".to_owned()).and_then(|part| {
             let (shape, free_radius) = Shape::of(part)?;
@@ -56,7 +56,7 @@ impl SpaceLook {
         let vertices = meshed.used().iter().filter(|used| **used).count();
         let spacing_mm = (meshed.proof.area_mm2 / vertices.max(1) as f64).sqrt();
         let size = FeatureSize::of(&meshed, &normals, laid.as_ref(), sigma_mm, spacing_mm);
-        let look = sampled::Look {
+        let look = sampled::Sampling {
             meshed: &meshed,
             wanted,
             laid: laid.as_ref(),
@@ -84,7 +84,7 @@ impl SpaceLook {
             reconstruction: Some(reconstruction(&meshed, &openings, &sampling, reason)),
             ..MeshFigures::default()
         };
-        Ok(SpaceLook { meshed, openings, sampling, formed, mesh })
+        Ok(SpaceAssessment { meshed, openings, sampling, formed, mesh })
     }
 }
 
