@@ -3,8 +3,11 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use asphera_tests::{count, json, json_file, number, run};
+use asphera_rig::{Plan, Scene};
+use asphera_tests::{Running, asphera, count, http, json, json_file, now, number, page, run};
 use serde_json::Value;
 
 use crate::demo::{replayed, timeless};
@@ -45,6 +48,62 @@ fn a_ball_on_the_bench_ends_with_its_truth_and_its_verdict_and_replays_alike() {
     assert_eq!(timeless(replayed(out.path())), timeless(report));
 }
 
+/// What a station says at some moment is what a file of as many points gives.
+#[test]
+fn a_snapshot_of_a_ball_is_the_measurement_of_the_points_so_far() {
+    let out = tempfile::tempdir().unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["demo", "--scene", "ball", "--points", "20000", "--speed", "2"])
+            .args(["--listen", "127.0.0.1:0", "--out"])
+            .arg(out.path())
+            .stdout(Stdio::null()),
+    );
+    let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
+    let by = now() + Duration::from_secs(60);
+    let mut moments: Vec<Value> = Vec::new();
+    while moments.len() < 3 {
+        assert!(now() < by, "{} moments were seen", moments.len());
+        let (_, body) = http(&address, "GET", "/api/v1/snapshot", &[]);
+        let snapshot: Value = serde_json::from_slice(&body).unwrap();
+        let as_of = |of: &Value| of["mesh"]["reconstruction"]["as_of_points"].as_u64();
+        let newest = moments.last().and_then(as_of).unwrap_or(1999);
+        if as_of(&snapshot).is_some_and(|points| points > newest) && snapshot["form"].is_object() {
+            moments.push(snapshot);
+        }
+        std::thread::park_timeout(Duration::from_millis(50));
+    }
+    let plan = Plan::new(&Scene::built_in("ball").unwrap().with_points(20_000)).unwrap();
+    let nominal = nominal(out.path(), "[fit]\nfree = [\"tx\", \"ty\", \"tz\", \"radius\"]\n");
+    for snapshot in moments {
+        let so_far =
+            usize::try_from(count(&snapshot, "/mesh/reconstruction/as_of_points")).unwrap();
+        let mut text = String::from("x[mm] y[mm] z[mm]\n");
+        for [x, y, z] in &plan.measured_mm()[..so_far] {
+            writeln!(text, "{x:?} {y:?} {z:?}").unwrap();
+        }
+        let file = out.path().join("so-far.xyz");
+        std::fs::write(&file, text).unwrap();
+        let arguments = ["measure", file.to_str().unwrap(), "--nominal", &nominal];
+        let output = run([&arguments[..], &["--along", "none", "--json"]].concat());
+        let report = json(&output);
+        for place in [
+            "/mesh/reconstruction/facets",
+            "/mesh/reconstruction/area_mm2",
+            "/mesh/reconstruction/border_loops/0/length_mm",
+            "/form/deviation/pv_nm",
+            "/form/deviation/rms_nm",
+            "/sampling/coverage",
+            "/sampling/next/0/approach/2",
+        ] {
+            let (live, later) = (number(&snapshot, place), number(&report, place));
+            assert!((live - later).abs() <= 1e-6 * live.abs().max(1.0), "{place}: {live} {later}");
+        }
+        assert_eq!(snapshot["mesh"]["reconstruction"]["closed"], so_far == 20_000);
+        assert_eq!(snapshot["form"]["provisional"], so_far < 20_000);
+    }
+}
+
 /// Points of a ball R 10 mm; without those whose z is above `top_mm`.
 fn ball(folder: &Path, top_mm: f64) -> String {
     let mut text = String::from("x[mm] y[mm] z[mm]\n");
@@ -61,10 +120,10 @@ fn ball(folder: &Path, top_mm: f64) -> String {
     file.to_str().unwrap().to_owned()
 }
 
-fn nominal(folder: &Path) -> String {
+fn nominal(folder: &Path, more: &str) -> String {
     let file = folder.join("sphere.toml");
     let text = "[surface]\nkind = \"sphere\"\nradius_mm = 10.0\n[tolerance]\npv_nm = 100.0\n";
-    std::fs::write(&file, text).unwrap();
+    std::fs::write(&file, format!("{text}{more}")).unwrap();
     file.to_str().unwrap().to_owned()
 }
 
@@ -78,7 +137,7 @@ fn measured(arguments: &[&str], code: i32) -> Value {
 #[test]
 fn a_file_of_a_ball_passes_in_space_in_any_order_and_is_said_to_fold_along_z() {
     let folder = tempfile::tempdir().unwrap();
-    let (ball, nominal) = (ball(folder.path(), 10.0), nominal(folder.path()));
+    let (ball, nominal) = (ball(folder.path(), 10.0), nominal(folder.path(), ""));
     let measure = ["measure", &ball, "--nominal", &nominal, "--json"];
     let with = |more: &[&'static str]| -> Vec<&str> { [&measure[..], more].concat() };
     let found = timeless(measured(&with(&["--along", "none"]), 0));
@@ -100,7 +159,7 @@ fn a_file_of_a_ball_passes_in_space_in_any_order_and_is_said_to_fold_along_z() {
 #[test]
 fn an_opening_is_told_with_the_way_to_it_and_a_section_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let (ball, nominal) = (ball(folder.path(), 9.0), nominal(folder.path()));
+    let (ball, nominal) = (ball(folder.path(), 9.0), nominal(folder.path(), ""));
     let out = folder.path().join("results");
     let text = run([
         "measure",

@@ -146,10 +146,11 @@ impl Laid {
             Shape::Cylinder { .. } => [cross(self.axis, up), self.axis, up],
         };
         let rows = std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]));
-        let [rx_rad, ry_rad, rz_rad] = turns_rad(&rows);
+        // Plus zero makes a negative zero positive.
+        let [rx_rad, ry_rad, rz_rad] = turns_rad(&rows).map(|rad| rad + 0.0);
         let radius_mm = self.shape.radius_mm();
         let below_mm = if radius_mm.is_finite() { toward_centre * radius_mm } else { 0.0 };
-        let [tx_mm, ty_mm, tz_mm] = plus(self.centre_mm, -below_mm, up);
+        let [tx_mm, ty_mm, tz_mm] = plus(self.centre_mm, -below_mm, up).map(|mm| mm + 0.0);
         Pose { tx_mm, ty_mm, tz_mm, rx_rad, ry_rad, rz_rad }
     }
 }
