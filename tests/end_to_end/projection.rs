@@ -120,7 +120,7 @@ fn a_file_of_an_upright_part_is_measured_along_its_normal() {
 
     for (along, words) in [
         ("0,0,0", "expected a direction of finite length above 0"),
-        ("sideways", "expected z, fitted or three numbers nx,ny,nz, found `sideways`"),
+        ("sideways", "expected z, fitted, none, auto or three numbers nx,ny,nz, found `sideways`"),
     ] {
         let output = measure(along);
         assert_eq!(output.status.code(), Some(2));

@@ -26,7 +26,7 @@ fn key(result: Result<Scene, SceneError>) -> String {
 #[test]
 fn every_built_in_scene_can_be_played() {
     let names: Vec<&str> = Scene::names().collect();
-    assert_eq!(names, ["asphere", "asphere-unplugged", "asphere-noise", "sphere", "blade"]);
+    assert_eq!(names, ["asphere", "asphere-unplugged", "asphere-noise", "sphere", "blade", "ball"]);
     for name in names {
         assert_eq!(Scene::built_in(name).unwrap().name(), name);
     }
@@ -195,4 +195,16 @@ fn faults_keep_their_share_of_a_shorter_scan() {
     assert!(scene.check().is_ok());
     assert!(scene.clone().with_points(0).check().is_err());
     assert!(scene.with_speed(Speed::Times(f64::NAN)).check().is_err());
+}
+
+#[test]
+fn a_ball_is_a_sphere_and_has_a_place_and_a_radius_only() {
+    let text = Scene::built_in_toml("ball").unwrap();
+    let of = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        key(Scene::parse("ball", &text.replacen(from, to, 1)))
+    };
+    assert_eq!(of("kind = \"sphere\"\nradius_mm = 10.0", "kind = \"plane\""), "part.surface");
+    assert_eq!(of("\"tz\", \"radius\"", "\"tz\", \"rx\""), "fit.free");
+    assert_eq!(of("node_ids = [5, 6]", "node_ids = [5]"), "stage.node_ids");
 }

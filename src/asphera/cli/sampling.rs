@@ -130,7 +130,11 @@ pub(super) fn run(args: &SamplingArgs) -> Result<Exit, Failure> {
 fn write(out: &Path, waypoints: Option<&Waypoints>, name: &str) -> Result<(), Failure> {
     let Some(waypoints) = waypoints else {
         return Err(
-            format!("{name}: nothing is known of the sampling, so there are no waypoints").into()
+            format!(
+                "{name}: there are no waypoints, for nothing is known of the sampling, or the points were meshed in space; of these --json lists \
+                 places with their approach under next"
+            )
+            .into()
         );
     };
     fs::write(out, &waypoints.csv)

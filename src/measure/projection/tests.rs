@@ -387,7 +387,8 @@ fn what_the_command_line_takes() {
     assert_eq!("0, -1,2.5".parse(), Ok(Along::direction([0.0, -1.0, 2.5]).unwrap()));
     let refused = |word: &str| word.parse::<Along>().unwrap_err().to_string();
     for word in ["", "x", "1,2", "1,2,3,4", "1,2,drei", "Z"] {
-        let said = format!("expected z, fitted or three numbers nx,ny,nz, found `{word}`");
+        let said =
+            format!("expected z, fitted, none, auto or three numbers nx,ny,nz, found `{word}`");
         assert_eq!(refused(word), said);
     }
     for word in ["0,0,-0", "nan,0,1", "inf,0,0"] {
