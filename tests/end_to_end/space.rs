@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use asphera_rig::{Plan, Scene};
-use asphera_tests::{Running, asphera, count, http, json, json_file, now, number, page, run};
+use asphera_tests::{Running, asphera, count, data, http, json, json_file, now, number, page, run};
 use serde_json::Value;
 
 use crate::demo::{replayed, timeless};
@@ -190,4 +190,40 @@ fn an_opening_is_told_with_the_way_to_it_and_a_section_is_refused() {
         let said = String::from_utf8_lossy(&refused.stderr);
         assert!(said.contains("expected z, fitted, none, auto or three numbers"), "{said}");
     }
+}
+
+/// A scanned body: the mesh is that of `reconstruct`, and a design that is no sphere, cylinder or plane gets no form.
+#[test]
+fn a_scanned_body_has_the_mesh_of_reconstruct_and_no_form() {
+    let Some(bunny) = data("solids/bunny.ply") else { return };
+    let bunny = bunny.to_str().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("asphere.toml");
+    let text =
+        "[surface]\nkind = \"asphere\"\nradius_mm = 0.1\nconic = -1.0\n[tolerance]\npv_nm = 1.0\n";
+    std::fs::write(&file, text).unwrap();
+    let nominal = file.to_str().unwrap();
+    let report =
+        measured(&["measure", bunny, "--nominal", nominal, "--along", "none", "--json"], 11);
+    let made = measured(&["reconstruct", bunny, "--json"], 0);
+    let (found, made) = (&report["mesh"]["reconstruction"], &made["mesh"]["reconstruction"]);
+    for name in [
+        "facets",
+        "components",
+        "closed",
+        "manifold",
+        "orientable",
+        "genus",
+        "betti",
+        "nonmanifold_edges",
+        "singular_vertices",
+        "self_intersections",
+    ] {
+        assert_eq!(found[name], made[name], "{name}");
+    }
+    let (area, made_area) = (number(found, "/area_mm2"), number(made, "/area_mm2"));
+    assert!((area / made_area - 1.0).abs() < 1e-9, "{area} {made_area}");
+    assert!(report["form"].is_null());
+    let reasons = report["verdict"]["reasons"].to_string();
+    assert!(reasons.contains("sphere, a circular cylinder and a plane"), "{reasons}");
 }
