@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use asphera_geometry::PointMm;
 use asphera_geometry::vector::Vector;
 use asphera_surface::curvature::{Adjacency, ShapeSettings, local_shape};
-use asphera_surface::lfs::{Accuracy, MeasuredLfs, MedialAxis};
+use asphera_surface::lfs::{Accuracy, MeasuredLfs};
 use asphera_surface::noise::{Along, Noise};
 use rayon::prelude::*;
 
@@ -17,7 +17,36 @@ use super::shape::{Laid, across};
 pub(super) enum FeatureSize {
     /// One value in mm, infinite of a plane.
     Design(f64),
-    Measured(Box<MedialAxis>),
+    Measured(Cubes),
+}
+
+/// Values of cubes, each that of one vertex in it: off by no more than its diagonal, for a local feature size changes by no more than
+/// the way gone.
+pub(super) struct Cubes {
+    side_mm: f64,
+    /// `None` where it is not known.
+    values_mm: BTreeMap<[i64; 3], Option<f64>>,
+}
+
+impl Cubes {
+    fn at_mm(&self, place_mm: PointMm) -> Option<f64> {
+        let own = cube(place_mm, self.side_mm);
+        if let Some(value_mm) = self.values_mm.get(&own) {
+            return *value_mm;
+        }
+        // Between vertices a place may lie in a cube without one.
+        let beside = (0..27_i64).filter_map(|at| {
+            let way = [at % 3, at / 3 % 3, at / 9].map(|step| step - 1);
+            let other = [0, 1, 2].map(|axis| own[axis].saturating_add(way[axis]));
+            self.values_mm.get(&other).copied().flatten()
+        });
+        beside.reduce(f64::min)
+    }
+}
+
+/// The cube of a place. A cast saturates, and places are 1e12 mm at most.
+fn cube(place_mm: PointMm, side_mm: f64) -> [i64; 3] {
+    place_mm.map(|mm| (mm / side_mm).floor() as i64)
 }
 
 impl FeatureSize {
@@ -38,16 +67,16 @@ impl FeatureSize {
         }
         let sigma_mm =
             sigma_mm.ok_or("local feature size: the noise of the points is not known")?;
-        let axis = measured(meshed, normals, sigma_mm, spacing_mm)
+        let cubes = measured(meshed, normals, sigma_mm, spacing_mm)
             .map_err(|why| format!("local feature size: {why}"))?;
-        Ok(FeatureSize::Measured(Box::new(axis)))
+        Ok(FeatureSize::Measured(cubes))
     }
 
     /// At a place, in mm; `None` where it is not known.
     pub(super) fn at_mm(&self, place_mm: PointMm) -> Option<f64> {
         match self {
             FeatureSize::Design(mm) => Some(*mm),
-            FeatureSize::Measured(axis) => axis.at(place_mm).mm(),
+            FeatureSize::Measured(cubes) => cubes.at_mm(place_mm),
         }
     }
 
@@ -66,7 +95,7 @@ fn measured(
     normals: &[Option<Vector>],
     sigma_mm: f64,
     spacing_mm: f64,
-) -> Result<MedialAxis, String> {
+) -> Result<Cubes, String> {
     let wanted = (meshed.points_mm.len() / 2).clamp(1, MOST_CUBES) as f64;
     let side_mm = (meshed.proof.area_mm2 / wanted).sqrt().max(spacing_mm);
     if !side_mm.is_normal() {
@@ -75,11 +104,10 @@ fn measured(
     let mut first: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     for (vertex, place) in (0..).zip(&meshed.points_mm) {
         if normals[vertex as usize].is_some() {
-            // A cast saturates, and places are 1e12 mm at most.
-            first.entry(place.map(|mm| (mm / side_mm).floor() as i64)).or_insert(vertex);
+            first.entry(cube(*place, side_mm)).or_insert(vertex);
         }
     }
-    let chosen: Vec<u32> = first.into_values().collect();
+    let chosen: Vec<u32> = first.values().copied().collect();
     let noise = Noise::new(sigma_mm, Along::Z).map_err(|why| why.to_string())?;
     let at_vertex = AtVertex::of(meshed);
     let known: Vec<Option<(Vector, f64)>> = chosen
@@ -98,7 +126,9 @@ fn measured(
     let of_chosen: Vec<Option<Vector>> =
         known.iter().map(|known| known.map(|(normal, _)| normal)).collect();
     lfs.insert(&places, &of_chosen).map_err(|why| why.to_string())?;
-    Ok(lfs.refresh())
+    let axis = lfs.refresh();
+    let found_mm: Vec<Option<f64>> = places.par_iter().map(|&place| axis.at(place).mm()).collect();
+    Ok(Cubes { side_mm, values_mm: first.into_keys().zip(found_mm).collect() })
 }
 
 /// The normal at a vertex by a polynomial over its rings, with its tilt by noise in rad; `None` where that is too much.

@@ -135,7 +135,10 @@ impl Sampling<'_> {
             }
             _ => triangle.area_mm2(),
         };
-        let lfs_mm = size.and_then(|size| size.at_mm(gap.at_mm));
+        let lfs_mm = size.and_then(|size| {
+            let corners = facet.map(|corner| size.at_mm(self.meshed.points_mm[corner as usize]));
+            corners.into_iter().flatten().reduce(f64::min)
+        });
         Facet { gap_mm: gap.mm, at_mm: gap.at_mm, area_mm2, lfs_mm }
     }
 
