@@ -1,13 +1,13 @@
 //! The state machine every driver is.
 
-use crate::{CanFrame, Channel, Nanos, Reading};
+use crate::{CanFrame, Channel, Motion, MotionEvent, MotionFailure, Nanos, Reading};
 
 /// A device as a state machine, without ports, tasks or a clock.
 ///
 /// # How it is driven
 ///
 /// ```text
-/// connected(now) ─▶ { receive(now, input) | timeout(now) | command(now, …) }* ─▶ disconnected(now)
+/// connected(now) ─▶ { receive(now, input) | timeout(now) | command(now, …) | motion(now, …) }* ─▶ disconnected(now)
 ///                    after each of them: poll_transmit() and poll_event() until they give None,
 ///                    then poll_timeout() once for the time of the next timeout(now)
 /// ```
@@ -54,6 +54,21 @@ pub trait Driver: Send {
 
     /// Starts or stops measuring. A command given while the link is closed takes effect when it opens.
     fn command(&mut self, now: Nanos, command: Command);
+
+    /// Moves or halts axes. What becomes of it comes as [`Event::Motion`].
+    ///
+    /// # Errors
+    ///
+    /// When the order cannot be begun; then nothing is sent. A device without axes refuses every order.
+    fn motion(&mut self, _now: Nanos, _motion: &Motion) -> Result<(), MotionFailure> {
+        Err(MotionFailure::without_axes())
+    }
+
+    /// Bytes that halt every axis of the device in any state of the driver; `None` for a device without axes. The answer to
+    /// them is no reading.
+    fn halt_bytes(&self) -> Option<Vec<u8>> {
+        None
+    }
 }
 
 /// What a link received.
@@ -99,6 +114,8 @@ pub enum Event {
         /// How many bytes (for CAN: data bytes of the frames).
         bytes: u64,
     },
+    /// What became of an order to the axes.
+    Motion(MotionEvent),
     /// Nothing more can be trusted on this connection; it must be closed and opened anew.
     Reopen(Fault),
 }

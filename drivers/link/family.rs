@@ -70,6 +70,11 @@ pub trait DeviceSettings: Debug + Send + Sync {
         false
     }
 
+    /// Whether the driver moves the axes that its channels show: see [`Driver::motion`].
+    fn moves_axes(&self) -> bool {
+        false
+    }
+
     /// How many numbers the trigger count of its readings has, at least 2.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
 use crate::settings::{Axis, Microstep, Settings};
+use crate::stage::Stage;
 
 /// Zaber stages: `driver = "zaber"`, on a serial line or a terminal server.
 pub const FAMILY: Family = Family {
@@ -63,7 +64,11 @@ impl DeviceSettings for Settings {
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {
         let problems = Settings::problems(self);
         let described = self.description().ok().filter(|_| problems.is_empty()).ok_or(problems)?;
-        Ok(Box::new(Described::new(described)?))
+        Ok(Box::new(Stage::new(Described::new(described)?, self)))
+    }
+
+    fn moves_axes(&self) -> bool {
+        true
     }
 }
 

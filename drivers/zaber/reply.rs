@@ -17,7 +17,22 @@ pub(crate) const CHECKSUM: Checksum =
 
 /// Bytes of a command to an axis of a device.
 pub(crate) fn command(address: u8, axis: u8, words: &str, is_checked: bool) -> Vec<u8> {
-    let mut bytes = format!("/{address} {axis} {words}").into_bytes();
+    framed(format!("/{address} {axis} {words}"), is_checked)
+}
+
+/// Bytes of a command with a message number, which its reply repeats.
+pub(crate) fn numbered(
+    address: u8,
+    axis: u8,
+    number: u8,
+    words: &str,
+    is_checked: bool,
+) -> Vec<u8> {
+    framed(format!("/{address} {axis} {number} {words}"), is_checked)
+}
+
+fn framed(text: String, is_checked: bool) -> Vec<u8> {
+    let mut bytes = text.into_bytes();
     if is_checked {
         bytes.push(b':');
         // A command is longer than the sign that the check leaves out.

@@ -47,7 +47,7 @@ pub enum Microstep {
 
 impl Microstep {
     /// Unit of the channel, and a microstep in it.
-    fn in_channel(self) -> (Unit, f64) {
+    pub(crate) fn in_channel(self) -> (Unit, f64) {
         match self {
             Microstep::Micrometres(um) => (Unit::Millimetre, um * 1e-3),
             Microstep::Degrees(deg) => (Unit::Radian, deg * PI / 180.0),

@@ -3,7 +3,7 @@
 //! Names: class `WarningFlags` of Zaber's own library `zaber-motion`. `F` begins faults, `W` warnings, `N` notices.
 
 use asphera_described::Flagged;
-use asphera_link::Flags;
+use asphera_link::{Flags, MotionFailure, MotionTrouble};
 
 /// A warning flag of a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +64,17 @@ pub const WARNINGS: [Warning; 34] = [
     warning("NB", "firmware update mode", FINE),
 ];
 
+/// The warning of two letters; `None` for `--`, and for letters that are in no list.
+pub(crate) fn find(letters: &str) -> Option<&'static Warning> {
+    WARNINGS.iter().find(|warning| warning.letters == letters)
+}
+
+/// The failure of a move that is not begun, by the answer to `warnings`: their number, then each. `None`: a move may begin.
+pub(crate) fn worst(answer: &str) -> Option<MotionFailure> {
+    let bad = answer.split(' ').skip(1).filter_map(find).find(|warning| warning.is_bad)?;
+    Some(bad.failure(bad.trouble()?))
+}
+
 /// Letters of the warnings that change nothing.
 pub(crate) fn fine() -> Vec<String> {
     let fine = WARNINGS.iter().filter(|warning| !warning.is_bad);
@@ -84,6 +95,36 @@ impl Warning {
     fn meaning(&self) -> String {
         let cure = if matches!(self.letters, "WR" | "WH") { ", home the stage" } else { "" };
         format!("{}{cure}", self.name)
+    }
+
+    /// The end it puts to a move; `None` where moves go on.
+    pub(crate) fn trouble(&self) -> Option<MotionTrouble> {
+        match self.letters {
+            "WR" | "WH" => Some(MotionTrouble::Unreferenced),
+            "FS" | "WS" => Some(MotionTrouble::Stalled),
+            "FE" | "WL" => Some(MotionTrouble::Limit),
+            "NC" | "NI" | "NJ" | "WM" => Some(MotionTrouble::Interrupted),
+            _ => self.is_bad.then_some(MotionTrouble::Device),
+        }
+    }
+
+    /// Sentence of a move that it ended, or kept from being begun.
+    pub(crate) fn failure(&self, trouble: MotionTrouble) -> MotionFailure {
+        let cure = match trouble {
+            MotionTrouble::Unreferenced => "home the stage with Zaber Launcher",
+            MotionTrouble::Limit => {
+                "move the stage away from its end, and compare the travel in [scan.plan] with the stage's limits"
+            }
+            MotionTrouble::Stalled => {
+                "take away what blocks the stage, or plan less speed, then home it"
+            }
+            MotionTrouble::Interrupted => {
+                "leave knob and other programs alone while asphera moves the stage"
+            }
+            _ => "see Zaber's manual, then home the stage",
+        };
+        let Warning { letters, name, .. } = self;
+        MotionFailure::new(trouble, format!("the stage reports {letters}, {name}: {cure}"))
     }
 }
 

@@ -439,6 +439,7 @@ impl Bench {
                         self.joiner.ready(stream, self.now);
                     }
                 }
+                Effect::Motion { .. } => {}
                 Effect::Interrupted { device } => {
                     if let Some(stream) = self.stream(line, device) {
                         self.joiner.interrupted(stream);

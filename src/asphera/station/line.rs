@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use asphera_link::{
-    CanFrame, Carries, Command, Driver, Event, Fault, Flags, Input, Nanos, Output, RECORD_LEN,
-    Reading,
+    CanFrame, Carries, Command, Driver, Event, Fault, Flags, Input, Motion, MotionEvent,
+    MotionFailure, Nanos, Output, RECORD_LEN, Reading,
 };
 use asphera_report::{ChannelFigures, DeviceFigures, LinkFigures};
 use asphera_slcan::{BitRate, Command as Adapter, Decoder, Item, Timestamps};
@@ -94,6 +94,8 @@ pub(crate) enum Effect {
     Ready { device: usize },
     /// A device of this line gave a reading.
     Reading { device: usize, reading: Reading },
+    /// What became of an order to the axes of a device.
+    Motion { device: usize, event: MotionEvent },
     /// The connection is gone: counts of the device may have run on.
     Interrupted { device: usize },
 }
@@ -343,6 +345,26 @@ impl Line {
         self.pump(out);
     }
 
+    /// Moves or halts axes of one device of the line.
+    pub(crate) fn motion(
+        &mut self,
+        now: Nanos,
+        device: usize,
+        motion: &Motion,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), MotionFailure> {
+        let result = self.devices[device].driver.motion(now, motion);
+        self.pump(out);
+        result
+    }
+
+    /// The open connection, and bytes that halt every axis on it; `None` where the link is closed or has no axes.
+    pub(crate) fn halt_bytes(&self) -> Option<(u64, Vec<u8>)> {
+        let bytes: Vec<u8> =
+            self.devices.iter().filter_map(|device| device.driver.halt_bytes()).flatten().collect();
+        self.epoch.filter(|_| !bytes.is_empty()).map(|epoch| (epoch, bytes))
+    }
+
     pub(crate) fn poll_timeout(&self) -> Option<Nanos> {
         if self.epoch.is_none() || self.distrusted {
             return None;
@@ -420,6 +442,12 @@ impl Line {
                         self.discarded_runs += 1;
                     }
                     Event::Fault(fault) => failed = Some(device.fault(&fault)),
+                    Event::Motion(event) => {
+                        if let MotionEvent::Failed(failure) = &event {
+                            failed = Some(device.fault(&failure.into()));
+                        }
+                        out.push(Effect::Motion { device: index, event });
+                    }
                     Event::Reopen(fault) => reopen = Some(device.fault(&fault)),
                 }
             }

@@ -126,7 +126,7 @@ impl Listener {
                     say(&fault.detail);
                     self.link.command(LinkCommand::Reopen { epoch: self.epoch });
                 }
-                Event::Online | Event::Ready | Event::Discarded { .. } => {}
+                Event::Online | Event::Ready | Event::Discarded { .. } | Event::Motion(_) => {}
             }
         }
     }
