@@ -148,6 +148,8 @@ bitflags! {
         const CONFLICT = 1 << 12;
         /// Its place between two readings of an axis is known less well than the limit.
         const UNCERTAIN_PLACE = 1 << 13;
+        /// Not on a line or at a stop of the scan's plan, or nearer to the last point than it has points.
+        const OFF_PLAN = 1 << 14;
     }
 }
 
@@ -169,6 +171,7 @@ impl Flags {
             Flags::NOT_FINITE => "not_finite",
             Flags::CONFLICT => "conflict",
             Flags::UNCERTAIN_PLACE => "uncertain_place",
+            Flags::OFF_PLAN => "off_plan",
             _ => "unnamed",
         })
     }

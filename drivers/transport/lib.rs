@@ -26,6 +26,6 @@ mod stream;
 pub use backoff::{Backoff, BackoffError};
 pub use endpoint::{Endpoint, FlowControl, Parity, SerialSettings};
 pub use holders::{Holder, holder_of_file, holder_of_port};
-pub use link::{Link, LinkCommand, LinkEvent, LinkSettings, What};
+pub use link::{Link, LinkCommand, LinkEvent, LinkRemote, LinkSettings, What};
 pub use ports::{CanInterface, SerialPort, can_interfaces, serial_ports};
 pub use stream::OpenError;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use asphera_link::{CanFrame, RECORD_LEN};
-use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::io::{AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, timeout};
@@ -104,6 +104,24 @@ impl Link {
         // The task ends only when the station is going down; what is said then is said to nobody.
         let _ = self.commands.send(command);
     }
+
+    /// Hand for others that send it commands.
+    pub fn remote(&self) -> LinkRemote {
+        LinkRemote { commands: self.commands.clone() }
+    }
+}
+
+/// Hand of a link, to send it commands from another task. It does not keep the link alive.
+#[derive(Clone, Debug)]
+pub struct LinkRemote {
+    commands: mpsc::UnboundedSender<LinkCommand>,
+}
+
+impl LinkRemote {
+    /// Sends the link a command. A link that has ended takes no notice.
+    pub fn command(&self, command: LinkCommand) {
+        let _ = self.commands.send(command);
+    }
 }
 
 impl Drop for Link {
@@ -179,25 +197,59 @@ impl Worker {
                     Ok(count) => {
                         let bytes = buffer[..count].to_vec();
                         trace!(link = self.settings.index, bytes = %Hex(&bytes), "received");
-                        if !self.tell(What::Received(bytes)).await {
-                            return End::Shutdown;
+                        if let Some(end) = self.tell_and_write(What::Received(bytes), &mut writer).await {
+                            return end;
                         }
                     }
                     Err(error) => return End::Closed(format!("reading failed: {error}")),
                 },
-                command = self.commands.recv() => match self.act(command) {
-                    Act::Send(bytes) => {
-                        trace!(link = self.settings.index, bytes = %Hex(&bytes), "sent");
-                        match timeout(WRITE_TIMEOUT, writer.write_all(&bytes)).await {
-                            Ok(Ok(())) => {}
-                            Ok(Err(error)) => return End::Closed(format!("writing failed: {error}")),
-                            Err(_) => return End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}")),
-                        }
-                    }
-                    Act::Nothing => {}
-                    Act::End(end) => return end,
+                command = self.commands.recv() => if let Some(end) = self.write(command, &mut writer).await {
+                    return end;
                 },
             }
+        }
+    }
+
+    /// Tells what was read. Commands go out meanwhile: a halt does not wait until someone takes what was read.
+    async fn tell_and_write(
+        &mut self,
+        what: What,
+        writer: &mut (impl AsyncWrite + Unpin),
+    ) -> Option<End> {
+        let event = LinkEvent { link: self.settings.index, at: Instant::now(), what };
+        let events = self.events.clone();
+        let mut telling = std::pin::pin!(events.send(event));
+        loop {
+            tokio::select! {
+                biased;
+                told = &mut telling => return told.is_err().then_some(End::Shutdown),
+                command = self.commands.recv() => {
+                    let end = self.write(command, writer).await;
+                    if end.is_some() {
+                        return end;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries out a command on a stream. Why the connection is over, if it is.
+    async fn write(
+        &mut self,
+        command: Option<LinkCommand>,
+        writer: &mut (impl AsyncWrite + Unpin),
+    ) -> Option<End> {
+        match self.act(command) {
+            Act::Send(bytes) => {
+                trace!(link = self.settings.index, bytes = %Hex(&bytes), "sent");
+                match timeout(WRITE_TIMEOUT, writer.write_all(&bytes)).await {
+                    Ok(Ok(())) => None,
+                    Ok(Err(error)) => Some(End::Closed(format!("writing failed: {error}"))),
+                    Err(_) => Some(End::Closed(format!("writing stalled for {WRITE_TIMEOUT:?}"))),
+                }
+            }
+            Act::Nothing => None,
+            Act::End(end) => Some(end),
         }
     }
 

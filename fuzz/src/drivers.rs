@@ -185,6 +185,8 @@ impl Machine {
                     self.online = true;
                 }
                 Event::Ready => self.ready = true,
+                // Nothing was ordered.
+                Event::Motion(event) => panic!("{event:?} of no order"),
                 Event::Reading(reading) => {
                     assert!(self.online, "a reading of nobody");
                     assert_eq!(reading.values.len(), self.driver.channels().len());

@@ -56,6 +56,9 @@ pub enum RigError {
     /// No TCP port for the thermometer.
     #[error("no TCP port on 127.0.0.1 for the thermometer")]
     Listen(#[source] io::Error),
+    /// No TCP port for a gauge or a stage.
+    #[error("no TCP port for the bench; another one may run")]
+    Tcp(#[source] io::Error),
     /// The numbers of the nodes cannot be together on a bus.
     #[error("the nodes of the stage cannot be on one bus")]
     Bus(#[from] asphera_sim_cia406::BusError),

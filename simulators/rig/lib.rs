@@ -13,6 +13,7 @@
 mod ball;
 mod bench;
 mod ct;
+mod drive;
 mod error;
 mod fault;
 mod motion;
@@ -32,6 +33,7 @@ mod truth;
 
 pub use asphera_sim_rf627::{Departure, send};
 pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
+pub use drive::{DriveRig, DriveScene};
 pub use error::{FaultError, RigError, SceneError};
 pub use fault::{Fault, Link};
 pub use motion::Stop;

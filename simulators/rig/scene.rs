@@ -1,7 +1,7 @@
 //! A scene: part, machine, instruments and what goes wrong, checked.
 
 mod check;
-mod read;
+pub(crate) mod read;
 
 use asphera_form::form_error::FormError;
 use asphera_form::{Nominal, Parameter, Pose};

@@ -18,6 +18,7 @@ mod corpora;
 pub mod lens;
 pub mod live;
 pub mod parts;
+mod plan_aperture;
 pub mod replay;
 pub mod results;
 pub mod session;

@@ -137,6 +137,8 @@ impl Playback {
                     bench.happened(now, *link, Happening::Closed(reason));
                 }
                 What::Command(command) => bench.command(now, *command),
+                // An order that was refused was not recorded.
+                What::Scan(order) => drop(bench.scan(now, order)),
                 What::HeldUp { until, suspended } => {
                     // What had been due by then had been done.
                     bench.advance(now);

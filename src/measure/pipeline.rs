@@ -345,6 +345,13 @@ impl Pipeline {
         }
     }
 
+    /// The same with a look at the whole mesh, of every point that was taken: for a decision that depends on it.
+    pub fn figures_of_all(&mut self) -> RunningFigures {
+        self.mesh.flush();
+        self.next_sampling = 0;
+        self.figures()
+    }
+
     /// Whether so much may have been covered since the last look that another calls a pass certain, if every point covers as much as
     /// those before. Not before points have grown by a sixty-fourth, should they cover less.
     fn may_tell_more(&self, pushed: u64) -> bool {

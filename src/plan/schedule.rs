@@ -117,7 +117,7 @@ pub fn schedule_each(
 }
 
 impl Limits {
-    fn validate(&self) -> Result<(), PlanError> {
+    pub(crate) fn validate(&self) -> Result<(), PlanError> {
         self.machine.validate()?;
         positive("scan_speed", self.scan_speed_mm_s, "give the speed of the scan in mm/s")?;
         if self.dwell_s.is_finite() && self.dwell_s >= 0.0 {

@@ -32,6 +32,7 @@ mod reconstruction;
 mod refusal;
 mod report;
 mod sampling;
+mod scan;
 mod section;
 mod snapshot;
 mod standards;
@@ -73,6 +74,7 @@ pub use reconstruction::{BorderFigures, ReconstructionFigures};
 pub use refusal::Refusal;
 pub use report::{CalibrationFigures, Points, REPORT_FORMAT, Report, SessionFigures, Timing};
 pub use sampling::{CurrentFigures, NextFigures, PolygonFigures, SamplingFigures};
+pub use scan::ScanFigures;
 pub use section::{
     CircleFigures, Columns, Cut, DeviationProfile, HeightFigures, LineFigures, PathFigures,
     PieceFigures, SECTION_FORMAT, SectionReport, SectionRequest,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::contour::ContourState;
 use crate::parts::PartsState;
 use crate::{
-    FeatureFigures, FormFigures, Map, MapsState, MeshFigures, Points, SamplingFigures,
+    FeatureFigures, FormFigures, Map, MapsState, MeshFigures, Points, SamplingFigures, ScanFigures,
     SessionFigures, Verdict,
 };
 
@@ -52,6 +52,9 @@ pub struct Snapshot {
     /// Which parts there are, where the configuration asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<PartsState>,
+    /// The scan that the station drives, where the configuration has a plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scan: Option<ScanFigures>,
     /// PV and RMS against points, from the first fit to now; thinned to a bounded number of rows.
     pub convergence: Convergence,
     /// Files the session left in its folder, once that is written.

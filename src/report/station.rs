@@ -59,6 +59,16 @@ pub trait LiveStation: Send + Sync + 'static {
 
     /// Stops the session. Runs to its end even where the client hangs up.
     fn stop(&self) -> Answer<'_, Result<(), ControlError>>;
+
+    /// Arms the scan that the station drives: from now on it moves axes.
+    fn arm_scan(&self) -> Answer<'_, Result<(), ControlError>> {
+        Box::pin(std::future::ready(Err(ControlError::no_scan())))
+    }
+
+    /// Halts every axis and disarms the scan. The halt is sent before this returns its answer, which may take longer.
+    fn halt_scan(&self) -> Answer<'_, Result<(), ControlError>> {
+        Box::pin(std::future::ready(Err(ControlError::no_scan())))
+    }
 }
 
 /// A session as a list shows it.
@@ -115,4 +125,13 @@ pub struct ControlError {
     pub conflict: bool,
     /// Obstacle, in words for the operator.
     pub message: String,
+}
+
+impl ControlError {
+    /// The answer of a station that drives no scan.
+    fn no_scan() -> ControlError {
+        let message =
+            "this station drives no scan: its configuration has no [scan.plan]".to_owned();
+        ControlError { conflict: true, message }
+    }
 }

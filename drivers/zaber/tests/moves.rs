@@ -3,6 +3,8 @@
 //! Sources: `/1 1 move abs 10234`, `/1 0 stop` and their replies stand in the tests of `zaber-python`, `set maxspeed` and its
 //! factor 1.6384 in programs of users, numbers of messages in `zproto`. README.md lists them.
 
+#![expect(clippy::unwrap_used, reason = "a test ends where something is not as it must be")]
+
 use asphera_link::{
     AxisMove, Driver, Event, Input, Motion, MotionEvent, MotionFailure, MotionTrouble, Nanos,
     Output,
@@ -94,7 +96,7 @@ impl Bench {
 
     fn motions(&self) -> Vec<&MotionEvent> {
         let motion = |event| match event {
-            &Event::Motion(ref motion) => Some(motion),
+            Event::Motion(motion) => Some(motion),
             _ => None,
         };
         self.events.iter().filter_map(motion).collect()

@@ -69,14 +69,16 @@ pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
     })
 }
 
-struct Part {
-    nominal: Nominal,
-    semi_diameter_mm: f64,
-    pose: Pose,
-    form_error: FormError,
+/// Part of a scene.
+pub(crate) struct Part {
+    pub(crate) nominal: Nominal,
+    pub(crate) semi_diameter_mm: f64,
+    pub(crate) pose: Pose,
+    pub(crate) form_error: FormError,
 }
 
-fn part(table: &Table<'_>) -> Option<Part> {
+/// Reads the table `part`.
+pub(crate) fn part(table: &Table<'_>) -> Option<Part> {
     let surface = table.section("surface");
     let nominal = nominal(table, &surface);
     let semi_diameter_mm = table.required("semi_diameter_mm");

@@ -7,7 +7,6 @@ mod missing;
 use std::io::{self, Write};
 use std::path::{Path as FilePath, PathBuf};
 
-use asphera_form::Aperture as PartAperture;
 use asphera_measure::{Along, Part, design_spacing};
 use asphera_plan::{Aperture, Path, Schedule, Spacing, Way, lay, schedule, short_order};
 use clap::{Args, ValueEnum};
@@ -21,6 +20,7 @@ use super::files::{part, refuse};
 use super::output::{Failure, print, print_json};
 use super::progress::Progress;
 use super::text::TextArgs;
+use crate::plan_aperture::plan_aperture;
 
 #[derive(Args)]
 pub(super) struct PlanArgs {
@@ -190,18 +190,11 @@ fn through_missing(args: &PlanArgs, progress: &Progress) -> Result<Planned, Fail
 
 /// The aperture of a part as plain numbers.
 fn aperture_of(part: &Part, name: &str) -> Result<Aperture, Failure> {
-    Ok(match part.aperture {
-        PartAperture::Circle { radius_mm } => Aperture::Circle { radius_mm },
-        PartAperture::Rectangle { width_mm, height_mm } => {
-            Aperture::Rectangle { width_mm, height_mm }
-        }
-        PartAperture::Annulus { inner_mm, outer_mm } => Aperture::Annulus { inner_mm, outer_mm },
-        PartAperture::None => {
-            return Err(format!(
-                "{name}: [aperture]: expected circle, rectangle or annulus, found none: give the region the path is to cover"
-            )
-            .into());
-        }
+    plan_aperture(&part.aperture).ok_or_else(|| {
+        format!(
+            "{name}: [aperture]: expected circle, rectangle or annulus, found none: give the region the path is to cover"
+        )
+        .into()
     })
 }
 

@@ -4,7 +4,7 @@ mod playback;
 
 use std::path::{Path, PathBuf};
 
-use asphera_rig::{Rig, Scene};
+use asphera_rig::{DriveRig, DriveScene, Rig, Scene};
 use clap::{ArgGroup, Args};
 
 use super::Speed;
@@ -45,6 +45,9 @@ fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
     let name = rig.display().to_string();
     let text =
         std::fs::read_to_string(rig).map_err(|error| format!("cannot read {name}: {error}"))?;
+    if let Some(scene) = DriveScene::parse(&name, &text) {
+        return drive(scene?);
+    }
     let scene = Scene::parse(&name, &text)?;
     let ports = match ports {
         Some(folder) => folder.to_owned(),
@@ -55,6 +58,20 @@ fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
         for listing in rig.listing() {
             print(&format!("{:<10} {:<14} {}\n", listing.name, listing.kind, listing.address));
         }
+        interrupted().await?;
+        Ok(Exit::Done)
+    })
+}
+
+/// A bench whose stage obeys the station.
+fn drive(scene: DriveScene) -> Result<Exit, Failure> {
+    tokio::runtime::Runtime::new()?.block_on(async {
+        let title = scene.title().to_owned();
+        let rig = DriveRig::start(scene).await?;
+        let [gauge, stage] = rig.addresses();
+        print(&format!("{:<10} {:<14} {gauge}\n", "gauge", "lines, TCP"));
+        print(&format!("{:<10} {:<14} {stage}\n", "stage", "Zaber, TCP"));
+        say(&format!("{title}; Ctrl-C ends it"));
         interrupted().await?;
         Ok(Exit::Done)
     })

@@ -12,6 +12,7 @@ mod motion;
 mod output;
 mod parts;
 mod projection;
+mod scan;
 mod time;
 
 use std::collections::BTreeMap;
@@ -39,7 +40,7 @@ use crate::calibration::CalibrationFile;
 use crate::contour::ContourPlan;
 use crate::parts::PartsPlan;
 use crate::session;
-use crate::station::{EndSettings, Kinematics};
+use crate::station::{EndSettings, Kinematics, ScanPlan};
 
 /// The kind of file that configurations and nominals are.
 pub(crate) const TOML: &str = "a TOML file in UTF-8";
@@ -65,6 +66,8 @@ pub struct Config {
     pub part: Part,
     /// When a scan is over.
     pub end: EndSettings,
+    /// Plan by which the station drives the scan.
+    pub scan: Option<ScanPlan>,
     /// Whether a session starts with the daemon.
     pub autostart: bool,
     /// Folder of the recordings.
@@ -302,7 +305,18 @@ fn read_root(
     let noise_mm = time.and_then(|time| time.noise_mm);
     let part = part(&root.section("nominal"), folders.nominal, outside, noise_mm);
 
-    let end = end(&root.section("scan"));
+    let scan_table = root.section("scan");
+    let scan = {
+        let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
+        let station = known.map(|((sync, kinematics), part)| scan::Station {
+            sync,
+            kinematics,
+            devices: &devices,
+            part,
+        });
+        scan::read(&scan_table, station.as_ref())
+    };
+    let end = end(&scan_table);
 
     let session = root.section("session");
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
@@ -336,6 +350,7 @@ fn read_root(
         along: along?,
         part: part?,
         end,
+        scan,
         autostart,
         recordings,
         recording,

@@ -13,6 +13,7 @@ use tokio::task::{JoinError, JoinSet};
 use tokio::time::{Instant, sleep_until};
 use tracing::{debug, error, info, warn};
 
+use super::brake::Brake;
 use super::lock::Lock;
 use super::recording::Recording;
 use super::view::{Running, View};
@@ -30,6 +31,8 @@ use crate::session::{
 use crate::station::{Action, Bench, Ended, Happening, Point, assemble};
 use crate::weighing::Weighing;
 use asphera_measure::{Measurement, undecide};
+
+mod scan;
 
 /// Starts a station's task.
 pub(super) fn start(config: Config) -> Result<Station, StationError> {
@@ -61,9 +64,12 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         leaving: JoinSet::new(),
         commands,
         noted: Vec::new(),
+        brake: Brake::default(),
+        decider: scan::Decider::default(),
         _lock: lock,
     };
-    let handle = Handle { control, snapshots, report, beats, recordings };
+    let brake = core.brake.clone();
+    let handle = Handle { control, snapshots, report, beats, recordings, brake };
     Ok(Station { handle, finished, commands_running, task: tokio::spawn(core.run()) })
 }
 
@@ -91,6 +97,8 @@ struct Core {
     commands: watch::Sender<usize>,
     /// Points that are not recorded yet.
     noted: Vec<RecordedPoint>,
+    brake: Brake,
+    decider: scan::Decider,
     /// The folder of the recordings.
     _lock: Lock,
 }
@@ -131,6 +139,7 @@ impl Core {
                     None => return,
                 },
                 measurement = ended(&mut self.session) => self.conclude(measurement).await,
+                decision = scan::decided(&mut self.decider) => self.decide(decision).await,
                 Some(left) = self.leaving.join_next() => self.left(left),
                 () = sleep_until(next_view) => {
                     self.awake().await;
@@ -143,6 +152,7 @@ impl Core {
                         }
                     }));
                     self.record_points(self.bench.now()).await;
+                    self.end_certain_fail().await;
                     self.beat();
                     next_view = Instant::now() + VIEW_PERIOD;
                 }
@@ -202,6 +212,7 @@ impl Core {
         let LinkEvent { link, at, what } = event;
         // Not the time now: if this task was held up, what was read in time must not count as late.
         let now = self.clock.at(at.into()).max(self.bench.now());
+        let is_new = matches!(what, LinkWhat::Opened { .. } | LinkWhat::Closed(_));
         match what {
             LinkWhat::Opened { epoch } => {
                 self.record(now, What::Opened { link }).await;
@@ -228,6 +239,9 @@ impl Core {
                 self.bench.happened(now, link, Happening::OpenFailed(&error));
             }
         }
+        if is_new {
+            self.connect_brake();
+        }
         self.settle(now).await;
     }
 
@@ -244,7 +258,9 @@ impl Core {
             match action {
                 Action::Send { line, epoch, bytes } => {
                     self.record(now, What::Sent { link: line, bytes: bytes.clone() }).await;
-                    self.links[line].command(LinkCommand::Send { epoch, bytes });
+                    let link = &self.links[line];
+                    self.brake
+                        .unless_pressed(line, || link.command(LinkCommand::Send { epoch, bytes }));
                 }
                 Action::Confirm { line } => self.links[line].command(LinkCommand::Confirm),
                 Action::Reopen { line, epoch } => {
@@ -263,6 +279,8 @@ impl Core {
             self.end(now, ended.word()).await;
         } else if self.bench.first_by().is_some_and(|due| due <= now) {
             self.end(now, Ended::Idle.word()).await;
+        } else {
+            self.ask_decision();
         }
     }
 
@@ -372,6 +390,9 @@ impl Core {
                 };
                 let _ = reply.send(started);
             }
+            Control::Scan(order, reply) => {
+                let _ = reply.send(self.scan(order).await);
+            }
             Control::Abandon(reply) => {
                 let _ = reply.send(self.abandon().await);
             }
@@ -467,6 +488,7 @@ impl Core {
         let worker = worker.map_err(folder)?;
         self.clock = clock;
         self.bench = bench;
+        self.decider = scan::Decider::new(self.config.scan.as_ref());
         self.noted.clear();
         self.view.begin(session_figures(&header, ""));
         self.session = Some(Session { header, recording, worker, ending: None });

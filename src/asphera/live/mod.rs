@@ -4,6 +4,7 @@
 //! decides the order of everything and hands it to the recorder; the pipeline makes figures. What a
 //! person sees is put together in `view`.
 
+mod brake;
 mod contour;
 mod core;
 mod lock;
@@ -30,8 +31,9 @@ use tokio::task::JoinHandle;
 use crate::config::Config;
 use crate::session::RecordError;
 use crate::sessions::{file, list};
-use crate::station::AssembleError;
+use crate::station::{ArmError, AssembleError, ScanOrder};
 use asphera_measure::{Measurement, Next};
+use brake::Brake;
 
 /// A finished session.
 #[derive(Debug)]
@@ -86,6 +88,9 @@ pub enum StationError {
     /// No session is running.
     #[error("no session is running")]
     NotRunning,
+    /// The scan cannot be armed.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
     /// The figures could not be made.
     #[error("the figures could not be made; what was received is in {}", place(recording.as_deref()))]
     Pipeline {
@@ -122,6 +127,7 @@ pub struct Handle {
     report: watch::Receiver<Option<Arc<Report>>>,
     beats: watch::Receiver<u64>,
     recordings: Arc<Path>,
+    brake: Brake,
 }
 
 /// Request to a station.
@@ -130,6 +136,7 @@ enum Control {
     Start(Label, oneshot::Sender<Result<(), StationError>>),
     Stop(oneshot::Sender<Result<(), StationError>>),
     Abandon(oneshot::Sender<Option<PathBuf>>),
+    Scan(ScanOrder, oneshot::Sender<Result<(), StationError>>),
     Asked(Asked),
 }
 
@@ -207,6 +214,25 @@ impl Handle {
     /// As [`Handle::session`].
     pub async fn begin(&self, label: Label) -> Result<(), StationError> {
         self.told(|reply| Control::Start(label, reply)).await
+    }
+
+    /// Arms the scan that the station drives, of the session that runs.
+    ///
+    /// # Errors
+    ///
+    /// When no session runs, there is no plan, or it is armed already.
+    pub async fn arm_scan(&self) -> Result<(), StationError> {
+        self.told(|reply| Control::Scan(ScanOrder::Arm, reply)).await
+    }
+
+    /// Halts every axis at once, then disarms the scan.
+    ///
+    /// # Errors
+    ///
+    /// When there is no plan, or the station has ended.
+    pub async fn halt_scan(&self) -> Result<(), StationError> {
+        self.brake.press();
+        self.told(|reply| Control::Scan(ScanOrder::Halt, reply)).await
     }
 
     async fn told(
@@ -332,6 +358,14 @@ impl LiveStation for Handle {
     fn stop(&self) -> Answer<'_, Result<(), ControlError>> {
         Box::pin(async { self.session(Command::Stop).await.map_err(control_error) })
     }
+
+    fn arm_scan(&self) -> Answer<'_, Result<(), ControlError>> {
+        Box::pin(async { Handle::arm_scan(self).await.map_err(control_error) })
+    }
+
+    fn halt_scan(&self) -> Answer<'_, Result<(), ControlError>> {
+        Box::pin(async { Handle::halt_scan(self).await.map_err(control_error) })
+    }
 }
 
 /// How many sessions are listed, the newest.
@@ -341,7 +375,10 @@ fn control_error(error: StationError) -> ControlError {
     ControlError {
         conflict: matches!(
             error,
-            StationError::Running | StationError::NotRunning | StationError::Calibration(_)
+            StationError::Running
+                | StationError::NotRunning
+                | StationError::Calibration(_)
+                | StationError::Arm(_)
         ),
         message: asphera_report::error_chain(&error),
     }

@@ -146,6 +146,7 @@ impl View {
             .zip(&mut self.readings)
             .map(|((line, config), meter)| link_state(now, line, config, meter, bench))
             .collect();
+        snapshot.scan = bench.scanner().map(|scanner| scanner.figures(now));
         if let Some(Running { figures, contour, parts, trouble }) = session {
             snapshot.elapsed_s = now.as_secs_f64();
             if let Some(figures) = figures {
@@ -204,6 +205,7 @@ fn empty(station: &str) -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        scan: None,
         convergence: Default::default(),
         outputs: None,
         links: Vec::new(),

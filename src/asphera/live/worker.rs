@@ -40,6 +40,7 @@ enum Work {
     MeshPly(oneshot::Sender<Option<Vec<u8>>>),
     Section(SectionRequest, oneshot::Sender<Cut>),
     Next(oneshot::Sender<Option<Next>>),
+    Assess(oneshot::Sender<Arc<RunningFigures>>),
     Finish(oneshot::Sender<Measurement>),
 }
 
@@ -109,6 +110,18 @@ impl Worker {
     /// Asks what to measure next.
     pub(super) async fn next(&self, reply: oneshot::Sender<Option<Next>>) {
         let _ = self.work.send(Work::Next(reply)).await;
+    }
+
+    /// Asks for figures of all points so far. `None` where the pipeline has died.
+    pub(super) fn assess(
+        &self,
+    ) -> impl Future<Output = Option<Arc<RunningFigures>>> + Send + 'static {
+        let work = self.work.clone();
+        async move {
+            let (reply, figures) = oneshot::channel();
+            work.send(Work::Assess(reply)).await.ok()?;
+            figures.await.ok()
+        }
     }
 
     /// Asks for the final figures.
@@ -183,6 +196,11 @@ fn run(
             }
             Ok(Some(Work::Next(reply))) => {
                 let _ = reply.send(line.pipeline.next().cloned());
+            }
+            Ok(Some(Work::Assess(reply))) => {
+                let newest = Arc::new(line.pipeline.figures_of_all());
+                figures.send_replace(Some(Arc::clone(&newest)));
+                let _ = reply.send(newest);
             }
             Ok(Some(Work::Finish(reply))) => {
                 figures.send_replace(Some(Arc::new(line.pipeline.figures())));

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde::de::IgnoredAny;
 
 use super::PointCloud;
+use crate::station::ScanOrder;
 
 /// One thing that happened at one time.
 ///
@@ -52,6 +53,8 @@ pub enum What {
     },
     /// The station started or stopped the measurement.
     Command(Command),
+    /// The scan that the station drives was armed, halted, or decided.
+    Scan(ScanOrder),
     /// The host was held up: what the links delivered meanwhile was read late, and no deadline that passed
     /// meanwhile was kept or missed by a device.
     HeldUp {
@@ -80,6 +83,7 @@ impl What {
             | What::Sent { link, .. }
             | What::Closed { link, .. } => Some(link),
             What::Command(_)
+            | What::Scan(_)
             | What::HeldUp { .. }
             | What::Points(_)
             | What::Finish { .. }

@@ -24,6 +24,7 @@ pub struct MinorVersion(pub u16);
 /// - 1.1: the event "held up".
 /// - 1.2: the channel `/points`.
 /// - 1.3: `suspended_ns` of the event "held up".
+/// - 1.4: the event "scan".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FormatVersion {
@@ -36,7 +37,7 @@ pub struct FormatVersion {
 impl FormatVersion {
     /// The version written.
     pub const CURRENT: FormatVersion =
-        FormatVersion { major: MajorVersion(1), minor: MinorVersion(3) };
+        FormatVersion { major: MajorVersion(1), minor: MinorVersion(4) };
 
     /// The oldest major version read.
     pub const OLDEST_READ: MajorVersion = MajorVersion(1);

@@ -4,10 +4,12 @@ use std::borrow::Cow;
 use std::time::Duration;
 
 use asphera_link::{Command, Nanos};
+use asphera_plan::Ending;
 use serde::{Deserialize, Serialize};
 
 use super::format::ChannelId;
 use super::{LinkInfo, PointCloud, ResultsJson, What};
+use crate::station::{ScanDecision, ScanOrder, Stroke};
 
 /// JSON on the channel `/events`. Links are named, so that a person can read it.
 #[derive(Serialize, Deserialize)]
@@ -29,9 +31,27 @@ enum Event<'a> {
         #[serde(default, skip_serializing_if = "is_zero")]
         suspended_ns: u64,
     },
+    Scan {
+        order: ScanWord,
+        /// Of a pass: first place, last place and spacing of each piece, nm.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        strokes_nm: Vec<[i64; 5]>,
+    },
     Finish {
         reason: Cow<'a, str>,
     },
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ScanWord {
+    Arm,
+    Halt,
+    Measure,
+    Reached,
+    FailCertain,
+    BudgetSpent,
+    NothingToGain,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -53,6 +73,7 @@ pub(super) fn encode<'a>(what: &'a What, links: &[LinkInfo]) -> (ChannelId, Cow<
         What::Closed { link, reason } => Event::Closed { link: name(*link), reason: reason.into() },
         What::Command(Command::Start) => Event::Command { command: CommandName::Start },
         What::Command(Command::Stop) => Event::Command { command: CommandName::Stop },
+        What::Scan(order) => scan(order),
         What::HeldUp { until, suspended } => Event::HeldUp {
             until_ns: until.as_nanos(),
             suspended_ns: u64::try_from(suspended.as_nanos()).unwrap_or(u64::MAX),
@@ -80,6 +101,7 @@ pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<Wh
             }
             Event::Command { command: CommandName::Start } => What::Command(Command::Start),
             Event::Command { command: CommandName::Stop } => What::Command(Command::Stop),
+            Event::Scan { order, strokes_nm } => What::Scan(scan_order(order, &strokes_nm)),
             Event::HeldUp { until_ns, suspended_ns } => What::HeldUp {
                 until: Nanos::from_nanos(until_ns),
                 suspended: Duration::from_nanos(suspended_ns),
@@ -87,6 +109,50 @@ pub(super) fn decode(channel: u16, data: &[u8], links: &[LinkInfo]) -> Option<Wh
             Event::Finish { reason } => What::Finish { reason: reason.into_owned() },
         },
     })
+}
+
+fn scan(order: &ScanOrder) -> Event<'static> {
+    let (order, strokes) = match order {
+        ScanOrder::Arm => (ScanWord::Arm, [].as_slice()),
+        ScanOrder::Halt => (ScanWord::Halt, [].as_slice()),
+        ScanOrder::Decide(ScanDecision::Measure(strokes)) => {
+            (ScanWord::Measure, strokes.as_slice())
+        }
+        ScanOrder::Decide(ScanDecision::End(ending)) => {
+            let word = match ending {
+                Ending::Reached => ScanWord::Reached,
+                Ending::FailCertain => ScanWord::FailCertain,
+                Ending::BudgetSpent => ScanWord::BudgetSpent,
+                Ending::NothingToGain => ScanWord::NothingToGain,
+            };
+            (word, [].as_slice())
+        }
+    };
+    let numbers = |stroke: &Stroke| {
+        let Stroke { from_nm: [x0, y0], to_nm: [x1, y1], spacing_nm } = *stroke;
+        [x0, y0, x1, y1, spacing_nm]
+    };
+    Event::Scan { order, strokes_nm: strokes.iter().map(numbers).collect() }
+}
+
+fn scan_order(order: ScanWord, strokes_nm: &[[i64; 5]]) -> ScanOrder {
+    let stroke = |&[x0, y0, x1, y1, spacing_nm]: &[i64; 5]| Stroke {
+        from_nm: [x0, y0],
+        to_nm: [x1, y1],
+        spacing_nm,
+    };
+    let end = |ending| ScanOrder::Decide(ScanDecision::End(ending));
+    match order {
+        ScanWord::Arm => ScanOrder::Arm,
+        ScanWord::Halt => ScanOrder::Halt,
+        ScanWord::Measure => {
+            ScanOrder::Decide(ScanDecision::Measure(strokes_nm.iter().map(stroke).collect()))
+        }
+        ScanWord::Reached => end(Ending::Reached),
+        ScanWord::FailCertain => end(Ending::FailCertain),
+        ScanWord::BudgetSpent => end(Ending::BudgetSpent),
+        ScanWord::NothingToGain => end(Ending::NothingToGain),
+    }
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
@@ -126,6 +192,19 @@ mod tests {
             (
                 What::HeldUp { until: Nanos::from_millis(3), suspended: Duration::from_millis(2) },
                 r#"{"event":"held up","until_ns":3000000,"suspended_ns":2000000}"#,
+            ),
+            (What::Scan(ScanOrder::Arm), r#"{"event":"scan","order":"arm"}"#),
+            (
+                What::Scan(ScanOrder::Decide(ScanDecision::Measure(vec![Stroke {
+                    from_nm: [-1, 2],
+                    to_nm: [3, 4],
+                    spacing_nm: 5,
+                }]))),
+                r#"{"event":"scan","order":"measure","strokes_nm":[[-1,2,3,4,5]]}"#,
+            ),
+            (
+                What::Scan(ScanOrder::Decide(ScanDecision::End(Ending::FailCertain))),
+                r#"{"event":"scan","order":"fail-certain"}"#,
             ),
             (What::Finish { reason: "ü".to_owned() }, r#"{"event":"finish","reason":"ü"}"#),
         ];

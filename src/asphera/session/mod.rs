@@ -21,7 +21,7 @@
 //! | `/raw/<link>`  | received bytes, one message a read; a CAN frame is 16 bytes |
 //! | `/sent/<link>` | sent bytes                                                  |
 //! | `/points`      | `sensor_msgs/PointCloud2` of ROS 1: the points made of them, mm  |
-//! | `/events`      | JSON: opened, closed, command, held up, finish              |
+//! | `/events`      | JSON: opened, closed, command, held up, scan, finish        |
 //! | `/results`     | JSON of the verdict                                         |
 //!
 //! `log_time` is nanoseconds since the station started, `sequence` counts all messages of the session

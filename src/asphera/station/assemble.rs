@@ -51,6 +51,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
         kinematics: config.kinematics.clone(),
         calibration: config.calibration.clone(),
         end: config.end,
+        scan: config.scan.clone(),
     }))
 }
 

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use asphera_link::{Command, Nanos};
+use asphera_link::{Command, Motion, Nanos};
 use asphera_report::{LinkFigures, PlaceFigures};
 
 use super::hold_up::Patience;
@@ -14,6 +14,7 @@ use super::joiner::{JoinSettings, Joiner};
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::places::{Places, clock_figures};
+use super::scan::{ArmError, ScanDecision, ScanPlan, Scanner};
 use super::synchronizer::Record;
 use crate::calibration::CalibrationFile;
 
@@ -31,6 +32,8 @@ pub struct BenchSettings {
     pub calibration: Option<CalibrationFile>,
     /// When the scan is over.
     pub end: EndSettings,
+    /// Plan by which the station drives the scan; `None`: something else does.
+    pub scan: Option<ScanPlan>,
 }
 
 /// When a scan is over.
@@ -89,6 +92,17 @@ pub enum Action {
     },
 }
 
+/// Order to the scanner of a station.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ScanOrder {
+    /// Move from now on.
+    Arm,
+    /// Halt every axis, and move no more.
+    Halt,
+    /// Do what was decided after a pass.
+    Decide(ScanDecision),
+}
+
 /// Why a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
@@ -117,6 +131,7 @@ pub struct Bench {
     kinematics: Kinematics,
     calibration: Option<CalibrationFile>,
     end: EndSettings,
+    scanner: Option<Scanner>,
     now: Nanos,
     /// The primary waits to be started until its companions are ready, and no longer than this.
     primary_held: Option<Nanos>,
@@ -143,6 +158,7 @@ impl Bench {
         Bench {
             places: Places::new(&settings.join),
             joiner: Joiner::new(settings.streams.len(), settings.join),
+            scanner: settings.scan.map(|plan| Scanner::new(plan, &settings.streams)),
             lines: settings.lines,
             streams: settings.streams,
             kinematics: settings.kinematics,
@@ -184,7 +200,69 @@ impl Bench {
             }
             Happening::OpenFailed(reason) => target.open_failed(reason.to_owned()),
         }
+        if matches!(what, Happening::Opened { .. })
+            && let Some(scanner) = &mut self.scanner
+        {
+            scanner.opened(line);
+        }
         self.settle(line);
+        self.drive();
+    }
+
+    /// Arms the scan, or halts and disarms it, or takes what is decided after a pass.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be armed; a station without a plan has nothing to arm.
+    pub fn scan(&mut self, now: Nanos, order: &ScanOrder) -> Result<(), ArmError> {
+        self.advance(now);
+        let Some(scanner) = &mut self.scanner else { return Err(ArmError::NoPlan) };
+        let result = match order {
+            ScanOrder::Arm => scanner.arm(now),
+            ScanOrder::Halt => {
+                scanner.stop(now);
+                Ok(())
+            }
+            ScanOrder::Decide(decision) => {
+                scanner.decide(now, decision);
+                Ok(())
+            }
+        };
+        self.drive();
+        result
+    }
+
+    /// The scanner, where there is a plan.
+    pub fn scanner(&self) -> Option<&Scanner> {
+        self.scanner.as_ref()
+    }
+
+    /// Open connections of links with axes, and the bytes that halt these.
+    pub fn halts(&self) -> Vec<(usize, u64, Vec<u8>)> {
+        let lines = self.lines.iter().enumerate();
+        lines
+            .filter_map(|(at, line)| line.halt_bytes().map(|(epoch, bytes)| (at, epoch, bytes)))
+            .collect()
+    }
+
+    /// Gives the orders of the scanner to the drivers.
+    fn drive(&mut self) {
+        let is_ready = self.is_ready();
+        if let Some(scanner) = &mut self.scanner {
+            scanner.advance(self.now, is_ready);
+        }
+        while let Some(order) = self.scanner.as_mut().and_then(Scanner::poll_order) {
+            let (line, device) = order.device;
+            let result =
+                self.lines[line].motion(self.now, device, &order.motion, &mut self.effects);
+            if let (Err(failure), Some(scanner)) = (result, &mut self.scanner) {
+                match order.motion {
+                    Motion::Halt => scanner.unhalted(order.device),
+                    Motion::Move(_) => scanner.failed(self.now, &failure),
+                }
+            }
+            self.settle(line);
+        }
     }
 
     /// Tells every device to start or stop measuring.
@@ -198,6 +276,10 @@ impl Bench {
         let held = command == Command::Start && !self.companions_ready();
         self.primary_held = held.then(|| now + COMPANIONS_WAIT);
         let primary = self.streams.first().copied().filter(|_| held);
+        if let Some(scanner) = self.scanner.as_mut().filter(|_| command == Command::Stop) {
+            scanner.session_ends(now);
+            self.drive();
+        }
         for line in 0..self.lines.len() {
             let except = primary.and_then(|(of, device)| (of == line).then_some(device));
             self.lines[line].command(now, command, except, &mut self.effects);
@@ -225,6 +307,12 @@ impl Bench {
                     self.settle(line);
                 }
             }
+            if let Some(scanner) = &mut self.scanner
+                && scanner.poll_timeout().is_some_and(|wanted| wanted <= due)
+            {
+                scanner.timeout(due);
+            }
+            self.drive();
         }
         self.now = self.now.max(now);
         self.patience.passed(self.now);
@@ -249,7 +337,9 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        let due = lines.chain(self.joiner.poll_timeout()).chain(self.primary_held).min();
+        let scan = self.scanner.as_ref().and_then(Scanner::poll_timeout);
+        let due =
+            lines.chain(self.joiner.poll_timeout()).chain(self.primary_held).chain(scan).min();
         due.map(|due| self.patience.put_off(due))
     }
 
@@ -266,6 +356,9 @@ impl Bench {
     /// Whether, at `now`, the scan is over.
     pub fn ended(&self, now: Nanos) -> Option<Ended> {
         let seen = self.records + self.joiner.lost();
+        if self.scanner.as_ref().is_some_and(Scanner::is_ended) {
+            return Some(Ended::Complete);
+        }
         if self.end.points.is_some_and(|points| seen >= points && self.joiner.pending() == 0) {
             return Some(Ended::Complete);
         }
@@ -431,6 +524,9 @@ impl Bench {
                         if stream == 0 {
                             self.last_primary = Some(reading.host);
                         }
+                        if let Some(scanner) = &mut self.scanner {
+                            scanner.reading(self.now, stream, &reading);
+                        }
                         self.joiner.take(stream, reading, &mut self.joined);
                     }
                 }
@@ -439,8 +535,15 @@ impl Bench {
                         self.joiner.ready(stream, self.now);
                     }
                 }
-                Effect::Motion { .. } => {}
+                Effect::Motion { event } => {
+                    if let Some(scanner) = &mut self.scanner {
+                        scanner.motion(self.now, &event);
+                    }
+                }
                 Effect::Interrupted { device } => {
+                    if let Some(scanner) = &mut self.scanner {
+                        scanner.interrupted(self.now, line, self.lines[line].name());
+                    }
                     if let Some(stream) = self.stream(line, device) {
                         self.joiner.interrupted(stream);
                     }
@@ -483,6 +586,9 @@ impl Bench {
             let first = self.points.len();
             self.kinematics.points(&record, correction, &mut self.points);
             self.points[first..].iter_mut().for_each(|point| self.places.judge(point));
+            if let Some(scanner) = &mut self.scanner {
+                self.points[first..].iter_mut().for_each(|point| scanner.judge(point));
+            }
         }
     }
 

@@ -94,8 +94,8 @@ pub(crate) enum Effect {
     Ready { device: usize },
     /// A device of this line gave a reading.
     Reading { device: usize, reading: Reading },
-    /// What became of an order to the axes of a device.
-    Motion { device: usize, event: MotionEvent },
+    /// Outcome of an order to the axes of a device of this line.
+    Motion { event: MotionEvent },
     /// The connection is gone: counts of the device may have run on.
     Interrupted { device: usize },
 }
@@ -446,7 +446,7 @@ impl Line {
                         if let MotionEvent::Failed(failure) = &event {
                             failed = Some(device.fault(&failure.into()));
                         }
-                        out.push(Effect::Motion { device: index, event });
+                        out.push(Effect::Motion { event });
                     }
                     Event::Reopen(fault) => reopen = Some(device.fault(&fault)),
                 }

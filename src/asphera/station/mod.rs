@@ -11,13 +11,15 @@ mod line;
 mod places;
 mod profiler;
 mod rate;
+mod scan;
 mod synchronizer;
 mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
-pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening};
+pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening, ScanOrder};
 pub use joiner::JoinSettings;
 pub use kinematics::{Axis, Kinematics, Point, Source};
 pub use line::{Framing, Line};
 pub use profiler::{Profiler, Scaling};
+pub use scan::{AdaptivePlan, ArmError, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};

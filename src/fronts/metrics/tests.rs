@@ -45,6 +45,7 @@ fn snapshot() -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        scan: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState { name: "axis".to_owned(), ..link.clone() }, link],

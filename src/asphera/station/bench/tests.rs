@@ -84,6 +84,7 @@ fn bench() -> Bench {
         kinematics: Kinematics::Cartesian { x: axis, y: axis, z: axis },
         calibration: None,
         end: EndSettings { points: None, idle: None, first: None, open: None },
+        scan: None,
     });
     for line in 0..2 {
         bench.happened(Nanos::ZERO, line, Happening::Opened { epoch: 1 });

@@ -54,6 +54,7 @@ impl Station {
             maps: None,
             contour: None,
             parts: None,
+            scan: None,
             cut: |_| None,
             view: None,
             waypoints: None,

@@ -1,0 +1,269 @@
+//! A bench whose stage obeys moves: a Zaber controller with x and y, and a gauge over the part on it.
+
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use asphera_form::artefact::Artefact;
+use asphera_form::form_error::FormError;
+use asphera_form::{Nominal, Pose};
+use asphera_settings::File;
+use asphera_sim_zaber::{AxisSettings, SharedStage, Stage};
+use tokio::io::AsyncWriteExt as _;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep_until};
+
+use crate::noise::standard_normal;
+use crate::part::settle;
+use crate::scene::read;
+use crate::{RigError, SceneError};
+
+/// Part, gauge and stage of such a bench.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveScene {
+    title: String,
+    seed: u64,
+    nominal: Nominal,
+    pose: Pose,
+    form_error: FormError,
+    semi_diameter_mm: f64,
+    gauge: GaugeScene,
+    stage: StageScene,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct GaugeScene {
+    listen: SocketAddr,
+    rate_hz: f64,
+    noise_nm: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct StageScene {
+    listen: SocketAddr,
+    microstep_um: f64,
+    travel_mm: f64,
+    /// Where the axis of the part is, stage frame, mm.
+    centre_mm: [f64; 2],
+}
+
+impl DriveScene {
+    /// Reads a scene; `None` where the file has no table `gauge` and is another scene. `name` stands in errors.
+    ///
+    /// # Errors
+    ///
+    /// All that is wrong, each with its line and key.
+    pub fn parse(name: &str, text: &str) -> Option<Result<DriveScene, SceneError>> {
+        let unusable = |problems| SceneError::File { scene: name.to_owned(), problems };
+        let file = File::parse(name, text).ok()?;
+        let root = file.root();
+        if !root.has("gauge") {
+            return None;
+        }
+        let scene = scene(&root);
+        root.finish();
+        drop(root);
+        Some(file.conclude(scene).map_err(unusable))
+    }
+
+    /// What it shows, in words.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The scene on ports of 127.0.0.1 that are free.
+    #[must_use]
+    pub fn on_free_ports(mut self) -> DriveScene {
+        let any = SocketAddr::from(([127, 0, 0, 1], 0));
+        (self.gauge.listen, self.stage.listen) = (any, any);
+        self
+    }
+}
+
+fn scene(root: &asphera_settings::Section<'_>) -> Option<DriveScene> {
+    let (title, seed) = (root.required("title"), root.required("seed"));
+    let part = read::part(&root.section("part"));
+    let gauge = root.section("gauge");
+    let gauge_listen = address(&gauge);
+    let gauge_scene =
+        (gauge.within("rate_hz", 200.0, 1.0..=2000.0), gauge.within("noise_nm", 10.0, 0.0..=1e6));
+    gauge.finish();
+    let stage = root.section("stage");
+    let stage_listen = address(&stage);
+    let microstep_um = stage.within("microstep_um", 0.1, 1e-4..=1000.0);
+    let travel_mm: f64 = stage.within("travel_mm", 50.0, 0.1..=2000.0);
+    let centre: Vec<f64> = stage.or("centre_mm", vec![0.5 * travel_mm; 2]);
+    if centre.len() != 2 || !centre.iter().all(|mm| (0.0..=travel_mm).contains(mm)) {
+        stage.problem("centre_mm", "two numbers within the travel, mm", format!("{centre:?}"));
+        return None;
+    }
+    stage.finish();
+    let part = part?;
+    Some(DriveScene {
+        title: title?,
+        seed: seed?,
+        nominal: part.nominal,
+        pose: part.pose,
+        form_error: part.form_error,
+        semi_diameter_mm: part.semi_diameter_mm,
+        gauge: GaugeScene {
+            listen: gauge_listen?,
+            rate_hz: gauge_scene.0,
+            noise_nm: gauge_scene.1,
+        },
+        stage: StageScene {
+            listen: stage_listen?,
+            microstep_um,
+            travel_mm,
+            centre_mm: [centre[0], centre[1]],
+        },
+    })
+}
+
+fn address(table: &asphera_settings::Section<'_>) -> Option<SocketAddr> {
+    let text: String = table.required("listen")?;
+    let address = text.parse();
+    if address.is_err() {
+        table.problem("listen", "address:port", format!("{text:?}"));
+    }
+    address.ok()
+}
+
+/// A bench at work. Dropped, it takes its ports away.
+pub struct DriveRig {
+    stage: SharedStage,
+    gauge: Arc<Gauge>,
+    addresses: [SocketAddr; 2],
+    tasks: JoinSet<()>,
+}
+
+impl DriveRig {
+    /// Puts the bench up, on the current tokio runtime.
+    ///
+    /// # Errors
+    ///
+    /// When a port cannot be had.
+    pub async fn start(scene: DriveScene) -> Result<DriveRig, RigError> {
+        let listen = |address: SocketAddr| async move {
+            TcpListener::bind(address)
+                .await
+                .map_err(|error| io::Error::new(error.kind(), format!("{address}: {error}")))
+        };
+        let gauge_port = listen(scene.gauge.listen).await.map_err(RigError::Tcp)?;
+        let stage_port = listen(scene.stage.listen).await.map_err(RigError::Tcp)?;
+        let local = |port: &TcpListener| port.local_addr().map_err(RigError::Tcp);
+        let addresses = [local(&gauge_port)?, local(&stage_port)?];
+        let StageScene { microstep_um, travel_mm, .. } = scene.stage;
+        let axis = AxisSettings { microstep_um, travel_mm, at_mm: 0.0 };
+        let stage = SharedStage::new(Stage::new(1, &[axis, axis]));
+        let gauge = Arc::new(Gauge { scene, stage: stage.clone() });
+        let mut tasks = JoinSet::new();
+        let answered = stage.clone();
+        tasks.spawn(serve(stage_port, move |stream| {
+            let stage = answered.clone();
+            async move { drop(stage.serve(stream).await) }
+        }));
+        let measured = Arc::clone(&gauge);
+        tasks.spawn(serve(gauge_port, move |stream| {
+            let gauge = Arc::clone(&measured);
+            async move { drop(gauge.send(stream).await) }
+        }));
+        Ok(DriveRig { stage, gauge, addresses, tasks })
+    }
+
+    /// The stage, to let something happen to it and to see what it received.
+    pub fn stage(&self) -> &SharedStage {
+        &self.stage
+    }
+
+    /// Where gauge and stage answer.
+    pub fn addresses(&self) -> [SocketAddr; 2] {
+        self.addresses
+    }
+
+    /// Height of the part in mm over a place of its frame, (x, y) in mm, without noise; `None` beside it.
+    pub fn height_mm(&self, place_mm: [f64; 2]) -> Option<f64> {
+        self.gauge.height_mm(place_mm)
+    }
+}
+
+impl fmt::Debug for DriveRig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tasks = self.tasks.len();
+        f.debug_struct("DriveRig")
+            .field("addresses", &self.addresses)
+            .field("tasks", &tasks)
+            .finish()
+    }
+}
+
+/// Takes connections, each with a task of its own.
+async fn serve<S, F>(port: TcpListener, answer: S)
+where
+    S: Fn(TcpStream) -> F,
+    F: Future<Output = ()> + Send + 'static,
+{
+    let mut connections = JoinSet::new();
+    loop {
+        tokio::select! {
+            accepted = port.accept() => match accepted {
+                Ok((stream, _)) => {
+                    // Small messages go out at once.
+                    drop(stream.set_nodelay(true));
+                    connections.spawn(answer(stream));
+                }
+                Err(error) => {
+                    tracing::warn!(%error, "the bench takes no connections");
+                    return;
+                }
+            },
+            Some(_) = connections.join_next() => {}
+        }
+    }
+}
+
+/// The gauge over the part that the stage moves.
+struct Gauge {
+    scene: DriveScene,
+    stage: SharedStage,
+}
+
+impl Gauge {
+    /// Sends a line for each reading: its time in µs, and the height in mm.
+    async fn send(&self, mut stream: TcpStream) -> io::Result<()> {
+        let period = Duration::from_secs_f64(1.0 / self.scene.gauge.rate_hz);
+        let mut due = Instant::now();
+        let mut k = 0;
+        loop {
+            sleep_until(due).await;
+            due += period;
+            let micros = self.stage.now().as_micros();
+            let [x0, y0] = self.scene.stage.centre_mm;
+            let places = self.stage.places_mm();
+            let height_mm = self.height_mm([places[0] - x0, places[1] - y0]);
+            let noise_mm = self.scene.gauge.noise_nm * 1e-6 * standard_normal(self.scene.seed, k);
+            // Beside the part it shows what is beyond its range.
+            let shown_mm = height_mm.map_or(BESIDE_MM, |height_mm| height_mm + noise_mm);
+            stream.write_all(format!("{micros},{shown_mm:+.7}\r\n").as_bytes()).await?;
+            k += 1;
+        }
+    }
+
+    fn height_mm(&self, [x_mm, y_mm]: [f64; 2]) -> Option<f64> {
+        let DriveScene { nominal, pose, form_error, semi_diameter_mm, .. } = &self.scene;
+        if x_mm.hypot(y_mm) > *semi_diameter_mm {
+            return None;
+        }
+        let error_mm = |x_mm: f64, y_mm: f64| form_error.height_nm(x_mm, y_mm) * 1e-6;
+        let part = Artefact::new(nominal.clone(), *pose, &[], &[], error_mm).ok()?;
+        let mut place = [[x_mm, y_mm]];
+        settle(&part, &[[x_mm, y_mm]], &mut place).ok()?;
+        Some(part.point_mm(place[0][0], place[0][1])?[2])
+    }
+}
+
+/// Height that no part has.
+const BESIDE_MM: f64 = 99.0;

@@ -1,0 +1,16 @@
+//! The aperture of a part as the region of a plan.
+
+use asphera_form::Aperture as PartAperture;
+use asphera_plan::Aperture;
+
+/// Region that a path over a part covers; `None` for a part without an aperture.
+pub(crate) fn plan_aperture(aperture: &PartAperture) -> Option<Aperture> {
+    Some(match *aperture {
+        PartAperture::Circle { radius_mm } => Aperture::Circle { radius_mm },
+        PartAperture::Rectangle { width_mm, height_mm } => {
+            Aperture::Rectangle { width_mm, height_mm }
+        }
+        PartAperture::Annulus { inner_mm, outer_mm } => Aperture::Annulus { inner_mm, outer_mm },
+        PartAperture::None => return None,
+    })
+}
