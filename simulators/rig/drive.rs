@@ -137,7 +137,9 @@ pub struct DriveRig {
     stage: SharedStage,
     gauge: Arc<Gauge>,
     addresses: [SocketAddr; 2],
-    tasks: JoinSet<()>,
+    gauge_task: JoinSet<()>,
+    /// Empty while its plug is out.
+    stage_task: JoinSet<()>,
 }
 
 impl DriveRig {
@@ -160,18 +162,39 @@ impl DriveRig {
         let axis = AxisSettings { microstep_um, travel_mm, at_mm: 0.0 };
         let stage = SharedStage::new(Stage::new(1, &[axis, axis]));
         let gauge = Arc::new(Gauge { scene, stage: stage.clone() });
-        let mut tasks = JoinSet::new();
-        let answered = stage.clone();
-        tasks.spawn(serve(stage_port, move |stream| {
-            let stage = answered.clone();
-            async move { drop(stage.serve(stream).await) }
-        }));
         let measured = Arc::clone(&gauge);
-        tasks.spawn(serve(gauge_port, move |stream| {
+        let mut gauge_task = JoinSet::new();
+        gauge_task.spawn(serve(gauge_port, move |stream| {
             let gauge = Arc::clone(&measured);
             async move { drop(gauge.send(stream).await) }
         }));
-        Ok(DriveRig { stage, gauge, addresses, tasks })
+        let mut rig = DriveRig { stage, gauge, addresses, gauge_task, stage_task: JoinSet::new() };
+        rig.answer(stage_port);
+        Ok(rig)
+    }
+
+    /// The stage's plug is pulled: its connections end, and its port refuses others.
+    pub async fn unplug_stage(&mut self) {
+        self.stage_task.shutdown().await;
+    }
+
+    /// The plug is in again, at the same port. To be called within the tokio runtime of the rig.
+    ///
+    /// # Errors
+    ///
+    /// When the port is not free any more.
+    pub async fn plug_stage(&mut self) -> Result<(), RigError> {
+        let port = TcpListener::bind(self.addresses[1]).await.map_err(RigError::Tcp)?;
+        self.answer(port);
+        Ok(())
+    }
+
+    fn answer(&mut self, port: TcpListener) {
+        let stage = self.stage.clone();
+        self.stage_task.spawn(serve(port, move |stream| {
+            let stage = stage.clone();
+            async move { drop(stage.serve(stream).await) }
+        }));
     }
 
     /// The stage, to let something happen to it and to see what it received.
@@ -192,11 +215,11 @@ impl DriveRig {
 
 impl fmt::Debug for DriveRig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let tasks = self.tasks.len();
+        let tasks = self.gauge_task.len() + self.stage_task.len();
         f.debug_struct("DriveRig")
             .field("addresses", &self.addresses)
             .field("tasks", &tasks)
-            .finish()
+            .finish_non_exhaustive()
     }
 }
 

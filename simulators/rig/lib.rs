@@ -32,6 +32,7 @@ mod tray;
 mod truth;
 
 pub use asphera_sim_rf627::{Departure, send};
+pub use asphera_sim_zaber::Fault as StageFault;
 pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
 pub use drive::{DriveRig, DriveScene};
 pub use error::{FaultError, RigError, SceneError};

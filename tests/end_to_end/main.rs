@@ -9,6 +9,7 @@ mod browser;
 mod by_time;
 mod calibrated;
 mod clocks;
+mod closed_loop;
 mod contours;
 mod defects;
 mod demo;

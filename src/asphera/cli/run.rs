@@ -24,6 +24,9 @@ pub(super) struct RunArgs {
     /// `[scan] open_s`, or else `first_s`.
     #[arg(long)]
     once: bool,
+    /// Arm the scan of [scan.plan] as soon as the first session runs: the stage moves.
+    #[arg(long)]
+    arm: bool,
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
@@ -38,11 +41,20 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
 async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let autostart = config.autostart || args.once;
+    if args.arm && config.scan.is_none() {
+        return Err("--arm: expected a table [scan.plan] in the configuration, found none: there is no scan to arm".into());
+    }
+    if args.arm && !autostart {
+        return Err("--arm: expected a session that starts with the daemon, found [station] autostart = false: add --once, or arm on the page".into());
+    }
     let mut station = Station::start(config)?;
     // The page first: a port that is taken must not leave a recording behind.
     let page = Page::serve(station.handle(), listen, hosts, args.token.token()?).await?;
     if autostart {
         station.handle().session(Command::Start).await?;
+        if args.arm {
+            station.handle().arm_scan().await?;
+        }
     } else {
         station.handle().watch_links().await;
     }

@@ -4,6 +4,8 @@ use std::fs;
 
 use super::*;
 
+mod scan;
+
 fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config").join(path)
 }
@@ -85,6 +87,28 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
 /// Settings shown as alternatives to others, or as examples that are not defaults.
 const ALTERNATIVES: &[&str] = &[
     "kind = \"udp\"",
+    "path = \"raster\"",
+    "spacing_mm = 0.5",
+    "from_epsilon = 0.05",
+    "one_way = false",
+    "inward = false",
+    "margin_mm = 0",
+    "centre_mm = [0, 0]",
+    "scan_speed_mm_s = 5",
+    "dwell_ms = 50",
+    "point_spacing_mm = 0.05",
+    "watchdog_ms = 500",
+    "time_limit_s = 600",
+    "points_max = 100000",
+    "adaptive = true",
+    "coverage = 0.99",
+    "u_max_nm = 20",
+    "finest_mm = 0.03",
+    "batch_places = 2000",
+    "x = { travel_mm = [-25, 25], speed_mm_s = 20, acceleration_mm_s2 = 200, tolerance_mm = 0.05 }",
+    "y = { travel_mm = [-25, 25], speed_mm_s = 20, acceleration_mm_s2 = 200, tolerance_mm = 0.05 }",
+    "r = { travel_mm = [0, 25], speed_mm_s = 20, acceleration_mm_s2 = 200, tolerance_mm = 0.05 }",
+    "c = { speed_deg_s = 360, acceleration_deg_s2 = 3600, tolerance_deg = 0.1 }",
     "listen = \"0.0.0.0:50001\"",
     "peer = \"192.168.10.21:50011\"",
     "rho_limit = 0.05",

@@ -46,6 +46,8 @@ pub(super) fn router(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
     let controls = Router::new()
         .route("/api/v1/session/start", post(start))
         .route("/api/v1/session/stop", post(stop))
+        .route("/api/v1/scan/arm", post(arm_scan))
+        .route("/api/v1/scan/stop", post(halt_scan))
         .layer(DefaultBodyLimit::max(LABEL_BYTES))
         .route_layer(middleware::from_fn_with_state(Arc::clone(shared), guard::controller));
     Router::new()
@@ -298,6 +300,17 @@ async fn stop(State(shared): State<Arc<Shared>>) -> Response {
     controlled("stop", tokio::spawn(async move { source.stop().await }).await)
 }
 
+async fn arm_scan(State(shared): State<Arc<Shared>>) -> Response {
+    let source = Arc::clone(&shared.source);
+    controlled("arm", tokio::spawn(async move { source.arm_scan().await }).await)
+}
+
+/// The halt is on its way before anything is waited for.
+async fn halt_scan(State(shared): State<Arc<Shared>>) -> Response {
+    let source = Arc::clone(&shared.source);
+    controlled("halt", tokio::spawn(async move { source.halt_scan().await }).await)
+}
+
 fn controlled(
     command: &'static str,
     outcome: Result<Result<(), ControlError>, tokio::task::JoinError>,
@@ -331,7 +344,9 @@ async fn unknown(uri: Uri) -> Response {
 }
 
 async fn wrong_method(method: Method, uri: Uri) -> Response {
-    let expected = if uri.path().starts_with("/api/v1/session/") { "POST" } else { "GET or HEAD" };
+    let is_control =
+        ["/api/v1/session/", "/api/v1/scan/"].iter().any(|of| uri.path().starts_with(of));
+    let expected = if is_control { "POST" } else { "GET or HEAD" };
     let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, "wrong method for this address")
         .expected(expected)
         .found(method.as_str());

@@ -78,6 +78,7 @@ const ASSETS: &[Asset] = assets![
     JS "progress.js",
     JS "regions.js",
     JS "removal.js",
+    JS "scan.js",
     JS "section.js",
     JS "series.js",
     JS "sessions.js",

@@ -17,6 +17,7 @@ import { Plots } from "./plots.js";
 import { showProgress } from "./progress.js";
 import { Regions } from "./regions.js";
 import { Removal } from "./removal.js";
+import { Scan } from "./scan.js";
 import { SectionView } from "./section.js";
 import { Sessions } from "./sessions.js";
 import { Spectrum } from "./spectrum.js";
@@ -29,6 +30,7 @@ const root = document.documentElement;
 const token = takeToken();
 const control = new Control(token);
 const sessions = new Sessions(token, (text, bad) => control.say(text, bad));
+const scan = new Scan(token, (text, bad) => control.say(text, bad));
 const links = new Links();
 const regions = new Regions();
 const defects = new Defects();
@@ -96,6 +98,7 @@ function draw() {
   links.draw(link.name === "live");
   showChapters(snapshot.view);
   control.update(snapshot);
+  scan.update(snapshot);
   sessions.update(snapshot);
 }
 

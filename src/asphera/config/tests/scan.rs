@@ -1,0 +1,114 @@
+//! Plans of scans that the station drives.
+
+use super::*;
+
+/// The example of a scan that the station drives, with some text replaced.
+fn driven(changes: &[(&str, &str)]) -> Result<Config, Problems> {
+    let mut text = read(&project("examples/closed-loop.toml")).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    Config::parse("closed-loop.toml", &text)
+}
+
+#[test]
+fn a_plan_of_a_scan_has_axes_from_the_kinematics_and_pieces_over_the_aperture() {
+    let plan = driven(&[]).unwrap().scan.unwrap();
+    assert_eq!(
+        plan.axes.each_ref().map(|axis| (axis.name.as_str(), axis.stream, axis.channel)),
+        [("x", 1, 0), ("y", 1, 1)]
+    );
+    assert_eq!((plan.axes[0].scale, plan.axes[0].offset), (1.0, -25.0));
+    assert!(plan.pieces.len() >= 3 && plan.adaptive.is_some());
+    // A raster that is not refined has its lines on both edges of 6 mm: four, 2 mm apart.
+    let plain = driven(&[("adaptive = true", "adaptive = false")]).unwrap().scan.unwrap();
+    assert_eq!((plain.pieces.len(), plain.adaptive), (4, None));
+    assert_eq!((plain.point_spacing_mm, plain.watchdog.as_millis()), (0.2, 500));
+    assert_eq!(driven(&[("[scan.plan]", "[scan.pland]")]).unwrap_err().0[0].key, "scan.pland");
+}
+
+/// Keys of the commented table of the reference, in a station whose axes move.
+#[test]
+fn the_plan_of_the_reference_is_known() {
+    let text = read(&project("asphera.toml")).unwrap();
+    let from = text.find("# [scan.plan]").unwrap();
+    let to = from + text[from..].find("\n[session]").unwrap();
+    let shown: Vec<&str> =
+        text[from..to].lines().filter_map(|line| line.strip_prefix("# ")).collect();
+    let keys: Vec<&str> = shown.into_iter().filter(|line| ALTERNATIVES.contains(line)).collect();
+    let of_stages = keys.iter().filter(|line| !line.starts_with("r =") && !line.starts_with("c ="));
+    // A plane needs no spacing by itself.
+    let of_stages = of_stages
+        .filter(|line| !line.starts_with("margin_mm"))
+        .copied()
+        .collect::<Vec<_>>()
+        .join("\n");
+    let example = read(&project("examples/closed-loop.toml")).unwrap();
+    let bare = &example[..example.find("path = ").unwrap()];
+    let config = Config::parse("reference", &format!("{bare}{of_stages}\n")).unwrap();
+    let plan = config.scan.unwrap();
+    assert_eq!((plan.points_max, plan.adaptive.unwrap().goal.u_max), (Some(100_000), Some(20.0)));
+}
+
+#[test]
+fn mistakes_of_a_plan_are_named_with_their_cures() {
+    let keys = |changes: &[(&str, &str)]| -> Vec<String> {
+        driven(changes).unwrap_err().0.into_iter().map(|problem| problem.key).collect()
+    };
+    for (from, to, key) in [
+        ("path = \"raster\"", "path = \"zigzag\"", "scan.plan.path"),
+        ("path = \"raster\"", "", "scan.plan.path"),
+        ("spacing_mm = 2", "", "scan.plan.spacing_mm"),
+        ("spacing_mm = 2", "spacing_mm = 0", "scan.plan.spacing_mm"),
+        ("spacing_mm = 2", "from_epsilon = 0.05", "scan.plan.spacing_mm"),
+        ("spacing_mm = 2", "spacing_mm = 2\nmargin_mm = 1", "scan.plan.margin_mm"),
+        ("spacing_mm = 2", "spacing_mm = 2\nwatchdog_ms = 1", "scan.plan.watchdog_ms"),
+        ("spacing_mm = 2", "spacing_mm = 2\ncentre_mm = [1]", "scan.plan.centre_mm"),
+        ("spacing_mm = 2", "spacing_mm = 2\nspeed = 1", "scan.plan.speed"),
+        ("adaptive = true", "coverage = 0.9", "scan.plan.coverage"),
+        ("x = { travel_mm = [-25, 25]", "x = { travel_mm = [-3, 25]", "scan.plan.x.travel_mm"),
+        ("y = { travel_mm = [-25, 25]", "y = { travel_mm = [25, -25]", "scan.plan.y.travel_mm"),
+        (
+            "x = { travel_mm = [-25, 25], speed_mm_s = 20",
+            "x = { travel_mm = [-25, 25], speed_mm_s = 0",
+            "scan.plan.x.speed_mm_s",
+        ),
+        ("idle_s = 10", "idle_s = 10\npoints = 5", "scan.points"),
+        (
+            "[nominal.aperture]\nshape = \"rectangle\"\nwidth_mm = 8\nheight_mm = 6",
+            "",
+            "scan.plan.path",
+        ),
+    ] {
+        assert!(
+            keys(&[(from, to)]).iter().any(|found| found == key),
+            "{to}: {:?}",
+            keys(&[(from, to)])
+        );
+    }
+    // An axis whose device is only read, and one that does not move.
+    let gauge =
+        ("y = { device = \"stage\", channel = \"y\", offset_mm = -25 }", "y = { constant_mm = 0 }");
+    assert_eq!(keys(&[gauge]), ["scan.plan.y"]);
+    let read_only = driven(&[
+        (
+            "driver = \"zaber\"\nlink = \"stage\"\n\n[device.stage.settings]\ninterval_ms = 10",
+            "driver = \"described\"\nlink = \"stage\"\n\n[device.stage.settings]",
+        ),
+        (
+            "[[device.stage.settings.axis]]\nname = \"x\"\nmicrostep_um = 0.1",
+            "[[device.stage.settings.field]]\nname = \"x\"\ncolumn = 1\nunit = \"mm\"",
+        ),
+        (
+            "[[device.stage.settings.axis]]\nname = \"y\"\nmicrostep_um = 0.1",
+            "[[device.stage.settings.field]]\nname = \"y\"\ncolumn = 2\nunit = \"mm\"",
+        ),
+    ]);
+    let said = read_only.unwrap_err().to_string();
+    assert!(
+        said.contains("whose driver moves axes, as zaber")
+            && said.contains("stage, which is only read"),
+        "{said}"
+    );
+}
