@@ -55,6 +55,28 @@ async fn tcp_link_comes_back_and_never_sends_to_the_wrong_connection() {
     assert_eq!(next(&mut events).await, What::Opened { epoch: 3 });
 }
 
+/// A host that takes nothing of what was read still sends: a halt does not wait for it.
+#[tokio::test]
+async fn commands_go_out_while_nobody_takes_what_was_read() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let (link, mut events) = start(Endpoint::Tcp { address });
+    let remote = link.remote();
+    let (mut peer, _) = listener.accept().await.unwrap();
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    // Until all buffers are full: then the link waits for its queue of events.
+    let flood = vec![b'x'; 1 << 16];
+    while timeout(Duration::from_millis(200), peer.write_all(&flood)).await.is_ok() {}
+    remote.command(LinkCommand::Send { epoch: 1, bytes: b"stop".to_vec() });
+    let mut got = [0; 4];
+    timeout(Duration::from_millis(100), peer.read_exact(&mut got)).await.expect("in time").unwrap();
+    assert_eq!(&got, b"stop");
+    // Nothing was lost meanwhile.
+    assert!(matches!(next(&mut events).await, What::Received(_)));
+    drop(link);
+    remote.command(LinkCommand::Send { epoch: 1, bytes: b"late".to_vec() });
+}
+
 #[tokio::test]
 async fn closed_tcp_port_is_reported_and_tried_again() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();

@@ -61,3 +61,46 @@ impl Brake {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use asphera_transport::{Backoff, Endpoint, Link, LinkSettings};
+    use tokio::io::AsyncReadExt as _;
+    use tokio::net::TcpListener;
+    use tokio::sync::mpsc;
+
+    use super::*;
+
+    /// The core takes no event at all; the halt is there, and nothing after it until the core took notice.
+    #[tokio::test]
+    async fn a_pressed_brake_sends_its_halt_and_nothing_else() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let backoff =
+            Backoff::try_new(Duration::from_millis(5), Duration::from_millis(20), 1).unwrap();
+        let (events, _never_taken) = mpsc::channel(1);
+        let settings = LinkSettings { index: 0, endpoint: Endpoint::Tcp { address }, backoff };
+        let link = Link::spawn(settings, events);
+        let (mut peer, _) = listener.accept().await.unwrap();
+        let brake = Brake::default();
+        let halt = Halt { line: 4, link: link.remote(), epoch: 1, bytes: b"halt".to_vec() };
+        brake.connect(vec![halt]);
+        let send = |bytes: &[u8]| {
+            let command = LinkCommand::Send { epoch: 1, bytes: bytes.to_vec() };
+            brake.unless_pressed(4, || link.command(command));
+        };
+        send(b"move");
+        brake.press();
+        send(b"move");
+        let mut others = 0;
+        brake.unless_pressed(5, || others += 1);
+        assert_eq!(others, 1, "links without axes go on");
+        brake.release();
+        send(b"next");
+        let mut got = [0; 12];
+        peer.read_exact(&mut got).await.unwrap();
+        assert_eq!(&got, b"movehaltnext");
+    }
+}

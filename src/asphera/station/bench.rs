@@ -237,9 +237,9 @@ impl Bench {
         self.scanner.as_ref()
     }
 
-    /// Open connections of links with axes, and the bytes that halt these.
+    /// Open connections of links with axes, and the bytes that halt these; none where something else drives the scan.
     pub fn halts(&self) -> Vec<(usize, u64, Vec<u8>)> {
-        let lines = self.lines.iter().enumerate();
+        let lines = self.lines.iter().enumerate().filter(|_| self.scanner.is_some());
         lines
             .filter_map(|(at, line)| line.halt_bytes().map(|(epoch, bytes)| (at, epoch, bytes)))
             .collect()

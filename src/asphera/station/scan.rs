@@ -218,6 +218,10 @@ impl Scanner {
         if self.is_active() {
             let cure = "check its cable and power, then arm the scan again";
             self.trouble(now, format!("the link {name} was lost: {cure}"));
+            // What is ordered now may not reach it any more.
+            if self.devices.iter().any(|(of, _)| *of == line) {
+                self.halt_when_open.insert(line);
+            }
         }
     }
 
