@@ -7,7 +7,8 @@ pub(super) const DEMO: &str = "Examples:
 
 pub(super) const RUN: &str = "Examples:
   asphera run --config config/asphera.toml
-  asphera run --config config/asphera.toml --once";
+  asphera run --config config/asphera.toml --once
+  asphera run --config config/examples/closed-loop.toml --once --arm";
 
 pub(super) const CHECK: &str = "Example:
   asphera check --config config/asphera.toml";

@@ -78,7 +78,9 @@ impl Keys {
             ("meridians", |pitch_mm, _, _| Path::Meridians { pitch_mm }),
         ];
         let optional = |key: &str, range: std::ops::RangeInclusive<f64>| {
-            table.has(key).then(|| table.within(key, *range.start(), range.clone()))
+            // One outside the range is said, and nothing is planned with it.
+            let given = table.has(key).then(|| table.within(key, f64::NAN, range.clone()));
+            given.filter(|number| !number.is_nan())
         };
         let seconds = |key: &str, default: f64, range| {
             Duration::from_secs_f64(table.within(key, default, range))
@@ -240,10 +242,11 @@ fn plan(
         let expected = "0 with adaptive = true: places on the border are measured anyway";
         table.problem("margin_mm", expected, keys.margin_mm);
     }
-    let pieces = match &adaptive {
+    let region = aperture.widened(keys.margin_mm);
+    let pieces = bounded(&region, spacing_mm).and_then(|()| match &adaptive {
         Some(adaptive) if matches!(path, Path::Raster { .. }) => adaptive.first_pass(),
-        _ => laid(&path, &aperture.widened(keys.margin_mm), keys.centre_mm, spacing_mm),
-    };
+        _ => laid(&path, &region, keys.centre_mm, spacing_mm),
+    });
     let pieces = pieces.and_then(|pieces| {
         axis_runs(&pieces, &limits, [0.0; 2])?;
         Ok(pieces)
@@ -293,6 +296,20 @@ fn spacing(table: &Section<'_>, keys: &Keys, part: &Part) -> Option<f64> {
     }
 }
 
+/// Fails where a region has too many places, before any is laid.
+fn bounded(region: &Aperture, spacing_mm: f64) -> Result<(), PlanError> {
+    let places = (2.0 * region.reach_mm() / spacing_mm).powi(2);
+    if places <= MOST_PLACES {
+        return Ok(());
+    }
+    Err(PlanError {
+        key: "spacing_mm",
+        expected: format!("at most {MOST_PLACES} places"),
+        found: format!("about {places:.0} with {spacing_mm} mm"),
+        cure: "give a larger spacing".to_owned(),
+    })
+}
+
 /// The pieces of a path.
 fn laid(
     path: &Path,
@@ -301,15 +318,6 @@ fn laid(
     spacing_mm: f64,
 ) -> Result<Vec<(Piece, Spacing)>, PlanError> {
     let pieces = lay(path, aperture, centre_mm)?;
-    let places: f64 = pieces.iter().map(|piece| piece.length_mm() / spacing_mm + 1.0).sum();
-    if places > MOST_PLACES {
-        return Err(PlanError {
-            key: "spacing_mm",
-            expected: format!("at most {MOST_PLACES} places"),
-            found: format!("about {places:.0}"),
-            cure: "give a larger spacing".to_owned(),
-        });
-    }
     Ok(pieces.into_iter().map(|piece| (piece, Spacing::AtMost { mm: spacing_mm })).collect())
 }
 

@@ -61,7 +61,7 @@ fn mistakes_of_a_plan_are_named_with_their_cures() {
         ("path = \"raster\"", "", "scan.plan.path"),
         ("spacing_mm = 2", "", "scan.plan.spacing_mm"),
         ("spacing_mm = 2", "spacing_mm = 0", "scan.plan.spacing_mm"),
-        ("spacing_mm = 2", "from_epsilon = 0.05", "scan.plan.spacing_mm"),
+        ("spacing_mm = 2", "spacing_mm = 1e-5", "scan.plan.spacing_mm"),
         ("spacing_mm = 2", "spacing_mm = 2\nmargin_mm = 1", "scan.plan.margin_mm"),
         ("spacing_mm = 2", "spacing_mm = 2\nwatchdog_ms = 1", "scan.plan.watchdog_ms"),
         ("spacing_mm = 2", "spacing_mm = 2\ncentre_mm = [1]", "scan.plan.centre_mm"),

@@ -1,5 +1,6 @@
 //! What is recorded is read back, in order, whatever the settings.
 
+use crate::station::{ScanDecision, ScanOrder, Stroke};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -250,6 +251,11 @@ fn any_entry() -> impl Strategy<Value = Entry> {
         1 => (link, any::<String>()).prop_map(|(link, reason)| What::Closed { link, reason }),
         1 => Just(What::Command(Command::Start)),
         1 => Just(What::Command(Command::Stop)),
+        1 => Just(What::Scan(ScanOrder::Halt)),
+        1 => any::<[i64; 5]>().prop_map(|[x0, y0, x1, y1, spacing_nm]| {
+            let stroke = Stroke { from_nm: [x0, y0], to_nm: [x1, y1], spacing_nm };
+            What::Scan(ScanOrder::Decide(ScanDecision::Measure(vec![stroke])))
+        }),
         1 => (any::<u64>(), any::<u64>()).prop_map(|(until, suspended)| What::HeldUp {
             until: Nanos::from_nanos(until),
             suspended: Duration::from_nanos(suspended),

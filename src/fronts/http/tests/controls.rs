@@ -24,6 +24,22 @@ async fn the_token_opens_both_controls() {
     server.end().await;
 }
 
+/// This station drives no scan: whoever may asks gets its words, others get nothing.
+#[tokio::test]
+async fn a_scan_is_armed_and_stopped_with_the_token_alone() {
+    let server = Running::start(&Station::new()).await;
+    for path in ["/api/v1/scan/arm", "/api/v1/scan/stop"] {
+        let host = server.host();
+        let bare = [("Host", &*host), ("Content-Length", "0")];
+        assert_eq!(server.ask("POST", path, &bare).await.status, 401);
+        let token = format!("Bearer {TOKEN}");
+        let headers = [("Host", &*host), ("Authorization", &token), ("Content-Length", "0")];
+        let problem = server.ask("POST", path, &headers).await.problem(409);
+        assert!(problem.contains("[scan.plan]"), "{problem}");
+    }
+    server.end().await;
+}
+
 #[tokio::test]
 async fn a_start_may_name_the_part() {
     let station = Station::new();

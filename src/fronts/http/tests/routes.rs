@@ -158,6 +158,7 @@ async fn unknown_addresses_and_methods_are_told() {
         ("POST", "/", "GET, HEAD"),
         ("PUT", "/api/v1/session/start", "POST"),
         ("GET", "/api/v1/session/stop", "POST"),
+        ("GET", "/api/v1/scan/stop", "POST"),
     ] {
         let headers = [("Host", &*server.host()), ("Authorization", &format!("Bearer {TOKEN}"))];
         let answer = server.ask(method, path, &headers).await;
