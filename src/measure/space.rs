@@ -321,6 +321,7 @@ fn report(
         form,
         profile: None,
         contour: None,
+        parts: None,
         verdict,
         links: Vec::new(),
         timing: Timing::default(),

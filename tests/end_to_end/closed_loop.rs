@@ -234,7 +234,20 @@ fn a_stop_reaches_the_stage_within_a_tenth_of_a_second() {
     std::thread::park_timeout(Duration::from_secs(1));
     assert_eq!(bench.rig.stage().moves(), moves, "nothing moves until it is armed again");
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
-    station.until("moving again", |_| bench.rig.stage().moves() > moves);
+    station.until("moving again", |_| bench.rig.stage().moves() > moves + 1);
+
+    // The end of a session halts, too; its replay is armed, halted and armed as it was.
+    assert_eq!(station.post("/api/v1/session/stop").0, 204);
+    station.until("complete", |snapshot| snapshot["outputs"].is_object());
+    std::thread::park_timeout(Duration::from_millis(300));
+    assert!(!bench.rig.stage().is_moving());
+    let session = bench.session();
+    let report = report(&session);
+    assert_eq!(report["session"]["ended"], "stopped");
+    let replayed = json(&run(["replay".as_ref(), session.as_os_str(), "--json".as_ref()]));
+    for of in ["form", "points", "links", "session"] {
+        assert_eq!(replayed[of], report[of], "a replay gives the same figures");
+    }
 }
 
 /// The same while mesh, sections and places are asked for without a pause. That a link sends while nothing at all is taken from it is tested with
@@ -314,8 +327,9 @@ fn a_lost_link_halts_and_disarms() {
     let moves = bench.rig.stage().moves();
     std::thread::park_timeout(Duration::from_secs(1));
     assert_eq!(bench.rig.stage().moves(), moves);
-    // The primary's link alone does so, too; nothing of it is left to be armed by itself.
     assert_eq!(station.snapshot()["scan"]["state"], "disarmed");
+    assert_eq!(station.post("/api/v1/scan/arm").0, 204);
+    station.until("moving again", |_| bench.rig.stage().moves() > moves);
 }
 
 #[test]

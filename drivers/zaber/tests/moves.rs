@@ -95,11 +95,13 @@ impl Bench {
     }
 
     fn motions(&self) -> Vec<&MotionEvent> {
-        let motion = |event| match event {
-            Event::Motion(motion) => Some(motion),
-            _ => None,
-        };
-        self.events.iter().filter_map(motion).collect()
+        let events = self.events.iter();
+        events
+            .filter_map(|event| match event {
+                Event::Motion(motion) => Some(motion),
+                _ => None,
+            })
+            .collect()
     }
 
     fn failure(&self) -> &MotionFailure {

@@ -305,18 +305,8 @@ fn read_root(
     let noise_mm = time.and_then(|time| time.noise_mm);
     let part = part(&root.section("nominal"), folders.nominal, outside, noise_mm);
 
-    let scan_table = root.section("scan");
-    let scan = {
-        let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
-        let station = known.map(|((sync, kinematics), part)| scan::Station {
-            sync,
-            kinematics,
-            devices: &devices,
-            part,
-        });
-        scan::read(&scan_table, station.as_ref())
-    };
-    let end = end(&scan_table);
+    let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
+    let (end, scan) = scan(&root.section("scan"), known, &devices);
 
     let session = root.section("session");
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
@@ -463,6 +453,18 @@ fn check_addresses(root: &Section<'_>, link_names: &[String], links: &[Option<Li
             );
         }
     }
+}
+
+/// When a scan ends, and the plan by which the station drives it. `known` are joining, kinematics and part, where all can be used.
+fn scan(
+    table: &Section<'_>,
+    known: Option<((&SyncConfig, &Kinematics), &Part)>,
+    devices: &[DeviceConfig],
+) -> (EndSettings, Option<ScanPlan>) {
+    let station =
+        known.map(|((sync, kinematics), part)| scan::Station { sync, kinematics, devices, part });
+    let plan = scan::read(table, station.as_ref());
+    (end(table), plan)
 }
 
 /// When a scan ends.

@@ -47,9 +47,12 @@ pub(super) fn read(scan: &Section<'_>, station: Option<&Station<'_>>) -> Option<
     plan(&table, keys, station, axes, machine)
 }
 
+/// Path of a pitch in mm, one way or not, and a way about the centre.
+type PathOf = fn(f64, bool, Way) -> Path;
+
 /// Keys that are numbers and words.
 struct Keys {
-    path: Option<fn(f64, bool, Way) -> Path>,
+    path: Option<PathOf>,
     one_way: bool,
     way: Way,
     spacing_mm: Option<f64>,
@@ -71,7 +74,7 @@ struct Keys {
 
 impl Keys {
     fn read(table: &Section<'_>) -> Keys {
-        let paths: [(&str, fn(f64, bool, Way) -> Path); 4] = [
+        let paths: [(&str, PathOf); 4] = [
             ("raster", |pitch_mm, one_way, _| Path::Raster { pitch_mm, one_way }),
             ("spiral", |pitch_mm, _, way| Path::Spiral { pitch_mm, way }),
             ("rings", |pitch_mm, _, way| Path::Rings { pitch_mm, way }),
@@ -234,7 +237,7 @@ fn plan(
             batch_places: keys.batch_places,
             finest_mm: keys.finest_mm.unwrap_or(spacing_mm / FINEST),
         },
-        aperture: aperture.clone(),
+        aperture,
         centre_mm: keys.centre_mm,
         spacing_mm,
     });

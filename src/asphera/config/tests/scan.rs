@@ -112,3 +112,39 @@ fn mistakes_of_a_plan_are_named_with_their_cures() {
         "{said}"
     );
 }
+
+/// A turning table with a stage: r and c instead of x and y, c in degrees and without ends.
+#[test]
+fn a_turning_table_has_axes_r_and_c() {
+    let table = [
+        (
+            "[[device.stage.settings.axis]]\nname = \"y\"\nmicrostep_um = 0.1",
+            "[[device.stage.settings.axis]]\nname = \"y\"\nmicrostep_deg = 0.001",
+        ),
+        (
+            "kind = \"cartesian\"\nx = { device = \"stage\", channel = \"x\", offset_mm = -25 }\n\
+             y = { device = \"stage\", channel = \"y\", offset_mm = -25 }\nz = ",
+            "kind = \"polar\"\nradial = { device = \"stage\", channel = \"x\", offset_mm = -25 }\n\
+             rotary = { device = \"stage\", channel = \"y\" }\nprobe = ",
+        ),
+        ("shape = \"rectangle\"\nwidth_mm = 8\nheight_mm = 6", "shape = \"circle\"\nradius_mm = 4"),
+        ("path = \"raster\"", "path = \"spiral\""),
+        ("adaptive = true", "adaptive = false"),
+        (
+            "y = { travel_mm = [-25, 25], speed_mm_s = 20, acceleration_mm_s2 = 200 }",
+            "c = { speed_deg_s = 180, acceleration_deg_s2 = 1800 }",
+        ),
+        ("x = { travel_mm = [-25, 25]", "r = { travel_mm = [0, 25]"),
+    ];
+    let plan = driven(&table).unwrap().scan.unwrap();
+    assert_eq!(plan.axes.each_ref().map(|axis| axis.name.as_str()), ["x", "y"]);
+    let asphera_plan::Machine::Polar { r, c } = plan.limits.machine else { panic!("a table") };
+    assert_eq!((r.low, r.high, c.high), (0.0, 25.0, f64::INFINITY));
+    assert!((c.speed - std::f64::consts::PI).abs() < 1e-12);
+    assert_eq!(plan.pieces.len(), 2, "a spiral, and the turn at the edge");
+    // Its lines miss the axis of the table.
+    let mut raster = table;
+    raster[3].1 = "path = \"raster\"";
+    let plan = driven(&raster).unwrap().scan.unwrap();
+    assert_eq!(plan.pieces.len(), 4);
+}

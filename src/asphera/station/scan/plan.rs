@@ -83,7 +83,7 @@ pub struct Stroke {
 
 impl AdaptivePlan {
     fn scan(&self) -> Result<AdaptiveScan, PlanError> {
-        AdaptiveScan::new(self.goal, self.aperture.clone(), self.centre_mm, self.spacing_mm)
+        AdaptiveScan::new(self.goal, self.aperture, self.centre_mm, self.spacing_mm)
     }
 
     /// Lines of a raster that later passes refine: those of their lattice.

@@ -55,12 +55,15 @@ fn plan(adaptive: bool) -> ScanPlan {
     }
 }
 
+/// Run under way: its begin, from, to, and how it goes.
+type Running = (Nanos, f64, f64, Trapezoid);
+
 /// A stage of two axes that obeys, and a gauge, read every 10 ms.
 struct World {
     scanner: Scanner,
     now: Nanos,
-    /// Position, and the run under way: begin, from, to, how it goes.
-    axes: [(f64, Option<(Nanos, f64, f64, Trapezoid)>); 2],
+    /// Position, and the run under way.
+    axes: [(f64, Option<Running>); 2],
     ordered: Vec<(Nanos, Motion)>,
     points: Vec<[f64; 2]>,
     is_silent: bool,
@@ -439,4 +442,28 @@ fn a_batch_is_recorded_in_nanometres() {
         matches!(strokes[0].piece(), (Piece::Line { .. }, Spacing::AtMost { mm }) if (mm - 0.25).abs() < 1e-12)
     );
     assert!(matches!(strokes[1].piece().0, Piece::Stop { .. }));
+}
+
+/// A table of which a unit of the channel is a radian, and whose stage counts backwards from 10 mm.
+#[test]
+fn a_turning_table_goes_where_its_axes_say() {
+    let axis = |low: f64, high: f64| Axis { low, high, speed: 20.0, acceleration: 200.0 };
+    let mut plan = plan(false);
+    plan.limits.machine =
+        Machine::Polar { r: axis(0.0, 10.0), c: axis(f64::NEG_INFINITY, f64::INFINITY) };
+    plan.axes[0] = ScanAxis { scale: -1.0, offset: 10.0, ..plan.axes[0].clone() };
+    plan.axes[1] = ScanAxis { scale: 1.0, offset: 0.0, ..plan.axes[1].clone() };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let piece = Piece::Line { from_mm: [0.0, 1.0], to_mm: [0.0, 4.0] };
+    let runs =
+        asphera_plan::axis_runs(&[(piece, Spacing::AtMost { mm: 1.0 })], &plan.limits, [0.0; 2])
+            .unwrap();
+    let moves: Vec<Vec<(String, f64)>> = runs
+        .iter()
+        .map(|run| plan.moves(run).into_iter().map(|(_, one)| (one.axis, one.to)).collect())
+        .collect();
+    assert_eq!(moves[0], [("x".to_owned(), 9.0), ("y".to_owned(), quarter)]);
+    assert_eq!(moves[1], [("x".to_owned(), 6.0)], "along the line the table stands");
+    let [x, y] = plan.place_mm(runs[1].to);
+    assert!(x.abs() < 1e-12 && (y - 4.0).abs() < 1e-12);
 }

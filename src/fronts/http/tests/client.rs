@@ -54,7 +54,6 @@ impl Station {
             maps: None,
             contour: None,
             parts: None,
-            scan: None,
             cut: |_| None,
             view: None,
             waypoints: None,
@@ -327,6 +326,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        scan: None,
         convergence: Convergence::default(),
         outputs: None,
         links: vec![LinkState {
