@@ -146,7 +146,8 @@ fn a_closed_loop_reaches_its_verdict_and_a_replay_gives_the_same() {
     }
     let pv_nm = flat_pv_nm(&heights);
     let found_nm = number(&report, "/form/deviation/pv_nm");
-    assert!((found_nm - pv_nm).abs() < 60.0, "{found_nm} nm found, {pv_nm} nm are there");
+    assert!(pv_nm > 150.0, "{pv_nm} nm");
+    assert!((found_nm - pv_nm).abs() < 30.0, "{found_nm} nm found, {pv_nm} nm are there");
 
     // Nothing at rest and nothing between lines is a point.
     assert!(count(&report, "/points/flagged/off_plan") > 100, "{:#}", report["points"]);
