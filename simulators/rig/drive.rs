@@ -290,3 +290,50 @@ impl Gauge {
 
 /// Height that no part has.
 const BESIDE_MM: f64 = 99.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = include_str!("scenes/stage.toml");
+
+    /// Why a changed scene cannot be used.
+    fn wrong(from: &str, to: &str) -> String {
+        assert!(SCENE.contains(from), "{from}");
+        let scene = DriveScene::parse("stage", &SCENE.replacen(from, to, 1));
+        scene.expect("a scene with a gauge").expect_err("a mistake").to_string()
+    }
+
+    #[test]
+    fn mistakes_are_named_and_other_scenes_left_to_others() {
+        assert!(DriveScene::parse("stage", SCENE).is_some_and(|scene| scene.is_ok()));
+        assert!(DriveScene::parse("sphere", include_str!("scenes/sphere.toml")).is_none());
+        for (from, to, key) in [
+            ("centre_mm = [25.0, 25.0]", "centre_mm = [25.0, 51.0]", "stage.centre_mm"),
+            ("127.0.0.1:7731", "gauge", "gauge.listen"),
+            ("rate_hz = 500.0", "rate_hz = 0", "gauge.rate_hz"),
+            ("microstep_um", "microstep_mm", "stage.microstep_mm"),
+            ("seed = 1", "", "seed"),
+        ] {
+            let said = wrong(from, to);
+            assert!(said.contains(key), "{to}: {said}");
+        }
+    }
+
+    /// A plane turned by 0.1 mrad about x, at 31.2 µm, with power of 400 nm: −400 nm in the middle, +400 nm at the edge of 12 mm.
+    #[tokio::test]
+    async fn the_gauge_meets_the_part_where_the_stage_is() {
+        let scene = DriveScene::parse("stage", SCENE).expect("a gauge").expect("sound");
+        let mut scene = scene.on_free_ports();
+        scene.form_error.fringe_nm.truncate(1);
+        let rig = DriveRig::start(scene).await.expect("free ports");
+        let near = |place: [f64; 2], expected_mm: f64| {
+            let found_mm = rig.height_mm(place).expect("on the part");
+            assert!((found_mm - expected_mm).abs() < 1e-7, "{place:?}: {found_mm}");
+        };
+        near([0.0, 0.0], 0.0312 - 400e-6);
+        near([12.0 - 1e-9, 0.0], 0.0312 + 400e-6);
+        near([0.0, 6.0], 0.0312 + 6.0e-4 - 200e-6);
+        assert_eq!(rig.height_mm([9.0, 9.0]), None);
+    }
+}

@@ -1,7 +1,8 @@
 //! Ways of a probe over an aperture: paths, their time, short orders of places, and what to measure next.
 //!
 //! [`lay`] turns a [`Path`] over an [`Aperture`] into [`Piece`]s: lines, arcs and spirals. [`schedule`] runs them within the limits of
-//! a [`Machine`] and says where and when each point is taken. [`short_order`] puts scattered places into a short path.
+//! a [`Machine`] and says where and when each point is taken. [`axis_runs`] gives the runs of the axes along them.
+//! [`short_order`] puts scattered places into a short path.
 //! [`AdaptiveScan::next_step`] decides, from what is known of a part, which places to measure next or why to end.
 //!
 //! ```
