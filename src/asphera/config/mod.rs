@@ -321,14 +321,7 @@ fn read_root(
     let (calibration, text) =
         calibration::read(&root.section("calibration"), folders.station, machine, &text);
 
-    let publish = root.section("publish");
-    let listen: String = publish.or("listen", "127.0.0.1:7717".to_owned());
-    let listen = listen
-        .parse()
-        .inspect_err(|_| publish.problem("listen", "address:port", format!("{listen:?}")))
-        .ok();
-    let allowed_hosts = publish.or("allowed_hosts", Vec::new());
-    publish.finish();
+    let (listen, allowed_hosts) = publish(&root.section("publish"));
 
     Some(Config {
         name: name?,
@@ -480,6 +473,18 @@ fn end(scan: &Section<'_>) -> EndSettings {
     };
     scan.finish();
     end
+}
+
+/// Where the page is, and the names under which it answers beside its own.
+fn publish(table: &Section<'_>) -> (Option<SocketAddr>, Vec<String>) {
+    let listen: String = table.or("listen", "127.0.0.1:7717".to_owned());
+    let address = listen
+        .parse()
+        .inspect_err(|_| table.problem("listen", "address:port", format!("{listen:?}")))
+        .ok();
+    let allowed_hosts = table.or("allowed_hosts", Vec::new());
+    table.finish();
+    (address, allowed_hosts)
 }
 
 /// Names stand in recordings and on the page.
