@@ -184,9 +184,12 @@ pub struct PartEvent {
     pub event: String,
     /// Where, mm.
     pub at_mm: [f64; 3],
-    /// Branches that it was split into or joined of; parts that merged with it.
+    /// Branches that it was split into or joined of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branches: Option<usize>,
+    /// Parts that turned out to be this one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub of: Vec<u32>,
+    pub merged: Vec<u32>,
 }
 
 /// What a snapshot says of the parts.

@@ -72,12 +72,13 @@ impl RunningParts {
 }
 
 fn event(found: RunningEvent) -> PartEvent {
-    let (word, of) = match found.change {
-        Change::Begun => ("begun", Vec::new()),
-        Change::Split { branches } => ("split", vec![branches as u32]),
-        Change::Joined { branches } => ("joined", vec![branches as u32]),
-        Change::Merged { absorbed } => ("merged", absorbed),
-        Change::Ended => ("ended", Vec::new()),
+    let (word, branches, merged) = match found.change {
+        Change::Begun => ("begun", None, Vec::new()),
+        Change::Split { branches } => ("split", Some(branches), Vec::new()),
+        Change::Joined { branches } => ("joined", Some(branches), Vec::new()),
+        Change::Merged { absorbed } => ("merged", None, absorbed),
+        Change::Ended => ("ended", None, Vec::new()),
     };
-    PartEvent { part: found.part, event: word.to_owned(), at_mm: found.at_mm, of }
+    let event = word.to_owned();
+    PartEvent { part: found.part, event, at_mm: found.at_mm, branches, merged }
 }
