@@ -535,7 +535,7 @@ fn kinematics_of_a_line_scanner_need_one() {
 fn with_contour(outline: &str, change: impl Fn(&str) -> String) -> (Result<Config, String>, usize) {
     let text = read(&project("asphera.toml")).unwrap();
     let from = text.find("# [contour]").unwrap();
-    let to = text.find("[publish]").unwrap();
+    let to = text.find("# [parts]").unwrap();
     let shown: String = text[from..to]
         .lines()
         .map(|line| match line.strip_prefix("# ") {
