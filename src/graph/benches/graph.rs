@@ -135,6 +135,9 @@ fn running(many: usize) {
         keeps_points: false,
     };
     let mut graph = RunningGraph::new(settings).unwrap();
+    // The mesh of the same points, as a station makes it beside the graph.
+    let mut mesh = asphera_mesh::Mesh::new();
+    let mut meshing = 0.0;
     let (mut parts, mut most, mut spent) = (0, 0, 0.0);
     let mut profile: Vec<Place> = Vec::with_capacity(PROFILE);
     for row in 0..many / PROFILE {
@@ -147,6 +150,9 @@ fn running(many: usize) {
         let begun = Instant::now();
         graph.take(&profile).unwrap();
         spent += begun.elapsed().as_secs_f64();
+        let begun = Instant::now();
+        mesh.insert(&profile);
+        meshing += begun.elapsed().as_secs_f64();
         graph.take_closed();
         graph.take_events();
         parts += graph.take_ended().len();
@@ -157,8 +163,10 @@ fn running(many: usize) {
     spent += begun.elapsed().as_secs_f64();
     parts += graph.take_ended().len();
     println!(
-        "  running graph of {many} points of a conveyor: {:.0} ns a point, {parts} parts, at most {most} points wait",
-        1e9 * spent / many as f64
+        "  running graph of {many} points of a conveyor: {:.0} ns a point, {parts} parts, at most {most} points wait; mesh {:.0} ns a point, ratio {:.2}",
+        1e9 * spent / many as f64,
+        1e9 * meshing / many as f64,
+        spent / meshing
     );
 }
 
