@@ -6,10 +6,12 @@ use std::thread::JoinHandle;
 
 use asphera_geometry::PointMm;
 use asphera_graph::RunningPart;
+use asphera_link::Nanos;
 use asphera_report::parts::SessionParts;
 use tokio::sync::watch;
 use tracing::error;
 
+use super::worker::PERIOD;
 use crate::parts::{Judged, PartsPlan, RunningParts};
 use crate::station::Point;
 
@@ -22,6 +24,7 @@ pub(super) struct Parts {
     thread: JoinHandle<()>,
     newest: watch::Sender<Option<Arc<SessionParts>>>,
     has_news: bool,
+    shown_at: Nanos,
 }
 
 impl Parts {
@@ -48,7 +51,16 @@ impl Parts {
             }
         })?;
         let running = RunningParts::new(&plan);
-        Ok(Parts { plan, running, jobs, done, thread, newest, has_news: false })
+        Ok(Parts {
+            plan,
+            running,
+            jobs,
+            done,
+            thread,
+            newest,
+            has_news: false,
+            shown_at: Nanos::ZERO,
+        })
     }
 
     pub(super) fn take(&mut self, points: &[Point]) {
@@ -59,13 +71,14 @@ impl Parts {
         self.hand_over(ended);
     }
 
-    /// Shows what is known, where that changed.
-    pub(super) fn keep_up(&mut self) {
+    /// Shows what is known, where that changed; as often as running figures at most.
+    pub(super) fn keep_up(&mut self, now: Nanos) {
         while let Ok(judged) = self.done.try_recv() {
             self.running.add(judged);
             self.has_news = true;
         }
-        if std::mem::take(&mut self.has_news) {
+        if self.has_news && now.since(self.shown_at) >= PERIOD {
+            (self.has_news, self.shown_at) = (false, now);
             self.newest.send_replace(Some(Arc::new(self.running.found())));
         }
     }

@@ -214,7 +214,7 @@ fn run(
             contours.keep_up(clock.now());
         }
         if let Some(parts) = &mut line.parts {
-            parts.keep_up();
+            parts.keep_up(clock.now());
         }
         let now = clock.now();
         if line.pipeline.received() != shown && now.since(shown_at) >= PERIOD {
@@ -226,6 +226,6 @@ fn run(
 }
 
 /// How often running figures are made: more than five times a second.
-const PERIOD: Duration = Duration::from_millis(120);
+pub(super) const PERIOD: Duration = Duration::from_millis(120);
 /// Batches of points that may wait.
 const QUEUE: usize = 1024;

@@ -67,7 +67,9 @@ impl PartsPlan {
         }
         let points: Vec<PointMm> = ended.rows.iter().map(|&(_, at_mm)| at_mm).collect();
         // Points of a running graph are finite and in range.
-        let Ok(cloud) = Cloud::new(&points) else { return Judged::default() };
+        let Ok(cloud) = Cloud::new(&points) else {
+            return Judged { crumbs: ended.points, ..Judged::default() };
+        };
         let limits = (Size::Counts, self.within_mm);
         let all: Vec<PlaceId> = (0..cloud.len() as PlaceId).collect();
         let (found, of_places) = pieces(&cloud, &all, self.library.as_ref(), limits);
@@ -83,17 +85,19 @@ impl PartsPlan {
                 None => crumbs += 1,
             }
         }
-        let parts = found.into_iter().zip(rows).filter_map(|((places, recognition), rows)| {
-            let mut figures = figures_of(&places, self.settings.tau_mm).ok()?;
+        let mut parts = Vec::new();
+        for ((places, recognition), rows) in found.into_iter().zip(rows) {
+            // Points that have no extent are no part: they count as left over.
+            let Ok(mut figures) = figures_of(&places, self.settings.tau_mm) else {
+                crumbs += rows.len() as u64;
+                continue;
+            };
             figures.points = rows.len() as u64;
             let part = ScenePart { figures, rows, places, recognition };
-            Some(SessionPart {
-                scanned: ended.id,
-                is_open: ended.is_open,
-                part: self.report(&part, &points),
-            })
-        });
-        Judged { parts: parts.collect(), island_points: None, crumbs }
+            let part = self.report(&part, &points);
+            parts.push(SessionPart { scanned: ended.id, is_open: ended.is_open, part });
+        }
+        Judged { parts, island_points: None, crumbs }
     }
 
     fn report(&self, part: &ScenePart, points: &[PointMm]) -> PartReport {
@@ -127,6 +131,13 @@ impl PartsPlan {
             for (number, part) in (1..).zip(&parts.parts) {
                 judge(number, &part.part, verdict);
             }
+        }
+        if parts.waiting > 0 {
+            ask(verdict);
+            undecide(
+                verdict,
+                format!("{} parts could not be measured: see the log", parts.waiting),
+            );
         }
         let lost = parts.late + parts.outside;
         if lost > 0 {
