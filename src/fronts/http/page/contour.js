@@ -4,6 +4,7 @@ import { byId, setText } from "./dom.js";
 import { count, fixed, known, significant } from "./format.js";
 import { Frames } from "./frames.js";
 import { knots } from "./knots.js";
+import { askStation } from "./token.js";
 
 export class Contour {
   #token;
@@ -58,20 +59,9 @@ export class Contour {
     const key = `${this.#snapshot.session?.id} ${offered.as_of_points}`;
     if (key === this.#key) return;
     this.#busy = true;
-    const found = await this.#ask();
+    const found = await askStation("/api/v1/contour", this.#token);
     this.#busy = false;
     if (found !== undefined) this.#take(key, found);
-  }
-
-  /** Null where the station has none; undefined where it is gone, as the stream tells: the next snapshot asks again. */
-  async #ask() {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
-    try {
-      const answer = await fetch("/api/v1/contour", { headers });
-      return answer.ok ? await answer.json() : null;
-    } catch {
-      return undefined;
-    }
   }
 
   #say() {

@@ -2,7 +2,7 @@
 
 import { byId, setText } from "./dom.js";
 import { Files } from "./files.js";
-import { forgetToken } from "./token.js";
+import { forgetToken, headersWith } from "./token.js";
 
 const SURE_MS = 4000;
 const SAID_MS = 8000;
@@ -71,7 +71,7 @@ export class Control {
   }
 
   async #command(name, body) {
-    const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
+    const headers = headersWith(this.#token);
     try {
       const answer = await fetch(`/api/v1/session/${name}`, { method: "POST", headers, body: body && JSON.stringify(body) });
       if (answer.ok) return this.say(`${name} accepted`);

@@ -1,5 +1,7 @@
 // Files of the station: opened where a browser may read without the token, else saved.
 
+import { headersWith } from "./token.js";
+
 /** Asks the station, with the token where there is one. */
 export class Files {
   #token;
@@ -13,7 +15,7 @@ export class Files {
 
   /** The answer to a GET, or null after saying what went wrong. */
   async request(path) {
-    const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
+    const headers = headersWith(this.#token);
     try {
       const answer = await fetch(`/api/v1/${path}`, { headers });
       if (answer.ok) return answer;

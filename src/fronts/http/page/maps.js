@@ -1,5 +1,7 @@
 // The maps of the sampling: fetched only where they are looked at, and only when they changed.
 
+import { askStation } from "./token.js";
+
 /** Calls `onMaps(maps or null)`. */
 export class Maps {
   #token;
@@ -35,21 +37,10 @@ export class Maps {
     const key = `${this.#snapshot.session?.id} ${offered.version}`;
     if (key === this.#key) return;
     this.#busy = true;
-    const maps = await this.#ask();
+    const maps = await askStation("/api/v1/maps", this.#token);
     this.#busy = false;
     if (maps === undefined) return;
     this.#key = key;
     this.#onMaps(maps);
-  }
-
-  /** Null where the station has none; undefined where it is gone, as the stream tells: the next snapshot asks again. */
-  async #ask() {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
-    try {
-      const answer = await fetch("/api/v1/maps", { headers });
-      return answer.ok ? await answer.json() : null;
-    } catch {
-      return undefined;
-    }
   }
 }

@@ -3,6 +3,7 @@
 import { byId, setRows, setText } from "./dom.js";
 import { DASH, count, fixed, known, significant } from "./format.js";
 import { Frames } from "./frames.js";
+import { askStation } from "./token.js";
 
 export class Parts {
   #token;
@@ -51,20 +52,9 @@ export class Parts {
     const key = `${this.#snapshot.session?.id} ${this.#snapshot.state} ${offered.ended} ${offered.waiting}`;
     if (key === this.#key) return;
     this.#busy = true;
-    const found = await this.#ask();
+    const found = await askStation("/api/v1/parts", this.#token);
     this.#busy = false;
     if (found !== undefined) this.#take(key, found);
-  }
-
-  /** Null where the station has none; undefined where it is gone, as the stream tells: the next snapshot asks again. */
-  async #ask() {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
-    try {
-      const answer = await fetch("/api/v1/parts", { headers });
-      return answer.ok ? await answer.json() : null;
-    } catch {
-      return undefined;
-    }
   }
 
   #say() {

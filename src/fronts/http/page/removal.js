@@ -3,6 +3,7 @@
 import { byId, setText } from "./dom.js";
 import { count, nm } from "./format.js";
 import { listed } from "./series.js";
+import { headersWith } from "./token.js";
 
 const ASK_MS = 500;
 
@@ -68,7 +69,7 @@ export class Removal {
 
   /** Null where the station is gone, as the stream tells; there is another try soon. */
   async #fetch(chosen) {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
+    const headers = headersWith(this.#token);
     try {
       const answer = await fetch(`/api/v1/form?remove=${chosen.join(",")}`, { headers });
       return { ok: answer.ok, found: await answer.json() };

@@ -2,6 +2,7 @@
 
 import { byId, setRows, setText } from "./dom.js";
 import { DASH, count, duration, known } from "./format.js";
+import { headersWith } from "./token.js";
 
 export class Scan {
   #token;
@@ -40,7 +41,7 @@ export class Scan {
   }
 
   async #command(name, done) {
-    const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
+    const headers = headersWith(this.#token);
     try {
       const answer = await fetch(`/api/v1/scan/${name}`, { method: "POST", headers });
       if (answer.ok) return this.#say(done);

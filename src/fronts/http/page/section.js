@@ -3,6 +3,7 @@
 import { byId, setText } from "./dom.js";
 import { Frames } from "./frames.js";
 import { Profile } from "./profile.js";
+import { headersWith } from "./token.js";
 
 const ASK_MS = 500;
 const FIELDS = { line: ["x1", "y1", "x2", "y2"], radius: ["angle"], circle: ["r"] };
@@ -136,7 +137,7 @@ export class SectionView {
 
   /** Null where the station is gone, as the stream tells; there is another try soon. */
   async #fetch(query) {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
+    const headers = headersWith(this.#token);
     try {
       const answer = await fetch(`/api/v1/section?${query}`, { headers });
       return { ok: answer.ok, found: await answer.json() };

@@ -1,5 +1,7 @@
 // The stream of snapshots: connects, notices silence, reconnects, counts what was missed.
 
+import { headersWith } from "./token.js";
+
 const ALIVE_MS = 5000; // The server says something at least every 2 s.
 const FRESH_MS = 5000; // While measuring, a snapshot older than this is old.
 const FIRST_DELAY_MS = 500;
@@ -53,7 +55,7 @@ export class Stream {
 
   /** A browser does not tell a page why a WebSocket was refused; a plain request does. */
   async #explain() {
-    const headers = this.#token ? { Authorization: `Bearer ${this.#token}` } : {};
+    const headers = headersWith(this.#token);
     const signal = AbortSignal.timeout(EXPLAIN_MS);
     try {
       const answer = await fetch("/api/v1/snapshot", { headers, signal });

@@ -16,6 +16,19 @@ export function takeToken() {
 /** Forgets the token: it was refused. */
 export const forgetToken = () => store((storage) => storage.removeItem(KEY));
 
+/** Headers of a request with the token, if there is one. */
+export const headersWith = (token) => (token ? { Authorization: `Bearer ${token}` } : {});
+
+/** What the station answers as JSON: null where it has none; undefined where it is gone, as the stream tells: the next snapshot asks again. */
+export async function askStation(path, token) {
+  try {
+    const answer = await fetch(path, { headers: headersWith(token) });
+    return answer.ok ? await answer.json() : null;
+  } catch {
+    return undefined;
+  }
+}
+
 /** Storage can be forbidden by the browser; the page then works until it is reloaded. */
 function store(use) {
   try {
