@@ -191,3 +191,63 @@ fn measured(
     pipeline.take_positions(points_mm);
     Ok(pipeline.finish())
 }
+
+#[cfg(test)]
+mod tests {
+    use asphera_form::Nominal;
+
+    use super::*;
+
+    fn plan() -> PartsPlan {
+        let settings = RunningSettings {
+            axis: 1,
+            is_reversed: false,
+            tau_mm: 1.0,
+            strip_mm: 2.0,
+            keeps_points: true,
+        };
+        PartsPlan { settings, min_points: 20, library: None, within_mm: None }
+    }
+
+    fn verdict_of(parts: SessionParts) -> (Status, Vec<String>) {
+        let mut measurement = Pipeline::along(Part::new(Nominal::Plane), Along::Z).finish();
+        plan().conclude(parts, &mut measurement);
+        let verdict = measurement.report.verdict;
+        (verdict.status, verdict.reasons)
+    }
+
+    #[test]
+    fn what_is_in_no_part_or_not_measured_leaves_the_session_undecided() {
+        let nothing = plan().nothing();
+        for (parts, why) in [
+            (SessionParts { waiting: 2, ..nothing.clone() }, "2 parts could not be measured"),
+            (SessionParts { late: 3, outside: 1, ..nothing.clone() }, "4 points are in no part"),
+        ] {
+            let (status, reasons) = verdict_of(parts);
+            assert_eq!(status, Status::Undecided);
+            assert!(reasons.iter().any(|reason| reason.contains(why)), "{reasons:?}");
+        }
+    }
+
+    /// Every point of what ended is in a part, in an island or left over.
+    #[test]
+    fn no_point_of_what_ended_is_dropped() {
+        let square = |count: u32| {
+            (0..count).map(|at| [f64::from(at % 6) * 0.3, f64::from(at / 6) * 0.3, 0.0])
+        };
+        let one_place = |count: u32| (0..count).map(|_| [1.0, 2.0, 3.0]);
+        let clouds: [Vec<PointMm>; 3] =
+            [square(36).collect(), square(12).collect(), one_place(30).collect()];
+        for points in clouds {
+            let mut graph = plan().graph();
+            graph.take(&points).unwrap();
+            graph.finish();
+            let ended = graph.take_ended();
+            assert_eq!(ended.len(), 1);
+            let judged = plan().judge(&ended[0]);
+            let in_parts: u64 = judged.parts.iter().map(|part| part.part.figures.points).sum();
+            let all = in_parts + judged.island_points.unwrap_or(0) + judged.crumbs;
+            assert_eq!(all, points.len() as u64, "{judged:?}");
+        }
+    }
+}
