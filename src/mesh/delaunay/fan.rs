@@ -25,15 +25,13 @@
 //! What remains is suspect as ever: the side by which the fan begins. Lines that are not straight are
 //! closed as any other corner of the hull (`hull.rs`); there a line hides most of itself from p.
 
-use std::ops::Range;
-
 use asphera_geometry::VertexId;
 use asphera_geometry::predicates::{Place, left_of};
 
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
 use super::places::Places;
-use super::runs::Axis;
+use super::runs::{Axis, Track};
 
 /// In which sense around the hull a fan's bases follow one another from its `edge`, the side of the hull
 /// that ends at the apex.
@@ -97,13 +95,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// The run must not come between the fan and what is left of it: its first point lies before
     /// `edge`, and all of them before the line. Nor may it start on the other side of the apex: it would hide
     /// the side between apex and line, which then meets the line in a corner that is not convex.
-    pub(super) fn unfold(
-        &mut self,
-        edge: Slot,
-        axis: Axis,
-        out: Out,
-        run: Range<VertexId>,
-    ) -> bool {
+    pub(super) fn unfold(&mut self, edge: Slot, axis: Axis, out: Out, run: Track) -> bool {
         let [out_index, back] = out.indices();
         let apex = self.cells.corner(edge, out_index);
         let first = self.cells.across(Side::new(edge, 2));
@@ -122,7 +114,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 || !axis.is_between(place, near, far)
                 || self.cells.is_ghost(self.cells.across(Side::new(slot, 2)).slot())
                 || next_apex == GHOST
-                || last == edge && !self.goes_on(run.clone(), place, edge, axis, slot)
+                || last == edge && !self.goes_on(run, place, edge, axis, slot)
             {
                 break;
             }
@@ -175,21 +167,14 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
 
     /// Whether a run goes on from an apex along the axis, its first point lies before a side of the hull, and all
     /// on the outer side of the line of a base.
-    fn goes_on(
-        &self,
-        run: Range<VertexId>,
-        apex: Place,
-        edge: Slot,
-        axis: Axis,
-        base: Slot,
-    ) -> bool {
-        let first = self.at(run.start);
+    fn goes_on(&self, run: Track, apex: Place, edge: Slot, axis: Axis, base: Slot) -> bool {
+        let first = self.at(run.first as VertexId);
         if axis.along(first) < axis.along(apex) {
             return false;
         }
         let level = axis.across(self.at(self.cells.corner(base, 0)));
         let is_less = axis.across(first) < level;
-        let mut run = run.map(|vertex| axis.across(self.at(vertex)));
+        let mut run = run.numbers().map(|number| axis.across(self.at(number as VertexId)));
         [edge, base].into_iter().all(|slot| {
             let [end, start] = self.base(slot);
             left_of(end, start, first)

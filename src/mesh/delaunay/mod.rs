@@ -4,7 +4,7 @@
 //! than three lie on one circle with none inside, [`encloses`](asphera_geometry::predicates::encloses) decides by
 //! their coordinates, so the triangulation is the same in whatever order and batches they came.
 //!
-//! Scans are what it is made for: a batch is cut into runs along lines ([`runs`]); a run that lies outside
+//! Scans are what it is made for: a batch is cut into runs along lines, also of lines that arrive by turns ([`runs`]); a run that lies outside
 //! the hull, as the next line of a growing scan does, is sewn to it as a whole ([`strip`]); all
 //! else is inserted point by point ([`insert`]), runs ends first and then by bisection, and points in no
 //! order in rounds, each four times as long as those before it, by the places they belong to (`scattered.rs`). Where runs

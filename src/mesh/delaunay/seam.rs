@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use asphera_geometry::predicates::Place;
 
-use super::runs::{Axis, Run, runs};
-use super::sheet::SCATTERED;
+use super::runs::{Axis, Run, SCATTERED, runs};
 
 /// Points of a batch, one after the other, that shall part what comes before them from what comes after.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,12 +34,12 @@ pub(super) fn seam(count: usize, place: impl Fn(usize) -> Place) -> Option<Seam>
     }
     // The window may have cut the first and the last.
     let whole = found.get(1..found.len().saturating_sub(1))?;
-    let longest = whole.iter().map(|run| run.points.len()).max()?;
+    let longest = whole.iter().map(|run| run.points.count).max()?;
     // Both blocks have the seam: they are alike if its middle is that of the batch. Of one that leads around
     // it is the start, lest most of a ring be left unfinished beside it.
     let from_middle = |index: usize| {
         let (run, next) = (&whole[index], &whole[index + 1..]);
-        let Range { start, end } = run.points;
+        let Range { start, end } = range(run);
         if leads_around(run, next) { 2 * start } else { start + end }.abs_diff(window.len())
     };
     let mut order: Vec<usize> = (0..whole.len()).collect();
@@ -49,14 +48,19 @@ pub(super) fn seam(count: usize, place: impl Fn(usize) -> Place) -> Option<Seam>
     let seam = order.into_iter().find_map(|index| {
         let (run, next) = whole[index..].split_first()?;
         if leads_around(run, next) {
-            let last = closes(run.points.start, next[2].points.start..window.len(), place)?;
-            return Some(Seam { points: run.points.start..last + 1, closed: true });
+            let last = closes(run.points.first, next[2].points.first..window.len(), place)?;
+            return Some(Seam { points: run.points.first..last + 1, closed: true });
         }
-        let is_line = 4 * run.points.len() >= 3 * longest && run.points.len() >= LEAST_POINTS;
-        is_line.then(|| Seam { points: run.points.clone(), closed: false })
+        let is_line = 4 * run.points.count >= 3 * longest && run.points.count >= LEAST_POINTS;
+        is_line.then(|| Seam { points: range(run), closed: false })
     })?;
     let [start, end] = [seam.points.start, seam.points.end].map(|index| window.start + index);
     Some(Seam { points: start..end, ..seam })
+}
+
+/// The points of a run of which each follows the one before it.
+fn range(run: &Run) -> Range<usize> {
+    run.points.first..run.points.first + run.points.count
 }
 
 /// Whether a run and the three after it each turn by a right angle to the same side.

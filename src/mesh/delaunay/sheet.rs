@@ -13,7 +13,7 @@ use super::hints::{Extent, Hints};
 use super::insert::Placed;
 use super::line::Line;
 use super::places::Places;
-use super::runs::{Run, runs};
+use super::runs::{Run, SCATTERED, Track, runs, runs_by_turns};
 use crate::order::by_bisection;
 
 /// A growing triangulation, but for its cells.
@@ -161,9 +161,12 @@ impl Sheet {
         extent: Extent,
     ) {
         let Some(plane) = &mut self.plane else { return };
-        runs(batch.clone().map(|vertex| points.place(vertex)), &mut self.runs);
+        let place = |index: usize| points.place(batch.start + index as VertexId);
+        runs((0..batch.len()).map(place), &mut self.runs);
         self.slots.resize(batch.len(), plane.recent);
-        let are_scattered = self.runs.len() > batch.len() / SCATTERED || self.setback.is_on();
+        let are_scattered = self.setback.is_on()
+            || self.runs.len() > batch.len() / SCATTERED
+                && !runs_by_turns(batch.len(), place, &mut self.runs);
         if let Some(hints) = plane.hints.get_mut() {
             hints.expect(batch.len(), extent);
         }
@@ -214,13 +217,14 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
     /// Returns whether it was for all.
     fn insert_runs(&mut self, runs: &[Run]) -> bool {
         let before = self.editor.work.effort;
-        let mut left = Vec::new();
+        let (mut left, mut inserted) = (Vec::new(), 0);
         for run in runs {
             if left.is_empty() {
-                self.insert_run(run, before, &mut left);
+                self.insert_run(run, (before, inserted), &mut left);
             } else {
-                left.extend(run.points.clone());
+                left.extend(run.points.numbers());
             }
+            inserted += run.points.count;
         }
         if !left.is_empty() {
             // Some of them are in order of bisection.
@@ -230,52 +234,51 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         left.is_empty()
     }
 
-    /// Inserts a run, but for points that are `left` as it takes too much.
-    fn insert_run(&mut self, run: &Run, before: usize, left: &mut Vec<usize>) {
-        let Range { start, end } = run.points;
-        let mut from = self.nearest(run);
+    /// Inserts a run after others of so much effort and so many points, but for points that are `left` as it takes too much.
+    fn insert_run(&mut self, run: &Run, (before, others): (usize, usize), left: &mut Vec<usize>) {
+        let Run { points, axis } = *run;
+        let mut from = self.nearest(points);
         let mut done = 0;
         let more = LEAST_POINTS.max(self.slots.len() / LARGE_SHARE);
         let is_worth_it = |inserter: &Self, points: usize| {
             inserter.editor.work.effort - before <= MOST_EFFORT * (points + more)
         };
-        if let Some(axis) = run.axis {
+        if let Some(axis) = axis {
             // Where the first points lie inside the hull, the rest may still lie outside.
             let mut skipped = 0;
-            while skipped < SKIPPED && start + done + 1 < end && is_worth_it(self, start + done) {
-                let piece = self.editor.next_strip(end - start - done);
+            while skipped < SKIPPED && done + 1 < points.count && is_worth_it(self, others + done) {
+                let piece = self.editor.next_strip(points.count - done);
                 if piece < 2 {
                     break;
                 }
-                let from_here = start + done..start + done + piece;
-                let [first, last] =
-                    [from_here.start, from_here.end].map(|index| self.first + index as VertexId);
-                if self.editor.insert_strip(first..last, axis, from) {
-                    self.slots[from_here.clone()].copy_from_slice(self.editor.strip_slots());
-                    from = self.slots[from_here.end - 1];
+                let here = points.part(done..done + piece);
+                if self.editor.insert_strip(here.from(self.first as usize), axis, from) {
+                    for (index, &slot) in here.numbers().zip(self.editor.strip_slots()) {
+                        self.slots[index] = slot;
+                    }
                     done += piece;
+                    from = self.slots[points.at(done - 1)];
                 } else {
-                    from = self.insert(start + done, from);
+                    from = self.insert(points.at(done), from);
                     done += 1;
                     skipped += 1;
                 }
             }
         }
-        let inserted = start + done;
-        for (count, step) in by_bisection(end - inserted).enumerate() {
-            let index = inserted + step.index;
-            if left.is_empty() && is_worth_it(self, inserted + count) {
-                let from = step.near.map_or(from, |near| self.slots[inserted + near]);
+        for (count, step) in by_bisection(points.count - done).enumerate() {
+            let index = points.at(done + step.index);
+            if left.is_empty() && is_worth_it(self, others + done + count) {
+                let from = step.near.map_or(from, |near| self.slots[points.at(done + near)]);
                 self.insert(index, from);
             } else {
                 left.push(index);
             }
         }
-        self.plane.run_start = self.slots[start];
-        let known = if left.is_empty() { start..end } else { start..inserted };
-        self.plane.recent = self.slots[known.end.max(start + 1) - 1];
+        self.plane.run_start = self.slots[points.at(0)];
+        let known = if left.is_empty() { points.count } else { done };
+        self.plane.recent = self.slots[points.at(known.max(1) - 1)];
         if let Some(hints) = self.plane.hints.get() {
-            for index in known {
+            for index in points.part(0..known).numbers() {
                 hints.note(self.place(index), self.slots[index]);
             }
         }
@@ -299,8 +302,8 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
     ///
     /// Next to the start or the end of the last run, no farther than this one is long, no other is
     /// looked for: the walk costs less than the run.
-    fn nearest(&self, run: &Run) -> Slot {
-        let [start, end] = [run.points.start, run.points.end - 1].map(|index| self.place(index));
+    fn nearest(&self, run: Track) -> Slot {
+        let [start, end] = [0, run.count - 1].map(|index| self.place(run.at(index)));
         let distance = |place: Place| (place[0] - start[0]).hypot(place[1] - start[1]);
         let to = |slot: Slot| distance(self.editor.at(self.editor.cells.corner(slot, 0)));
         let Plane { recent, run_start, .. } = *self.plane;
@@ -338,9 +341,6 @@ impl<'a, P: Places + ?Sized, C: Cells> Inserter<'a, P, C> {
         self.editor.at(self.first + index as VertexId)
     }
 }
-
-/// Batches of which more than one point in so many starts a run follow no line.
-pub(super) const SCATTERED: usize = 8;
 
 /// More triangles torn down and sides flipped a point than this are too many. Lines inside a raster take 6 to 8, points in no
 /// order 4 in rounds.

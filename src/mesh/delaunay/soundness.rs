@@ -110,6 +110,26 @@ mod tests {
             assert_sound_in(&batches.iter().map(Vec::as_slice).collect::<Vec<_>>());
         }
 
+        /// Lines that arrive by turns, that cross, lie on one another or go out and back.
+        #[test]
+        fn lines_by_turns_over_a_small_lattice(
+            lines in prop::collection::vec((0_i8..9, 0_i8..9, -1_i8..=1, -1_i8..=1, 1_i8..30), 2..6),
+            count in 16_usize..160,
+            batch in 8_usize..90,
+        ) {
+            let points: Vec<PointMm> = (0..count)
+                .map(|index| {
+                    let (x, y, dx, dy, length) = lines[index % lines.len()];
+                    let step = (index / lines.len()) as i32 % (2 * i32::from(length));
+                    let step = step.min(2 * i32::from(length) - step);
+                    [(x, dx), (y, dy)]
+                        .map(|(from, by)| f64::from(i32::from(from) + step * i32::from(by)) * 0.003)
+                })
+                .map(|[x, y]| [x, y, 0.0])
+                .collect();
+            assert_sound_in(&points.chunks(batch).collect::<Vec<_>>());
+        }
+
         /// Lines side by side and scattered points in small batches, of which all are shared.
         #[test]
         fn two_threads_make_the_same_mesh_of_small_batches(

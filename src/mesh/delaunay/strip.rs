@@ -37,8 +37,6 @@
 //!   in place, because that may lead all around (`hull.rs`).
 //! - *Cells.* A strip of k points takes 2k cells more than make way, and those that make way come first.
 
-use std::ops::Range;
-
 use asphera_geometry::VertexId;
 use asphera_geometry::predicates::{Place, encloses, left_of};
 
@@ -46,19 +44,19 @@ use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
 use super::fan::Out;
 use super::places::Places;
-use super::runs::Axis;
+use super::runs::{Axis, Track};
 
 /// A run of points in the sense of the hull.
 #[derive(Clone, Copy)]
 struct Path {
-    first: VertexId,
-    count: u32,
+    run: Track,
     backwards: bool,
 }
 
 impl Path {
-    fn at(self, index: u32) -> VertexId {
-        if self.backwards { self.first + self.count - 1 - index } else { self.first + index }
+    #[inline(always)]
+    fn at(self, index: usize) -> VertexId {
+        self.run.at(if self.backwards { self.run.count - 1 - index } else { index }) as VertexId
     }
 }
 
@@ -115,12 +113,11 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     ///
     /// `from` is a triangle near the first point. True if they are inserted; then
     /// [`Editor::strip_slots`] has a triangle at each.
-    pub(super) fn insert_strip(&mut self, run: Range<VertexId>, axis: Axis, from: Slot) -> bool {
-        let Some(ghost) = self.hull_near(run.start, from) else { return false };
+    pub(super) fn insert_strip(&mut self, run: Track, axis: Axis, from: Slot) -> bool {
+        let Some(ghost) = self.hull_near(run, from) else { return false };
         let [start, end] = [1, 0].map(|index| axis.along(self.at(self.cells.corner(ghost, index))));
         let (axis, backwards) = if start < end { (axis, false) } else { (axis.reversed(), true) };
-        let count = run.end - run.start;
-        let path = Path { first: run.start, count, backwards };
+        let path = Path { run, backwards };
         let Some(ghost) = self.hull_side_at(self.at(path.at(0)), axis, ghost) else { return false };
         let edge = ghost;
         let unfolded = if backwards {
@@ -153,7 +150,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         self.work.strip = plan;
         let flips = self.legalize();
         if planned {
-            self.work.strip.note_flips(flips, count as usize);
+            self.work.strip.note_flips(flips, run.count);
         }
         planned
     }
@@ -163,11 +160,11 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// Between lines that lie apart by many times their steps, and are not straight, flips may be as many as pairs of points.
     /// Of shorter strips that shows when the first ones were made.
     fn is_too_wide(&self, plan: &mut Plan, path: Path) -> bool {
-        let [first, last] = [0, path.count - 1].map(|index| self.at(path.at(index)));
+        let [first, last] = [0, path.run.count - 1].map(|index| self.at(path.at(index)));
         let distance = |[p, q]: [Place; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
-        let step = distance([first, last]) / f64::from(path.count);
+        let step = distance([first, last]) / path.run.count as f64;
         plan.is_wide = distance(plan.bridge) > WIDE_STEPS * step;
-        plan.is_wide && path.count as usize >= 2 * LONGEST_WIDE
+        plan.is_wide && path.run.count >= 2 * LONGEST_WIDE
     }
 
     /// How many of so many points that follow one another are to be tried as a strip next: none where the last ones took
@@ -185,8 +182,8 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
 
     /// A ghost near a point: the one before which it lies or, inside the hull, one at the end of the
     /// strip that the point's run continues, if it does.
-    fn hull_near(&self, point: VertexId, from: Slot) -> Option<Slot> {
-        let place = self.at(point);
+    fn hull_near(&self, run: Track, from: Slot) -> Option<Slot> {
+        let place = self.at(run.at(0) as VertexId);
         // Where vertices were removed since, cells may be unused that were ghosts then. Those of the
         // last triangles lead nowhere.
         let is_ghost = |slot: Slot| {
@@ -203,7 +200,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         if self.cells.is_ghost(home) {
             return Some(home);
         }
-        let next = self.at(point + 1);
+        let next = self.at(run.at(1) as VertexId);
         let step = (next[0] - place[0]).hypot(next[1] - place[1]);
         let is_near = |ghost: Slot| {
             let [end, start, _] = self.cells.corners(ghost);
@@ -269,7 +266,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         loop {
             // What is left of a straight line is closed with the corners of the hull.
             if let Some(NextSide { of_ghost: true, .. }) = side
-                && passed == path.count
+                && passed == path.run.count
                 && matches!(plan.steps.last(), Some(Step::Hull(_)))
                 && self.begins_fan(plan.ghost, axis, on_run)
             {
@@ -280,7 +277,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 Some(side) => self.clear(plan, axis, on_hull, on_run, side),
                 None => false,
             };
-            let run_is_next = passed < path.count && {
+            let run_is_next = passed < path.run.count && {
                 let on = self.at(path.at(passed));
                 let turns = left_of(on_hull, on_run, on);
                 if !hull_is_next && !turns {
@@ -300,7 +297,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 on_run = self.at(path.at(passed));
                 passed += 1;
                 owed |= hull_is_next;
-                if passed == path.count / 2 {
+                if passed == path.run.count / 2 {
                     plan.bridge = [on_hull, on_run];
                 }
             } else if let Some(NextSide { inner, of_ghost }) = side

@@ -92,6 +92,15 @@ fn rings_inwards(points: usize) -> Vec<Place> {
     (0..COUNT).rev().map(at).collect()
 }
 
+/// Rows of 1899 points from the middle of a raster outwards, a point of either side by turns.
+fn raster_to_both_ends() -> Vec<Place> {
+    let at = |index: usize| {
+        let place = if index.is_multiple_of(2) { index / 2 } else { COUNT - 1 - index / 2 };
+        [(place % 1899) as f64 + 0.01 * (7.0 * place as f64).sin(), (place / 1899) as f64]
+    };
+    (0..COUNT).rev().map(at).collect()
+}
+
 /// Random points of a square by their distance from its middle: before the hull, at any angle.
 fn random_from_inside() -> Vec<Place> {
     let mut rng = Pcg64::seed_from_u64(7);
@@ -127,6 +136,7 @@ fn no_order_of_arrival_costs_much_more_work_than_shuffled_points() {
         ("eight circles by turns", circles_by_turns(8, 132.0), 1.35),
         ("rings of 102 points inwards", rings_inwards(102), 1.5),
         ("rings of 1071 points inwards", rings_inwards(1071), 2.4),
+        ("raster to both ends", raster_to_both_ends(), 1.0),
         ("random from inside", random_from_inside(), 1.15),
         ("closed curve", closed_curve(), 0.8),
     ];
