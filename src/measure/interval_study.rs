@@ -283,7 +283,7 @@ const SCATTERED: Case = Case {
 
 /// Of 200 draws at 95 % no fewer than 92 % hold the truth but by a chance of 4 %.
 const LEAST: f64 = 0.92;
-/// Of 500 draws no more hold it unless the interval is a third too wide.
+/// Of 200 draws no more hold it, as a rule, unless the interval is a third too wide.
 const MOST: f64 = 0.99;
 
 /// One set of draws for both: intervals, and the decision about a limit 0.02 nm above the truth.
@@ -423,7 +423,7 @@ fn intervals_of_limited_figures_hold_the_truth_as_often_as_they_say() {
         (Case { form: Form::Coma, ..SCATTERED }, false),
     ];
     for (case, is_stated) in cases {
-        for share in held_limits(&case, is_stated, 500) {
+        for share in held_limits(&case, is_stated, 200) {
             assert!((LEAST..=MOST).contains(&share), "{case:?}: {share}");
         }
     }
