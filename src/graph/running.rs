@@ -96,6 +96,7 @@ impl RunningGraph {
     ///
     /// More than [`MOST_POINTS`] in a strip.
     pub fn take(&mut self, points: &[PointMm]) -> Result<(), RunningError> {
+        let mut strip = 0;
         for &at_mm in points {
             let row = self.received;
             self.received += 1;
@@ -103,7 +104,7 @@ impl RunningGraph {
                 self.outside += 1;
                 continue;
             }
-            let strip = self.strip_of(&at_mm);
+            strip = self.strip_of(&at_mm, strip);
             if self.last.as_ref().is_some_and(|last| strip <= last.closed.strip) {
                 self.late += 1;
                 continue;
@@ -171,9 +172,14 @@ impl RunningGraph {
         self.pending.values().map(|points| points.rows.len()).sum()
     }
 
-    fn strip_of(&self, at_mm: &PointMm) -> i64 {
+    /// The strip of a place, which is often that of the point before.
+    fn strip_of(&self, at_mm: &PointMm, before: i64) -> i64 {
         let RunningSettings { axis, is_reversed, strip_mm, .. } = self.settings;
         let value = if is_reversed { -at_mm[axis] } else { at_mm[axis] };
+        let guess = before as f64;
+        if value >= guess * strip_mm && value < (guess + 1.0) * strip_mm {
+            return before;
+        }
         let guess = (value / strip_mm).floor();
         let strip = match guess {
             _ if value < guess * strip_mm => guess - 1.0,

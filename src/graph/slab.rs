@@ -22,6 +22,12 @@ pub(crate) struct Grid<const D: usize> {
     rows: Vec<([i32; D], i32)>,
 }
 
+/// Least and largest coordinates.
+type BoxMm<const D: usize> = [[f64; D]; 2];
+
+/// Least and largest numbers of cells.
+type Extent<const D: usize> = [[i32; 2]; D];
+
 /// The places of a strip, sorted by cell.
 #[derive(Clone, Debug)]
 pub(crate) struct Slab<const D: usize> {
@@ -29,6 +35,8 @@ pub(crate) struct Slab<const D: usize> {
     pub(crate) cells: Vec<[i32; D]>,
     /// Where the places of each cell begin, and the end.
     starts: Vec<u32>,
+    /// The boxes of the places of each cell, mm.
+    boxes_mm: Vec<BoxMm<D>>,
     /// The piece of each cell.
     pub(crate) pieces: Vec<u32>,
     pub(crate) piece_count: u32,
@@ -84,7 +92,12 @@ impl<const D: usize> Grid<D> {
     }
 
     fn cell(&self, place: &[f64; D]) -> [i32; D] {
-        std::array::from_fn(|axis| ((place[axis] - self.low[axis]) / self.side).floor() as i32)
+        std::array::from_fn(|axis| {
+            let sides = (place[axis] - self.low[axis]) / self.side;
+            // `floor` is a call where a processor need not have it.
+            let cut = sides as i32;
+            cut - i32::from(f64::from(cut) > sides)
+        })
     }
 
     /// Where a place lies in its cell, in 2⁻³⁶ of its sides. Sums of whole numbers do not depend on their order.
@@ -102,35 +115,39 @@ impl<const D: usize> Grid<D> {
             self.low[axis] + sides * self.side
         })
     }
-
-    /// Square of what two cells are apart at least, mm².
-    fn squared_gap(&self, a: &[i32; D], b: &[i32; D]) -> f64 {
-        let gaps = (0..D).map(|axis| ((a[axis] - b[axis]).abs() - 1).max(0).pow(2));
-        f64::from(gaps.sum::<i32>()) * (self.side * self.side)
-    }
 }
 
 impl<const D: usize> Slab<D> {
     /// Sorts places into cells and joins the cells to pieces, numbered by the order of the cells.
     pub(crate) fn new(all: &[[f64; D]], grid: &Grid<D>, places: Vec<PlaceId>) -> Slab<D> {
-        let mut keyed: Vec<([i32; D], PlaceId)> =
-            places.into_iter().map(|place| (grid.cell(&all[place as usize]), place)).collect();
-        keyed.sort_unstable();
+        // Of a scan some points that follow one another share a cell, so such runs are sorted, not points.
+        let mut runs: Vec<([i32; D], u32, u32)> = Vec::new();
+        for (at, &place) in places.iter().enumerate() {
+            let cell = grid.cell(&all[place as usize]);
+            match runs.last_mut() {
+                Some((last, _, end)) if *last == cell => *end += 1,
+                _ => runs.push((cell, at as u32, at as u32 + 1)),
+            }
+        }
+        runs.sort_unstable();
         let mut slab = Slab {
-            places: keyed.iter().map(|&(_, place)| place).collect(),
+            places: Vec::with_capacity(places.len()),
             cells: Vec::new(),
             starts: Vec::new(),
+            boxes_mm: Vec::new(),
             pieces: Vec::new(),
             piece_count: 0,
         };
-        for (at, &(cell, _)) in keyed.iter().enumerate() {
+        for (cell, start, end) in runs {
             if slab.cells.last() != Some(&cell) {
                 slab.cells.push(cell);
-                slab.starts.push(at as u32);
+                slab.starts.push(slab.places.len() as u32);
             }
+            slab.places.extend(&places[start as usize..end as usize]);
         }
-        drop(keyed);
         slab.starts.push(slab.places.len() as u32);
+        slab.boxes_mm =
+            (0..slab.cells.len()).map(|cell| bounds(all, slab.places_of(cell))).collect();
         (slab.pieces, slab.piece_count) = slab.join(all, grid).numbered();
         slab
     }
@@ -138,6 +155,11 @@ impl<const D: usize> Slab<D> {
     /// The places of a cell.
     pub(crate) fn places_of(&self, cell: usize) -> &[PlaceId] {
         &self.places[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// The places of a cell and their box.
+    fn boxed(&self, cell: usize) -> Boxed<'_, D> {
+        Boxed { places: self.places_of(cell), box_mm: &self.boxes_mm[cell] }
     }
 
     fn join(&self, all: &[[f64; D]], grid: &Grid<D>) -> Sets {
@@ -152,7 +174,7 @@ impl<const D: usize> Slab<D> {
                 let mut other = (*cursor).max(at + 1);
                 while other < self.cells.len() && self.cells[other] <= to {
                     if sets.root(at) != sets.root(other) {
-                        let [a, b] = [at, other].map(|cell| self.places_of(cell));
+                        let [a, b] = [at, other].map(|cell| self.boxed(cell));
                         if has_nearer(all, a, b, grid.square) {
                             sets.join(at, other);
                         }
@@ -164,6 +186,16 @@ impl<const D: usize> Slab<D> {
         sets
     }
 
+    /// Numbers of cells along each axis; `None` without places.
+    fn extent(&self) -> Option<Extent<D>> {
+        (!self.cells.is_empty()).then(|| {
+            std::array::from_fn(|axis| {
+                let along = || self.cells.iter().map(|cell| cell[axis]);
+                [along().min(), along().max()].map(Option::unwrap_or_default)
+            })
+        })
+    }
+
     /// Least squared distances in mm², below τ², between pieces of this strip and of another one: (piece here, piece there,
     /// square), sorted. `own` are the places that the numbers of this strip mean, `others` those of the other.
     pub(crate) fn arcs_to(
@@ -173,20 +205,29 @@ impl<const D: usize> Slab<D> {
         grid: &Grid<D>,
     ) -> Vec<(u32, u32, f64)> {
         let mut found: HashMap<(u32, u32), f64> = HashMap::new();
+        // The pair of pieces met last and its least square up to now: neighbours are mostly of the same two.
+        let mut last = ((u32::MAX, u32::MAX), grid.square);
         let mut cursors = vec![0; grid.rows.len()];
+        let Some(extent) = next.extent() else { return Vec::new() };
         for (at, cell) in self.cells.iter().enumerate() {
             for ((offset, along), cursor) in grid.rows.iter().zip(&mut cursors) {
                 let (from, to) = span(cell, offset, *along);
+                if !has_row(&extent, &from) {
+                    continue;
+                }
                 advance(&next.cells, cursor, &from);
                 let mut other = *cursor;
                 while other < next.cells.len() && next.cells[other] <= to {
-                    let key = (self.pieces[at], next.pieces[other]);
-                    let least = found.get(&key).copied().unwrap_or(grid.square);
-                    if grid.squared_gap(cell, &next.cells[other]) < least {
-                        let (a, b) = (self.places_of(at), next.places_of(other));
-                        if let Some(square) = least_below((own, a), (others, b), least) {
-                            found.insert(key, square);
-                        }
+                    let pair = (self.pieces[at], next.pieces[other]);
+                    if pair != last.0 {
+                        last = (pair, found.get(&pair).copied().unwrap_or(grid.square));
+                    }
+                    let (a, b) = (self.boxed(at), next.boxed(other));
+                    if squared_gap(a.box_mm, b.box_mm) < last.1
+                        && let Some(square) = least_below((own, a), (others, b), last.1)
+                    {
+                        found.insert(pair, square);
+                        last.1 = square;
                     }
                     other += 1;
                 }
@@ -198,6 +239,13 @@ impl<const D: usize> Slab<D> {
     }
 }
 
+/// Places of a cell and their box.
+#[derive(Clone, Copy)]
+struct Boxed<'a, const D: usize> {
+    places: &'a [PlaceId],
+    box_mm: &'a BoxMm<D>,
+}
+
 /// The first and the last cell of a row beside a cell.
 fn span<const D: usize>(cell: &[i32; D], offset: &[i32; D], along: i32) -> ([i32; D], [i32; D]) {
     let mut from: [i32; D] = std::array::from_fn(|axis| cell[axis] + offset[axis]);
@@ -205,6 +253,11 @@ fn span<const D: usize>(cell: &[i32; D], offset: &[i32; D], along: i32) -> ([i32
     from[D - 1] -= along;
     to[D - 1] += along;
     (from, to)
+}
+
+/// Whether a row may have cells.
+fn has_row<const D: usize>(extent: &Extent<D>, row: &[i32; D]) -> bool {
+    (0..D - 1).all(|axis| (extent[axis][0]..=extent[axis][1]).contains(&row[axis]))
 }
 
 /// Moves a cursor over sorted cells to the first one not before `from`.
@@ -217,41 +270,37 @@ fn advance<const D: usize>(cells: &[[i32; D]], cursor: &mut usize, from: &[i32; 
 }
 
 /// Whether some pair of places is nearer than the root of `square`.
-fn has_nearer<const D: usize>(all: &[[f64; D]], a: &[PlaceId], b: &[PlaceId], square: f64) -> bool {
-    let bounds = (a.len() * b.len() > MANY).then(|| bounds(all, b));
-    for &p in a {
-        let p = &all[p as usize];
-        if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= square) {
-            continue;
-        }
-        if b.iter().any(|&q| squared_distance(p, &all[q as usize]) < square) {
-            return true;
-        }
-    }
-    false
+fn has_nearer<const D: usize>(
+    all: &[[f64; D]],
+    a: Boxed<'_, D>,
+    b: Boxed<'_, D>,
+    square: f64,
+) -> bool {
+    squared_gap(a.box_mm, b.box_mm) < square
+        && a.places.iter().map(|&p| &all[p as usize]).any(|p| {
+            squared_gap(&[*p, *p], b.box_mm) < square
+                && b.places.iter().any(|&q| squared_distance(p, &all[q as usize]) < square)
+        })
 }
 
 /// The least squared distance of a pair, where it is below `least`.
 fn least_below<const D: usize>(
-    (own, a): (&[[f64; D]], &[PlaceId]),
-    (others, b): (&[[f64; D]], &[PlaceId]),
+    (own, a): (&[[f64; D]], Boxed<'_, D>),
+    (others, b): (&[[f64; D]], Boxed<'_, D>),
     least: f64,
 ) -> Option<f64> {
-    let bounds = (a.len() * b.len() > MANY).then(|| bounds(others, b));
     let mut best = least;
-    for &p in a {
-        let p = &own[p as usize];
-        if bounds.as_ref().is_some_and(|bounds| squared_gap(p, bounds) >= best) {
-            continue;
-        }
-        for &q in b {
-            best = best.min(squared_distance(p, &others[q as usize]));
+    for p in a.places.iter().map(|&p| &own[p as usize]) {
+        if squared_gap(&[*p, *p], b.box_mm) < best {
+            for &q in b.places {
+                best = best.min(squared_distance(p, &others[q as usize]));
+            }
         }
     }
     (best < least).then_some(best)
 }
 
-fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> [[f64; D]; 2] {
+fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> BoxMm<D> {
     let mut bounds = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
     for &place in places {
         let place = &all[place as usize];
@@ -263,10 +312,11 @@ fn bounds<const D: usize>(all: &[[f64; D]], places: &[PlaceId]) -> [[f64; D]; 2]
     bounds
 }
 
-fn squared_gap<const D: usize>(place: &[f64; D], [low, high]: &[[f64; D]; 2]) -> f64 {
+/// Square of what two boxes are apart, mm². Rounded as distances of places are, so it is never above one of theirs.
+fn squared_gap<const D: usize>(a: &BoxMm<D>, b: &BoxMm<D>) -> f64 {
     let mut sum = 0.0;
     for axis in 0..D {
-        let gap = (low[axis] - place[axis]).max(place[axis] - high[axis]).max(0.0);
+        let gap = (b[0][axis] - a[1][axis]).max(a[0][axis] - b[1][axis]).max(0.0);
         sum += gap * gap;
     }
     sum
@@ -281,6 +331,3 @@ const FINE: f64 = (1_u64 << 36) as f64;
 
 /// Cells that a cursor tries one by one.
 const NEAR: usize = 8;
-
-/// Pairs of places from which on boxes are looked at first.
-const MANY: usize = 64;
