@@ -1,7 +1,8 @@
-//! From the bytes of a telegram to the parts of a reading.
+//! From the bytes of a telegram or a sample to the parts of a reading.
 
 use asphera_link::{Flags, Nanos, Values};
 
+use crate::wire::packet::NumberType;
 use crate::wire::{Layout, Part, Quantity, Signal, ValueType};
 
 /// Relative excess over the full scale that the rounding to single precision may cause.
@@ -10,18 +11,38 @@ const FULL_SCALE_ROUNDING: f64 = 1e-6;
 /// Nanoseconds after which the device's start time wraps.
 const WRAP_NS: u64 = 1 << 32;
 
-/// How to read each number of a telegram, in the order of the channels.
+/// Number format of a protocol.
+pub(crate) trait Number: Copy {
+    /// The number at the start of `bytes`, exactly as sent.
+    fn read(self, bytes: &[u8]) -> f64;
+}
+
+impl Number for ValueType {
+    #[inline]
+    fn read(self, bytes: &[u8]) -> f64 {
+        ValueType::read(self, bytes)
+    }
+}
+
+impl Number for NumberType {
+    #[inline]
+    fn read(self, bytes: &[u8]) -> f64 {
+        NumberType::read(self, bytes)
+    }
+}
+
+/// How to read each number of a telegram or a sample, in the order of the channels.
 #[derive(Debug)]
-pub(crate) struct Plan {
-    fields: Vec<Field>,
+pub(crate) struct Plan<N = ValueType> {
+    fields: Vec<Field<N>>,
     full_scale_um: f64,
     intensity_min: f64,
 }
 
 #[derive(Debug)]
-struct Field {
+struct Field<N> {
     offset: usize,
-    value_type: ValueType,
+    number: N,
     role: Role,
 }
 
@@ -69,20 +90,32 @@ pub(crate) struct Decoded {
 impl Plan {
     /// For telegrams of this layout from a probe of this full scale.
     pub(crate) fn new(layout: &Layout, full_scale_um: f64, intensity_min: f64) -> Plan {
-        let first_peak = layout.fields().iter().filter_map(|(_, signal)| peak_number(signal)).min();
-        let fields = layout
+        let fields: Vec<_> = layout
             .fields()
             .iter()
-            .map(|(offset, signal)| Field {
-                offset: *offset,
-                value_type: signal.value_type,
-                role: role(signal, full_scale_um, first_peak),
-            })
+            .map(|(offset, signal)| (*offset, signal.value_type, *signal))
             .collect();
-        Plan { fields, full_scale_um, intensity_min }
+        Plan::of_fields(&fields, full_scale_um, intensity_min)
+    }
+}
+
+impl<N: Number> Plan<N> {
+    /// For signals at these offsets, in the order of the channels.
+    pub(crate) fn of_fields(
+        fields: &[(usize, N, Signal)],
+        full_scale_um: f64,
+        intensity_min: f64,
+    ) -> Plan<N> {
+        let first_peak = fields.iter().filter_map(|(_, _, signal)| peak_number(signal)).min();
+        let field = |&(offset, number, ref signal): &(usize, N, Signal)| Field {
+            offset,
+            number,
+            role: role(signal, full_scale_um, first_peak),
+        };
+        Plan { fields: fields.iter().map(field).collect(), full_scale_um, intensity_min }
     }
 
-    /// Reads one telegram, which has the length of the layout.
+    /// Reads one telegram or sample, which reaches over every field.
     ///
     /// 0 as the length or the intensity of a peak means that there was no peak ("CHRocodile C"
     /// operation manual p. 61, command THR): the value is missing, and if it was the first of the
@@ -91,7 +124,7 @@ impl Plan {
         let mut decoded =
             Decoded { count: None, start_ns: None, values: Values::new(), flags: Flags::empty() };
         for field in &self.fields {
-            let number = field.value_type.read(&telegram[field.offset..]);
+            let number = field.number.read(&telegram[field.offset..]);
             match field.role {
                 Role::Count => decoded.count = Some(number as u16),
                 Role::StartTime => decoded.start_ns = Some(number as u32),

@@ -1,7 +1,7 @@
-//! Precitec CHRocodile 2 and relatives, dollar protocol, as a driver.
+//! Precitec CHRocodile 2 and relatives as a driver.
 //!
-//! [`wire`] holds the protocol as bytes, [`Chrocodile`] the device as a state machine. There is no
-//! port, no clock and no async code here; the packet protocol of TCP port 7891 is not supported.
+//! [`wire`] holds the protocols as bytes. [`Chrocodile`] is the device on the dollar protocol as a state machine,
+//! [`PacketChrocodile`] that on the packet protocol. There is no port, no clock and no async code here.
 
 #![forbid(unsafe_code)]
 
@@ -10,10 +10,12 @@ mod device;
 mod error;
 mod family;
 mod framing;
+mod packets;
 mod settings;
 pub mod wire;
 
 pub use device::Chrocodile;
 pub use error::Error;
 pub use family::FAMILY;
+pub use packets::{PacketChrocodile, PacketSettings};
 pub use settings::{Settings, Trigger};

@@ -62,7 +62,7 @@ impl Settings {
     /// Everything that is wrong with them; empty when a driver can be made.
     pub fn problems(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
-        self.signal_problems(&mut problems);
+        check_signals(&mut problems, &self.signals, self.intensity_min);
         check_range(&mut problems, "sample_rate_hz", self.sample_rate_hz, 1.0, 100_000.0);
         check_range(&mut problems, "averaging", self.averaging, 1, 10_000);
         if let Some(scale_um) = self.scale_um {
@@ -78,48 +78,51 @@ impl Settings {
         problems
     }
 
-    fn signal_problems(&self, problems: &mut Vec<Problem>) {
-        let count = self.signals.len();
-        if !(1..=MAX_SIGNALS).contains(&count) {
-            problems.push(Problem::new(
-                "signals",
-                format!("1 to {MAX_SIGNALS} identifiers"),
-                count,
-            ));
-        }
-        let mut quantities = Vec::new();
-        for (index, &id) in self.signals.iter().enumerate() {
-            let key = format!("signals[{index}]");
-            match Signal::from_id(id) {
-                Err(error) => problems.push(Problem::new(key, "a supported signal", error)),
-                Ok(signal) if quantities.contains(&signal.quantity) => {
-                    problems.push(Problem::new(key, "each quantity once", id));
-                }
-                Ok(signal) => quantities.push(signal.quantity),
-            }
-        }
-        let channels = self.channels().len();
-        if !(1..=MAX_CHANNELS).contains(&channels) {
-            let expected = format!("1 to {MAX_CHANNELS} signals that become channels");
-            problems.push(Problem::new("signals", expected, channels));
-        }
-        let has_intensity = quantities
-            .iter()
-            .any(|quantity| matches!(quantity, Quantity::Peak { part: Part::Intensity, .. }));
-        if self.intensity_min > 0.0 && !has_intensity {
-            let expected = "0, or an intensity such as 257 among the signals";
-            problems.push(Problem::new("intensity_min", expected, self.intensity_min));
-        }
-    }
-
     /// The channels of the readings, in the order of the signals that become channels. Unknown
     /// identifiers are left out.
     pub fn channels(&self) -> Vec<Channel> {
-        self.signals
-            .iter()
-            .filter_map(|&id| Signal::from_id(id).ok())
-            .filter_map(|signal| signal.channel())
-            .collect()
+        channels(&self.signals)
+    }
+}
+
+/// Channels of these signals, in their order; of those that become channels.
+pub(crate) fn channels(signals: &[u16]) -> Vec<Channel> {
+    signals
+        .iter()
+        .filter_map(|&id| Signal::from_id(id).ok())
+        .filter_map(|signal| signal.channel())
+        .collect()
+}
+
+/// Adds what is wrong with the signals of either protocol, and with the least intensity.
+pub(crate) fn check_signals(problems: &mut Vec<Problem>, signals: &[u16], intensity_min: f64) {
+    let count = signals.len();
+    if !(1..=MAX_SIGNALS).contains(&count) {
+        let expected = format!("1 to {MAX_SIGNALS} identifiers");
+        problems.push(Problem::new("signals", expected, count));
+    }
+    let mut quantities = Vec::new();
+    for (index, &id) in signals.iter().enumerate() {
+        let key = format!("signals[{index}]");
+        match Signal::from_id(id) {
+            Err(error) => problems.push(Problem::new(key, "a supported signal", error)),
+            Ok(signal) if quantities.contains(&signal.quantity) => {
+                problems.push(Problem::new(key, "each quantity once", id));
+            }
+            Ok(signal) => quantities.push(signal.quantity),
+        }
+    }
+    let channels = channels(signals).len();
+    if !(1..=MAX_CHANNELS).contains(&channels) {
+        let expected = format!("1 to {MAX_CHANNELS} signals that become channels");
+        problems.push(Problem::new("signals", expected, channels));
+    }
+    let has_intensity = quantities
+        .iter()
+        .any(|quantity| matches!(quantity, Quantity::Peak { part: Part::Intensity, .. }));
+    if intensity_min > 0.0 && !has_intensity {
+        let expected = "0, or an intensity such as 257 among the signals";
+        problems.push(Problem::new("intensity_min", expected, intensity_min));
     }
 }
 

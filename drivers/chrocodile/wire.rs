@@ -1,4 +1,4 @@
-//! The dollar protocol as bytes: commands and their answers, signals, telegrams.
+//! The protocols as bytes: signals, which both have; commands, answers and telegrams of the dollar protocol; [`packet`].
 //!
 //! Everything here is a pure function of its arguments and works in both directions, so that the
 //! simulator speaks with the same tables as the driver.
@@ -8,6 +8,7 @@
 //! CHRocodile CLS 0.2. C and CLS speak the same protocol and print literal dialogues.
 
 mod command;
+pub mod packet;
 mod signal;
 mod telegram;
 
