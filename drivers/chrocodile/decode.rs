@@ -120,6 +120,7 @@ impl<N: Number> Plan<N> {
     /// 0 as the length or the intensity of a peak means that there was no peak ("CHRocodile C"
     /// operation manual p. 61, command THR): the value is missing, and if it was the first of the
     /// selected peaks, the reading has no signal. Further peaks may be missing without a flag.
+    #[inline]
     pub(crate) fn decode(&self, telegram: &[u8]) -> Decoded {
         let mut decoded =
             Decoded { count: None, start_ns: None, values: Values::new(), flags: Flags::empty() };

@@ -6,6 +6,7 @@ mod framing;
 mod order;
 mod sample;
 mod settings;
+mod talk;
 
 pub use device::PacketChrocodile;
 pub use settings::PacketSettings;

@@ -49,6 +49,7 @@ pub struct Values {
 
 impl Values {
     /// No value yet.
+    #[inline]
     pub const fn new() -> Values {
         Values { len: 0, valid: 0, data: [0.0; MAX_CHANNELS], profile: None }
     }
@@ -59,6 +60,7 @@ impl Values {
     ///
     /// When there are [`MAX_CHANNELS`] values already: drivers check their channel count when they
     /// are built.
+    #[inline]
     pub fn push(&mut self, value: Option<f64>) {
         let index = usize::from(self.len);
         if let Some(value) = value.filter(|value| value.is_finite()) {
@@ -71,11 +73,13 @@ impl Values {
     }
 
     /// The value of the channel at `index`, or `None` where it is missing or there is no such channel.
+    #[inline]
     pub fn get(&self, index: usize) -> Option<f64> {
         (index < self.len() && self.valid & (1 << index) != 0).then(|| self.data[index])
     }
 
     /// Adds the profile that was measured at the same instant.
+    #[inline]
     #[must_use]
     pub fn with_profile(self, profile: Profile) -> Values {
         Values { profile: Some(profile), ..self }

@@ -7,27 +7,29 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::{Mutex as AsyncMutex, Notify, mpsc, watch};
 use tokio::time::{Instant, sleep_until};
 
-use crate::{Device, Error, Sample};
+use crate::{Error, Exposure, Instrument, Sample};
 
 /// Something that happens to the link or the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The cable is pulled: bytes of both directions are lost for this long.
     Silent(Duration),
-    /// Random bytes from a random place of the next telegram on.
+    /// Random bytes from a random place of the next telegram on, or before the next packet.
     Inject {
         /// How many.
         len: usize,
         /// What they and the place follow from.
         seed: u64,
     },
-    /// Every bit of the next telegram is inverted.
+    /// Every bit of the next telegram or packet is inverted.
     CorruptNext,
-    /// The next telegram is lost.
+    /// The next telegram or sample is lost.
     DropNext,
+    /// Packets alone: data go on with another format, whose description is lost.
+    LoseFormat,
     /// The connection is closed by the device; on a pseudo-terminal, [`Simulator::serve`] ends.
     Close,
-    /// The device forgets its settings; the connection stays.
+    /// The device forgets its settings. The connection stays on the dollar protocol; packets end with it.
     Restart,
 }
 
@@ -44,14 +46,14 @@ pub enum Ended {
 #[derive(Clone, Debug)]
 pub struct Simulator {
     shared: Arc<Shared>,
-    samples: mpsc::Sender<Sample>,
+    exposures: mpsc::Sender<Exposure>,
 }
 
 #[derive(Debug)]
 struct Shared {
-    device: Mutex<Device>,
+    device: Mutex<Instrument>,
     /// Locked by the connection that is served; there is one at a time.
-    queue: AsyncMutex<mpsc::Receiver<Sample>>,
+    queue: AsyncMutex<mpsc::Receiver<Exposure>>,
     link: Mutex<LinkFaults>,
     changed: Notify,
     armed: watch::Sender<bool>,
@@ -65,22 +67,27 @@ struct LinkFaults {
 
 impl Simulator {
     /// Runs a device; `queue` exposures (at least 1) may wait for the host to read.
-    pub fn new(device: Device, queue: usize) -> Simulator {
-        let (samples, receiver) = mpsc::channel(queue.max(1));
+    pub fn new(device: impl Into<Instrument>, queue: usize) -> Simulator {
+        let (exposures, receiver) = mpsc::channel(queue.max(1));
         let shared = Shared {
-            device: Mutex::new(device),
+            device: Mutex::new(device.into()),
             queue: AsyncMutex::new(receiver),
             link: Mutex::default(),
             changed: Notify::new(),
             armed: watch::Sender::new(false),
         };
-        Simulator { shared: Arc::new(shared), samples }
+        Simulator { shared: Arc::new(shared), exposures }
     }
 
     /// One exposure. Waits while the queue is full because the host does not read, or while no host
     /// is connected.
     pub async fn trigger(&self, sample: Sample) -> Result<(), Error> {
-        self.samples.send(sample).await.map_err(|_| Error::Stopped)
+        self.expose(sample.into()).await
+    }
+
+    /// One exposure of all points, with the waits of [`Simulator::trigger`].
+    pub async fn expose(&self, exposure: Exposure) -> Result<(), Error> {
+        self.exposures.send(exposure).await.map_err(|_| Error::Stopped)
     }
 
     /// Whether a host is connected and has the data started.
@@ -113,7 +120,12 @@ impl Simulator {
             Fault::Inject { len, seed } => self.shared.device().inject(len, seed),
             Fault::CorruptNext => self.shared.device().corrupt_next(),
             Fault::DropNext => self.shared.device().drop_next(),
-            Fault::Restart => self.shared.device().restart(),
+            Fault::LoseFormat => self.shared.device().lose_format(),
+            Fault::Restart => {
+                let mut device = self.shared.device();
+                device.restart();
+                self.shared.link().close |= matches!(*device, Instrument::Packets(_));
+            }
         }
         self.shared.changed.notify_one();
     }
@@ -136,7 +148,7 @@ impl Simulator {
     async fn pump<S>(
         &self,
         stream: &mut S,
-        queue: &mut mpsc::Receiver<Sample>,
+        queue: &mut mpsc::Receiver<Exposure>,
     ) -> Result<Ended, Error>
     where
         S: AsyncRead + AsyncWrite + Unpin,
@@ -168,8 +180,13 @@ impl Simulator {
                     outgoing.drain(..len);
                 }
                 // While bytes wait to be written no exposure is taken: this is the back-pressure.
-                Some(sample) = queue.recv(), if outgoing.is_empty() => {
-                    self.shared.device().trigger(sample);
+                Some(exposure) = queue.recv(), if outgoing.is_empty() => {
+                    let mut device = self.shared.device();
+                    device.expose(&exposure);
+                    for _ in 1..device.batch() {
+                        let Ok(exposure) = queue.try_recv() else { break };
+                        device.expose(&exposure);
+                    }
                 }
                 () = self.shared.changed.notified() => {}
                 () = sleep_until(silent_until.unwrap_or_else(Instant::now)),
@@ -191,7 +208,7 @@ impl Simulator {
 }
 
 impl Shared {
-    fn device(&self) -> MutexGuard<'_, Device> {
+    fn device(&self) -> MutexGuard<'_, Instrument> {
         self.device.lock().expect("no holder of the device panics")
     }
 

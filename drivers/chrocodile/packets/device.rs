@@ -25,6 +25,7 @@ use super::formats::Formats;
 use super::framing::{Framing, Packet};
 use super::order::{FULL_SCALE, Order, full_scale_um, words};
 use super::settings::PacketSettings;
+use super::talk::{State, Talk, Topic};
 use crate::decode::DeviceClock;
 use crate::error::Error;
 use crate::settings::Trigger;
@@ -67,50 +68,6 @@ pub struct PacketChrocodile {
     troubled: bool,
     outputs: VecDeque<Output>,
     events: VecDeque<Event>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// No connection.
-    Closed,
-    /// Commands of the set-up are on their way.
-    Setup,
-    /// Set up; no data.
-    Idle,
-    /// `STA` is on its way.
-    Starting,
-    /// Data arrive when they are triggered.
-    Streaming,
-    /// `STO` is on its way; data arrive up to its answer.
-    Stopping,
-    /// The device refused a command; a start tries the set-up again.
-    Refused,
-    /// The connection is to be opened anew.
-    Abandoned,
-}
-
-/// A command that waits for its answer.
-#[derive(Clone, Debug, PartialEq)]
-struct Talk {
-    topic: Topic,
-    order: Order,
-    ticket: u16,
-    attempt: u8,
-    deadline: Nanos,
-    answered: bool,
-    /// Whether a format that gives readings came since the command was sent; else why the last one does not.
-    format: Result<(), Option<String>>,
-}
-
-/// What a command is sent for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Topic {
-    /// The command of this index of the set-up.
-    Setup(usize),
-    Start,
-    Stop,
-    /// The format of data that arrive.
-    Format,
 }
 
 impl PacketChrocodile {
