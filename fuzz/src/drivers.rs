@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 16] = [
+const DEVICES: [(Family, &str, bool); 18] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -83,6 +83,12 @@ const DEVICES: [(Family, &str, bool); 16] = [
     (asphera_riftek::FAMILY, "range_mm = 50", false),
     (asphera_riftek::FAMILY, "range_mm = 50\nmode = \"poll\"", false),
     (asphera_rf627::FAMILY, "silence_ms = 1000", false),
+    (asphera_chrocodile::FAMILY, "protocol = \"packets\"", true),
+    (
+        asphera_chrocodile::FAMILY,
+        "protocol = \"packets\"\nsignals = [65, 16640, 257]\ntrigger = \"free\"\nscale_um = 2000\npitch_um = 5",
+        true,
+    ),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {

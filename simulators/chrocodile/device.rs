@@ -124,6 +124,11 @@ impl Device {
         }
     }
 
+    /// An exposure that no host could hear of.
+    pub(crate) const fn lose_exposure(&mut self) {
+        self.dropped += 1;
+    }
+
     /// Whether the host has started the data on this connection: it waits for exposures. A host
     /// that merely finds the device streaming does not.
     pub fn armed(&self) -> bool {

@@ -80,6 +80,10 @@ impl Instrument {
         }
     }
 
+    pub(crate) fn lose_exposure(&mut self) {
+        either!(self, device => device.lose_exposure());
+    }
+
     pub(crate) fn armed(&self) -> bool {
         either!(self, device => device.armed())
     }

@@ -24,7 +24,7 @@ pub struct PacketDevice {
     input: Vec<u8>,
     /// Samples that wait for their packet, their number, and the time of the first.
     rows: Vec<u8>,
-    row_count: u32,
+    row_count: usize,
     first_ns: u64,
     output: Vec<u8>,
     dropped: u64,
@@ -77,7 +77,7 @@ impl PacketDevice {
 
     /// A new connection, or the power coming back: every setting is forgotten.
     pub fn restart(&mut self) {
-        let dropped = self.dropped + u64::from(self.row_count);
+        let dropped = self.dropped + self.row_count as u64;
         *self = PacketDevice { dropped, ..PacketDevice::new(self.full_scale_um, self.points) };
     }
 
@@ -136,10 +136,15 @@ impl PacketDevice {
             of_points.iter().for_each(|signal| write(signal, &at_point));
         }
         self.row_count += 1;
-        let sample_len = self.rows.len() / self.row_count as usize;
+        let sample_len = self.rows.len() / self.row_count;
         if self.rows.len() + sample_len > MAX_LEN - 2 * HEADER_LEN {
             self.flush();
         }
+    }
+
+    /// An exposure that no host could hear of.
+    pub(crate) const fn lose_exposure(&mut self) {
+        self.dropped += 1;
     }
 
     /// Whether the host has chosen signals and started the data on this connection: it waits for exposures.
@@ -202,8 +207,8 @@ impl PacketDevice {
         let rows = std::mem::take(&mut self.row_count);
         let Some(format) = self.settings.format.as_ref().filter(|_| rows > 0) else { return };
         let time = ((u128::from(self.first_ns) << 32) / 1_000_000_000) as u64;
-        let (place, mut packet) = ((format.stream, format.counter), Vec::new());
-        Data::encode(place, time, rows, &self.rows, &mut packet);
+        let (stream, counter, mut packet) = (format.stream, format.counter, Vec::new());
+        Data { stream, counter, time, rows, samples: &self.rows }.encode(&mut packet);
         self.rows.clear();
         if std::mem::take(&mut self.corrupt_next) {
             packet.iter_mut().for_each(|byte| *byte = !*byte);

@@ -145,6 +145,16 @@ impl Simulator {
         ended
     }
 
+    /// Loses every exposure, as a device without a host does; never ends. A connection waits for this to be dropped.
+    pub async fn lose_exposures(&self) {
+        let mut queue = self.shared.queue.lock().await;
+        // A connection that was dropped could not say so.
+        self.shared.armed.send_replace(false);
+        while queue.recv().await.is_some() {
+            self.shared.device().lose_exposure();
+        }
+    }
+
     async fn pump<S>(
         &self,
         stream: &mut S,

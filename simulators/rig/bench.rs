@@ -9,11 +9,12 @@ use asphera_sim_chrocodile as chrocodile;
 use asphera_sim_cia406::{Bus, NodeConfig, Simulator as StageSimulator};
 use asphera_sim_modbus as modbus;
 use tokio::task::JoinSet;
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
 
 use crate::pace::Deadline;
 use crate::port::Port;
-use crate::socket::Socket;
+use crate::scene::Protocol;
+use crate::socket::{self, Socket};
 use crate::{Fault, FaultError, Link, RigError, Scene, Trigger, thermal};
 
 /// The bench of a scene. Its tasks end with it.
@@ -21,7 +22,7 @@ pub(crate) struct Bench {
     probe: chrocodile::Simulator,
     stage: StageSimulator,
     thermometer: Option<Thermometer>,
-    probe_port: Port,
+    probe_port: ProbePort,
     stage_port: Port,
     /// How many nodes the stage has.
     nodes: usize,
@@ -30,6 +31,21 @@ pub(crate) struct Bench {
     /// Until when a fault, not the host, may have disarmed the devices.
     disturbed_until: Mutex<Option<Deadline>>,
     tasks: Mutex<JoinSet<()>>,
+}
+
+/// Where the probe is reached.
+enum ProbePort {
+    Serial(Port),
+    Tcp(Socket),
+}
+
+/// Address of the probe.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ProbeAddress<'a> {
+    /// Path of a serial port.
+    Serial(&'a Path),
+    /// Address and TCP port.
+    Tcp(SocketAddr),
 }
 
 struct Thermometer {
@@ -53,27 +69,42 @@ impl Bench {
         };
         let bus = Bus::new(scene.node_ids.iter().map(node).collect())?;
         let stage = StageSimulator::new(bus);
-        let probe =
-            chrocodile::Simulator::new(chrocodile::Device::new(scene.full_scale_um), PROBE_QUEUE);
+        let full_scale_um = scene.full_scale_um;
+        let instrument: chrocodile::Instrument = match scene.protocol {
+            Protocol::Dollar => chrocodile::Device::new(full_scale_um).into(),
+            Protocol::Packets => chrocodile::PacketDevice::new(full_scale_um, 1).into(),
+        };
+        let probe = chrocodile::Simulator::new(instrument, PROBE_QUEUE);
         let mut tasks = JoinSet::new();
         let thermometer = match scene.thermal {
             Some(thermal) => {
                 let device = thermal::device(thermal, scene.seed);
-                let listening = Socket::listen(device.clone()).await;
+                let served = socket::Thermometer { device: device.clone(), start: Instant::now() };
+                let listening = Socket::listen(served).await;
                 let (socket, serving) = listening.map_err(RigError::Listen)?;
                 tasks.spawn(serving);
                 Some(Thermometer { device, socket })
             }
             None => None,
         };
-        let probe_port = port(Link::Probe)?;
+        let probe_port = match scene.protocol {
+            Protocol::Dollar => ProbePort::Serial(port(Link::Probe)?),
+            Protocol::Packets => {
+                let listening = Socket::listen(socket::Probe(probe.clone())).await;
+                let (socket, serving) = listening.map_err(RigError::Listen)?;
+                tasks.spawn(serving);
+                ProbePort::Tcp(socket)
+            }
+        };
         let stage_port = port(Link::Stage).inspect_err(|_| probe_port.remove())?;
         // A wire neither ends nor fails, so these run as long as the bench.
-        let (served, wire) = (probe.clone(), probe_port.wire());
-        tasks.spawn(async move {
-            let ended = served.serve(wire).await;
-            tracing::error!(?ended, "the probe's line has ended");
-        });
+        if let ProbePort::Serial(port) = &probe_port {
+            let (served, wire) = (probe.clone(), port.wire());
+            tasks.spawn(async move {
+                let ended = served.serve(wire).await;
+                tracing::error!(?ended, "the probe's line has ended");
+            });
+        }
         let (served, wire) = (stage.clone(), stage_port.wire());
         tasks.spawn(async move {
             let ended = served.serve(wire).await;
@@ -262,9 +293,12 @@ impl Bench {
         self.stage_port.remove();
     }
 
-    /// Path of the probe's port.
-    pub(crate) fn probe_path(&self) -> &Path {
-        self.probe_port.path()
+    /// Where the probe is reached.
+    pub(crate) fn probe_address(&self) -> ProbeAddress<'_> {
+        match &self.probe_port {
+            ProbePort::Serial(port) => ProbeAddress::Serial(port.path()),
+            ProbePort::Tcp(socket) => ProbeAddress::Tcp(socket.address()),
+        }
     }
 
     /// Path of the stage's port.
@@ -275,6 +309,29 @@ impl Bench {
     /// Address of the thermometer, if there is one.
     pub(crate) fn thermal_address(&self) -> Option<SocketAddr> {
         self.thermometer.as_ref().map(|thermometer| thermometer.socket.address())
+    }
+}
+
+impl ProbePort {
+    fn unplug(&self) {
+        match self {
+            ProbePort::Serial(port) => port.unplug(),
+            ProbePort::Tcp(socket) => socket.unplug(),
+        }
+    }
+
+    fn plug(&self) {
+        match self {
+            ProbePort::Serial(port) => port.plug(),
+            ProbePort::Tcp(socket) => socket.plug(),
+        }
+    }
+
+    /// Takes the name of a serial port away; a TCP port ends with its task.
+    fn remove(&self) {
+        if let ProbePort::Serial(port) = self {
+            port.remove();
+        }
     }
 }
 

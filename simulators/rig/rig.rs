@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::sync::watch;
 
-use crate::bench::Bench;
+use crate::bench::{Bench, ProbeAddress};
 use crate::fault::Scheduled;
 use crate::pace::{Absence, Pace};
 use crate::{
@@ -106,10 +106,15 @@ impl Rig {
             1 => "CiA 406 transducer on an slcan adapter, serial",
             _ => "CiA 406 transducers on an slcan adapter, serial",
         };
-        let mut listing = vec![
-            serial(Link::Probe, "CHRocodile 2, serial", self.bench.probe_path()),
-            serial(Link::Stage, stage, self.bench.stage_path()),
-        ];
+        let probe = match self.bench.probe_address() {
+            ProbeAddress::Serial(path) => serial(Link::Probe, "CHRocodile 2, serial", path),
+            ProbeAddress::Tcp(address) => Listing {
+                name: Link::Probe.name(),
+                kind: "CHRocodile 2, packets over TCP",
+                address: address.to_string(),
+            },
+        };
+        let mut listing = vec![probe, serial(Link::Stage, stage, self.bench.stage_path())];
         listing.extend(self.bench.thermal_address().map(|address| Listing {
             name: Link::Thermal.name(),
             kind: "thermometer, Modbus TCP",
@@ -121,7 +126,7 @@ impl Rig {
     /// The daemon's whole configuration for this bench and its part.
     pub fn station_toml(&self, options: &StationOptions) -> String {
         let ports = station::Ports {
-            probe: self.bench.probe_path(),
+            probe: self.bench.probe_address(),
             stage: self.bench.stage_path(),
             thermal: self.bench.thermal_address(),
         };

@@ -31,6 +31,7 @@ pub struct Scene {
     pub(crate) noise_nm: f64,
     pub(crate) standoff_mm: f64,
     pub(crate) full_scale_um: f64,
+    pub(crate) protocol: Protocol,
     pub(crate) intensity: f64,
     pub(crate) node_ids: Vec<u8>,
     pub(crate) thermal: Option<Thermal>,
@@ -45,6 +46,15 @@ pub(crate) struct Limits {
     pub(crate) pv_nm: Option<f64>,
     /// Largest RMS allowed, nm.
     pub(crate) rms_nm: Option<f64>,
+}
+
+/// Protocol of the probe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Protocol {
+    /// Commands and telegrams on a serial port.
+    Dollar,
+    /// Packets on TCP.
+    Packets,
 }
 
 /// The thermometer: a slow sine about a mean.

@@ -1,12 +1,13 @@
-//! The thermometer's TCP port, with a plug.
+//! TCP ports of devices, with a plug.
 
 use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
 
 use asphera_modbus::Transport;
-use asphera_sim_modbus::{Device, serve};
-use tokio::net::TcpListener;
+use asphera_sim_chrocodile as chrocodile;
+use asphera_sim_modbus as modbus;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep};
@@ -19,10 +20,19 @@ pub(crate) struct Socket {
     outages: watch::Sender<u32>,
 }
 
+/// A device behind a TCP port. What is dropped of it, connections among it, ends at once.
+pub(crate) trait Device: Send + 'static {
+    /// Takes connections until the listener fails.
+    fn accept(&mut self, listener: &TcpListener) -> impl Future<Output = ()> + Send;
+
+    /// Runs while the plug is out, and never ends.
+    fn unplugged(&self) -> impl Future<Output = ()> + Send;
+}
+
 impl Socket {
     /// Takes a free port, and gives the future that serves the device on it.
     pub(crate) async fn listen(
-        device: Device,
+        device: impl Device,
     ) -> io::Result<(Socket, impl Future<Output = ()> + Send + 'static)> {
         let listener = TcpListener::bind(("127.0.0.1", 0)).await?;
         let address = listener.local_addr()?;
@@ -51,54 +61,97 @@ impl Socket {
 async fn run(
     first: TcpListener,
     address: SocketAddr,
-    device: Device,
+    mut device: impl Device,
     mut outages: watch::Receiver<u32>,
 ) {
-    let start = Instant::now();
     let mut listener = Some(first);
     loop {
         if let Some(listener) = listener.take() {
-            let mut connections = JoinSet::new();
             tokio::select! {
-                () = accept(&listener, &device, start, &mut connections) => {}
+                () = device.accept(&listener) => {}
                 out = outages.wait_for(|&outages| outages > 0) => if out.is_err() { return },
             }
-            // Both are dropped here: the connections end with the listener.
+            // Dropped here, as the connections are.
         }
-        if outages.wait_for(|&outages| outages == 0).await.is_err() {
-            return;
+        tokio::select! {
+            plugged = outages.wait_for(|&outages| outages == 0) => if plugged.is_err() { return },
+            () = device.unplugged() => {}
         }
         match TcpListener::bind(address).await {
             Ok(bound) => listener = Some(bound),
             Err(error) => {
-                tracing::warn!(%address, %error, "the thermometer's port is not free");
+                tracing::warn!(%address, %error, "the port of a device is not free");
                 sleep(AGAIN).await;
             }
         }
     }
 }
 
-/// Takes connections until the listener fails.
-async fn accept(
-    listener: &TcpListener,
-    device: &Device,
-    start: Instant,
-    connections: &mut JoinSet<io::Result<()>>,
-) {
-    loop {
-        tokio::select! {
-            accepted = listener.accept() => match accepted {
-                Ok((stream, _)) => {
-                    connections.spawn(serve(stream, device.clone(), Transport::Tcp, start));
-                }
+/// The thermometer: any number of hosts at once.
+pub(crate) struct Thermometer {
+    pub(crate) device: modbus::Device,
+    pub(crate) start: Instant,
+}
+
+impl Device for Thermometer {
+    async fn accept(&mut self, listener: &TcpListener) {
+        let mut connections = JoinSet::new();
+        loop {
+            tokio::select! {
+                accepted = listener.accept() => match accepted {
+                    Ok((stream, _)) => {
+                        let device = self.device.clone();
+                        connections.spawn(modbus::serve(stream, device, Transport::Tcp, self.start));
+                    }
+                    Err(error) => {
+                        tracing::warn!(%error, "the thermometer takes no connections");
+                        return;
+                    }
+                },
+                // A client that goes away in the middle of an answer is no trouble of the device.
+                Some(_) = connections.join_next() => {}
+            }
+        }
+    }
+
+    async fn unplugged(&self) {
+        std::future::pending().await
+    }
+}
+
+/// The probe on its packet protocol: one host after the other. Without one its exposures are lost.
+pub(crate) struct Probe(pub(crate) chrocodile::Simulator);
+
+impl Device for Probe {
+    async fn accept(&mut self, listener: &TcpListener) {
+        loop {
+            let accepted = tokio::select! {
+                accepted = listener.accept() => accepted,
+                () = self.0.lose_exposures() => continue,
+            };
+            match accepted {
+                Ok((stream, _)) => self.serve(stream).await,
                 Err(error) => {
-                    tracing::warn!(%error, "the thermometer takes no connections");
+                    tracing::warn!(%error, "the probe takes no connections");
                     return;
                 }
-            },
-            // A client that goes away in the middle of an answer is no trouble of the device.
-            Some(_) = connections.join_next() => {}
+            }
         }
+    }
+
+    async fn unplugged(&self) {
+        self.0.lose_exposures().await;
+    }
+}
+
+impl Probe {
+    async fn serve(&self, stream: TcpStream) {
+        // Without it, single packets would wait for the acknowledgement of the last.
+        let served = match stream.set_nodelay(true) {
+            Ok(()) => self.0.serve(stream).await.map_err(|error| error.to_string()),
+            Err(error) => Err(error.to_string()),
+        };
+        tracing::debug!(?served, "a connection of the probe has ended");
     }
 }
 

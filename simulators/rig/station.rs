@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use asphera_form::Nominal;
 use toml::Value;
 
-use crate::bench::SYNC_OVERFLOW;
+use crate::bench::{ProbeAddress, SYNC_OVERFLOW};
 use crate::motion::Motion;
+use crate::scene::Protocol;
 use crate::{Scene, Speed, thermal};
 
 /// What a configuration says that the bench does not know.
@@ -21,7 +22,7 @@ pub struct StationOptions {
 
 /// Where the devices are.
 pub(crate) struct Ports<'a> {
-    pub(crate) probe: &'a Path,
+    pub(crate) probe: ProbeAddress<'a>,
     pub(crate) stage: &'a Path,
     pub(crate) thermal: Option<SocketAddr>,
 }
@@ -62,10 +63,17 @@ pub(crate) fn toml(scene: &Scene, ports: &Ports<'_>, options: &StationOptions) -
 
 fn links(ports: &Ports<'_>) -> String {
     let path = |path: &Path| quoted(&path.display().to_string());
+    let probe = match ports.probe {
+        ProbeAddress::Serial(port) => {
+            format!("kind = \"serial\"\npath = {}\nbaud_bd = 921600\n", path(port))
+        }
+        ProbeAddress::Tcp(address) => {
+            format!("kind = \"tcp\"\naddress = {}\n", quoted(&address.to_string()))
+        }
+    };
     let mut text = format!(
-        "[link.probe]\nkind = \"serial\"\npath = {}\nbaud_bd = 921600\n\n\
+        "[link.probe]\n{probe}\n\
          [link.stage]\nkind = \"slcan-serial\"\npath = {}\nbit_rate_bps = 1000000\n",
-        path(ports.probe),
         path(ports.stage),
     );
     if let Some(address) = ports.thermal {
@@ -84,12 +92,17 @@ fn devices(scene: &Scene) -> String {
             "[75, 76, 256, 257]"
         }
     };
+    let protocol = match scene.protocol {
+        Protocol::Dollar => format!(
+            "# A simulator shares its processors with others and may pause within a telegram.\n\
+             silence_ms = {SILENCE_MS}\n"
+        ),
+        Protocol::Packets => "protocol = \"packets\"\n".to_owned(),
+    };
     let mut text = format!(
         "[device.probe]\ndriver = \"chrocodile2\"\nlink = \"probe\"\n\n\
          # Exposure count, exposure flags, rotary encoder on a polar machine, distance, intensity.\n\
-         [device.probe.settings]\nsignals = {signals}\nsample_rate_hz = {}\ntrigger = \"each\"\n\
-         # A simulator shares its processors with others and may pause within a telegram.\n\
-         silence_ms = {SILENCE_MS}\n",
+         [device.probe.settings]\nsignals = {signals}\nsample_rate_hz = {}\ntrigger = \"each\"\n{protocol}",
         float(sample_rate_hz(scene)),
     );
     for (name, node_id) in stage_names(scene).iter().zip(&scene.node_ids) {
@@ -254,7 +267,10 @@ mod tests {
 
     fn station_of(scene: &Scene, thermal: bool) -> toml::Table {
         let ports = Ports {
-            probe: Path::new("/run/a \"b\"/probe"),
+            probe: match scene.protocol {
+                Protocol::Dollar => ProbeAddress::Serial(Path::new("/run/a \"b\"/probe")),
+                Protocol::Packets => ProbeAddress::Tcp("127.0.0.1:7891".parse().unwrap()),
+            },
             stage: Path::new("/run/stage"),
             thermal: thermal.then(|| "127.0.0.1:1502".parse().unwrap()),
         };
@@ -299,6 +315,22 @@ mod tests {
         assert_eq!(fields.len(), 2);
         let devices = at(&table, "sync.devices").as_array().unwrap();
         assert_eq!(devices, &[Value::from("probe"), Value::from("stage")]);
+    }
+
+    #[test]
+    fn a_probe_on_packets_is_reached_over_tcp() {
+        let text = Scene::built_in_toml("asphere").unwrap();
+        let text = text.replace("# protocol = \"packets\"", "protocol = \"packets\"");
+        let table = station_of(&Scene::parse("packets", &text).unwrap(), false);
+        for (path, expected) in [
+            ("link.probe.kind", "tcp"),
+            ("link.probe.address", "127.0.0.1:7891"),
+            ("device.probe.settings.protocol", "packets"),
+        ] {
+            assert_eq!(at(&table, path), &Value::from(expected), "{path}");
+        }
+        let settings = at(&table, "device.probe.settings").as_table().unwrap();
+        assert!(!settings.contains_key("silence_ms"));
     }
 
     #[test]

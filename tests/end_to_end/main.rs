@@ -23,6 +23,7 @@ mod kills;
 mod line_scanner;
 mod measure;
 mod metamorphic;
+mod packets;
 mod peers;
 mod playback;
 mod preloaded;

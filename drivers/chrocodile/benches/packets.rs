@@ -84,9 +84,10 @@ fn stream(format: &Format, samples: u32) -> Vec<u8> {
                 signal.number.write(value, &mut packet);
             }
         }
-        let len = packet.len() / layout.sample_len();
-        if len == rows || sample + 1 == samples {
-            Data::encode((1, 1), 0, len as u32, &packet, &mut stream);
+        let waiting = packet.len() / layout.sample_len();
+        if waiting == rows || sample + 1 == samples {
+            let data = Data { stream: 1, counter: 1, time: 0, rows: waiting, samples: &packet };
+            data.encode(&mut stream);
             packet.clear();
         }
     }

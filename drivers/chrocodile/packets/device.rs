@@ -182,7 +182,7 @@ impl PacketChrocodile {
         let trouble = |error: &dyn Display| format!("data of the format {counter}: {error}");
         let known = self.formats.get(counter).ok_or_else(|| trouble(&"it did not come"))?;
         let plan = known.plan.as_ref().map_err(|error| trouble(error))?;
-        let samples = data.samples(plan.sample_len).map_err(|error| trouble(&error))?;
+        let samples = data.split(plan.sample_len).map_err(|error| trouble(&error))?;
         let rate_hz = f64::from(known.format.sample_rate_hz);
         let period_ns = (self.settings.times_samples() && rate_hz > 0.0).then(|| 1e9 / rate_hz);
         let first_ns = data.time_ns();

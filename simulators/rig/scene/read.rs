@@ -9,7 +9,7 @@ use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose};
 use asphera_settings::Section as Table;
 
-use super::{Limits, Scene, Thermal};
+use super::{Limits, Protocol, Scene, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
 use crate::section::Section;
@@ -36,6 +36,8 @@ pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
     let probe = root.section("probe");
     let (noise_nm, standoff_mm) = (probe.required("noise_nm"), probe.required("standoff_mm"));
     let (full_scale_um, intensity) = (probe.required("full_scale_um"), probe.required("intensity"));
+    let protocols = [("dollar", Protocol::Dollar), ("packets", Protocol::Packets)];
+    let protocol = probe.word("protocol", Protocol::Dollar, &protocols);
     probe.finish();
     let thermal = root.section("thermal");
     let thermal = thermal.is_present().then(|| thermometer(&thermal));
@@ -59,6 +61,7 @@ pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
         noise_nm: noise_nm?,
         standoff_mm: standoff_mm?,
         full_scale_um: full_scale_um?,
+        protocol,
         intensity: intensity?,
         node_ids: node_ids?,
         thermal: match thermal {

@@ -143,7 +143,7 @@ fn all_mistakes_come_at_once_where_they_are() {
     let expected = [
         (23, "part.pose.rx_rad"),
         (35, "part.form_error.fringe[1].height_nm"),
-        (73, "stage.node_ids[0]"),
+        (74, "stage.node_ids[0]"),
     ];
     assert_eq!(told, expected);
 }

@@ -82,7 +82,7 @@ pub(crate) fn data(
     samples: std::ops::Range<u32>,
     value: impl Fn(u32, u16, u16) -> f64,
 ) -> Vec<u8> {
-    let rows = samples.len() as u32;
+    let rows = samples.len();
     let mut bytes = Vec::new();
     for sample in samples {
         for signal in format.signals.iter().filter(|signal| !signal.is_of_points()) {
@@ -97,6 +97,7 @@ pub(crate) fn data(
         }
     }
     let mut packet = Vec::new();
-    Data::encode((format.stream, format.counter), 5 << 32, rows, &bytes, &mut packet);
+    let Format { stream, counter, .. } = *format;
+    Data { stream, counter, time: 5 << 32, rows, samples: &bytes }.encode(&mut packet);
     packet
 }

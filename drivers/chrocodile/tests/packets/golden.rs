@@ -88,10 +88,11 @@ fn a_format_is_read_and_written() {
 fn data_are_read_and_written() {
     let data = Data::decode(body(&DAT)).unwrap();
     assert_eq!((data.stream, data.counter, data.time_ns()), (1, 7, 2_500_000_000));
-    let samples: Vec<&[u8]> = data.samples(8).unwrap().collect();
+    let samples: Vec<&[u8]> = data.split(8).unwrap().collect();
     assert_eq!(samples, [&DAT[40..48], &DAT[48..56]]);
     let mut written = Vec::new();
-    Data::encode((1, 7), 5 << 31, 2, &DAT[40..], &mut written);
+    Data { stream: 1, counter: 7, time: 5 << 31, rows: 2, samples: &DAT[40..] }
+        .encode(&mut written);
     assert_eq!(written, DAT);
 }
 
@@ -181,7 +182,7 @@ fn counts_flags_and_times_have_their_places() {
     let mut driver = crate::device::streaming(settings, &format);
     let sample = [0xFF, 0xFF, 3, 0, 0x40, 0x42, 0x0F, 0, 0, 0x40];
     let mut bytes = Vec::new();
-    Data::encode((1, 1), 0, 1, &sample, &mut bytes);
+    Data { stream: 1, counter: 1, time: 0, rows: 1, samples: &sample }.encode(&mut bytes);
     assert_eq!(bytes.len(), 52, "padded from 50");
     driver.receive(Nanos::ZERO, Input::Bytes(&bytes));
     let found = events(&mut driver);

@@ -85,7 +85,7 @@ proptest! {
         let _ = (Header::decode(&bytes), Message::decode(&bytes), Format::decode(&bytes));
         if let Ok(data) = Data::decode(&bytes) {
             for sample_len in 1..20 {
-                let _ = data.samples(sample_len).map(Iterator::count);
+                let _ = data.split(sample_len).map(Iterator::count);
             }
         }
         prop_assert_eq!(decode(&bytes, &[usize::MAX]), (Vec::new(), bytes.len() as u64));

@@ -17,8 +17,9 @@ pub struct Data<'a> {
     /// Time of the packet in s: 32 bits before and 32 behind the point.
     pub time: u64,
     /// How many samples there are.
-    rows: usize,
-    samples: &'a [u8],
+    pub rows: usize,
+    /// The samples, one after the other; up to three zeros may follow.
+    pub samples: &'a [u8],
 }
 
 /// Why data cannot be read.
@@ -71,7 +72,7 @@ impl<'a> Data<'a> {
     /// # Errors
     ///
     /// When the bytes are not those of the samples and of up to three zeros behind them.
-    pub fn samples(&self, sample_len: usize) -> Result<impl Iterator<Item = &'a [u8]>, DataError> {
+    pub fn split(&self, sample_len: usize) -> Result<impl Iterator<Item = &'a [u8]>, DataError> {
         let found = self.samples.len();
         let len = self.rows.checked_mul(sample_len);
         match len.filter(|len| len.checked_next_multiple_of(4) == Some(found)) {
@@ -80,21 +81,15 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Appends the packet of `rows` samples, which follow each other in `samples`.
-    pub fn encode(
-        (stream, counter): (u32, i32),
-        time: u64,
-        rows: u32,
-        samples: &[u8],
-        out: &mut Vec<u8>,
-    ) {
+    /// Appends the packet. The caller keeps it within a packet's length.
+    pub fn encode(&self, out: &mut Vec<u8>) {
         encode(Kind::Data, out, |out| {
-            out.extend(stream.to_le_bytes());
-            out.extend(counter.to_le_bytes());
-            out.extend(time.to_le_bytes());
-            out.extend(rows.to_le_bytes());
+            out.extend(self.stream.to_le_bytes());
+            out.extend(self.counter.to_le_bytes());
+            out.extend(self.time.to_le_bytes());
+            out.extend((self.rows as u32).to_le_bytes());
             let start = out.len();
-            out.extend(samples);
+            out.extend(self.samples);
             pad(out, start);
         });
     }
@@ -108,16 +103,17 @@ mod tests {
     #[test]
     fn samples_come_back_and_lengths_must_fit() {
         let mut bytes = Vec::new();
-        Data::encode((1, 9), 3 << 31, 2, &[1, 2, 3, 4, 5, 6], &mut bytes);
+        let samples = &[1, 2, 3, 4, 5, 6];
+        Data { stream: 1, counter: 9, time: 3 << 31, rows: 2, samples }.encode(&mut bytes);
         assert_eq!(bytes.len(), HEADER_LEN + FIXED_LEN + 8);
         let data = Data::decode(&bytes[HEADER_LEN..]).unwrap();
         assert_eq!((data.stream, data.counter, data.time_ns()), (1, 9, 1_500_000_000));
-        let samples: Vec<&[u8]> = data.samples(3).unwrap().collect();
+        let samples: Vec<&[u8]> = data.split(3).unwrap().collect();
         assert_eq!(samples, [[1, 2, 3], [4, 5, 6]]);
         // Four bytes a sample fill the eight bytes as well: the format decides, not the data.
-        assert_eq!(data.samples(4).unwrap().count(), 2);
+        assert_eq!(data.split(4).unwrap().count(), 2);
         for sample_len in [1, 2, 5, usize::MAX] {
-            let error = data.samples(sample_len).err().unwrap();
+            let error = data.split(sample_len).err().unwrap();
             assert_eq!(error, DataError::Length { rows: 2, sample_len, found: 8 });
         }
         assert_eq!(Data::decode(&bytes[HEADER_LEN..39]), Err(DataError::Short(19)));
