@@ -115,7 +115,7 @@ impl Device for Thermometer {
     }
 
     async fn unplugged(&self) {
-        std::future::pending().await
+        std::future::pending::<()>().await;
     }
 }
 
