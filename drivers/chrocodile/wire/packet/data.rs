@@ -67,15 +67,16 @@ impl<'a> Data<'a> {
         ((u128::from(self.time) * 1_000_000_000) >> 32) as u64
     }
 
-    /// The samples, each of `sample_len` bytes, which is at least 1.
+    /// The samples, each of `sample_len` bytes.
     ///
     /// # Errors
     ///
-    /// When the bytes are not those of the samples and of up to three zeros behind them.
+    /// When the bytes are not those of the samples and of up to three zeros behind them, or a sample has none.
     pub fn split(&self, sample_len: usize) -> Result<impl Iterator<Item = &'a [u8]>, DataError> {
         let found = self.samples.len();
         let len = self.rows.checked_mul(sample_len);
-        match len.filter(|len| len.checked_next_multiple_of(4) == Some(found)) {
+        let fits = |len: &usize| sample_len > 0 && len.checked_next_multiple_of(4) == Some(found);
+        match len.filter(fits) {
             Some(len) => Ok(self.samples[..len].chunks_exact(sample_len)),
             None => Err(DataError::Length { rows: self.rows, sample_len, found }),
         }
@@ -112,7 +113,7 @@ mod tests {
         assert_eq!(samples, [[1, 2, 3], [4, 5, 6]]);
         // Four bytes a sample fill the eight bytes as well: the format decides, not the data.
         assert_eq!(data.split(4).unwrap().count(), 2);
-        for sample_len in [1, 2, 5, usize::MAX] {
+        for sample_len in [0, 1, 2, 5, usize::MAX] {
             let error = data.split(sample_len).err().unwrap();
             assert_eq!(error, DataError::Length { rows: 2, sample_len, found: 8 });
         }
