@@ -41,9 +41,6 @@ async fn expose(simulator: Simulator, points: Option<u16>) {
         simulator.wait_armed(true).await;
         let period = Duration::from_secs_f64(1.0 / simulator.sample_rate_hz());
         tokio::time::sleep(period).await;
-        sample.exposure_count += 1;
-        sample.start_ns += period.as_nanos() as u64;
-        sample.encoder[0] = sample.encoder[0].wrapping_add(1);
         let along = (f64::from(sample.encoder[0]) * 0.01).sin();
         sample.distance_um = Some(distance_um(along, 0.0));
         let line_um = points.map(|points| {
@@ -52,6 +49,9 @@ async fn expose(simulator: Simulator, points: Option<u16>) {
         if simulator.expose(Exposure { sample, line_um }).await.is_err() {
             return;
         }
+        sample.exposure_count += 1;
+        sample.start_ns += period.as_nanos() as u64;
+        sample.encoder[0] = sample.encoder[0].wrapping_add(1);
     }
 }
 
