@@ -252,6 +252,11 @@ fn a_line_gives_profiles() {
 fn nothing_from_before_a_reconnect_is_decoded_after_it() {
     let format = format(&SIGNALS, 1, 1);
     let mut driver = streaming(settings(), &format);
+    let mut other = format.clone();
+    other.counter = 5;
+    driver.receive(Nanos::ZERO, Input::Bytes(&bytes_of(&other)));
+    driver.receive(Nanos::ZERO, Input::Bytes(&data(&other, 0..1, value)));
+    assert_eq!(counts(&mut driver), [0]);
     let packet = data(&format, 0..2, value);
     driver.receive(Nanos::ZERO, Input::Bytes(&packet[..30]));
     driver.disconnected(Nanos::ZERO);
@@ -263,9 +268,9 @@ fn nothing_from_before_a_reconnect_is_decoded_after_it() {
     // The rest of the old packet does not hide the answers behind it.
     let (readings, discarded) = outcome(&mut driver);
     assert_eq!((readings.len(), discarded), (0, packet.len() as u64 - 30));
-    // An old format is unknown to the new connection.
-    let mut other = format.clone();
-    other.counter = 5;
+    // The old format is unknown to the new connection, and the new one is not.
     driver.receive(Nanos::ZERO, Input::Bytes(&data(&other, 0..1, value)));
     assert!(outcome(&mut driver).0.is_empty());
+    driver.receive(Nanos::ZERO, Input::Bytes(&packet));
+    assert_eq!(counts(&mut driver), [0, 1]);
 }
