@@ -16,13 +16,15 @@ use super::details::sample;
 use super::maps::{Raster, maps};
 use super::removal::{RemovalError, of_points};
 use super::sampling::Remembered;
+use super::space::SurfaceInSpace;
 use crate::Part;
-use crate::section::{Deviations, path, report};
+use crate::section::{Deviations, Way, report, report_of_plane, way};
 
-/// Cuts a mesh that grows. `lies` is where the nominal lies in it, if there is a fit.
+/// Cuts a mesh that grows, of a part in the frame of a plane of projection. `lies` is where the nominal lies in it, if there is
+/// a fit.
 pub(super) fn cut(
     mesh: &Mesh,
-    part: &Part,
+    (part, projection): (&Part, &Plane),
     lies: Option<(&Nominal, &Pose)>,
     gap_limit_mm: Option<f64>,
     request: &SectionRequest,
@@ -42,7 +44,11 @@ pub(super) fn cut(
         }
     });
     let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
-    report(mesh, &path(request, centre_mm), gap_limit_mm, deviations_nm).map_err(Refusal::new)
+    let found = way(request, centre_mm, projection).and_then(|way| match way {
+        Way::Path(path) => report(mesh, &path, gap_limit_mm, deviations_nm),
+        Way::Plane(plane) => report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm),
+    });
+    found.map_err(Refusal::new)
 }
 
 /// A finished mesh, to be cut and mapped.
@@ -69,8 +75,8 @@ pub(super) struct Setting {
     pub(super) maps_version: u64,
     /// The local feature size of the last look.
     pub(super) remembered: Remembered,
-    /// Whether the points were meshed in space, and so there is nothing to cut here.
-    pub(super) in_space: bool,
+    /// Of points that were meshed in space their surface, if they have one; `None` of others.
+    pub(super) in_space: Option<Option<SurfaceInSpace>>,
 }
 
 impl FinishedMesh {
@@ -167,24 +173,26 @@ impl FinishedMesh {
         Some(view.and_then(|sample| of_points(&sample, grid, terms)).map_err(Refusal::new))
     }
 
-    /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met.
+    /// The surface of points that were meshed in space.
+    pub fn in_space(&self) -> Option<&SurfaceInSpace> {
+        self.setting.in_space.as_ref()?.as_ref()
+    }
+
+    /// Cuts it; `None` without a vertex. Takes time in proportion to the triangles met, and of a plane to all.
     ///
     /// # Errors
     ///
     /// When the path makes no sense.
     pub fn section(&self, request: &SectionRequest) -> Cut {
-        let Setting { part, lies, gap_limit_mm, in_space, .. } = &self.setting;
-        if *in_space {
-            return Some(Err(Refusal(NOT_IN_SPACE.to_owned())));
+        let Setting { part, plane, lies, gap_limit_mm, in_space, .. } = &self.setting;
+        if let Some(surface) = in_space {
+            return surface.as_ref().map(|surface| surface.section(request));
         }
         let lies = lies.as_ref().map(|(nominal, pose)| (nominal, pose));
         (!self.mesh.points().is_empty())
-            .then(|| cut(&self.mesh, part, lies, *gap_limit_mm, request))
+            .then(|| cut(&self.mesh, (part, plane), lies, *gap_limit_mm, request))
     }
 }
-
-/// Why a mesh in space is not cut.
-pub const NOT_IN_SPACE: &str = "sections are cut through meshes in the plane: give a direction in which the surface projects, with --along or [projection]";
 
 impl fmt::Debug for FinishedMesh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

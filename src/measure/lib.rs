@@ -32,6 +32,7 @@ mod judged;
 mod judgement;
 mod maps;
 mod measurement;
+mod meshing;
 mod naming;
 mod origin;
 mod part;
@@ -53,11 +54,12 @@ mod uncertainties;
 mod unmeasured;
 
 pub use asphera_form::HIGHEST_MM;
-pub use cutting::{FinishedMesh, NOT_IN_SPACE};
+pub use cutting::FinishedMesh;
 pub use defects::features_of_mesh;
 pub use deviation_map::{DeviationMap, MapSource};
 pub use judgement::{ask, doubt, undecide};
 pub use measurement::Measurement;
+pub use meshing::{PointsSurface, folded, surface_of_points};
 pub use part::{
     COVERAGE_MIN, CorrelationFrom, Criterion, DefectLimits, FLAT_BELOW_PER_MM, FigureSettings,
     Judging, LISTED, Part, Q_TERMS, TextureSettings, Weights,
@@ -69,6 +71,9 @@ pub use sampling::{
     sampling_of_mesh, sampling_of_points,
 };
 pub use sampling::{Readings, Sampled, feature_size, no_area};
+pub use space::{
+    ReducedInSpace, ReductionLimits, ReductionState, SurfaceInSpace, only_planes, reduce_in_space,
+};
 pub use step::Step;
 
 #[cfg(doctest)]

@@ -144,7 +144,7 @@ pub(super) fn measure(
         grid: inspected.grid,
         maps_version,
         remembered,
-        in_space: false,
+        in_space: None,
     };
     let Assessment { triangles, mesh: seen, sampling, next, .. } = look;
     let Inspected { form, features, verdict, deviations_nm, map, cells, .. } = inspected;

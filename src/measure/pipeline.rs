@@ -438,7 +438,7 @@ impl Pipeline {
     /// When the path makes no sense.
     pub fn section(&self, request: &SectionRequest) -> Cut {
         if let Some(space) = self.meshed_in_space() {
-            return (!space.is_empty()).then(|| Err(Refusal(cutting::NOT_IN_SPACE.to_owned())));
+            return space.section(request);
         }
         if self.mesh.points().is_empty() {
             return None;
@@ -446,7 +446,8 @@ impl Pipeline {
         let estimate = self.running.estimate();
         let lies = estimate.as_ref().map(|estimate| (&estimate.nominal, &estimate.pose));
         let gap_limit_mm = self.sampling.gap_limit_mm.or(self.part.gap_limit_mm);
-        Some(cutting::cut(&self.mesh, &self.part, lies, gap_limit_mm, request))
+        let plane = self.projector.plane();
+        Some(cutting::cut(&self.mesh, (&self.part, &plane), lies, gap_limit_mm, request))
     }
 
     /// The points, where they are meshed in space by now.

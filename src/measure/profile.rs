@@ -201,7 +201,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
         grid: None,
         maps_version: 0,
         remembered,
-        in_space: false,
+        in_space: None,
     };
     Measurement {
         report: Report {

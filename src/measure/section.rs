@@ -8,14 +8,35 @@ use asphera_report::{
     CircleFigures, Columns, DeviationProfile, HeightFigures, LineFigures, PathFigures,
     PieceFigures, SECTION_FORMAT, SectionReport, SectionRequest,
 };
+use asphera_surface::Plane;
 use asphera_surface::sections::{
     CircleFit, CuttingPlane, Limit, PolynomialFit, Profile, ProfileError, Section, SectionError,
     SectionPath, cut, section,
 };
 
-/// The path of a request, where the nominal's centre lies at `fitted_mm`.
-pub fn path(request: &SectionRequest, fitted_mm: [f64; 2]) -> SectionPath {
-    match *request {
+/// Along what a mesh in the plane is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way {
+    /// A line in the plane of projection.
+    Path(SectionPath),
+    /// A plane in the frame of the plane of projection.
+    Plane(CuttingPlane),
+}
+
+/// The way of a request, where the nominal's centre lies at `fitted_mm`, through a mesh in the frame of a plane of projection.
+///
+/// # Errors
+///
+/// If the plane of a request is none.
+pub fn way(
+    request: &SectionRequest,
+    fitted_mm: [f64; 2],
+    projection: &Plane,
+) -> Result<Way, SectionError> {
+    Ok(Way::Path(match *request {
+        SectionRequest::Plane { normal, offset_mm } => {
+            return in_frame_of(projection, normal, offset_mm).map(Way::Plane);
+        }
         SectionRequest::Line { from_mm, to_mm } => SectionPath::Segment { from_mm, to_mm },
         SectionRequest::Circle { centre_mm, radius_mm } => {
             SectionPath::Circle { centre_mm, radius_mm, start_rad: 0.0 }
@@ -23,7 +44,24 @@ pub fn path(request: &SectionRequest, fitted_mm: [f64; 2]) -> SectionPath {
         SectionRequest::Radius { centre_mm, angle_rad } => {
             SectionPath::Radius { centre_mm: centre_mm.unwrap_or(fitted_mm), angle_rad }
         }
+    }))
+}
+
+/// A plane n·p = d of the measured frame in the frame of the plane of projection.
+///
+/// # Errors
+///
+/// If the normal has no direction, or a number is not finite or out of range.
+pub fn in_frame_of(
+    projection: &Plane,
+    [a, b, c]: [f64; 3],
+    offset_mm: f64,
+) -> Result<CuttingPlane, SectionError> {
+    if *projection == Plane::XY {
+        return CuttingPlane::new([a, b, c], offset_mm);
     }
+    let along = |[x, y, z]: [f64; 3]| a * x + b * y + c * z;
+    CuttingPlane::new(projection.axes().map(along), offset_mm - along(projection.origin_mm()))
 }
 
 /// Gives the deviations of vertices in nm, in their order.
@@ -65,6 +103,16 @@ pub fn report_of_plane(
     let found = cut(mesh, plane, gap_limit_mm)?;
     let path = PathFigures::Plane { normal: plane.normal(), offset_mm: plane.offset_mm() };
     Ok(told_of(&found, path, false, gap_limit_mm, deviations_nm))
+}
+
+/// What a section of a surface in space tells. It has no height: no direction is one.
+pub(crate) fn of_facets(
+    found: &Section,
+    path: PathFigures,
+    gap_limit_mm: Option<f64>,
+    deviations_nm: Option<&Deviations>,
+) -> SectionReport {
+    SectionReport { height: None, ..told_of(found, path, false, gap_limit_mm, deviations_nm) }
 }
 
 fn told_of(
@@ -147,6 +195,7 @@ fn limit(limit: Limit) -> &'static str {
     match limit {
         Limit::Path => "path",
         Limit::Hull => "hull",
+        Limit::Border => "border",
         Limit::Gap => "gap",
         Limit::Junction => "junction",
         Limit::Closed => "closed",
@@ -232,7 +281,10 @@ mod tests {
     fn along(request: &SectionRequest) -> Result<SectionReport, SectionError> {
         let mut mesh = Mesh::new();
         mesh.insert(&[[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 4.0]]);
-        report(&mesh, &path(request, [0.0; 2]), None, None)
+        match way(request, [0.0; 2], &Plane::XY)? {
+            Way::Path(path) => report(&mesh, &path, None, None),
+            Way::Plane(plane) => report_of_plane(&mesh, &plane, None, None),
+        }
     }
 
     #[test]
@@ -240,9 +292,14 @@ mod tests {
         let line = |from_mm, to_mm| SectionRequest::Line { from_mm, to_mm };
         let points = along(&line([0.5, 0.5], [5.0, 0.5])).unwrap().points.unwrap();
         assert_eq!((points.s_mm, points.z_mm), (vec![0.0, 1.0], vec![1.5, 2.5]));
+        let upright = SectionRequest::Plane { normal: [0.0, 2.0, 0.0], offset_mm: 1.0 };
+        let points = along(&upright).unwrap().points.unwrap();
+        assert_eq!((points.y_mm, points.z_mm), (vec![0.5, 0.5], vec![1.0, 2.5]));
         assert_eq!(along(&line([5.0, 5.0], [6.0, 6.0])).unwrap().pieces, []);
         let refused = |request| along(&request).unwrap_err().to_string();
         assert!(refused(line([1.0, 2.0], [1.0, 2.0])).contains("has no length"));
+        let none = SectionRequest::Plane { normal: [0.0; 3], offset_mm: 1.0 };
+        assert!(refused(none).contains("plane with normal (0, 0, 0)"));
         let circle = SectionRequest::Circle { centre_mm: [0.0; 2], radius_mm: -1.0 };
         assert!(refused(circle).contains("radius -1 mm"));
     }

@@ -6,6 +6,7 @@
 
 mod assessment;
 mod chart;
+mod cover;
 mod feature_size;
 mod fit;
 mod form;
@@ -15,8 +16,10 @@ mod meshed;
 mod noise;
 mod openings;
 mod patch;
+mod reduction;
 mod sampled;
 mod shape;
+mod surface;
 mod verdict;
 
 use std::borrow::Cow;
@@ -25,13 +28,16 @@ use std::sync::Arc;
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{
-    Convergence, FeatureFigures, FormFigures, Map, MeshFigures, Points, REPORT_FORMAT, Report,
-    SamplingFigures, Timing, Verdict,
+    Convergence, Cut, FeatureFigures, FormFigures, Map, MeshFigures, Points, REPORT_FORMAT,
+    Refusal, Report, SamplingFigures, SectionRequest, Timing, Verdict,
 };
 use asphera_surface::Plane;
 
 use self::assessment::SpaceAssessment;
 use self::form::Formed;
+use self::meshed::Meshed;
+pub use self::reduction::{ReducedInSpace, ReductionLimits, ReductionState, reduce_in_space};
+pub use self::surface::{SurfaceInSpace, only_planes};
 use self::verdict::Evidence;
 use super::cutting::{FinishedMesh, Setting};
 use super::measurement::Measurement;
@@ -152,6 +158,24 @@ impl Gathered {
         self.convergence.push(points, values_nm, u_nm, [basis.clone(), basis]);
     }
 
+    /// A section of the mesh of the last look; `None` before the first.
+    pub(super) fn section(&self, request: &SectionRequest) -> Cut {
+        let plane = match surface::plane_of(request) {
+            Ok(plane) => plane,
+            Err(refusal) => return (!self.is_empty()).then_some(Err(refusal)),
+        };
+        let (_, found) = self.newest.as_ref()?;
+        Some(match &**found {
+            Ok(SpaceAssessment { meshed, sampling, formed, .. }) => {
+                let laid = formed.as_ref().ok().map(|formed| &formed.fit.laid);
+                let Meshed { points_mm, facets, .. } = meshed;
+                surface::cut(points_mm, facets, laid, sampling.gap_limit_mm, &plane)
+                    .map_err(Refusal::new)
+            }
+            Err(why) => Err(Refusal(why.clone())),
+        })
+    }
+
     /// The mesh of the last look.
     pub(super) fn mesh(&self) -> (Cow<'_, [PointMm]>, Vec<[u32; 3]>) {
         match self.newest.as_ref().map(|(_, found)| &**found) {
@@ -209,10 +233,12 @@ pub(super) fn measure(
         None => vec![f64::NAN; look.meshed.points_mm.len()],
     };
     let form = form.map(|formed| formed.report(&part, is_noise_measured(&part), false));
+    let laid = look.formed.as_ref().ok().map(|formed| formed.fit.laid);
     let SpaceAssessment { meshed, sampling, mut mesh, .. } = look;
     mesh.decision = folded.map(|why| format!("in space, for {why}"));
     let report = report(points, mesh, sampling, form, verdict);
-    let surface = no_plane(part, report.sampling.gap_limit_mm);
+    let surface = SurfaceInSpace::new(&meshed, laid, report.sampling.gap_limit_mm);
+    let surface = no_plane(part, Some(surface));
     Measurement {
         report,
         surface,
@@ -273,18 +299,18 @@ fn unmeshed(points: Points, part: Part, why: &str) -> Measurement {
     }
 }
 
-/// What there is of a mesh in the plane: nothing to cut or to map.
-fn no_plane(part: Part, gap_limit_mm: Option<f64>) -> FinishedMesh {
+/// A mesh in the plane that is empty, and the surface in space where there is one.
+fn no_plane(part: Part, surface: Option<SurfaceInSpace>) -> FinishedMesh {
     let setting = Setting {
         part,
         plane: Plane::XY,
         lies: None,
-        gap_limit_mm,
+        gap_limit_mm: None,
         areas_mm2: Vec::new().into(),
         grid: None,
         maps_version: 0,
         remembered: Remembered::default(),
-        in_space: true,
+        in_space: Some(surface),
     };
     FinishedMesh::new(Mesh::new(), setting)
 }

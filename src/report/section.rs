@@ -32,6 +32,13 @@ pub enum SectionRequest {
         /// The direction, counter-clockwise from x.
         angle_rad: f64,
     },
+    /// All of the surface in a plane, n·p = d, of the measured frame. A surface in space is cut like that alone.
+    Plane {
+        /// A normal of any length.
+        normal: [f64; 3],
+        /// d, in mm times that length.
+        offset_mm: f64,
+    },
 }
 
 /// The answer to a request: a section, or why the mesh cannot be cut like that; `None` while no point has landed.
@@ -50,7 +57,7 @@ pub struct SectionReport {
     pub length_mm: f64,
     /// The pieces without a break, in order.
     pub pieces: Vec<PieceFigures>,
-    /// The profile of the heights; `None` without a piece.
+    /// The profile of the heights; `None` without a piece, and of a surface in space.
     pub height: Option<HeightFigures>,
     /// The profile of the deviation; `None` where no deviation is known.
     pub deviation: Option<DeviationProfile>,
@@ -106,7 +113,7 @@ pub struct PieceFigures {
     pub to_s_mm: f64,
     /// Its points.
     pub points: usize,
-    /// Why it begins there: `path`, `hull`, `gap`, `closed`, or of a plane `junction`.
+    /// Why it begins there: `path`, `hull`, `gap`, `closed`, of a plane `junction`, and in space `border`.
     pub begins: &'static str,
     /// Why it ends there.
     pub ends: &'static str,

@@ -156,6 +156,9 @@ test("a broken profile has a gap where it is broken, and tells the missing stret
   assert.equal(lengthOf(section.path), 5);
   assert.deepEqual(gaps(section, 5), [[0, 1], [2, 3]]);
   assert.deepEqual(gaps(section, null), [[2, 3]], "where a radius ends is not a gap");
+  const planar = { ...section, path: { kind: "plane" }, pieces: [{ from_s_mm: 0, to_s_mm: 2 }, { from_s_mm: 0, to_s_mm: 5 }] };
+  assert.deepEqual(columns({ ...planar, points: { ...section.points, s_mm: [0, 2, 0, 5] } })[0], [0, 2, 2, 2, 7]);
+  assert.deepEqual([gaps(planar, null), lengthOf(planar.path)], [[], null]);
   const heights = { ...section, height: { mean_mm: 2 }, points: { ...section.points, deviation_nm: undefined } };
   assert.deepEqual(columns(heights)[1], [-1000, 0, null, 1000, 2000], "µm about the mean");
 });

@@ -75,6 +75,24 @@ fn a_snapshot_of_a_ball_is_the_measurement_of_the_points_so_far() {
     }
     let plan = Plan::new(&Scene::built_in("ball").unwrap().with_points(20_000)).unwrap();
     let nominal = nominal(out.path(), "[fit]\nfree = [\"tx\", \"ty\", \"tz\", \"radius\"]\n");
+    let middle = |snapshot: &Value| number(snapshot, "/form/origin/at_mm/2");
+    let plane = format!("plane=0,0,1,{}", middle(&moments[0]));
+    let (status, body) = http(&address, "GET", &format!("/api/v1/section?{plane}"), &[]);
+    let section: Value = serde_json::from_slice(&body).unwrap();
+    assert_eq!(status, 200, "{section:#}");
+    let around = number(&section, "/length_mm") / (2.0 * PI * 10.0);
+    assert!((around - 1.0).abs() < 1e-3, "{around}");
+    assert_eq!(
+        (&section["pieces"][0]["ends"], &section["height"]),
+        (&"closed".into(), &Value::Null)
+    );
+    assert!(number(&section, "/deviation/rms_nm") > 1.0, "{section:#}");
+    let (status, body) = http(&address, "GET", "/api/v1/section?line=0,0,3,4", &[]);
+    let said = String::from_utf8_lossy(&body);
+    assert!(
+        (400..500).contains(&status) && said.contains("upright plane there is -4,3,0,0"),
+        "{said}"
+    );
     for snapshot in moments {
         let so_far =
             usize::try_from(count(&snapshot, "/mesh/reconstruction/as_of_points")).unwrap();
@@ -157,7 +175,7 @@ fn a_file_of_a_ball_passes_in_space_in_any_order_and_is_said_to_fold_along_z() {
 }
 
 #[test]
-fn an_opening_is_told_with_the_way_to_it_and_a_section_is_refused() {
+fn an_opening_is_told_with_the_way_to_it() {
     let folder = tempfile::tempdir().unwrap();
     let (ball, nominal) = (ball(folder.path(), 9.0), nominal(folder.path(), ""));
     let out = folder.path().join("results");
@@ -189,6 +207,113 @@ fn an_opening_is_told_with_the_way_to_it_and_a_section_is_refused() {
         let refused = run(["measure", &ball, "--nominal", &nominal, "--along", word]);
         let said = String::from_utf8_lossy(&refused.stderr);
         assert!(said.contains("expected z, fitted, none, auto or three numbers"), "{said}");
+    }
+}
+
+/// Circles of a ball, with their deviation, as CSV, JSON and text; where it is open they are arcs.
+#[test]
+fn a_ball_is_cut_by_planes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (ball, nominal) = (ball(folder.path(), 9.0), nominal(folder.path(), ""));
+    let cut = |plane: &str, more: &[&str]| {
+        run([&["section", &ball, "--along", "none", "--plane", plane][..], more].concat())
+    };
+    let with = ["--nominal", &nominal, "--json"];
+    let whole = json(&cut("0,0,1,6", &with));
+    assert_eq!(
+        whole["path"],
+        serde_json::json!({"kind": "plane", "normal": [0.0, 0.0, 1.0], "offset_mm": 6.0})
+    );
+    assert!((number(&whole, "/length_mm") / (16.0 * PI) - 1.0).abs() < 1e-3, "{whole:#}");
+    assert_eq!(whole["pieces"][0]["begins"], "closed");
+    assert!(number(&whole, "/deviation/pv_nm") < 0.01, "{whole:#}");
+    // Upright through the middle: it ends at the hole, 9 mm above.
+    let open = json(&cut("1,0,0,0", &with));
+    let arc_mm = 10.0 * 2.0 * (PI - 0.9_f64.acos());
+    assert!((number(&open, "/length_mm") / arc_mm - 1.0).abs() < 0.02, "{open:#}");
+    let piece = &open["pieces"][0];
+    assert_eq!((&piece["begins"], &piece["ends"]), (&"border".into(), &"border".into()));
+    let out = folder.path().join("section.csv");
+    let said = cut("0,0,1,6", &["-o", out.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(
+        said.starts_with("section    50.2") && said.contains("mm in one closed piece"),
+        "{said}"
+    );
+    let csv = std::fs::read_to_string(&out).unwrap();
+    let (head, rows) = csv.split_once('\n').unwrap();
+    assert_eq!(head, "piece,s_mm,x_mm,y_mm,z_mm");
+    let places: Vec<&str> = rows.lines().map(|row| row.splitn(3, ',').nth(2).unwrap()).collect();
+    assert!(places.len() > 100 && places.first() == places.last(), "{csv}");
+    // What cannot be done is said, with what can.
+    let line = ["section", &ball, "--along", "none", "--line", "0,0,1,0"];
+    let said = run(line);
+    let said = String::from_utf8_lossy(&said.stderr);
+    assert!(said.contains("the upright plane there is 0,1,0,0"), "{said}");
+    let beyond = cut("0,0,1,12", &[]);
+    let beyond = String::from_utf8_lossy(&beyond.stderr);
+    assert!(beyond.contains("meets no measured surface"), "{beyond}");
+    let folded = run(["section", &ball, "--plane", "0,0,1,6"]);
+    let folded = String::from_utf8_lossy(&folded.stderr);
+    assert!(folded.contains("does not project") && folded.contains("--along none"), "{folded}");
+}
+
+/// Fewer points of a ball: near enough to every point of it by brute force, in any order, and sampled as the report of them says.
+#[test]
+fn a_ball_is_reduced_to_an_epsilon_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let (ball, nominal) = (ball(folder.path(), 9.0), nominal(folder.path(), ""));
+    let out = folder.path().join("fewer.xyz");
+    let reduce = |file: &str, more: &[&str]| {
+        let out = out.to_str().unwrap();
+        run([&["reduce", file, "--epsilon", "0.1", "-o", out, "--force"][..], more].concat())
+    };
+    let with = ["--along", "none", "--nominal", &nominal, "--json"];
+    let report = json(&reduce(&ball, &with));
+    assert_eq!(report["format"], "asphera.reduction-in-space/1");
+    for name in ["components", "genus", "border_loops", "flaws"] {
+        assert_eq!(report["before"][name], report["after"][name], "{name}");
+    }
+    assert_eq!(count(&report, "/after/border_loops"), 1);
+    assert!(number(&report, "/after/epsilon_max") <= 0.1 && number(&report, "/away_max_mm") <= 1.0);
+    assert_eq!(number(&report, "/lfs/min_mm"), 10.0);
+    let kept = std::fs::read_to_string(&out).unwrap();
+    assert!(kept.contains("epsilon 0.1 of the local feature size (nominal)"), "{kept}");
+    let places = |text: &str| -> Vec<[f64; 3]> {
+        let rows = text.lines().filter(|line| line.starts_with(|c: char| c == '-' || c.is_ascii_digit()));
+        let of = |row: &str| -> Vec<f64> { row.split(' ').map(|word| word.parse().unwrap()).collect() };
+        rows.map(|row| of(row).try_into().unwrap()).collect()
+    };
+    let (all, few) = (places(&std::fs::read_to_string(&ball).unwrap()), places(&kept));
+    assert_eq!(few.len() as u64, count(&report, "/kept"));
+    assert!(few.len() < 1_400 && few.iter().all(|place| all.contains(place)), "{}", few.len());
+    for place in &all {
+        let away = |one: &[f64; 3]| (0..3).map(|axis| (one[axis] - place[axis]).powi(2)).sum::<f64>();
+        assert!(few.iter().map(away).fold(f64::INFINITY, f64::min) <= 1.0, "{place:?}");
+    }
+    let fewer = out.to_str().unwrap();
+    let sampling = measured(&["sampling", fewer, "--along", "none", "--nominal", &nominal, "--epsilon", "0.1", "--json"], 0);
+    assert!(number(&sampling, "/epsilon_max") <= 0.1, "{sampling:#}");
+    // Backwards the same, and folded points are asked to be meshed in space.
+    let backwards = folder.path().join("backwards.xyz");
+    let text = std::fs::read_to_string(&ball).unwrap();
+    let (head, rows) = text.split_once('\n').unwrap();
+    let turned: Vec<&str> = rows.lines().rev().collect();
+    std::fs::write(&backwards, format!("{head}\n{}\n", turned.join("\n"))).unwrap();
+    let said = reduce(backwards.to_str().unwrap(), &["--along", "auto", "--nominal", &nominal]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("components 1, genus 0, borders 1, largest ε 0.0"), "{said}");
+    assert_eq!(places(&std::fs::read_to_string(&out).unwrap()), few);
+    for (more, why) in [
+        (&[][..], "does not project"),
+        (&["--along", "1,0,0"], "expected z, none or auto, found `1,0,0`"),
+        (&["--along", "none", "--average"], "found --average: leave it out"),
+        (&["--along", "none", "--keep", "most"], "found --keep: leave it out"),
+        (&["--along", "none", "--rho", "0.001"], "facets of the points themselves have larger gaps"),
+    ] {
+        let refused = reduce(&ball, more);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() != Some(0) && said.contains(why), "{more:?}: {said}");
     }
 }
 

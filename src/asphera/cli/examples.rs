@@ -20,11 +20,13 @@ pub(super) const MEASURE: &str = "Examples:
 
 pub(super) const REDUCE: &str = "Examples:
   asphera reduce part.xyz --epsilon 0.05 -o fewer.xyz
-  asphera reduce part.xyz --epsilon 0.05 --average --nominal sphere.toml -o fewer.csv";
+  asphera reduce part.xyz --epsilon 0.05 --average --nominal sphere.toml -o fewer.csv
+  asphera reduce body.ply --along none --epsilon 0.1 -o fewer.xyz";
 
 pub(super) const SECTION: &str = "Examples:
   asphera section part.xyz --line -5,0,5,0 -o section.csv
-  asphera section part.xyz --radius 45 --nominal sphere.toml --json";
+  asphera section part.xyz --radius 45 --nominal sphere.toml --json
+  asphera section ball.xyz --along none --plane 0,0,1,2.5 --nominal sphere.toml -o section.csv";
 
 pub(super) const CALIBRATE: &str = "Examples:
   asphera calibrate session-20261121T004006Z-0badcafe --sphere 10 --u-radius 30 -o calibration.toml

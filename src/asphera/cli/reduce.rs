@@ -4,6 +4,7 @@ mod figures;
 mod laid;
 mod limits;
 mod noise;
+mod space;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
 use asphera_measure::Part;
-use asphera_measure::{Readings, Sampled, feature_size, no_area};
+use asphera_measure::{Along, Readings, Sampled, feature_size, folded, no_area};
 
 #[derive(Args)]
 #[command(group(ArgGroup::new("limit").args(["epsilon", "rho"]).required(true).multiple(true)))]
@@ -70,6 +71,10 @@ pub(super) struct ReduceArgs {
     /// Overwrite OUT if it is there.
     #[arg(long)]
     force: bool,
+    /// none: the points are meshed in space, and topology is kept too. auto: along z, and in space where they fold. z: along z.
+    /// Without it that of the session, or z.
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true, value_parser = direction)]
+    along: Option<Along>,
     /// Print what happened as one JSON object on stdout, and nothing else there.
     #[arg(long)]
     json: bool,
@@ -115,9 +120,19 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let source = Source::open(&args.source, &args.text, &progress)?;
     source.say_reading();
     let part = source.part(given);
+    let along = source.along(args.along);
+    if along == Along::NONE {
+        return space::run(args, &source, part.as_ref(), &limits, progress);
+    }
     let mesh = meshed(&source, &progress);
     refuse_line(&mesh, &name)?;
     let (points, triangles) = (mesh.points(), mesh.triangles());
+    if let Some(why) = folded(&mesh, &triangles, &Plane::XY) {
+        if along == Along::AUTO {
+            return space::run(args, &source, part.as_ref(), &limits, progress);
+        }
+        return Err(format!("{name}: {why}").into());
+    }
     progress.stage("estimating the noise");
     let (deviation, noise) = noise::noise(points, &triangles, args.noise, &name)?;
     let sigma_mm = deviation.sigma_mm();
@@ -185,6 +200,18 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     drop(progress);
     show(&figures, args.json)?;
     Ok(Exit::Done)
+}
+
+/// z, none or auto.
+fn direction(word: &str) -> Result<Along, String> {
+    let along = word.parse::<Along>().map_err(|error| error.to_string())?;
+    if [Along::Z, Along::NONE, Along::AUTO].contains(&along) {
+        Ok(along)
+    } else {
+        Err(format!(
+            "points are reduced along z or in space: expected z, none or auto, found `{word}`"
+        ))
+    }
 }
 
 /// The target where the local feature size is taken as no more than `lfs_max_mm`.

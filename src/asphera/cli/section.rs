@@ -1,6 +1,7 @@
 //! `asphera section`: the profile of a measured surface along a line, a circle, a radius or in a plane.
 
-use std::fmt::Write as _;
+mod summary;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,13 +13,16 @@ use asphera_surface::sections::{CuttingPlane, SectionError, SectionPath};
 use clap::{ArgGroup, Args};
 
 use super::exit::Exit;
-use super::files::{measured, meshed, part, refuse};
+use super::files::{measured, part, refuse};
 use super::output::{Failure, print, print_json, say};
 use super::progress::Progress;
 use super::source::{Source, source_help};
 use super::text::TextArgs;
-use asphera_measure::section::{Deviations, report, report_of_plane};
-use asphera_measure::{NOT_IN_SPACE, no_area};
+use asphera_measure::section::{Deviations, in_frame_of, report, report_of_plane};
+use asphera_measure::{
+    Along, Measurement, PointsSurface, SurfaceInSpace, no_area, only_planes, surface_of_points,
+};
+use summary::summary;
 
 #[derive(Args)]
 #[command(group = ArgGroup::new("path").required(true).args(["line", "circle", "radius", "plane"]))]
@@ -41,6 +45,11 @@ pub(super) struct SectionArgs {
     /// each piece begins at s = 0.
     #[arg(long, value_name = "A,B,C,D", value_parser = numbers::<4>, allow_hyphen_values = true)]
     plane: Option<[f64; 4]>,
+    /// Along which direction the points are projected for their mesh: z, nx,ny,nz, or fitted, from the first 1000 of them. none:
+    /// they are meshed in space, to be cut by --plane. auto: along z, and in space where they fold. Without it that of the
+    /// session, or z.
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
+    along: Option<Along>,
     /// The centre of --radius in mm; without it that of the fitted nominal, or else the middle of the
     /// points.
     #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true, conflicts_with_all = ["line", "circle", "plane"])]
@@ -101,90 +110,141 @@ pub(super) fn run(args: &SectionArgs) -> Result<Exit, Failure> {
 /// Meshes the points and cuts the surface.
 fn cut(args: &SectionArgs, progress: &Progress) -> Result<SectionReport, Failure> {
     // A plane that cannot be is told before anything is read.
-    let plane = args.plane;
-    plane.map(|plane| on(&Plane::XY, plane)).transpose()?;
+    args.plane.map(|plane| in_frame(&Plane::XY, plane)).transpose()?;
     let given = args.nominal.as_deref().map(part).transpose()?;
     let is_given = given.is_some();
     let source = Source::open(&args.source, &args.text, progress)?;
     source.say_reading();
-    let measured = |part| measured(part, source.along(None), &source, progress);
-    let found = source.part(given).map(measured).transpose()?;
-    let surface = found.as_ref().map(|found| &found.surface);
-    let mut measurement = found.as_ref();
-    if !is_given && measurement.is_some_and(|found| found.report.form.is_none()) {
-        say("the section has no deviation, because the nominal of the session has no fit here");
-        measurement = None;
-    }
-    let projection = surface.map_or(&Plane::XY, |surface| surface.plane());
-    if *projection != Plane::XY {
-        say(&format!(
-            "x, y and z of the section are u, v and w of the session's plane: {projection}"
-        ));
-    }
-    let unmeasured;
-    let mesh = match surface {
-        Some(surface) => surface.mesh(),
+    let along = source.along(args.along);
+    let mut report = match source.part(given) {
+        Some(part) => {
+            let found = measured(part, along, &source, progress)?;
+            progress.stage("cutting");
+            cut_measured(args, &found, is_given)?
+        }
         None => {
-            unmeasured = meshed(&source, progress);
-            &unmeasured
-        }
-    };
-    if found.as_ref().is_some_and(|found| found.report.mesh.reconstruction.is_some()) {
-        return Err(format!("{}: {NOT_IN_SPACE}", args.source.display()).into());
-    }
-    if mesh.counts().triangles == 0 {
-        return Err(format!("{}: {}", args.source.display(), no_area(mesh)).into());
-    }
-    progress.stage("cutting");
-    let form = measurement.map(|measurement| {
-        let reasons = || measurement.report.verdict.reasons.join("; ");
-        measurement.report.form.as_ref().ok_or_else(|| format!("there is no fit: {}", reasons()))
-    });
-    let form = form.transpose()?;
-    let gap_limit_mm = args.gap_limit.or_else(|| match measurement {
-        Some(measurement) => measurement.report.sampling.gap_limit_mm,
-        None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
-    });
-    let deviations_nm = measurement.map(|measurement| {
-        |vertices: &[VertexId]| {
-            let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
-            vertices.iter().map(of).collect::<Vec<f64>>()
-        }
-    });
-    let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
-    let with_losses = |mut report: SectionReport| {
-        report.reasons.extend(source.losses());
-        report
-    };
-    if let Some(plane) = plane {
-        let plane = on(projection, plane)?;
-        return Ok(with_losses(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?));
-    }
-    let path = match (args.line, args.circle, args.radius) {
-        (Some([x1, y1, x2, y2]), ..) => SectionPath::Segment { from_mm: [x1, y1], to_mm: [x2, y2] },
-        (_, Some([x, y, radius_mm]), _) => {
-            SectionPath::Circle { centre_mm: [x, y], radius_mm, start_rad: 0.0 }
-        }
-        (.., angle_deg) => {
-            let origin_mm = surface.filter(|_| form.is_some()).and_then(|it| it.on_plane([0.0; 3]));
-            let fitted = origin_mm.map(|[u, v, _]| [u, v]);
-            let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(mesh));
-            SectionPath::Radius {
-                centre_mm: centre_mm.ok_or_else(|| no_points(&args.source))?,
-                angle_rad: angle_deg.unwrap_or_default().to_radians(),
+            progress.stage("meshing");
+            let surface = surface_of_points(source.points(), along);
+            let surface = surface.map_err(|why| format!("{}: {why}", args.source.display()))?;
+            progress.stage("cutting");
+            match &surface {
+                PointsSurface::InSpace(surface) => cut_in_space(args, surface, false)?,
+                PointsSurface::InPlane { mesh, plane } => {
+                    InPlane { mesh, plane, measurement: None }.cut(args)?
+                }
             }
         }
     };
-    Ok(with_losses(report(mesh, &path, gap_limit_mm, deviations_nm)?))
+    report.reasons.extend(source.losses());
+    Ok(report)
+}
+
+/// Cuts a measured surface, with the deviation from the nominal where it has a fit.
+fn cut_measured(
+    args: &SectionArgs,
+    found: &Measurement,
+    is_given: bool,
+) -> Result<SectionReport, Failure> {
+    let has_form = found.report.form.is_some();
+    if !has_form && is_given {
+        return Err(format!("there is no fit: {}", found.report.verdict.reasons.join("; ")).into());
+    }
+    if !has_form {
+        say("the section has no deviation, because the nominal of the session has no fit here");
+    }
+    let surface = &found.surface;
+    if let Some(surface) = surface.in_space() {
+        return cut_in_space(args, surface, has_form);
+    }
+    let measurement = has_form.then_some(found);
+    InPlane { mesh: surface.mesh(), plane: surface.plane(), measurement }.cut(args)
+}
+
+fn cut_in_space(
+    args: &SectionArgs,
+    surface: &SurfaceInSpace,
+    with_deviation: bool,
+) -> Result<SectionReport, Failure> {
+    let name = args.source.display();
+    let Some(plane) = args.plane else {
+        let refused = match (args.line, args.radius) {
+            (Some([x1, y1, x2, y2]), _) => only_planes(Some(([x1, y1], [x2, y2]))),
+            (_, Some(angle_deg)) => {
+                let [x, y] = args.centre.unwrap_or_default();
+                let (sin, cos) = angle_deg.to_radians().sin_cos();
+                only_planes(Some(([x, y], [x + cos, y + sin])))
+            }
+            _ => only_planes(None),
+        };
+        return Err(format!("{name}: {refused}").into());
+    };
+    if surface.facets().is_empty() {
+        return Err(format!("{name}: expected points that make a surface, found no facet").into());
+    }
+    Ok(surface.cut(&in_frame(&Plane::XY, plane)?, args.gap_limit, with_deviation)?)
+}
+
+/// A mesh in the frame of its plane of projection, and what was measured of it.
+struct InPlane<'a> {
+    mesh: &'a Mesh,
+    plane: &'a Plane,
+    /// Of a part with a fit.
+    measurement: Option<&'a Measurement>,
+}
+
+impl InPlane<'_> {
+    fn cut(&self, args: &SectionArgs) -> Result<SectionReport, Failure> {
+        let InPlane { mesh, plane: projection, measurement } = *self;
+        if *projection != Plane::XY {
+            say(&format!(
+                "x, y and z of the section are u, v and w of the plane of projection: {projection}"
+            ));
+        }
+        if mesh.counts().triangles == 0 {
+            return Err(format!("{}: {}", args.source.display(), no_area(mesh)).into());
+        }
+        let gap_limit_mm = args.gap_limit.or_else(|| match measurement {
+            Some(measurement) => measurement.report.sampling.gap_limit_mm,
+            None => mean_distance_mm(mesh).map(|distance_mm| GAP_LIMIT_DISTANCES * distance_mm),
+        });
+        let deviations_nm = measurement.map(|measurement| {
+            |vertices: &[VertexId]| {
+                let of = |vertex: &VertexId| measurement.deviations_nm[*vertex as usize];
+                vertices.iter().map(of).collect::<Vec<f64>>()
+            }
+        });
+        let deviations_nm = deviations_nm.as_ref().map(|of| of as &Deviations);
+        if let Some(plane) = args.plane {
+            let plane = in_frame(projection, plane)?;
+            return Ok(report_of_plane(mesh, &plane, gap_limit_mm, deviations_nm)?);
+        }
+        Ok(report(mesh, &self.path(args)?, gap_limit_mm, deviations_nm)?)
+    }
+
+    fn path(&self, args: &SectionArgs) -> Result<SectionPath, Failure> {
+        Ok(match (args.line, args.circle, args.radius) {
+            (Some([x1, y1, x2, y2]), ..) => {
+                SectionPath::Segment { from_mm: [x1, y1], to_mm: [x2, y2] }
+            }
+            (_, Some([x, y, radius_mm]), _) => {
+                SectionPath::Circle { centre_mm: [x, y], radius_mm, start_rad: 0.0 }
+            }
+            (.., angle_deg) => {
+                let origin_mm = self.measurement.and_then(|it| it.surface.on_plane([0.0; 3]));
+                let fitted = origin_mm.map(|[u, v, _]| [u, v]);
+                let centre_mm = args.centre.or(fitted).or_else(|| middle_mm(self.mesh));
+                SectionPath::Radius {
+                    centre_mm: centre_mm.ok_or_else(|| no_points(&args.source))?,
+                    angle_rad: angle_deg.unwrap_or_default().to_radians(),
+                }
+            }
+        })
+    }
 }
 
 /// A plane a·x + b·y + c·z = d of the measured frame in the frame of the plane of projection.
-fn on(projection: &Plane, [a, b, c, d]: [f64; 4]) -> Result<CuttingPlane, SectionError> {
-    if *projection == Plane::XY {
-        return CuttingPlane::new([a, b, c], d);
-    }
-    let along = |[x, y, z]: [f64; 3]| a * x + b * y + c * z;
-    CuttingPlane::new(projection.axes().map(along), d - along(projection.origin_mm()))
+fn in_frame(projection: &Plane, [a, b, c, d]: [f64; 4]) -> Result<CuttingPlane, SectionError> {
+    in_frame_of(projection, [a, b, c], d)
 }
 
 fn no_points(file: &Path) -> String {
@@ -208,51 +268,6 @@ fn middle_mm(mesh: &Mesh) -> Option<[f64; 2]> {
 fn mean_distance_mm(mesh: &Mesh) -> Option<f64> {
     let distance_mm = (mesh.area().projected_mm2 / mesh.counts().vertices as f64).sqrt();
     (distance_mm > 0.0).then_some(distance_mm)
-}
-
-/// The figures as a person reads them.
-fn summary(report: &SectionReport) -> String {
-    let mut text = String::new();
-    // Writing into a String cannot fail.
-    let _ = write_summary(&mut text, report);
-    text
-}
-
-fn write_summary(text: &mut String, report: &SectionReport) -> std::fmt::Result {
-    let pieces = match report.pieces.len() {
-        1 => "one piece".to_owned(),
-        count => format!("{count} pieces"),
-    };
-    writeln!(text, "section    {:.6} mm in {pieces}", report.length_mm)?;
-    if let Some(height) = &report.height {
-        writeln!(
-            text,
-            "height     PV {:.6} mm, mean {:.6} mm, RMS about it {:.6} mm",
-            height.pv_mm, height.mean_mm, height.rms_about_mean_mm
-        )?;
-        if let Some(line) = &height.line {
-            write!(text, "line       slope {:.9}", line.slope)?;
-            if let Some(u) = line.u_slope {
-                write!(text, " (u {u:.1e})")?;
-            }
-            writeln!(text, ", left PV {:.1} nm, RMS {:.2} nm", line.pv_nm, line.rms_nm)?;
-        }
-        if let Some(circle) = &height.circle {
-            match circle.radius_mm.zip(circle.u_radius_mm) {
-                Some((radius, u)) => write!(text, "circle     radius {radius:.6} mm (u {u:.1e})")?,
-                None => write!(text, "circle     none: the curvature is not significant")?,
-            }
-            writeln!(text, ", left PV {:.1} nm, RMS {:.2} nm", circle.pv_nm, circle.rms_nm)?;
-        }
-    }
-    if let Some(deviation) = &report.deviation {
-        writeln!(
-            text,
-            "deviation  PV {:.1} nm, RMS {:.2} nm, mean {:.2} nm over {:.6} mm",
-            deviation.pv_nm, deviation.rms_nm, deviation.mean_nm, deviation.length_mm
-        )?;
-    }
-    report.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
 }
 
 /// As many finite numbers as are asked for, with commas between.

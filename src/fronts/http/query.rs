@@ -5,14 +5,14 @@ use axum::http::StatusCode;
 
 use super::problem::Problem;
 
-/// Reads `line=X1,Y1,X2,Y2`, `circle=X,Y,R` or `radius=DEG[&centre=X,Y]`.
+/// Reads `line=X1,Y1,X2,Y2`, `circle=X,Y,R`, `radius=DEG[&centre=X,Y]` or `plane=A,B,C,D`.
 pub(super) fn section(query: &str) -> Result<SectionRequest, Problem> {
     let (mut path, mut centre) = (None, None);
     for (key, value) in query.split('&').filter(|part| !part.is_empty()).map(parted) {
         // Commas may come escaped; nothing else that a number has does.
         let value = value.replace("%2C", ",").replace("%2c", ",").replace("%2B", "+");
         let taken = match key {
-            "line" | "circle" | "radius" => path.replace(read(key, &value)?).is_some(),
+            "line" | "circle" | "radius" | "plane" => path.replace(read(key, &value)?).is_some(),
             "centre" => centre.replace(numbers::<2>(key, &value, "X,Y")?).is_some(),
             _ => return Err(bad("unknown parameter of a section").expected(KEYS).found(key)),
         };
@@ -41,6 +41,10 @@ fn read(key: &str, value: &str) -> Result<SectionRequest, Problem> {
         "circle" => {
             let [x, y, radius_mm] = numbers(key, value, "X,Y,R")?;
             SectionRequest::Circle { centre_mm: [x, y], radius_mm }
+        }
+        "plane" => {
+            let [a, b, c, offset_mm] = numbers(key, value, "A,B,C,D")?;
+            SectionRequest::Plane { normal: [a, b, c], offset_mm }
         }
         _ => {
             let [angle_deg] = numbers(key, value, "DEG")?;
@@ -94,9 +98,10 @@ fn bad(error: impl Into<String>) -> Problem {
     Problem::new(StatusCode::BAD_REQUEST, error)
 }
 
-const KEYS: &str = "line, circle, radius or centre";
+const KEYS: &str = "line, circle, radius, centre or plane";
 const REMOVE: &str = "remove=TERM,TERM,… once";
-const ONE: &str = "one of line=X1,Y1,X2,Y2, circle=X,Y,R and radius=DEG[&centre=X,Y]";
+const ONE: &str =
+    "one of line=X1,Y1,X2,Y2, circle=X,Y,R, radius=DEG[&centre=X,Y] and plane=A,B,C,D";
 
 #[cfg(test)]
 mod tests {
@@ -111,6 +116,8 @@ mod tests {
         assert_eq!(section("line=-1%2C0%2c1.5,0.2").unwrap(), line);
         let circle = SectionRequest::Circle { centre_mm: [0.0, 1.0], radius_mm: 2.0 };
         assert_eq!(section("circle=0,1,2").unwrap(), circle);
+        let plane = SectionRequest::Plane { normal: [0.0, -2.0, 1.0], offset_mm: 3.5 };
+        assert_eq!(section("plane=0,-2,1,3.5").unwrap(), plane);
         let radius = |centre_mm| SectionRequest::Radius { centre_mm, angle_rad: FRAC_PI_2 };
         assert_eq!(section("radius=90").unwrap(), radius(None));
         assert_eq!(section("centre=1,2&radius=90").unwrap(), radius(Some([1.0, 2.0])));
@@ -146,6 +153,8 @@ mod tests {
             ("circle=0,0,NaN", "circle of a section"),
             ("radius=inf", "radius of a section"),
             ("radius", "radius of a section"),
+            ("plane=0,0,1", "plane of a section"),
+            ("plane=0,0,1,0&line=0,0,1,1", "one path"),
             ("radius=1&line=0,0,1,1", "one path"),
             ("radius=1&radius=2", "one path"),
             ("line=0,0,1,1&centre=0,0", "centre of its own"),

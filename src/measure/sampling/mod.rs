@@ -23,7 +23,7 @@ mod zones;
 use asphera_form::{Aperture, Nominal, Pose};
 use asphera_geometry::{PointMm, RANGE_MM, VertexId};
 use asphera_mesh::Mesh;
-use asphera_surface::{Plane, Relief, topography};
+use asphera_surface::Plane;
 
 pub(crate) use self::current::Current;
 pub use self::design_spacing::{DesignSpacing, design_spacing};
@@ -40,9 +40,10 @@ use asphera_report::{FeatureFigures, SamplingFigures, Waypoints};
 
 use super::assessment::assess;
 use super::defects::{self, Meshed};
-use super::folded::{folded, still_true};
-use super::projection::{Along, Projector, measured as in_measured_frame};
-use super::space::{self, When};
+use super::folded::still_true;
+use super::meshing::Meshing;
+use super::projection::{Along, measured as in_measured_frame};
+use super::space;
 use crate::Part;
 
 /// A mesh in the frame of its plane of projection.
@@ -74,30 +75,14 @@ pub fn sampling_of_points(
     along: Along,
     wanted: Wanted,
 ) -> PointsSampling {
-    let when = along.in_space();
-    let mut in_space = Vec::new();
-    let (mut mesh, mut projector) = (Mesh::new(), Projector::new(along));
-    for point in points {
-        if when.is_some() {
-            in_space.push(point);
+    let (mesh, triangles, plane, folded) = match Meshing::of(points, along) {
+        Meshing::InSpace { points_mm, folded } => {
+            return space::sampling(&points_mm, wanted, folded.as_deref());
         }
-        if when == Some(When::Always) {
-            continue;
-        }
-        projector.take(point.into(), |point, _| mesh.push(point.at_mm));
-    }
-    if when == Some(When::Always) {
-        return space::sampling(&in_space, wanted, None);
-    }
-    projector.finish(|point, _| mesh.push(point.at_mm));
-    mesh.flush();
-    let (triangles, plane) = (mesh.triangles(), projector.plane());
-    let relief = topography(mesh.points(), &triangles, &Relief::default());
+        Meshing::InPlane { mesh, triangles, plane, folded } => (mesh, triangles, plane, folded),
+    };
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
-    if let Some(folded) = folded(&mesh, &relief, &plane) {
-        if when.is_some() {
-            return space::sampling(&in_space, wanted, Some(&folded));
-        }
+    if let Some(folded) = folded {
         let (extents, advice) = still_true(&in_measured_frame(&mesh, &plane));
         let features = defects::of_folded(&folded);
         let figures = of_folded(sampled, wanted, vec![folded, extents, advice]).figures;

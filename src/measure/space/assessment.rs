@@ -3,9 +3,10 @@
 use asphera_geometry::PointMm;
 use asphera_report::{BorderFigures, MeshFigures, ReconstructionFigures, SamplingFigures};
 use asphera_surface::Plane;
+use asphera_surface::noise::NoiseEstimate;
 
 use super::feature_size::FeatureSize;
-use super::fit::Wanted as WantedFit;
+use super::fit::{ShapeFit, Wanted as WantedFit};
 use super::form::Formed;
 use super::meshed::Meshed;
 use super::noise::noise;
@@ -15,6 +16,54 @@ use super::shape::Shape;
 use crate::Part;
 use crate::errors::Errors;
 use crate::sampling::Wanted;
+
+/// What every look begins with: mesh, fit, noise and local feature size.
+pub(super) struct Footing {
+    pub(super) meshed: Meshed,
+    /// The shape laid into the points, or why there is none.
+    pub(super) fit: Result<ShapeFit, String>,
+    pub(super) noise: Result<NoiseEstimate, String>,
+    /// Standard deviation of the noise along the normal: as given, or as estimated.
+    pub(super) sigma_mm: Option<f64>,
+    pub(super) size: Result<FeatureSize, String>,
+    /// Points that are vertices.
+    pub(super) vertices: usize,
+}
+
+impl Footing {
+    /// Meshes points, and lays the shape of a part into them. A noise that is given need not be estimated.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no mesh, in words.
+    pub(super) fn of(
+        points_mm: &[PointMm],
+        part: Option<&Part>,
+        sigma_mm: Option<f64>,
+    ) -> Result<Footing, String> {
+        let mut meshed = Meshed::of(points_mm)?;
+        let fit = part.ok_or_else(|| "there is no nominal".to_owned()).and_then(|part| {
+            let (shape, free_radius) = Shape::of(part)?;
+            let Meshed { points_mm, facets, .. } = &meshed;
+            WantedFit { points_mm, facets, shape, free_radius }.fit()
+        });
+        let laid = fit.as_ref().ok().map(|fit| fit.laid);
+        if let Some(laid) = laid.as_ref().filter(|_| meshed.proof.is_oriented) {
+            meshed.turn_out_of(laid);
+        }
+        let normals = meshed.normals();
+        let noise = match sigma_mm {
+            Some(_) => Err("it was given".to_owned()),
+            None => noise(&meshed, &normals, laid.as_ref()),
+        };
+        let estimated_mm = noise.as_ref().ok().map(|found| found.noise.sigma_mm());
+        let sigma_mm = sigma_mm.or(estimated_mm);
+        let vertices = meshed.used().iter().filter(|used| **used).count();
+        let spacing_mm = (meshed.proof.area_mm2 / vertices.max(1) as f64).sqrt();
+        let size = FeatureSize::of(&meshed, &normals, laid.as_ref(), sigma_mm, spacing_mm);
+        Ok(Footing { meshed, fit, noise, sigma_mm, size, vertices })
+    }
+}
 
 /// All that one look tells.
 #[derive(Clone, Debug)]
@@ -39,23 +88,10 @@ impl SpaceAssessment {
         wanted: Wanted,
         reason: &str,
     ) -> Result<SpaceAssessment, String> {
-        let mut meshed = Meshed::of(points_mm)?;
-        let fit = part.ok_or_else(|| "there is no nominal".to_owned()).and_then(|part| {
-            let (shape, free_radius) = Shape::of(part)?;
-            let Meshed { points_mm, facets, .. } = &meshed;
-            WantedFit { points_mm, facets, shape, free_radius }.fit()
-        });
+        let Footing { meshed, fit, noise, size, vertices, .. } =
+            Footing::of(points_mm, part, None)?;
         let laid = fit.as_ref().ok().map(|fit| fit.laid);
-        if let Some(laid) = laid.as_ref().filter(|_| meshed.proof.is_oriented) {
-            meshed.turn_out_of(laid);
-        }
-        let normals = meshed.normals();
         let openings = openings(&meshed, laid.as_ref());
-        let noise = noise(&meshed, &normals, laid.as_ref());
-        let sigma_mm = noise.as_ref().ok().map(|found| found.noise.sigma_mm());
-        let vertices = meshed.used().iter().filter(|used| **used).count();
-        let spacing_mm = (meshed.proof.area_mm2 / vertices.max(1) as f64).sqrt();
-        let size = FeatureSize::of(&meshed, &normals, laid.as_ref(), sigma_mm, spacing_mm);
         let look = sampled::Sampling {
             meshed: &meshed,
             wanted,

@@ -288,7 +288,7 @@ pub(super) fn solid_angle([a, b, c]: [Vector; 3]) -> f64 {
 const NO_AREA: &str =
     "the points make no facet: fewer than three, all on a line, or none that agree";
 /// The largest gap allowed where nothing is said, in average distances of points.
-const GAP: f64 = 4.0;
+pub(super) const GAP: f64 = 4.0;
 /// Regions that are listed.
 const MOST_REGIONS: usize = 64;
 

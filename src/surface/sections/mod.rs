@@ -5,7 +5,8 @@
 //! their heights, lies the section. It is found by going from triangle to triangle along the path
 //! ([`section`]), so it takes time in proportion to the triangles met and not to those of the mesh,
 //! and is to be had while the mesh still grows. A plane of any direction may cut the mesh in many
-//! places; to find them all, all triangles are looked at ([`cut`]).
+//! places; to find them all, all triangles are looked at ([`cut`]). So are facets of a surface in space
+//! ([`cut_facets`]).
 //!
 //! Which triangles and sides a path meets is decided exactly. So where it runs through vertices or
 //! along edges, as every other section of a raster does, nothing is lost and nothing comes twice.
@@ -35,7 +36,7 @@ pub use self::circle_fit::CircleFit;
 pub use self::error::SectionError;
 use self::pieces::Builder;
 pub use self::pieces::{Limit, Piece, Section, SectionPoint, Source};
-pub use self::plane::{CuttingPlane, cut};
+pub use self::plane::{CuttingPlane, cut, cut_facets};
 pub use self::polynomial_fit::{MAX_DEGREE, PolynomialFit};
 pub use self::profile::{Profile, ProfileError, ProfileFigures, Sample};
 
@@ -103,7 +104,7 @@ pub fn section(
     path: &SectionPath,
     gap_limit_mm: Option<f64>,
 ) -> Result<Section, SectionError> {
-    let within = within_gap(mesh, gap_limit_mm)?;
+    let within = within_gap(mesh.points(), gap_limit_mm)?;
     section_where(mesh, path, within)
 }
 
@@ -148,7 +149,7 @@ pub fn section_where(
 
 /// Whether the gap of a triangle is within a limit.
 pub(crate) fn within_gap(
-    mesh: &Mesh,
+    points: &[PointMm],
     gap_limit_mm: Option<f64>,
 ) -> Result<impl Fn([VertexId; 3]) -> bool + '_, SectionError> {
     if let Some(limit_mm) = gap_limit_mm
@@ -156,7 +157,6 @@ pub(crate) fn within_gap(
     {
         return Err(SectionError::GapLimit { limit_mm });
     }
-    let points: &[PointMm] = mesh.points();
     Ok(move |corners| {
         gap_limit_mm.is_none_or(|limit_mm| Triangle::new(points, corners).gap().mm <= limit_mm)
     })

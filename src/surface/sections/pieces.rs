@@ -28,6 +28,8 @@ pub enum Limit {
     Path,
     /// The mesh begins or ends there: beyond lies the outside of the convex hull.
     Hull,
+    /// The surface in space ends there, at an edge of one facet.
+    Border,
     /// Beyond lies a triangle that was not kept: its gap is above the limit.
     Gap,
     /// A vertex lies in the cutting plane there, and more pieces than one meet at it, or no other.

@@ -9,9 +9,11 @@
 //! that have not just two chords.
 //!
 //! Of a part of the mesh that lies in the plane only the border is cut, where it rises or falls.
+//!
+//! Facets in space are cut by the same rule: it asks for no projection, and three facets may share an edge.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use asphera_geometry::{PointMm, RANGE_MM, VertexId};
 use asphera_mesh::Mesh;
@@ -90,26 +92,87 @@ pub fn cut(
     plane: &CuttingPlane,
     gap_limit_mm: Option<f64>,
 ) -> Result<Section, SectionError> {
-    let points = mesh.points();
-    let keep = within_gap(mesh, gap_limit_mm)?;
-    let above_mm: Vec<f64> = points.iter().map(|&at_mm| plane.above_mm(at_mm)).collect();
-    let mut chords = Chords::default();
-    for corners in mesh.triangles() {
-        if let Some(ends) = chord(corners, &above_mm) {
-            let kept = keep(corners);
-            chords.add(ends, kept);
-        }
-    }
-    let source = |[a, b]: Node| {
-        if a == b {
-            return Source::Vertex { vertex: a };
-        }
-        let [from, to] = [a, b].map(|end| above_mm[end as usize]);
-        // The ends have different signs: no more than one rounding, and no division by zero.
-        Source::Edge { edge: [a, b], share: from / (from - to) }
-    };
+    let keep = within_gap(mesh.points(), gap_limit_mm)?;
     let on_hull = |vertex| mesh.neighbours(vertex).is_none_or(|about| about.on_hull);
-    Ok(Section { pieces: chords.pieces(source, on_hull, points) })
+    Ok(Lines::new(mesh.points(), plane).through(mesh.triangles(), keep, (Limit::Hull, on_hull)))
+}
+
+/// The same of facets in space; a piece that is not closed ends at the border of the surface.
+///
+/// Takes time in proportion to all facets, and some memory.
+///
+/// # Errors
+///
+/// If the limit is not a finite number above 0.
+///
+/// # Panics
+///
+/// If a facet names a point that is not there.
+pub fn cut_facets(
+    points: &[PointMm],
+    facets: &[[VertexId; 3]],
+    plane: &CuttingPlane,
+    gap_limit_mm: Option<f64>,
+) -> Result<Section, SectionError> {
+    let keep = within_gap(points, gap_limit_mm)?;
+    let lines = Lines::new(points, plane);
+    let border = lines.border_on_plane(facets);
+    let ends_at = |vertex| border.contains(&vertex);
+    Ok(lines.through(facets.iter().copied(), keep, (Limit::Border, ends_at)))
+}
+
+/// Points, and their heights above the plane that cuts the facets between them.
+struct Lines<'a> {
+    points: &'a [PointMm],
+    above_mm: Vec<f64>,
+}
+
+impl Lines<'_> {
+    fn new<'a>(points: &'a [PointMm], plane: &CuttingPlane) -> Lines<'a> {
+        let above_mm = points.iter().map(|&at_mm| plane.above_mm(at_mm)).collect();
+        Lines { points, above_mm }
+    }
+
+    /// The section of the facets that are kept. Where the surface ends, at these vertices and at edges of one facet, `outside`
+    /// is the limit.
+    fn through(
+        &self,
+        facets: impl IntoIterator<Item = [VertexId; 3]>,
+        keep: impl Fn([VertexId; 3]) -> bool,
+        (outside, ends_at): (Limit, impl Fn(VertexId) -> bool),
+    ) -> Section {
+        let mut chords = Chords::default();
+        for corners in facets {
+            if let Some(ends) = chord(corners, &self.above_mm) {
+                let kept = keep(corners);
+                chords.add(ends, kept);
+            }
+        }
+        let source = |[a, b]: Node| {
+            if a == b {
+                return Source::Vertex { vertex: a };
+            }
+            let [from, to] = [a, b].map(|end| self.above_mm[end as usize]);
+            // The ends have different signs: no more than one rounding, and no division by zero.
+            Source::Edge { edge: [a, b], share: from / (from - to) }
+        };
+        Section { pieces: chords.pieces(source, (outside, ends_at), self.points) }
+    }
+
+    /// The vertices on the plane that have an edge of one facet alone.
+    fn border_on_plane(&self, facets: &[[VertexId; 3]]) -> BTreeSet<VertexId> {
+        let is_on = |vertex: VertexId| self.above_mm[vertex as usize] == 0.0;
+        let mut facets_of: BTreeMap<Node, u32> = BTreeMap::new();
+        for corners in facets {
+            for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
+                if is_on(from) || is_on(to) {
+                    *facets_of.entry([from.min(to), from.max(to)]).or_default() += 1;
+                }
+            }
+        }
+        let of_border = facets_of.into_iter().filter(|(_, count)| *count == 1);
+        of_border.flat_map(|(ends, _)| ends).filter(|&vertex| is_on(vertex)).collect()
+    }
 }
 
 /// An edge that is cut, the smaller end first, or twice a vertex on the plane.
@@ -165,7 +228,7 @@ impl Chords {
     fn pieces(
         mut self,
         source: impl Fn(Node) -> Source,
-        on_hull: impl Fn(VertexId) -> bool,
+        (outside, ends_at): (Limit, impl Fn(VertexId) -> bool),
         points: &[PointMm],
     ) -> Vec<Piece> {
         for meeting in self.at.values_mut() {
@@ -182,7 +245,7 @@ impl Chords {
                     2 => Limit::Closed,
                     1 if self.at[&node].broken => Limit::Gap,
                     // An edge with one chord has one triangle.
-                    1 if node[0] != node[1] || on_hull(node[0]) => Limit::Hull,
+                    1 if node[0] != node[1] || ends_at(node[0]) => outside,
                     _ => Limit::Junction,
                 };
                 let (first, last) = (nodes[0], nodes[nodes.len() - 1]);

@@ -5,7 +5,8 @@
  * a value, so that nothing is drawn there.
  */
 export function columns(section) {
-  const { piece, s_mm: way, deviation_nm: deviation, z_mm: z } = section.points;
+  const { piece, deviation_nm: deviation, z_mm: z } = section.points;
+  const way = wayOf(section);
   const mean = section.height?.mean_mm ?? 0;
   const data = [[], [], []];
   way.forEach((s, k) => {
@@ -15,12 +16,21 @@ export function columns(section) {
   return data;
 }
 
+/** The way of each point; pieces that a plane cuts out each begin at 0, and are laid one behind the other. */
+function wayOf({ path, pieces, points }) {
+  if (path.kind !== "plane") return points.s_mm;
+  const before = [0];
+  pieces.forEach(({ to_s_mm: length }) => before.push(before.at(-1) + length));
+  return points.s_mm.map((s, k) => before[points.piece[k]] + s);
+}
+
 function push(data, ...values) {
   values.forEach((value, column) => data[column].push(value));
 }
 
 /** The stretches of a way of `length` mm that no piece covers; at its ends, where the length is known. */
 export function gaps(section, length) {
+  if (section.path.kind === "plane") return [];
   const found = [];
   let reached = length !== null ? 0 : section.pieces[0]?.from_s_mm ?? 0;
   const end = length ?? section.pieces.at(-1)?.to_s_mm ?? 0;
@@ -31,7 +41,7 @@ export function gaps(section, length) {
   return found;
 }
 
-/** How long the path is, mm; null of a radius, which ends where the surface does. */
+/** How long the path is, mm; null of a radius and a plane, which end where the surface does. */
 export function lengthOf({ kind, from_mm: from, to_mm: to, radius_mm: radius }) {
   if (kind === "line") return Math.hypot(to[0] - from[0], to[1] - from[1]);
   return kind === "circle" ? 2 * Math.PI * radius : null;

@@ -55,9 +55,10 @@ export class Profile {
       ? `PV ${nm(deviation.pv_nm)} nm, RMS ${nm(deviation.rms_nm)} nm over ${fixed(deviation.length_mm, 2)} mm`
       : height
         ? `height: PV ${significant(height.pv_mm * 1e3, 4)} µm, RMS about the mean ${significant(height.rms_about_mean_mm * 1e3, 4)} µm over ${fixed(length, 2)} mm`
-        : "no figures";
+        : `${fixed(length, 2)} mm, no deviation`;
+    const many = missing === 0 && pieces.length > 1 ? `; ${count(pieces.length)} pieces` : "";
     const broken = missing > 0 ? `; ${count(pieces.length)} ${pieces.length === 1 ? "piece" : "pieces"}, ${fixed(missing, 2)} mm without surface` : "";
-    setText(byId("profile-figures"), what + broken);
+    setText(byId("profile-figures"), what + broken + many);
   }
 
   #tell() {
@@ -72,7 +73,7 @@ export class Profile {
     }
     const { s_mm: s, x_mm: x, y_mm: y, z_mm: z, deviation_nm: deviation } = this.#section.points;
     const value = deviation ? `${signedNm(deviation[index])} nm` : `height ${fixed(z[index], 5)} mm`;
-    setText(byId("profile-readout"), `at ${fixed(s[index], 3)} mm, x ${fixed(x[index], 3)} mm, y ${fixed(y[index], 3)} mm: ${value}`);
+    setText(byId("profile-readout"), `at ${fixed(s[index], 3)} mm, x ${fixed(x[index], 3)} mm, y ${fixed(y[index], 3)} mm${this.#section.height ? "" : `, z ${fixed(z[index], 3)} mm`}: ${value}`);
     this.#cursor = [x[index], y[index]];
     this.#onCursor(this.#cursor);
   }

@@ -6,7 +6,12 @@ import { Profile } from "./profile.js";
 import { headersWith } from "./token.js";
 
 const ASK_MS = 500;
-const FIELDS = { line: ["x1", "y1", "x2", "y2"], radius: ["angle"], circle: ["r"] };
+const FIELDS = {
+  line: ["x1", "y1", "x2", "y2"],
+  radius: ["angle"],
+  circle: ["r"],
+  plane: ["nx", "ny", "nz", "px", "py", "pz"],
+};
 const CIRCLE_STEPS = 180;
 
 export class SectionView {
@@ -16,6 +21,7 @@ export class SectionView {
   #frames = new Frames(null, null);
   #snapshot = null;
   #kind = "line";
+  #inSpace = false; // A surface in space is cut by planes alone, and others by paths.
   #chosen = false; // Whether a person chose the path; until then it goes across the map.
   #asked = null; // What was asked for and of how much, to ask again only for something new.
   #busy = false;
@@ -48,6 +54,7 @@ export class SectionView {
     if (snapshot.session?.id !== this.#snapshot?.session?.id) this.#profile.show(null);
     this.#snapshot = snapshot;
     this.#frames = Frames.of(snapshot);
+    this.#showKinds(Boolean(snapshot.mesh.reconstruction));
     if (!this.#chosen) this.#acrossMap();
   }
 
@@ -59,7 +66,19 @@ export class SectionView {
     this.#changed();
   }
 
+  /** Offers planes in space, and paths elsewhere. */
+  #showKinds(inSpace) {
+    if (inSpace === this.#inSpace) return;
+    this.#inSpace = inSpace;
+    for (const input of document.querySelectorAll("#section-kind input")) {
+      input.closest("label").hidden = (input.value === "plane") !== inSpace;
+    }
+    this.#choose(inSpace ? "plane" : "line");
+    this.#chosen = false;
+  }
+
   #drag(from, to) {
+    if (this.#inSpace) return;
     const ends = [from, to].flatMap((place) => this.#frames.toMesh(place));
     this.#fill("line", ends);
     this.#choose("line");
@@ -67,6 +86,11 @@ export class SectionView {
 
   /** Across the middle of the map, and a radius and a circle that fit. */
   #acrossMap() {
+    if (this.#inSpace) {
+      const place = this.#snapshot.form?.origin?.at_mm ?? [0, 0, 0];
+      this.#fill("plane", [0, 0, 1, ...place]);
+      return;
+    }
     const chart = this.#map.chart;
     if (!chart) return;
     const [x, width] = [chart.x0_mm - chart.dx_mm / 2, chart.nx * chart.dx_mm];
@@ -109,6 +133,10 @@ export class SectionView {
   #query() {
     const numbers = this.#numbers();
     if (!numbers) return null;
+    if (this.#kind === "plane") {
+      const [a, b, c, x, y, z] = numbers;
+      return `plane=${[a, b, c, a * x + b * y + c * z].join(",")}`;
+    }
     const about = this.#kind === "circle" ? [...this.#centre(), ...numbers] : numbers;
     return `${this.#kind}=${about.join(",")}`;
   }
@@ -149,7 +177,8 @@ export class SectionView {
   /** Draws the path on the map, with a ring where the cursor stands in the profile. */
   #draw(place) {
     const toPart = (one) => this.#frames.toPart(one);
-    this.#map.setSection({ lines: [this.#path().map(toPart)], cursor: place && toPart(place) });
+    const onMap = !this.#inSpace;
+    this.#map.setSection({ lines: onMap ? [this.#path().map(toPart)] : [], cursor: onMap && place ? toPart(place) : null });
   }
 
   /** The chosen path as places of the mesh's frame. */

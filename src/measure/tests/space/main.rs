@@ -4,6 +4,8 @@
 
 mod bodies;
 mod independent;
+mod reductions;
+mod sections;
 
 use asphera_geometry::PointMm;
 use asphera_measure::{Along, Measurement, Part, Pipeline, Wanted, sampling_of_points};

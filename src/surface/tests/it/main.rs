@@ -3,6 +3,7 @@
 mod average;
 mod coverage;
 mod cuts;
+mod cuts_in_space;
 mod folds;
 mod lenses;
 mod lfs;
