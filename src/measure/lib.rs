@@ -72,7 +72,8 @@ pub use sampling::{
 };
 pub use sampling::{Readings, Sampled, feature_size, no_area};
 pub use space::{
-    ReducedInSpace, ReductionLimits, ReductionState, SurfaceInSpace, only_planes, reduce_in_space,
+    ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, SurfaceInSpace, only_planes,
+    reduce_in_space,
 };
 pub use step::Step;
 

@@ -36,7 +36,9 @@ use asphera_surface::Plane;
 use self::assessment::SpaceAssessment;
 use self::form::Formed;
 use self::meshed::Meshed;
-pub use self::reduction::{ReducedInSpace, ReductionLimits, ReductionState, reduce_in_space};
+pub use self::reduction::{
+    ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, reduce_in_space,
+};
 pub use self::surface::{SurfaceInSpace, only_planes};
 use self::verdict::Evidence;
 use super::cutting::{FinishedMesh, Setting};

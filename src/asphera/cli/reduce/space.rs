@@ -36,6 +36,8 @@ struct Figures {
     noise_nm: Option<f64>,
     kept: u64,
     dropped: u64,
+    /// Facets of the points themselves that are wider than the limit: all their points are kept.
+    sparse: Sparse,
     /// The share of the limit that keeps limit and topology.
     share_of_limit: f64,
     /// The largest distance from a point of the surface to the nearest kept one.
@@ -66,6 +68,14 @@ struct Lfs {
     /// Absent of a plane, as it is infinite.
     min_mm: Option<f64>,
     max_mm: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Sparse {
+    facets: u64,
+    area_mm2: f64,
+    /// Where the widest is; absent without one.
+    widest_at_mm: Option<[f64; 3]>,
 }
 
 /// A mesh beside the limits.
@@ -161,6 +171,11 @@ impl Figures {
             noise_nm: found.sigma_mm.map(|mm| 1e6 * mm),
             kept,
             dropped: points as u64 - kept,
+            sparse: Sparse {
+                facets: found.sparse.facets,
+                area_mm2: found.sparse.area_mm2,
+                widest_at_mm: found.sparse.widest_at_mm,
+            },
             share_of_limit: found.share,
             away_max_mm: found.away_max_mm,
             spacing: spread(&found.kept_mm).map(Spacings::from),
@@ -182,6 +197,10 @@ impl Figures {
             format!("{} ({})", limits.join(", "), self.lfs.source),
         ];
         remarks.extend(self.losses.iter().map(|loss| format!("source: {loss}")));
+        if self.sparse.facets > 0 {
+            let area_mm2 = self.sparse.area_mm2;
+            remarks.push(format!("{area_mm2} mm2 were measured too coarsely for that"));
+        }
         remarks.push("each point as it was measured".to_owned());
         remarks
     }
@@ -246,6 +265,13 @@ impl fmt::Display for Figures {
             writeln!(
                 f,
                 "           chosen at {percent:.0} % of the limit, which limit and topology need"
+            )?;
+        }
+        if let Some([x, y, z]) = self.sparse.widest_at_mm {
+            let Sparse { facets, area_mm2, .. } = self.sparse;
+            writeln!(
+                f,
+                "           {facets} facets of the points themselves are wider than the limit, {area_mm2:.4} mm², the worst about ({x:.4}, {y:.4}, {z:.4}) mm: their points are all kept"
             )?;
         }
         writeln!(f, "written    {}", self.output)

@@ -149,10 +149,20 @@ fn what_cannot_be_kept_is_refused_with_its_place() {
         reduce_in_space(points, Some(&part), limits, None).unwrap_err()
     };
     let why = refused(&points, by_epsilon(0.01));
-    assert!(why.contains("facets of the points themselves have larger gaps"), "{why}");
+    assert!(why.contains("all 5996 facets of the points have larger gaps"), "{why}");
     let advised = why.split("--epsilon ").nth(1).unwrap().trim();
     let found = reduce_in_space(&points, Some(&part), by_epsilon(advised.parse().unwrap()), None);
     assert_eq!(found.unwrap().after.components, 1);
+    // Half of the ball hardly measured: its points stay, and the others go.
+    let mut uneven = ball(60_000, 10.0);
+    uneven.retain(|at| at[2] > 0.0);
+    uneven.extend(points.iter().filter(|at| at[2] < -0.3));
+    let found = reduce_in_space(&uneven, Some(&part), by_epsilon(0.03), None).unwrap();
+    let lower = |all: &[PointMm]| all.iter().filter(|at| at[2] < -1.0).count();
+    assert_eq!(lower(&found.kept_mm), lower(&points));
+    assert!(found.kept_mm.len() < 10_000 && found.sparse.facets > 2_500, "{:?}", found.sparse);
+    assert!((found.sparse.area_mm2 / (200.0 * PI) - 1.0).abs() < 0.1, "{:?}", found.sparse);
+    assert!(found.sparse.widest_at_mm.unwrap()[2] < 0.0);
     // A hole that is narrower than the kept points are apart would be closed: more of them keep it open, or none do.
     let holed: Vec<PointMm> = ball(60_000, 10.0).into_iter().filter(|at| at[2] < 9.97).collect();
     let why = refused(&holed, by_epsilon(0.9));
