@@ -72,8 +72,8 @@ pub use sampling::{
 };
 pub use sampling::{Readings, Sampled, feature_size, no_area};
 pub use space::{
-    ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, SurfaceInSpace, only_planes,
-    reduce_in_space,
+    ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, SurfaceInSpace,
+    reduce_in_space, refuse_path,
 };
 pub use step::Step;
 

@@ -12,7 +12,7 @@ use super::space::{SurfaceInSpace, When};
 pub(super) enum Meshing {
     /// A mesh in the frame of its plane of projection.
     InPlane {
-        mesh: Mesh,
+        mesh: Box<Mesh>,
         triangles: Vec<[VertexId; 3]>,
         plane: Plane,
         /// Why it is none of its surface.
@@ -44,7 +44,7 @@ impl Meshing {
         if when.is_some() && folded.is_some() {
             return Meshing::InSpace { points_mm, folded };
         }
-        Meshing::InPlane { mesh, triangles, plane, folded }
+        Meshing::InPlane { mesh: Box::new(mesh), triangles, plane, folded }
     }
 }
 
@@ -86,7 +86,7 @@ pub fn surface_of_points(
             SurfaceInSpace::of_points(&points_mm).map(PointsSurface::InSpace)
         }
         Meshing::InPlane { mesh, plane, folded: None, .. } => {
-            Ok(PointsSurface::InPlane { mesh: Box::new(mesh), plane })
+            Ok(PointsSurface::InPlane { mesh, plane })
         }
         Meshing::InPlane { mesh, plane, folded: Some(why), .. } => {
             let (_, advice) = still_true(&measured(&mesh, &plane));

@@ -39,7 +39,7 @@ use self::meshed::Meshed;
 pub use self::reduction::{
     ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, reduce_in_space,
 };
-pub use self::surface::{SurfaceInSpace, only_planes};
+pub use self::surface::{SurfaceInSpace, refuse_path};
 use self::verdict::Evidence;
 use super::cutting::{FinishedMesh, Setting};
 use super::measurement::Measurement;

@@ -112,7 +112,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     // What can be wrong without the points is told before they are read.
     let limits = Limits::new(args.epsilon, args.rho)?;
     target(args, &limits, 1.0)?;
-    let style = Style::of(&args.out)?;
+    Style::of(&args.out)?;
     refuse(&args.out, &args.source, args.force)?;
     let given = args.nominal.as_deref().map(part).transpose()?;
     let name = args.source.display().to_string();
@@ -126,13 +126,27 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     }
     let mesh = meshed(&source, &progress);
     refuse_line(&mesh, &name)?;
-    let (points, triangles) = (mesh.points(), mesh.triangles());
-    if let Some(why) = folded(&mesh, &triangles, &Plane::XY) {
-        if along == Along::AUTO {
-            return space::run(args, &source, part.as_ref(), &limits, progress);
+    match folded(&mesh, &mesh.triangles(), &Plane::XY) {
+        None => in_plane(args, &limits, &source, part.as_ref(), &mesh, progress),
+        Some(_) if along == Along::AUTO => {
+            space::run(args, &source, part.as_ref(), &limits, progress)
         }
-        return Err(format!("{name}: {why}").into());
+        Some(why) => Err(format!("{name}: {why}").into()),
     }
+}
+
+/// Reduces the points of a mesh in the plane, writes those that are kept, and tells of it.
+fn in_plane(
+    args: &ReduceArgs,
+    limits: &Limits,
+    source: &Source,
+    part: Option<&Part>,
+    mesh: &Mesh,
+    progress: Progress,
+) -> Result<Exit, Failure> {
+    let style = Style::of(&args.out)?;
+    let name = args.source.display().to_string();
+    let (points, triangles) = (mesh.points(), mesh.triangles());
     progress.stage("estimating the noise");
     let (deviation, noise) = noise::noise(points, &triangles, args.noise, &name)?;
     let sigma_mm = deviation.sigma_mm();
@@ -140,8 +154,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         refuse_exact(sigma_mm, &name)?;
     }
     let readings = Readings { noise: deviation, wrong_share: noise.outlier_share.unwrap_or(0.0) };
-    let laid = laid(part.as_ref(), points, &name)?;
-    let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &Plane::XY };
+    let laid = laid(part, points, &name)?;
+    let sampled = Sampled { mesh, triangles: &triangles, plane: &Plane::XY };
     let at = laid.as_ref().map(|laid| (laid.part, &laid.pose));
     progress.stage("local feature size");
     let (known, lfs_source) = feature_size(sampled, at, readings)
@@ -150,7 +164,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
     let lfs_mm = known.lfs_mm(&pose);
     // Where nothing bends, points a fifth of the width apart still stay.
     let lfs_max_mm = 0.2 * width_mm(points) / limits.share;
-    let target = target(args, &limits, lfs_max_mm)?.with_noise(deviation)?;
+    let target = target(args, limits, lfs_max_mm)?.with_noise(deviation)?;
     let known_mm = |at: PointMm| target.lfs_mm(lfs_mm(at[0], at[1]));
     let range_mm = Range::of(points.iter().filter_map(|&point| known_mm(point)));
     let reach_mm = target.lfs_mm(known.reach_mm(&aperture, points, &pose));
@@ -174,7 +188,7 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         format: figures::FORMAT,
         source: name,
         losses: source.losses(),
-        input: Input::of(&mesh, source.missing()),
+        input: Input::of(mesh, source.missing()),
         epsilon: args.epsilon,
         rho: args.rho,
         tilt_limit_rad: target.criteria().tilt_limit_rad(),
@@ -189,8 +203,8 @@ pub(super) fn run(args: &ReduceArgs) -> Result<Exit, Failure> {
         spacing: spread(&kept).map(Spacings::from),
         averaged: averaged.as_ref().map(|found| found.averaged),
         averages: averaged.as_ref().map(|found| Averages::of(found, laid.is_some())),
-        before: condition(&mesh, &target, &limits, reach_mm, known_mm),
-        after: condition(&reduced, &target, &limits, reach_mm, known_mm),
+        before: condition(mesh, &target, limits, reach_mm, known_mm),
+        after: condition(&reduced, &target, limits, reach_mm, known_mm),
         output: args.out.display().to_string(),
     };
     progress.stage("writing");

@@ -20,7 +20,7 @@ use super::source::{Source, source_help};
 use super::text::TextArgs;
 use asphera_measure::section::{Deviations, in_frame_of, report, report_of_plane};
 use asphera_measure::{
-    Along, Measurement, PointsSurface, SurfaceInSpace, no_area, only_planes, surface_of_points,
+    Along, Measurement, PointsSurface, SurfaceInSpace, no_area, refuse_path, surface_of_points,
 };
 use summary::summary;
 
@@ -168,13 +168,13 @@ fn cut_in_space(
     let name = args.source.display();
     let Some(plane) = args.plane else {
         let refused = match (args.line, args.radius) {
-            (Some([x1, y1, x2, y2]), _) => only_planes(Some(([x1, y1], [x2, y2]))),
+            (Some([x1, y1, x2, y2]), _) => refuse_path(Some(([x1, y1], [x2, y2]))),
             (_, Some(angle_deg)) => {
                 let [x, y] = args.centre.unwrap_or_default();
                 let (sin, cos) = angle_deg.to_radians().sin_cos();
-                only_planes(Some(([x, y], [x + cos, y + sin])))
+                refuse_path(Some(([x, y], [x + cos, y + sin])))
             }
-            _ => only_planes(None),
+            _ => refuse_path(None),
         };
         return Err(format!("{name}: {refused}").into());
     };

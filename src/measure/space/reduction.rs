@@ -9,7 +9,7 @@
 //! kept: the limit is tightened in steps. If no step will do, there is no result.
 
 mod allowed;
-mod held;
+mod verification;
 
 use asphera_geometry::PointMm;
 
@@ -32,7 +32,7 @@ pub struct ReductionLimits {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReducedInSpace {
     /// The points that are kept, by their coordinates.
-    pub kept_mm: Vec<PointMm>,
+    pub retained_mm: Vec<PointMm>,
     /// Points of the surface before.
     pub vertices: u64,
     /// Points at the place of another.
@@ -145,7 +145,7 @@ pub fn reduce_in_space(
             share,
             before,
             after,
-            kept_mm,
+            retained_mm: kept_mm,
         });
     }
     Err(failure)

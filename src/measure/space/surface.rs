@@ -123,18 +123,18 @@ pub(super) fn plane_of(request: &SectionRequest) -> Result<CuttingPlane, Refusal
         SectionRequest::Plane { normal, offset_mm } => {
             CuttingPlane::new(normal, offset_mm).map_err(Refusal::new)
         }
-        SectionRequest::Line { from_mm, to_mm } => Err(only_planes(Some((from_mm, to_mm)))),
+        SectionRequest::Line { from_mm, to_mm } => Err(refuse_path(Some((from_mm, to_mm)))),
         SectionRequest::Radius { centre_mm, angle_rad } => {
             let [x, y] = centre_mm.unwrap_or_default();
             let (sin, cos) = angle_rad.sin_cos();
-            Err(only_planes(Some(([x, y], [x + cos, y + sin]))))
+            Err(refuse_path(Some(([x, y], [x + cos, y + sin]))))
         }
-        SectionRequest::Circle { .. } => Err(only_planes(None)),
+        SectionRequest::Circle { .. } => Err(refuse_path(None)),
     }
 }
 
 /// Why a surface in space is not cut along a path, and the upright plane through two places of it.
-pub fn only_planes(through_mm: Option<([f64; 2], [f64; 2])>) -> Refusal {
+pub fn refuse_path(through_mm: Option<([f64; 2], [f64; 2])>) -> Refusal {
     let upright = through_mm.map(|([x1, y1], [x2, y2])| {
         let [a, b] = [y1 - y2, x2 - x1];
         // Enough digits to be copied, and no tails of rounding; plus zero makes a negative zero positive.

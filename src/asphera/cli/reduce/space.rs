@@ -117,7 +117,7 @@ pub(super) fn run(
     progress.stage("writing");
     columns::whole(&args.out, |writer| {
         columns::head(writer, style, &figures.remarks(), &["x[mm]", "y[mm]", "z[mm]"])?;
-        found.kept_mm.iter().try_for_each(|point| columns::row(writer, style, point))
+        found.retained_mm.iter().try_for_each(|point| columns::row(writer, style, point))
     })?;
     drop(progress);
     if args.json {
@@ -148,7 +148,7 @@ fn refuse_options(args: &ReduceArgs) -> Result<(), Failure> {
 impl Figures {
     fn of(args: &ReduceArgs, source: &Source, points: usize, found: &ReducedInSpace) -> Figures {
         let finite = |mm: f64| Some(mm).filter(|mm| mm.is_finite());
-        let kept = found.kept_mm.len() as u64;
+        let kept = found.retained_mm.len() as u64;
         Figures {
             format: FORMAT,
             source: args.source.display().to_string(),
@@ -178,7 +178,7 @@ impl Figures {
             },
             share_of_limit: found.share,
             away_max_mm: found.away_max_mm,
-            spacing: spread(&found.kept_mm).map(Spacings::from),
+            spacing: spread(&found.retained_mm).map(Spacings::from),
             before: Condition::of(&found.before),
             after: Condition::of(&found.after),
             output: args.out.display().to_string(),

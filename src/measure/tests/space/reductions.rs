@@ -18,7 +18,7 @@ fn by_epsilon(epsilon: f64) -> ReductionLimits {
 fn largest_epsilon(found: &ReducedInSpace, places: &[(PointMm, f64)]) -> f64 {
     let of = |(at, lfs_mm): &(PointMm, f64)| {
         let away = |kept: &PointMm| (0..3).map(|axis| (kept[axis] - at[axis]).powi(2)).sum::<f64>();
-        let nearest = found.kept_mm.iter().map(away).fold(f64::INFINITY, f64::min);
+        let nearest = found.retained_mm.iter().map(away).fold(f64::INFINITY, f64::min);
         nearest.sqrt() / lfs_mm
     };
     places.iter().map(of).fold(0.0, f64::max)
@@ -37,7 +37,7 @@ fn a_ball_is_reduced_to_hardly_twice_the_points_that_a_sphere_needs() {
         for nominal in [true, false] {
             let part = nominal.then(|| sphere(10.0, ""));
             let found = reduce_in_space(&points, part.as_ref(), by_epsilon(epsilon), None).unwrap();
-            let kept = found.kept_mm.len();
+            let kept = found.retained_mm.len();
             let worst = largest_epsilon(&found, &places);
             let least = 4.0 * PI / (1.5 * 3.0_f64.sqrt() * epsilon * epsilon);
             let times = kept as f64 / least;
@@ -60,7 +60,7 @@ fn a_ball_is_reduced_to_hardly_twice_the_points_that_a_sphere_needs() {
             let mut all = points.clone();
             all.sort_by(|a, b| a.partial_cmp(b).unwrap());
             assert!(
-                found.kept_mm.iter().all(|kept| {
+                found.retained_mm.iter().all(|kept| {
                     all.binary_search_by(|at| at.partial_cmp(kept).unwrap()).is_ok()
                 })
             );
@@ -80,7 +80,7 @@ fn a_torus_keeps_its_handle_and_its_limit() {
         let worst = largest_epsilon(&found, &places);
         eprintln!(
             "{epsilon}: {} kept, largest ε {worst:.4}, share {}, lfs {:?}",
-            found.kept_mm.len(),
+            found.retained_mm.len(),
             found.share,
             found.lfs_mm
         );
@@ -89,7 +89,7 @@ fn a_torus_keeps_its_handle_and_its_limit() {
         assert_eq!(topology(&found.after), (1, Some(1), 0, 0));
         let least =
             4.0 * PI * PI * ring * tube / (1.5 * 3.0_f64.sqrt() * (epsilon * lfs_mm).powi(2));
-        let times = found.kept_mm.len() as f64 / least;
+        let times = found.retained_mm.len() as f64 / least;
         assert!(times > 0.8 && times < 3.0, "{epsilon}: {times}");
     }
 }
@@ -105,13 +105,14 @@ fn the_reduction_depends_on_the_places_alone_and_samples_as_it_says() {
     others.push([f64::NAN, 0.0, 0.0]);
     let again = reduce_in_space(&others, Some(&part), limits, None).unwrap();
     assert_eq!((again.duplicates, again.rejected), (100, 1));
-    assert_eq!(again.kept_mm, found.kept_mm);
+    assert_eq!(again.retained_mm, found.retained_mm);
     assert_eq!(topology(&found.after), topology(&found.before));
     assert_eq!(found.after.border_loops, 1);
     // The smaller of both shares.
     assert!(found.after.rho_max <= 0.08, "{}", found.after.rho_max);
     let wanted = Wanted::new(Some(0.1), Some(0.08), None);
-    let sampling = sampling_of_points(found.kept_mm.iter().copied(), Along::NONE, wanted).figures;
+    let sampling =
+        sampling_of_points(found.retained_mm.iter().copied(), Along::NONE, wanted).figures;
     assert!(sampling.gap_max_mm.unwrap() <= 0.8, "{:?}", sampling.gap_max_mm);
     // The border stays: the area is that of a cap, but for facets that lie within.
     let area = found.after.area_mm2 / found.before.area_mm2;
@@ -128,7 +129,7 @@ fn tubes_keep_both_borders_and_plates_their_outline() {
     let shaft = part("[surface]\nkind = \"cylinder\"\nstraight_along = \"x\"\nradius_mm = 8.0\n");
     let found = reduce_in_space(&points, Some(&shaft), by_epsilon(0.2), None).unwrap();
     assert_eq!(topology(&found.after), (1, Some(0), 2, 0));
-    assert!(found.after.epsilon_max <= 0.2 && found.kept_mm.len() < 2_000);
+    assert!(found.after.epsilon_max <= 0.2 && found.retained_mm.len() < 2_000);
     // A plane bends nowhere: a fifth of its width is the limit.
     let plate: Vec<PointMm> = (0..10_000)
         .map(|at| [f64::from(at % 100) * 0.1, f64::from(at / 100) * 0.1, 0.0])
@@ -138,7 +139,7 @@ fn tubes_keep_both_borders_and_plates_their_outline() {
     let found = reduce_in_space(&plate, Some(&flat), by_epsilon(0.1), None).unwrap();
     assert_eq!(topology(&found.after), (1, Some(0), 1, 0));
     assert!(found.lfs_mm[0].is_infinite() && found.after.gap_max_mm <= 0.2 * 9.9);
-    assert!(found.kept_mm.len() < 80, "{}", found.kept_mm.len());
+    assert!(found.retained_mm.len() < 80, "{}", found.retained_mm.len());
 }
 
 #[test]
@@ -159,8 +160,8 @@ fn what_cannot_be_kept_is_refused_with_its_place() {
     uneven.extend(points.iter().filter(|at| at[2] < -0.3));
     let found = reduce_in_space(&uneven, Some(&part), by_epsilon(0.03), None).unwrap();
     let lower = |all: &[PointMm]| all.iter().filter(|at| at[2] < -1.0).count();
-    assert_eq!(lower(&found.kept_mm), lower(&points));
-    assert!(found.kept_mm.len() < 10_000 && found.sparse.facets > 2_500, "{:?}", found.sparse);
+    assert_eq!(lower(&found.retained_mm), lower(&points));
+    assert!(found.retained_mm.len() < 10_000 && found.sparse.facets > 2_500, "{:?}", found.sparse);
     assert!((found.sparse.area_mm2 / (200.0 * PI) - 1.0).abs() < 0.1, "{:?}", found.sparse);
     assert!(found.sparse.widest_at_mm.unwrap()[2] < 0.0);
     // A hole that is narrower than the kept points are apart would be closed: more of them keep it open, or none do.

@@ -55,7 +55,8 @@ fn ball(radius_mm: f64, [round, rings]: [u32; 2]) -> Body {
 }
 
 fn section((points, facets): &Body, normal: PointMm, offset_mm: f64) -> Section {
-    cut_facets(points, facets, &CuttingPlane::new(normal, offset_mm).unwrap(), None).unwrap()
+    let plane = CuttingPlane::new(normal, offset_mm).expect("its normal has a direction");
+    cut_facets(points, facets, &plane, None).expect("there is no limit")
 }
 
 #[test]
