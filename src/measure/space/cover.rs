@@ -193,7 +193,7 @@ mod tests {
             let held = held.filter(|&square| f64::from(square) <= reach_mm * reach_mm).count();
             let least = count as f64 / held as f64;
             let times = chosen.len() as f64 / least;
-            assert!(times >= 1.0 && times < 2.2, "{reach_mm}: {times}");
+            assert!((1.0..2.2).contains(&times), "{reach_mm}: {times}");
         }
     }
 
