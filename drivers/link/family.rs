@@ -75,6 +75,11 @@ pub trait DeviceSettings: Debug + Send + Sync {
         false
     }
 
+    /// Whether the driver runs a program that moves and measures, once the scan is armed: see [`crate::Motion::Run`].
+    fn runs_program(&self) -> bool {
+        false
+    }
+
     /// How many numbers the trigger count of its readings has, at least 2.
     ///
     /// # Errors

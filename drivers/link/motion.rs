@@ -2,11 +2,13 @@
 
 use crate::{Fault, FaultKind};
 
-/// Order to the axes of a device.
+/// Order to a device that moves.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Move these axes, all from rest, as nearly at once as the device can start them.
     Move(Vec<AxisMove>),
+    /// Run the program of the device from its first command. It is [`MotionEvent::Arrived`] when its last one is complete.
+    Run,
     /// Halt every axis. It goes before everything that waits to be sent, and drops it.
     Halt,
 }

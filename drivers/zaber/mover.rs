@@ -69,6 +69,10 @@ impl Mover {
                 self.halt(now, None);
                 Ok(())
             }
+            Motion::Run => {
+                let detail = "a stage has no program: order moves";
+                Err(MotionFailure::new(MotionTrouble::Refused, detail))
+            }
             Motion::Move(moves) => {
                 self.check_free()?;
                 let mut speeds = Vec::new();

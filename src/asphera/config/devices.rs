@@ -10,6 +10,7 @@ use asphera_settings::Section;
 const DRIVERS: &[Family] = &[
     asphera_chrocodile::FAMILY,
     asphera_cia406::FAMILY,
+    asphera_ippdme::FAMILY,
     asphera_modbus::FAMILY,
     asphera_optoncdt::FAMILY,
     asphera_rf627::FAMILY,
