@@ -131,7 +131,7 @@ impl ControlError {
     /// The answer of a station that drives no scan.
     fn no_scan() -> ControlError {
         let message =
-            "this station drives no scan: its configuration has no [scan.plan]".to_owned();
+            "this station drives no scan: its configuration has no [scan.plan], and no device has a program".to_owned();
         ControlError { conflict: true, message }
     }
 }

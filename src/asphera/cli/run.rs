@@ -24,7 +24,7 @@ pub(super) struct RunArgs {
     /// `[scan] open_s`, or else `first_s`.
     #[arg(long)]
     once: bool,
-    /// Arm the scan of [scan.plan] as soon as the first session runs: the stage moves.
+    /// Arm the scan of [scan.plan], or the program of a machine, as soon as the first session runs: it moves.
     #[arg(long)]
     arm: bool,
 }
@@ -41,8 +41,8 @@ pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
 async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let autostart = config.autostart || args.once;
-    if args.arm && config.scan.is_none() {
-        return Err("--arm: expected a table [scan.plan] in the configuration, found none: there is no scan to arm".into());
+    if args.arm && config.scan.is_none() && config.program.is_none() {
+        return Err("--arm: expected a table [scan.plan] in the configuration, or a device with a program, found neither: there is no scan to arm".into());
     }
     if args.arm && !autostart {
         return Err("--arm: expected a session that starts with the daemon, found [station] autostart = false: add --once, or arm on the page".into());

@@ -68,6 +68,8 @@ pub struct Config {
     pub end: EndSettings,
     /// Plan by which the station drives the scan.
     pub scan: Option<ScanPlan>,
+    /// Device whose program the station runs, as its place among the devices of `sync`.
+    pub program: Option<usize>,
     /// Whether a session starts with the daemon.
     pub autostart: bool,
     /// Folder of the recordings.
@@ -306,7 +308,7 @@ fn read_root(
     let part = part(&root.section("nominal"), folders.nominal, outside, noise_mm);
 
     let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
-    let (end, scan) = scan(&root.section("scan"), known, &devices);
+    let (end, scan, program) = scan(&root.section("scan"), known, &devices);
 
     let session = root.section("session");
     let recordings = PathBuf::from(session.or("dir", "recordings".to_owned()));
@@ -334,6 +336,7 @@ fn read_root(
         part: part?,
         end,
         scan,
+        program,
         autostart,
         recordings,
         recording,
@@ -448,16 +451,17 @@ fn check_addresses(root: &Section<'_>, link_names: &[String], links: &[Option<Li
     }
 }
 
-/// When a scan ends, and the plan by which the station drives it. `known` are joining, kinematics and part, where all can be used.
+/// When a scan ends, and the plan or the program by which the station drives it. `known` are joining, kinematics and part, where all can be used.
 fn scan(
     table: &Section<'_>,
     known: Option<((&SyncConfig, &Kinematics), &Part)>,
     devices: &[DeviceConfig],
-) -> (EndSettings, Option<ScanPlan>) {
+) -> (EndSettings, Option<ScanPlan>, Option<usize>) {
     let station =
         known.map(|((sync, kinematics), part)| scan::Station { sync, kinematics, devices, part });
     let plan = scan::read(table, station.as_ref());
-    (end(table), plan)
+    let program = station.as_ref().and_then(|station| scan::program(table, station));
+    (end(table), plan, program)
 }
 
 /// When a scan ends.

@@ -47,6 +47,25 @@ pub(super) fn read(scan: &Section<'_>, station: Option<&Station<'_>>) -> Option<
     plan(&table, keys, station, axes, machine)
 }
 
+/// The device whose program the station runs, as its place among those of `sync`; `None`: none has one.
+pub(super) fn program(scan: &Section<'_>, station: &Station<'_>) -> Option<usize> {
+    let runs_program = |device: &usize| station.devices[*device].settings.runs_program();
+    let mut with_program = (0..).zip(&station.sync.devices).filter(|(_, device)| runs_program(device));
+    let (stream, device) = with_program.next()?;
+    let name = &station.devices[*device].name;
+    if with_program.next().is_some() {
+        let expected = "no second device with a program in [sync] devices";
+        scan.problem("plan", expected, format!("another beside {name}"));
+    }
+    for key in ["plan", "points"] {
+        if scan.has(key) {
+            let expected = format!("no such key: the program of {name} says what is measured");
+            scan.problem(key, expected, format!("`{key}`"));
+        }
+    }
+    Some(stream)
+}
+
 /// Path of a pitch in mm, one way or not, and a way about the centre.
 type PathOf = fn(f64, bool, Way) -> Path;
 

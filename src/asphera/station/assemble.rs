@@ -52,6 +52,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
         calibration: config.calibration.clone(),
         end: config.end,
         scan: config.scan.clone(),
+        program: config.program,
     }))
 }
 

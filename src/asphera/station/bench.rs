@@ -14,7 +14,7 @@ use super::joiner::{JoinSettings, Joiner};
 use super::kinematics::{Kinematics, Point};
 use super::line::{Effect, Line};
 use super::places::{Places, clock_figures};
-use super::scan::{ArmError, ScanDecision, ScanPlan, Scanner};
+use super::scan::{ArmError, PlanScanner, ProgramScanner, ScanDecision, ScanPlan, Scanner};
 use super::synchronizer::Record;
 use crate::calibration::CalibrationFile;
 
@@ -34,6 +34,8 @@ pub struct BenchSettings {
     pub end: EndSettings,
     /// Plan by which the station drives the scan; `None`: something else does.
     pub scan: Option<ScanPlan>,
+    /// Device whose program the station runs, as its place among `streams`.
+    pub program: Option<usize>,
 }
 
 /// When a scan is over.
@@ -131,7 +133,7 @@ pub struct Bench {
     kinematics: Kinematics,
     calibration: Option<CalibrationFile>,
     end: EndSettings,
-    scanner: Option<Scanner>,
+    scanner: Option<Box<dyn Scanner>>,
     now: Nanos,
     /// The primary waits to be started until its companions are ready, and no longer than this.
     primary_held: Option<Nanos>,
@@ -158,7 +160,7 @@ impl Bench {
         Bench {
             places: Places::new(&settings.join),
             joiner: Joiner::new(settings.streams.len(), settings.join),
-            scanner: settings.scan.map(|plan| Scanner::new(plan, &settings.streams)),
+            scanner: scanner(settings.scan, settings.program, &settings.streams),
             lines: settings.lines,
             streams: settings.streams,
             kinematics: settings.kinematics,
@@ -232,9 +234,9 @@ impl Bench {
         result
     }
 
-    /// The scanner, where there is a plan.
-    pub fn scanner(&self) -> Option<&Scanner> {
-        self.scanner.as_ref()
+    /// The scanner, where the station drives the scan.
+    pub fn scanner(&self) -> Option<&dyn Scanner> {
+        self.scanner.as_deref()
     }
 
     /// Open connections of links with axes, and the bytes that halt these; none where something else drives the scan.
@@ -251,14 +253,14 @@ impl Bench {
         if let Some(scanner) = &mut self.scanner {
             scanner.advance(self.now, is_ready);
         }
-        while let Some(order) = self.scanner.as_mut().and_then(Scanner::poll_order) {
+        while let Some(order) = self.scanner.as_mut().and_then(|scanner| scanner.poll_order()) {
             let (line, device) = order.device;
             let result =
                 self.lines[line].motion(self.now, device, &order.motion, &mut self.effects);
             if let (Err(failure), Some(scanner)) = (result, &mut self.scanner) {
                 match order.motion {
                     Motion::Halt => scanner.unhalted(order.device),
-                    Motion::Move(_) => scanner.failed(self.now, &failure),
+                    Motion::Move(_) | Motion::Run => scanner.failed(self.now, &failure),
                 }
             }
             self.settle(line);
@@ -337,7 +339,7 @@ impl Bench {
     /// When [`Bench::advance`] is to be called at the latest.
     pub fn poll_timeout(&self) -> Option<Nanos> {
         let lines = self.lines.iter().filter_map(Line::poll_timeout);
-        let scan = self.scanner.as_ref().and_then(Scanner::poll_timeout);
+        let scan = self.scanner.as_ref().and_then(|scanner| scanner.poll_timeout());
         let due =
             lines.chain(self.joiner.poll_timeout()).chain(self.primary_held).chain(scan).min();
         due.map(|due| self.patience.put_off(due))
@@ -356,7 +358,7 @@ impl Bench {
     /// Whether, at `now`, the scan is over.
     pub fn ended(&self, now: Nanos) -> Option<Ended> {
         let seen = self.records + self.joiner.lost();
-        if self.scanner.as_ref().is_some_and(Scanner::is_ended) {
+        if self.scanner.as_ref().is_some_and(|scanner| scanner.is_ended()) {
             return Some(Ended::Complete);
         }
         if self.end.points.is_some_and(|points| seen >= points && self.joiner.pending() == 0) {
@@ -367,6 +369,9 @@ impl Bench {
 
     /// When the scan will be over if no more readings come.
     pub fn idle_at(&self) -> Option<Nanos> {
+        if self.waits_for_orders() {
+            return None;
+        }
         Some(self.patience.put_off(self.last_primary? + self.end.idle?))
     }
 
@@ -375,10 +380,16 @@ impl Bench {
     pub fn first_by(&self) -> Option<Nanos> {
         let by = match self.ready_since.or(self.open_since) {
             _ if self.last_primary.is_some() => return None,
+            _ if self.waits_for_orders() && self.is_ready() => return None,
             Some(since) => since + self.end.first?,
             None => self.started? + self.end.open?,
         };
         Some(self.patience.put_off(by))
+    }
+
+    /// Whether silence is no end: the devices measure when they are ordered to.
+    fn waits_for_orders(&self) -> bool {
+        self.scanner.as_ref().is_some_and(|scanner| scanner.keeps_session())
     }
 
     /// No more readings will come: gives up what still waits.
@@ -596,6 +607,19 @@ impl Bench {
     pub fn places(&self) -> Option<PlaceFigures> {
         self.places.figures()
     }
+}
+
+/// The scanner of a station that drives the scan by a plan, or has a device run its program.
+fn scanner(
+    plan: Option<ScanPlan>,
+    program: Option<usize>,
+    streams: &[(usize, usize)],
+) -> Option<Box<dyn Scanner>> {
+    if let Some(plan) = plan {
+        return Some(Box::new(PlanScanner::new(plan, streams)));
+    }
+    let device = *streams.get(program?)?;
+    Some(Box::new(ProgramScanner::new(device)))
 }
 
 /// How long the primary waits for a companion: opening and setting up a node takes well below a second.

@@ -21,5 +21,5 @@ pub use joiner::JoinSettings;
 pub use kinematics::{Axis, Kinematics, Point, Source};
 pub use line::{Framing, Line};
 pub use profiler::{Profiler, Scaling};
-pub use scan::{AdaptivePlan, ArmError, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
+pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};

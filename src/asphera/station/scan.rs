@@ -13,6 +13,8 @@
 mod gate;
 mod pieces;
 mod plan;
+mod program;
+mod scanner;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -24,14 +26,16 @@ use asphera_plan::{Piece, Spacing};
 use asphera_report::ScanFigures;
 
 pub use self::plan::{AdaptivePlan, ScanAxis, ScanDecision, ScanPlan, Stroke};
+pub(super) use self::program::ProgramScanner;
+pub use self::scanner::{ArmError, Order, Scanner};
 use super::kinematics::Point;
 use gate::Gate;
 use pieces::Runs;
 use watch::Watch;
 
-/// Scanner of a station.
+/// Scanner of a station that drives axes over a plan.
 #[derive(Debug)]
-pub struct Scanner {
+pub(super) struct PlanScanner {
     plan: ScanPlan,
     /// Device of each axis: (line, device on that line).
     devices: [(usize, usize); 2],
@@ -50,14 +54,6 @@ pub struct Scanner {
     began: Option<Nanos>,
     pass: u32,
     pieces_of_pass: usize,
-}
-
-/// Order to a device.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Order {
-    /// (line, device on that line).
-    pub(super) device: (usize, usize),
-    pub(super) motion: Motion,
 }
 
 /// State of the scanner.
@@ -79,27 +75,13 @@ enum State {
     Ended { why: &'static str },
 }
 
-/// Why a scanner cannot be armed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ArmError {
-    /// There is no plan.
-    #[error("the configuration has no [scan.plan]: something else drives the scan")]
-    NoPlan,
-    /// It is armed.
-    #[error("the scan is armed already")]
-    Armed,
-    /// The scan is over.
-    #[error("the scan is over: start a session for another one")]
-    Ended,
-}
-
-impl Scanner {
+impl PlanScanner {
     /// A disarmed scanner; `streams` are the synchronized devices, as (line, device on that line), the primary first.
-    pub fn new(plan: ScanPlan, streams: &[(usize, usize)]) -> Scanner {
+    pub(super) fn new(plan: ScanPlan, streams: &[(usize, usize)]) -> PlanScanner {
         let device = |axis: &ScanAxis| streams.get(axis.stream).copied().unwrap_or_default();
         let devices = [device(&plan.axes[0]), device(&plan.axes[1])];
         let primary = streams.first().map(|(line, _)| *line);
-        Scanner {
+        PlanScanner {
             lines: devices.iter().map(|(line, _)| *line).chain(primary).collect(),
             devices,
             state: State::Disarmed { why: None },
@@ -115,13 +97,10 @@ impl Scanner {
             plan,
         }
     }
+}
 
-    /// From now on it moves, as soon as the devices are ready. A scan that was halted goes on with the piece it was on.
-    ///
-    /// # Errors
-    ///
-    /// When it is armed already, or the scan is over.
-    pub fn arm(&mut self, now: Nanos) -> Result<(), ArmError> {
+impl Scanner for PlanScanner {
+    fn arm(&mut self, now: Nanos) -> Result<(), ArmError> {
         match self.state {
             State::Disarmed { .. } => {
                 self.state = State::Armed;
@@ -133,23 +112,20 @@ impl Scanner {
         }
     }
 
-    /// Someone stops it: every axis is halted, whatever the state.
-    pub fn stop(&mut self, now: Nanos) {
+    fn stop(&mut self, now: Nanos) {
         self.halt();
         if self.is_active() {
             self.disarm(now, "stopped by hand".to_owned());
         }
     }
 
-    /// The session ends: an armed scan is halted.
-    pub(super) fn session_ends(&mut self, now: Nanos) {
+    fn session_ends(&mut self, now: Nanos) {
         if self.is_active() {
             self.trouble(now, "the session ended".to_owned());
         }
     }
 
-    /// Takes what was decided after a pass. Nothing happens where nothing is to be decided any more.
-    pub fn decide(&mut self, now: Nanos, decision: &ScanDecision) {
+    fn decide(&mut self, now: Nanos, decision: &ScanDecision) {
         match decision {
             ScanDecision::End(ending) if self.is_active() => {
                 self.halt();
@@ -166,36 +142,27 @@ impl Scanner {
         }
     }
 
-    /// Whether someone is to decide what follows.
-    pub fn wants_decision(&self) -> bool {
+    fn wants_decision(&self) -> bool {
         self.state == State::Deciding
     }
 
-    /// Whether a fail that is certain ends the scan, as long as it goes on.
-    pub fn ends_on_certain_fail(&self) -> bool {
+    fn ends_on_certain_fail(&self) -> bool {
         self.plan.adaptive.is_some() && self.is_active() && self.began.is_some()
     }
 
-    /// Where the probe stands, (x, y) in mm; `None` before the axes answered.
-    pub fn place_mm(&self) -> Option<[f64; 2]> {
+    fn place_mm(&self) -> Option<[f64; 2]> {
         self.watch.places().map(|axes| self.plan.place_mm(axes))
     }
 
-    /// Time since the first move in s.
-    pub fn spent_s(&self, now: Nanos) -> f64 {
+    fn spent_s(&self, now: Nanos) -> f64 {
         self.began.map_or(0.0, |began| now.since(began).as_secs_f64())
     }
 
-    pub(super) fn is_ended(&self) -> bool {
+    fn is_ended(&self) -> bool {
         matches!(self.state, State::Ended { .. })
     }
 
-    fn is_active(&self) -> bool {
-        !matches!(self.state, State::Disarmed { .. } | State::Ended { .. })
-    }
-
-    /// A device gave a reading.
-    pub(super) fn reading(&mut self, now: Nanos, stream: usize, reading: &Reading) {
+    fn reading(&mut self, now: Nanos, stream: usize, reading: &Reading) {
         self.watch.reading(stream, reading, &self.plan);
         if !self.is_active() {
             return;
@@ -209,8 +176,7 @@ impl Scanner {
         }
     }
 
-    /// A link was lost, or a device on it is not to be trusted any more.
-    pub(super) fn interrupted(&mut self, now: Nanos, line: usize, name: &str) {
+    fn interrupted(&mut self, now: Nanos, line: usize, name: &str) {
         if !self.lines.contains(&line) {
             return;
         }
@@ -225,16 +191,14 @@ impl Scanner {
         }
     }
 
-    /// A link opened. A stage that ran on after the loss of its link is halted first of all.
-    pub(super) fn opened(&mut self, line: usize) {
+    fn opened(&mut self, line: usize) {
         if self.halt_when_open.remove(&line) {
             let devices = self.halted_devices().into_iter().filter(|(of, _)| *of == line);
             self.orders.extend(devices.map(|device| Order { device, motion: Motion::Halt }));
         }
     }
 
-    /// A driver says what became of an order.
-    pub(super) fn motion(&mut self, now: Nanos, event: &MotionEvent) {
+    fn motion(&mut self, now: Nanos, event: &MotionEvent) {
         match (event, &mut self.state) {
             (MotionEvent::Arrived, State::Moving { devices, .. }) => {
                 *devices = devices.saturating_sub(1);
@@ -247,8 +211,7 @@ impl Scanner {
         }
     }
 
-    /// An order was not begun, or broke off.
-    pub(super) fn failed(&mut self, now: Nanos, failure: &MotionFailure) {
+    fn failed(&mut self, now: Nanos, failure: &MotionFailure) {
         if self.is_active() {
             self.trouble(now, format!("{}; then arm the scan again", failure.detail));
         } else if let State::Disarmed { why: Some(why) } = &mut self.state
@@ -259,8 +222,7 @@ impl Scanner {
         }
     }
 
-    /// Goes on where it waits for the devices.
-    pub(super) fn advance(&mut self, now: Nanos, is_ready: bool) {
+    fn advance(&mut self, now: Nanos, is_ready: bool) {
         if self.state == State::Armed && is_ready && self.watch.is_known() {
             self.watch.stand();
             self.began.get_or_insert(now);
@@ -268,8 +230,7 @@ impl Scanner {
         }
     }
 
-    /// Does what is due.
-    pub(super) fn timeout(&mut self, now: Nanos) {
+    fn timeout(&mut self, now: Nanos) {
         if let Some(why) = self.watch.silent(now, &self.plan).filter(|_| self.is_watching()) {
             self.trouble(now, why);
             return;
@@ -293,7 +254,7 @@ impl Scanner {
         }
     }
 
-    pub(super) fn poll_timeout(&self) -> Option<Nanos> {
+    fn poll_timeout(&self) -> Option<Nanos> {
         let watch = self.watch.poll_timeout(&self.plan).filter(|_| self.is_watching());
         let own = match self.state {
             State::Moving { by, .. } => Some(by),
@@ -303,12 +264,11 @@ impl Scanner {
         watch.into_iter().chain(own).min()
     }
 
-    pub(super) fn poll_order(&mut self) -> Option<Order> {
+    fn poll_order(&mut self) -> Option<Order> {
         self.orders.pop_front()
     }
 
-    /// Flags a point that is not one of the plan.
-    pub(super) fn judge(&mut self, point: &mut Point) {
+    fn judge(&mut self, point: &mut Point) {
         self.gate.judge(point);
         if self.plan.points_max.is_some_and(|most| self.gate.taken() >= most) && self.is_active() {
             self.halt();
@@ -317,8 +277,7 @@ impl Scanner {
         }
     }
 
-    /// State for people.
-    pub fn figures(&self, now: Nanos) -> ScanFigures {
+    fn figures(&self, now: Nanos) -> ScanFigures {
         let (state, text) = match &self.state {
             State::Disarmed { why: None } => {
                 ("disarmed", "nothing moves until the scan is armed".to_owned())
@@ -345,6 +304,16 @@ impl Scanner {
             spent_s: self.spent_s(now),
             time_limit_s: self.plan.time_limit.map(|limit| limit.as_secs_f64()),
         }
+    }
+
+    fn unhalted(&mut self, device: (usize, usize)) {
+        self.halt_when_open.insert(device.0);
+    }
+}
+
+impl PlanScanner {
+    fn is_active(&self) -> bool {
+        !matches!(self.state, State::Disarmed { .. } | State::Ended { .. })
     }
 
     /// Silence counts while axes may move, or points are wanted.
@@ -434,11 +403,6 @@ impl Scanner {
         let devices = self.halted_devices();
         self.orders
             .extend(devices.into_iter().map(|device| Order { device, motion: Motion::Halt }));
-    }
-
-    /// A halt could not be sent: it is sent when the link opens.
-    pub(super) fn unhalted(&mut self, device: (usize, usize)) {
-        self.halt_when_open.insert(device.0);
     }
 
     fn halted_devices(&self) -> BTreeSet<(usize, usize)> {

@@ -85,6 +85,7 @@ fn bench() -> Bench {
         calibration: None,
         end: EndSettings { points: None, idle: None, first: None, open: None },
         scan: None,
+        program: None,
     });
     for line in 0..2 {
         bench.happened(Nanos::ZERO, line, Happening::Opened { epoch: 1 });

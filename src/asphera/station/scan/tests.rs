@@ -60,7 +60,7 @@ type Running = (Nanos, f64, f64, Trapezoid);
 
 /// A stage of two axes that obeys, and a gauge, read every 10 ms.
 struct World {
-    scanner: Scanner,
+    scanner: PlanScanner,
     now: Nanos,
     /// Position, and the run under way.
     axes: [(f64, Option<Running>); 2],
@@ -73,7 +73,7 @@ struct World {
 impl World {
     fn new(plan: ScanPlan) -> World {
         World {
-            scanner: Scanner::new(plan, &STREAMS),
+            scanner: PlanScanner::new(plan, &STREAMS),
             now: Nanos::from_millis(1000),
             axes: [(0.0, None), (25.0, None)],
             ordered: Vec::new(),
@@ -171,6 +171,7 @@ impl World {
             assert_eq!(device, STAGE);
             match &motion {
                 Motion::Halt => self.axes.iter_mut().for_each(|(_, run)| *run = None),
+                Motion::Run => panic!("a stage has no program"),
                 Motion::Move(moves) => {
                     for AxisMove { axis, to, speed, acceleration } in moves {
                         let (at, run) = &mut self.axes[usize::from(axis == "y")];
@@ -204,7 +205,7 @@ fn a_plan_is_driven_line_by_line_and_its_points_lie_on_it() {
     assert_eq!(world.text(), "ended: the plan is measured");
     let first = |at: usize| match &world.ordered[at].1 {
         Motion::Move(moves) => moves.clone(),
-        Motion::Halt => panic!("no halt"),
+        other => panic!("{other:?} is no move"),
     };
     // To -2, -1: y of the machine is 25 less the position of the axis.
     let begin: Vec<(String, f64)> = first(0).into_iter().map(|one| (one.axis, one.to)).collect();
