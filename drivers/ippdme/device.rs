@@ -265,8 +265,10 @@ impl Ippdme {
             }
             (Part::Program, None) => {
                 if done.points == 0 && is_measuring(done.step.name()) {
-                    let detail =
-                        format!("`{}` gave no point: see the machine's manual", done.step.text);
+                    let detail = format!(
+                        "`{}` gave no point: see the machine's manual",
+                        short(&done.step.text)
+                    );
                     self.fault(FaultKind::Protocol, detail);
                 }
                 let is_last = !self.steps.iter().any(|step| step.part == Part::Program);
@@ -293,7 +295,12 @@ impl Ippdme {
     }
 
     fn unasked_error(&mut self, error: &ServerError) {
-        let detail = format!("the machine reports {error}: {}", error.cure());
+        let ServerError { number, severity, text, .. } = error;
+        let (severity, text) = (severity.digit(), short(text));
+        let detail = format!(
+            "the machine reports error {number:04} of severity {severity}, {text}: {}",
+            error.cure()
+        );
         self.fault(FaultKind::Device, detail.clone());
         if error.severity >= Severity::Error {
             self.fail(error, detail);
@@ -354,7 +361,8 @@ impl Ippdme {
             false => format!("{} ms", self.settings.timeout_ms),
         };
         let cure = "check the machine and its controller";
-        let detail = format!("no answer to `{}` for {after}: {cure}", current.step.text);
+        let command = short(&current.step.text);
+        let detail = format!("no answer to `{command}` for {after}: {cure}");
         if current.step.part == Part::Program {
             self.given_up = Some(current.tag);
             self.current = None;
@@ -377,13 +385,23 @@ fn described(step: &Step, error: &ServerError) -> (FaultKind, String) {
         Part::Program => FaultKind::Device,
         Part::SetUp | Part::End => FaultKind::Refused,
     };
-    let ServerError { number, text, severity, .. } = error;
-    let (command, cure) = (&step.text, error.cure());
+    let ServerError { number, severity, .. } = error;
+    let (command, text, cure) = (short(&step.text), short(&error.text), error.cure());
     let detail = format!(
         "the machine reports error {number:04} of severity {} to `{command}`, {text}: {cure}",
         severity.digit()
     );
     (kind, detail)
+}
+
+/// A text as a message shows it.
+fn short(text: &str) -> String {
+    const LONGEST: usize = 120;
+    let mut short: String = text.chars().take(LONGEST).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
 }
 
 /// Kind of the failure of a program.

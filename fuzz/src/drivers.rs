@@ -6,8 +6,8 @@
 use std::time::Duration;
 
 use asphera_link::{
-    CanFrame, Capture, Carries, Command, Driver, Event, Family, Fault, Input, Nanos, RECORD_LEN,
-    Reading,
+    CanFrame, Capture, Carries, Command, Driver, Event, Family, Fault, Input, Motion, Nanos,
+    RECORD_LEN, Reading,
 };
 
 /// Gives an input to a driver and checks what came out of it.
@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 18] = [
+const DEVICES: [(Family, &str, bool); 19] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -89,6 +89,11 @@ const DEVICES: [(Family, &str, bool); 18] = [
         "protocol = \"packets\"\nsignals = [65, 16640, 257]\ntrigger = \"free\"\nscale_um = 2000\npitch_um = 5",
         true,
     ),
+    (
+        asphera_ippdme::FAMILY,
+        "commands = ['Home()', 'PtMeas(X(1), Y(2), Z(3))', 'ScanOnLine(0,0,0,1,0,0,0,0,1,0.1)']\nquality_limit = 50\nsilence_s = 2",
+        false,
+    ),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {
@@ -115,6 +120,8 @@ struct Machine {
     now: Nanos,
     online: bool,
     ready: bool,
+    /// An order was begun on some connection.
+    ordered: bool,
 }
 
 impl Machine {
@@ -125,6 +132,7 @@ impl Machine {
             now: Nanos::ZERO,
             online: false,
             ready: false,
+            ordered: false,
         };
         machine.connect();
         machine
@@ -136,7 +144,7 @@ impl Machine {
         self.drain(0);
     }
 
-    /// 253 to 255: start, stop, another connection. Else so many times 20 ms pass.
+    /// 251 to 255: halt, run the program, start, stop, another connection. Else so many times 20 ms pass.
     fn happen(&mut self, what: u8) {
         match what {
             255 => {
@@ -146,6 +154,8 @@ impl Machine {
             }
             254 => self.driver.command(self.now, Command::Stop),
             253 => self.driver.command(self.now, Command::Start),
+            252 => self.ordered |= self.driver.motion(self.now, &Motion::Run).is_ok(),
+            251 => self.ordered |= self.driver.motion(self.now, &Motion::Halt).is_ok(),
             steps => {
                 let until = self.now + Duration::from_millis(20 * u64::from(steps));
                 let mut timeouts = 0;
@@ -191,8 +201,7 @@ impl Machine {
                     self.online = true;
                 }
                 Event::Ready => self.ready = true,
-                // Nothing was ordered.
-                Event::Motion(event) => panic!("{event:?} of no order"),
+                Event::Motion(event) => assert!(self.ordered, "{event:?} of no order"),
                 Event::Reading(reading) => {
                     assert!(self.online, "a reading of nobody");
                     assert_eq!(reading.values.len(), self.driver.channels().len());

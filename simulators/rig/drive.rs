@@ -6,9 +6,6 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use asphera_form::artefact::Artefact;
-use asphera_form::form_error::FormError;
-use asphera_form::{Nominal, Pose};
 use asphera_settings::File;
 use asphera_sim_zaber::{AxisSettings, SharedStage, Stage};
 use tokio::io::AsyncWriteExt as _;
@@ -17,8 +14,7 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until};
 
 use crate::noise::standard_normal;
-use crate::part::settle;
-use crate::scene::read;
+use crate::scene::read::{self, Part};
 use crate::{RigError, SceneError};
 
 /// Part, gauge and stage of such a bench.
@@ -26,10 +22,7 @@ use crate::{RigError, SceneError};
 pub struct DriveScene {
     title: String,
     seed: u64,
-    nominal: Nominal,
-    pose: Pose,
-    form_error: FormError,
-    semi_diameter_mm: f64,
+    part: Part,
     gauge: GaugeScene,
     stage: StageScene,
 }
@@ -101,14 +94,10 @@ fn scene(root: &asphera_settings::Section<'_>) -> Option<DriveScene> {
         return None;
     }
     stage.finish();
-    let part = part?;
     Some(DriveScene {
         title: title?,
         seed: seed?,
-        nominal: part.nominal,
-        pose: part.pose,
-        form_error: part.form_error,
-        semi_diameter_mm: part.semi_diameter_mm,
+        part: part?,
         gauge: GaugeScene {
             listen: gauge_listen?,
             rate_hz: gauge_scene.0,
@@ -123,7 +112,7 @@ fn scene(root: &asphera_settings::Section<'_>) -> Option<DriveScene> {
     })
 }
 
-fn address(table: &asphera_settings::Section<'_>) -> Option<SocketAddr> {
+pub(crate) fn address(table: &asphera_settings::Section<'_>) -> Option<SocketAddr> {
     let text: String = table.required("listen")?;
     let address = text.parse();
     if address.is_err() {
@@ -224,7 +213,7 @@ impl fmt::Debug for DriveRig {
 }
 
 /// Takes connections, each with a task of its own.
-async fn serve<S, F>(port: TcpListener, answer: S)
+pub(crate) async fn serve<S, F>(port: TcpListener, answer: S)
 where
     S: Fn(TcpStream) -> F,
     F: Future<Output = ()> + Send + 'static,
@@ -275,16 +264,8 @@ impl Gauge {
         }
     }
 
-    fn height_mm(&self, [x_mm, y_mm]: [f64; 2]) -> Option<f64> {
-        let DriveScene { nominal, pose, form_error, semi_diameter_mm, .. } = &self.scene;
-        if x_mm.hypot(y_mm) > *semi_diameter_mm {
-            return None;
-        }
-        let error_mm = |x_mm: f64, y_mm: f64| form_error.height_nm(x_mm, y_mm) * 1e-6;
-        let part = Artefact::new(nominal.clone(), *pose, &[], &[], error_mm).ok()?;
-        let mut place = [[x_mm, y_mm]];
-        settle(&part, &[[x_mm, y_mm]], &mut place).ok()?;
-        Some(part.point_mm(place[0][0], place[0][1])?[2])
+    fn height_mm(&self, place_mm: [f64; 2]) -> Option<f64> {
+        self.scene.part.height_mm(place_mm)
     }
 }
 
@@ -325,7 +306,7 @@ mod tests {
     async fn the_gauge_meets_the_part_where_the_stage_is() {
         let scene = DriveScene::parse("stage", SCENE).expect("a gauge").expect("sound");
         let mut scene = scene.on_free_ports();
-        scene.form_error.fringe_nm.truncate(1);
+        scene.part.form_error.fringe_nm.truncate(1);
         let rig = DriveRig::start(scene).await.expect("free ports");
         let near = |place: [f64; 2], expected_mm: f64| {
             let found_mm = rig.height_mm(place).expect("on the part");

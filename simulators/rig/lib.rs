@@ -12,6 +12,7 @@
 
 mod ball;
 mod bench;
+mod cmm;
 mod ct;
 mod drive;
 mod error;
@@ -31,8 +32,10 @@ mod thermal;
 mod tray;
 mod truth;
 
+pub use asphera_sim_ippdme::Fault as MachineFault;
 pub use asphera_sim_rf627::{Departure, send};
 pub use asphera_sim_zaber::Fault as StageFault;
+pub use cmm::{CmmRig, CmmScene};
 pub use ct::{CtError, CtFace, CtScene, CtTruth, CtVolume};
 pub use drive::{DriveRig, DriveScene};
 pub use error::{FaultError, RigError, SceneError};

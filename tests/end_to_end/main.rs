@@ -9,6 +9,7 @@ mod browser;
 mod by_time;
 mod calibrated;
 mod clocks;
+mod cmm;
 mod closed_loop;
 mod contours;
 mod defects;

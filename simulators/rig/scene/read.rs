@@ -5,6 +5,7 @@
 
 use std::time::Duration;
 
+use asphera_form::artefact::Artefact;
 use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose};
 use asphera_settings::Section as Table;
@@ -12,6 +13,7 @@ use asphera_settings::Section as Table;
 use super::{Limits, Protocol, Scene, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
+use crate::part::settle;
 use crate::section::Section;
 use crate::{Fault, Link, Speed};
 
@@ -73,11 +75,26 @@ pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
 }
 
 /// Part of a scene.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Part {
     pub(crate) nominal: Nominal,
     pub(crate) semi_diameter_mm: f64,
     pub(crate) pose: Pose,
     pub(crate) form_error: FormError,
+}
+
+impl Part {
+    /// Height of the part in mm over a place of its frame, (x, y) in mm; `None` beside it.
+    pub(crate) fn height_mm(&self, [x_mm, y_mm]: [f64; 2]) -> Option<f64> {
+        if x_mm.hypot(y_mm) > self.semi_diameter_mm {
+            return None;
+        }
+        let error_mm = |x_mm: f64, y_mm: f64| self.form_error.height_nm(x_mm, y_mm) * 1e-6;
+        let part = Artefact::new(self.nominal.clone(), self.pose, &[], &[], error_mm).ok()?;
+        let mut place = [[x_mm, y_mm]];
+        settle(&part, &[[x_mm, y_mm]], &mut place).ok()?;
+        Some(part.point_mm(place[0][0], place[0][1])?[2])
+    }
 }
 
 /// Reads the table `part`.

@@ -4,7 +4,7 @@ mod playback;
 
 use std::path::{Path, PathBuf};
 
-use asphera_rig::{DriveRig, DriveScene, Rig, Scene};
+use asphera_rig::{CmmRig, CmmScene, DriveRig, DriveScene, Rig, Scene};
 use clap::{ArgGroup, Args};
 
 use super::Speed;
@@ -48,6 +48,9 @@ fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
     if let Some(scene) = DriveScene::parse(&name, &text) {
         return drive(scene?);
     }
+    if let Some(scene) = CmmScene::parse(&name, &text) {
+        return serve_machine(scene?);
+    }
     let scene = Scene::parse(&name, &text)?;
     let ports = match ports {
         Some(folder) => folder.to_owned(),
@@ -71,6 +74,18 @@ fn drive(scene: DriveScene) -> Result<Exit, Failure> {
         let [gauge, stage] = rig.addresses();
         print(&format!("{:<10} {:<14} {gauge}\n", "gauge", "lines, TCP"));
         print(&format!("{:<10} {:<14} {stage}\n", "stage", "Zaber, TCP"));
+        say(&format!("{title}; Ctrl-C ends it"));
+        interrupted().await?;
+        Ok(Exit::Done)
+    })
+}
+
+/// A bench whose machine runs the program of the station.
+fn serve_machine(scene: CmmScene) -> Result<Exit, Failure> {
+    tokio::runtime::Runtime::new()?.block_on(async {
+        let title = scene.title().to_owned();
+        let rig = CmmRig::start(scene).await?;
+        print(&format!("{:<10} {:<14} {}\n", "cmm", "I++ DME, TCP", rig.address()));
         say(&format!("{title}; Ctrl-C ends it"));
         interrupted().await?;
         Ok(Exit::Done)
