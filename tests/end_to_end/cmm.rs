@@ -194,7 +194,10 @@ fn nothing_moves_before_it_is_armed_however_long_that_takes() {
     assert!(!bench.rig.machine().is_moving());
     let moves = ["Home", "ChangeTool", "GoTo", "PtMeas", "Scan"];
     let commands = bench.commands();
-    assert!(commands.iter().all(|line| !moves.iter().any(|name| line.starts_with(name))), "{commands:?}");
+    assert!(
+        commands.iter().all(|line| !moves.iter().any(|name| line.starts_with(name))),
+        "{commands:?}"
+    );
     assert_eq!(http(&station.address, "POST", "/api/v1/scan/arm", &[]).0, 401);
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
     station.until_measuring();
@@ -246,8 +249,8 @@ fn trouble_of_the_machine_ends_the_program_and_is_said() {
         assert_eq!(station.post("/api/v1/scan/arm").0, 204);
         station.until_measuring();
         bench.rig.machine().fault(fault);
-        let scan =
-            station.until(words, |snapshot| snapshot["scan"]["state"] == "disarmed")["scan"].clone();
+        let scan = station.until(words, |snapshot| snapshot["scan"]["state"] == "disarmed")["scan"]
+            .clone();
         let text = scan["text"].as_str().unwrap();
         assert!(text.contains(words), "{text}");
         std::thread::park_timeout(Duration::from_millis(500));

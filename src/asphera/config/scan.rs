@@ -50,7 +50,8 @@ pub(super) fn read(scan: &Section<'_>, station: Option<&Station<'_>>) -> Option<
 /// The device whose program the station runs, as its place among those of `sync`; `None`: none has one.
 pub(super) fn program(scan: &Section<'_>, station: &Station<'_>) -> Option<usize> {
     let runs_program = |device: &usize| station.devices[*device].settings.runs_program();
-    let mut with_program = (0..).zip(&station.sync.devices).filter(|(_, device)| runs_program(device));
+    let mut with_program =
+        (0..).zip(&station.sync.devices).filter(|(_, device)| runs_program(device));
     let (stream, device) = with_program.next()?;
     let name = &station.devices[*device].name;
     if with_program.next().is_some() {

@@ -148,3 +148,16 @@ fn a_turning_table_has_axes_r_and_c() {
     let plan = driven(&raster).unwrap().scan.unwrap();
     assert_eq!(plan.pieces.len(), 4);
 }
+
+/// A machine with a program is driven without a plan; both together are too many.
+#[test]
+fn a_device_with_a_program_needs_no_plan() {
+    let text = read(&project("examples/cmm.toml")).unwrap();
+    let config = Config::parse("cmm.toml", &text).unwrap();
+    assert_eq!((config.program, config.scan.is_none()), (Some(0), true));
+    assert_eq!(driven(&[]).unwrap().program, None);
+    for (added, key) in [("points = 9\n", "scan.points"), ("[scan.plan]\n", "scan.plan")] {
+        let problems = Config::parse("cmm.toml", &format!("{text}{added}")).unwrap_err();
+        assert!(problems.0.iter().any(|problem| problem.key == key), "{problems}");
+    }
+}

@@ -69,6 +69,11 @@ impl Driver for Alive {
 
 /// A primary `p` and a companion `c`, each on a link that is open.
 fn bench() -> Bench {
+    bench_of(EndSettings { points: None, idle: None, first: None, open: None }, None)
+}
+
+/// The same with an end, and perhaps a device whose program the station runs.
+fn bench_of(end: EndSettings, program: Option<usize>) -> Bench {
     let line = |name: &str| {
         let device = (name.to_owned(), Alive::boxed(name.as_bytes()[0]));
         Line::new(name.to_owned(), Framing::Raw, vec![device])
@@ -83,9 +88,9 @@ fn bench() -> Bench {
         },
         kinematics: Kinematics::Cartesian { x: axis, y: axis, z: axis },
         calibration: None,
-        end: EndSettings { points: None, idle: None, first: None, open: None },
+        end,
         scan: None,
-        program: None,
+        program,
     });
     for line in 0..2 {
         bench.happened(Nanos::ZERO, line, Happening::Opened { epoch: 1 });
@@ -201,4 +206,24 @@ fn a_suspended_time_holds_deadlines_up_and_counts_from_the_first_reading_on() {
     bench.held_up(ms(7_200_000), SECOND);
     bench.held_up(ms(7_300_000), SECOND);
     assert_eq!(bench.suspended(), 2 * SECOND);
+}
+
+/// However long nobody arms it. These devices refuse every order, so the program breaks off at once.
+#[test]
+fn silence_is_no_end_of_a_program_until_it_broke_off() {
+    let second = Some(SECOND);
+    let end = EndSettings { points: None, idle: second, first: second, open: None };
+    let mut bench = bench_of(end, Some(0));
+    bench.command(ms(1), Command::Start);
+    assert!(bench.first_by().is_some(), "a device that does not answer is given up");
+    for line in 0..2 {
+        bench.happened(ms(10), line, Happening::Received(b"r"));
+    }
+    bench.advance(ms(3_600_000));
+    assert_eq!((bench.first_by(), bench.idle_at()), (None, None));
+    bench.scan(ms(3_600_000), &ScanOrder::Arm).unwrap();
+    let figures = bench.scanner().unwrap().figures(ms(3_600_000));
+    assert!(figures.text.contains("the driver of this device moves nothing"), "{figures:?}");
+    assert!(bench.first_by().is_some_and(|due| due <= ms(3_600_000)));
+    assert_eq!(bench.scan(ms(3_600_001), &ScanOrder::Arm), Err(ArmError::BrokenOff));
 }

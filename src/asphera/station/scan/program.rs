@@ -266,7 +266,10 @@ mod tests {
             (&|one| one.motion(at(50), &MotionEvent::Failed(failure.clone())), "beyond its volume"),
             (&|one| one.stop(at(50)), "stopped by hand"),
             (&|one| one.session_ends(at(50)), "the session ended"),
-            (&|one| one.interrupted(at(50), 2, "cmm"), "the link cmm was lost: check its cable and the machine"),
+            (
+                &|one| one.interrupted(at(50), 2, "cmm"),
+                "the link cmm was lost: check its cable and the machine",
+            ),
         ];
         for (trouble, why) in troubles {
             let mut scanner = running();
