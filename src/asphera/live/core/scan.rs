@@ -13,7 +13,7 @@ use super::super::brake::Halt;
 use super::Core;
 use crate::live::StationError;
 use crate::session::What;
-use crate::station::{ScanDecision, ScanOrder, ScanPlan};
+use crate::station::{ScanDecision, ScanOrder, ScanPlan, Scanner};
 
 /// Decides what follows a pass.
 #[derive(Default)]
@@ -130,8 +130,7 @@ impl Core {
 
     /// Ends a scan whose fail is certain, in the middle of a pass.
     pub(super) async fn end_certain_fail(&mut self) {
-        let is_adaptive =
-            self.bench.scanner().is_some_and(|scanner| scanner.ends_on_certain_fail());
+        let is_adaptive = self.bench.scanner().is_some_and(Scanner::ends_on_certain_fail);
         let Some(session) =
             self.session.as_ref().filter(|session| is_adaptive && session.ending.is_none())
         else {

@@ -217,6 +217,8 @@ mod tests {
 
     const DEVICE: (usize, usize) = (2, 0);
 
+    type Trouble<'a> = &'a dyn Fn(&mut ProgramScanner);
+
     fn at(ms: u64) -> Nanos {
         Nanos::from_millis(ms)
     }
@@ -262,7 +264,7 @@ mod tests {
     #[test]
     fn trouble_halts_and_the_program_is_not_begun_again() {
         let failure = MotionFailure::new(MotionTrouble::Limit, "beyond its volume");
-        let troubles: [(&dyn Fn(&mut ProgramScanner), &str); 4] = [
+        let troubles: [(Trouble<'_>, &str); 4] = [
             (&|one| one.motion(at(50), &MotionEvent::Failed(failure.clone())), "beyond its volume"),
             (&|one| one.stop(at(50)), "stopped by hand"),
             (&|one| one.session_ends(at(50)), "the session ended"),

@@ -11,7 +11,7 @@ export class Scan {
   constructor(token, say) {
     this.#token = token;
     this.#say = say;
-    byId("arm-scan").onclick = () => this.#command("arm", "scan armed: the stage moves");
+    byId("arm-scan").onclick = () => this.#command("arm", "scan armed: the machine moves");
     byId("halt-scan").onclick = () => this.#command("stop", "scan stopped");
   }
 
