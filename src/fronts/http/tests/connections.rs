@@ -103,7 +103,7 @@ async fn heads(server: &Running, pieces: &[&[u8]]) -> Vec<String> {
 
 #[tokio::test]
 async fn what_is_no_http_is_refused_with_all_headers() {
-    let limits = Limits { head_ms: 400, ..Limits::default() };
+    let limits = Limits { head_ms: 5_000, ..Limits::default() };
     let server = Running::with(&Station::new(), limits, Vec::new()).await;
     let host = server.host();
     let good = format!("GET /api/v1/health HTTP/1.1\r\nHost: {host}\r\n\r\n");
