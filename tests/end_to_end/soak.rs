@@ -7,6 +7,9 @@ use asphera_rig::{Rig, Scene, Speed, StationOptions};
 use asphera_tests::{Running, asphera, http, now, page, repetitions};
 use serde_json::Value;
 
+/// As systemd/asphera.service sets it: with a heap for each thread the allocator keeps some KiB more after every session.
+const HEAPS: (&str, &str) = ("MALLOC_ARENA_MAX", "2");
+
 /// What a process holds.
 #[derive(Debug)]
 struct Held {
@@ -68,8 +71,9 @@ async fn station(folder: &std::path::Path, points: u64) -> (Rig, Running, String
     let text = rig.station_toml(&options).replace("[station]\n", "[station]\nautostart = false\n");
     std::fs::write(&config, text).unwrap();
     let (daemon, address, token) = tokio::task::spawn_blocking(move || {
-        let mut daemon =
-            Running::start(Command::new(asphera()).args(["run", "--config"]).arg(config));
+        let mut daemon = Running::start(
+            Command::new(asphera()).args(["run", "--config"]).arg(config).env(HEAPS.0, HEAPS.1),
+        );
         let (address, token) = page(&daemon.line("page:", Duration::from_secs(60)));
         (daemon, address, token)
     })
