@@ -31,6 +31,8 @@ export class PartMap {
   #table = null;
   /** Called with the name of a layer that is chosen. */
   onLayer = () => {};
+  /** Whether lines over the map mean anything: not where it is a surface in space, laid flat. */
+  takesLines = true;
   /** Called with the two ends of a line that is being dragged, in the part frame. */
   onLine = () => {};
 
@@ -315,7 +317,8 @@ export class PartMap {
     const chart = this.#chart;
     if (chart && this.#cell && (this.#cell[0] >= chart.nx || this.#cell[1] >= chart.ny)) this.#cell = null;
     if (!chart || !this.#cell) {
-      setText(byId("map-readout"), chart ? "Point at the map, or focus it and use the arrow keys; drag to draw a section." : DASH);
+      const how = "Point at the map, or focus it and use the arrow keys";
+      setText(byId("map-readout"), chart ? `${how}${this.takesLines ? "; drag to draw a section" : ""}.` : DASH);
       return;
     }
     const [column, row] = this.#cell;

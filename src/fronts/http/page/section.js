@@ -70,6 +70,8 @@ export class SectionView {
   #showKinds(inSpace) {
     if (inSpace === this.#inSpace) return;
     this.#inSpace = inSpace;
+    this.#map.takesLines = !inSpace;
+    setText(byId("section-how"), inSpace ? "as fitted; give a plane" : "as fitted; drag over the map, or choose");
     for (const input of document.querySelectorAll("#section-kind input")) {
       input.closest("label").hidden = (input.value === "plane") !== inSpace;
     }
