@@ -4,7 +4,6 @@ use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 
-use asphera_settings::File;
 use asphera_sim_ippdme::{Machine, MachineSettings, Probe, SharedMachine, Surface};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
@@ -34,16 +33,7 @@ impl CmmScene {
     ///
     /// All that is wrong, each with its line and key.
     pub fn parse(name: &str, text: &str) -> Option<Result<CmmScene, SceneError>> {
-        let unusable = |problems| SceneError::File { scene: name.to_owned(), problems };
-        let file = File::parse(name, text).ok()?;
-        let root = file.root();
-        if !root.has("cmm") {
-            return None;
-        }
-        let scene = scene(&root);
-        root.finish();
-        drop(root);
-        Some(file.conclude(scene).map_err(unusable))
+        read::scene_with("cmm", name, text, scene)
     }
 
     /// What it shows, in words.

@@ -6,7 +6,6 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use asphera_settings::File;
 use asphera_sim_zaber::{AxisSettings, SharedStage, Stage};
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::{TcpListener, TcpStream};
@@ -50,16 +49,7 @@ impl DriveScene {
     ///
     /// All that is wrong, each with its line and key.
     pub fn parse(name: &str, text: &str) -> Option<Result<DriveScene, SceneError>> {
-        let unusable = |problems| SceneError::File { scene: name.to_owned(), problems };
-        let file = File::parse(name, text).ok()?;
-        let root = file.root();
-        if !root.has("gauge") {
-            return None;
-        }
-        let scene = scene(&root);
-        root.finish();
-        drop(root);
-        Some(file.conclude(scene).map_err(unusable))
+        read::scene_with("gauge", name, text, scene)
     }
 
     /// What it shows, in words.

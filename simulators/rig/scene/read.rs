@@ -8,14 +8,37 @@ use std::time::Duration;
 use asphera_form::artefact::Artefact;
 use asphera_form::form_error::{FormError, Ring};
 use asphera_form::{Asphere, Nominal, Parameter, Pose};
-use asphera_settings::Section as Table;
+use asphera_settings::{File, Section as Table};
 
-use super::{Limits, Protocol, Scene, Thermal};
+use super::{Limits, Protocol, Scene, SceneError, Thermal};
 use crate::fault::Scheduled;
 use crate::motion::Motion;
 use crate::part::settle;
 use crate::section::Section;
 use crate::{Fault, Link, Speed};
+
+/// Reads a scene of another kind; `None` where the file has no table `kind`. `name` stands in errors.
+///
+/// # Errors
+///
+/// All that is wrong, each with its line and key.
+pub(crate) fn scene_with<T>(
+    kind: &str,
+    name: &str,
+    text: &str,
+    scene: impl FnOnce(&Table<'_>) -> Option<T>,
+) -> Option<Result<T, SceneError>> {
+    let file = File::parse(name, text).ok()?;
+    let root = file.root();
+    if !root.has(kind) {
+        return None;
+    }
+    let scene = scene(&root);
+    root.finish();
+    drop(root);
+    let unusable = |problems| SceneError::File { scene: name.to_owned(), problems };
+    Some(file.conclude(scene).map_err(unusable))
+}
 
 /// Reads the whole file; `None` if something is missing, and the tables say what.
 pub(super) fn scene(name: &str, root: &Table<'_>) -> Option<Scene> {
