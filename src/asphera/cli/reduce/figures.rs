@@ -250,21 +250,29 @@ impl Figures {
     }
 }
 
+/// Writes how many of the points were kept, what the source lost, and what was left out for which reason.
+pub(super) fn write_points(
+    f: &mut fmt::Formatter<'_>,
+    [kept, points]: [u64; 2],
+    losses: &[String],
+    left_out: [(u64, &str); 4],
+) -> fmt::Result {
+    writeln!(f, "points     {kept} of {points} kept")?;
+    losses.iter().try_for_each(|loss| writeln!(f, "           {loss}"))?;
+    let mut some = left_out.into_iter().filter(|(count, _)| *count > 0);
+    some.try_for_each(|(count, what)| writeln!(f, "           {count} {what}"))
+}
+
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "points     {} of {} kept", self.kept, self.input.points)?;
-        self.losses.iter().try_for_each(|loss| writeln!(f, "           {loss}"))?;
         let input = &self.input;
-        for (count, what) in [
+        let left_out = [
             (input.missing, "places without a height"),
             (input.duplicates, "duplicates"),
             (input.conflicts, "in the place of another point at another height, left out"),
             (input.not_meshable, "not finite or out of range, left out"),
-        ] {
-            if count > 0 {
-                writeln!(f, "           {count} {what}")?;
-            }
-        }
+        ];
+        write_points(f, [self.kept, input.points], &self.losses, left_out)?;
         let noise = &self.noise;
         write!(f, "noise      {:.2} nm ({})", noise.sigma_nm, noise.source)?;
         if let Some(uncertainty_nm) = noise.uncertainty_nm {

@@ -6,7 +6,7 @@ use asphera_measure::{Part, ReducedInSpace, ReductionLimits, ReductionState, red
 use asphera_surface::reduce::spread;
 use serde::Serialize;
 
-use super::figures::Spacings;
+use super::figures::{Spacings, write_points};
 use super::limits::Limits;
 use super::noise::NoiseWanted;
 use super::{KeepWanted, ReduceArgs};
@@ -227,19 +227,14 @@ impl Condition {
 
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "points     {} of {} kept", self.kept, self.input.points)?;
-        self.losses.iter().try_for_each(|loss| writeln!(f, "           {loss}"))?;
         let input = &self.input;
-        for (count, what) in [
+        let left_out = [
             (input.missing, "places without a height"),
             (input.duplicates, "duplicates"),
             (input.left_out, "in no facet, left out"),
             (input.not_meshable, "not finite or out of range, left out"),
-        ] {
-            if count > 0 {
-                writeln!(f, "           {count} {what}")?;
-            }
-        }
+        ];
+        write_points(f, [self.kept, input.points], &self.losses, left_out)?;
         if let Some(noise_nm) = self.noise_nm {
             writeln!(f, "noise      {noise_nm:.2} nm")?;
         }
