@@ -27,17 +27,11 @@ use asphera_link::{
 use crate::decode::{DeviceClock, Plan};
 use crate::error::Error;
 use crate::framing::{Found, Framing};
-use crate::settings::{Settings, Trigger};
+use crate::settings::{ATTEMPTS, FREE_RUN_GAP, Settings, Trigger};
 use crate::wire::{Command, Layout, NOT_VALID};
-
-/// How often a command is sent before it counts as unanswered or refused.
-const ATTEMPTS: u8 = 2;
 
 /// How much of a message the device sent is repeated in a fault, signs as written.
 const MESSAGE_LEN: usize = 120;
-
-/// Telegrams a free-running device may leave out before the link counts as dead.
-const FREE_RUN_GAP: f64 = 20.0;
 
 /// Bytes without a telegram among them after which the device cannot be sending what it was set up for:
 /// it may have restarted. More than any disturbance that passes.

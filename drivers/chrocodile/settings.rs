@@ -58,6 +58,12 @@ impl Default for Settings {
     }
 }
 
+/// How often a command is sent before it counts as unanswered or refused.
+pub(crate) const ATTEMPTS: u8 = 2;
+
+/// Samples a free-running device may leave out before the link counts as dead.
+pub(crate) const FREE_RUN_GAP: f64 = 20.0;
+
 impl Settings {
     /// Everything that is wrong with them; empty when a driver can be made.
     pub fn problems(&self) -> Vec<Problem> {

@@ -28,14 +28,8 @@ use super::settings::PacketSettings;
 use super::talk::{State, Talk, Topic};
 use crate::decode::DeviceClock;
 use crate::error::Error;
-use crate::settings::Trigger;
+use crate::settings::{ATTEMPTS, FREE_RUN_GAP, Trigger};
 use crate::wire::packet::{CommandFlags, Data, Format, Kind, Message};
-
-/// How often a command is sent before it counts as unanswered.
-const ATTEMPTS: u8 = 2;
-
-/// Samples a free-running device may leave out before the link counts as dead.
-const FREE_RUN_GAP: f64 = 20.0;
 
 /// Bytes without a reading after which the device cannot be sending what it was set up for.
 const MOST_DISCARDED: u64 = 65_536;
