@@ -183,7 +183,7 @@ impl TrayScene {
     ) -> Result<(Vec<PointMm>, TrayPartTruth), ArtefactError> {
         let kind = &self.kinds[part.kind];
         let TrayKind { name, nominal, aperture, .. } = kind;
-        let places = self.places(number, *aperture);
+        let places = self.places(number, aperture);
         let error_mm = self.error_mm(number, kind);
         let artefact =
             Artefact::new(nominal.clone(), part.pose, &Parameter::RIGID, &places, error_mm)?;
@@ -218,7 +218,7 @@ impl TrayScene {
     /// The form error of a part in mm, in its own frame.
     fn error_mm(&self, number: u64, kind: &TrayKind) -> impl Fn(f64, f64) -> f64 + use<> {
         let form = kind.form;
-        let mut error = FormError::typical(radius_mm(kind.aperture));
+        let mut error = FormError::typical(reach_mm(&kind.aperture));
         error.ring.iter_mut().for_each(|ring| ring.height_nm *= form);
         let turned = turned(uniform(self.seed ^ LAYING, 2000 + number));
         move |x_mm, y_mm| {
@@ -228,8 +228,8 @@ impl TrayScene {
     }
 
     /// Places of a part in its own frame, x y in mm, at random over its aperture.
-    fn places(&self, number: u64, aperture: Aperture) -> Vec<[f64; 2]> {
-        let radius_mm = radius_mm(aperture);
+    fn places(&self, number: u64, aperture: &Aperture) -> Vec<[f64; 2]> {
+        let radius_mm = reach_mm(aperture);
         let count = (self.density_per_mm2 * aperture.area_mm2()).round() as usize;
         let draw = |index: u64| uniform(self.seed, number * STREAM + index);
         let all = (0..)
@@ -238,13 +238,9 @@ impl TrayScene {
     }
 }
 
-/// The radius of a disc or a ring; of nothing else are there parts.
-fn radius_mm(aperture: Aperture) -> f64 {
-    match aperture {
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => radius_mm,
-        Aperture::Rectangle { width_mm, height_mm } => 0.5 * width_mm.hypot(height_mm),
-        Aperture::None => 0.0,
-    }
+/// How far a part reaches from its vertex, mm; all have an aperture.
+fn reach_mm(aperture: &Aperture) -> f64 {
+    aperture.reach_mm().unwrap_or(0.0)
 }
 
 /// The largest turn about x and about y, rad.
@@ -311,7 +307,7 @@ mod tests {
             for (at, one) in scene.parts.iter().enumerate() {
                 for other in &scene.parts[..at] {
                     let [a, b] =
-                        [one, other].map(|part| radius_mm(scene.kinds[part.kind].aperture));
+                        [one, other].map(|part| reach_mm(&scene.kinds[part.kind].aperture));
                     let [dx, dy] =
                         [one.pose.tx_mm - other.pose.tx_mm, one.pose.ty_mm - other.pose.ty_mm];
                     let gap_mm = dx.hypot(dy) - a - b;

@@ -19,7 +19,6 @@ use asphera_contour::{
 use asphera_report::contour::ContourReport;
 use thiserror::Error;
 
-pub(crate) use self::nominal::DRAWINGS;
 pub use self::nominal::{Nominal, NominalError};
 pub use self::plan::{ContourLimits, ContourPlan};
 pub(crate) use self::report::truth_report;

@@ -12,7 +12,7 @@ use crate::body::{Body, Skin};
 use crate::edge::{Edge, NoEdge};
 use crate::errors::Errors;
 use crate::laying::{Found, Laid, find};
-use crate::selection::{Place, STEEPEST_DEG, grown, select};
+use crate::selection::{Place, STEEPEST_DEG, select};
 use asphera_geometry::vector::{Vector, dot, plus};
 
 /// The value of the surface.
@@ -317,13 +317,13 @@ fn clear_border(points_mm: &mut Vec<PointMm>, part: &Part, laid: &Laid, by_mm: f
     let laid_mm: Vec<PointMm> = points_mm.iter().map(|&point| laid.plane.to_plane(point)).collect();
     let settings = FitSettings {
         free: part.free.clone(),
-        aperture: part.aperture,
+        aperture: part.aperture.clone(),
         start: laid.pose,
         search: false,
         ..FitSettings::default()
     };
     let pose = fit(&laid_mm, &part.nominal, &settings).map_or(laid.pose, |found| found.pose);
-    let (outer, inner) = (grown(&part.aperture, by_mm), grown(&part.aperture, -by_mm));
+    let (outer, inner) = (part.aperture.widened(by_mm), part.aperture.widened(-by_mm));
     let motion = pose.motion();
     let mut places = laid_mm.iter().map(|&point| motion.to_part(point));
     points_mm.retain(|_| {

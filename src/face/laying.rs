@@ -1,6 +1,6 @@
 //! Where in a body a nominal lies.
 
-use asphera_form::{Aperture, FitSettings, Nominal, Parameter, Pose, fit};
+use asphera_form::{FitSettings, Nominal, Parameter, Pose, fit};
 use asphera_geometry::PointMm;
 use asphera_measure::Part;
 use asphera_surface::Plane;
@@ -131,7 +131,7 @@ fn laid_into(
     };
     let settings = FitSettings {
         free: free.to_vec(),
-        aperture: part.aperture,
+        aperture: part.aperture.clone(),
         search: start.is_none(),
         start: start.unwrap_or(middle),
         rank_tolerance: RANK_TOLERANCE,
@@ -143,13 +143,7 @@ fn laid_into(
 
 /// Share of the aperture that the vertices fill; without an aperture 1. Counted in cells of the aperture's box.
 fn filled(skin: &Skin, part: &Part, plane: &Plane, pose: &Pose, selection: &Selection) -> f64 {
-    let half_mm = match part.aperture {
-        Aperture::None => return 1.0,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            [radius_mm; 2]
-        }
-        Aperture::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-    };
+    let Some(half_mm) = part.aperture.half_extents_mm() else { return 1.0 };
     let mut cells = [[false; CELLS]; CELLS];
     let motion = pose.motion();
     for &vertex in &selection.vertices {

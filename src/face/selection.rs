@@ -32,7 +32,7 @@ pub(crate) struct Place<'a> {
 pub(crate) fn select(skin: &Skin, at: Place<'_>, margin_mm: f64, near_mm: f64) -> Selection {
     let motion = at.pose.motion();
     let rotation = at.pose.rotation();
-    let aperture = grown(at.aperture, margin_mm);
+    let aperture = at.aperture.widened(margin_mm);
     let least = STEEPEST_DEG.to_radians().cos();
     let axes = at.plane.axes();
     let mut steep = 0;
@@ -94,13 +94,7 @@ pub(crate) fn largest_piece(triangles: &[[u32; 3]], is_in: &[bool]) -> (Vec<u32>
 
 /// The steepest slope of the nominal over the aperture as an angle; infinite without an aperture.
 pub(crate) fn steepest_rad(nominal: &Nominal, aperture: &Aperture) -> f64 {
-    let (half_x_mm, half_y_mm) = match *aperture {
-        Aperture::None => return f64::INFINITY,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            (radius_mm, radius_mm)
-        }
-        Aperture::Rectangle { width_mm, height_mm } => (0.5 * width_mm, 0.5 * height_mm),
-    };
+    let Some([half_x_mm, half_y_mm]) = aperture.half_extents_mm() else { return f64::INFINITY };
     let mut steepest = 0.0_f64;
     for i in -LOOKS..=LOOKS {
         for j in -LOOKS..=LOOKS {
@@ -114,21 +108,6 @@ pub(crate) fn steepest_rad(nominal: &Nominal, aperture: &Aperture) -> f64 {
         }
     }
     steepest.atan()
-}
-
-/// The aperture with its borders moved out, or in.
-pub(crate) fn grown(aperture: &Aperture, by_mm: f64) -> Aperture {
-    match *aperture {
-        Aperture::None => Aperture::None,
-        Aperture::Circle { radius_mm } => Aperture::Circle { radius_mm: radius_mm + by_mm },
-        Aperture::Rectangle { width_mm, height_mm } => Aperture::Rectangle {
-            width_mm: width_mm + 2.0 * by_mm,
-            height_mm: height_mm + 2.0 * by_mm,
-        },
-        Aperture::Annulus { inner_mm, outer_mm } => {
-            Aperture::Annulus { inner_mm: (inner_mm - by_mm).max(0.0), outer_mm: outer_mm + by_mm }
-        }
-    }
 }
 
 /// The vertices whose normals are nearer to `axis` than `angle_rad`, the largest piece of them.

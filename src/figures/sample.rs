@@ -98,7 +98,7 @@ impl Sample {
             total_area: 0.0,
             weighted: 0,
             radius_mm: 0.0,
-            aperture: *aperture,
+            aperture: aperture.clone(),
             left_out: LeftOut::default(),
         };
         for (index, (&[x, y], &deviation_mm)) in places_mm.iter().zip(deviations_mm).enumerate() {
@@ -129,12 +129,9 @@ impl Sample {
             return Err(SampleError::NoArea { points: sample.len() });
         }
         sample.total_area = sample.sum(|_| 1.0);
-        sample.radius_mm = match *aperture {
-            Aperture::Circle { radius_mm } => radius_mm,
-            Aperture::Annulus { outer_mm, .. } => outer_mm,
-            Aperture::Rectangle { width_mm, height_mm } => 0.5 * width_mm.hypot(height_mm),
-            Aperture::None => sample.places_mm.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max),
-        };
+        sample.radius_mm = aperture.reach_mm().unwrap_or_else(|| {
+            sample.places_mm.iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max)
+        });
         Ok(sample)
     }
 
@@ -198,14 +195,11 @@ impl Sample {
     /// Distance from the axis of the nearest and the farthest place of the aperture, in mm; of the sample
     /// where there is no aperture.
     pub(crate) fn reach_mm(&self) -> [f64; 2] {
-        match self.aperture {
-            Aperture::Annulus { inner_mm, outer_mm } => [inner_mm, outer_mm],
-            Aperture::None => {
-                let radii = self.places_mm.iter().map(|place| place[0].hypot(place[1]));
-                [radii.fold(self.radius_mm, f64::min), self.radius_mm]
-            }
-            Aperture::Circle { .. } | Aperture::Rectangle { .. } => [0.0, self.radius_mm],
+        if self.aperture != Aperture::None {
+            return [self.aperture.hole_mm(), self.radius_mm];
         }
+        let radii = self.places_mm.iter().map(|place| place[0].hypot(place[1]));
+        [radii.fold(self.radius_mm, f64::min), self.radius_mm]
     }
 
     /// The part of the surface that the sample is of, lengths in mm.

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::unknown::positive;
 use super::{Definition, Figure, Sample, SettingError, Unknown};
-use asphera_form::Aperture;
 
 /// Over which length slopes are formed and how densely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,11 +145,8 @@ pub fn slopes(sample: &Sample, settings: SlopeSettings) -> Result<Slopes, Unknow
 
 /// Lowest and highest x and y of the aperture; of the sample where there is none.
 fn bounds(sample: &Sample) -> [[f64; 2]; 2] {
-    let half = match *sample.aperture() {
-        Aperture::Circle { radius_mm } => [radius_mm; 2],
-        Aperture::Annulus { outer_mm, .. } => [outer_mm; 2],
-        Aperture::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-        Aperture::None => return box_of(sample.places_mm()),
+    let Some(half) = sample.aperture().half_extents_mm() else {
+        return box_of(sample.places_mm());
     };
     [half.map(|half| -half), half]
 }

@@ -24,7 +24,7 @@ pub struct DrawnLine {
 
 impl DrawnLine {
     /// The line through corners; if it is closed, with a side from the last to the first. None of fewer than two different places.
-    fn through(corners: &[PlaceMm], closed: bool) -> Option<DrawnLine> {
+    pub fn through(corners: &[PlaceMm], closed: bool) -> Option<DrawnLine> {
         let mut corners = corners.to_vec();
         corners.dedup();
         if closed {
@@ -36,12 +36,41 @@ impl DrawnLine {
         (!pieces.is_empty()).then_some(DrawnLine { pieces, closed })
     }
 
+    /// Corners of a polygon that runs no farther from the line than `within_mm`; of a closed line the first is not repeated.
+    ///
+    /// A piece is cut into equal steps of its parameter: a chord of a step 1/n is at most M/8n² off, M the largest second
+    /// derivative, which is six times the largest second difference of the control points.
+    pub fn corners(&self, within_mm: f64) -> Vec<PlaceMm> {
+        let mut corners = Vec::new();
+        for piece in &self.pieces {
+            let [a, b, c, d] = *piece;
+            let bend = |p: PlaceMm, q: PlaceMm, r: PlaceMm| {
+                (p[0] - 2.0 * q[0] + r[0]).hypot(p[1] - 2.0 * q[1] + r[1])
+            };
+            let largest_mm = 6.0 * bend(a, b, c).max(bend(b, c, d));
+            let count = (largest_mm / (8.0 * within_mm)).sqrt().ceil().clamp(1.0, MOST_STEPS);
+            for step in 0..count as usize {
+                let t = step as f64 / count;
+                let s = 1.0 - t;
+                let weights = [s * s * s, 3.0 * s * s * t, 3.0 * s * t * t, t * t * t];
+                corners.push([0, 1].map(|axis| (0..4).map(|k| weights[k] * piece[k][axis]).sum()));
+            }
+        }
+        if let Some(last) = self.pieces.last().filter(|_| !self.closed) {
+            corners.push(last[3]);
+        }
+        corners
+    }
+
     /// The line with every control point changed.
     fn mapped(self, change: impl Fn(PlaceMm) -> PlaceMm) -> DrawnLine {
         let pieces = self.pieces.into_iter().map(|piece| piece.map(&change)).collect();
         DrawnLine { pieces, ..self }
     }
 }
+
+/// Steps of a piece at most, however close the polygon is asked for.
+const MOST_STEPS: f64 = 10_000.0;
 
 /// A straight piece.
 fn straight(p: PlaceMm, q: PlaceMm) -> [PlaceMm; 4] {

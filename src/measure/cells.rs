@@ -70,15 +70,15 @@ pub(super) fn sample(
     [x_mm, y_mm]: [f64; 2],
 ) -> Result<Sample, SampleError> {
     let weights: Vec<f64> = map.counts.iter().map(|count| *count as f64).collect();
-    let about = |[x, y]: [f64; 2]| into(aperture, [x - x_mm, y - y_mm]);
+    // Points around a hole have their mean in it.
+    let filled = aperture.filled();
+    let about = |[x, y]: [f64; 2]| into(&filled, [x - x_mm, y - y_mm]);
     let places_mm: Vec<[f64; 2]> = map.centroids_mm.iter().copied().map(about).collect();
     let deviations_mm: Vec<f64> = map.mean_nm.iter().map(|nm| nm * 1e-6).collect();
-    // Points around a hole have their mean in it.
-    let filled = match *aperture {
-        Aperture::Annulus { outer_mm, .. } => Aperture::Circle { radius_mm: outer_mm },
-        other => other,
-    };
-    Sample::new(&places_mm, &deviations_mm, Some(&weights), &filled)
+    // What was drawn onto an outline lies on it to rounding.
+    let is_outline = matches!(filled, Aperture::Outline { .. });
+    let slack_mm = if is_outline { ROUNDING * filled.half_width_mm() } else { 0.0 };
+    Sample::new(&places_mm, &deviations_mm, Some(&weights), &filled.widened(slack_mm))
 }
 
 /// A map of blocks of two by two cells.
@@ -123,9 +123,13 @@ fn into(aperture: &Aperture, [x, y]: [f64; 2]) -> [f64; 2] {
         Aperture::Rectangle { width_mm, height_mm } => {
             [x.clamp(-0.5 * width_mm, 0.5 * width_mm), y.clamp(-0.5 * height_mm, 0.5 * height_mm)]
         }
+        Aperture::Outline { ref outline, .. } if outline.contains([x, y]) => [x, y],
+        Aperture::Outline { ref outline, .. } => outline.nearest_mm([x, y]),
     }
 }
 
+/// Share of its width by which a place drawn onto an outline may lie beside it.
+const ROUNDING: f64 = 1e-12;
 /// The noise of a coefficient is that of the cells, times this over the root of their number at worst: with some
 /// thousand cells it does not exceed that of one cell.
 const MOST_CONDITION: f64 = 100.0;

@@ -132,17 +132,15 @@ impl FinishedMesh {
     /// at the height of the vertex. `None` without a fit and where every point counts.
     pub(crate) fn aperture_extent_mm(&self) -> Option<[[f64; 2]; 2]> {
         let (_, pose) = self.setting.lies.as_ref()?;
-        let half_mm = match self.setting.part.aperture {
-            Aperture::None => return None,
-            Aperture::Circle { radius_mm } => [radius_mm; 2],
-            Aperture::Annulus { outer_mm, .. } => [outer_mm; 2],
-            Aperture::Rectangle { width_mm, height_mm } => {
-                // The corners of a turned rectangle, the one or the other pair.
-                let (sin, cos) = pose.rz_rad.sin_cos();
-                let (half_x, half_y) = (width_mm / 2.0, height_mm / 2.0);
-                [half_x * cos.abs() + half_y * sin.abs(), half_x * sin.abs() + half_y * cos.abs()]
-            }
-        };
+        let aperture = &self.setting.part.aperture;
+        let mut half_mm = aperture.half_extents_mm()?;
+        if !aperture.is_round() {
+            // The corners of a turned rectangle, the one or the other pair.
+            let (sin, cos) = pose.rz_rad.sin_cos();
+            let [half_x, half_y] = half_mm;
+            half_mm =
+                [half_x * cos.abs() + half_y * sin.abs(), half_x * sin.abs() + half_y * cos.abs()];
+        }
         let centre_mm = [pose.tx_mm, pose.ty_mm];
         Some([
             [centre_mm[0] - half_mm[0], centre_mm[1] - half_mm[1]],

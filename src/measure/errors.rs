@@ -283,7 +283,8 @@ fn correlated(
         let draws = Draws { count: draws.count.min(MOST_DRAWS), ..*draws };
         let pv = found.peak_to_valley_nm(&draws)?;
         let further = |limit: &Limit| is_foreseen(limit) && !limit.is_of_whole();
-        let limits: Vec<Limit> = part.limits().iter().copied().filter(further).collect();
+        let limits: Vec<Limit> =
+            part.limits().iter().filter(|limit| further(limit)).cloned().collect();
         let over = Over { aperture: &part.aperture, areas_mm2: None };
         // A limit that cannot be held was refused with the nominal file.
         let u_nm =

@@ -182,7 +182,7 @@ fn unknown(reference: &MadeReference<'_>) -> String {
 fn reference_figures(reference: &MadeReference<'_>, part: &Part) -> ReferenceFigures {
     let spline = reference.spline;
     let cells = spline.surface.cells();
-    let smoothing = match part.reference.map(|settings| settings.smoothing) {
+    let smoothing = match part.reference.as_ref().map(|settings| settings.smoothing) {
         Some(Smoothing::Noise { .. }) => "noise",
         Some(Smoothing::Relative { .. }) => "given",
         Some(Smoothing::CrossValidation) | None => "cross validation",

@@ -65,7 +65,7 @@ impl Fitted {
             fit,
             reference: None,
             uncertainties_mm,
-            aperture: part.aperture,
+            aperture: part.aperture.clone(),
             narrowed_mm: None,
             design,
         }
@@ -126,7 +126,7 @@ fn fitted_within(
             fit,
             reference: Some(reference),
             uncertainties_mm: None,
-            aperture: part.aperture,
+            aperture: part.aperture.clone(),
             narrowed_mm: None,
             design: None,
         });

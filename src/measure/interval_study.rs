@@ -361,8 +361,12 @@ fn intervals(case: &Case, noise: &Noise, seed: u64) -> [[f64; 2]; 4] {
     mesh.insert(&points);
     let areas_mm2 = areas_mm2(&points, mesh.triangles().into_iter());
     let part = case.nominal("");
-    let aperture = part.aperture;
-    let settings = FitSettings { free: part.free.clone(), aperture, ..FitSettings::default() };
+    let aperture = part.aperture.clone();
+    let settings = FitSettings {
+        free: part.free.clone(),
+        aperture: aperture.clone(),
+        ..FitSettings::default()
+    };
     let fit = fit(&points, &part.nominal, &settings).unwrap();
     let deviations_mm = deviations(&points, &fit.nominal, &fit.pose);
     let taken = places(&points, &deviations_mm, &fit, &aperture, Some(&areas_mm2), true).unwrap();

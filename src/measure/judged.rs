@@ -86,10 +86,10 @@ impl Sure {
     /// `heights_nm` are those of PV and RMS over the points, where they are known.
     pub(super) fn new(heights_nm: Option<[f64; 2]>, all: &AllJudged<'_>) -> Sure {
         let limit = |one: &Judged<'_>| {
-            let Limit { definition, zone, .. } = *one.limit;
             // Slopes among the figures may be over another length.
-            let is_whole = zone == Aperture::None && definition.unit() == Unit::Nanometres;
-            Some((*one.limit, one.found.as_ref().ok()?.u?)).filter(|_| is_whole)
+            let is_whole =
+                one.limit.zone == Aperture::None && one.limit.definition.unit() == Unit::Nanometres;
+            Some((one.limit.clone(), one.found.as_ref().ok()?.u?)).filter(|_| is_whole)
         };
         Sure { heights_nm, limits: all.iter().flatten().filter_map(limit).collect() }
     }

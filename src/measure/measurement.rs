@@ -94,7 +94,7 @@ pub(super) fn measure(
     look.mesh.projection = projector.figures();
     // Coverage is that of the aperture of the design; figures are those of the points in the fit.
     if let Ok(fitted) = &fitted {
-        part.aperture = fitted.aperture;
+        part.aperture = fitted.aperture.clone();
     }
     let folded = look.folded.take();
     match (space, &folded) {

@@ -266,7 +266,7 @@ impl Pipeline {
             }),
             map: estimate.as_ref().map(figures::map),
             cells: estimate.map(|estimate| Cells {
-                aperture: self.part.aperture,
+                aperture: self.part.aperture.clone(),
                 origin_mm: cells::origin_mm(&estimate.map, &self.part),
                 used: estimate.count as u64,
                 map: estimate.map,

@@ -80,7 +80,7 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
         fitted(points, part, &plane, heights_mm.as_deref())
     });
     if let Ok(fitted) = &fitted {
-        part.aperture = fitted.aperture;
+        part.aperture = fitted.aperture.clone();
     }
     let fit = fitted.as_ref().ok().map(|fitted| &fitted.fit);
     let (deviations_mm, found) = match fit {
@@ -105,7 +105,7 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
         found.as_ref().map(|found| (found.pv_nm, found.rms_nm)),
     );
     let own_limits = Judging {
-        limits: part.limits().iter().copied().filter(is_of_deviation).collect(),
+        limits: part.limits().iter().filter(|limit| is_of_deviation(limit)).cloned().collect(),
         ..part.judging.clone()
     };
     let judged = Part { judging: own_limits, ..part.clone() };

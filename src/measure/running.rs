@@ -160,7 +160,8 @@ fn unknown(
     bounds: &Bounds,
     points: &[PointMm],
 ) -> Option<Estimator> {
-    let settings = ReferenceSettings { centre_mm: Some(centre_mm(part, bounds)), ..*settings };
+    let settings =
+        ReferenceSettings { centre_mm: Some(centre_mm(part, bounds)), ..settings.clone() };
     let live = LiveReference::from_points(settings, cells, points.to_vec());
     live.ok().map(Box::new).map(Estimator::Unknown)
 }
@@ -213,7 +214,7 @@ pub(super) fn fit_settings(part: &Part) -> FitSettings {
     let Part { free, aperture, criterion, reference, side, .. } = part;
     FitSettings {
         free: free.clone(),
-        aperture: *aperture,
+        aperture: aperture.clone(),
         loss: criterion.loss,
         loss_scale_mm: criterion.loss_scale_mm,
         // An unknown surface has no place of its own to be looked for.
@@ -227,13 +228,7 @@ impl Bounds {
     const NONE: Bounds = Bounds { x_mm: [0.0, 0.0], y_mm: [0.0, 0.0], fixed: false };
 
     fn of(aperture: &Aperture) -> Option<Bounds> {
-        let (x, y) = match *aperture {
-            Aperture::None => return None,
-            Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-                (radius_mm, radius_mm)
-            }
-            Aperture::Rectangle { width_mm, height_mm } => (width_mm / 2.0, height_mm / 2.0),
-        };
+        let [x, y] = aperture.half_extents_mm()?;
         Some(Bounds { x_mm: [-x, x], y_mm: [-y, y], fixed: true })
     }
 

@@ -100,7 +100,7 @@ impl Unmeasured {
                 let (rms, most) = (figure(limit)?, figure(&steepest(limit)?)?);
                 Some((rms * rms + share * (most * most - rms * rms)).sqrt() - rms)
             });
-            found.slopes.extend(beyond.map(|beyond| (**limit, beyond)));
+            found.slopes.extend(beyond.map(|beyond| ((*limit).clone(), beyond)));
         }
         found
     }
@@ -250,16 +250,16 @@ impl Unmeasured {
 
 /// Of the zone and the terms of a limit.
 fn extent(laid: &Laid<'_>, limit: &Limit, p: f64, forecast: Option<&Forecast>) -> Extent {
-    let (zone, less) = (limit.zone, limit.less);
+    let (zone, less) = (&limit.zone, limit.less);
     let unknown = |why: String| UnmeasuredFigures { p, unknown: vec![why], ..Default::default() };
     let sampled = match zone {
         Aperture::None => Some((laid.sampling.coverage, laid.sampling.gap_max_mm)),
         _ => {
-            let own = laid.zones.iter().find(|own| own.zone == zone);
+            let own = laid.zones.iter().find(|own| own.zone == *zone);
             own.map(|own| (own.coverage, own.gap_max_mm))
         }
     };
-    let left = Sample::new(laid.places_mm, laid.deviations_mm, None, &zone)
+    let left = Sample::new(laid.places_mm, laid.deviations_mm, None, zone)
         .map_err(|error| error.to_string())
         .and_then(|sample| {
             let removed = remove(&sample, &less.list()).map_err(|why| why.to_string())?;
@@ -278,7 +278,7 @@ fn extent(laid: &Laid<'_>, limit: &Limit, p: f64, forecast: Option<&Forecast>) -
         (None, _) => unknown("the coverage of the zone is not known".to_owned()),
         (_, Err(why)) => unknown(why),
     };
-    let found = Extent { zone, less, figures, values_nm };
+    let found = Extent { zone: zone.clone(), less, figures, values_nm };
     match values_nm {
         Some([_, rms_nm]) => found.foreseen(laid, rms_nm, forecast),
         None => found,
@@ -364,7 +364,7 @@ fn steepest(limit: &Limit) -> Option<Limit> {
         Definition::GradientRms => Definition::GradientMax,
         _ => return None,
     };
-    Some(Limit { definition, ..*limit })
+    Some(Limit { definition, ..limit.clone() })
 }
 
 fn is_rms(definition: Definition) -> bool {

@@ -15,6 +15,12 @@ pub enum FlipError {
         "a surface of kind {0:?} cannot be turned in its file; measure it along the other direction: `--along 0,0,-1`"
     )]
     Kind(String),
+    /// The outline of the aperture lies in a file of its own.
+    #[error(
+        "an aperture whose outline is in a file cannot be turned in this one; measure it along the other direction: \
+         `--along 0,0,-1`"
+    )]
+    Outline,
 }
 
 /// The text of a nominal file with its surface turned by half a turn about x: what had the height z at (x, y) has -z at (x, -y).
@@ -23,7 +29,7 @@ pub enum FlipError {
 ///
 /// # Errors
 ///
-/// When it is no TOML file, or its kind holds its shape elsewhere (`grid`, `mirror`) or has none (`unknown`).
+/// When it is no TOML file, or its kind holds its shape elsewhere (`grid`, `mirror`) or has none (`unknown`), or the aperture names a file.
 pub fn flipped(text: &str) -> Result<String, FlipError> {
     let mut document: DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| FlipError::Toml(error.to_string()))?;
@@ -34,10 +40,18 @@ pub fn flipped(text: &str) -> Result<String, FlipError> {
         }
         turn(surface);
     }
-    if let Some(aperture) = document.get_mut("aperture").and_then(Item::as_table_like_mut)
-        && let Some(centre) = aperture.get_mut("centre_mm").and_then(Item::as_array_mut)
-    {
-        negate_at(centre, 1);
+    if let Some(aperture) = document.get_mut("aperture").and_then(Item::as_table_like_mut) {
+        if aperture.contains_key("file") {
+            return Err(FlipError::Outline);
+        }
+        if let Some(centre) = aperture.get_mut("centre_mm").and_then(Item::as_array_mut) {
+            negate_at(centre, 1);
+        }
+        if let Some(lines) = aperture.get_mut("lines_mm").and_then(Item::as_array_mut) {
+            for line in lines.iter_mut().filter_map(Value::as_array_mut) {
+                (1..line.len()).step_by(2).for_each(|at| negate_at(line, at));
+            }
+        }
     }
     Ok(document.to_string())
 }

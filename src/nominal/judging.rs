@@ -16,7 +16,7 @@ pub(super) fn read(
     table: &Section<'_>,
     tolerance: &Section<'_>,
     has_texture: bool,
-    aperture: Option<Aperture>,
+    aperture: Option<&Aperture>,
 ) -> Judging {
     let (mut limits, guard) = limits(tolerance, aperture);
     let indication = indication(tolerance, &mut limits);
@@ -78,10 +78,10 @@ fn indication(tolerance: &Section<'_>, limits: &mut Vec<Limit>) -> Option<Indica
 }
 
 /// Reads limits of figures and zones, and the guard band.
-fn limits(tolerance: &Section<'_>, aperture: Option<Aperture>) -> (Vec<Limit>, Option<Guard>) {
+fn limits(tolerance: &Section<'_>, aperture: Option<&Aperture>) -> (Vec<Limit>, Option<Guard>) {
     let slope = slope(tolerance);
     let whole = &Definition::LIMITED;
-    let mut limits = figures(tolerance, whole, Aperture::None, slope, Terms::NONE);
+    let mut limits = figures(tolerance, whole, &Aperture::None, slope, Terms::NONE);
     for zone in tolerance.array("zone") {
         let (inner_mm, outer_mm) = (zone.or("inner_mm", 0.0), zone.required("outer_mm"));
         let Some(outer_mm) = outer_mm else { continue };
@@ -91,14 +91,14 @@ fn limits(tolerance: &Section<'_>, aperture: Option<Aperture>) -> (Vec<Limit>, O
         }
         lies_within(&zone, inner_mm, outer_mm, aperture);
         let before = limits.len();
-        limits.extend(figures(&zone, &Definition::LIMITED, ring, slope, Terms::NONE));
+        limits.extend(figures(&zone, &Definition::LIMITED, &ring, slope, Terms::NONE));
         must_limit(&zone, &limits[before..]);
         zone.finish();
     }
     for less in tolerance.array("less") {
         let terms = terms(&less).unwrap_or_default();
         let before = limits.len();
-        limits.extend(figures(&less, &Definition::LIMITED, Aperture::None, slope, terms));
+        limits.extend(figures(&less, &Definition::LIMITED, &Aperture::None, slope, terms));
         must_limit(&less, &limits[before..]);
         less.finish();
     }
@@ -115,13 +115,10 @@ fn limits(tolerance: &Section<'_>, aperture: Option<Aperture>) -> (Vec<Limit>, O
 }
 
 /// Nothing is measured of a zone beside the aperture.
-fn lies_within(zone: &Section<'_>, inner_mm: f64, outer_mm: f64, aperture: Option<Aperture>) {
-    let (from_mm, to_mm) = match aperture {
-        None | Some(Aperture::None) => return,
-        Some(Aperture::Circle { radius_mm }) => (0.0, radius_mm),
-        Some(Aperture::Rectangle { width_mm, height_mm }) => (0.0, 0.5 * width_mm.hypot(height_mm)),
-        Some(Aperture::Annulus { inner_mm, outer_mm }) => (inner_mm, outer_mm),
-    };
+fn lies_within(zone: &Section<'_>, inner_mm: f64, outer_mm: f64, aperture: Option<&Aperture>) {
+    let Some(aperture) = aperture else { return };
+    let Some(to_mm) = aperture.reach_mm() else { return };
+    let from_mm = aperture.hole_mm();
     if outer_mm > to_mm {
         zone.problem("outer_mm", format!("at most {to_mm} mm, where the aperture ends"), outer_mm);
     }
@@ -143,7 +140,7 @@ fn must_limit(table: &Section<'_>, limits: &[Limit]) {
 fn figures(
     table: &Section<'_>,
     definitions: &[Definition],
-    zone: Aperture,
+    zone: &Aperture,
     slope: Option<SlopeSettings>,
     less: Terms,
 ) -> Vec<Limit> {
@@ -160,7 +157,7 @@ fn figures(
             return None;
         }
         let slope = slope.filter(|_| of_slope);
-        Some(Limit { definition, value, zone, slope, less })
+        Some(Limit { definition, value, zone: zone.clone(), slope, less })
     };
     definitions.iter().filter_map(read).collect()
 }

@@ -3,15 +3,13 @@
 use std::path::Path;
 
 use asphera_form::ReferenceSettings;
-use asphera_form::{Aperture, Loss, MeasuredFrom, Parameter, provisional};
-use asphera_measure::{
-    COVERAGE_MIN, CorrelationFrom, Criterion, HIGHEST_MM, Judging, Part, Weights,
-};
+use asphera_form::{Loss, MeasuredFrom, Parameter, provisional};
+use asphera_measure::{COVERAGE_MIN, CorrelationFrom, Criterion, Judging, Part, Weights};
 use asphera_settings::{Problems, Section};
 use asphera_surface::coverage::Target;
 
 use super::surface::{self, Surface};
-use super::{criterion, defects, figures, judging, text};
+use super::{aperture, criterion, defects, figures, judging, text};
 
 /// Reads a nominal file. `name` is its path: it stands in every problem, and files it names are found
 /// from its folder.
@@ -40,13 +38,15 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let surface = surface::read(&section, folder);
     section.finish();
     let section = table.section("aperture");
-    let (aperture, centre_mm) = (aperture(&section), place_mm(&section, "centre_mm"));
+    let aperture = aperture::read(&section, folder);
+    let centre_mm = place_mm(&section, "centre_mm");
+    let (aperture, centre_mm) = aperture::centred(aperture, centre_mm, surface.as_ref());
     let surface = match (surface, centre_mm) {
         (Some(surface), Some(centre_mm)) => surface::about(surface, &section, centre_mm),
         (surface, _) => surface,
     };
-    if let (Some(surface), Some(aperture)) = (&surface, aperture) {
-        must_end_before(&section, aperture, surface);
+    if let (Some(surface), Some(aperture)) = (&surface, &aperture) {
+        aperture::must_end_before(&section, aperture, surface);
     }
     section.finish();
 
@@ -58,10 +58,10 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
 
     let tolerance = table.section("tolerance");
     let figures = figures::read(table);
-    let judging = judging::read(table, &tolerance, figures.texture.is_some(), aperture);
+    let judging = judging::read(table, &tolerance, figures.texture.is_some(), aperture.as_ref());
     tolerance.finish();
 
-    let reference = surface.as_ref().and_then(|surface| surface.reference);
+    let reference = surface.as_ref().and_then(|surface| surface.reference.clone());
     if reference.is_some() {
         goes_with_unknown(&fit, &criterion, table, &judging);
         let limited = judging.of_points.iter().map(|(figure, _)| figure);
@@ -84,7 +84,8 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let aperture = aperture?;
     Some(Part {
         nominal: surface?.nominal,
-        reference: reference.map(|settings| ReferenceSettings { aperture, ..settings }),
+        reference: reference
+            .map(|settings| ReferenceSettings { aperture: aperture.clone(), ..settings }),
         aperture,
         centre_mm: centre_mm.unwrap_or_default(),
         free,
@@ -101,40 +102,6 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     })
 }
 
-fn aperture(section: &Section<'_>) -> Option<Aperture> {
-    if !section.is_present() {
-        return Some(Aperture::None);
-    }
-    #[derive(Clone, Copy)]
-    enum Shape {
-        Circle,
-        Rectangle,
-        Annulus,
-    }
-    let words =
-        [("circle", Shape::Circle), ("rectangle", Shape::Rectangle), ("annulus", Shape::Annulus)];
-    let aperture = match section.required_word("shape", &words)? {
-        Shape::Circle => Aperture::Circle { radius_mm: section.required("radius_mm")? },
-        Shape::Rectangle => {
-            let (width_mm, height_mm) =
-                (section.required("width_mm"), section.required("height_mm"));
-            Aperture::Rectangle { width_mm: width_mm?, height_mm: height_mm? }
-        }
-        Shape::Annulus => {
-            let (inner_mm, outer_mm) =
-                (section.required("inner_radius_mm"), section.required("outer_radius_mm"));
-            Aperture::Annulus { inner_mm: inner_mm?, outer_mm: outer_mm? }
-        }
-    };
-    match aperture.validate() {
-        Ok(()) => Some(aperture),
-        Err(error) => {
-            section.problem("shape", "an aperture with positive sizes", error);
-            None
-        }
-    }
-}
-
 /// A place, x and y in mm.
 pub(super) fn place_mm(section: &Section<'_>, key: &str) -> Option<[f64; 2]> {
     let place: Vec<f64> = section.get(key)?;
@@ -147,62 +114,6 @@ pub(super) fn place_mm(section: &Section<'_>, key: &str) -> Option<[f64; 2]> {
     place
 }
 
-/// Where a surface ends, an aperture must have ended. Heights from a file may have gaps, which show in the coverage.
-fn must_end_before(section: &Section<'_>, aperture: Aperture, surface: &Surface) {
-    let (key, found, reach_mm) = match aperture {
-        Aperture::Circle { radius_mm } => ("radius_mm", radius_mm, [radius_mm; 2]),
-        Aperture::Annulus { outer_mm, .. } => ("outer_radius_mm", outer_mm, [outer_mm; 2]),
-        Aperture::Rectangle { width_mm, height_mm } => {
-            ("width_mm", width_mm, [0.5 * width_mm, 0.5 * height_mm])
-        }
-        Aperture::None => return,
-    };
-    let domain_mm = surface.nominal.domain_mm();
-    let is_round = !matches!(aperture, Aperture::Rectangle { .. });
-    if surface.nominal.is_rotational() && is_round && found > domain_mm {
-        let shown = if domain_mm < 1e-3 {
-            asphera_settings::number(domain_mm)
-        } else {
-            format!("{domain_mm:.6}")
-        };
-        let expected = format!(
-            "at most {shown} mm, where the surface ends: narrow the aperture, or correct radius and conic"
-        );
-        section.problem(key, &expected, asphera_settings::number(found));
-        return;
-    }
-    if surface.has_gaps {
-        return;
-    }
-    let is_height = |height_mm: f64| height_mm.abs() <= HIGHEST_MM;
-    let without = rim(reach_mm, is_round)
-        .find(|[x_mm, y_mm]| !surface.nominal.height_mm(*x_mm, *y_mm).is_some_and(is_height));
-    if let Some([x_mm, y_mm]) = without {
-        let has = match surface.nominal.height_mm(x_mm, y_mm) {
-            Some(height_mm) => format!("is {height_mm:e} mm high"),
-            None => "has no height".to_owned(),
-        };
-        let expected = format!(
-            "an aperture within the surface, which {has} at x {x_mm:.6}, y {y_mm:.6} mm: narrow the aperture, or correct the \
-             surface"
-        );
-        section.problem(key, &expected, found);
-    }
-}
-
-/// Places next to the rim of an aperture, inwards by less than counts.
-fn rim([x_mm, y_mm]: [f64; 2], is_round: bool) -> impl Iterator<Item = [f64; 2]> {
-    (0..RIM_PLACES).map(move |place| {
-        let angle = std::f64::consts::TAU * f64::from(place) / f64::from(RIM_PLACES);
-        let (sin, cos) = angle.sin_cos();
-        // The corners of a rectangle are met at 45°.
-        let out = if is_round { 1.0 } else { sin.abs().max(cos.abs()).recip() };
-        [x_mm * cos, y_mm * sin].map(|mm| INWARDS * out * mm)
-    })
-}
-
-/// Places on the rim of an aperture that are asked, a multiple of eight.
-const RIM_PLACES: u32 = 360;
 /// The key `side` of the table `[fit]`.
 fn side(fit: &Section<'_>, free: &[Parameter]) -> MeasuredFrom {
     let side = fit.word(
@@ -217,9 +128,6 @@ fn side(fit: &Section<'_>, free: &[Parameter]) -> MeasuredFrom {
     }
     side
 }
-
-/// Rounding is not to bring a place on the end of a surface beyond it.
-const INWARDS: f64 = 1.0 - 1e-9;
 
 /// What a surface made from the points does not go together with.
 fn goes_with_unknown(

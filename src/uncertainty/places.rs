@@ -298,7 +298,7 @@ mod tests {
         let points: Vec<PointMm> = (0..COUNT).map(point).collect();
         let aperture = Aperture::Circle { radius_mm: 1.0 };
         let free = vec![Parameter::Tz, Parameter::Rx, Parameter::Ry];
-        let settings = FitSettings { free, aperture, ..FitSettings::default() };
+        let settings = FitSettings { free, aperture: aperture.clone(), ..FitSettings::default() };
         let fit = fit(&points, &Nominal::Plane, &settings).unwrap();
         let deviations_mm = deviations(&points, &fit.nominal, &fit.pose);
         let figures = Figures::new(&points, &deviations_mm, &fit.pose, &aperture).unwrap();
@@ -345,7 +345,8 @@ mod tests {
                 .collect();
             let aperture = Aperture::Circle { radius_mm: 1.0 };
             let free = vec![Parameter::Tz, Parameter::Rx, Parameter::Ry];
-            let settings = FitSettings { free, aperture, ..FitSettings::default() };
+            let settings =
+                FitSettings { free, aperture: aperture.clone(), ..FitSettings::default() };
             let fit = fit(&points, &Nominal::Plane, &settings).unwrap();
             let deviations_mm = deviations(&points, &fit.nominal, &fit.pose);
             places(&points, &deviations_mm, &fit, &aperture, None, true).unwrap().shares

@@ -24,6 +24,7 @@ mod kills;
 mod line_scanner;
 mod measure;
 mod metamorphic;
+mod outlines;
 mod packets;
 mod peers;
 mod playback;

@@ -9,7 +9,7 @@ use asphera_form::artefact::{Artefact, ArtefactError};
 use asphera_form::{Aperture, Pose};
 use asphera_sim_rf627::{Departure, Optics, Scanner};
 
-use super::{DUST, TrayScene, radius_mm};
+use super::{DUST, TrayScene, reach_mm};
 use crate::noise::uniform;
 
 /// A part as the scanner sees it: lengths in mm.
@@ -116,7 +116,7 @@ impl TrayScene {
     fn lying(&self, number: usize) -> Result<Lying, ArtefactError> {
         let part = &self.parts[number];
         let kind = &self.kinds[part.kind];
-        let places = self.places(number as u64, kind.aperture);
+        let places = self.places(number as u64, &kind.aperture);
         let error_mm: Box<dyn Fn(f64, f64) -> f64> = Box::new(self.error_mm(number as u64, kind));
         let artefact = Artefact::new(
             kind.nominal.clone(),
@@ -125,7 +125,7 @@ impl TrayScene {
             &places,
             error_mm,
         )?;
-        Ok(Lying { artefact, aperture: kind.aperture, pose: part.pose })
+        Ok(Lying { artefact, aperture: kind.aperture.clone(), pose: part.pose })
     }
 
     /// The surface over a place of the tray; `None` between the parts.
@@ -144,7 +144,7 @@ impl TrayScene {
 impl Lying {
     fn height_mm(&self, x_mm: f64, y_mm: f64) -> Option<f64> {
         let (dx, dy) = (x_mm - self.pose.tx_mm, y_mm - self.pose.ty_mm);
-        if dx.hypot(dy) > radius_mm(self.aperture) + 1.0 {
+        if dx.hypot(dy) > reach_mm(&self.aperture) + 1.0 {
             return None;
         }
         // The place of the part that stands over this one: the tray sees parts at small angles, so steps shrink fast.

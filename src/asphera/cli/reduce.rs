@@ -251,7 +251,7 @@ fn laid<'a>(
 
 /// Where the design lies, and its aperture.
 fn place(laid: Option<&Laid<'_>>) -> (Pose, Aperture) {
-    laid.map_or((Pose::default(), Aperture::None), |laid| (laid.pose, laid.part.aperture))
+    laid.map_or((Pose::default(), Aperture::None), |laid| (laid.pose, laid.part.aperture.clone()))
 }
 
 fn show(figures: &Figures, as_json: bool) -> Result<(), Failure> {

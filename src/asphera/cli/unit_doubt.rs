@@ -24,8 +24,11 @@ impl UnitCheck {
     pub(super) fn add(&self, points_mm: &[PointMm], measurement: &mut Measurement) {
         let rms_mm = measurement.report.form.as_ref().map(|form| form.deviation.rms_nm * 1e-6);
         let Part { nominal, aperture, free, .. } = &self.part;
-        let settings =
-            FitSettings { free: free.clone(), aperture: *aperture, ..FitSettings::default() };
+        let settings = FitSettings {
+            free: free.clone(),
+            aperture: aperture.clone(),
+            ..FitSettings::default()
+        };
         let reason = by_size(points_mm, aperture).or_else(|| {
             suspected_units(points_mm, nominal, &settings, rms_mm).map(|found| by_form(&found))
         });
@@ -51,13 +54,8 @@ fn by_form(units: &Units) -> String {
 
 /// Points far wider or narrower than the aperture, which another unit fits.
 fn by_size(points_mm: &[PointMm], aperture: &Aperture) -> Option<String> {
-    let aperture_mm = match *aperture {
-        Aperture::None => return None,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            2.0 * radius_mm
-        }
-        Aperture::Rectangle { width_mm, height_mm } => width_mm.max(height_mm),
-    };
+    let [half_x_mm, half_y_mm] = aperture.half_extents_mm()?;
+    let aperture_mm = 2.0 * half_x_mm.max(half_y_mm);
     let extent = |axis: usize| {
         let along = || points_mm.iter().map(|point| point[axis]);
         along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::str::FromStr as _;
 
-use asphera_nominal::bytes_of;
+use asphera_measure::Part;
+use asphera_nominal::{aperture_lines_mm, bytes_of};
 use asphera_settings::Section;
-use toml_edit::DocumentMut;
+use toml_edit::{Array, DocumentMut};
 
 /// Text of the file that `key` names, found from `folder`; of a recording the one kept as `key_text`. `None` where there is no
 /// such key, or the file cannot be read as `expected`, which is a problem of the table.
@@ -36,6 +37,26 @@ pub(super) fn embedded(text: &str, table: &str, key: &str, content: &str) -> Str
     let table = document.get_mut(table).and_then(|table| table.as_table_like_mut());
     if let Some(table) = table {
         table.insert(&kept(key), toml_edit::value(content));
+    }
+    document.to_string()
+}
+
+/// The configuration with the closed lines of the outline of its nominal's aperture, and their middle, in the place of the
+/// file that they were read from.
+pub(super) fn with_outline(text: &str, part: &Part) -> String {
+    let (Some(lines), Ok(mut document)) =
+        (aperture_lines_mm(&part.aperture), DocumentMut::from_str(text))
+    else {
+        return text.to_owned();
+    };
+    let nominal = document.get_mut("nominal").and_then(|nominal| nominal.get_mut("aperture"));
+    if let Some(table) = nominal.and_then(|table| table.as_table_like_mut()) {
+        table.remove("file");
+        let lines = lines.into_iter().map(Array::from_iter);
+        table.insert("lines_mm", toml_edit::value(Array::from_iter(lines)));
+        if part.centre_mm != [0.0; 2] {
+            table.insert("centre_mm", toml_edit::value(Array::from_iter(part.centre_mm)));
+        }
     }
     document.to_string()
 }

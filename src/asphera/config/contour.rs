@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use asphera_contour::{Kind, Method, Parameters};
+use asphera_nominal::DRAWINGS;
 use asphera_settings::Section;
 
 use super::attached::{embedded, text_of};
-use crate::contour::{
-    ContourLimits, ContourPlan, ContourSettings, DRAWINGS, Nominal, Slab, plane_of,
-};
+use crate::contour::{ContourLimits, ContourPlan, ContourSettings, Nominal, Slab, plane_of};
 
 /// Reads the table; `None` where it is absent or cannot be used. `folder` is that of the configuration, where the outline is
 /// found. Gives the text of the configuration with the outline in it, so that a recording can be replayed without that file.

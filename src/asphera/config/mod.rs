@@ -306,6 +306,10 @@ fn read_root(
     let time = sync.as_ref().and_then(|sync| sync.time.as_ref());
     let noise_mm = time.and_then(|time| time.noise_mm);
     let part = part(&root.section("nominal"), folders.nominal, outside, noise_mm);
+    let text = match &part {
+        Some(part) => &attached::with_outline(text, part),
+        None => text,
+    };
 
     let known = sync.as_ref().zip(kinematics.as_ref()).zip(part.as_ref());
     let (end, scan, program) = scan(&root.section("scan"), known, &devices);

@@ -5,8 +5,8 @@ use std::path::Path;
 use asphera_contour::PlaceMm;
 use asphera_contour::features::NominalOutline;
 use asphera_contour::sampler::BezierLine;
-use asphera_formats::drawing::{DrawnLine, read_dxf, read_svg};
-use asphera_report::contour::ContourReport;
+use asphera_formats::drawing::DrawnLine;
+use asphera_nominal::{drawn_lines, is_drawing};
 use thiserror::Error;
 
 /// A nominal outline as it lies: lines of Bézier curves, and the file they are from.
@@ -21,9 +21,6 @@ pub struct Nominal {
 #[error("{0}")]
 pub struct NominalError(String);
 
-/// Names of files of drawings end so.
-pub(crate) const DRAWINGS: &str = "a name that ends in .svg, .dxf, or .json of contour --json";
-
 impl Nominal {
     /// The outline of a drawing, by the ending of its name; `None` where that is of no drawing.
     ///
@@ -34,20 +31,16 @@ impl Nominal {
         path: &Path,
         read: impl FnOnce(&Path) -> std::io::Result<Vec<u8>>,
     ) -> Option<Result<Nominal, NominalError>> {
-        let ending = path.extension()?.to_string_lossy().to_lowercase();
-        let lines: fn(&[u8]) -> Result<Vec<BezierLine>, String> = match ending.as_str() {
-            "svg" => |bytes| read_svg(bytes).map(drawn).map_err(|error| error.to_string()),
-            "dxf" => |bytes| read_dxf(bytes).map(drawn).map_err(|error| error.to_string()),
-            "json" => |bytes| written(bytes),
-            _ => return None,
-        };
         let name = path.display().to_string();
+        if !is_drawing(path) {
+            return None;
+        }
         let bytes = match read(path) {
             Ok(bytes) => bytes,
             Err(error) => return Some(Err(NominalError(format!("cannot read {name}: {error}")))),
         };
-        Some(match lines(&bytes) {
-            Ok(lines) => Nominal::new(name, lines),
+        Some(match drawn_lines(path, &bytes) {
+            Ok(lines) => Nominal::new(name, drawn(lines)),
             Err(found) => Err(NominalError(format!("{name}: {found}"))),
         })
     }
@@ -82,12 +75,4 @@ impl Nominal {
 fn drawn(lines: Vec<DrawnLine>) -> Vec<BezierLine> {
     let line = |DrawnLine { pieces, closed }| BezierLine { pieces, closed };
     lines.into_iter().map(line).collect()
-}
-
-/// The lines of what `contour --json` wrote.
-fn written(bytes: &[u8]) -> Result<Vec<BezierLine>, String> {
-    let report: ContourReport = serde_json::from_slice(bytes)
-        .map_err(|error| format!("expected what contour --json writes: {error}"))?;
-    let lines = report.chains.iter();
-    Ok(lines.map(|chain| BezierLine::through(&chain.points_mm, chain.closed)).collect())
 }

@@ -1,6 +1,5 @@
 //! Designs and meshes as entries of a library.
 
-use asphera_form::Aperture;
 use asphera_formats::Triangles;
 use asphera_geometry::vector::{dot, minus};
 use asphera_geometry::{PointMm, sampled_surface};
@@ -25,18 +24,9 @@ pub(super) fn places_of(part: &Part) -> Result<Vec<PointMm>, String> {
                 .to_owned(),
         );
     }
-    let half_mm = match part.aperture {
-        Aperture::None => {
-            return Err(
-                "a nominal without an aperture: expected a table [aperture], which says how large the part is; add it"
-                    .to_owned(),
-            );
-        }
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            [radius_mm; 2]
-        }
-        Aperture::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-    };
+    let half_mm = part.aperture.half_extents_mm().ok_or(
+        "a nominal without an aperture: expected a table [aperture], which says how large the part is; add it",
+    )?;
     let step_mm = (part.aperture.area_mm2() / GRID as f64).sqrt();
     let [columns, rows] = half_mm.map(|half_mm| (half_mm / step_mm).ceil() as i64);
     let [dx_mm, dy_mm] = [half_mm[0] / columns as f64, half_mm[1] / rows as f64];

@@ -114,7 +114,7 @@ impl Accumulated {
             cells: vec![None; grid.cells() + 1],
             excluded: Excluded::default(),
             extent_mm: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
-            settings: *settings,
+            settings: settings.clone(),
             step_mm: f64::NAN,
             made_over_mm: f64::INFINITY,
             can_widen: margins.iter().flatten().all(|margin| *margin > 0),

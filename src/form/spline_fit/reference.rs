@@ -42,7 +42,7 @@ pub enum Knots {
 }
 
 /// How a reference is made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceSettings {
     /// The base; `None`: the simplest whose residuals are at most 5 % above the smallest.
     pub base: Option<Base>,
@@ -211,7 +211,7 @@ pub fn reference(
     let Made { base, base_fit, spline } = made(points, settings, Finest::Asked)?;
     let surface = Sum::new(vec![shape_of(&base_fit.nominal), Arc::new(spline.surface.clone())]);
     let nominal = Nominal::Freeform(Arc::new(surface.expect("two parts")));
-    let settings = fixed(Vec::new(), base_fit.pose, settings.aperture);
+    let settings = fixed(Vec::new(), base_fit.pose, settings.aperture.clone());
     let mut fit = solve(points, None, &nominal, &settings).map_err(ReferenceError::Deviations)?;
     fit.method = base.method();
     fit.dof = fit.used.saturating_sub(spline.effective_parameters.ceil() as usize);
@@ -348,7 +348,7 @@ fn laid(
     settings: &ReferenceSettings,
 ) -> Result<(Base, Fit), ReferenceError> {
     let fitted = |base: Base, nominal: &Nominal, free: Vec<Parameter>, start: Pose| {
-        solve(sample, None, nominal, &fixed(free, start, settings.aperture))
+        solve(sample, None, nominal, &fixed(free, start, settings.aperture.clone()))
             .map_err(|source| ReferenceError::Base { base: base.name(), source })
     };
     let plane = fitted(Base::Plane, &Nominal::Plane, UPRIGHT.to_vec(), start)?;

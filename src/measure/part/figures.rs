@@ -50,6 +50,7 @@ impl FigureSettings {
     /// How slopes are formed over an aperture whose sample reaches to this radius; `None` if it has no width.
     pub fn slope_over(&self, aperture: &Aperture, radius_mm: f64) -> Option<SlopeSettings> {
         let width_mm = match *aperture {
+            Aperture::Outline { .. } => 2.0 * aperture.half_width_mm(),
             Aperture::Rectangle { width_mm, height_mm } => width_mm.min(height_mm),
             _ => 2.0 * radius_mm,
         };

@@ -35,7 +35,7 @@ pub(super) fn laid(
     if line.way() != Way::Oblique || part.reference.is_some() {
         return fit(points, part);
     }
-    let is_round = !matches!(part.aperture, Aperture::Rectangle { .. });
+    let is_round = part.aperture == Aperture::None || part.aperture.is_round();
     if !part.nominal.is_rotational() || !is_round {
         return Err(NoFit::Oblique);
     }

@@ -97,6 +97,8 @@ pub(super) fn chord(
             let piece = both.map(|(x, y)| [x[0].max(y[0]), x[1].min(y[1])]);
             piece.filter(|[low, high]| low < high).into_iter().collect()
         }
+        // A profile's edges are those of the outline: one moved by a ten-thousandth of its width is the same here.
+        Aperture::Outline { ref outline, .. } => outline.pieces(from, step),
     }
 }
 

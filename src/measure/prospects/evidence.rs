@@ -118,9 +118,9 @@ impl Told<'_> {
         } else {
             self.unmeasured.value_nm(limit)?
         };
-        let coverage = match limit.zone {
+        let coverage = match &limit.zone {
             Aperture::None => look.sampling.coverage,
-            zone => look.zones.iter().find(|own| own.zone == zone)?.coverage,
+            zone => look.zones.iter().find(|own| own.zone == *zone)?.coverage,
         };
         let predicted = self.forecast.as_ref().and_then(|forecast| {
             let laid = (places_mm, deviations_mm);
@@ -151,14 +151,14 @@ impl Told<'_> {
     fn at_least_nm(&self, limit: &Limit) -> Option<f64> {
         let Evidence { estimate, to_come, .. } = *self.look;
         let LiveEstimate { nominal, pose, .. } = estimate;
-        let inside = moved(limit.zone, -1.0);
+        let inside = moved(&limit.zone, -1.0);
         if limit.definition == Definition::PeakToValley {
             let outer = self.outer(&inside);
             return Some(least(&outer, nominal, pose, &self.free, &limit.less)?.range_nm);
         }
         let inside = self.points(self.points_in(&inside));
         let square_nm2 = least_square_nm2(&inside, nominal, pose, &self.free, &limit.less)?;
-        let most = self.points_in(&moved(limit.zone, 1.0)).count() as u64 + to_come?;
+        let most = self.points_in(&moved(&limit.zone, 1.0)).count() as u64 + to_come?;
         Some((square_nm2 / most as f64).sqrt())
     }
 
@@ -201,14 +201,14 @@ impl Told<'_> {
 }
 
 /// A ring wider by so many cells of the map on either side, or narrower.
-fn moved(zone: Aperture, cells: f64) -> Aperture {
-    match zone {
+fn moved(zone: &Aperture, cells: f64) -> Aperture {
+    match *zone {
         Aperture::Annulus { inner_mm, outer_mm } => {
             let by_mm = cells * outer_mm / CELLS;
             let inner_mm = if inner_mm > 0.0 { (inner_mm - by_mm).max(0.0) } else { 0.0 };
             Aperture::Annulus { inner_mm, outer_mm: outer_mm + by_mm }
         }
-        other => other,
+        _ => zone.clone(),
     }
 }
 

@@ -9,6 +9,7 @@
 use std::f64::consts::TAU;
 
 use asphera_form::{Aperture, Nominal, Pose};
+use asphera_geometry::outline::{Outline, OutlineError};
 use asphera_surface::coverage::{self, ApertureError};
 
 /// The aperture in the plane; none where every point counts.
@@ -30,22 +31,12 @@ pub(super) fn laid(
         }
         Aperture::Annulus { outer_mm, .. } => border.disc(outer_mm)?,
         Aperture::Rectangle { width_mm, height_mm } => border.rectangle(width_mm, height_mm)?,
+        Aperture::Outline { ref outline, .. } => border.outline(outline)?,
     };
     if laid.area_mm2() < LEAST * aperture.area_mm2() {
-        return Err(ApertureError::Empty { line: 0 });
+        return Err(OutlineError::Empty { line: 0 }.into());
     }
     Ok(Some(laid))
-}
-
-/// The largest distance from the axis of a place of the aperture in mm; none where every point counts.
-pub(super) fn radius_mm(aperture: &Aperture) -> Option<f64> {
-    match *aperture {
-        Aperture::None => None,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            Some(radius_mm)
-        }
-        Aperture::Rectangle { width_mm, height_mm } => Some(0.5 * width_mm.hypot(height_mm)),
-    }
 }
 
 struct Border<'a> {
@@ -84,15 +75,32 @@ impl Border<'_> {
         let corners = [[-x, -y], [x, -y], [x, y], [-x, y]];
         let sides = corners.into_iter().zip(corners.into_iter().cycle().skip(1));
         let places: Vec<[f64; 2]> = sides
-            .flat_map(|(from, to)| {
-                (0..SIDE).map(move |step| {
-                    let share = step as f64 / SIDE as f64;
-                    [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
-                })
-            })
+            .flat_map(|(from, to)| steps(from, to, SIDE))
             .map(|place| self.seen(place))
             .collect();
         coverage::Aperture::polygon(&places, &[])
+    }
+
+    fn outline(&self, outline: &Outline) -> Result<coverage::Aperture, ApertureError> {
+        // Seen askew, a side on a curved surface is no straight one.
+        let longest_mm = match self.is_upright() {
+            true => f64::INFINITY,
+            false => outline.perimeter_mm() / PIECES as f64,
+        };
+        let laid = |ring: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+            let sides = ring.iter().copied().zip(ring.iter().copied().cycle().skip(1));
+            sides
+                .flat_map(|(from, to)| {
+                    let length_mm = (to[0] - from[0]).hypot(to[1] - from[1]);
+                    let count = (length_mm / longest_mm).ceil().max(1.0) as usize;
+                    steps(from, to, count)
+                })
+                .map(|place| self.seen(place))
+                .collect()
+        };
+        let mut rings = outline.rings().iter().map(laid);
+        let outer = rings.next().unwrap_or_default();
+        coverage::Aperture::polygon(&outer, &rings.collect::<Vec<_>>())
     }
 
     /// Whether the axis stands upright on the plane, but for what changes areas by less than counts.
@@ -137,6 +145,14 @@ impl Border<'_> {
     }
 }
 
+/// Places along a side from its beginning, its end left out.
+fn steps(from: [f64; 2], to: [f64; 2], count: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..count).map(move |step| {
+        let share = step as f64 / count as f64;
+        [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+    })
+}
+
 /// A sine up to which an axis is upright: it foreshortens by 5e-9.
 const UPRIGHT: f64 = 1e-4;
 /// Share that is left of an area that is seen from its side.
@@ -145,6 +161,8 @@ const LEAST: f64 = 1e-6;
 const CIRCLE: usize = 720;
 /// Places along a side of a rectangle.
 const SIDE: usize = 64;
+/// Places along an outline at least.
+const PIECES: usize = 1024;
 
 #[cfg(test)]
 mod tests {

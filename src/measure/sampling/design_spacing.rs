@@ -62,17 +62,8 @@ pub fn design_spacing(part: &Part, epsilon: f64) -> Result<DesignSpacing, String
 
 /// Places of a raster over an aperture, and of its border; `None` where every point counts.
 fn places(aperture: &Aperture) -> Option<impl Iterator<Item = [f64; 2]> + '_> {
-    let half = match *aperture {
-        Aperture::None => return None,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            [radius_mm; 2]
-        }
-        Aperture::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-    };
-    let radii: &[f64] = match *aperture {
-        Aperture::None | Aperture::Rectangle { .. } => &[],
-        Aperture::Circle { .. } | Aperture::Annulus { .. } => &[1.0],
-    };
+    let half = aperture.half_extents_mm()?;
+    let radii: &[f64] = if aperture.is_round() { &[1.0] } else { &[] };
     let raster = (0..STEPS * STEPS).map(move |index| {
         let at = |step: u32, half: f64| (2.0 * f64::from(step) / f64::from(STEPS - 1) - 1.0) * half;
         [at(index % STEPS, half[0]), at(index / STEPS, half[1])]

@@ -66,7 +66,7 @@ impl Look<'_> {
         let density = self.wanted.criteria().map(|criteria| Density { noise, criteria });
         let zones = self.zones.iter().map(|(zone, laid)| {
             let found = cover(mesh.points(), triangles, &[], Some(laid), &target, &lfs_mm);
-            ZoneSampling::of(*zone, found.ok())
+            ZoneSampling::of(zone.clone(), found.ok())
         });
         let zones = zones.collect();
         let aperture = self.aperture.as_ref();

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::freeform::{Footprint, Freeform};
 use super::measured::{Cells, Measured, Readings, measured};
 use super::meridian::Meridian;
-use super::{CHUNK, Sampled, border};
+use super::{CHUNK, Sampled};
 use crate::Part;
 
 /// The local feature size of a part that was looked at before, for the next look.
@@ -91,8 +91,7 @@ impl Remembered {
         if part.nominal.freeform().is_some() {
             return self.look_at_freeform(part, points, pose);
         }
-        let radius_mm =
-            border::radius_mm(&part.aperture).unwrap_or_else(|| reach_mm_of(points, pose));
+        let radius_mm = part.aperture.reach_mm().unwrap_or_else(|| reach_mm_of(points, pose));
         if matches!(&self.0, Known::Nominal { radius_mm: known, .. } if *known == radius_mm) {
             return Ok(());
         }

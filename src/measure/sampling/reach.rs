@@ -17,10 +17,7 @@ impl Remembered {
     /// The reach of a part at `pose` over its aperture, in mm: infinite over a plane, `None` where it is not known.
     /// Takes time in proportion to the points only where it is theirs.
     pub fn reach_mm(&self, aperture: &Aperture, points: &[PointMm], pose: &Pose) -> Option<f64> {
-        let inner_mm = match *aperture {
-            Aperture::Annulus { inner_mm, .. } => inner_mm,
-            _ => 0.0,
-        };
+        let inner_mm = aperture.hole_mm();
         match &self.0 {
             Known::Nothing => None,
             // Without an aperture its disc reaches to the farthest point.

@@ -7,7 +7,7 @@ use super::border;
 use crate::Part;
 
 /// The sampling of a zone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ZoneSampling {
     pub(crate) zone: Aperture,
     /// Share of it that is sampled densely enough, 0 to 1; none where that is not known.
@@ -23,25 +23,25 @@ pub(super) fn laid(part: &Part, pose: &Pose) -> Vec<(Aperture, coverage::Apertur
         if zones.iter().any(|(zone, _)| *zone == limit.zone) {
             continue;
         }
-        let inside = within(limit.zone, &part.aperture);
+        let inside = within(&limit.zone, &part.aperture);
         if let Ok(Some(laid)) = border::laid(&inside, &part.nominal, pose) {
-            zones.push((limit.zone, laid));
+            zones.push((limit.zone.clone(), laid));
         }
     }
     zones
 }
 
 /// Part of a ring that lies in a round aperture.
-fn within(zone: Aperture, aperture: &Aperture) -> Aperture {
-    match (zone, *aperture) {
-        (Aperture::Annulus { inner_mm, outer_mm }, Aperture::Circle { radius_mm }) => {
+fn within(zone: &Aperture, aperture: &Aperture) -> Aperture {
+    match (zone, aperture) {
+        (&Aperture::Annulus { inner_mm, outer_mm }, &Aperture::Circle { radius_mm }) => {
             Aperture::Annulus { inner_mm, outer_mm: outer_mm.min(radius_mm) }
         }
         (
-            Aperture::Annulus { inner_mm, outer_mm },
-            Aperture::Annulus { inner_mm: hole_mm, outer_mm: rim_mm },
+            &Aperture::Annulus { inner_mm, outer_mm },
+            &Aperture::Annulus { inner_mm: hole_mm, outer_mm: rim_mm },
         ) => Aperture::Annulus { inner_mm: inner_mm.max(hole_mm), outer_mm: outer_mm.min(rim_mm) },
-        _ => zone,
+        _ => zone.clone(),
     }
 }
 

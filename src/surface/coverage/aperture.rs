@@ -1,14 +1,13 @@
 //! The region of the plane that is to be measured.
 
-use std::cmp::Ordering;
 use std::f64::consts::PI;
 
-use asphera_geometry::predicates::{Place, orientation};
-use asphera_geometry::{RANGE_MM, Sum};
+use asphera_geometry::RANGE_MM;
+use asphera_geometry::outline::{Outline, OutlineError};
+use asphera_geometry::predicates::Place;
 use thiserror::Error;
 
 use super::border::Whereabouts;
-use super::simple;
 
 /// A region of the x-y plane, in the frame of the points: what is to be covered by samples. Its
 /// border belongs to it.
@@ -21,23 +20,10 @@ pub struct Aperture {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
-    Circle {
-        centre_mm: Place,
-        radius_mm: f64,
-    },
-    Annulus {
-        centre_mm: Place,
-        inner_mm: f64,
-        outer_mm: f64,
-    },
-    Rectangle {
-        min_mm: Place,
-        max_mm: Place,
-    },
-    /// The outline counter-clockwise, then the holes clockwise.
-    Polygon {
-        rings: Vec<Vec<Place>>,
-    },
+    Circle { centre_mm: Place, radius_mm: f64 },
+    Annulus { centre_mm: Place, inner_mm: f64, outer_mm: f64 },
+    Rectangle { min_mm: Place, max_mm: Place },
+    Outline(Outline),
 }
 
 /// Why an aperture is none.
@@ -65,37 +51,9 @@ pub enum ApertureError {
         /// The place in mm.
         at_mm: [f64; 2],
     },
-    /// A closed line of fewer than three places.
-    #[error("closed line {line} of the aperture has {places} different places, expected 3 or more")]
-    Places {
-        /// Which line: 0 is the outline, 1 the first hole.
-        line: usize,
-        /// How many places it has, repeated ones left out.
-        places: usize,
-    },
-    /// A closed line without area.
-    #[error("closed line {line} of the aperture encloses nothing")]
-    Empty {
-        /// Which line: 0 is the outline, 1 the first hole.
-        line: usize,
-    },
-    /// Two sides that meet elsewhere than at the corner they share.
-    #[error(
-        "closed lines {} and {} of the aperture meet beside ({}, {}) mm",
-        .lines[0], .lines[1], .near_mm[0], .near_mm[1]
-    )]
-    Meet {
-        /// The lines of the two sides, which may be one: 0 is the outline, 1 the first hole.
-        lines: [usize; 2],
-        /// The beginning of the first side in mm.
-        near_mm: [f64; 2],
-    },
-    /// A hole that is not inside the outline, or inside another hole.
-    #[error("hole {hole} of the aperture does not lie inside it")]
-    Hole {
-        /// Which hole, from 1 on.
-        hole: usize,
-    },
+    /// Closed lines that are no region.
+    #[error("outline of the aperture: {0}")]
+    Outline(#[from] OutlineError),
 }
 
 impl Aperture {
@@ -154,58 +112,16 @@ impl Aperture {
         Ok(Aperture { shape: Shape::Rectangle { min_mm, max_mm } })
     }
 
-    /// A polygon with holes. Each closed line may run either way, and may or may not repeat its
-    /// first place at its end.
-    ///
-    /// Whether lines meet is decided exactly. Takes time in proportion to the pairs of sides whose
-    /// ranges of x overlap, and of holes.
+    /// A polygon with holes, as [`Outline::new`] takes them.
     ///
     /// # Errors
     ///
-    /// When a place is not finite; when a line has fewer than three places, or no area, or meets
-    /// itself or another one, be it at a corner; when a hole is not inside.
+    /// When the lines are no region.
     pub fn polygon(
         outline_mm: &[[f64; 2]],
         holes_mm: &[Vec<[f64; 2]>],
     ) -> Result<Aperture, ApertureError> {
-        let lines = std::iter::once(outline_mm).chain(holes_mm.iter().map(Vec::as_slice));
-        let mut rings = Vec::with_capacity(1 + holes_mm.len());
-        for (line, places) in lines.enumerate() {
-            let mut ring: Vec<Place> = Vec::with_capacity(places.len());
-            for &place in places {
-                admitted(place)?;
-                // Adding zero makes negative zero positive.
-                let place = place.map(|mm| mm + 0.0);
-                if ring.last() != Some(&place) {
-                    ring.push(place);
-                }
-            }
-            while ring.len() > 1 && ring.first() == ring.last() {
-                ring.pop();
-            }
-            if ring.len() < 3 {
-                return Err(ApertureError::Places { line, places: ring.len() });
-            }
-            let area_mm2 = signed_area_mm2(&ring);
-            if area_mm2 == 0.0 {
-                return Err(ApertureError::Empty { line });
-            }
-            if (area_mm2 > 0.0) != (line == 0) {
-                ring.reverse();
-            }
-            rings.push(ring);
-        }
-        if let Some((lines, near_mm)) = simple::meeting(&rings) {
-            return Err(ApertureError::Meet { lines, near_mm });
-        }
-        for hole in 1..rings.len() {
-            let at = rings[hole][0];
-            let elsewhere = |&other: &usize| other != hole && ring_contains(&rings[other], at);
-            if !ring_contains(&rings[0], at) || (1..rings.len()).any(|other| elsewhere(&other)) {
-                return Err(ApertureError::Hole { hole });
-            }
-        }
-        Ok(Aperture { shape: Shape::Polygon { rings } })
+        Ok(Aperture { shape: Shape::Outline(Outline::new(outline_mm, holes_mm)?) })
     }
 
     /// Its area in mm².
@@ -218,16 +134,12 @@ impl Aperture {
             Shape::Rectangle { min_mm, max_mm } => {
                 (max_mm[0] - min_mm[0]) * (max_mm[1] - min_mm[1])
             }
-            Shape::Polygon { rings } => {
-                let mut sum = Sum::default();
-                rings.iter().for_each(|ring| sum.add(signed_area_mm2(ring)));
-                sum.total()
-            }
+            Shape::Outline(outline) => outline.area_mm2(),
         }
     }
 
     /// Whether a place, in mm, belongs to it. NaN belongs to none. Takes time in proportion to the
-    /// sides of a polygon.
+    /// sides of a polygon at its height.
     pub fn contains(&self, at_mm: [f64; 2]) -> bool {
         let distance_mm = |centre: Place| (at_mm[0] - centre[0]).hypot(at_mm[1] - centre[1]);
         match &self.shape {
@@ -238,11 +150,7 @@ impl Aperture {
             Shape::Rectangle { min_mm, max_mm } => {
                 (0..2).all(|axis| (min_mm[axis]..=max_mm[axis]).contains(&at_mm[axis]))
             }
-            Shape::Polygon { rings } => {
-                at_mm.iter().all(|mm| mm.is_finite())
-                    && (rings.iter().any(|ring| ring_meets(ring, at_mm))
-                        || rings.iter().filter(|ring| ring_contains(ring, at_mm)).count() == 1)
-            }
+            Shape::Outline(outline) => outline.contains(at_mm),
         }
     }
 
@@ -277,7 +185,7 @@ impl Aperture {
                 let by_mm = (x - left).min(right - x).min(y - low).min(high - y);
                 inside_by(by_mm, left.abs().max(right.abs()).max(low.abs()).max(high.abs()))
             }
-            Shape::Polygon { .. } => Whereabouts::Near,
+            Shape::Outline(_) => Whereabouts::Near,
         }
     }
 
@@ -289,15 +197,7 @@ impl Aperture {
                 [[x - r, y - r], [x + r, y + r]]
             }
             Shape::Rectangle { min_mm, max_mm } => [*min_mm, *max_mm],
-            Shape::Polygon { rings } => {
-                let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-                rings[0].iter().fold(start, |[low, high], place| {
-                    [
-                        [low[0].min(place[0]), low[1].min(place[1])],
-                        [high[0].max(place[0]), high[1].max(place[1])],
-                    ]
-                })
-            }
+            Shape::Outline(outline) => outline.bounds_mm(),
         }
     }
 }
@@ -319,46 +219,6 @@ fn positive(name: &'static str, value_mm: f64) -> Result<(), ApertureError> {
     } else {
         Err(ApertureError::Size { name, value_mm })
     }
-}
-
-/// The area a closed line encloses, positive if it runs counter-clockwise.
-pub(super) fn signed_area_mm2(ring: &[Place]) -> f64 {
-    let [x0, y0] = ring[0];
-    let mut twice = Sum::default();
-    for (p, q) in sides_of(ring) {
-        twice.add((p[0] - x0) * (q[1] - y0));
-        twice.add(-(p[1] - y0) * (q[0] - x0));
-    }
-    0.5 * twice.total()
-}
-
-/// The sides of a closed line, each with its beginning and its end.
-pub(super) fn sides_of(ring: &[Place]) -> impl Iterator<Item = (Place, Place)> + '_ {
-    ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
-}
-
-/// Whether a closed line runs about a place an odd number of times; of a place on it, whichever.
-/// Decided exactly.
-pub(super) fn ring_contains(ring: &[Place], at: Place) -> bool {
-    sides_of(ring).filter(|&(p, q)| side_right_of(p, q, at)).count() % 2 == 1
-}
-
-/// Whether a ray from `at` along +x crosses the side; a side has its lower end and not its upper.
-pub(super) fn side_right_of(p: Place, q: Place, at: Place) -> bool {
-    if (p[1] > at[1]) == (q[1] > at[1]) {
-        return false;
-    }
-    let turn = orientation(p, q, at);
-    if q[1] > p[1] { turn == Ordering::Greater } else { turn == Ordering::Less }
-}
-
-/// Whether a place lies on a closed line, exactly.
-fn ring_meets(ring: &[Place], at: Place) -> bool {
-    sides_of(ring).any(|(p, q)| {
-        let between =
-            (0..2).all(|axis| p[axis].min(q[axis]) <= at[axis] && at[axis] <= p[axis].max(q[axis]));
-        between && orientation(p, q, at) == Ordering::Equal
-    })
 }
 
 #[cfg(test)]
@@ -460,29 +320,10 @@ mod tests {
         }
         let place = Aperture::circle([f64::NAN, 0.0], 1.0);
         assert!(matches!(place, Err(ApertureError::Place { .. })));
-        let polygon = |outline: &[Place], holes: &[Vec<Place>]| {
-            Aperture::polygon(outline, holes).expect_err("it is none")
-        };
-        let two = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
-        assert_eq!(polygon(&two, &[]), ApertureError::Places { line: 0, places: 2 });
-        assert_eq!(polygon(&[], &[]), ApertureError::Places { line: 0, places: 0 });
-        let line = [[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]];
-        assert_eq!(polygon(&line, &[]), ApertureError::Empty { line: 0 });
-        let infinite = [[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 2.0]];
-        assert!(matches!(polygon(&infinite, &[]), ApertureError::Place { .. }));
-        let bow = [[0.0, 0.0], [2.0, 2.0], [3.0, 0.0], [0.0, 1.0]];
-        assert!(matches!(polygon(&bow, &[]), ApertureError::Meet { lines: [0, 0], .. }));
-        let spike = [[0.0, 0.0], [4.0, 0.0], [2.0, 0.0], [2.0, 3.0]];
-        assert!(matches!(polygon(&spike, &[]), ApertureError::Meet { lines: [0, 0], .. }));
-        let outline = square(0.0, 4.0);
-        let crossing = polygon(&outline, &[square(3.0, 5.0)]);
-        assert!(matches!(crossing, ApertureError::Meet { lines: [0, 1], .. }), "{crossing:?}");
-        let touching = polygon(&outline, &[square(0.0, 1.0)]);
-        assert!(matches!(touching, ApertureError::Meet { .. }));
-        assert_eq!(polygon(&outline, &[square(5.0, 6.0)]), ApertureError::Hole { hole: 1 });
-        let nested = polygon(&outline, &[square(1.0, 3.0), square(1.5, 2.5)]);
-        assert_eq!(nested, ApertureError::Hole { hole: 2 });
-        let message = polygon(&outline, &[square(5.0, 6.0)]).to_string();
-        assert_eq!(message, "hole 1 of the aperture does not lie inside it");
+        let outline = Aperture::polygon(&square(0.0, 4.0), &[square(5.0, 6.0)]);
+        assert_eq!(
+            outline.expect_err("it is none").to_string(),
+            "outline of the aperture: hole 1 does not lie inside the outline"
+        );
     }
 }

@@ -8,9 +8,10 @@
 
 use std::f64::consts::TAU;
 
+use asphera_geometry::outline::{ring_area_mm2, side_right_of};
 use asphera_geometry::predicates::Place;
 
-use super::aperture::{Aperture, Shape, side_right_of, signed_area_mm2};
+use super::aperture::{Aperture, Shape};
 use super::clip::{cross, minus};
 use super::draw::Line;
 
@@ -122,7 +123,7 @@ impl Border {
         for index in 0..self.len() {
             if self.next[index] as usize <= index {
                 let places_mm = self.places[first..=index].to_vec();
-                let signed_area_mm2 = signed_area_mm2(&places_mm);
+                let signed_area_mm2 = ring_area_mm2(&places_mm);
                 lines.push(Line { open: vec![true; places_mm.len()], places_mm, signed_area_mm2 });
                 first = index + 1;
             }
@@ -355,8 +356,8 @@ fn drawn(aperture: &Aperture, attempt: u32) -> Vec<Vec<Place>> {
         Shape::Rectangle { min_mm: [x0, y0], max_mm: [x1, y1] } => {
             vec![moved_in(&[[*x0, *y0], [*x1, *y0], [*x1, *y1], [*x0, *y1]], inset_mm, &mut wobble)]
         }
-        Shape::Polygon { rings } => {
-            rings.iter().map(|ring| moved_in(ring, inset_mm, &mut wobble)).collect()
+        Shape::Outline(outline) => {
+            outline.rings().iter().map(|ring| moved_in(ring, inset_mm, &mut wobble)).collect()
         }
     }
 }

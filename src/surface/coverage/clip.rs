@@ -43,10 +43,10 @@ pub(super) fn common_area_mm2(
             piece.cut(|[_, y]| high[1] - y);
             piece.area_mm2()
         }
-        Shape::Polygon { rings } => {
+        Shape::Outline(outline) => {
             let mut area_mm2 = 0.0;
             border.for_sides_about(triangle, |side| {
-                let (p, q) = border.true_side(rings, side);
+                let (p, q) = border.true_side(outline.rings(), side);
                 area_mm2 += under(local, minus(p, from), minus(q, from));
             });
             area_mm2

@@ -43,7 +43,6 @@ mod percentiles;
 mod plan;
 mod polygon;
 mod regions;
-mod simple;
 mod tally;
 mod target;
 mod without;

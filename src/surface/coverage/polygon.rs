@@ -1,8 +1,8 @@
 //! Polygons with holes, as regions are drawn.
 
+use asphera_geometry::outline::ring_contains;
 use asphera_geometry::predicates::Place;
 
-use super::aperture::ring_contains;
 use super::draw::Line;
 
 /// A closed line of a region.

@@ -85,8 +85,13 @@ pub fn forecast(
     let means_nm: Vec<f64> =
         blocks.iter().map(|block| block.seen.map_or(0.0, |seen| seen.mean_nm)).collect();
     let posteriors = posteriors(&places, &means_nm, &trend, &seen)?;
-    let mut forecast =
-        Forecast { aperture: *aperture, now_nm: means_nm, draws: Vec::new(), blocks, fitted };
+    let mut forecast = Forecast {
+        aperture: aperture.clone(),
+        now_nm: means_nm,
+        draws: Vec::new(),
+        blocks,
+        fitted,
+    };
     forecast.draws = (0..DRAWS).map(|draw| forecast.draw(draw, &seen, &posteriors)).collect();
     Some(forecast)
 }
@@ -104,16 +109,16 @@ impl Forecast {
         now_nm: f64,
         (places_mm, deviations_mm): (&[[f64; 2]], &[f64]),
     ) -> Option<Predicted> {
-        let zone = if *zone == Aperture::None { self.aperture } else { *zone };
-        let extremes_nm = if zone == self.aperture {
+        let zone = if *zone == Aperture::None { &self.aperture } else { zone };
+        let extremes_nm = if *zone == self.aperture {
             let own = |block: &Block| block.seen.map(|seen| [seen.below_nm, seen.above_nm]);
             self.blocks.iter().map(own).collect()
         } else {
-            field::extremes_nm(&self.blocks, &self.aperture, &zone, places_mm, deviations_mm)
+            field::extremes_nm(&self.blocks, &self.aperture, zone, places_mm, deviations_mm)
         };
         let inside = Inside {
             blocks: &self.blocks,
-            shares: field::shares(&self.blocks, &self.aperture, &zone),
+            shares: field::shares(&self.blocks, &self.aperture, zone),
             extremes_nm,
         };
         let columns = self.terms(less);
@@ -176,7 +181,7 @@ impl Forecast {
 
     /// Terms over the blocks.
     fn terms(&self, less: &Terms) -> Vec<Vec<f64>> {
-        let reach_mm = field::reach_mm(&self.aperture);
+        let reach_mm = self.aperture.reach_mm().unwrap_or(f64::INFINITY);
         let terms = less.list();
         let numbers = terms.iter().flat_map(|term| term.fringe());
         let columns = numbers.filter_map(|&number| {
@@ -261,7 +266,7 @@ fn columns(
 
 /// Waves longer than the part, which no part of it tells the length of: all powers of the place to the third.
 fn drift(blocks: &[Block], aperture: &Aperture) -> impl Iterator<Item = Vec<f64>> {
-    let reach_mm = field::reach_mm(aperture);
+    let reach_mm = aperture.reach_mm().unwrap_or(f64::INFINITY);
     let powers = (0..=3).flat_map(|sum| (0..=sum).map(move |y| (sum - y, y)));
     powers.map(move |(i, j)| {
         let value = |block: &Block| {

@@ -16,7 +16,7 @@ use asphera_figures::{
 use asphera_form::{Aperture, NM_PER_MM, Nominal};
 
 /// The largest value allowed of one figure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// Which figure.
     pub definition: Definition,

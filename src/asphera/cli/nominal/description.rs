@@ -120,6 +120,16 @@ fn aperture(aperture: &Aperture) -> String {
         Aperture::Annulus { inner_mm, outer_mm } => {
             format!("annulus, radii {inner_mm} to {outer_mm} mm")
         }
+        Aperture::Outline { outline, .. } => {
+            let [[left, low], [right, high]] = outline.bounds_mm();
+            let sides = outline.sides().count();
+            let holes = match outline.rings().len() - 1 {
+                0 => String::new(),
+                1 => ", 1 hole".to_owned(),
+                holes => format!(", {holes} holes"),
+            };
+            format!("outline, {sides} sides{holes}, x {left} to {right}, y {low} to {high} mm")
+        }
     }
 }
 
@@ -163,12 +173,8 @@ fn limits(text: &mut String, part: &Part) -> std::fmt::Result {
 
 /// Five distances from the axis to the rim.
 fn to_the_rim_mm(aperture: &Aperture) -> Vec<f64> {
-    let rim_mm = match aperture {
-        Aperture::None => return Vec::new(),
-        Aperture::Circle { radius_mm } => *radius_mm,
-        Aperture::Annulus { outer_mm, .. } => *outer_mm,
-        Aperture::Rectangle { width_mm, height_mm } => 0.5 * width_mm.min(*height_mm),
-    };
+    let Some([half_x_mm, half_y_mm]) = aperture.half_extents_mm() else { return Vec::new() };
+    let rim_mm = half_x_mm.min(half_y_mm);
     [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * rim_mm).to_vec()
 }
 

@@ -23,7 +23,7 @@ impl<'a> Laid<'a> {
     pub(super) fn new(part: &'a Part, points: &[PointMm]) -> Result<Laid<'a>, String> {
         let settings = FitSettings {
             free: part.free.clone(),
-            aperture: part.aperture,
+            aperture: part.aperture.clone(),
             ..FitSettings::default()
         };
         let step = points.len().div_ceil(FITTED_POINTS);

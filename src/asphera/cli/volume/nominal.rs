@@ -1,6 +1,6 @@
 //! Whether the grid is fine enough for the face that a nominal describes.
 
-use asphera_form::{Aperture, Pose};
+use asphera_form::Pose;
 use asphera_geometry::PointMm;
 use asphera_measure::{Part, Remembered, sampling_of_mesh};
 use asphera_mesh::Mesh;
@@ -71,17 +71,8 @@ pub(super) fn of(
 
 /// Places on the nominal over its aperture.
 fn places(part: &Part) -> Result<Vec<PointMm>, Failure> {
-    let half_mm = match part.aperture {
-        Aperture::None => {
-            return Err(
-                "--nominal: expected an [aperture], over which its reach counts; found none".into(),
-            );
-        }
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            [radius_mm; 2]
-        }
-        Aperture::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-    };
+    let none = "--nominal: expected an [aperture], over which its reach counts; found none";
+    let half_mm = part.aperture.half_extents_mm().ok_or(none)?;
     let mut points = Vec::new();
     for j in -STEPS..=STEPS {
         for i in -STEPS..=STEPS {

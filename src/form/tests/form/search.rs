@@ -51,7 +51,11 @@ fn failures(nominal: &Nominal, free: &[Parameter], aperture: Aperture, runs: u64
         let mut noise = Noise::new(seed);
         let (pose, upside_down) = anywhere(&mut noise);
         let points = measured(nominal, &pose, &mut noise, 400);
-        let settings = FitSettings { free: free.to_vec(), aperture, ..FitSettings::default() };
+        let settings = FitSettings {
+            free: free.to_vec(),
+            aperture: aperture.clone(),
+            ..FitSettings::default()
+        };
         let fitted = match fit(&points, nominal, &settings) {
             Ok(fitted) => fitted,
             Err(error) => return Some(format!("seed {seed}, {pose:?}: {error}")),

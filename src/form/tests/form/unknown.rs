@@ -123,20 +123,23 @@ fn what_makes_no_surface_is_refused_with_the_cure() {
         eprintln!("{error}");
         error
     };
-    assert_eq!(error(&[], defaults), ReferenceError::TooFew { used: 0, outside: 0 });
-    assert_eq!(error(&points[..15], defaults), ReferenceError::TooFew { used: 15, outside: 0 });
+    assert_eq!(error(&[], defaults.clone()), ReferenceError::TooFew { used: 0, outside: 0 });
+    assert_eq!(
+        error(&points[..15], defaults.clone()),
+        ReferenceError::TooFew { used: 15, outside: 0 }
+    );
     let away = ReferenceSettings {
         aperture: Aperture::Circle { radius_mm: 1.0 },
         centre_mm: Some([100.0, 0.0]),
-        ..defaults
+        ..defaults.clone()
     };
     assert_eq!(error(&points, away), ReferenceError::TooFew { used: 0, outside: 400 });
     let line: Vec<PointMm> = (0..500)
         .map(|i| [0.01 * f64::from(i), 0.02 * f64::from(i), (0.1 * f64::from(i)).sin()])
         .collect();
-    assert!(matches!(error(&line, defaults), ReferenceError::Line { used: 500, .. }));
-    assert!(matches!(error(&[[1.0, 2.0, 3.0]; 40], defaults), ReferenceError::Line { .. }));
-    let knots = |knots| ReferenceSettings { knots, ..defaults };
+    assert!(matches!(error(&line, defaults.clone()), ReferenceError::Line { used: 500, .. }));
+    assert!(matches!(error(&[[1.0, 2.0, 3.0]; 40], defaults.clone()), ReferenceError::Line { .. }));
+    let knots = |knots| ReferenceSettings { knots, ..defaults.clone() };
     let finer = error(&points, knots(Knots::Spacing(0.5)));
     let ReferenceError::FinerThanPoints { least_mm, .. } = finer else { panic!("{finer}") };
     assert!(reference(&points, &knots(Knots::Spacing(least_mm * 1.001))).is_ok());
@@ -155,9 +158,9 @@ fn what_makes_no_surface_is_refused_with_the_cure() {
     let many = knots(Knots::Spacing(0.1));
     assert!(matches!(error(&dense, many), ReferenceError::Cells { nx: 160, .. }));
     let bad = Smoothing::Relative { lambda: -1.0 };
-    let bad = ReferenceSettings { smoothing: bad, ..defaults };
+    let bad = ReferenceSettings { smoothing: bad, ..defaults.clone() };
     assert!(matches!(error(&points, bad), ReferenceError::Spline(_)));
-    let bad = ReferenceSettings { centre_mm: Some([f64::NAN, 0.0]), ..defaults };
+    let bad = ReferenceSettings { centre_mm: Some([f64::NAN, 0.0]), ..defaults.clone() };
     assert!(matches!(error(&points, bad), ReferenceError::Centre(_)));
 }
 

@@ -73,14 +73,10 @@ impl Footprint {
     pub(super) fn of(aperture: &Aperture, points: &[PointMm], pose: &Pose) -> Footprint {
         let about =
             |[x, y]: [f64; 2], rim_mm| Footprint { low_mm: [-x, -y], high_mm: [x, y], rim_mm };
-        match *aperture {
-            Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-                about([radius_mm; 2], radius_mm)
-            }
-            Aperture::Rectangle { width_mm, height_mm } => {
-                about([0.5 * width_mm, 0.5 * height_mm], f64::INFINITY)
-            }
-            Aperture::None => Footprint::about_points(points, pose),
+        match aperture.half_extents_mm() {
+            Some(half_mm) if aperture.is_round() => about(half_mm, half_mm[0]),
+            Some(half_mm) => about(half_mm, f64::INFINITY),
+            None => Footprint::about_points(points, pose),
         }
     }
 

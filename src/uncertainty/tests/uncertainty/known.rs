@@ -308,10 +308,10 @@ fn limits_over_zones_are_judged_with_their_uncertainty() {
             .iter()
             .map(|text| text.parse().unwrap())
             .collect();
-    limits.push(Limit { zone, ..limits[0] });
+    limits.push(Limit { zone: zone.clone(), ..limits[0].clone() });
     let terms = [Term::Power, Term::Astigmatism, Term::Coma];
-    limits.push(Limit { value: 1e4, less: Terms::new(&terms), ..limits[1] });
-    limits.push(Limit { less: Terms::new(&terms), zone, ..limits[0] });
+    limits.push(Limit { value: 1e4, less: Terms::new(&terms), ..limits[1].clone() });
+    limits.push(Limit { less: Terms::new(&terms), zone, ..limits[0].clone() });
     let nominal = &fitted.nominal;
     let held_all =
         limits.iter().map(|limit| held((limit, nominal), &found, Guard::default(), Some(0.0)));

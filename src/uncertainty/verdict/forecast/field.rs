@@ -181,15 +181,6 @@ pub(super) fn extremes_nm(
     blocks.iter().map(of_block).collect()
 }
 
-/// The farthest place of an aperture from its middle, mm.
-pub(super) fn reach_mm(aperture: &Aperture) -> f64 {
-    match *aperture {
-        Aperture::None => f64::INFINITY,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => radius_mm,
-        Aperture::Rectangle { width_mm, height_mm } => 0.5 * width_mm.hypot(height_mm),
-    }
-}
-
 /// Of the points in the zone, by the blocks of the aperture.
 fn sums(
     places_mm: &[[f64; 2]],
@@ -197,7 +188,7 @@ fn sums(
     aperture: &Aperture,
     zone: &Aperture,
 ) -> Option<Vec<Sums>> {
-    let half_mm = half_mm(aperture)?;
+    let half_mm = aperture.half_extents_mm()?;
     let mut sums = vec![Sums::NONE; SIDE * SIDE];
     for (&[x, y], &deviation_mm) in places_mm.iter().zip(deviations_mm) {
         if !(deviation_mm.is_finite() && aperture.contains(x, y) && zone.contains(x, y)) {
@@ -220,7 +211,7 @@ fn sums(
 
 /// Middles of the small parts of a block that lie in the aperture, mm.
 fn parts(index: usize, aperture: &Aperture) -> impl Iterator<Item = [f64; 2]> {
-    let half_mm = half_mm(aperture).unwrap_or([0.0; 2]);
+    let half_mm = aperture.half_extents_mm().unwrap_or([0.0; 2]);
     let low = [index % SIDE, index / SIDE].map(|at| (at * PARTS) as f64);
     (0..PARTS * PARTS).filter_map(move |part| {
         let at = [part % PARTS, part / PARTS];
@@ -230,17 +221,6 @@ fn parts(index: usize, aperture: &Aperture) -> impl Iterator<Item = [f64; 2]> {
         });
         aperture.contains(x, y).then_some([x, y])
     })
-}
-
-/// Half the sides of the box about an aperture in mm; `None` where there is none.
-fn half_mm(aperture: &Aperture) -> Option<[f64; 2]> {
-    match *aperture {
-        Aperture::None => None,
-        Aperture::Circle { radius_mm } | Aperture::Annulus { outer_mm: radius_mm, .. } => {
-            Some([radius_mm; 2])
-        }
-        Aperture::Rectangle { width_mm, height_mm } => Some([0.5 * width_mm, 0.5 * height_mm]),
-    }
 }
 
 /// Blocks along either side of the box: their covariance is factorised in a millisecond.

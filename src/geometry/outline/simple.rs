@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use asphera_geometry::predicates::{Place, orientation};
+use crate::predicates::{Place, orientation};
 
 /// A side of a closed line.
 struct Side {
