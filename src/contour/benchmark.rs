@@ -1,9 +1,12 @@
-//! Curves, samples and figures of merit of the comparison of curve methods: no data needed.
+//! Samples and figures of merit of the comparison of methods, for curves and for regions: no data needed.
+
+mod regions;
 
 use std::f64::consts::TAU;
 
 use asphera_geometry::Numbers;
 
+pub use self::regions::{Distribution, RegionScore, RegionTrial, Shape};
 use crate::sampler::{BezierLine, Disturbance, Spacing, TrueCurve};
 use crate::{
     Choice, Deviation, FoundCurve, Graph, Method, MethodError, Parameters, PlaceMm, Samples,

@@ -1,6 +1,6 @@
 //! The comparison of methods: figures of perfect outcomes, and what is chosen beside the best.
 
-use asphera_contour::benchmark::{Category, Score, Trial};
+use asphera_contour::benchmark::{Category, Distribution, Score, Shape, Trial};
 use asphera_contour::{Kind, Method};
 
 const TRIALS: u32 = 6;
@@ -96,4 +96,37 @@ fn a_published_best_is_among_the_first_three_of_most_categories() {
     }
     println!("{} of {}: {agreed:?}", agreed.len(), Category::ALL.len());
     assert!(agreed.len() >= 7, "{agreed:?}");
+}
+
+#[test]
+fn areas_hold_their_points_and_differ_by_number() {
+    for shape in Shape::ALL {
+        for distribution in Distribution::ALL {
+            let places = |number| {
+                let trial = shape.trial(distribution, 500, 3, number);
+                trial.triangulation.samples().places().to_vec()
+            };
+            let (first, kind) = (places(0), distribution.name());
+            assert_eq!(first, places(0));
+            assert!(
+                (100..3_000).contains(&first.len()),
+                "{} {kind}: {}",
+                shape.name(),
+                first.len()
+            );
+            // A border's own points are the same unless the shape is made at random.
+            assert_ne!(first, places(1), "{} {kind}", shape.name());
+        }
+        let truth = shape.trial(Distribution::Random, 500, 3, 0).truth_mm();
+        assert!(truth.iter().all(|line| line.len() >= 4), "{}", shape.name());
+    }
+}
+
+#[test]
+fn areas_are_found_by_auto() {
+    for shape in Shape::ALL {
+        let score = shape.trial(Distribution::Random, 8_000, 1, 0).score(Method::Auto).unwrap();
+        println!("{:<10} L2 {:.4}", shape.name(), score.l2);
+        assert!(score.topology && score.l2 < 0.05, "{}: {score:?}", shape.name());
+    }
 }

@@ -5,10 +5,11 @@
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use asphera_contour::PlaceMm;
+use asphera_contour::benchmark::{Distribution, Shape};
 use asphera_contour::curves::crust;
 use asphera_contour::graphs::{delaunay, emst, gabriel};
 use asphera_contour::regions::alpha_shape;
+use asphera_contour::{Method, PlaceMm};
 
 use crate::places::{by_row, scattered, triangulation};
 
@@ -51,6 +52,23 @@ area = abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 union = shapely.union_all([shapely.Polygon(x) for x in t[a * b * c <= 4 * area * alpha]])
 parts = [x for x in getattr(union, 'geoms', [union]) if not x.is_empty]
 print(union.area, union.length, len(parts), sum(len(x.interiors) for x in parts))
+";
+
+/// Reads true lines, a blank line, points; writes the intersection over union of the best of ten concave hulls of GEOS.
+const CONCAVE: &str = "
+import sys, numpy as np, shapely
+head, points = sys.stdin.read().split('\\n\\n')
+truth = shapely.Polygon()
+for line in head.strip().split('\\n'):
+    numbers = np.array(line.split(), float).reshape(-1, 2)
+    truth = truth.symmetric_difference(shapely.Polygon(numbers))
+points = shapely.MultiPoint(np.array(points.split(), float).reshape(-1, 2))
+holes = any(len(part.interiors) for part in getattr(truth, 'geoms', [truth]))
+best = 0
+for ratio in np.geomspace(0.005, 0.5, 10):
+    hull = shapely.concave_hull(points, ratio=ratio, allow_holes=holes)
+    best = max(best, hull.intersection(truth).area / hull.union(truth).area)
+print(best)
 ";
 
 const SKIPPED: &str = "skipped: ASPHERA_PYTHON names no python with SciPy and shapely";
@@ -120,4 +138,25 @@ fn scipy_gives_the_same_graphs() {
             assert_eq!(by_row(&graph, &set), theirs);
         }
     }
+}
+
+#[test]
+fn auto_beats_the_best_of_ten_concave_hulls() {
+    let mut worse = Vec::new();
+    for shape in Shape::ALL {
+        let trial = shape.trial(Distribution::Random, 8_000, 1, 0);
+        let line = |places: &[PlaceMm]| listed(places).replace('\n', " ");
+        let truth: Vec<String> = trial.truth_mm().iter().map(|ring| line(ring)).collect();
+        let points = listed(trial.triangulation.samples().places());
+        let Some(best) = output(CONCAVE, &format!("{}\n\n{points}", truth.join("\n"))) else {
+            println!("{SKIPPED}");
+            return;
+        };
+        let best: f64 = best.trim().parse().unwrap();
+        let iou = trial.score(Method::Auto).unwrap().iou;
+        let loss = (1.0 - iou) / (1.0 - best);
+        println!("{:<10} IoU {iou:.5}, GEOS {best:.5}, loss {loss:.2}", shape.name());
+        worse.extend((iou <= best).then(|| shape.name()));
+    }
+    assert!(worse.is_empty(), "{worse:?}");
 }
