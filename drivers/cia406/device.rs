@@ -399,7 +399,7 @@ impl Driver for Cia406 {
         }
         let frame = match input {
             Input::Frame(frame) => frame,
-            Input::Bytes(bytes) => return self.discard(bytes),
+            Input::Bytes(bytes) | Input::Second(bytes) => return self.discard(bytes),
         };
         match Cob::from_frame(frame) {
             Some(Cob::Sync) => {

@@ -76,6 +76,8 @@ pub trait Driver: Send {
 pub enum Input<'a> {
     /// Bytes of a stream, cut anywhere; of a UDP link one whole datagram.
     Bytes(&'a [u8]),
+    /// Bytes of the second connection of a link with two, cut anywhere.
+    Second(&'a [u8]),
     /// One CAN frame.
     Frame(&'a CanFrame),
 }
@@ -83,7 +85,7 @@ pub enum Input<'a> {
 /// What a driver wants sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Output {
-    /// Bytes of a stream.
+    /// Bytes of a stream; of a link with two connections for the first one.
     Bytes(Vec<u8>),
     /// One CAN frame.
     Frame(CanFrame),

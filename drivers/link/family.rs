@@ -51,6 +51,9 @@ pub enum Carries {
     Bytes,
     /// Datagrams of one device, each given whole by one [`crate::Input::Bytes`]: a UDP link.
     Datagrams,
+    /// Bytes of one device on two connections at once: answers by [`crate::Input::Bytes`], a stream by
+    /// [`crate::Input::Second`]. Both open and end together.
+    TwoStreams,
     /// CAN frames, of as many devices as the bus has.
     CanFrames,
 }

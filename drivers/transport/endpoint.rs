@@ -12,6 +12,14 @@ pub enum Endpoint {
         /// Host and port.
         address: String,
     },
+    /// A TCP server with two ports, connected to both or to none. Received chunks are
+    /// [`asphera_link::Connection::chunk`]s; what is sent goes to the first.
+    TcpPair {
+        /// Host and first port.
+        address: String,
+        /// Second port of the same host.
+        second_port: u16,
+    },
     /// Datagrams of UDP. Each is one received chunk; what the kernel drops is lost without a word.
     Udp {
         /// Address and port to receive at, `0.0.0.0:50001`.
@@ -70,6 +78,7 @@ impl Endpoint {
         match self {
             Endpoint::Serial(_) => "serial",
             Endpoint::Tcp { .. } => "tcp",
+            Endpoint::TcpPair { .. } => "tcp-pair",
             Endpoint::Udp { .. } => "udp",
             Endpoint::SocketCan { .. } => "socketcan",
         }
@@ -81,7 +90,7 @@ impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Endpoint::Serial(serial) => f.write_str(&serial.path),
-            Endpoint::Tcp { address } => f.write_str(address),
+            Endpoint::Tcp { address } | Endpoint::TcpPair { address, .. } => f.write_str(address),
             Endpoint::Udp { peer: Some(peer), .. } => f.write_str(peer),
             Endpoint::Udp { listen, peer: None } => f.write_str(listen),
             Endpoint::SocketCan { interface } => f.write_str(interface),

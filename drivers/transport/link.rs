@@ -44,7 +44,8 @@ pub enum What {
         /// The connection's epoch: 1, 2, 3 …
         epoch: u64,
     },
-    /// Bytes arrived; for SocketCAN whole records of 16 bytes. Never empty.
+    /// Bytes arrived; for SocketCAN whole records of 16 bytes, of two connections an
+    /// [`asphera_link::Connection::chunk`]. Never empty.
     Received(Vec<u8>),
     /// The CAN controller reports trouble on the bus. The connection stays.
     BusError(String),
@@ -157,6 +158,7 @@ impl Worker {
                     }
                     let end = match port {
                         Port::Stream(stream) => self.serve_stream(stream).await,
+                        Port::Pair(streams) => self.serve_pair(streams).await,
                         Port::Datagrams(port) => self.serve_datagrams(port).await,
                         Port::Can(port) => self.serve_can(port).await,
                     };
@@ -368,6 +370,8 @@ fn with_cause(error: &OpenError) -> String {
         None => error.to_string(),
     }
 }
+
+mod pair;
 
 #[cfg(test)]
 mod tests;

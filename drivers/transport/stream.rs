@@ -88,6 +88,8 @@ impl<T: AsyncRead + AsyncWrite + Send + Unpin> Bytes for T {}
 pub(crate) enum Port {
     /// A stream of bytes.
     Stream(Box<dyn Bytes>),
+    /// Two streams of bytes that open and end together.
+    Pair([Box<dyn Bytes>; 2]),
     /// Datagrams.
     Datagrams(Datagrams),
     /// A CAN socket.
@@ -98,21 +100,29 @@ pub(crate) enum Port {
 pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
     match endpoint {
         Endpoint::Serial(settings) => Ok(Port::Stream(Box::new(serial::open(settings)?))),
-        Endpoint::Tcp { address } => {
-            let tcp = |source| OpenError::Tcp { address: address.clone(), source };
-            let stream = timeout(CONNECT_TIMEOUT, TcpStream::connect(address))
-                .await
-                .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
-                .map_err(tcp)?;
-            // Commands are short and wanted at once.
-            stream.set_nodelay(true).map_err(tcp)?;
-            Ok(Port::Stream(Box::new(stream)))
+        Endpoint::Tcp { address } => Ok(Port::Stream(Box::new(connect(address).await?))),
+        Endpoint::TcpPair { address, second_port } => {
+            let first = connect(address).await?;
+            let host = address.rsplit_once(':').map_or(address.as_str(), |(host, _)| host);
+            let second = connect(&format!("{host}:{second_port}")).await?;
+            Ok(Port::Pair([Box::new(first), Box::new(second)]))
         }
         Endpoint::Udp { listen, peer } => {
             Ok(Port::Datagrams(Datagrams::open(listen, peer.as_deref()).await?))
         }
         Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
     }
+}
+
+async fn connect(address: &str) -> Result<TcpStream, OpenError> {
+    let tcp = |source| OpenError::Tcp { address: address.to_owned(), source };
+    let stream = timeout(CONNECT_TIMEOUT, TcpStream::connect(address))
+        .await
+        .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+        .map_err(tcp)?;
+    // Commands are short and wanted at once.
+    stream.set_nodelay(true).map_err(tcp)?;
+    Ok(stream)
 }
 
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);

@@ -145,3 +145,55 @@ async fn missing_can_interface_is_named() {
     let What::OpenFailed(words) = next(&mut events).await else { panic!("expected a failure") };
     assert!(words.contains("nocan9"), "{words}");
 }
+
+/// The device's side of a link of two connections, once it has opened.
+async fn accept_pair(listeners: &[TcpListener; 2]) -> [tokio::net::TcpStream; 2] {
+    let [first, second] = listeners;
+    [first.accept().await.unwrap().0, second.accept().await.unwrap().0]
+}
+
+#[tokio::test]
+async fn two_connections_are_one_link() {
+    let listeners = [
+        TcpListener::bind("127.0.0.1:0").await.unwrap(),
+        TcpListener::bind("127.0.0.1:0").await.unwrap(),
+    ];
+    let address = listeners[0].local_addr().unwrap().to_string();
+    let second_port = listeners[1].local_addr().unwrap().port();
+    let (link, mut events) = start(Endpoint::TcpPair { address, second_port });
+
+    let [mut first, mut second] = accept_pair(&listeners).await;
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    first.write_all(b"answer").await.unwrap();
+    assert_eq!(next(&mut events).await, What::Received(b"\x00answer".to_vec()));
+    second.write_all(b"stream").await.unwrap();
+    assert_eq!(next(&mut events).await, What::Received(b"\x01stream".to_vec()));
+    link.command(LinkCommand::Send { epoch: 1, bytes: b"ask".to_vec() });
+    let mut got = [0; 3];
+    first.read_exact(&mut got).await.unwrap();
+    assert_eq!(&got, b"ask", "what is sent goes to the first");
+
+    // A loss of either is the loss of both.
+    drop(second);
+    let What::Closed(why) = next(&mut events).await else { panic!("it is open still") };
+    assert!(why.contains("second"), "{why}");
+    assert_eq!(first.read(&mut got).await.unwrap(), 0, "the first one is closed, too");
+    let [first, mut second] = accept_pair(&listeners).await;
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 2 });
+    drop(first);
+    let What::Closed(why) = next(&mut events).await else { panic!("it is open still") };
+    assert!(why.contains("first"), "{why}");
+    assert_eq!(second.read(&mut got).await.unwrap(), 0, "the second one is closed, too");
+}
+
+#[tokio::test]
+async fn one_port_of_two_is_no_open_link() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let free = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let second_port = free.local_addr().unwrap().port();
+    drop(free);
+    let address = listener.local_addr().unwrap().to_string();
+    let (_link, mut events) = start(Endpoint::TcpPair { address, second_port });
+    let What::OpenFailed(why) = next(&mut events).await else { panic!("it opened") };
+    assert!(why.contains(&format!("127.0.0.1:{second_port}")), "{why}");
+}

@@ -182,6 +182,9 @@ fn tables(args: &DescribeArgs, endpoint: Option<&Endpoint>, proposed: &Proposed)
                 )
             }
             Endpoint::Tcp { address } => format!("address = {address:?}\n"),
+            Endpoint::TcpPair { address, second_port } => {
+                format!("address = {address:?}\nsecond_port = {second_port}\n")
+            }
             Endpoint::Udp { listen, peer } => {
                 let peer = peer.as_ref().map(|peer| format!("peer = {peer:?}\n"));
                 format!("listen = {listen:?}\n{}", peer.unwrap_or_default())

@@ -13,7 +13,7 @@ use crate::station::Framing;
 pub struct LinkConfig {
     /// Name of its table.
     pub name: String,
-    /// `serial`, `tcp`, `udp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
+    /// `serial`, `tcp`, `tcp-pair`, `udp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
     pub kind: &'static str,
     /// Where it leads.
     pub endpoint: Endpoint,
@@ -29,15 +29,17 @@ pub struct LinkConfig {
 enum Kind {
     Serial,
     Tcp,
+    TcpPair,
     Udp,
     SlcanSerial,
     SlcanTcp,
     SocketCan,
 }
 
-const KINDS: [(&str, Kind); 6] = [
+const KINDS: [(&str, Kind); 7] = [
     ("serial", Kind::Serial),
     ("tcp", Kind::Tcp),
+    ("tcp-pair", Kind::TcpPair),
     ("udp", Kind::Udp),
     ("slcan-serial", Kind::SlcanSerial),
     ("slcan-tcp", Kind::SlcanTcp),
@@ -50,12 +52,14 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
     let endpoint = match kind {
         Kind::Serial | Kind::SlcanSerial => serial(table),
         Kind::Tcp | Kind::SlcanTcp => tcp(table),
+        Kind::TcpPair => tcp_pair(table),
         Kind::Udp => udp(table),
         Kind::SocketCan => named(table, "interface", "a CAN interface, as can0")
             .map(|interface| Endpoint::SocketCan { interface }),
     };
     let framing = match kind {
         Kind::Serial | Kind::Tcp => Some(Framing::Raw),
+        Kind::TcpPair => Some(Framing::TwoStreams),
         Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
         Kind::SocketCan => Some(Framing::CanRecords),
@@ -113,6 +117,12 @@ fn serial(table: &Section<'_>) -> Option<Endpoint> {
 
 fn tcp(table: &Section<'_>) -> Option<Endpoint> {
     address(table, "address").map(|address| Endpoint::Tcp { address })
+}
+
+fn tcp_pair(table: &Section<'_>) -> Option<Endpoint> {
+    let address = address(table, "address");
+    let second_port: Option<u16> = table.required("second_port");
+    Some(Endpoint::TcpPair { address: address?, second_port: second_port? })
 }
 
 fn udp(table: &Section<'_>) -> Option<Endpoint> {

@@ -396,6 +396,7 @@ fn check_links(
                 Carries::CanFrames => "a CAN link",
                 Carries::Bytes => "a serial, tcp or udp link",
                 Carries::Datagrams => "a udp link",
+                Carries::TwoStreams => "a tcp-pair link",
             };
             table.problem("link", expected, format!("{} of kind {}", link.name, link.kind));
         }

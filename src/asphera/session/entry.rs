@@ -30,7 +30,8 @@ pub enum What {
         link: usize,
     },
     /// A link received bytes, in one read. A CAN frame is its record of 16 bytes
-    /// ([`asphera_link::CanFrame::to_record`]).
+    /// ([`asphera_link::CanFrame::to_record`]); a read of one of two connections is its
+    /// [`asphera_link::Connection::chunk`].
     Received {
         /// Which.
         link: usize,

@@ -18,6 +18,8 @@ pub enum Framing {
     Raw,
     /// The same in datagrams, each received whole.
     Datagrams,
+    /// The same on two connections, in chunks that name theirs ([`asphera_link::Connection::chunk`]).
+    TwoStreams,
     /// CAN frames as ASCII lines of a serial adapter.
     Slcan(BitRate),
     /// CAN frames of the kernel, in records of 16 bytes.
@@ -35,6 +37,7 @@ impl Framing {
         match self {
             Framing::Raw => Carries::Bytes,
             Framing::Datagrams => Carries::Datagrams,
+            Framing::TwoStreams => Carries::TwoStreams,
             Framing::Slcan(_) | Framing::CanRecords => Carries::CanFrames,
         }
     }
@@ -139,11 +142,16 @@ impl Line {
     /// Whether what is received at once had piled up: at the rates at which host times tell anything, what arrives
     /// between two reads of a stream is far less.
     pub(crate) fn is_backlog(&self, bytes: usize) -> bool {
-        self.framing != Framing::Datagrams && bytes >= BACKLOG_BYTES
+        match self.framing {
+            Framing::Datagrams => false,
+            // A profile alone has thousands of bytes.
+            Framing::TwoStreams => bytes >= FULL_READ_BYTES,
+            Framing::Raw | Framing::Slcan(_) | Framing::CanRecords => bytes >= BACKLOG_BYTES,
+        }
     }
 
     fn is_raw(&self) -> bool {
-        matches!(self.framing, Framing::Raw | Framing::Datagrams)
+        matches!(self.framing, Framing::Raw | Framing::Datagrams | Framing::TwoStreams)
     }
 
     pub(crate) fn is_open(&self) -> bool {
@@ -279,6 +287,15 @@ impl Line {
                 }
                 self.pump(out);
             }
+            Framing::TwoStreams => match Input::of_chunk(bytes) {
+                Some(input) => {
+                    for device in &mut self.devices {
+                        device.driver.receive(now, input);
+                    }
+                    self.pump(out);
+                }
+                None => self.figures.discarded_bytes += bytes.len() as u64,
+            },
             Framing::CanRecords => {
                 for record in bytes.chunks(RECORD_LEN) {
                     match CanFrame::from_record(record) {
@@ -512,6 +529,9 @@ impl Running {
 
 /// One read of a stream of so much means that bytes had piled up.
 const BACKLOG_BYTES: usize = 2048;
+
+/// As much as a link reads at once.
+const FULL_READ_BYTES: usize = 16 * 1024;
 
 /// An adapter that is closed already refuses to be closed, and some refuse the empty line before.
 const EXPECTED_REFUSALS: u64 = 2;

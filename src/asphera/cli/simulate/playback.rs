@@ -42,15 +42,15 @@ struct PlayedLink {
 impl Playback {
     /// Opens a recording and a port for each of its links.
     ///
-    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here, and for
-    /// devices whose datagrams would not come whole.
+    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here, for
+    /// devices whose datagrams would not come whole, and for links of two connections.
     pub(super) async fn open(session: &Path, speed: Speed) -> Result<Playback, Failure> {
         let session = &session_at(session)?;
         let recording = Session::open(session)?;
         let config = Config::parse("config.toml of the recording", recording.config_toml())?;
         let mut links = Vec::new();
         for (index, link) in config.links.iter().enumerate() {
-            refuse_datagrams(&config, index)?;
+            refuse_unplayable(&config, index)?;
             let kind = match link.kind {
                 "serial" | "tcp" | "udp" => "tcp",
                 "slcan-serial" | "slcan-tcp" => "slcan-tcp",
@@ -111,14 +111,19 @@ impl Playback {
     }
 }
 
-/// A stream cuts datagrams anywhere.
-fn refuse_datagrams(config: &Config, link: usize) -> Result<(), Failure> {
+/// A stream cuts datagrams anywhere, and what came on two connections has no order for who plays one of them.
+fn refuse_unplayable(config: &Config, link: usize) -> Result<(), Failure> {
     let mut devices = config.devices.iter().filter(|device| device.link == link);
-    match devices.find(|device| device.carries == Carries::Datagrams) {
+    let found = devices.find_map(|device| match device.carries {
+        Carries::Datagrams => Some(format!("datagrams of {}", device.name)),
+        Carries::TwoStreams => Some(format!("two connections of {}", device.name)),
+        Carries::Bytes | Carries::CanFrames => None,
+    });
+    match found {
         None => Ok(()),
-        Some(device) => Err(format!(
-            "link {}: expected bytes that may be cut anywhere, found datagrams of {}, which cannot be played: use asphera replay",
-            config.links[link].name, device.name
+        Some(found) => Err(format!(
+            "link {}: expected bytes that may be cut anywhere, found {found}, which cannot be played: use asphera replay",
+            config.links[link].name
         )
         .into()),
     }
