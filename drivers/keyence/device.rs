@@ -253,7 +253,7 @@ impl Profiler {
             Request::StopMeasure => self.ask(now, Request::Stop),
             Request::Stop => self.stopped(),
             Request::Prepare | Request::Profile | Request::Start { .. } | Request::StartMeasure => {
-                self.wait(now)
+                self.wait(now);
             }
         }
     }

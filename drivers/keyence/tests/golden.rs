@@ -158,7 +158,7 @@ fn a_refusal_has_its_error() {
 /// (`LJX8IF_GetSerialNumber`, `LJX8IF_GetHeadModel`); count of errors at 28, codes from 32 on (`LJX8IF_GetError`).
 #[test]
 fn units_and_errors_stand_where_the_makers_code_reads_them() {
-    let mut answer = vec![0; 148];
+    let mut answer = [0; 148];
     answer[28] = 2;
     answer[44..52].copy_from_slice(b"LJ-X8000");
     answer[76..84].copy_from_slice(b"1A230004");
@@ -256,12 +256,12 @@ fn by_words(bytes: &[u8]) -> Vec<i32> {
         let [a, b, c, d, e] = row.try_into().unwrap();
         points.extend([
             a % 0x10_0000,
-            a >> 20 | b % 0x100 << 12,
+            a >> 20 | (b % 0x100) << 12,
             b >> 8 & 0xF_FFFF,
-            b >> 28 | c % 0x1_0000 << 4,
-            c >> 16 | d % 0x10 << 16,
+            b >> 28 | (c % 0x1_0000) << 4,
+            c >> 16 | (d % 0x10) << 16,
             d >> 4 & 0xF_FFFF,
-            d >> 24 | e % 0x1000 << 8,
+            d >> 24 | (e % 0x1000) << 8,
             e >> 12,
         ]);
     }
