@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 19] = [
+const DEVICES: [(Family, &str, bool); 21] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -94,6 +94,8 @@ const DEVICES: [(Family, &str, bool); 19] = [
         "commands = ['Home()', 'PtMeas(X(1), Y(2), Z(3))', 'ScanOnLine(0,0,0,1,0,0,0,0,1,0.1)']\nquality_limit = 50\nsilence_s = 2",
         false,
     ),
+    (asphera_keyence::FAMILY, "batch = true\nsilence_ms = 2000", false),
+    (asphera_keyence::FAMILY, "series = \"lj-v7000\"", false),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {
@@ -173,7 +175,12 @@ impl Machine {
     }
 
     fn receive(&mut self, bytes: &[u8]) {
-        if self.carries == Carries::CanFrames {
+        if self.carries == Carries::TwoStreams {
+            // The first byte of a piece is the number of its connection.
+            if let Some(input) = Input::of_chunk(bytes) {
+                self.driver.receive(self.now, input);
+            }
+        } else if self.carries == Carries::CanFrames {
             for record in bytes.chunks_exact(RECORD_LEN) {
                 if let Ok(frame) = CanFrame::from_record(record) {
                     self.driver.receive(self.now, Input::Frame(&frame));

@@ -5,7 +5,7 @@ use std::io;
 use std::net::IpAddr;
 
 use asphera_keyence::wire::Series;
-use asphera_sim_keyence::{Controller, Optics, Scan, ScanSettings, Surface, serve};
+use asphera_sim_keyence::{Controller, Optics, Scan, ScanSettings, Surface, accept, serve};
 use clap::Parser;
 use tokio::net::TcpListener;
 
@@ -81,8 +81,7 @@ async fn main() -> io::Result<()> {
     let streams = TcpListener::bind((arguments.address, arguments.stream_port)).await?;
     loop {
         // A controller has one client at a time.
-        let (client, _) = commands.accept().await?;
-        let (stream, _) = streams.accept().await?;
+        let (client, stream) = accept(&commands, &streams).await?;
         // A client that goes away in the middle of a profile is no trouble of the controller.
         drop(serve(client, stream, &mut controller, &mut scan).await);
         controller.disconnected();

@@ -4,10 +4,35 @@ use std::io;
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
-use tokio::net::TcpStream;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Instant, sleep_until};
 
 use crate::{Controller, Scan};
+
+/// Waits for a client that connects to both ports, that of the commands first. One that goes away before the second is forgotten.
+///
+/// # Errors
+///
+/// When the network fails.
+pub async fn accept(
+    commands: &TcpListener,
+    streams: &TcpListener,
+) -> io::Result<(TcpStream, TcpStream)> {
+    loop {
+        let (client, _) = commands.accept().await?;
+        let mut said = [0];
+        let gone = async {
+            while client.peek(&mut said).await.is_ok_and(|len| len > 0) {
+                // It asks before it has connected to both: the answer comes when it has.
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
+        };
+        tokio::select! {
+            stream = streams.accept() => return Ok((client, stream?.0)),
+            () = gone => {}
+        }
+    }
+}
 
 /// Answers the commands of a client, and streams the scan to it while it wants that. It ends when one of the connections does.
 ///

@@ -21,6 +21,7 @@ mod faults;
 mod file_kinds;
 mod freeforms;
 mod kills;
+mod laser_profiler;
 mod line_scanner;
 mod measure;
 mod metamorphic;

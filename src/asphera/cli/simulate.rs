@@ -4,7 +4,7 @@ mod playback;
 
 use std::path::{Path, PathBuf};
 
-use asphera_rig::{CmmRig, CmmScene, DriveRig, DriveScene, Rig, Scene};
+use asphera_rig::{CmmRig, CmmScene, DriveRig, DriveScene, ProfilerRig, ProfilerScene, Rig, Scene};
 use clap::{ArgGroup, Args};
 
 use super::Speed;
@@ -51,6 +51,9 @@ fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
     if let Some(scene) = CmmScene::parse(&name, &text) {
         return serve_machine(scene?);
     }
+    if let Some(scene) = ProfilerScene::parse(&name, &text) {
+        return profile(scene?);
+    }
     let scene = Scene::parse(&name, &text)?;
     let ports = match ports {
         Some(folder) => folder.to_owned(),
@@ -86,6 +89,20 @@ fn serve_machine(scene: CmmScene) -> Result<Exit, Failure> {
         let title = scene.title().to_owned();
         let rig = CmmRig::start(scene).await?;
         print(&format!("{:<10} {:<14} {}\n", "cmm", "I++ DME, TCP", rig.address()));
+        say(&format!("{title}; Ctrl-C ends it"));
+        interrupted().await?;
+        Ok(Exit::Done)
+    })
+}
+
+/// A bench with a laser profiler over a stage.
+fn profile(scene: ProfilerScene) -> Result<Exit, Failure> {
+    tokio::runtime::Runtime::new()?.block_on(async {
+        let title = scene.title().to_owned();
+        let rig = ProfilerRig::start(scene, &[]).await?;
+        let [commands, stream] = rig.addresses();
+        print(&format!("{:<10} {:<14} {commands}\n", "profiler", "Keyence, TCP"));
+        print(&format!("{:<10} {:<14} {stream}\n", "", "its stream"));
         say(&format!("{title}; Ctrl-C ends it"));
         interrupted().await?;
         Ok(Exit::Done)

@@ -11,6 +11,7 @@ const DRIVERS: &[Family] = &[
     asphera_chrocodile::FAMILY,
     asphera_cia406::FAMILY,
     asphera_ippdme::FAMILY,
+    asphera_keyence::FAMILY,
     asphera_modbus::FAMILY,
     asphera_optoncdt::FAMILY,
     asphera_rf627::FAMILY,

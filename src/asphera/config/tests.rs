@@ -517,6 +517,53 @@ fn a_line_scanner_needs_its_own_kinematics_and_a_udp_link() {
 }
 
 /// A probe of single points has no profiles.
+/// Every commented key of the example exists; two ports suit the drivers that need both, and no others.
+#[test]
+fn a_link_of_two_connections_is_for_devices_that_have_two() {
+    let text = read(&project("examples/laser-profiler.toml")).unwrap();
+    let plain = Config::parse("laser-profiler.toml", &text).unwrap();
+    let address = "127.0.0.1:24691".to_owned();
+    assert_eq!(plain.links[0].endpoint, Endpoint::TcpPair { address, second_port: 24692 });
+    let mut shown = text.clone();
+    for key in ["serial", "batch", "answer_ms", "watch_ms", "silence_ms"] {
+        assert!(shown.contains(&format!("# {key} = ")), "{key}");
+        shown = shown.replace(&format!("# {key} = "), &format!("{key} = "));
+    }
+    Config::parse("laser-profiler.toml", &shown).unwrap();
+
+    let pair = "kind = \"tcp-pair\"\naddress = \"127.0.0.1:24691\"\nsecond_port = 24692";
+    let of_pair =
+        |address: &str, port: &str| format!("kind = \"tcp-pair\"\naddress = {address}\n{port}");
+    for (to, key, expected) in [
+        (
+            "kind = \"tcp\"\naddress = \"127.0.0.1:24691\"".to_owned(),
+            "device.profiler.link",
+            "a tcp-pair link",
+        ),
+        (of_pair("\"127.0.0.1:24691\"", ""), "link.profiler.second_port", "second_port"),
+        (
+            of_pair("\"127.0.0.1:24691\"", "second_port = 70000"),
+            "link.profiler.second_port",
+            "70000",
+        ),
+        (of_pair("\"127.0.0.1\"", "second_port = 1"), "link.profiler.address", "host:port"),
+    ] {
+        assert!(text.contains(pair));
+        let problems = Config::parse("laser-profiler.toml", &text.replace(pair, &to)).unwrap_err();
+        let keys: Vec<&str> = problems.0.iter().map(|problem| problem.key.as_str()).collect();
+        assert_eq!(keys, [key], "{problems}");
+        assert!(problems.to_string().contains(expected), "{problems}");
+    }
+    let described = "driver = \"rf627\"";
+    let text = text.replace("driver = \"keyence-lj\"", described);
+    let text = text.replace("series = \"lj-x8000\"\n", "");
+    let problems = Config::parse("laser-profiler.toml", &text).unwrap_err().to_string();
+    assert!(
+        problems.contains("expected a udp link, found profiler of kind tcp-pair"),
+        "{problems}"
+    );
+}
+
 #[test]
 fn kinematics_of_a_line_scanner_need_one() {
     let text = read(&project("asphera.toml")).unwrap();
