@@ -252,9 +252,9 @@ impl Profiler {
             Request::Errors => self.next_watch = now + millis(self.settings.watch()),
             Request::StopMeasure => self.ask(now, Request::Stop),
             Request::Stop => self.stopped(),
-            Request::Prepare | Request::Profile | Request::Start { .. } | Request::StartMeasure => {
-                self.wait(now);
-            }
+            // A batch that runs already has profiles, too.
+            Request::StartMeasure => self.started(now),
+            Request::Prepare | Request::Profile | Request::Start { .. } => self.wait(now),
         }
     }
 

@@ -43,6 +43,22 @@ fn a_batch_is_started_and_ended() {
     assert_eq!((bench.events.len(), bench.driver.tally().batches), (1, 1), "its end is no fault");
 }
 
+/// After a stop the batch may be running still: then the controller may refuse to start another.
+#[test]
+fn a_batch_that_cannot_be_started_is_reported_and_the_stream_is_read() {
+    let mut bench = Bench::new(Settings { batch: true, ..Settings::default() });
+    bench.command(Command::Start);
+    while bench.asked.last() != Some(&Request::StartMeasure) {
+        let request = *bench.asked.last().unwrap();
+        bench.answer(0, &content(request));
+    }
+    bench.answer(0x44, &[]);
+    assert!(bench.faults()[0].detail.contains("(22h) refused with error 44h"));
+    assert!(bench.events.contains(&Event::Ready));
+    bench.stream(&profile(3, Ok(1)));
+    assert_eq!(bench.triggers(), [3]);
+}
+
 #[test]
 fn an_lj_v7000_is_asked_only_what_is_known_of_it() {
     let settings = Settings { series: Series::LjV7000, ..Settings::default() };
