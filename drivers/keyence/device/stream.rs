@@ -159,7 +159,7 @@ impl Profiler {
                 let missing = ahead - 1;
                 self.tally.missing += u64::from(missing);
                 let detail = format!(
-                    "{missing} profiles are missing before trigger {trigger}: the controller did not send them"
+                    "{missing} profiles are missing before trigger {trigger}: not sent, or with a wrong sum"
                 );
                 self.fault(FaultKind::Protocol, detail);
             }
