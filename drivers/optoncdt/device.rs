@@ -1,6 +1,7 @@
 //! The sensor as a state machine: it listens.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use asphera_link::{
     Channel, Command, Count, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem,
@@ -10,8 +11,12 @@ use asphera_link::{
 use crate::settings::{Extra, Settings};
 use crate::wire::{Decoder, MAX_18, TICK_NS, Width, Word};
 
-/// Whole blocks, one after the other, that prove that the sensor is there. Bytes of anything else often look like one.
+/// Whole blocks, one after the other, that prove that the sensor is there, and that blocks are in step again after other
+/// bytes. Bytes of anything else often look like one.
 const PROOF: usize = 3;
+
+/// Silence after which the newest block counts as good though none follows it, in ms.
+pub(crate) const HELD_MS: u32 = 50;
 
 /// Blocks of another length, one after the other, that are worth a message.
 const WRONG_BLOCKS: u32 = 20;
@@ -22,15 +27,24 @@ const MOST_WORDS: usize = 8;
 /// A sensor that sends by itself.
 ///
 /// Each block gives a reading with its distance. Errors that the sensor sends in place of a distance are flags.
-/// Nothing is ever sent to the sensor: [`Command`]s change nothing, and there is no time-out.
+/// The newest block is held back until another follows it, or the line is silent: with other bytes behind it, it may be
+/// noise and is flagged. Nothing is ever sent to the sensor: [`Command`]s change nothing.
 #[derive(Debug)]
 pub struct Optoncdt {
     settings: Settings,
     channels: Vec<Channel>,
     decoder: Decoder,
     block: Vec<u32>,
-    /// Readings before the sensor proved to be there.
-    unproved: Vec<Reading>,
+    /// Blocks that are not yet known to be in step.
+    unproved: Vec<Block>,
+    in_step: bool,
+    /// The newest block in step, which nothing follows yet.
+    held: Option<Block>,
+    /// Counter of the newest block.
+    last_count: Option<u32>,
+    last_receipt: Nanos,
+    last_block: Nanos,
+    is_open: bool,
     online: bool,
     in_trouble: bool,
     wrong_blocks: u32,
@@ -40,6 +54,14 @@ pub struct Optoncdt {
     strayed: bool,
     events: VecDeque<Event>,
     tally: Tally,
+}
+
+/// Content of a whole block.
+#[derive(Debug)]
+struct Block {
+    reading: Reading,
+    /// Trouble of the sensor itself, in words.
+    trouble: Option<&'static str>,
 }
 
 /// What happened since the driver was made.
@@ -69,6 +91,12 @@ impl Optoncdt {
             decoder: Decoder::new(settings.series.width()),
             block: Vec::with_capacity(MOST_WORDS),
             unproved: Vec::new(),
+            in_step: false,
+            held: None,
+            last_count: None,
+            last_receipt: Nanos::ZERO,
+            last_block: Nanos::ZERO,
+            is_open: false,
             online: false,
             in_trouble: false,
             wrong_blocks: 0,
@@ -107,19 +135,19 @@ impl Optoncdt {
         }
         self.block.push(word.value);
         if self.block.len() == words {
-            let reading = self.reading(now);
+            let block = self.content(now);
             self.block.clear();
-            self.give(reading);
+            self.last_block = now;
+            self.give(block);
         }
     }
 
     /// A block that is too short, or a word too many.
     fn wrong_block(&mut self) {
         let short = self.block.len();
-        let unproved = self.unproved.len() * self.settings.words();
-        self.stray += self.bytes_of_words(short + unproved);
+        self.stray += self.bytes_of_words(short);
         self.block.clear();
-        self.unproved.clear();
+        self.disturbed();
         self.tally.wrong_blocks += 1;
         self.wrong_blocks += 1;
         if self.wrong_blocks == WRONG_BLOCKS {
@@ -131,7 +159,7 @@ impl Optoncdt {
         }
     }
 
-    fn reading(&mut self, host: Nanos) -> Reading {
+    fn content(&self, host: Nanos) -> Block {
         let distance = self.settings.series.distance(self.block[0], self.settings.range_mm);
         let mut reading = Reading {
             host,
@@ -147,40 +175,84 @@ impl Optoncdt {
             rest = after;
             enter(*extra, words, &mut reading);
         }
-        let was_in_trouble = std::mem::replace(&mut self.in_trouble, distance.trouble.is_some());
-        if let Some(trouble) = distance.trouble.filter(|_| !was_in_trouble) {
-            let detail = format!("the sensor reports: {trouble}");
-            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Device, detail }));
-        }
-        reading
+        Block { reading, trouble: distance.trouble }
     }
 
-    fn give(&mut self, reading: Reading) {
-        // In step only if nothing lay between this block and the one before.
-        if !self.online {
-            self.unproved.push(reading);
-            if self.unproved.len() < PROOF {
-                return;
-            }
-            self.online = true;
-            self.events.extend([Event::Online, Event::Ready]);
-            let readings = std::mem::take(&mut self.unproved);
-            self.tally.readings += readings.len() as u64;
-            self.events.extend(readings.into_iter().map(Event::Reading));
+    fn give(&mut self, block: Block) {
+        if self.in_step {
+            self.hold(block);
             return;
+        }
+        // In step only if nothing lay between this block and the one before.
+        self.unproved.push(block);
+        if self.unproved.len() < PROOF {
+            return;
+        }
+        self.in_step = true;
+        if !std::mem::replace(&mut self.online, true) {
+            self.events.extend([Event::Online, Event::Ready]);
+        }
+        std::mem::take(&mut self.unproved).into_iter().for_each(|block| self.hold(block));
+    }
+
+    /// Holds the newest block back and gives the one before it.
+    fn hold(&mut self, mut block: Block) {
+        let reading = &mut block.reading;
+        let count = reading.count.map(|count| count.raw);
+        if count.is_some() && count == self.last_count {
+            // A block that came twice, or a counter that stands: no measurement of its own.
+            reading.flags |= Flags::AMBIGUOUS_COUNT;
+            reading.count = None;
+        }
+        self.last_count = count;
+        if let Some(before) = self.held.replace(block) {
+            self.release(before);
+        }
+    }
+
+    fn release(&mut self, Block { reading, trouble }: Block) {
+        // Noise tells nothing of the sensor.
+        let trouble = trouble.filter(|_| !reading.flags.contains(Flags::SUSPECT));
+        let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
+        if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
+            let detail = format!("the sensor reports: {trouble}");
+            self.events.push_back(Event::Fault(Fault { kind: FaultKind::Device, detail }));
         }
         self.tally.readings += 1;
         self.events.push_back(Event::Reading(reading));
     }
 
+    /// Other bytes follow the newest block.
+    fn disturbed(&mut self) {
+        if let Some(mut block) = self.held.take() {
+            block.reading.flags |= Flags::SUSPECT;
+            self.release(block);
+        }
+        let words = self.unproved.len() * self.settings.words();
+        self.stray += self.bytes_of_words(words);
+        self.unproved.clear();
+        self.in_step = false;
+    }
+
     fn take_discarded(&mut self) -> u64 {
         let bytes = self.decoder.take_discarded();
-        if bytes > 0 && !self.online {
-            let words = self.unproved.len() * self.settings.words();
-            self.stray += self.bytes_of_words(words);
-            self.unproved.clear();
+        if bytes > 0 {
+            // Noise tells nothing of how long blocks are.
+            self.wrong_blocks = 0;
+            self.disturbed();
         }
         bytes
+    }
+
+    /// When the newest reading is given though nothing follows it.
+    fn held_until(&self) -> Option<Nanos> {
+        self.held.as_ref().map(|_| self.last_receipt + millis(HELD_MS))
+    }
+
+    /// When the sensor has been silent for too long.
+    fn silent_at(&self) -> Option<Nanos> {
+        let is_watched = self.is_open && self.online && self.settings.silence_ms > 0;
+        is_watched.then(|| self.last_block + millis(self.settings.silence_ms))
     }
 }
 
@@ -220,15 +292,21 @@ impl Driver for Optoncdt {
         &self.channels
     }
 
-    fn connected(&mut self, _: Nanos) {
+    fn connected(&mut self, now: Nanos) {
         self.decoder = Decoder::new(self.settings.series.width());
         self.block.clear();
         self.unproved.clear();
         (self.online, self.in_trouble, self.strayed) = (false, false, false);
         (self.wrong_blocks, self.stray) = (0, 0);
+        (self.in_step, self.held, self.last_count) = (false, None, None);
+        (self.is_open, self.last_receipt, self.last_block) = (true, now, now);
     }
 
     fn disconnected(&mut self, _: Nanos) {
+        self.is_open = false;
+        if let Some(block) = self.held.take() {
+            self.release(block);
+        }
         self.decoder.reset();
         let words = self.block.len() + self.unproved.len() * self.settings.words();
         let bytes = self.decoder.take_discarded() + self.bytes_of_words(words) + self.stray;
@@ -244,6 +322,7 @@ impl Driver for Optoncdt {
     fn receive(&mut self, now: Nanos, input: Input<'_>) {
         let Input::Bytes(bytes) = input else { return };
         let mut discarded = 0;
+        self.last_receipt = now;
         for byte in bytes {
             let word = self.decoder.push(*byte);
             discarded += self.take_discarded();
@@ -258,10 +337,24 @@ impl Driver for Optoncdt {
         }
     }
 
-    fn timeout(&mut self, _: Nanos) {}
+    fn timeout(&mut self, now: Nanos) {
+        if self.held_until().is_some_and(|until| until <= now)
+            && let Some(block) = self.held.take()
+        {
+            self.release(block);
+        }
+        if self.silent_at().is_some_and(|due| due <= now) {
+            let silence = now.since(self.last_block).as_millis();
+            let detail = format!(
+                "no measurement for {silence} ms: check cable, power and laser, or set silence_ms"
+            );
+            self.is_open = false;
+            self.events.push_back(Event::Reopen(Fault { kind: FaultKind::Timeout, detail }));
+        }
+    }
 
     fn poll_timeout(&self) -> Option<Nanos> {
-        None
+        self.held_until().into_iter().chain(self.silent_at()).min()
     }
 
     fn poll_transmit(&mut self) -> Option<Output> {
@@ -273,4 +366,8 @@ impl Driver for Optoncdt {
     }
 
     fn command(&mut self, _: Nanos, _: Command) {}
+}
+
+fn millis(ms: u32) -> Duration {
+    Duration::from_millis(ms.into())
 }

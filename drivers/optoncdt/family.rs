@@ -1,8 +1,11 @@
 //! The driver as a configuration knows it: its keys, and what a station asks of its settings.
 
+use std::time::Duration;
+
 use asphera_link::{Carries, Channel, DeviceClock, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
+use crate::device::HELD_MS;
 use crate::wire::TICK_NS;
 use crate::{Extra, Optoncdt, Series, Settings};
 
@@ -22,6 +25,8 @@ fn read(table: &Section<'_>) -> Option<Settings> {
     let extras: Vec<Option<Extra>> = words.iter().map(|word| extra(table, word)).collect();
     let extras: Option<Vec<Extra>> = extras.into_iter().collect();
     let triggered = table.or("triggered", false);
+    // Between triggers a sensor is silent for any time.
+    let silence_ms = table.or("silence_ms", if triggered { 0 } else { 2000 });
     let series = match (series?, is_mastered) {
         (Series::Plain, true) => Series::Mastered,
         (Series::Legacy, true) => {
@@ -31,7 +36,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         // The formula of the ILD1900 is the same with a master value.
         (series, _) => series,
     };
-    Some(Settings { series, range_mm: range_mm?, extras: extras?, triggered })
+    Some(Settings { series, range_mm: range_mm?, extras: extras?, triggered, silence_ms })
 }
 
 fn extra(table: &Section<'_>, word: &str) -> Option<Extra> {
@@ -60,6 +65,10 @@ impl DeviceSettings for Settings {
         } else {
             Ok(1 << 18)
         }
+    }
+
+    fn holds_back(&self) -> Duration {
+        Duration::from_millis(HELD_MS.into())
     }
 
     fn clock(&self) -> Option<DeviceClock> {

@@ -97,29 +97,36 @@ impl Series {
             (Series::Legacy, 16_370 | 16_376) => Flags::NO_SIGNAL,
             (Series::Legacy, 16_372 | 16_374) => Flags::OUT_OF_RANGE,
             (Series::Legacy, 16_378) => {
-                return Some((Flags::NO_SIGNAL, Some("the laser is off")));
+                return Some((Flags::NO_SIGNAL, Some(LASER_OFF)));
             }
             (Series::Legacy, 16_380) => {
-                return Some((Flags::TRIGGER_LOST, Some("triggers come faster than it measures")));
+                return Some((
+                    Flags::TRIGGER_LOST,
+                    Some(
+                        "triggers come faster than it measures: move slower, or raise the measuring rate",
+                    ),
+                ));
             }
             (Series::Legacy, _) => return None,
             (_, 262_075) => {
                 return Some((
                     Flags::DEVICE_ERROR,
                     Some(
-                        "more data than the baud rate carries: raise it, or lower the measuring rate",
+                        "more data than the baud rate carries: increase it, or lower the measuring rate",
                     ),
                 ));
             }
             (_, 262_076 | 262_080) => Flags::NO_SIGNAL,
             (_, 262_077 | 262_078) => Flags::OUT_OF_RANGE,
             (_, 262_081) => Flags::SATURATED,
-            (_, 262_082) => return Some((Flags::NO_SIGNAL, Some("the laser is off"))),
+            (_, 262_082) => return Some((Flags::NO_SIGNAL, Some(LASER_OFF))),
             _ => return None,
         };
         Some((flags, None))
     }
 }
+
+const LASER_OFF: &str = "the laser is off: check its key switch and its input";
 
 #[cfg(test)]
 mod tests {
@@ -164,7 +171,7 @@ mod tests {
         assert_eq!(flags(Series::Mastered, 262_076), Flags::NO_SIGNAL);
         assert_eq!(flags(Series::Legacy, 16_374), Flags::OUT_OF_RANGE);
         let off = Series::Plain.distance(262_082, 10.0);
-        assert_eq!((off.mm, off.trouble), (None, Some("the laser is off")));
+        assert_eq!((off.mm, off.trouble), (None, Some(LASER_OFF)));
         assert_eq!(flags(Series::Wide, 262_082), Flags::SUSPECT, "its manual lists no errors");
     }
 }

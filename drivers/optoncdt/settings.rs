@@ -1,6 +1,6 @@
 //! Settings of the driver.
 
-use asphera_link::{Channel, Problem, Unit};
+use asphera_link::{Channel, Problem, Unit, check_range};
 
 use crate::series::Series;
 use crate::wire::Width;
@@ -16,6 +16,8 @@ pub struct Settings {
     pub extras: Vec<Extra>,
     /// Whether each measurement answers one trigger, so that the counter counts triggers.
     pub triggered: bool,
+    /// Silence after which the link is opened anew, 100 to 3 600 000 ms; 0: never, as between triggers.
+    pub silence_ms: u32,
 }
 
 /// A further quantity of each block.
@@ -79,6 +81,9 @@ impl Settings {
         }
         if self.triggered && !self.extras.contains(&Extra::Counter) {
             problems.push(Problem::new("triggered", "the counter among the extras", "none"));
+        }
+        if self.silence_ms != 0 {
+            check_range(&mut problems, "silence_ms", self.silence_ms, 100, 3_600_000);
         }
         problems
     }

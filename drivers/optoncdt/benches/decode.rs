@@ -36,6 +36,7 @@ fn readings(bencher: Bencher<'_, '_>) {
         range_mm: 10.0,
         extras: vec![Extra::Counter],
         triggered: true,
+        silence_ms: 0,
     };
     bencher.counter(BytesCount::new(bytes.len())).bench_local(|| {
         let mut driver =

@@ -7,7 +7,13 @@ use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
 fn settings(extras: &[Extra]) -> Settings {
-    Settings { series: Series::Plain, range_mm: 10.0, extras: extras.to_vec(), triggered: false }
+    Settings {
+        series: Series::Plain,
+        range_mm: 10.0,
+        extras: extras.to_vec(),
+        triggered: false,
+        silence_ms: 0,
+    }
 }
 
 /// A block: the first word, then the others.
@@ -66,7 +72,7 @@ fn extras_are_taken_in_their_order() {
     ];
     let words = [32_760, 0x1234, 2, 2500, 262_143, 65_472, 1 << 6, 77];
     let events = run(settings(&extras), &[&block(&words).repeat(3)]);
-    let reading = readings(&events)[2].clone();
+    let reading = readings(&events)[0].clone();
     assert_eq!(reading.device_time_ns, Some((2 * 65_536 + 0x1234) * 10_000));
     assert_eq!(reading.values.get(1), Some(2500.0 * 1e-7));
     assert_eq!(reading.values.get(2), Some(100.0));
@@ -103,7 +109,13 @@ fn errors_are_gaps_with_their_reason_and_trouble_is_told_once() {
         })
         .collect();
     assert_eq!(told.len(), 2);
-    assert_eq!(told[0], (FaultKind::Device, "the sensor reports: the laser is off"));
+    assert_eq!(
+        told[0],
+        (
+            FaultKind::Device,
+            "the sensor reports: the laser is off: check its key switch and its input"
+        )
+    );
     assert!(told[1].1.contains("baud rate"));
 }
 
@@ -130,12 +142,17 @@ fn other_extras_than_described_are_found_out() {
 #[test]
 fn a_lost_byte_costs_its_block() {
     let extras = [Extra::Counter];
-    let bytes: Vec<u8> = (0..10).flat_map(|n| block(&[32_760, n])).collect();
-    for lost in 18..bytes.len() {
+    let bytes: Vec<u8> = (0..14).flat_map(|n| block(&[32_760, n])).collect();
+    for lost in 18..10 * 6 {
         let events = run(settings(&extras), &[&bytes[..lost], &bytes[lost + 1..]]);
         let counts: Vec<_> = readings(&events).iter().map(|r| r.count.unwrap().raw).collect();
-        let expected: Vec<u32> = (0..10).filter(|n| *n != lost as u32 / 6).collect();
+        let damaged = lost as u32 / 6;
+        let expected: Vec<u32> = (0..14).filter(|n| *n != damaged).collect();
         assert_eq!((counts, discarded(&events)), (expected, 5), "byte {lost}");
+        let readings = readings(&events);
+        let flagged = readings.iter().filter(|reading| reading.flags == Flags::SUSPECT);
+        let flagged: Vec<u32> = flagged.map(|reading| reading.count.unwrap().raw).collect();
+        assert_eq!(flagged, [damaged - 1], "noise may begin before it shows");
     }
 }
 
@@ -167,4 +184,49 @@ proptest! {
         prop_assert_eq!(discarded(&whole), discarded(&parts));
         prop_assert_eq!(readings(&whole).len() as u64 * 6 + discarded(&whole), all.len() as u64);
     }
+}
+
+/// Bytes that look like one block after a good one, and like one before it, are no good readings.
+#[test]
+fn blocks_beside_noise_are_flagged_or_discarded() {
+    let good = block(&[32_760]).repeat(3);
+    let events =
+        run(settings(&[]), &[&good, &block(&[1000]), b"\x7F", &block(&[2000]), b"\x7F", &good]);
+    let found: Vec<Flags> = readings(&events).iter().map(|reading| reading.flags).collect();
+    let good = Flags::empty();
+    assert_eq!(found, [good, good, good, Flags::SUSPECT, good, good, good]);
+    assert_eq!(discarded(&events), 2 + 3);
+}
+
+#[test]
+fn the_newest_block_waits_for_another_or_for_silence() {
+    let mut driver = Optoncdt::new(settings(&[])).expect("settings of a test are sound");
+    driver.connected(Nanos::ZERO);
+    driver.receive(Nanos::from_millis(5), Input::Bytes(&block(&[32_760]).repeat(4)));
+    let events: Vec<Event> = std::iter::from_fn(|| driver.poll_event()).collect();
+    assert_eq!(readings(&events).len(), 3);
+    assert_eq!(driver.poll_timeout(), Some(Nanos::from_millis(55)));
+    driver.timeout(Nanos::from_millis(55));
+    let events: Vec<Event> = std::iter::from_fn(|| driver.poll_event()).collect();
+    assert_eq!((readings(&events).len(), readings(&events)[0].host), (1, Nanos::from_millis(5)));
+    assert_eq!(driver.poll_timeout(), None, "a sensor that waits for triggers may be silent");
+}
+
+#[test]
+fn a_sensor_that_falls_silent_is_connected_anew() {
+    let watched = Settings { silence_ms: 200, ..settings(&[]) };
+    let mut driver = Optoncdt::new(watched).expect("settings of a test are sound");
+    driver.connected(Nanos::ZERO);
+    assert_eq!(driver.poll_timeout(), None, "one that never spoke is told by its link");
+    driver.receive(Nanos::from_millis(5), Input::Bytes(&block(&[32_760]).repeat(4)));
+    driver.timeout(Nanos::from_millis(55));
+    // Noise is no sign of life.
+    driver.receive(Nanos::from_millis(150), Input::Bytes(b"\x7F"));
+    assert_eq!(driver.poll_timeout(), Some(Nanos::from_millis(205)));
+    driver.timeout(Nanos::from_millis(205));
+    let last = std::iter::from_fn(|| driver.poll_event()).last();
+    assert!(
+        matches!(last, Some(Event::Reopen(fault)) if fault.detail.contains("for 200 ms: check"))
+    );
+    assert_eq!(driver.poll_timeout(), None);
 }
