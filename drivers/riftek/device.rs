@@ -150,7 +150,9 @@ impl Riftek {
         }
         if let Some(serial) = serial.filter(|serial| *serial != identity.serial) {
             let found = identity.serial;
-            let detail = format!("the sensor has the serial number {found}, expected {serial}");
+            let detail = format!(
+                "the sensor has the serial number {found}, expected {serial}: set serial, or connect the right sensor"
+            );
             self.abandon(FaultKind::Protocol, detail);
             return;
         }
@@ -218,7 +220,7 @@ impl Riftek {
                     self.read(now, answer);
                 }
                 if self.decoder.take_overlong() {
-                    let detail = "results of the stream have more than 2 bytes: another stream was started by another program".to_owned();
+                    let detail = "results of the stream have more than 2 bytes, or come twice: check that no other program or sensor uses the line".to_owned();
                     self.abandon(FaultKind::Protocol, detail);
                 }
             }
@@ -229,33 +231,44 @@ impl Riftek {
         self.tally.lost += u64::from(lost);
         let was_in_gap = std::mem::replace(&mut self.in_gap, lost > 0);
         if lost > 0 && !was_in_gap {
-            let detail = format!("{lost} or more results of the stream were lost on the line");
+            let detail = format!(
+                "{lost} or more results of the stream were lost on the line: check cable and baud rate"
+            );
             self.events.push_back(Event::Fault(Fault { kind: FaultKind::Protocol, detail }));
         }
     }
 
     fn read(&mut self, now: Nanos, answer: Answer) {
         let Some(result) = answer.result() else { return };
-        self.last_answer = now;
+        if !answer.is_clean && !answer.is_new {
+            // Noise that looks like an answer without a result of its own.
+            self.stray += 2 * RESULT as u64;
+            return;
+        }
+        if answer.is_clean {
+            self.last_answer = now;
+        }
         if answer.is_new {
             self.tally.readings += 1;
-            self.events.push_back(Event::Reading(self.reading(now, result)));
+            let flags = if answer.is_clean { Flags::empty() } else { Flags::SUSPECT };
+            self.events.push_back(Event::Reading(self.reading(now, result, flags)));
         } else {
             self.tally.repeated += 1;
         }
-        if !std::mem::replace(&mut self.ready, true) {
+        if answer.is_clean && !std::mem::replace(&mut self.ready, true) {
             self.events.push_back(Event::Ready);
         }
     }
 
     /// X = D · S / 16384 (RF602 manual, page 15, equation 1).
-    fn reading(&self, host: Nanos, result: u16) -> Reading {
+    fn reading(&self, host: Nanos, result: u16, flags: Flags) -> Reading {
         // At the ends of the range nobody knows whether the sensor sees the target or only its limit.
-        let flags = match result {
-            0 | FULL_RANGE => Flags::OUT_OF_RANGE,
-            1..FULL_RANGE => Flags::empty(),
-            _ => Flags::SUSPECT,
-        };
+        let flags = flags
+            | match result {
+                0 | FULL_RANGE => Flags::OUT_OF_RANGE,
+                1..FULL_RANGE => Flags::empty(),
+                _ => Flags::SUSPECT,
+            };
         let mm = f64::from(result) * f64::from(self.settings.range_mm) / f64::from(FULL_RANGE);
         let mut values = Values::new();
         values.push(flags.is_empty().then_some(mm));
@@ -266,7 +279,9 @@ impl Riftek {
         self.tally.timeouts += 1;
         self.silent += 1;
         let timeout_ms = self.settings.timeout_ms;
-        let detail = format!("no answer to the question for a result within {timeout_ms} ms");
+        let detail = format!(
+            "no answer to the question for a result within {timeout_ms} ms: check cable and power, or increase timeout_ms"
+        );
         if self.silent >= MOST_SILENT {
             self.abandon(FaultKind::Timeout, detail);
             return;
@@ -342,7 +357,7 @@ impl Driver for Riftek {
         match self.state {
             State::Closed => {}
             State::Quieting { latest, .. } if now >= latest => {
-                let detail = "a stream goes on after it was stopped: another program or sensor uses the line".to_owned();
+                let detail = "a stream goes on after it was stopped: check that no other program or sensor uses the line".to_owned();
                 self.abandon(FaultKind::Protocol, detail);
             }
             State::Quieting { .. } => self.greet(now, 1),
@@ -352,7 +367,9 @@ impl Driver for Riftek {
                 let silence = now.since(self.last_answer).as_millis();
                 self.abandon(
                     FaultKind::Timeout,
-                    format!("no result of the stream for {silence} ms"),
+                    format!(
+                        "no result of the stream for {silence} ms: check cable, power and laser"
+                    ),
                 );
             }
             State::Idle { .. } => {

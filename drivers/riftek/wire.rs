@@ -58,6 +58,9 @@ pub struct Answer {
     pub count: u8,
     /// Answers that were lost before it, as far as the counter tells: 0 to 3.
     pub lost: u8,
+    /// Whether no bytes of anything else came since the answer before it, or since the question. Four bytes of noise may
+    /// look like an answer.
+    pub is_clean: bool,
     bytes: [u8; LONGEST],
     len: usize,
 }
@@ -122,6 +125,8 @@ pub struct Decoder {
     last: Option<u8>,
     /// The answer is longer than expected.
     is_overlong: bool,
+    /// Bytes were passed over since the last answer.
+    is_disturbed: bool,
     discarded: u64,
 }
 
@@ -137,6 +142,7 @@ impl Decoder {
             bytes: [0; LONGEST],
             last: None,
             is_overlong: false,
+            is_disturbed: false,
             discarded: 0,
         }
     }
@@ -147,14 +153,14 @@ impl Decoder {
         if byte & 0x80 == 0 {
             // A request of somebody, or a damaged byte: the answer is no longer whole.
             self.give_up();
-            self.discarded += 1;
+            self.pass_over(1);
             return None;
         }
         if head != self.head {
             self.give_up();
             self.head = head;
         } else if self.halves == 2 * self.len {
-            self.discarded += 1;
+            self.pass_over(1);
             self.is_overlong = true;
             return None;
         }
@@ -173,6 +179,7 @@ impl Decoder {
             count,
             // The same number as before: a whole round is missing.
             lost: step.wrapping_sub(1) & 3,
+            is_clean: !std::mem::take(&mut self.is_disturbed),
             bytes: self.bytes,
             len: self.len,
         }
@@ -181,9 +188,14 @@ impl Decoder {
     /// Forgets an answer that is not whole; its bytes are passed over.
     fn give_up(&mut self) {
         if self.halves < 2 * self.len {
-            self.discarded += self.halves as u64;
+            self.pass_over(self.halves as u64);
         }
         (self.head, self.halves) = (0, 0);
+    }
+
+    fn pass_over(&mut self, bytes: u64) {
+        self.discarded += bytes;
+        self.is_disturbed |= bytes > 0;
     }
 
     /// Forgets all, the number of the last answer too: answers of so many bytes come next.

@@ -217,7 +217,35 @@ fn lost_results_are_counted_and_reported_once_a_run() {
     assert_eq!((bench.readings().len(), bench.driver.tally().lost), (5, 2));
     assert_eq!(
         bench.faults(),
-        [(FaultKind::Protocol, "1 or more results of the stream were lost on the line".to_owned())]
+        [(
+            FaultKind::Protocol,
+            "1 or more results of the stream were lost on the line: check cable and baud rate"
+                .to_owned()
+        )]
+    );
+}
+
+/// Four bytes of noise look like an answer now and then. Beside other noise none of them is believed.
+#[test]
+fn answers_behind_noise_are_no_good_readings() {
+    for mode in [STREAM, POLL] {
+        let mut bench = Bench::identified(mode);
+        bench.receive(b"\x7F");
+        bench.receive(&encode_answer(true, 1, &[1, 2]));
+        assert_eq!((bench.values(), bench.readings()[0].flags), (vec![None], Flags::SUSPECT));
+        if mode == POLL {
+            bench.next_timeout();
+        }
+        bench.receive(&encode_answer(true, 2, &[1, 2]));
+        assert!(bench.values()[1].is_some() && bench.readings()[1].flags.is_empty());
+    }
+    let mut bench = Bench::identified(STREAM);
+    bench.receive(b"\x7F");
+    bench.receive(&encode_answer(false, 1, &[1, 2]));
+    assert_eq!(
+        (bench.readings().len(), bench.discarded()),
+        (0, 5),
+        "counted, since it is no answer"
     );
 }
 
