@@ -167,8 +167,8 @@ impl Slot {
                 reading.flags |= if flags.is_empty() { Flags::SUSPECT } else { flags };
                 if flags.contains(Flags::DEVICE_ERROR) && into.trouble.is_none() {
                     let means = self.field.meaning_of(&text);
-                    let means = if means.is_empty() { String::new() } else { format!(": {means}") };
-                    into.trouble = Some(format!("{} `{text}`{means}", self.field.name));
+                    let means = if means.is_empty() { "see its manual" } else { means };
+                    into.trouble = Some(format!("{} `{text}`: {means}", self.field.name));
                 }
             }
             Role::Bits => match self.whole(bytes) {
@@ -224,7 +224,7 @@ impl Slot {
                 }
                 into.reading.flags |= flagged.flag;
                 if flagged.flag == Flags::DEVICE_ERROR && into.trouble.is_none() {
-                    into.trouble = Some(format!("{} `bit {bit}`", self.field.name));
+                    into.trouble = Some(format!("{} `bit {bit}`: see its manual", self.field.name));
                 }
             }
         }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use asphera_link::{
-    Channel, Command, Driver, Event, Fault, FaultKind, Input, Nanos, Output, Problem, shown,
+    Channel, Command, Driver, Event, Fault, FaultKind, Flags, Input, Nanos, Output, Problem, shown,
 };
 
 use crate::assemble::{Assembled, Assembler, NoReading};
@@ -33,7 +33,8 @@ const MOST_SILENT: u32 = 5;
 /// # Devices that are asked
 ///
 /// An answer does not say which question it belongs to. After a time-out nothing is asked until the line was
-/// silent for [`late_limit_ms`](crate::Poll::late_limit_ms); what comes in that time is dropped. Without a [`Hello`] the first answer of
+/// silent for [`late_limit_ms`](crate::Poll::late_limit_ms); what comes in that time is dropped. An answer among bytes that
+/// nobody understands is flagged, unless a check guards it: noise may look like a number. Without a [`Hello`] the first answer of
 /// a connection only proves that the device is there, and the line must be silent for as long after it.
 ///
 /// # Devices with a queue of errors
@@ -66,6 +67,8 @@ pub struct Described {
     /// The last frame was no reading; the first of a run is worth a message.
     muddled: bool,
     in_trouble: bool,
+    /// Bytes passed over before the question under way.
+    passed_before: u64,
     last_receipt: Nanos,
     outputs: VecDeque<Vec<u8>>,
     events: VecDeque<Event>,
@@ -149,6 +152,7 @@ impl Described {
             unasked: false,
             muddled: false,
             in_trouble: false,
+            passed_before: 0,
             last_receipt: Nanos::ZERO,
             outputs: VecDeque::new(),
             events: VecDeque::new(),
@@ -269,7 +273,10 @@ impl Described {
                 Some(body) => body,
                 None => {
                     self.tally.damaged += 1;
-                    let detail = format!("checksum of `{}` is wrong", shown(frame));
+                    let detail = format!(
+                        "checksum of `{}` is wrong: check cable and baud rate",
+                        shown(frame)
+                    );
                     return Err(Other::Strange(detail));
                 }
             },
@@ -281,8 +288,11 @@ impl Described {
         })
     }
 
-    fn read(&mut self, now: Nanos, Assembled { reading, trouble }: Assembled) {
+    fn read(&mut self, now: Nanos, Assembled { mut reading, trouble }: Assembled) {
         self.prove_online();
+        if self.is_among_noise() {
+            reading.flags |= Flags::SUSPECT;
+        }
         self.muddled = false;
         let was_in_trouble = std::mem::replace(&mut self.in_trouble, trouble.is_some());
         if let Some(trouble) = trouble.filter(|_| !was_in_trouble) {
@@ -294,6 +304,12 @@ impl Described {
             self.prove_ready();
         }
         self.answered(now);
+    }
+
+    /// Whether an answer that nothing guards came among other bytes.
+    fn is_among_noise(&self) -> bool {
+        let is_bare = self.settings.poll.is_some() && self.settings.checksum.is_none();
+        is_bare && self.splitter.passed_over() > self.passed_before
     }
 
     fn ungreeted(&mut self, now: Nanos, attempt: u8, stranger: Option<String>) {
@@ -308,13 +324,14 @@ impl Described {
             Some(frame) => {
                 let answer = hello.answer.text();
                 let detail = format!(
-                    "`{ask}` is answered by `{frame}`, expected `{answer}`: another device, or a wrong baud rate?"
+                    "`{ask}` is answered by `{frame}`, expected `{answer}`: check the baud rate, or connect the right device"
                 );
                 self.abandon(FaultKind::Protocol, detail);
             }
             None => {
-                let detail =
-                    format!("no answer to `{ask}` within {timeout_ms} ms, asked {ATTEMPTS} times");
+                let detail = format!(
+                    "no answer to `{ask}` within {timeout_ms} ms, asked {ATTEMPTS} times: check cable, power, baud rate and the end of commands"
+                );
                 self.abandon(FaultKind::Timeout, detail);
             }
         }
@@ -468,7 +485,7 @@ fn splitter(settings: &Settings) -> Splitter {
 }
 
 fn no_reading(frame: &[u8], why: &NoReading) -> String {
-    format!("`{}` {why}", shown(frame))
+    format!("`{}` {why}: check baud rate and settings", shown(frame))
 }
 
 fn millis(ms: u32) -> Duration {

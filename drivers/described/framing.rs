@@ -63,6 +63,8 @@ struct Stream {
     /// Whether a line begins there.
     aligned: bool,
     discarded: u64,
+    /// All bytes passed over, ever.
+    passed_over: u64,
 }
 
 impl Splitter {
@@ -100,7 +102,12 @@ impl Splitter {
 
     /// A frame that turned out to be no reading.
     pub(crate) fn pass_over(&mut self, frame: &[u8]) {
-        self.stream.discarded += frame.len() as u64;
+        self.stream.count(frame.len());
+    }
+
+    /// All bytes passed over so far.
+    pub(crate) fn passed_over(&self) -> u64 {
+        self.stream.passed_over
     }
 
     /// The next whole frame.
@@ -139,7 +146,12 @@ impl Stream {
 
     fn skip(&mut self, len: usize) {
         self.start += len;
+        self.count(len);
+    }
+
+    fn count(&mut self, len: usize) {
         self.discarded += len as u64;
+        self.passed_over += len as u64;
     }
 
     /// Passes over ends of lines; they are part of no frame and none is lost with them.

@@ -30,6 +30,7 @@ impl Described {
         self.outputs.push_back(poll.ask.clone());
         self.tally.asked += 1;
         self.splitter.clear(true);
+        self.passed_before = self.splitter.passed_over();
         self.state = State::Asking { deadline: now + millis(poll.timeout_ms), stranger: None };
     }
 
@@ -60,7 +61,9 @@ impl Described {
         self.tally.timeouts += 1;
         let came = stranger.map(|frame| format!("; `{frame}` came")).unwrap_or_default();
         let (ask, timeout_ms) = (shown(&poll.ask), poll.timeout_ms);
-        let detail = format!("no answer to `{ask}` within {timeout_ms} ms{came}");
+        let detail = format!(
+            "no answer to `{ask}` within {timeout_ms} ms{came}: check cable and power, or increase timeout_ms"
+        );
         self.errors_due = None;
         self.settle(now, poll, detail);
     }

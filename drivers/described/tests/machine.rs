@@ -84,8 +84,8 @@ fn what_is_no_reading_is_counted_and_said_once_a_run() {
     assert_eq!(
         told,
         [
-            "`distance` has no number where a channel stands",
-            "`???` has no number where a channel stands"
+            "`distance` has no number where a channel stands: check baud rate and settings",
+            "`???` has no number where a channel stands: check baud rate and settings"
         ]
     );
     assert_eq!(bench.discarded(), 8 + 3 + 3);
@@ -127,7 +127,11 @@ fn a_late_answer_is_never_taken_for_the_next() {
     bench.next_timeout();
     assert_eq!(
         bench.faults(),
-        [(FaultKind::Timeout, "no answer to `M\\r` within 40 ms".to_owned())]
+        [(
+            FaultKind::Timeout,
+            "no answer to `M\\r` within 40 ms: check cable and power, or increase timeout_ms"
+                .to_owned()
+        )]
     );
     // It comes after all, and the settling begins anew.
     bench.receive("99\r");
@@ -146,8 +150,32 @@ fn what_came_instead_of_an_answer_is_named() {
     bench.receive("what?\r");
     bench.next_timeout();
     let told: Vec<_> = bench.faults().into_iter().map(|(_, detail)| detail).collect();
-    let unreadable = "`what?` has no number where a channel stands";
-    assert_eq!(told, [unreadable, "no answer to `M\\r` within 40 ms; `what?` came"]);
+    let unreadable = "`what?` has no number where a channel stands: check baud rate and settings";
+    assert_eq!(
+        told,
+        [
+            unreadable,
+            "no answer to `M\\r` within 40 ms; `what?` came: check cable and power, or increase timeout_ms"
+        ]
+    );
+}
+
+/// A number among noise may be part of the noise, where nothing guards it.
+#[test]
+fn an_answer_among_noise_is_flagged() {
+    let mut bench = asked();
+    bench.receive(b"\xFF\x12\r7\r");
+    bench.next_question();
+    bench.receive("8\r");
+    let flags: Vec<_> = bench.readings().iter().map(|reading| reading.flags).collect();
+    assert_eq!(
+        (bench.values(), flags),
+        (vec![Some(7.0), Some(8.0)], vec![Flags::SUSPECT, Flags::empty()])
+    );
+    // An echo is described, and no noise.
+    bench.next_question();
+    bench.receive("M\r9\r");
+    assert_eq!(bench.readings()[2].flags, Flags::empty());
 }
 
 #[test]
@@ -190,13 +218,14 @@ fn another_device_is_found_out() {
     assert_eq!(*kind, FaultKind::Protocol);
     assert_eq!(
         detail,
-        "`I\\r` is answered by `OTHER 5`, expected `ACME.*`: another device, or a wrong baud rate?"
+        "`I\\r` is answered by `OTHER 5`, expected `ACME.*`: check the baud rate, or connect the right device"
     );
     assert_eq!((bench.sent.len(), bench.count(&Event::Online)), (2, 0));
     let mut silent = Bench::new(GREETED);
     silent.next_timeout();
     silent.next_timeout();
-    assert_eq!(silent.faults()[0].1, "no answer to `I\\r` within 300 ms, asked 2 times");
+    let words = "no answer to `I\\r` within 300 ms, asked 2 times: check cable";
+    assert!(silent.faults()[0].1.starts_with(words));
 }
 
 #[test]
@@ -215,7 +244,7 @@ fn a_damaged_line_is_no_reading() {
     // 1 ^ , ^ 5 is 31h ^ 2Ch ^ 35h = 28h.
     bench.receive("\n1,5*28\n1,6*28\n1,5*28\n");
     assert_eq!(bench.values(), [Some(1.0), Some(1.0)]);
-    assert_eq!(bench.faults()[0].1, "checksum of `1,6*28` is wrong");
+    assert_eq!(bench.faults()[0].1, "checksum of `1,6*28` is wrong: check cable and baud rate");
     assert_eq!(bench.discarded(), 6);
 }
 
@@ -226,7 +255,7 @@ fn trouble_of_the_device_is_told_once_and_flags_every_reading() {
          good = ['0']\ndevice_error = ['9']",
     );
     bench.receive("\n1 9\n2 9\n3 0\n4 9\n");
-    let fault = (FaultKind::Device, "the device reports lamp `9`".to_owned());
+    let fault = (FaultKind::Device, "the device reports lamp `9`: see its manual".to_owned());
     assert_eq!(bench.faults(), [fault.clone(), fault]);
     let flags: Vec<_> = bench.readings().iter().map(|reading| reading.flags).collect();
     let bad = Flags::DEVICE_ERROR;

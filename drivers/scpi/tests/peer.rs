@@ -47,7 +47,10 @@ fn pyvisa_sim_queues_an_error_for_what_it_does_not_know() {
     let events = peer.run(settings, found);
     let expected = [
         (FaultKind::Device, "the device reports the error `-113,\"Undefined header\"`"),
-        (FaultKind::Timeout, "no answer to `FETC:POW?\\n` within 200 ms"),
+        (
+            FaultKind::Timeout,
+            "no answer to `FETC:POW?\\n` within 200 ms: check cable and power, or increase timeout_ms",
+        ),
         (FaultKind::Device, "the device reports the error `-113,\"Undefined header\"`"),
     ];
     assert_eq!(faults(&events)[..3], expected.map(|(kind, text)| (kind, text.to_owned())));
