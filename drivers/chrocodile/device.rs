@@ -160,7 +160,10 @@ impl Chrocodile {
                         self.answered(now, talk, &text);
                     }
                     Some(Err(_)) => {
-                        let detail = format!("the answer to {} does not end", talk.command.text());
+                        let detail = format!(
+                            "the answer to {} does not end: check the baud rate",
+                            talk.command.text()
+                        );
                         self.give_up(FaultKind::Protocol, detail);
                     }
                 },
@@ -183,7 +186,10 @@ impl Chrocodile {
         }
         self.report_discarded();
         if self.state == State::Streaming && self.discarded > MOST_DISCARDED {
-            let detail = format!("{} bytes without a telegram as set up", self.discarded);
+            let detail = format!(
+                "{} bytes without a telegram as set up: check cable and baud rate",
+                self.discarded
+            );
             self.give_up(FaultKind::Protocol, detail);
         }
         self.silence_due = (self.is_streaming() && self.framing.is_waiting())
@@ -265,7 +271,7 @@ impl Chrocodile {
         }
         let what = if talk.echoed { "answer" } else { "echo" };
         let detail = format!(
-            "no {what} to {} within {} ms, asked {ATTEMPTS} times",
+            "no {what} to {} within {} ms, asked {ATTEMPTS} times: check cable, power, baud rate and protocol",
             talk.command.text(),
             self.settings.ready_timeout_ms
         );
@@ -379,7 +385,8 @@ impl Driver for Chrocodile {
         }
         if self.gap_due().is_some_and(|due| due <= now) {
             let gap_ms = now.since(self.last_receipt).as_millis();
-            let detail = format!("no data for {gap_ms} ms though free-running");
+            let detail =
+                format!("no data for {gap_ms} ms though free-running: check cable and power");
             self.give_up(FaultKind::Timeout, detail);
         }
         if let State::Talking(talk) = &self.state

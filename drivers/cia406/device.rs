@@ -207,7 +207,10 @@ impl Cia406 {
             (SdoResponse::Segmented(address), SdoRequest::Upload(_)) => {
                 let abort = SdoRequest::Abort(address, AbortCode::UNSUPPORTED_ACCESS);
                 self.transmit.push_back(abort.encode(self.node));
-                let detail = format!("node {} has more than four bytes at {address}", self.node);
+                let detail = format!(
+                    "node {} has more than four bytes at {address}: see its manual",
+                    self.node
+                );
                 return self.give_up(now, Fault { kind: FaultKind::Protocol, detail });
             }
             _ => return self.discard(data),
@@ -257,7 +260,8 @@ impl Cia406 {
             }
             (NmtState::BootUp, State::Waiting { .. }) => self.begin_setup(now),
             (NmtState::BootUp, _) => {
-                let detail = format!("node {} restarted", self.node);
+                let detail =
+                    format!("node {} restarted, and is set up anew: check its power", self.node);
                 self.lose(now, FaultKind::Device, detail);
             }
             (NmtState::Operational, State::Starting { .. }) => self.running(),
@@ -268,7 +272,10 @@ impl Cia406 {
             // It may be from before the start: heartbeats yield to answers and positions on the bus.
             (NmtState::PreOperational, State::Running { .. }) if first => {}
             (NmtState::PreOperational | NmtState::Stopped, State::Running { .. }) => {
-                let detail = format!("node {} is {said}, though it was started", self.node);
+                let detail = format!(
+                    "node {} is {said}, though it was started: check that no other master controls it",
+                    self.node
+                );
                 self.lose(now, FaultKind::Device, detail);
             }
             _ => {}
@@ -281,7 +288,10 @@ impl Cia406 {
         };
         self.error = !emergency.is_all_clear();
         if self.error {
-            self.fault(FaultKind::Device, format!("node {}: {emergency}", self.node));
+            self.fault(
+                FaultKind::Device,
+                format!("node {}: {emergency}; see its manual", self.node),
+            );
         }
     }
 
@@ -343,7 +353,7 @@ impl Cia406 {
         if !self.length_told {
             self.length_told = true;
             let detail = format!(
-                "TPDO1 of node {} has {found} bytes, its mapping {}",
+                "TPDO1 of node {} has {found} bytes, its mapping {}: see its manual, or start it anew",
                 self.node,
                 self.layout.byte_len()
             );
@@ -423,7 +433,7 @@ impl Driver for Cia406 {
     fn timeout(&mut self, now: Nanos) {
         if self.alive_until.is_some_and(|until| until <= now) {
             let detail = format!(
-                "no heartbeat of node {} within {} ms",
+                "no heartbeat of node {} within {} ms: check its power, the cable and both ends of the bus",
                 self.node,
                 self.heartbeat_timeout().as_millis()
             );
@@ -441,7 +451,7 @@ impl Driver for Cia406 {
                     let abort = SdoRequest::Abort(asked.address(), AbortCode::TIMED_OUT);
                     self.transmit.push_back(abort.encode(self.node));
                     let detail = format!(
-                        "node {} did not answer for {} within {TRIES} times {} ms",
+                        "node {} did not answer for {} within {TRIES} times {} ms: check node number, bit rate, cable and power",
                         self.node,
                         asked.address(),
                         self.settings.sdo_timeout_ms
@@ -455,7 +465,10 @@ impl Driver for Cia406 {
                 if tries > 0 {
                     self.start(now, learned, tries);
                 } else {
-                    let detail = format!("node {} did not become operational", self.node);
+                    let detail = format!(
+                        "node {} did not become operational: check that no other master controls it",
+                        self.node
+                    );
                     self.lose(now, FaultKind::Timeout, detail);
                 }
             }

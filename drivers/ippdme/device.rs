@@ -138,7 +138,10 @@ impl Ippdme {
     fn take_line(&mut self, now: Nanos, line: &[u8]) {
         let bytes = line.len() as u64 + 2;
         let Some(answer) = Answer::parse(line) else {
-            let detail = format!("a line that is no answer of I++ DME: `{}`", shown(line));
+            let detail = format!(
+                "a line that is no answer of I++ DME, `{}`: check address and port of the link",
+                shown(line)
+            );
             self.distrust(bytes, detail);
             return;
         };
@@ -160,7 +163,7 @@ impl Ippdme {
         } else if !self.is_expected(&answer) {
             let tag = answer.tag;
             let detail = format!(
-                "an answer with tag {tag}, which no command of ours has: another program uses this connection"
+                "an answer with tag {tag}, which no command under way has: increase silence_s, or check that no other program uses this connection"
             );
             self.distrust(bytes, detail);
         }

@@ -236,8 +236,9 @@ impl Modbus {
         let timeout_ms = self.settings.timeout_ms;
         let stranger = self.screen.stranger(&question);
         let stranger = stranger.map(|unit| format!("; unit {unit} answered")).unwrap_or_default();
-        let detail =
-            format!("no answer of unit {unit_id} to read {block} within {timeout_ms} ms{stranger}");
+        let detail = format!(
+            "no answer of unit {unit_id} to read {block} within {timeout_ms} ms{stranger}: check unit_id, cable and power"
+        );
         match self.settings.transport {
             Transport::Tcp => self.lose(FaultKind::Timeout, detail),
             Transport::Rtu => {
@@ -349,7 +350,7 @@ impl Driver for Modbus {
                 Ok((next, false)) => break next,
                 Err(OutOfStep { protocol, len }) => {
                     let detail = format!(
-                        "no Modbus TCP frame where one must begin: protocol {protocol}, length {len}"
+                        "no Modbus TCP frame where one must begin, protocol {protocol}, length {len}: check framing, and address and port of the link"
                     );
                     break self.lose(FaultKind::Protocol, detail);
                 }

@@ -26,6 +26,8 @@ pub struct Rf627 {
     /// Serial number of the scanner that is listened to on this connection.
     serial: Option<u32>,
     online: bool,
+    /// The datagram before was refused; the first of a run is worth a message.
+    is_muddled: bool,
     last_profile: Nanos,
     order: Order<Reading>,
     placed: Vec<Placed<Reading>>,
@@ -74,6 +76,7 @@ impl Rf627 {
             is_open: false,
             serial: None,
             online: false,
+            is_muddled: false,
             last_profile: Nanos::ZERO,
             order: new_order(&settings),
             placed: Vec::new(),
@@ -92,16 +95,15 @@ impl Rf627 {
         let packet = match Packet::decode(datagram) {
             Ok(packet) => packet,
             Err(error) => {
-                self.tally.refused += 1;
-                self.discard(datagram.len());
-                self.fault(FaultKind::Protocol, error.to_string());
+                self.refuse(datagram.len(), error.to_string());
                 return;
             }
         };
-        if !self.is_known(packet.header.serial) {
-            self.discard(datagram.len());
+        if let Some(detail) = self.stranger(packet.header.serial) {
+            self.refuse(datagram.len(), detail);
             return;
         }
+        self.is_muddled = false;
         self.discard(packet.trailing());
         self.last_profile = now;
         if !std::mem::replace(&mut self.online, true) {
@@ -126,18 +128,22 @@ impl Rf627 {
         }
     }
 
-    /// Whether a profile comes from the scanner that is listened to.
-    fn is_known(&mut self, serial: u32) -> bool {
+    /// Why a profile is none of the scanner that is listened to; `None` where it is.
+    fn stranger(&mut self, serial: u32) -> Option<String> {
         let known = *self.serial.get_or_insert(self.settings.serial.unwrap_or(serial));
-        if serial == known {
-            return true;
-        }
+        (serial != known).then(|| {
+            format!(
+                "a profile of the scanner {serial}, expected {known}: set serial, or give each scanner a port of its own"
+            )
+        })
+    }
+
+    fn refuse(&mut self, bytes: usize, detail: String) {
         self.tally.refused += 1;
-        let detail = format!(
-            "a profile of the scanner {serial}, expected {known}: set serial, or give each scanner a port of its own"
-        );
-        self.fault(FaultKind::Protocol, detail);
-        false
+        self.discard(bytes);
+        if !std::mem::replace(&mut self.is_muddled, true) {
+            self.fault(FaultKind::Protocol, detail);
+        }
     }
 
     /// Reports how a profile came.
@@ -167,7 +173,9 @@ impl Rf627 {
             Arrival::Doubled => (
                 &mut self.tally.repeated,
                 FaultKind::Protocol,
-                format!("two different profiles with the number {measure}"),
+                format!(
+                    "two different profiles with the number {measure}: check that one scanner alone sends to this port"
+                ),
             ),
             Arrival::StartedOver => (
                 &mut self.tally.restarts,
@@ -191,8 +199,8 @@ impl Rf627 {
             if missing > 0 {
                 self.tally.missing += u64::from(missing);
                 let why = match missing_packets {
-                    0 => "the scanner did not send them",
-                    _ => "datagrams were lost on the way",
+                    0 => "the scanner did not send them, check its rate and trigger",
+                    _ => "datagrams were lost on the way, check the network",
                 };
                 let measure = stamp.measure;
                 let detail = format!("{missing} profiles are missing before {measure}: {why}");
@@ -239,6 +247,7 @@ impl Driver for Rf627 {
     fn connected(&mut self, now: Nanos) {
         self.is_open = true;
         (self.serial, self.online, self.last_profile) = (None, false, now);
+        self.is_muddled = false;
         self.order = new_order(&self.settings);
     }
 

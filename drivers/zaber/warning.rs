@@ -93,8 +93,8 @@ pub(crate) fn bad() -> Vec<Flagged> {
 
 impl Warning {
     fn meaning(&self) -> String {
-        let cure = if matches!(self.letters, "WR" | "WH") { ", home the stage" } else { "" };
-        format!("{}{cure}", self.name)
+        let trouble = self.trouble().unwrap_or(MotionTrouble::Device);
+        format!("{}; {}", self.name, cure(trouble))
     }
 
     /// The end it puts to a move; `None` where moves go on.
@@ -110,21 +110,24 @@ impl Warning {
 
     /// Sentence of a move that it ended, or kept from being begun.
     pub(crate) fn failure(&self, trouble: MotionTrouble) -> MotionFailure {
-        let cure = match trouble {
-            MotionTrouble::Unreferenced => "home the stage with Zaber Launcher",
-            MotionTrouble::Limit => {
-                "move the stage away from its end, and compare the travel in [scan.plan] with the stage's limits"
-            }
-            MotionTrouble::Stalled => {
-                "take away what blocks the stage, or plan less speed, then home it"
-            }
-            MotionTrouble::Interrupted => {
-                "leave knob and other programs alone while asphera moves the stage"
-            }
-            _ => "see Zaber's manual, then home the stage",
-        };
-        let Warning { letters, name, .. } = self;
+        let (Warning { letters, name, .. }, cure) = (self, cure(trouble));
         MotionFailure::new(trouble, format!("the stage reports {letters}, {name}: {cure}"))
+    }
+}
+
+const fn cure(trouble: MotionTrouble) -> &'static str {
+    match trouble {
+        MotionTrouble::Unreferenced => "home the stage with Zaber Launcher",
+        MotionTrouble::Limit => {
+            "move the stage away from its end, and compare the travel in [scan.plan] with the stage's limits"
+        }
+        MotionTrouble::Stalled => {
+            "take away what blocks the stage, or plan less speed, then home it"
+        }
+        MotionTrouble::Interrupted => {
+            "leave knob and other programs alone while asphera moves the stage"
+        }
+        _ => "see Zaber's manual, then home the stage",
     }
 }
 

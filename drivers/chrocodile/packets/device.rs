@@ -34,6 +34,9 @@ use crate::wire::packet::{CommandFlags, Data, Format, Kind, Message};
 /// Bytes without a reading after which the device cannot be sending what it was set up for.
 const MOST_DISCARDED: u64 = 65_536;
 
+/// Why data of a format that did not come give no readings, and the cure.
+const UNKNOWN: &str = "it did not come, and is asked for";
+
 /// The stream of measurements.
 const MEASUREMENTS: u32 = 1;
 
@@ -132,11 +135,14 @@ impl PacketChrocodile {
             self.framing.abandon();
         }
         if let Some(trouble) = self.framing.take_trouble() {
-            self.fault(FaultKind::Protocol, format!("bytes that are no packet: {trouble}"));
+            self.fault(FaultKind::Protocol, format!("bytes that are no packet, {trouble}: check that the port is that of packets, 7891"));
         }
         self.report_discarded();
         if self.takes_data() && self.discarded > MOST_DISCARDED {
-            let detail = format!("{} bytes without a sample as set up", self.discarded);
+            let detail = format!(
+                "{} bytes without a sample as set up: check that no other host sets the device up",
+                self.discarded
+            );
             self.give_up(FaultKind::Protocol, detail);
         }
     }
@@ -174,7 +180,7 @@ impl PacketChrocodile {
         }
         let counter = data.counter;
         let trouble = |error: &dyn Display| format!("data of the format {counter}: {error}");
-        let known = self.formats.get(counter).ok_or_else(|| trouble(&"it did not come"))?;
+        let known = self.formats.get(counter).ok_or_else(|| trouble(&UNKNOWN))?;
         let plan = known.plan.as_ref().map_err(|error| trouble(error))?;
         let samples = data.split(plan.sample_len).map_err(|error| trouble(&error))?;
         let rate_hz = f64::from(known.format.sample_rate_hz);
@@ -330,7 +336,9 @@ impl PacketChrocodile {
         }
         let what = if talk.answered { "no format after" } else { "no answer to" };
         let (name, ms) = (talk.order.name(), self.settings.ready_timeout_ms);
-        let detail = format!("{what} {name} within {ms} ms, asked {ATTEMPTS} times");
+        let detail = format!(
+            "{what} {name} within {ms} ms, asked {ATTEMPTS} times: check cable and power, and that the port is that of packets, 7891"
+        );
         self.give_up(FaultKind::Timeout, detail);
     }
 
@@ -398,7 +406,8 @@ impl Driver for PacketChrocodile {
     fn timeout(&mut self, now: Nanos) {
         if self.gap_due().is_some_and(|due| due <= now) {
             let gap_ms = now.since(self.last_data).as_millis();
-            let detail = format!("no data for {gap_ms} ms though free-running");
+            let detail =
+                format!("no data for {gap_ms} ms though free-running: check cable and power");
             self.give_up(FaultKind::Timeout, detail);
         }
         if let Some(talk) = self.talk.take_if(|talk| talk.deadline <= now) {

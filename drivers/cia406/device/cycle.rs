@@ -79,7 +79,10 @@ impl Cycle {
             self.missing += 1;
             if self.missing == 1 {
                 let number = count.map(|count| format!(" {}", count.raw)).unwrap_or_default();
-                let detail = format!("node {} sent no position for SYNC{number}", self.node);
+                let detail = format!(
+                    "node {} sent no position for SYNC{number}: check the load of the bus",
+                    self.node
+                );
                 told.extend([fault(FaultKind::Timeout, detail)]);
             }
         }
@@ -97,14 +100,14 @@ impl Cycle {
         let (count, asked) = match self.open {
             Open::Asked(count, asked) => (count, asked),
             Open::Nothing => {
-                return self.unasked(told, "before any SYNC");
+                return self.unasked(told, "before any SYNC: check that SYNC is sent");
             }
             Open::Answered => {
-                return self.unasked(told, "twice after one SYNC: one is late, or a SYNC was lost");
+                return self.unasked(told, "twice after one SYNC, one is late or a SYNC was lost: check the load of the bus");
             }
         };
         if self.window.is_some_and(|window| now.since(asked) > window) {
-            return self.unasked(told, "too long after the last SYNC seen");
+            return self.unasked(told, "too long after the last SYNC: check the load of the bus, or increase sync_window_us");
         }
         let flags = if self.missing > 0 { Flags::TRIGGER_LOST } else { Flags::empty() };
         self.close_gap(told);
@@ -128,7 +131,10 @@ impl Cycle {
     fn close_gap(&mut self, told: &mut impl Extend<Event>) {
         // The first missing position was told when it was found missing; here the whole gap is.
         if self.missing > 1 {
-            let detail = format!("node {}: {} positions missing in a row", self.node, self.missing);
+            let detail = format!(
+                "node {}: {} positions missing in a row: check the load of the bus",
+                self.node, self.missing
+            );
             told.extend([fault(FaultKind::Timeout, detail)]);
         }
         self.missing = 0;
@@ -142,8 +148,9 @@ impl Cycle {
             _ => {
                 // Once per change: a producer that does not count would tell it at every SYNC.
                 if !self.bad_sync {
-                    let detail =
-                        format!("SYNC carries {data:02X?}, expected a counter of 1 to {overflow}");
+                    let detail = format!(
+                        "SYNC carries {data:02X?}, expected a counter of 1 to {overflow}: set sync_counter_overflow as its producer has it"
+                    );
                     told.extend([fault(FaultKind::Protocol, detail)]);
                 }
                 self.bad_sync = true;
@@ -159,7 +166,8 @@ impl Cycle {
                 (u16::from(counter) + u16::from(overflow) - u16::from(last)) % u16::from(overflow);
             // A producer that starts anew begins with 1: no jump.
             if step != 1 && counter != 1 {
-                let detail = format!("SYNC {counter} follows SYNC {last}");
+                let detail =
+                    format!("SYNC {counter} follows SYNC {last}: check the load of the bus");
                 told.extend([fault(FaultKind::Protocol, detail)]);
                 passed = u64::from(step).max(1);
             }
@@ -217,7 +225,10 @@ mod tests {
         assert_eq!((count.unwrap().raw, flags), (4, Flags::TRIGGER_LOST));
         assert_eq!(
             details(&told),
-            ["node 5 sent no position for SYNC 1", "node 5: 3 positions missing in a row"]
+            [
+                "node 5 sent no position for SYNC 1: check the load of the bus",
+                "node 5: 3 positions missing in a row: check the load of the bus"
+            ]
         );
         told.clear();
         cycle.sync(NOW, &[5], &mut told);
@@ -235,10 +246,16 @@ mod tests {
                 assert_eq!(cycle.position(NOW, &mut told).1, Flags::empty());
             }
         }
-        assert_eq!(details(&told), ["node 5 sent no position for SYNC 6"]);
+        assert_eq!(
+            details(&told),
+            ["node 5 sent no position for SYNC 6: check the load of the bus"]
+        );
         cycle.sync(NOW, &[10], &mut told);
         cycle.end(&mut told);
-        assert_eq!(details(&told)[1..], ["node 5: 2 positions missing in a row"]);
+        assert_eq!(
+            details(&told)[1..],
+            ["node 5: 2 positions missing in a row: check the load of the bus"]
+        );
     }
 
     #[test]
@@ -249,7 +266,7 @@ mod tests {
         cycle.sync(NOW, &[1], &mut told);
         cycle.position(NOW, &mut told);
         assert_eq!(cycle.position(NOW, &mut told), (None, Flags::DELAYED));
-        assert_eq!(details(&told)[0], "node 5 sent a position before any SYNC");
+        assert!(details(&told)[0].starts_with("node 5 sent a position before any SYNC: check"));
         assert!(details(&told)[1].contains("twice after one SYNC"));
     }
 
@@ -261,7 +278,7 @@ mod tests {
             cycle.sync(NOW, &[counter], &mut told);
             cycle.position(NOW, &mut told);
         }
-        assert_eq!(details(&told), ["SYNC 5 follows SYNC 2"]);
+        assert_eq!(details(&told), ["SYNC 5 follows SYNC 2: check the load of the bus"]);
     }
 
     #[test]
@@ -272,7 +289,10 @@ mod tests {
             cycle.sync(NOW, data, &mut told);
             assert_eq!(cycle.position(NOW, &mut told), (None, Flags::empty()));
         }
-        assert_eq!(details(&told), ["SYNC carries [], expected a counter of 1 to 10"]);
+        assert_eq!(details(&told).len(), 1);
+        assert!(
+            details(&told)[0].starts_with("SYNC carries [], expected a counter of 1 to 10: set")
+        );
     }
 
     /// A position lost and the next SYNC lost with it: without the window the next position would be
@@ -289,9 +309,9 @@ mod tests {
         assert_eq!(
             details(&told),
             [
-                "node 5 sent a position too long after the last SYNC seen",
-                "node 5 sent no position for SYNC 1",
-                "SYNC 3 follows SYNC 1"
+                "node 5 sent a position too long after the last SYNC: check the load of the bus, or increase sync_window_us",
+                "node 5 sent no position for SYNC 1: check the load of the bus",
+                "SYNC 3 follows SYNC 1: check the load of the bus"
             ]
         );
     }

@@ -139,14 +139,14 @@ impl Setup {
         let next = match self.step {
             Step::DeviceType if value as u16 != object::PROFILE_406 => {
                 return self.failed(format!(
-                    "node {} follows profile {} (device type {value:08X}h), expected 406",
+                    "node {} follows profile {} (device type {value:08X}h), expected 406: set node_id, or connect an encoder",
                     self.node, value as u16
                 ));
             }
             Step::DeviceType => settings.vendor_id.map_or(Step::ErrorRegister, Step::Vendor),
             Step::Vendor(vendor) if value != vendor => {
                 return self.failed(format!(
-                    "node {} has vendor {value:X}h, expected {vendor:X}h",
+                    "node {} has vendor {value:X}h, expected {vendor:X}h: set vendor_id, or connect the right node",
                     self.node
                 ));
             }
@@ -155,7 +155,10 @@ impl Setup {
                 self.learned.error = value != 0;
                 told = self.learned.error.then(|| Fault {
                     kind: FaultKind::Device,
-                    detail: format!("node {} has error register {value:02X}h", self.node),
+                    detail: format!(
+                        "node {} has error register {value:02X}h: see its manual",
+                        self.node
+                    ),
                 });
                 Step::TpdoCob
             }
@@ -183,7 +186,11 @@ impl Setup {
             Step::MapWrite(_) => Step::MapClose,
             Step::MapClose => after_mapping(settings),
             Step::LinearScale | Step::SensorScale | Step::SpeedScale if value == 0 => {
-                let detail = format!("node {} says its {} is 0", self.node, self.address(settings));
+                let detail = format!(
+                    "node {} says its {} is 0: set step_nm",
+                    self.node,
+                    self.address(settings)
+                );
                 return Progress::Failed(Fault { kind: FaultKind::Protocol, detail });
             }
             Step::LinearScale | Step::SensorScale => {
@@ -209,7 +216,7 @@ impl Setup {
             SdoRequest::Download(_, value) => format!("writing {:X}h to", value.number()),
             _ => "reading".to_owned(),
         };
-        let detail = format!("node {} refused {verb} {address}: {code}", self.node);
+        let detail = format!("node {} refused {verb} {address}: {code}; see its manual", self.node);
         let fault = Fault { kind: FaultKind::Refused, detail };
         self.step = match self.step {
             // Mandatory, but nothing depends on it: emergencies tell the same.

@@ -162,6 +162,6 @@ fn an_independent_device_is_set_up_and_read() {
             _ => None,
         })
         .collect();
-    let emergency = "node 5: emergency 5000h (device hardware), error register 01h, 01 02 03 04 05";
+    let emergency = "node 5: emergency 5000h (device hardware), error register 01h, 01 02 03 04 05; see its manual";
     assert_eq!(faults, [(FaultKind::Device, emergency)]);
 }

@@ -42,7 +42,7 @@ impl Driver for Ippdme {
                 Ok(Some(line)) => self.take_line(now, &line),
                 Err(error) => {
                     let bytes = self.framer.reset() + 1;
-                    self.distrust(bytes, format!("{error}: is this a server of I++ DME?"));
+                    self.distrust(bytes, format!("{error}: check address and port of the link"));
                 }
             }
         }

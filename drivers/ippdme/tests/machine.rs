@@ -274,7 +274,7 @@ fn a_missed_point_is_passed_over() {
     assert_eq!(
         detail,
         "the machine reports error 1006 of severity 2 to `PtMeas(X(1), Y(2), Z(3))`, Surface not found: \
-         is the part in its place, and the search long enough?"
+         check that the part is in its place, and the search long enough"
     );
 }
 

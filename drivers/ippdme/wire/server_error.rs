@@ -101,7 +101,9 @@ impl ServerError {
             503 | 1002 | 1004 | 2503 => "call the maker's service",
             508 | 511 | 514 | 1000 => "look at the machine's own display",
             1001 | 2001 | 2504 => "take away what the probe ran into, then check the probe",
-            NO_TOUCH | SURFACE_NOT_FOUND => "is the part in its place, and the search long enough?",
+            NO_TOUCH | SURFACE_NOT_FOUND => {
+                "check that the part is in its place, and the search long enough"
+            }
             1005 => "free the axes, then home the machine",
             1007 | 1008 | 2500 | 2505 => "keep the program within the machine's volume",
             1009 => "check the air supply",

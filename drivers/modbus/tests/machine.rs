@@ -145,7 +145,7 @@ fn stale_transactions_are_passed_over_issue_324() {
 fn tcp_timeout_ends_the_connection_and_its_answer_is_never_used() {
     let mut bench = Bench::new(settings(Transport::Tcp));
     bench.next_timeout();
-    let text = "no answer of unit 1 to read input registers 200 to 212 within 40 ms";
+    let text = "no answer of unit 1 to read input registers 200 to 212 within 40 ms: check unit_id, cable and power";
     assert_eq!(bench.faults(), [(FaultKind::Timeout, text.to_owned())]);
     assert!(matches!(bench.events[..], [Event::Reopen(_)]));
     assert_eq!(bench.driver.poll_timeout(), None);
@@ -184,7 +184,7 @@ fn reconnect_forgets_half_a_frame() {
 fn a_stream_out_of_step_is_given_up() {
     let mut bench = Bench::new(settings(Transport::Tcp));
     bench.receive(b"HTTP/1.1 400 Bad Request");
-    let text = "no Modbus TCP frame where one must begin: protocol 21584, length 12081";
+    let text = "no Modbus TCP frame where one must begin, protocol 21584, length 12081: check framing, and address and port of the link";
     assert_eq!(bench.faults(), [(FaultKind::Protocol, text.to_owned())]);
     assert_eq!(bench.events[1], Event::Discarded { bytes: 24 });
 }
@@ -206,8 +206,7 @@ fn an_answer_of_the_wrong_shape_is_a_fault_and_the_next_poll_goes_on() {
 
 #[test]
 fn another_unit_is_not_believed_but_named() {
-    let text =
-        "no answer of unit 1 to read input registers 200 to 212 within 40 ms; unit 7 answered";
+    let text = "no answer of unit 1 to read input registers 200 to 212 within 40 ms; unit 7 answered: check unit_id, cable and power";
     let expected = [(FaultKind::Timeout, text.to_owned())];
     let mut bench = Bench::new(settings(Transport::Tcp));
     bench.receive(&tcp(0, 7, &om20_pdu(0, 0, 1)));

@@ -87,7 +87,7 @@ pub struct Packet<'a> {
 pub enum PacketError {
     /// Not even the fields before the points are there.
     #[error(
-        "a datagram of {0} bytes, expected at least {HEADER_LEN}, the fields before the points"
+        "a datagram of {0} bytes, expected at least {HEADER_LEN}, the fields before the points: check the network, and that the scanner alone sends to this port"
     )]
     Short(usize),
     /// A service message on the port of the profiles.
@@ -96,7 +96,9 @@ pub enum PacketError {
     )]
     Service(u16),
     /// Another device, or no device at all.
-    #[error("a datagram of device type {0}, expected {DEVICE}")]
+    #[error(
+        "a datagram of device type {0}, expected {DEVICE}: check that the scanner alone sends to this port"
+    )]
     Device(u16),
     /// Data that are no points in mm.
     #[error("data of type {0:#04x}, {name}, expected profiles in mm (0x11 or 0x13): choose the format of the stream in the scanner's settings", name = name_of(*.0))]
@@ -123,7 +125,7 @@ pub enum PacketError {
         each: u8,
     },
     /// The datagram was cut, or lies.
-    #[error("points and intensities of {claimed} bytes, and {found} are there")]
+    #[error("points and intensities of {claimed} bytes, and {found} are there: check the network")]
     Cut {
         /// Bytes that there should be.
         claimed: usize,

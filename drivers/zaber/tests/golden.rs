@@ -132,8 +132,8 @@ fn warnings_that_spoil_a_position() {
     assert_eq!(
         details,
         [
-            "the device reports warning `FF`: critical system error",
-            "the device reports warning `WR`: no reference position, home the stage"
+            "the device reports warning `FF`: critical system error; see Zaber's manual, then home the stage",
+            "the device reports warning `WR`: no reference position; home the stage with Zaber Launcher"
         ],
         "once a run"
     );

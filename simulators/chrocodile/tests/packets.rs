@@ -159,7 +159,10 @@ fn a_lost_format_is_asked_for() {
             _ => None,
         })
         .collect();
-    assert_eq!(faults, [(FaultKind::Protocol, "data of the format 2: it did not come")]);
+    assert_eq!(
+        faults,
+        [(FaultKind::Protocol, "data of the format 2: it did not come, and is asked for")]
+    );
     pair.events = events;
     // One packet is lost: the format follows the answer to the question it raised.
     assert_eq!(pair.counts(), [0, 1, 2, 4, 5]);

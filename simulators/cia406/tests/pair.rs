@@ -203,7 +203,7 @@ fn two_nodes_share_a_bus_and_its_syncs() {
     assert_eq!(angles[7].values.get(0), Some(1.75 * TAU));
     let faults = pair.faults(1);
     assert!(faults.iter().any(|(kind, detail)| *kind == FaultKind::Timeout
-        && detail == "no heartbeat of node 6 within 1000 ms"));
+        && detail.starts_with("no heartbeat of node 6 within 1000 ms: check")));
 }
 
 #[test]
@@ -221,7 +221,11 @@ fn a_lost_position_is_a_gap_in_the_counts_and_a_fault() {
     assert_eq!(flagged[3], Flags::TRIGGER_LOST);
     assert!(flagged[4..].iter().all(Flags::is_empty));
     let faults: Vec<_> = pair.faults(0).into_iter().map(|(_, detail)| detail).collect();
-    let expected = ["node 5 sent no position for SYNC 4", "node 5: 2 positions missing in a row"];
+    let cure = "check the load of the bus";
+    let expected = [
+        format!("node 5 sent no position for SYNC 4: {cure}"),
+        format!("node 5: 2 positions missing in a row: {cure}"),
+    ];
     assert_eq!(faults, expected);
 }
 
@@ -247,7 +251,7 @@ fn an_emergency_marks_readings_until_all_is_clear() {
         faults[0],
         (
             FaultKind::Device,
-            "node 5: emergency 5000h (device hardware), error register 01h, 00 00 00 00 00"
+            "node 5: emergency 5000h (device hardware), error register 01h, 00 00 00 00 00; see its manual"
                 .to_owned()
         )
     );
@@ -260,7 +264,8 @@ fn an_error_from_before_the_connection_is_known() {
     pair.start();
     pair.sync(1, &[0]);
     assert_eq!(pair.readings(0)[0].flags, Flags::DEVICE_ERROR);
-    assert_eq!(pair.faults(0), [(FaultKind::Device, "node 5 has error register 21h".to_owned())]);
+    let expected = "node 5 has error register 21h: see its manual".to_owned();
+    assert_eq!(pair.faults(0), [(FaultKind::Device, expected)]);
 }
 
 #[test]
@@ -271,7 +276,8 @@ fn a_node_that_restarts_is_set_up_anew() {
     pair.settle(vec![boot]);
     pair.advance(Duration::from_millis(600));
     pair.sync(2, &[2]);
-    assert_eq!(pair.faults(0), [(FaultKind::Device, "node 5 restarted".to_owned())]);
+    let expected = "node 5 restarted, and is set up anew: check its power".to_owned();
+    assert_eq!(pair.faults(0), [(FaultKind::Device, expected)]);
     assert_eq!((pair.count(0, &Event::Online), pair.count(0, &Event::Ready)), (1, 2));
     assert_eq!(pair.readings(0).len(), 2);
 }
@@ -284,10 +290,9 @@ fn a_node_without_power_is_told_and_found_when_it_starts() {
     pair.advance(Duration::from_secs(20));
     let faults = pair.faults(0);
     assert!(pair.events[0].is_empty(), "nothing proves that the node is there");
-    assert_eq!(
-        faults[0],
-        (FaultKind::Timeout, "node 5 did not answer for 1000.00h within 3 times 200 ms".to_owned())
-    );
+    let (kind, detail) = &faults[0];
+    assert_eq!(*kind, FaultKind::Timeout);
+    assert!(detail.starts_with("node 5 did not answer for 1000.00h within 3 times 200 ms: check"));
     // At 0.6 s, then after pauses of 1, 2, 4 and 8 s.
     assert_eq!(faults.len(), 5);
     pair.powered = true;
@@ -307,7 +312,9 @@ fn a_node_that_leaves_operational_is_brought_back() {
     assert!(!pair.bus.armed());
     pair.advance(Duration::from_secs(2));
     assert!(pair.bus.armed());
-    let expected = "node 5 is stopped, though it was started".to_owned();
+    let expected =
+        "node 5 is stopped, though it was started: check that no other master controls it"
+            .to_owned();
     assert_eq!(pair.faults(0), [(FaultKind::Device, expected)]);
 }
 
@@ -325,7 +332,9 @@ fn a_heartbeat_from_before_the_start_is_no_fault_but_a_second_one_is() {
     pair.advance(Duration::from_secs(2));
     assert_eq!(pair.faults(0), []);
     pair.settle(vec![late]);
-    let expected = "node 5 is pre-operational, though it was started".to_owned();
+    let expected =
+        "node 5 is pre-operational, though it was started: check that no other master controls it"
+            .to_owned();
     assert_eq!(pair.faults(0), [(FaultKind::Device, expected)]);
     // And without one in between: not started at all.
     pair.advance(Duration::from_millis(1));
@@ -340,13 +349,15 @@ fn another_profile_or_vendor_is_refused_by_name() {
     let drive = NodeConfig { device_type: 0x0002_0192, ..node(5) };
     let mut pair = Pair::started(drive, settings(5));
     assert!(pair.events[0].iter().all(|event| matches!(event, Event::Fault(_))));
-    let expected = "node 5 follows profile 402 (device type 00020192h), expected 406".to_owned();
+    let expected = "node 5 follows profile 402 (device type 00020192h), expected 406: set node_id, or connect an encoder"
+        .to_owned();
     assert_eq!(pair.faults(0)[0], (FaultKind::Refused, expected));
 
     let vendor = Settings { vendor_id: Some(0x2D), ..settings(5) };
     let mut pair = Pair::started(node(5), vendor);
     assert_eq!(pair.count(0, &Event::Online), 0);
-    let expected = "node 5 has vendor 40h, expected 2Dh".to_owned();
+    let expected =
+        "node 5 has vendor 40h, expected 2Dh: set vendor_id, or connect the right node".to_owned();
     assert_eq!(pair.faults(0)[0], (FaultKind::Refused, expected));
 }
 
@@ -359,8 +370,7 @@ fn a_fixed_mapping_is_used_where_it_is_right_and_refused_where_it_is_not() {
 
     let mut pair = Pair::started(fixed, settings(5));
     assert_eq!(pair.count(0, &Event::Ready), 0);
-    let expected =
-        "node 5 refused writing 0h to 1A00.00h: the object cannot be written (abort 06010002h)";
+    let expected = "node 5 refused writing 0h to 1A00.00h: the object cannot be written (abort 06010002h); see its manual";
     assert_eq!(pair.faults(0)[0], (FaultKind::Refused, expected.to_owned()));
 }
 
@@ -382,7 +392,7 @@ fn a_node_that_cannot_count_syncs_is_told() {
     let faults: Vec<_> = pair.faults(0).into_iter().map(|(_, detail)| detail).collect();
     assert!(faults[0].starts_with("node 5 refused writing Ah to 1019.00h: no such object"));
     assert!(faults[1].contains("emergency 8240h (protocol error)"), "{faults:?}");
-    assert_eq!(faults[2], "node 5 sent no position for SYNC 1");
+    assert_eq!(faults[2], "node 5 sent no position for SYNC 1: check the load of the bus");
 }
 
 #[test]
@@ -432,7 +442,8 @@ fn the_length_received_decides_and_a_difference_is_told_once() {
         ]
     );
     assert_eq!(pair.count(0, &Event::Discarded { bytes: 3 }), 1);
-    let expected = "TPDO1 of node 5 has 6 bytes, its mapping 7".to_owned();
+    let expected =
+        "TPDO1 of node 5 has 6 bytes, its mapping 7: see its manual, or start it anew".to_owned();
     assert_eq!(pair.faults(0), [(FaultKind::Protocol, expected)]);
 }
 
