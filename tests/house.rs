@@ -99,13 +99,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("asphera-settings", &[]),
     ("asphera-link", &["asphera-settings"]),
     ("asphera-slcan", &["asphera-link"]),
+    ("asphera-faults", &["asphera-link"]),
     ("asphera-transport", &["asphera-link"]),
     ("asphera-rig", &["asphera-form", "asphera-link", "asphera-settings"]),
     ("asphera-tests", &["asphera", "asphera-rig"]),
 ];
 
 /// Folders of `drivers` that hold no driver.
-const NO_DRIVERS: &[&str] = &["link", "settings", "slcan", "transport"];
+const NO_DRIVERS: &[&str] = &["faults", "link", "settings", "slcan", "transport"];
 
 /// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
 const TALK_IN_LINES: &[&str] = &["asphera-scpi", "asphera-zaber"];
@@ -132,6 +133,7 @@ const PURE: &[&str] = &[
     "asphera-settings",
     "asphera-link",
     "asphera-slcan",
+    "asphera-faults",
 ];
 
 /// The driver that polls tokio-modbus by hand over a pipe in memory; no runtime runs.

@@ -1,0 +1,153 @@
+//! Gauges that are described: one that sends lines with a check by itself, one that is asked.
+
+use std::time::Duration;
+
+use asphera_described::FAMILY;
+use asphera_faults::{Bench, Condition, Device, Expectation, Fault, Mark, Model, Sent};
+use asphera_link::{Driver, Flags, Nanos, Output};
+
+use crate::lines::{line, text};
+use crate::modbus::crc;
+
+pub(crate) struct Described {
+    pub(crate) is_asked: bool,
+}
+
+const STREAM: &str = "columns = 2\nseparator = ','\nchecksum = { kind = 'crc16-modbus', form = 'hex', skip_last = 1 }\n\
+    field = [{ name = 'n', column = 1 }, { name = 'z', column = 2, unit = 'mm', out_of_range = ['FFFF.FF'], saturated = ['SSSS.SS'] }]";
+
+const ASKED: &str = "columns = 1\npoll = { ask = 'M\\r', interval_ms = 50, timeout_ms = 100, late_limit_ms = 200 }\n\
+    hello = { ask = 'I\\r', answer = 'ACME.*', timeout_ms = 100 }\n\
+    field = [{ name = 'z', column = 1, unit = 'mm', out_of_range = ['FFFF.FF'], saturated = ['SSSS.SS'] }]";
+
+impl Bench for Described {
+    fn name(&self) -> &'static str {
+        if self.is_asked { "described, asked" } else { "described, stream" }
+    }
+
+    fn driver(&self) -> Box<dyn Driver> {
+        let text = if self.is_asked { ASKED } else { STREAM };
+        let settings = FAMILY.parse("gauge", text).expect("settings of a test are sound");
+        settings.driver().expect("settings of a test are sound")
+    }
+
+    fn device(&self, model: Model) -> Box<dyn Device> {
+        Box::new(Gauge { model, is_asked: self.is_asked, measured: 0, condition: Condition::Good })
+    }
+
+    fn has_line_ends(&self) -> bool {
+        true
+    }
+
+    fn expects(&self, fault: Fault) -> Expectation {
+        use Expectation::Absent;
+        match fault {
+            Fault::BusOff => Absent("it is on no bus"),
+            Fault::Stall | Fault::Limit => Absent("it moves nothing"),
+            Fault::OutOfRange => Expectation::Marks(&[Mark::Flagged(Flags::OUT_OF_RANGE)]),
+            Fault::Saturated => Expectation::Marks(&[Mark::Flagged(Flags::SATURATED)]),
+            _ if self.is_asked => asked(fault),
+            _ => stream(fault),
+        }
+    }
+}
+
+fn stream(fault: Fault) -> Expectation {
+    use Expectation::{Absent, Marks};
+    const WRONG: Mark = Mark::Fault("is wrong: check cable and baud rate");
+    match fault {
+        Fault::LateAnswer => Absent("it sends by itself"),
+        Fault::Repeated => Absent("two equal lines are two measurements"),
+        Fault::Unplugged => Marks(&[Mark::Discarded]),
+        Fault::HalfFrame | Fault::Garbage | Fault::BadChecksum | Fault::WrongDevice => {
+            Marks(&[Mark::Discarded, WRONG])
+        }
+        _ => Marks(&[]),
+    }
+}
+
+fn asked(fault: Fault) -> Expectation {
+    use Expectation::{Absent, Marks};
+    const LATE: Mark = Mark::Fault("no answer to `M\\r` within 100 ms");
+    match fault {
+        Fault::BadChecksum => Absent("none is described for this gauge"),
+        Fault::Burst => Absent("it sends only when asked"),
+        Fault::Unplugged | Fault::Repeated => Marks(&[Mark::Discarded]),
+        Fault::HalfFrame | Fault::LateAnswer => Marks(&[Mark::Discarded, LATE]),
+        Fault::Restart => Marks(&[LATE]),
+        Fault::Silent => Marks(&[
+            LATE,
+            Mark::Reopened("no answer to `M\\r` within 100 ms: check cable and power"),
+            Mark::Reopened("no answer to `I\\r` within 100 ms, asked 2 times: check cable"),
+        ]),
+        Fault::Garbage => Marks(&[
+            Mark::Discarded,
+            LATE,
+            Mark::Fault("has no number where a channel stands: check baud rate and settings"),
+        ]),
+        Fault::WrongDevice => Marks(&[
+            Mark::Discarded,
+            Mark::Reopened("`I\\r` is answered by `OTHER 5`, expected `ACME.*`: check"),
+        ]),
+        _ => Marks(&[]),
+    }
+}
+
+struct Gauge {
+    model: Model,
+    is_asked: bool,
+    measured: u32,
+    condition: Condition,
+}
+
+impl Gauge {
+    fn measure(&mut self) -> Sent {
+        self.measured = self.measured % 9000 + 1;
+        let n = self.measured;
+        let number = match self.condition {
+            Condition::OutOfRange => "FFFF.FF".to_owned(),
+            Condition::Saturated => "SSSS.SS".to_owned(),
+            _ => format!("{n:04}.25"),
+        };
+        let (mut values, body) = if self.is_asked {
+            (Vec::new(), number)
+        } else {
+            (vec![Some(f64::from(n))], format!("{n:04},{number}"))
+        };
+        // The star is in the frame and not in the check.
+        let check = crc(body.as_bytes());
+        let text = if self.is_asked { body } else { format!("{body}*{check:04X}") };
+        let bytes = format!("{text}\r\n");
+        if self.condition != Condition::Good {
+            return Sent::bad(bytes);
+        }
+        values.push(Some(f64::from(n) + 0.25));
+        Sent::good(bytes, values)
+    }
+}
+
+impl Device for Gauge {
+    fn receive(&mut self, _: Nanos, parcel: &Output) -> Vec<Sent> {
+        match (text(parcel), self.model) {
+            ("I", Model::Right) => line("ACME 7"),
+            ("I", Model::Stranger) => line("OTHER 5"),
+            ("M", _) => vec![self.measure()],
+            _ => Vec::new(),
+        }
+    }
+
+    fn period(&self) -> Option<Duration> {
+        (!self.is_asked).then_some(Duration::from_millis(10))
+    }
+
+    fn tick(&mut self, _: Nanos) -> Vec<Sent> {
+        match self.model {
+            Model::Right => vec![self.measure()],
+            Model::Stranger => line("$GPGGA,123519,4807.038,N"),
+        }
+    }
+
+    fn condition(&mut self, condition: Condition) {
+        self.condition = condition;
+    }
+}

@@ -1,0 +1,79 @@
+//! The fault matrix: every driver against every fault, and the tables of drivers/README.md.
+//!
+//! One file a driver says how its device talks and how each fault must look.
+//! `ASPHERA_WRITE_TABLES=1 cargo test -p asphera-faults` writes the tables anew.
+
+mod chrocodile;
+mod chrocodile_packets;
+mod cia406;
+mod described;
+mod ippdme;
+mod lines;
+mod modbus;
+mod optoncdt;
+mod rf627;
+mod riftek;
+mod scpi;
+mod zaber;
+
+use std::path::Path;
+
+use asphera_faults::{Bench, Fault, Outcome, Row, play, replaced, table};
+
+/// All benches, in the order of the table.
+fn benches() -> Vec<Box<dyn Bench>> {
+    vec![
+        Box::new(chrocodile::Chrocodile),
+        Box::new(chrocodile_packets::Packets),
+        Box::new(cia406::Cia406),
+        Box::new(rf627::Rf627),
+        Box::new(optoncdt::Optoncdt),
+        Box::new(riftek::Riftek { is_stream: true }),
+        Box::new(riftek::Riftek { is_stream: false }),
+        Box::new(described::Described { is_asked: false }),
+        Box::new(described::Described { is_asked: true }),
+        Box::new(scpi::Scpi),
+        Box::new(modbus::Modbus { is_tcp: true }),
+        Box::new(modbus::Modbus { is_tcp: false }),
+        Box::new(zaber::Zaber),
+        Box::new(ippdme::Ippdme),
+    ]
+}
+
+/// One test, since the memory of the process is measured in it.
+#[test]
+fn every_driver_meets_every_fault_as_the_table_says() {
+    let (mut wrong, mut rows) = (Vec::new(), Vec::new());
+    let only = std::env::var("ASPHERA_MATRIX").ok();
+    for bench in benches() {
+        let name = bench.name();
+        let mut outcomes = Vec::new();
+        for fault in Fault::ALL {
+            let cell = format!("{name}, {}", fault.name());
+            if only.as_ref().is_some_and(|only| !cell.contains(only.as_str())) {
+                continue;
+            }
+            match play(&*bench, fault) {
+                Ok(outcome) => outcomes.push(outcome),
+                Err(laws) => wrong.extend(laws.into_iter().map(|law| format!("{cell}: {law}"))),
+            }
+        }
+        rows.push(Row { driver: name, outcomes });
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    if only.is_some() {
+        return;
+    }
+    let played = rows.iter().flat_map(|row| &row.outcomes);
+    let played = played.filter(|outcome| matches!(outcome, Outcome::Played(..))).count();
+    assert!(played > 100, "only {played} cells are played");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let document = std::fs::read_to_string(&path).expect("the README of the drivers");
+    let expected = replaced(&document, &table(&rows)).expect("the README has the markers");
+    if std::env::var_os("ASPHERA_WRITE_TABLES").is_some() {
+        std::fs::write(&path, expected).expect("the README can be written");
+    } else {
+        let cure = "run this test with ASPHERA_WRITE_TABLES=1, and read the difference";
+        assert!(document == expected, "drivers/README.md holds another matrix: {cure}");
+    }
+}
