@@ -76,6 +76,13 @@ fn framing(problems: &mut Vec<Problem>, settings: &Settings) {
         check_range(problems, "checksum.skip_last", check.skip_last, 0, 64);
     }
     check_range(problems, "silence_ms", settings.silence_ms, 1, 10_000);
+    if settings.gap_ms != 0 {
+        check_range(problems, "gap_ms", settings.gap_ms, 10, 3_600_000);
+        if settings.poll.is_some() {
+            let expected = "none with a poll, whose timeout_ms finds a silence";
+            problems.push(Problem::new("gap_ms", expected, settings.gap_ms));
+        }
+    }
 }
 
 fn talk(problems: &mut Vec<Problem>, settings: &Settings) {

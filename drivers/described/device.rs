@@ -11,7 +11,7 @@ use asphera_link::{
 };
 
 use crate::assemble::{Assembled, Assembler, NoReading};
-use crate::framing::Splitter;
+use crate::framing::{Framing, Splitter};
 use crate::settings::{Hello, Refusal, Settings};
 
 /// How often the question of [`Hello`] is asked.
@@ -44,7 +44,9 @@ const MOST_SILENT: u32 = 5;
 ///
 /// # Devices that send by themselves
 ///
-/// What comes before the first end of a line may be half of one and is dropped, unless lines have a beginning.
+/// What comes before the first end of a line may be half of one and is dropped, unless lines have a beginning. A line that
+/// no check guards is flagged after a silence within it, and after a line that is no reading: half a line and the next
+/// one, or noise, may look like a number.
 #[derive(Debug)]
 pub struct Described {
     settings: Settings,
@@ -69,6 +71,10 @@ pub struct Described {
     in_trouble: bool,
     /// Bytes passed over before the question under way.
     passed_before: u64,
+    /// A silence lies within the line that comes.
+    is_interrupted: bool,
+    /// The newest frame of a device that sends by itself.
+    last_frame: Nanos,
     last_receipt: Nanos,
     outputs: VecDeque<Vec<u8>>,
     events: VecDeque<Event>,
@@ -153,6 +159,8 @@ impl Described {
             muddled: false,
             in_trouble: false,
             passed_before: 0,
+            is_interrupted: false,
+            last_frame: Nanos::ZERO,
             last_receipt: Nanos::ZERO,
             outputs: VecDeque::new(),
             events: VecDeque::new(),
@@ -218,6 +226,7 @@ impl Described {
     }
 
     fn frame(&mut self, now: Nanos, frame: &[u8]) {
+        self.last_frame = now;
         if let State::Greeting { stranger, .. } = &mut self.state
             && let Some(hello) = &self.settings.hello
         {
@@ -290,7 +299,7 @@ impl Described {
 
     fn read(&mut self, now: Nanos, Assembled { mut reading, trouble }: Assembled) {
         self.prove_online();
-        if self.is_among_noise() {
+        if self.is_doubtful() {
             reading.flags |= Flags::SUSPECT;
         }
         self.muddled = false;
@@ -306,10 +315,15 @@ impl Described {
         self.answered(now);
     }
 
-    /// Whether an answer that nothing guards came among other bytes.
-    fn is_among_noise(&self) -> bool {
-        let is_bare = self.settings.poll.is_some() && self.settings.checksum.is_none();
-        is_bare && self.splitter.passed_over() > self.passed_before
+    /// Whether a frame that nothing guards may be noise, or consist of two.
+    fn is_doubtful(&mut self) -> bool {
+        let is_interrupted = std::mem::take(&mut self.is_interrupted);
+        match (&self.settings.poll, &self.settings.framing) {
+            _ if self.settings.checksum.is_some() => false,
+            (Some(_), _) => self.splitter.passed_over() > self.passed_before,
+            (None, Framing::Lines { .. }) => is_interrupted || self.muddled,
+            (None, Framing::Records { .. }) => false,
+        }
     }
 
     fn ungreeted(&mut self, now: Nanos, attempt: u8, stranger: Option<String>) {
@@ -368,6 +382,12 @@ impl Described {
         }
     }
 
+    /// When a device that sends by itself has been silent for too long.
+    fn gap_due(&self) -> Option<Nanos> {
+        let is_watched = self.settings.gap_ms > 0 && self.online && self.state == State::Listening;
+        is_watched.then(|| self.last_frame + millis(self.settings.gap_ms))
+    }
+
     fn silence(&self) -> Option<Nanos> {
         let waits = self.settings.holds_back() && self.state == State::Listening;
         (waits && self.splitter.is_waiting())
@@ -384,6 +404,7 @@ impl Driver for Described {
         self.splitter = splitter(&self.settings);
         (self.online, self.ready, self.muddled, self.in_trouble) = (false, false, false, false);
         self.silent = 0;
+        self.is_interrupted = false;
         (self.errors_due, self.unasked) = (None, false);
         self.last_receipt = now;
         self.outputs.clear();
@@ -412,6 +433,8 @@ impl Driver for Described {
         if bytes.is_empty() {
             return;
         }
+        let is_silent = now.since(self.last_receipt) >= millis(self.settings.silence_ms);
+        self.is_interrupted |= is_silent && self.splitter.is_waiting();
         self.last_receipt = now;
         self.splitter.push(bytes);
         self.proceed(now);
@@ -437,10 +460,16 @@ impl Driver for Described {
                 self.begin_or_inquire(now);
             }
             (State::Settling { .. }, Some(_)) => self.resume(now),
-            (State::Listening, _) => {
+            (State::Listening, _) if self.silence().is_some_and(|due| due <= now) => {
                 if let Some(frame) = self.splitter.silence() {
                     self.frame(now, &frame);
                 }
+            }
+            (State::Listening, _) => {
+                let gap_ms = now.since(self.last_frame).as_millis();
+                let detail =
+                    format!("no frame for {gap_ms} ms: check cable and power, or increase gap_ms");
+                self.abandon(FaultKind::Timeout, detail);
             }
             _ => {}
         }
@@ -450,7 +479,7 @@ impl Driver for Described {
     fn poll_timeout(&self) -> Option<Nanos> {
         match self.state {
             State::Closed => None,
-            State::Listening => self.silence(),
+            State::Listening => self.silence().into_iter().chain(self.gap_due()).min(),
             State::Greeting { deadline, .. }
             | State::Asking { deadline, .. }
             | State::Inquiring { deadline, .. } => Some(deadline),

@@ -43,6 +43,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         ignore.iter().map(|text| compiled(table, "ignore", text)).collect();
     let sayings = ["on_connect", "on_start", "on_stop"].map(|key| sayings(table, key));
     let silence_ms = table.or("silence_ms", Settings::default().silence_ms);
+    let gap_ms = table.or("gap_ms", Settings::default().gap_ms);
     // All keys are read by now: a mistake in one must not make others unknown.
     let [on_connect, on_start, on_stop] = sayings;
     let settings = Settings {
@@ -59,6 +60,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         refusals: refusals?,
         ignore: ignore.into_iter().collect::<Option<_>>()?,
         silence_ms,
+        gap_ms,
     };
     (!settings.fields.is_empty()).then_some(settings)
 }

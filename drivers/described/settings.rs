@@ -35,8 +35,12 @@ pub struct Settings {
     pub refusals: Vec<Refusal>,
     /// Frames that are neither readings nor wrong: echoes, prompts, heads.
     pub ignore: Vec<Pattern>,
-    /// Silence after which a record that nothing guards counts as whole, 1 to 10 000 ms.
+    /// Silence after which a record that nothing guards counts as whole, and which interrupts a line that nothing guards:
+    /// 1 to 10 000 ms.
     pub silence_ms: u32,
+    /// Longest time between two frames of a device that sends by itself, after which the link is opened anew: 10 to
+    /// 3 600 000 ms; 0: any.
+    pub gap_ms: u32,
 }
 
 /// How a frame is taken apart.
@@ -122,6 +126,7 @@ impl Default for Settings {
             refusals: Vec::new(),
             ignore: Vec::new(),
             silence_ms: 50,
+            gap_ms: 0,
         }
     }
 }

@@ -262,6 +262,52 @@ fn trouble_of_the_device_is_told_once_and_flags_every_reading() {
     assert_eq!(flags, [bad, bad, Flags::empty(), bad]);
 }
 
+/// 1 of 15.5, a silence, and 12.5: none is 112.5.
+#[test]
+fn half_a_line_and_the_next_are_no_good_reading() {
+    let mut bench = Bench::new(STREAM);
+    bench.receive("\r3\r1");
+    bench.now = Nanos::from_millis(50);
+    bench.receive("12.5\r4\r");
+    // A line in two pieces is one line.
+    bench.receive("1");
+    bench.now = Nanos::from_millis(99);
+    bench.receive("5.5\r");
+    let flags: Vec<_> = bench.readings().iter().map(|reading| reading.flags).collect();
+    let good = Flags::empty();
+    assert_eq!(bench.values(), [Some(3.0), Some(112.5), Some(4.0), Some(15.5)]);
+    assert_eq!(flags, [good, Flags::SUSPECT, good, good]);
+}
+
+#[test]
+fn a_line_after_noise_is_flagged_unless_a_check_guards_it() {
+    let mut bench = Bench::new(STREAM);
+    bench.receive("\r3\r\u{1}?\r5\r4\r");
+    let flags: Vec<_> = bench.readings().iter().map(|reading| reading.flags).collect();
+    assert_eq!(flags, [Flags::empty(), Flags::SUSPECT, Flags::empty()]);
+    let mut bench = Bench::new(GUARDED);
+    bench.receive("\n?\n1,5*28\n");
+    assert_eq!(bench.readings()[0].flags, Flags::empty());
+}
+
+#[test]
+fn a_device_that_falls_silent_is_connected_anew_where_its_gap_is_known() {
+    let mut bench = Bench::new(&format!("gap_ms = 200\n{STREAM}"));
+    assert_eq!(bench.driver.poll_timeout(), None, "one that never spoke is told by its link");
+    bench.receive("\r3\r");
+    bench.now = Nanos::from_millis(100);
+    // Half a line is no sign of life.
+    bench.receive("4");
+    bench.next_timeout();
+    let (kind, detail) = &bench.faults()[0];
+    assert_eq!((bench.now, *kind), (Nanos::from_millis(200), FaultKind::Timeout));
+    assert!(detail.starts_with("no frame for 200 ms: check cable"), "{detail}");
+    assert_eq!((bench.driver.poll_timeout(), bench.discarded()), (None, 1));
+    let wrong = driver("gap_ms = 5\npoll = { ask = 'M' }\nfield = [{ name = 'z', column = 1 }]");
+    let problems = wrong.err().expect("it cannot be used");
+    assert!(problems.0.iter().all(|problem| problem.key == "gap_ms") && problems.0.len() == 2);
+}
+
 #[test]
 fn the_last_record_is_given_after_a_silence() {
     let mut bench = Bench::new(
