@@ -10,11 +10,25 @@ use crate::lines::{line, text};
 use crate::modbus::crc;
 
 pub(crate) struct Described {
-    pub(crate) is_asked: bool,
+    pub(crate) gauge: Kind,
 }
 
-const STREAM: &str = "columns = 2\nseparator = ','\nchecksum = { kind = 'crc16-modbus', form = 'hex', skip_last = 1 }\n\
+/// Ways in which gauges send.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Lines with a check, by itself.
+    Guarded,
+    /// Lines without one, by itself.
+    Bare,
+    /// Lines without one, when asked.
+    Asked,
+}
+
+const GUARDED: &str = "gap_ms = 500\ncolumns = 2\nseparator = ','\nchecksum = { kind = 'crc16-modbus', form = 'hex', skip_last = 1 }\n\
     field = [{ name = 'n', column = 1 }, { name = 'z', column = 2, unit = 'mm', out_of_range = ['FFFF.FF'], saturated = ['SSSS.SS'] }]";
+
+const BARE: &str = "gap_ms = 500\ncolumns = 1\n\
+    field = [{ name = 'z', column = 1, unit = 'mm', out_of_range = ['FFFF.FF'], saturated = ['SSSS.SS'] }]";
 
 const ASKED: &str = "columns = 1\npoll = { ask = 'M\\r', interval_ms = 50, timeout_ms = 100, late_limit_ms = 200 }\n\
     hello = { ask = 'I\\r', answer = 'ACME.*', timeout_ms = 100 }\n\
@@ -22,17 +36,25 @@ const ASKED: &str = "columns = 1\npoll = { ask = 'M\\r', interval_ms = 50, timeo
 
 impl Bench for Described {
     fn name(&self) -> &'static str {
-        if self.is_asked { "described, asked" } else { "described, stream" }
+        match self.gauge {
+            Kind::Guarded => "described, checked",
+            Kind::Bare => "described, unchecked",
+            Kind::Asked => "described, asked",
+        }
     }
 
     fn driver(&self) -> Box<dyn Driver> {
-        let text = if self.is_asked { ASKED } else { STREAM };
+        let text = match self.gauge {
+            Kind::Guarded => GUARDED,
+            Kind::Bare => BARE,
+            Kind::Asked => ASKED,
+        };
         let settings = FAMILY.parse("gauge", text).expect("settings of a test are sound");
         settings.driver().expect("settings of a test are sound")
     }
 
     fn device(&self, model: Model) -> Box<dyn Device> {
-        Box::new(Gauge { model, is_asked: self.is_asked, measured: 0, condition: Condition::Good })
+        Box::new(Gauge { model, kind: self.gauge, measured: 0, condition: Condition::Good })
     }
 
     fn has_line_ends(&self) -> bool {
@@ -46,23 +68,44 @@ impl Bench for Described {
             Fault::Stall | Fault::Limit => Absent("it moves nothing"),
             Fault::OutOfRange => Expectation::Marks(&[Mark::Flagged(Flags::OUT_OF_RANGE)]),
             Fault::Saturated => Expectation::Marks(&[Mark::Flagged(Flags::SATURATED)]),
-            _ if self.is_asked => asked(fault),
-            _ => stream(fault),
+            _ => match self.gauge {
+                Kind::Guarded => guarded(fault),
+                Kind::Bare => bare(fault),
+                Kind::Asked => asked(fault),
+            },
         }
     }
 }
 
-fn stream(fault: Fault) -> Expectation {
+const GAP: Mark = Mark::Reopened("no frame for 500 ms: check cable and power");
+
+fn guarded(fault: Fault) -> Expectation {
     use Expectation::{Absent, Marks};
     const WRONG: Mark = Mark::Fault("is wrong: check cable and baud rate");
     match fault {
         Fault::LateAnswer => Absent("it sends by itself"),
         Fault::Repeated => Absent("two equal lines are two measurements"),
         Fault::Unplugged => Marks(&[Mark::Discarded]),
+        Fault::Silent | Fault::Restart => Marks(&[Mark::Discarded, GAP]),
+        Fault::ClockJump => Marks(&[Mark::Discarded, Mark::Reopened("no frame for 3600000 ms")]),
         Fault::HalfFrame | Fault::Garbage | Fault::BadChecksum | Fault::WrongDevice => {
             Marks(&[Mark::Discarded, WRONG])
         }
         _ => Marks(&[]),
+    }
+}
+
+fn bare(fault: Fault) -> Expectation {
+    use Expectation::{Absent, Marks};
+    const NONE: Mark = Mark::Fault(": check baud rate and settings");
+    match fault {
+        Fault::LateAnswer => Absent("it sends by itself"),
+        Fault::Repeated => Absent("two equal lines are two measurements"),
+        Fault::BadChecksum => Absent("none is described for this gauge"),
+        Fault::HalfFrame => Marks(&[Mark::Flagged(Flags::SUSPECT)]),
+        Fault::Garbage => Marks(&[Mark::Flagged(Flags::SUSPECT), Mark::Discarded, NONE]),
+        Fault::WrongDevice => Marks(&[Mark::Discarded, NONE]),
+        _ => guarded(fault),
     }
 }
 
@@ -95,7 +138,7 @@ fn asked(fault: Fault) -> Expectation {
 
 struct Gauge {
     model: Model,
-    is_asked: bool,
+    kind: Kind,
     measured: u32,
     condition: Condition,
 }
@@ -109,15 +152,15 @@ impl Gauge {
             Condition::Saturated => "SSSS.SS".to_owned(),
             _ => format!("{n:04}.25"),
         };
-        let (mut values, body) = if self.is_asked {
-            (Vec::new(), number)
-        } else {
-            (vec![Some(f64::from(n))], format!("{n:04},{number}"))
+        let (mut values, body) = match self.kind {
+            Kind::Guarded => (vec![Some(f64::from(n))], format!("{n:04},{number}")),
+            Kind::Bare | Kind::Asked => (Vec::new(), number),
         };
         // The star is in the frame and not in the check.
         let check = crc(body.as_bytes());
-        let text = if self.is_asked { body } else { format!("{body}*{check:04X}") };
-        let bytes = format!("{text}\r\n");
+        let check =
+            if self.kind == Kind::Guarded { format!("*{check:04X}") } else { String::new() };
+        let bytes = format!("{body}{check}\r\n");
         if self.condition != Condition::Good {
             return Sent::bad(bytes);
         }
@@ -137,7 +180,12 @@ impl Device for Gauge {
     }
 
     fn period(&self) -> Option<Duration> {
-        (!self.is_asked).then_some(Duration::from_millis(10))
+        // Half a line is told from a whole one by the silence after it.
+        match self.kind {
+            Kind::Guarded => Some(Duration::from_millis(10)),
+            Kind::Bare => Some(Duration::from_millis(100)),
+            Kind::Asked => None,
+        }
     }
 
     fn tick(&mut self, _: Nanos) -> Vec<Sent> {
