@@ -14,10 +14,12 @@ mod line;
 mod noise;
 mod play;
 mod table;
+mod verdict;
 
 pub use bench::{Bench, Condition, Device, Expectation, Mark, Model, Sent};
 pub use fault::Fault;
 pub use journal::{Journal, Violation};
 pub use noise::Noise;
-pub use play::{Outcome, play};
+pub use play::play;
 pub use table::{BEGIN, END, Row, replaced, table};
+pub use verdict::Outcome;

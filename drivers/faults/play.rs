@@ -2,19 +2,10 @@
 
 use std::time::Duration;
 
-use asphera_link::{Command, Driver, Event, Flags, Input, Motion, MotionEvent, Nanos, Output};
+use asphera_link::{Command, Driver, Event, Input, Motion, MotionEvent, Nanos, Output};
 
 use crate::line::{Delivery, Line, Meddling};
-use crate::{Bench, Condition, Device, Expectation, Fault, Journal, Mark, Model};
-
-/// Outcome of a play.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// The fault cannot occur: why.
-    Absent(&'static str),
-    /// Words of the cell, and the texts that a technician reads.
-    Played(String, Vec<String>),
-}
+use crate::{Bench, Condition, Device, Expectation, Fault, Journal, Model, Outcome, verdict};
 
 /// Plays a fault on a bench.
 ///
@@ -37,7 +28,7 @@ pub fn play(bench: &dyn Bench, fault: Fault) -> Result<Outcome, Vec<String>> {
     play.measure(bench.recovery(), "no good readings after the fault");
     play.journal.end_fault();
     play.end();
-    play.judge(marks)
+    verdict::judge(&mut play.journal, play.now, marks)
 }
 
 /// Good readings in a row that show that all is well.
@@ -269,7 +260,10 @@ impl<'a> Play<'a> {
     fn happen(&mut self, fault: Fault) {
         match fault {
             Fault::Unplugged => self.unplug(),
-            Fault::Silent => self.mute(Duration::from_secs(60)),
+            Fault::Silent => {
+                self.set_moving();
+                self.mute(Duration::from_secs(60));
+            }
             Fault::BusOff => self.mute(Duration::from_secs(3)),
             Fault::Slow => self.meddle(Meddling::Slow, 2),
             Fault::HalfFrame => self.meddle(Meddling::Half, 2),
@@ -337,8 +331,17 @@ impl<'a> Play<'a> {
         self.device.condition(Condition::Good);
     }
 
+    /// A stage is on its way when the fault comes.
+    fn set_moving(&mut self) {
+        if let Some(movement) = self.bench.movement() {
+            self.order(&movement);
+            self.run(Duration::from_millis(300));
+        }
+    }
+
     /// The cable is pulled in a measurement; the other half of it comes after the cable is back.
     fn unplug(&mut self) {
+        self.set_moving();
         self.line.meddling = Meddling::Half;
         let limit = self.now + Duration::from_secs(5);
         self.run_until(limit, |play| {
@@ -390,72 +393,6 @@ impl<'a> Play<'a> {
             self.journal.broken(self.now, format!("{grown} bytes more in memory after the flood"));
         }
     }
-
-    /// Compares what was seen with what must be seen.
-    fn judge(mut self, marks: &[Mark]) -> Result<Outcome, Vec<String>> {
-        let now = self.now;
-        let mut expected = Expected::default();
-        for mark in marks {
-            match mark {
-                Mark::Flagged(flags) => expected.flags |= *flags,
-                Mark::Discarded => expected.is_discarded = true,
-                Mark::Fault(words) => expected.faults.push(words),
-                Mark::Reopened(words) => expected.reopened.push(words),
-                Mark::Halted(words) => expected.halted.push(words),
-            }
-        }
-        let journal = &mut self.journal;
-        let names = |flags: Flags| flags.names().collect::<Vec<_>>().join(" ");
-        if journal.flags != expected.flags {
-            let (found, expected) = (names(journal.flags), names(expected.flags));
-            journal.broken(now, format!("flagged [{found}], expected [{expected}]"));
-        }
-        if (journal.discarded_in_fault > 0) != expected.is_discarded {
-            let bytes = journal.discarded_in_fault;
-            journal.broken(
-                now,
-                format!("{bytes} bytes discarded, expected any: {}", expected.is_discarded),
-            );
-        }
-        let faults: Vec<String> = journal.faults.iter().map(|(_, text)| text.clone()).collect();
-        let reopened: Vec<String> = journal.reopened.iter().cloned().collect();
-        let halted: Vec<String> = journal.halted.iter().cloned().collect();
-        for (what, found, expected) in [
-            ("faults", &faults, &expected.faults),
-            ("reopened", &reopened, &expected.reopened),
-            ("halted", &halted, &expected.halted),
-        ] {
-            let is_known = |text: &String| expected.iter().any(|words| text.contains(words));
-            let is_there = |words: &&str| found.iter().any(|text| text.contains(*words));
-            if !(found.iter().all(is_known) && expected.iter().all(is_there)) {
-                journal.broken(now, format!("{what} {found:?}, expected {expected:?}"));
-            }
-        }
-        if !journal.violations.is_empty() {
-            return Err(journal.violations.iter().map(|violation| violation.0.clone()).collect());
-        }
-        let mut words = Vec::new();
-        words.extend(
-            (!journal.flags.is_empty()).then(|| format!("flagged {}", names(journal.flags))),
-        );
-        words.extend((journal.discarded_in_fault > 0).then(|| "discarded".to_owned()));
-        let mut kinds: Vec<&str> = journal.faults.iter().map(|(kind, _)| *kind).collect();
-        kinds.dedup();
-        words.extend((!kinds.is_empty()).then(|| format!("fault: {}", kinds.join(" "))));
-        words.extend((!reopened.is_empty()).then(|| "reopened".to_owned()));
-        words.extend((!halted.is_empty()).then(|| "halted".to_owned()));
-        let cell = if words.is_empty() { "goes on".to_owned() } else { words.join(", ") };
-        Ok(Outcome::Played(cell, [faults, reopened, halted].concat()))
-    }
-}
-
-#[derive(Default)]
-struct Expected {
-    flags: Flags,
-    is_discarded: bool,
-    faults: Vec<&'static str>,
-    reopened: Vec<&'static str>,
-    halted: Vec<&'static str>,
 }
 
 /// Memory in use by this process, in bytes; `None` where the system does not tell.
