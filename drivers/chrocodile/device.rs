@@ -259,7 +259,8 @@ impl Chrocodile {
             message.push('…');
         }
         let reason = if text.contains(NOT_VALID) { "the value is not accepted" } else { "refused" };
-        let detail = format!("{}: {reason}, the answer was {message}", talk.command.text());
+        let cure = "see the command reference for what this device can do";
+        let detail = format!("{}: {reason}, the answer was {message}; {cure}", talk.command.text());
         self.events.push_back(Event::Fault(Fault { kind: FaultKind::Refused, detail }));
         self.state = State::Refused;
     }

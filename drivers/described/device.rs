@@ -270,8 +270,8 @@ impl Described {
         let refused = |refusal: &&Refusal| refusal.pattern.matches(frame);
         if let Some(refusal) = self.settings.refusals.iter().find(refused) {
             let means = &refusal.means;
-            let means = if means.is_empty() { String::new() } else { format!(": {means}") };
-            return Err(Other::Refused(format!("the device answers `{}`{means}", shown(frame))));
+            let means = if means.is_empty() { "see its manual" } else { means };
+            return Err(Other::Refused(format!("the device answers `{}`: {means}", shown(frame))));
         }
         if self.settings.ignore.iter().any(|pattern| pattern.matches(frame)) {
             return Err(Other::Ignored);

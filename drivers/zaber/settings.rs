@@ -102,7 +102,7 @@ impl Settings {
         let ask = |words: &str| reply::command(address, axis, words, self.checksum);
         let rejected = Refusal {
             pattern: reply::rejection(address, axis)?,
-            means: "the stage rejects the question for its position".to_owned(),
+            means: "the stage rejects the question for its position; check number and axes in the settings".to_owned(),
         };
         Ok(Description {
             framing: Framing::Lines { begin: Vec::new(), end: End::Any, longest: LONGEST },

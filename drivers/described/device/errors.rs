@@ -36,12 +36,12 @@ impl Described {
         }
         let left = *left - 1;
         self.tally.errors += 1;
-        self.fault(FaultKind::Device, format!("the device reports the error `{}`", shown(frame)));
+        self.fault(FaultKind::Device, format!("the device reports the error `{}`: see its manual", shown(frame)));
         if left > 0 {
             self.ask_error(now, &errors, left);
             return;
         }
-        let detail = format!("the queue holds more than {MOST_ERRORS} errors: clear it");
+        let detail = format!("the queue holds more than {MOST_ERRORS} errors: switch the device off and on");
         self.fault(FaultKind::Device, detail);
         self.inquired(now, &errors);
     }

@@ -35,8 +35,8 @@ fn the_queue_is_read_to_its_end_before_the_first_question() {
     assert_eq!(
         details,
         [
-            "the device reports the error `-113,\"Undefined header\"`",
-            "the device reports the error `-222,\"Data out of range\"`"
+            "the device reports the error `-113,\"Undefined header\"`: see its manual",
+            "the device reports the error `-222,\"Data out of range\"`: see its manual"
         ]
     );
     bench.receive("1.5\n");

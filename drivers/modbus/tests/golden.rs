@@ -78,7 +78,7 @@ fn exception() {
     let map = map(Function::ReadCoils, Kind::Bit(0), &[0x04A1]);
     let bench = tcp_example(map, &[1, 0x04, 0xA1, 0, 1], &[0x81, 2]);
     assert_eq!(bench.events[0], Event::Online, "an exception is a valid answer");
-    let text = "unit 255 refused to read coils 1185: illegal data address (exception 2)";
+    let text = "unit 255 refused to read coils 1185: illegal data address (exception 2); check unit_id and the map of registers";
     assert_eq!(bench.faults(), [(FaultKind::Refused, text.to_owned())]);
     assert_eq!(bench.readings(), []);
 }
@@ -101,7 +101,7 @@ fn captured_tcp_exception() {
     let map = map(Function::ReadInput, Kind::U16, &[0]);
     let mut bench = Bench::new(settings(Transport::Tcp, 1, map));
     bench.receive(&[0, 0, 0, 0, 0, 3, 1, 0x84, 2]);
-    let text = "unit 1 refused to read input registers 0: illegal data address (exception 2)";
+    let text = "unit 1 refused to read input registers 0: illegal data address (exception 2); check unit_id and the map of registers";
     assert_eq!(bench.faults(), [(FaultKind::Refused, text.to_owned())]);
 }
 

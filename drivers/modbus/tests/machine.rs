@@ -120,7 +120,7 @@ fn an_alarm_is_told_once_and_flags_every_reading() {
         bench.receive(&tcp(transaction as u16, 1, &om20_pdu(0, outputs, transaction as u8)));
         bench.next_request();
     }
-    let fault = (FaultKind::Device, "unit 1 reports `alarm`".to_owned());
+    let fault = (FaultKind::Device, "unit 1 reports `alarm`: see its manual".to_owned());
     assert_eq!(bench.faults(), [fault.clone(), fault]);
     let flags: Vec<_> = bench.readings().iter().map(|reading| reading.flags).collect();
     let alarm = Flags::DEVICE_ERROR;

@@ -109,7 +109,7 @@ fn bristol_671() {
     bench.receive("-104, \"Data type error\"\n");
     assert_eq!(
         bench.faults(),
-        [(FaultKind::Device, "the device reports the error `-104, \"Data type error\"`")]
+        [(FaultKind::Device, "the device reports the error `-104, \"Data type error\"`: see its manual")]
     );
 }
 
