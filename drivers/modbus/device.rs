@@ -175,15 +175,17 @@ impl Modbus {
                 }
                 let (unit_id, code) = (self.settings.unit_id, u8::from(exception));
                 let text = exception_text(code);
-                let detail =
-                    format!("unit {unit_id} refused to read {block}: {text} (exception {code}); check unit_id and the map of registers");
+                let detail = format!(
+                    "unit {unit_id} refused to read {block}: {text} (exception {code}); check unit_id and the map of registers"
+                );
                 self.fault(FaultKind::Refused, detail);
                 None
             }
             Err(error) => {
                 let unit_id = self.settings.unit_id;
-                let detail =
-                    format!("answer of unit {unit_id} is not one to read {block}: {error}; check that no other client uses the line");
+                let detail = format!(
+                    "answer of unit {unit_id} is not one to read {block}: {error}; check that no other client uses the line"
+                );
                 self.fault(FaultKind::Protocol, detail);
                 None
             }
@@ -210,7 +212,10 @@ impl Modbus {
         let was_alarmed = std::mem::replace(&mut self.alarmed, alarm.is_some());
         if let Some(name) = alarm.filter(|_| !was_alarmed) {
             let unit_id = self.settings.unit_id;
-            self.fault(FaultKind::Device, format!("unit {unit_id} reports `{name}`: see its manual"));
+            self.fault(
+                FaultKind::Device,
+                format!("unit {unit_id} reports `{name}`: see its manual"),
+            );
         }
         let Some(reading) = self.assembler.reading(now, image) else {
             return;

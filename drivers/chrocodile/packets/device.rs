@@ -245,18 +245,29 @@ impl PacketChrocodile {
             self.events.push_back(Event::Online);
         }
         if message.flags.contains(CommandFlags::ERROR) {
-            self.refused(topic, &order, &format!("refused, the answer was {}; see the command reference", words(message)));
+            self.refused(
+                topic,
+                &order,
+                &format!("refused, the answer was {}; see the command reference", words(message)),
+            );
             return;
         }
         if message.flags.contains(CommandFlags::WARNING) {
-            let detail = format!("{}: done with a warning, {}; see the command reference", order.name(), words(message));
+            let detail = format!(
+                "{}: done with a warning, {}; see the command reference",
+                order.name(),
+                words(message)
+            );
             self.fault(FaultKind::Device, detail);
         }
         if order == Order::AskFullScale {
             match full_scale_um(message) {
                 Some(scale_um) => self.set_full_scale(scale_um),
                 None => {
-                    let detail = format!("expected the full scale in µm, found {}: set scale_um", words(message));
+                    let detail = format!(
+                        "expected the full scale in µm, found {}: set scale_um",
+                        words(message)
+                    );
                     self.refused(topic, &order, &detail);
                     return;
                 }

@@ -36,12 +36,16 @@ impl Described {
         }
         let left = *left - 1;
         self.tally.errors += 1;
-        self.fault(FaultKind::Device, format!("the device reports the error `{}`: see its manual", shown(frame)));
+        self.fault(
+            FaultKind::Device,
+            format!("the device reports the error `{}`: see its manual", shown(frame)),
+        );
         if left > 0 {
             self.ask_error(now, &errors, left);
             return;
         }
-        let detail = format!("the queue holds more than {MOST_ERRORS} errors: switch the device off and on");
+        let detail =
+            format!("the queue holds more than {MOST_ERRORS} errors: switch the device off and on");
         self.fault(FaultKind::Device, detail);
         self.inquired(now, &errors);
     }

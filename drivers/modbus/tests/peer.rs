@@ -49,8 +49,7 @@ fn pymodbus_refuses_what_it_does_not_have() {
     let map = Map { name: "holding".to_owned(), fields, blocks: Vec::new() };
     let mut driver = driver(Transport::Tcp, map);
     let events = run(&mut driver, &mut stream, |driver| driver.tally().readings >= 2);
-    let refused =
-        "unit 1 refused to read holding registers 900: illegal data address (exception 2); check unit_id and the map of registers";
+    let refused = "unit 1 refused to read holding registers 900: illegal data address (exception 2); check unit_id and the map of registers";
     let is_refusal = |event: &Event| matches!(event, Event::Fault(fault) if fault.kind == FaultKind::Refused && fault.detail == refused);
     assert!(events.iter().any(is_refusal), "{events:?}");
     let values: Vec<_> = readings(&events)[1].values.iter().collect();

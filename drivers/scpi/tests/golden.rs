@@ -109,7 +109,10 @@ fn bristol_671() {
     bench.receive("-104, \"Data type error\"\n");
     assert_eq!(
         bench.faults(),
-        [(FaultKind::Device, "the device reports the error `-104, \"Data type error\"`: see its manual")]
+        [(
+            FaultKind::Device,
+            "the device reports the error `-104, \"Data type error\"`: see its manual"
+        )]
     );
 }
 

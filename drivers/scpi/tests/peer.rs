@@ -46,12 +46,18 @@ fn pyvisa_sim_queues_an_error_for_what_it_does_not_know() {
     let found = |events: &[Event]| faults(events).len() >= 3;
     let events = peer.run(settings, found);
     let expected = [
-        (FaultKind::Device, "the device reports the error `-113,\"Undefined header\"`: see its manual"),
+        (
+            FaultKind::Device,
+            "the device reports the error `-113,\"Undefined header\"`: see its manual",
+        ),
         (
             FaultKind::Timeout,
             "no answer to `FETC:POW?\\n` within 200 ms: check cable and power, or increase timeout_ms",
         ),
-        (FaultKind::Device, "the device reports the error `-113,\"Undefined header\"`: see its manual"),
+        (
+            FaultKind::Device,
+            "the device reports the error `-113,\"Undefined header\"`: see its manual",
+        ),
     ];
     assert_eq!(faults(&events)[..3], expected.map(|(kind, text)| (kind, text.to_owned())));
     assert!(readings(&events).is_empty());

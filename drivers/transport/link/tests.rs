@@ -90,7 +90,7 @@ async fn closed_tcp_port_is_reported_and_tried_again() {
 }
 
 #[tokio::test]
-async fn unplugged_serial_port_closes_and_its_successor_opens() {
+async fn unplugged_serial_port_closes_and_opens_again_under_another_name() {
     let dir = tempfile::tempdir().unwrap();
     let stable = dir.path().join("probe");
     let plug = || {
@@ -111,10 +111,14 @@ async fn unplugged_serial_port_closes_and_its_successor_opens() {
     master.read_exact(&mut got).await.unwrap();
     assert_eq!(&got, b"$VER\r");
 
+    let first = std::fs::read_link(&stable).unwrap();
     drop(master);
     assert!(matches!(next(&mut events).await, What::Closed(_)));
-    let (_master, slave) = plug();
+    // Another device takes the name that is free now: ttyUSB0 comes back as ttyUSB1.
+    let _other = tokio_serial::SerialStream::pair().unwrap();
+    let (mut master, slave) = plug();
     drop(slave);
+    assert_ne!(std::fs::read_link(&stable).unwrap(), first);
     loop {
         match next(&mut events).await {
             What::OpenFailed(_) => {}
@@ -124,6 +128,8 @@ async fn unplugged_serial_port_closes_and_its_successor_opens() {
             }
         }
     }
+    master.write_all(&[0x55]).await.unwrap();
+    assert_eq!(next(&mut events).await, What::Received(vec![0x55]));
 }
 
 #[tokio::test]

@@ -141,7 +141,10 @@ fn a_refused_command_is_a_fault_with_the_words_of_the_device() {
     driver.receive(Nanos::ZERO, Input::Bytes(&no));
     let found = events(&mut driver);
     let [Event::Online, Event::Fault(fault)] = &found[..] else { panic!("{found:?}") };
-    assert_eq!(fault.detail, "SHZ: refused, the answer was -7 \"not valid\\u{1b}\"; see the command reference");
+    assert_eq!(
+        fault.detail,
+        "SHZ: refused, the answer was -7 \"not valid\\u{1b}\"; see the command reference"
+    );
     assert_eq!(driver.poll_timeout(), None);
 }
 
@@ -179,7 +182,10 @@ fn a_warning_is_reported_and_a_new_probe_followed() {
     let [Event::Online, Event::Fault(fault), Event::Ready] = &found[..] else {
         panic!("{found:?}")
     };
-    assert_eq!((fault.kind, &*fault.detail), (FaultKind::Device, "STO: done with a warning, 5; see the command reference"));
+    assert_eq!(
+        (fault.kind, &*fault.detail),
+        (FaultKind::Device, "STO: done with a warning, 5; see the command reference")
+    );
     let half = |_: u32, id: u16, _: u16| if id == 75 { 1.0 } else { 16_384.0 };
     let update = message("SCA", 0, CommandFlags::UPDATE, vec![Argument::Float(600.0)]);
     let bytes = [data(&format, 0..1, half), update, data(&format, 0..1, half)].concat();
