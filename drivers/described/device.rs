@@ -12,7 +12,7 @@ use asphera_link::{
 
 use crate::assemble::{Assembled, Assembler, NoReading};
 use crate::framing::{Framing, Splitter};
-use crate::settings::{Hello, Refusal, Settings};
+use crate::settings::{Hello, Poll, Refusal, Settings};
 
 /// How often the question of [`Hello`] is asked.
 const ATTEMPTS: u8 = 2;
@@ -273,7 +273,9 @@ impl Described {
             let means = if means.is_empty() { "see its manual" } else { means };
             return Err(Other::Refused(format!("the device answers `{}`: {means}", shown(frame))));
         }
-        if self.settings.ignore.iter().any(|pattern| pattern.matches(frame)) {
+        let is_echo = |poll: &Poll| poll.ask.trim_ascii_end() == frame.trim_ascii_end();
+        let is_echo = self.settings.poll.as_ref().is_some_and(is_echo);
+        if is_echo || self.settings.ignore.iter().any(|pattern| pattern.matches(frame)) {
             return Err(Other::Ignored);
         }
         let body = match self.settings.checksum {

@@ -14,6 +14,9 @@ const ASKED: &str = "columns = 1\npoll = { ask = 'M\\r', interval_ms = 100, time
     field = [{ name = 'z', column = 1, unit = 'mm' }]\nrefusal = [{ pattern = 'E\\d', means = 'cover open' }]\n\
     ignore = ['M']";
 
+const ECHOED: &str = "columns = 1\npoll = { ask = 'MEAS?\\r\\n' }\nhello = { ask = 'I\\r', answer = 'ACME.*' }\n\
+    field = [{ name = 'z', column = 1 }]";
+
 const GREETED: &str = "columns = 1\npoll = { ask = 'M\\r' }\nhello = { ask = 'I\\r', answer = 'ACME.*', timeout_ms = 300 }\n\
     field = [{ name = 'z', column = 1, unit = 'mm' }]";
 
@@ -172,10 +175,19 @@ fn an_answer_among_noise_is_flagged() {
         (bench.values(), flags),
         (vec![Some(7.0), Some(8.0)], vec![Flags::SUSPECT, Flags::empty()])
     );
-    // An echo is described, and no noise.
+    // An echo is no noise, described or not.
     bench.next_question();
     bench.receive("M\r9\r");
     assert_eq!(bench.readings()[2].flags, Flags::empty());
+}
+
+#[test]
+fn an_echo_of_the_question_is_no_noise() {
+    let mut bench = Bench::new(ECHOED);
+    bench.receive("ACME\r\n");
+    bench.receive("MEAS?\r\n1.5\r\n");
+    assert_eq!((bench.values(), bench.readings()[0].flags), (vec![Some(1.5)], Flags::empty()));
+    assert_eq!((bench.faults().len(), bench.discarded()), (0, 0));
 }
 
 #[test]
