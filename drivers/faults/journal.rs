@@ -4,13 +4,9 @@ use std::collections::BTreeSet;
 
 use asphera_link::{Event, Fault, Flags, MotionEvent, Nanos, Output, Reading};
 
-/// A law that was broken.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Violation(pub String);
-
 /// Everything that was delivered and everything that the driver said.
 #[derive(Debug, Default)]
-pub struct Journal {
+pub(crate) struct Journal {
     /// Whole measurements that were delivered and became no reading yet.
     open: Vec<Vec<Option<f64>>>,
     /// Length of a measurement.
@@ -21,23 +17,23 @@ pub struct Journal {
     discarded: u64,
     readings: u64,
     /// Whether the driver said that its device is there, on any connection.
-    pub is_online: bool,
+    pub(crate) is_online: bool,
     /// Good readings.
-    pub good: u64,
+    pub(crate) good: u64,
     /// Flags of readings since the fault began.
-    pub flags: Flags,
+    pub(crate) flags: Flags,
     /// Bytes discarded since the fault began.
-    pub discarded_in_fault: u64,
+    pub(crate) discarded_in_fault: u64,
     /// Faults since it began: kind and text.
-    pub faults: BTreeSet<(&'static str, String)>,
+    pub(crate) faults: BTreeSet<(&'static str, String)>,
     /// Texts of new connections that were asked for since it began.
-    pub reopened: BTreeSet<String>,
+    pub(crate) reopened: BTreeSet<String>,
     /// Texts of moves that broke off since it began.
-    pub halted: BTreeSet<String>,
+    pub(crate) halted: BTreeSet<String>,
     /// Connections, and time-outs reported.
-    pub proofs: u64,
+    pub(crate) proofs: u64,
     /// Laws that were broken; the first few.
-    pub violations: Vec<Violation>,
+    pub(crate) violations: Vec<String>,
     /// Texts that help nobody, each reported once.
     unhelpful: BTreeSet<String>,
     is_over: bool,
@@ -51,14 +47,14 @@ const MOST_TEXTS: usize = 64;
 
 impl Journal {
     /// A law was broken.
-    pub fn broken(&mut self, now: Nanos, law: impl std::fmt::Display) {
+    pub(crate) fn broken(&mut self, now: Nanos, law: impl std::fmt::Display) {
         if self.violations.len() < MOST_VIOLATIONS {
-            self.violations.push(Violation(format!("at {now}: {law}")));
+            self.violations.push(format!("at {now}: {law}"));
         }
     }
 
     /// The fault begins: what was reported before counts no more.
-    pub fn begin_fault(&mut self) {
+    pub(crate) fn begin_fault(&mut self) {
         self.flags = Flags::empty();
         self.discarded_in_fault = 0;
         self.faults.clear();
@@ -67,12 +63,12 @@ impl Journal {
     }
 
     /// The fault is over, and good readings come: what the end of the connection discards is no sign of it.
-    pub fn end_fault(&mut self) {
+    pub(crate) fn end_fault(&mut self) {
         self.is_over = true;
     }
 
     /// A whole frame is about to be delivered.
-    pub fn whole_frame(&mut self, parcel: &Output, is_measurement: bool) {
+    pub(crate) fn whole_frame(&mut self, parcel: &Output, is_measurement: bool) {
         let len = content(parcel).len() as u64;
         if is_measurement {
             assert_eq!(*self.measurement_len.get_or_insert(len), len, "a bench has one length");
@@ -82,19 +78,19 @@ impl Journal {
     }
 
     /// Values of a whole measurement are about to be delivered.
-    pub fn measured(&mut self, values: &[Option<f64>]) {
+    pub(crate) fn measured(&mut self, values: &[Option<f64>]) {
         self.open.push(values.to_vec());
     }
 
     /// Bytes are delivered.
-    pub fn deliver(&mut self, parcel: &Output) {
+    pub(crate) fn deliver(&mut self, parcel: &Output) {
         let bytes = content(parcel);
         self.delivered += bytes.len() as u64;
         self.line_ends += bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count() as u64;
     }
 
     /// Takes an event. Whether a new connection is asked for.
-    pub fn take(&mut self, now: Nanos, event: Event) -> bool {
+    pub(crate) fn take(&mut self, now: Nanos, event: Event) -> bool {
         match event {
             Event::Online => self.is_online = true,
             Event::Ready => {}
@@ -159,7 +155,7 @@ impl Journal {
     }
 
     /// Every byte is in a reading, in an answer, or counted as discarded.
-    pub fn audit(&mut self, now: Nanos, has_line_ends: bool, proof_bytes: u64) {
+    pub(crate) fn audit(&mut self, now: Nanos, has_line_ends: bool, proof_bytes: u64) {
         let used = self.readings * self.measurement_len.unwrap_or(0);
         let (delivered, counted) = (self.delivered, self.discarded + used);
         let ends = if has_line_ends { self.line_ends } else { 0 };

@@ -18,8 +18,6 @@ mod verdict;
 
 pub use bench::{Bench, Condition, Device, Expectation, Mark, Model, Sent};
 pub use fault::Fault;
-pub use journal::{Journal, Violation};
-pub use noise::Noise;
 pub use play::play;
-pub use table::{BEGIN, END, Row, replaced, table};
+pub use table::{Row, replaced, table};
 pub use verdict::Outcome;

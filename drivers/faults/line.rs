@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use asphera_link::{CanFrame, CanId, Nanos, Output};
 
+use crate::Sent;
 use crate::journal::content;
-use crate::{Noise, Sent};
+use crate::noise::Noise;
 
 /// What is done to frames of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]

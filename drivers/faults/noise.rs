@@ -2,16 +2,16 @@
 
 /// A generator of random bytes: xorshift64*, which has a period of 2⁶⁴ − 1 (Vigna 2016, doi:10.1145/2845077).
 #[derive(Clone, Debug)]
-pub struct Noise(u64);
+pub(crate) struct Noise(u64);
 
 impl Noise {
     /// A generator for a seed; 0 counts as 1.
-    pub fn new(seed: u64) -> Noise {
+    pub(crate) fn new(seed: u64) -> Noise {
         Noise(seed.max(1))
     }
 
     /// The next number.
-    pub fn number(&mut self) -> u64 {
+    pub(crate) fn number(&mut self) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
         self.0 ^= self.0 >> 27;
@@ -19,7 +19,7 @@ impl Noise {
     }
 
     /// So many bytes.
-    pub fn bytes(&mut self, len: usize) -> Vec<u8> {
+    pub(crate) fn bytes(&mut self, len: usize) -> Vec<u8> {
         (0..len).map(|_| (self.number() >> 56) as u8).collect()
     }
 }

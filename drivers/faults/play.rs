@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use asphera_link::{Command, Driver, Event, Input, Motion, MotionEvent, Nanos, Output};
 
+use crate::journal::Journal;
 use crate::line::{Delivery, Line, Meddling};
-use crate::{Bench, Condition, Device, Expectation, Fault, Journal, Model, Outcome, verdict};
+use crate::{Bench, Condition, Device, Expectation, Fault, Model, Outcome, verdict};
 
 /// Plays a fault on a bench.
 ///

@@ -14,10 +14,10 @@ pub struct Row {
 }
 
 /// Marker before the tables.
-pub const BEGIN: &str = "<!-- The fault matrix: written by its test. -->";
+const BEGIN: &str = "<!-- The fault matrix: written by its test. -->";
 
 /// Marker after the tables.
-pub const END: &str = "<!-- End of the fault matrix. -->";
+const END: &str = "<!-- End of the fault matrix. -->";
 
 /// Drivers side by side in one table.
 const COLUMNS: usize = 5;

@@ -2,7 +2,8 @@
 
 use asphera_link::{Flags, Nanos};
 
-use crate::{Journal, Mark};
+use crate::Mark;
+use crate::journal::Journal;
 
 /// Outcome of a play.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,7 +44,7 @@ pub(crate) fn judge(
         }
     }
     if !journal.violations.is_empty() {
-        return Err(journal.violations.iter().map(|violation| violation.0.clone()).collect());
+        return Err(std::mem::take(&mut journal.violations));
     }
     Ok(Outcome::Played(cell(journal), [faults, reopened, halted].concat()))
 }

@@ -1,7 +1,5 @@
 //! A gauge with Modbus, over TCP and over a serial line.
 
-use std::time::Duration;
-
 use asphera_faults::{Bench, Condition, Device, Expectation, Fault, Mark, Model, Sent};
 use asphera_link::{Driver, Flags, Nanos, Output};
 use asphera_modbus::FAMILY;
@@ -47,10 +45,6 @@ impl Bench for Modbus {
             _ if self.is_tcp => tcp(fault),
             _ => rtu(fault),
         }
-    }
-
-    fn recovery(&self) -> Duration {
-        Duration::from_secs(5)
     }
 }
 

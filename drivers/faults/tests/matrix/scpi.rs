@@ -1,7 +1,5 @@
 //! A thermometer with SCPI, as Fluke's 1529.
 
-use std::time::Duration;
-
 use asphera_faults::{Bench, Condition, Device, Expectation, Fault, Mark, Model, Sent};
 use asphera_link::{Driver, Flags, Nanos, Output};
 use asphera_scpi::FAMILY;
@@ -63,10 +61,6 @@ impl Bench for Scpi {
             ]),
             Fault::Slow | Fault::ClockJump => Marks(&[]),
         }
-    }
-
-    fn recovery(&self) -> Duration {
-        Duration::from_secs(5)
     }
 }
 

@@ -1,7 +1,5 @@
 //! A stage of Zaber, with checks.
 
-use std::time::Duration;
-
 use asphera_faults::{Bench, Condition, Device, Expectation, Fault, Mark, Model, Sent};
 use asphera_link::{AxisMove, Driver, Flags, Motion, Nanos, Output};
 use asphera_zaber::FAMILY;
@@ -80,10 +78,6 @@ impl Bench for Zaber {
             ]),
             Fault::Slow | Fault::ClockJump => Marks(&[]),
         }
-    }
-
-    fn recovery(&self) -> Duration {
-        Duration::from_secs(5)
     }
 }
 
