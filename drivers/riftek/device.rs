@@ -250,7 +250,9 @@ impl Riftek {
         }
         if answer.is_new {
             self.tally.readings += 1;
-            let flags = if answer.is_clean { Flags::empty() } else { Flags::SUSPECT };
+            // Noise right behind an answer does not go on counting, but for one time in four.
+            let is_in_step = answer.is_clean && answer.lost == 0;
+            let flags = if is_in_step { Flags::empty() } else { Flags::SUSPECT };
             self.events.push_back(Event::Reading(self.reading(now, result, flags)));
         } else {
             self.tally.repeated += 1;

@@ -215,6 +215,8 @@ fn lost_results_are_counted_and_reported_once_a_run() {
         bench.receive(&encode_answer(true, count, &[1, 2]));
     }
     assert_eq!((bench.readings().len(), bench.driver.tally().lost), (5, 2));
+    let flagged: Vec<bool> = bench.readings().iter().map(|it| !it.flags.is_empty()).collect();
+    assert_eq!(flagged, [false, false, true, true, false], "noise counts from anywhere");
     assert_eq!(
         bench.faults(),
         [(
