@@ -23,6 +23,9 @@ const ATTEMPTS: u8 = 2;
 /// Questions without an answer, one after the other, after which the link is opened anew.
 const MOST_SILENT: u32 = 5;
 
+/// Silence after which an answer is known to be no longer than it should, in ms.
+pub(crate) const HELD_MS: u32 = 20;
+
 /// Bytes of a result.
 const RESULT: usize = 2;
 
@@ -34,6 +37,8 @@ const RESULT: usize = 2;
 /// ```
 ///
 /// A stream that still runs from before is stopped first, so that its results are not taken for the identity.
+/// A result is held back until something else follows it, or the line is silent: a byte of noise before an answer looks
+/// like its begin, and only the byte too many at its end shows it.
 /// After a question without an answer nothing is asked until the line was silent for [`Settings::late_limit_ms`].
 #[derive(Debug)]
 pub struct Riftek {
@@ -51,6 +56,8 @@ pub struct Riftek {
     in_gap: bool,
     /// Bytes that came unasked.
     stray: u64,
+    /// The newest reading, and when nothing more can belong to its answer.
+    held: Option<(Reading, Nanos)>,
     outputs: VecDeque<Vec<u8>>,
     events: VecDeque<Event>,
     tally: Tally,
@@ -113,6 +120,7 @@ impl Riftek {
             silent: 0,
             in_gap: false,
             stray: 0,
+            held: None,
             outputs: VecDeque::new(),
             events: VecDeque::new(),
             tally: Tally::default(),
@@ -173,6 +181,7 @@ impl Riftek {
     }
 
     fn ask(&mut self, now: Nanos) {
+        self.release(Flags::empty());
         self.send(Request::Result);
         self.decoder.reset(RESULT);
         self.state = State::Asking { deadline: now + millis(self.settings.timeout_ms) };
@@ -191,7 +200,10 @@ impl Riftek {
 
     fn byte(&mut self, now: Nanos, byte: u8) {
         match self.state {
-            State::Closed | State::Idle { .. } => self.stray += 1,
+            State::Closed | State::Idle { .. } => {
+                self.stray += 1;
+                self.release(Flags::SUSPECT);
+            }
             State::Quieting { latest, .. } => {
                 self.stray += 1;
                 self.state = State::Quieting { until: now + millis(QUIET_MS), latest };
@@ -215,11 +227,13 @@ impl Riftek {
             }
             State::Streaming => {
                 let answer = self.decoder.push(byte);
+                let is_overlong = self.decoder.take_overlong();
+                self.release(if is_overlong { Flags::SUSPECT } else { Flags::empty() });
                 if let Some(answer) = answer {
                     self.note_lost(answer.lost);
                     self.read(now, answer);
                 }
-                if self.decoder.take_overlong() {
+                if is_overlong {
                     let detail = "results of the stream have more than 2 bytes, or come twice: check that no other program or sensor uses the line".to_owned();
                     self.abandon(FaultKind::Protocol, detail);
                 }
@@ -249,11 +263,11 @@ impl Riftek {
             self.last_answer = now;
         }
         if answer.is_new {
-            self.tally.readings += 1;
             // Noise right behind an answer does not go on counting, but for one time in four.
             let is_in_step = answer.is_clean && answer.lost == 0;
             let flags = if is_in_step { Flags::empty() } else { Flags::SUSPECT };
-            self.events.push_back(Event::Reading(self.reading(now, result, flags)));
+            let reading = self.reading(now, result, flags);
+            self.held = Some((reading, now + millis(HELD_MS)));
         } else {
             self.tally.repeated += 1;
         }
@@ -275,6 +289,17 @@ impl Riftek {
         let mut values = Values::new();
         values.push(flags.is_empty().then_some(mm));
         Reading { host, device_time_ns: None, count: None, values, flags }
+    }
+
+    /// Gives the reading that was held back.
+    fn release(&mut self, doubt: Flags) {
+        let Some((mut reading, _)) = self.held.take() else { return };
+        if !doubt.is_empty() {
+            reading.flags |= doubt;
+            reading.values = Values::from_iter([None]);
+        }
+        self.tally.readings += 1;
+        self.events.push_back(Event::Reading(reading));
     }
 
     fn unanswered(&mut self, now: Nanos) {
@@ -306,7 +331,23 @@ impl Riftek {
         self.abandon(FaultKind::Timeout, detail);
     }
 
+    /// When the state has something to do.
+    fn state_due(&self) -> Option<Nanos> {
+        match self.state {
+            State::Closed => None,
+            State::Quieting { until, latest } => Some(until.min(latest)),
+            State::Greeting { deadline, .. } | State::Asking { deadline } => Some(deadline),
+            State::Streaming => match self.settings.mode {
+                Mode::Stream { silence_ms: 0 } | Mode::Poll { .. } => None,
+                Mode::Stream { silence_ms } => Some(self.last_answer + millis(silence_ms)),
+            },
+            State::Idle { due } => Some(due),
+            State::Settling { until } => Some(until),
+        }
+    }
+
     fn abandon(&mut self, kind: FaultKind, detail: String) {
+        self.release(Flags::empty());
         self.outputs.clear();
         self.decoder.reset(RESULT);
         self.events.push_back(Event::Reopen(Fault { kind, detail }));
@@ -330,7 +371,7 @@ impl Driver for Riftek {
     fn connected(&mut self, now: Nanos) {
         self.decoder = Decoder::new(LONGEST);
         (self.online, self.ready, self.in_gap) = (false, false, false);
-        (self.silent, self.stray) = (0, 0);
+        (self.silent, self.stray, self.held) = (0, 0, None);
         self.outputs.clear();
         self.send(Request::StopStream);
         let latest = now + millis(STOP_MS);
@@ -338,6 +379,7 @@ impl Driver for Riftek {
     }
 
     fn disconnected(&mut self, _: Nanos) {
+        self.release(Flags::empty());
         self.decoder.reset(RESULT);
         self.report_discarded();
         self.outputs.clear();
@@ -353,7 +395,10 @@ impl Driver for Riftek {
     }
 
     fn timeout(&mut self, now: Nanos) {
-        if self.poll_timeout().is_none_or(|due| now < due) {
+        if self.held.as_ref().is_some_and(|(_, until)| *until <= now) {
+            self.release(Flags::empty());
+        }
+        if self.state_due().is_none_or(|due| now < due) {
             return;
         }
         match self.state {
@@ -386,17 +431,8 @@ impl Driver for Riftek {
     }
 
     fn poll_timeout(&self) -> Option<Nanos> {
-        match self.state {
-            State::Closed => None,
-            State::Quieting { until, latest } => Some(until.min(latest)),
-            State::Greeting { deadline, .. } | State::Asking { deadline } => Some(deadline),
-            State::Streaming => match self.settings.mode {
-                Mode::Stream { silence_ms: 0 } | Mode::Poll { .. } => None,
-                Mode::Stream { silence_ms } => Some(self.last_answer + millis(silence_ms)),
-            },
-            State::Idle { due } => Some(due),
-            State::Settling { until } => Some(until),
-        }
+        let held_until = self.held.as_ref().map(|(_, until)| *until);
+        self.state_due().into_iter().chain(held_until).min()
     }
 
     fn poll_transmit(&mut self) -> Option<Output> {

@@ -1,8 +1,11 @@
 //! The driver as a configuration knows it: its keys, and what a station asks of its settings.
 
+use std::time::Duration;
+
 use asphera_link::{Carries, Channel, DeviceSettings, Driver, Family, Problem};
 use asphera_settings::Section;
 
+use crate::device::HELD_MS;
 use crate::{Mode, Riftek, Settings};
 
 /// RIFTEK RF60x: `driver = "riftek"`, on a serial line or a terminal server.
@@ -50,6 +53,10 @@ impl DeviceSettings for Settings {
 
     fn channels(&self) -> Vec<Channel> {
         Settings::channels(self)
+    }
+
+    fn holds_back(&self) -> Duration {
+        Duration::from_millis(HELD_MS.into())
     }
 
     fn driver(&self) -> Result<Box<dyn Driver>, Vec<Problem>> {

@@ -92,7 +92,7 @@ pub enum PacketError {
     Short(usize),
     /// A service message on the port of the profiles.
     #[error(
-        "a service message (command {0:#06x}), expected a profile: its port is 50011, that of profiles 50001"
+        "a service message (command {0:#06x}), expected a profile: check that the port is that of profiles, 50001, and not 50011"
     )]
     Service(u16),
     /// Another device, or no device at all.

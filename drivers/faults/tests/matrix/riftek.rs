@@ -83,6 +83,7 @@ fn stream(fault: Fault) -> Expectation {
         ]),
         // Nothing tells it from a longer answer.
         Fault::Repeated => Marks(&[
+            Mark::Flagged(Flags::SUSPECT),
             Mark::Discarded,
             Mark::Reopened("results of the stream have more than 2 bytes, or come twice: check"),
         ]),
@@ -97,7 +98,8 @@ fn asked(fault: Fault) -> Expectation {
     const LATE: Mark = Mark::Fault("no answer to the question for a result within 100 ms: check");
     match fault {
         Fault::Burst => Absent("it sends only when asked"),
-        Fault::Unplugged | Fault::Repeated => Marks(&[Mark::Discarded]),
+        Fault::Unplugged => Marks(&[Mark::Discarded]),
+        Fault::Repeated => Marks(&[Mark::Flagged(Flags::SUSPECT), Mark::Discarded]),
         Fault::HalfFrame | Fault::LateAnswer => Marks(&[Mark::Discarded, LATE]),
         Fault::Garbage => Marks(&[Mark::Flagged(Flags::SUSPECT), Mark::Discarded]),
         Fault::Restart => Marks(&[LATE]),
