@@ -170,7 +170,7 @@ fn a_service_message_is_known_where_a_profile_should_be() {
     assert_eq!(header.encode(), search);
     let error = Packet::decode(&search).unwrap_err();
     assert_eq!(error, PacketError::Service(0x5E00));
-    assert!(error.to_string().contains("its port is 50011, that of profiles 50001"));
+    assert!(error.to_string().contains("the port is that of profiles, 50001, and not 50011"));
     assert_eq!(Packet::decode(b"hello, world"), Err(PacketError::Device(0x6C6C)));
     assert_eq!(Packet::decode(&HEAD[..63]), Err(PacketError::Short(63)));
 }
