@@ -45,7 +45,8 @@ pub(super) const SAMPLE: &str = "Examples:
 
 pub(super) const BENCHMARK: &str = "Examples:
   asphera benchmark curves
-  asphera benchmark curves --category open --methods auto,hnn-crust,vicur --trials 50 --json";
+  asphera benchmark curves --category open --methods auto,hnn-crust,vicur --trials 50 --json
+  asphera benchmark regions --category ring";
 
 pub(super) const COMPARE: &str = "Examples:
   asphera compare found.json truth.json --json

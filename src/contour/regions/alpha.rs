@@ -100,7 +100,7 @@ pub fn joining_alpha_mm(triangulation: &Triangulation) -> Option<f64> {
 }
 
 /// Whether each triangle has a radius of at most α.
-fn within(triangulation: &Triangulation, alpha_mm: f64) -> Vec<bool> {
+pub(super) fn within(triangulation: &Triangulation, alpha_mm: f64) -> Vec<bool> {
     assert!(
         alpha_mm.is_finite() && alpha_mm > 0.0,
         "expected a finite α above 0, found {alpha_mm}"

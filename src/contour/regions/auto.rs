@@ -1,31 +1,73 @@
 //! A region without parameters, with its border moved to where the area is expected to end.
 
-use super::alpha::alpha_shape;
-use crate::{Region, SampleId, Triangulation};
+use asphera_geometry::Sets;
+use asphera_geometry::predicates::compare_with_right_angle;
 
-/// The α-shape of twice the median edge, with its border moved out by 0.33 to 0.40 of that edge.
+use super::alpha::within;
+use crate::inside::Inside;
+use crate::triangulation::TriangleId;
+use crate::{Region, Triangulation};
+
+/// The α-shape of twice the median edge, its ragged border smoothed and moved out.
 ///
-/// Samples within an area end before its border does. The gap is 0.33 of the median edge on a raster and 0.40 for points at random; in
-/// between it follows the spread of the distances to nearest samples:
+/// Samples at random leave bays in the border of an α-shape that the area does not have. So triangles up to a wider α are taken in as
+/// well: up to F median edges, F = 6·(n / 8000)^¼ for n samples, within 3 and 8. Of these, what is truly empty stays out: connected
+/// triangles of which one holds the centre of its circumcircle. A bay of the border drains outwards: its centres lie beyond it. That is
+/// the flow of H. Edelsbrunner, M. Facello and J. Liang, Discrete Applied Mathematics 88 (1998) 83-102, in the plane.
 ///
-/// gap = (0.33 + 0.07·min(1, s / 0.52))·median edge
+/// Samples within an area end before its border does: by 0.20 + 0.36/F of the median edge. Holes shrink as the outline grows. The rule
+/// and its figures are ours, from areas of 500 to 8,000 points at random and on rasters. The gap is for borders that do not run along
+/// the rows of a raster: there it is anything from 0 to a row. A concave corner is rounded by the wider α.
 ///
-/// s is the standard deviation of those distances over their mean, 0.52 for points at random (J. G. Skellam 1952). Holes shrink as the
-/// outline grows. Nothing is moved where the border itself was sampled: where the middle length of border edges is below 0.9 of the
-/// median edge and the spread of the middle half of them is below a quarter of it. The rule and its figures are ours, from discs, rings
-/// and rectangles of 8,000 points. The gap is for borders that do not run along the rows of a raster: there it is anything from 0 to a
-/// row. n·log n time.
+/// Where the border itself was sampled, nothing is smoothed or moved: where the middle length of border edges is below 0.9 of the
+/// median edge and the spread of the middle half of them is below a quarter of it. n·log n time.
 pub fn auto_shape(triangulation: &Triangulation) -> Region {
     let by_length = triangulation.by_length();
     let median_mm = by_length.get(by_length.len() / 2).map(|&edge| triangulation.length_mm(edge));
     let Some(median_mm) = median_mm.filter(|_| !triangulation.triangles().is_empty()) else {
         return Region::default();
     };
-    let region = alpha_shape(triangulation, 2.0 * median_mm);
-    match is_border_sampled(triangulation, &region, median_mm) {
-        true => region,
-        false => region.moved(median_mm * (0.33 + 0.07 * (spread(triangulation) / 0.52).min(1.0))),
+    let narrow_mm = 2.0 * median_mm;
+    let dense = within(triangulation, narrow_mm);
+    let region = Region::of(triangulation, &Inside::of(dense.clone()));
+    if is_border_sampled(triangulation, &region, median_mm) {
+        return region;
     }
+    let factor = (6.0 * (triangulation.len() as f64 / 8000.0).sqrt().sqrt()).clamp(3.0, 8.0);
+    let wide = within(triangulation, factor * median_mm);
+    let smooth = Region::of(triangulation, &Inside::of(smoothed(triangulation, &dense, wide)));
+    smooth.moved(median_mm * (0.20 + 0.36 / factor))
+}
+
+/// Triangles of a wide α without those that are empty by a narrow one and do not drain outwards.
+fn smoothed(triangulation: &Triangulation, dense: &[bool], mut wide: Vec<bool>) -> Vec<bool> {
+    let is_between: Vec<bool> =
+        dense.iter().zip(&wide).map(|(dense, wide)| *wide && !dense).collect();
+    let between = || (0..dense.len() as TriangleId).filter(|&at| is_between[at as usize]);
+    let mut sets = Sets::new(dense.len());
+    for triangle in between() {
+        for beyond in triangulation.across(triangle).into_iter().flatten() {
+            if is_between[beyond as usize] {
+                sets.join(triangle as usize, beyond as usize);
+            }
+        }
+    }
+    let mut is_empty = vec![false; dense.len()];
+    for triangle in between().filter(|&triangle| holds_its_centre(triangulation, triangle)) {
+        is_empty[sets.root(triangle as usize)] = true;
+    }
+    for triangle in between() {
+        wide[triangle as usize] = !is_empty[sets.root(triangle as usize)];
+    }
+    wide
+}
+
+/// Whether no angle of a triangle is above 90°, exactly: then the centre of its circumcircle lies in it.
+fn holds_its_centre(triangulation: &Triangulation, triangle: TriangleId) -> bool {
+    let corners = triangulation.triangles()[triangle as usize];
+    let [a, b, c] = corners.map(|corner| triangulation.place(corner));
+    let angles = [[a, b, c], [b, c, a], [c, a, b]];
+    angles.iter().all(|&[at, p, q]| compare_with_right_angle(at, p, q).is_ge())
 }
 
 /// Whether the edges of the border are shorter than those within, and alike.
@@ -41,18 +83,4 @@ fn is_border_sampled(triangulation: &Triangulation, region: &Region, median_mm: 
         rank.map_or(f64::INFINITY, |&(_, edge)| triangulation.length_mm(edge))
     };
     at(2) < 0.9 * median_mm && at(3) - at(1) < 0.25 * at(2)
-}
-
-/// The standard deviation of the distances to nearest samples over their mean.
-fn spread(triangulation: &Triangulation) -> f64 {
-    let nearest =
-        (0..triangulation.len() as SampleId).filter_map(|sample| triangulation.nearest(sample));
-    let mut distances_mm: Vec<f64> =
-        nearest.map(|spoke| triangulation.length_mm(spoke.edge)).collect();
-    // In the order of their sizes the sums do not depend on the numbers of the samples.
-    distances_mm.sort_by(f64::total_cmp);
-    let count = distances_mm.len() as f64;
-    let mean_mm = distances_mm.iter().sum::<f64>() / count;
-    let squares = distances_mm.iter().map(|distance| (distance - mean_mm).powi(2)).sum::<f64>();
-    (squares / count).sqrt() / mean_mm
 }
