@@ -276,7 +276,7 @@ fn raster(outlines: &[Outline], spacing_mm: f64, numbers: &Numbers) -> Vec<Place
 /// Places along all lines, at their corners and no farther apart than the spacing.
 fn borders(outlines: &[Outline], spacing_mm: f64) -> Vec<PlaceMm> {
     let mut places = Vec::new();
-    for ring in outlines.iter().flat_map(|outline| outline.rings()) {
+    for ring in outlines.iter().flat_map(Outline::rings) {
         let mut since_mm = f64::INFINITY;
         for (p, q) in ring.iter().zip(ring.iter().cycle().skip(1)) {
             let length_mm = (q[0] - p[0]).hypot(q[1] - p[1]);
