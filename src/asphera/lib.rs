@@ -23,6 +23,8 @@ pub mod replay;
 pub mod results;
 pub mod session;
 pub mod sessions;
+mod shown;
+mod snapshot;
 pub mod station;
 mod weighing;
 

@@ -1,7 +1,9 @@
 //! A volume of grey values, smoothed, with its surface.
 
 use asphera_geometry::PointMm;
-use asphera_volume::{Ambiguity, Grey, SizeError, SlabBuilder, Surface, marching_cubes, smoothed};
+use asphera_volume::{
+    Ambiguity, Grey, Samples, SizeError, SlabBuilder, Surface, marching_cubes, smoothed,
+};
 use rayon::prelude::*;
 
 use asphera_geometry::vector::{Vector, cross, dot, plus, unit};
@@ -93,11 +95,16 @@ impl Body {
         Grey { values: &self.scan.values, size: self.scan.size, threshold: threshold as f32 }
     }
 
-    /// The surface at a threshold.
-    pub(crate) fn skin(&self, threshold: f64) -> Result<Skin, SizeError> {
+    /// The samples at a threshold or above.
+    pub(crate) fn samples(&self, threshold: f64) -> Result<Samples, SizeError> {
         let mut builder = SlabBuilder::new(self.scan.size)?;
         builder.push_values(&self.scan.values, threshold as f32)?;
-        let samples = builder.finish()?;
+        builder.finish()
+    }
+
+    /// The surface at a threshold.
+    pub(crate) fn skin(&self, threshold: f64) -> Result<Skin, SizeError> {
+        let samples = self.samples(threshold)?;
         let grey = self.grey(threshold);
         let surface = marching_cubes(&samples, Ambiguity::Paired, &grey);
         let per_mm = self.scan.lattice.per_mm();

@@ -41,6 +41,7 @@ mod unmeasured;
 mod verdict;
 mod view;
 mod views;
+mod volume;
 mod weights;
 pub mod words;
 
@@ -94,5 +95,9 @@ pub use view::{Block, Chapter, ChapterId, Column, Fact, Layout, Table, View, col
 pub use views::{
     FORM_VIEW_FORMAT, FormView, FormViewAnswer, MAPS_FORMAT, Map, MapLayer, MapsState, RemovedTerm,
     SamplingMaps, Term,
+};
+pub use volume::{
+    CellKind, CellView, FaceView, GridView, SliceAnswer, SliceAxis, SliceRequest,
+    VOLUME_SLICE_FORMAT, VOLUME_VIEW_FORMAT, VolumeSlice, VolumeState, VolumeView,
 };
 pub use weights::{LossFigures, ReferenceFigures, WeightFigures};

@@ -6,7 +6,7 @@ use crate::contour::ContourState;
 use crate::parts::PartsState;
 use crate::{
     FeatureFigures, FormFigures, Map, MapsState, MeshFigures, Points, SamplingFigures, ScanFigures,
-    SessionFigures, Verdict,
+    SessionFigures, Verdict, VolumeState,
 };
 
 /// Version of the layout of [`Snapshot`].
@@ -52,6 +52,9 @@ pub struct Snapshot {
     /// Which parts there are, where the configuration asks for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<PartsState>,
+    /// The volume that was measured, where it was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volume: Option<VolumeState>,
     /// The scan that the station drives, where the configuration has a plan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scan: Option<ScanFigures>,

@@ -9,7 +9,7 @@ use crate::contour::SessionContour;
 use crate::parts::SessionParts;
 use crate::{
     Cut, FormViewAnswer, Label, Report, ResultFile, SamplingMaps, SectionRequest, SessionFigures,
-    Snapshot, Status, Term,
+    SliceAnswer, SliceRequest, Snapshot, Status, Term, VolumeView,
 };
 
 /// An answer to come.
@@ -34,6 +34,16 @@ pub trait LiveStation: Send + Sync + 'static {
     fn contour(&self) -> Answer<'_, Option<Arc<SessionContour>>>;
     /// The parts of the session that ended up to now; `None` where none are asked for.
     fn parts(&self) -> Answer<'_, Option<Arc<SessionParts>>>;
+
+    /// The volume that was measured; `None` of a station, which measures points.
+    fn volume(&self) -> Answer<'_, Option<Arc<VolumeView>>> {
+        Box::pin(std::future::ready(None))
+    }
+
+    /// A slice of that volume. At most one runs at a time.
+    fn volume_slice(&self, _request: SliceRequest) -> Answer<'_, SliceAnswer> {
+        Box::pin(std::future::ready(None))
+    }
 
     /// A section of the mesh as it is now.
     fn section(&self, request: SectionRequest) -> Answer<'_, Cut>;

@@ -236,7 +236,7 @@ impl View {
     pub fn of_snapshot(snapshot: &Snapshot) -> View {
         View::new(&Shown {
             reading: None,
-            face: None,
+            face: snapshot.volume.as_ref().map(|volume| &*volume.face),
             points: &snapshot.points,
             mesh: &snapshot.mesh,
             sampling: &snapshot.sampling,

@@ -28,6 +28,26 @@ pub struct GridCheck {
     pub c2: u64,
     /// Centres of the cells at fault, in samples, sorted by slice, row and column; [`PLACES`] at most.
     pub places: Vec<Violation>,
+    /// Critical configurations, sorted the same way; [`PLACES`] at most.
+    pub critical: Vec<Critical>,
+}
+
+/// A critical configuration: the union of the voxels of the foreground, or of the background, is no manifold there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Critical {
+    /// Centre of the face of C1 or of the cell of C2, in samples.
+    pub centre: [f64; 3],
+    /// Configuration found there.
+    pub kind: CriticalKind,
+}
+
+/// The two critical configurations of the source (figure 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CriticalKind {
+    /// Two foreground samples lie diagonally on a face between cells, two background samples on its other diagonal.
+    C1,
+    /// Two samples on a space diagonal of a cell stand against its six others.
+    C2,
 }
 
 /// A cell that no r-regular solid on a fine enough grid has.
@@ -63,17 +83,19 @@ impl GridCheck {
         // Two cells share every face between them.
         let c1 = histogram.sum_whole(|code| i64::from(fact(code).c1_faces.count_ones())) as u64 / 2;
         let mut unpaired = 0;
-        let mut places = Vec::new();
+        let (mut places, mut critical) = (Vec::new(), Vec::new());
         if case8 + forbidden > 0 {
-            let layers: Vec<(u64, Vec<Violation>)> =
-                (0..=samples.size()[2]).into_par_iter().map(|z| violations(samples, z)).collect();
-            for (count, found) in layers {
-                unpaired += count;
+            let layers: Vec<Layer> =
+                (0..=samples.size()[2]).into_par_iter().map(|z| Layer::of(samples, z)).collect();
+            for layer in layers {
+                unpaired += layer.unpaired;
                 let room = PLACES - places.len();
-                places.extend(found.into_iter().take(room));
+                places.extend(layer.places.into_iter().take(room));
+                let room = PLACES - critical.len();
+                critical.extend(layer.critical.into_iter().take(room));
             }
         }
-        GridCheck { case8, case8_unpaired: unpaired, forbidden, c1, c2, places }
+        GridCheck { case8, case8_unpaired: unpaired, forbidden, c1, c2, places, critical }
     }
 
     /// Whether the codes contradict a grid that is fine enough.
@@ -130,23 +152,43 @@ pub fn needed_spacing_mm(regular_mm: f64) -> f64 {
 /// Sides that differ by less than this share count as equal: files round spacings to six digits.
 const CUBIC: f64 = 1e-5;
 
-/// The cells at fault in one layer, and how many of them are unpaired cells of case 8.
-fn violations(samples: &Samples, z: usize) -> (u64, Vec<Violation>) {
-    let facts = facts();
-    let mut unpaired = 0;
-    let mut places = Vec::new();
-    mixed_words(samples, z, |y, word, corners, mixed| {
-        mixed_codes(word, corners, mixed, |x, code| {
-            let case = facts[usize::from(code)].case;
-            let is_alone = case == Case::Paired && !has_partner(samples, [x, y, z], code);
-            unpaired += u64::from(is_alone);
-            if (is_alone || case == Case::Forbidden) && places.len() < PLACES {
-                let centre = [x, y, z].map(|place| place as f64 - 0.5);
-                places.push(Violation { centre, code, case });
-            }
+/// The cells of one layer that are of case 8 or forbidden.
+#[derive(Default)]
+struct Layer {
+    /// Cells of case 8 without a partner.
+    unpaired: u64,
+    places: Vec<Violation>,
+    critical: Vec<Critical>,
+}
+
+impl Layer {
+    fn of(samples: &Samples, z: usize) -> Layer {
+        let mut layer = Layer::default();
+        mixed_words(samples, z, |y, word, corners, mixed| {
+            mixed_codes(word, corners, mixed, |x, code| layer.add(samples, [x, y, z], code));
         });
-    });
-    (unpaired, places)
+        layer
+    }
+
+    fn add(&mut self, samples: &Samples, cell: [usize; 3], code: u8) {
+        let facts = facts()[usize::from(code)];
+        let is_alone = facts.case == Case::Paired && !has_partner(samples, cell, code);
+        self.unpaired += u64::from(is_alone);
+        let centre = cell.map(|place| place as f64 - 0.5);
+        if (is_alone || facts.case == Case::Forbidden) && self.places.len() < PLACES {
+            self.places.push(Violation { centre, code, case: facts.case });
+        }
+        // A face belongs to the cell below it: so each counts once.
+        let upper = (0..3).filter(|axis| facts.c1_faces >> (2 * axis + 1) & 1 == 1);
+        let faces = upper.map(|axis| {
+            let mut centre = centre;
+            centre[axis] += 0.5;
+            Critical { centre, kind: CriticalKind::C1 }
+        });
+        let whole = facts.is_c2.then_some(Critical { centre, kind: CriticalKind::C2 });
+        let room = PLACES - self.critical.len();
+        self.critical.extend(faces.chain(whole).take(room));
+    }
 }
 
 /// Whether the cell across the C1 face of a case-8 cell is of case 8 too, with 6 foreground samples for 2 and 2 for 6.

@@ -53,7 +53,7 @@ pub use fractions::{
     Fractions, ball_fractions, majority_fractions, marching_fractions, trilinear_fractions,
     voxel_fractions,
 };
-pub use grid::{GridCheck, PLACES, Verdict, Violation, needed_spacing_mm};
+pub use grid::{Critical, CriticalKind, GridCheck, PLACES, Verdict, Violation, needed_spacing_mm};
 pub use histogram::Histogram;
 pub use levels::{BINS, LevelCounts, LevelRange, Levels};
 pub use majority::{Majority, majority};

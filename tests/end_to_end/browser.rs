@@ -7,7 +7,7 @@ use std::time::Duration;
 use asphera_tests::{Running, asphera, root, skipped};
 
 /// The folder of the browser test and the browser; `None`, said on stderr, where one is absent.
-fn browser() -> Option<(PathBuf, &'static str)> {
+pub(super) fn browser() -> Option<(PathBuf, &'static str)> {
     let folder = root().join("tests/browser");
     let chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
         .into_iter()

@@ -47,3 +47,4 @@ mod terminal;
 mod tray;
 mod twice;
 mod unknown;
+mod volume_page;

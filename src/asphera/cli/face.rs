@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use asphera_face::{Body, Face, Lattice, Lying, Scan, Settings, Threshold as Value, between};
+use asphera_face::{
+    Body, Face, Lattice, Lying, MeasuredFace, Scan, Settings, Threshold as Value, VolumeViewer,
+    between,
+};
 use asphera_formats::{Format, volume};
 use asphera_measure::{Along, Measurement, Part, undecide};
 use asphera_report::{SecondFigures, Timing};
@@ -15,6 +18,7 @@ use super::progress::Progress;
 use super::source::{Source, is_recording};
 use super::volume::opened::read_volume;
 use super::volume::{Threshold, spacing};
+use crate::shown::ShownMeasurement;
 
 /// What the command line says of a volume.
 #[derive(Args)]
@@ -44,6 +48,30 @@ const SMOOTHING: f64 = 1.0;
 pub(super) struct Faces {
     pub(super) first: Measurement,
     pub(super) second: Option<Measurement>,
+    /// The volume, to be looked at.
+    body: Body,
+}
+
+impl Faces {
+    /// The first face for the page, with the volume and both faces in it.
+    pub(super) fn shown(self, path: &Path) -> Result<ShownMeasurement, Failure> {
+        let Faces { first, second, body } = self;
+        let threshold = first.report.volume.as_ref().map_or(0.0, |face| face.threshold);
+        let faces: Vec<MeasuredFace<'_>> = std::iter::once(&first)
+            .chain(&second)
+            .map(|face| MeasuredFace {
+                points_mm: &face.points_mm,
+                deviations_nm: &face.deviations_nm,
+            })
+            .collect();
+        let viewer = VolumeViewer::new(body, threshold, &faces)?;
+        Ok(ShownMeasurement::new(&name_of(path), first, Some(viewer)))
+    }
+}
+
+/// The name of a file without its folder.
+pub(super) fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 impl FaceArgs {
@@ -146,7 +174,7 @@ pub(super) fn measured(
         }
         other = Some(measurement);
     }
-    Ok(Faces { first, second: other })
+    Ok(Faces { first, second: other, body: opened.body })
 }
 
 /// A volume with its threshold.

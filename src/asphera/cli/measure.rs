@@ -1,18 +1,21 @@
 //! `asphera measure`: the points of a file or a session through the same pipeline.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::OutputArgs;
 use super::exit::Exit;
-use super::face::{self, FaceArgs, Faces};
+use super::face::{self, FaceArgs, Faces, name_of};
 use super::files::{part, timed};
 use super::output::{Failure, deliver, refuse_results};
 use super::progress::Progress;
+use super::serve::{check_free, show};
 use super::source::{Source, source_or_volume_help};
 use super::text::TextArgs;
 use crate::results;
+use crate::shown::ShownMeasurement;
 use asphera_measure::{Along, Part};
 
 #[derive(Args)]
@@ -33,6 +36,9 @@ pub(super) struct MeasureArgs {
     face: FaceArgs,
     #[command(flatten)]
     output: OutputArgs,
+    /// Show the measurement on the page at this address until Ctrl-C; of a volume with slices, faces and forbidden cells.
+    #[arg(long, value_name = "ADDR")]
+    listen: Option<SocketAddr>,
     /// Take the points in another order, drawn from this seed.
     #[arg(long, value_name = "SEED")]
     shuffle: Option<u64>,
@@ -46,6 +52,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     refuse_results(&args.output)?;
+    args.listen.map(check_free).transpose()?;
     // A nominal that cannot be used is told before long reading.
     let given = args.nominal.as_deref().map(part).transpose()?;
     let progress = Progress::start("measure");
@@ -59,7 +66,11 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Exit, Failure> {
     let (mut measurement, timing) = timed(part, along, &source, args.shuffle, &progress)?;
     measurement.report.timing = timing;
     deliver(&measurement, &args.output, Some(progress))?;
-    Ok(Exit::of(&measurement.report))
+    let exit = Exit::of(&measurement.report);
+    if let Some(listen) = args.listen {
+        show(ShownMeasurement::new(&name_of(&args.source), measurement, None), listen)?;
+    }
+    Ok(exit)
 }
 
 /// Measures a face of a volume, or two; results of the second go into a folder of their own.
@@ -69,7 +80,11 @@ fn of_volume(args: &MeasureArgs, given: Option<Part>, progress: Progress) -> Res
     }
     let faces =
         face::measured(&args.source, &args.face, given, args.along, args.shuffle, &progress)?;
-    deliver_faces(&faces, &args.output, progress)
+    let exit = deliver_faces(&faces, &args.output, progress)?;
+    if let Some(listen) = args.listen {
+        show(faces.shown(&args.source)?, listen)?;
+    }
+    Ok(exit)
 }
 
 /// Writes and prints the figures of a face, and writes those of a second one.
@@ -78,7 +93,7 @@ pub(super) fn deliver_faces(
     output: &OutputArgs,
     progress: Progress,
 ) -> Result<Exit, Failure> {
-    let Faces { first, second } = faces;
+    let Faces { first, second, .. } = faces;
     if let (Some(second), Some(folder)) = (second, &of_second(output).out) {
         results::write(folder, second)?;
     }

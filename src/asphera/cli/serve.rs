@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use asphera_http::{BindError, Server, TextRoute, Token};
 use asphera_link::Command;
+use asphera_report::LiveStation;
 use asphera_transport::{Holder, holder_of_port};
 use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
@@ -16,7 +17,8 @@ use tokio::time::{sleep, timeout};
 
 use super::exit::Exit;
 use super::output::{Failure, say};
-use crate::live::{Finished, Handle, Station, StationError};
+use crate::live::{Finished, Station, StationError};
+use crate::shown::ShownMeasurement;
 
 /// Why the page is not served.
 #[derive(Debug, Error)]
@@ -53,7 +55,7 @@ impl Page {
     /// Serves the page of a station and prints its address: with the token, unless its operator chose it and so knows it. What is
     /// printed may end in a log.
     pub(super) async fn serve(
-        station: Handle,
+        station: impl LiveStation,
         listen: SocketAddr,
         allowed_hosts: Vec<String>,
         chosen: Option<Token>,
@@ -88,6 +90,28 @@ impl Page {
         self.task.abort();
         Ok(())
     }
+}
+
+/// Fails where nobody can listen at an address, so that this is told before long work.
+pub(super) fn check_free(listen: SocketAddr) -> Result<(), Failure> {
+    match std::net::TcpListener::bind(listen) {
+        Ok(_) => Ok(()),
+        Err(source) => Err(ListenError::of(BindError { addr: listen, source }).into()),
+    }
+}
+
+/// Shows a finished measurement on the page until a signal. On this machine the page is read-only, as nothing can be started; others
+/// need the token to read.
+pub(super) fn show(shown: ShownMeasurement, listen: SocketAddr) -> Result<(), Failure> {
+    block_on(async {
+        let chosen = listen.ip().is_loopback().then(Token::random).transpose()?;
+        let page = Page::serve(shown, listen, Vec::new(), chosen).await?;
+        say("the page stays; Ctrl-C ends");
+        interrupted().await?;
+        page.close().await?;
+        Ok(Exit::Done)
+    })
+    .map(|_| ())
 }
 
 /// Runs a station to its end, on a runtime of its own. What then still works in the background is left to itself.

@@ -15,6 +15,7 @@ use tokio::sync::watch;
 
 use super::Finished;
 use crate::config::{Config, LinkConfig};
+use crate::snapshot::{empty, take_measurement};
 use crate::station::{Bench, Line};
 use asphera_measure::RunningFigures;
 
@@ -81,34 +82,7 @@ impl View {
         let done = report.points.received + report.points.lost;
         self.snapshot.progress =
             progress(0.0, done, self.expected_points, 0, &SamplingFigures::default());
-        self.snapshot.state = State::Complete;
-        self.snapshot.session = report.session.clone();
-        self.snapshot.points = report.points.clone();
-        self.snapshot.mesh = report.mesh.clone();
-        self.snapshot.sampling = report.sampling.clone();
-        self.snapshot.features = report.features.clone();
-        self.snapshot.form = report.form.clone();
-        self.snapshot.map = finished.measurement.cells.clone();
-        self.snapshot.maps = finished
-            .measurement
-            .surface
-            .maps_version()
-            .map(|version| MapsState { version, as_of_points: report.sampling.as_of_points });
-        let as_of_points = report.points.received;
-        self.snapshot.parts = report.parts.as_ref().map(SessionParts::state);
-        self.snapshot.contour = report.contour.as_ref().map(|_| ContourState { as_of_points });
-        self.snapshot.verdict = report.verdict.clone();
-        if let Some(form) = &report.form {
-            let deviation = &form.deviation;
-            let known = deviation.uncertainty.as_ref();
-            let basis = known.map_or("not known", |known| known.model.as_str()).to_owned();
-            self.snapshot.convergence.push(
-                report.points.used,
-                [deviation.pv_nm, deviation.rms_nm],
-                [known.map(|known| known.u_pv_nm), known.map(|known| known.u_rms_nm)],
-                [basis.clone(), basis],
-            );
-        }
+        take_measurement(&mut self.snapshot, &finished.measurement);
         self.finished = Some(finished);
     }
 
@@ -183,32 +157,6 @@ impl View {
             snapshot.progress.waiting = waiting;
         }
         self.sender.send_replace(Arc::new(self.snapshot.clone()));
-    }
-}
-
-fn empty(station: &str) -> Snapshot {
-    Snapshot {
-        format: SNAPSHOT_FORMAT,
-        sequence: 0,
-        station: station.to_owned(),
-        state: State::Idle,
-        elapsed_s: 0.0,
-        session: None,
-        progress: Progress::default(),
-        points: Default::default(),
-        mesh: Default::default(),
-        sampling: Default::default(),
-        features: Default::default(),
-        form: None,
-        verdict: Default::default(),
-        map: None,
-        maps: None,
-        contour: None,
-        parts: None,
-        scan: None,
-        convergence: Default::default(),
-        outputs: None,
-        links: Vec::new(),
     }
 }
 

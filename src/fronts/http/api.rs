@@ -28,6 +28,8 @@ pub(super) fn router(shared: &Arc<Shared>, texts: &[TextRoute]) -> Router {
         .route("/api/v1/maps", get(maps))
         .route("/api/v1/contour", get(contour))
         .route("/api/v1/parts", get(parts))
+        .route("/api/v1/volume", get(volume))
+        .route("/api/v1/volume/slice", get(slice))
         .route("/api/v1/section", get(section))
         .route("/api/v1/form", get(form))
         .route("/api/v1/waypoints.csv", get(waypoints))
@@ -183,6 +185,36 @@ async fn parts(State(shared): State<Arc<Shared>>) -> Response {
             .hint("the table [parts] of the configuration asks for them")
             .into_response(),
     }
+}
+
+async fn volume(State(shared): State<Arc<Shared>>) -> Response {
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.volume().await {
+        Some(volume) => Json(&*volume).into_response(),
+        None => no_volume().into_response(),
+    }
+}
+
+async fn slice(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {
+    let query = uri.query().unwrap_or_default();
+    let request = match query::slice(query) {
+        Ok(request) => request,
+        Err(problem) => return problem.into_response(),
+    };
+    let _turn = shared.meshes.acquire().await.expect("this semaphore is never closed");
+    match shared.source.volume_slice(request).await {
+        Some(Ok(slice)) => Json(slice).into_response(),
+        Some(Err(error)) => {
+            Problem::new(StatusCode::BAD_REQUEST, error.to_string()).found(query).into_response()
+        }
+        None => no_volume().into_response(),
+    }
+}
+
+fn no_volume() -> Problem {
+    Problem::new(StatusCode::NOT_FOUND, "no volume was measured here")
+        .expected("the page of a measured volume")
+        .hint("asphera measure VOLUME --nominal FILE --listen ADDR shows one")
 }
 
 async fn section(State(shared): State<Arc<Shared>>, uri: Uri) -> Response {

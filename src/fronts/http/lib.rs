@@ -9,6 +9,7 @@
 //! | `GET /api/v1/maps` | the [`SamplingMaps`](asphera_report::SamplingMaps) as JSON, with an `ETag`; 404 while there are none |
 //! | `GET /api/v1/parts` | the [`SessionParts`](asphera_report::parts::SessionParts) as JSON; 404 while there are none |
 //! | `GET /api/v1/contour` | the [`SessionContour`](asphera_report::contour::SessionContour) as JSON; 404 while there is none |
+//! | `GET /api/v1/volume`, `…/volume/slice?axis=z&index=N` | the [`VolumeView`](asphera_report::VolumeView) and a [`VolumeSlice`](asphera_report::VolumeSlice) as JSON; 404 without a volume |
 //! | `GET /api/v1/form?remove=tilt,power` | the [`FormView`](asphera_report::FormView) as JSON: the deviation without Zernike terms; 404 while there is none |
 //! | `GET /api/v1/section?…` | the [`SectionReport`](asphera_report::SectionReport) of the mesh as it is now: see below |
 //! | `GET /api/v1/waypoints.csv` | where to measure next: `region,x_mm,y_mm,z_mm`, measured frame; 404 while nothing is known |

@@ -1,6 +1,6 @@
-//! What the queries of `/api/v1/section` and `/api/v1/form` ask for.
+//! What the queries of `/api/v1/section`, `/api/v1/form` and `/api/v1/volume/slice` ask for.
 
-use asphera_report::{SectionRequest, Term};
+use asphera_report::{SectionRequest, SliceAxis, SliceRequest, Term};
 use axum::http::StatusCode;
 
 use super::problem::Problem;
@@ -90,6 +90,37 @@ fn term(name: &str) -> Result<Term, Problem> {
     })
 }
 
+/// Reads `axis=x|y|z&index=N`.
+pub(super) fn slice(query: &str) -> Result<SliceRequest, Problem> {
+    let (mut axis, mut index) = (None, None);
+    for (key, value) in query.split('&').filter(|part| !part.is_empty()).map(parted) {
+        let is_twice = match key {
+            "axis" => axis.replace(axis_named(value)?).is_some(),
+            "index" => {
+                let number = value.parse::<u64>().map_err(|_| {
+                    bad("the index of a slice cannot be read").expected("index=N").found(value)
+                })?;
+                index.replace(number).is_some()
+            }
+            _ => return Err(bad("unknown parameter of a slice").expected(SLICE).found(key)),
+        };
+        if is_twice {
+            return Err(bad("a slice has one axis and one index").expected(SLICE).found(query));
+        }
+    }
+    match (axis, index) {
+        (Some(axis), Some(index)) => Ok(SliceRequest { axis, index }),
+        _ => Err(bad("a slice needs an axis and an index").expected(SLICE).found(query)),
+    }
+}
+
+fn axis_named(name: &str) -> Result<SliceAxis, Problem> {
+    SliceAxis::ALL
+        .into_iter()
+        .find(|axis| axis.name() == name)
+        .ok_or_else(|| bad("no such axis of a slice").expected("axis=x, y or z").found(name))
+}
+
 fn parted(part: &str) -> (&str, &str) {
     part.split_once('=').unwrap_or((part, ""))
 }
@@ -99,6 +130,7 @@ fn bad(error: impl Into<String>) -> Problem {
 }
 
 const KEYS: &str = "line, circle, radius, centre or plane";
+const SLICE: &str = "axis=x, y or z, and index=N from 0";
 const REMOVE: &str = "remove=TERM,TERM,… once";
 const ONE: &str =
     "one of line=X1,Y1,X2,Y2, circle=X,Y,R, radius=DEG[&centre=X,Y] and plane=A,B,C,D";
@@ -138,6 +170,25 @@ mod tests {
             ("terms=tilt", "unknown parameter"),
         ] {
             let problem = form(query).unwrap_err();
+            assert!(format!("{problem:?}").contains(what), "{query}: {problem:?}");
+        }
+    }
+
+    #[test]
+    fn slices_are_read_and_others_told() {
+        let y = SliceRequest { axis: SliceAxis::Y, index: 41 };
+        assert_eq!(slice("axis=y&index=41").unwrap(), y);
+        assert_eq!(slice("index=41&axis=y").unwrap(), y);
+        for (query, what) in [
+            ("", "needs an axis"),
+            ("axis=y", "needs an axis"),
+            ("axis=w&index=1", "no such axis"),
+            ("axis=z&index=-1", "cannot be read"),
+            ("axis=z&index=1.5", "cannot be read"),
+            ("axis=z&axis=y&index=1", "one axis and one index"),
+            ("axis=z&slice=1", "unknown parameter"),
+        ] {
+            let problem = slice(query).unwrap_err();
             assert!(format!("{problem:?}").contains(what), "{query}: {problem:?}");
         }
     }

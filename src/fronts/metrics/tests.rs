@@ -45,6 +45,7 @@ fn snapshot() -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        volume: None,
         scan: None,
         convergence: Convergence::default(),
         outputs: None,

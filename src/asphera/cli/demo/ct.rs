@@ -14,24 +14,29 @@ use super::super::files::part;
 use super::super::measure::deliver_faces;
 use super::super::output::{Failure, refuse_results, say, write_json};
 use super::super::progress::Progress;
-use super::{DemoArgs, default_folder};
+use super::super::serve::{check_free, show};
+use super::{DemoArgs, default_folder, page_of};
 
 /// The name of the scene.
 pub(super) const NAME: &str = "ct";
 
-/// Makes the volume, its nominals and its truth, and measures it from its files as anyone would.
+/// Makes the volume, its nominals and its truth, measures it from its files as anyone would, and shows it on the page.
 pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
-    for (is_given, option) in
-        [(args.points.is_some(), "--points"), (args.listen.is_some(), "--listen")]
-    {
-        if is_given {
-            return Err(format!(
-                "scene {NAME}: expected no {option}, for a scan in space has no points and no page; leave it out"
-            )
-            .into());
-        }
+    if args.points.is_some() {
+        return Err(format!(
+            "scene {NAME}: expected no --points, for a scan in space has none; leave it out"
+        )
+        .into());
+    }
+    if args.exit && args.listen.is_some() {
+        return Err(format!(
+            "scene {NAME}: expected --listen or --exit, found both: its page is there when the measurement has ended"
+        )
+        .into());
     }
     refuse_results(&args.output)?;
+    let listen = (!args.exit).then(|| page_of(&args));
+    listen.map(check_free).transpose()?;
     let folder = args.output.out.clone().unwrap_or_else(default_folder);
     args.output.out = Some(folder.clone());
     std::fs::create_dir_all(&folder)
@@ -43,7 +48,11 @@ pub(super) fn run(mut args: DemoArgs) -> Result<Exit, Failure> {
     let laid = lay_out(&folder, &scene)?;
     say(&format!("results: {}", folder.display()));
     let faces = laid.measured(&progress)?;
-    deliver_faces(&faces, &args.output, progress)
+    let exit = deliver_faces(&faces, &args.output, progress)?;
+    if let Some(listen) = listen {
+        show(faces.shown(&laid.volume)?, listen)?;
+    }
+    Ok(exit)
 }
 
 /// The files of a scan.

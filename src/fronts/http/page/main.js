@@ -24,6 +24,7 @@ import { Spectrum } from "./spectrum.js";
 import { Stream } from "./stream.js";
 import { takeToken } from "./token.js";
 import { showVerdict } from "./verdict.js";
+import { Volume } from "./volume.js";
 import { Zernike } from "./zernike.js";
 
 const root = document.documentElement;
@@ -39,6 +40,7 @@ const parts = new Parts(token);
 const map = new PartMap(regions, defects, contour, parts);
 const maps = new Maps(token, (found) => map.setMaps(found));
 const section = new SectionView(token, map);
+const volume = new Volume(token);
 const plots = new Plots();
 const histogram = new Histogram();
 const zernike = new Zernike();
@@ -88,6 +90,7 @@ function draw() {
   parts.update(snapshot);
   map.update(snapshot);
   maps.update(snapshot);
+  volume.update(snapshot);
   section.update(snapshot);
   showProgress(snapshot);
   plots.update(snapshot.convergence);
@@ -141,5 +144,6 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   zernike.recolour();
   spectrum.recolour();
   section.recolour();
+  volume.draw();
 });
 stream.start();

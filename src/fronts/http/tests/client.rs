@@ -8,9 +8,10 @@ use std::time::Duration;
 use asphera_report::contour::SessionContour;
 use asphera_report::{
     Connection, ControlError, Convergence, Cut, FormView, FormViewAnswer, Label, LinkState,
-    LiveStation, Map, MeshFigures, Points, Progress, Report, ResultFile, SNAPSHOT_FORMAT,
-    SamplingFigures, SamplingMaps, SectionRequest, SessionEntry, SessionFile, Snapshot, State,
-    Term, Timing, Verdict, Waypoints,
+    LiveStation, Map, MeshFigures, Points, Progress, Refusal, Report, ResultFile, SNAPSHOT_FORMAT,
+    SamplingFigures, SamplingMaps, SectionRequest, SessionEntry, SessionFile, SliceAnswer,
+    SliceRequest, Snapshot, State, Term, Timing, VOLUME_SLICE_FORMAT, Verdict, VolumeSlice,
+    VolumeView, Waypoints,
 };
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -32,6 +33,7 @@ pub(super) struct Station {
     pub(super) maps: Option<Arc<SamplingMaps>>,
     pub(super) contour: Option<Arc<SessionContour>>,
     pub(super) parts: Option<Arc<asphera_report::parts::SessionParts>>,
+    pub(super) volume: Option<Arc<VolumeView>>,
     pub(super) cut: fn(&SectionRequest) -> Cut,
     pub(super) view: FormViewAnswer,
     pub(super) waypoints: Option<Waypoints>,
@@ -54,6 +56,7 @@ impl Station {
             maps: None,
             contour: None,
             parts: None,
+            volume: None,
             cut: |_| None,
             view: None,
             waypoints: None,
@@ -101,6 +104,34 @@ impl LiveStation for Station {
         &self,
     ) -> asphera_report::Answer<'_, Option<Arc<asphera_report::parts::SessionParts>>> {
         Box::pin(async { self.parts.clone() })
+    }
+
+    fn volume(&self) -> asphera_report::Answer<'_, Option<Arc<VolumeView>>> {
+        Box::pin(async { self.volume.clone() })
+    }
+
+    /// Of a single grey pixel.
+    fn volume_slice(&self, request: SliceRequest) -> asphera_report::Answer<'_, SliceAnswer> {
+        Box::pin(async move {
+            let SliceRequest { axis, index } = request;
+            let volume = self.volume.as_ref()?;
+            if index >= volume.size[axis.index()] {
+                return Some(Err(Refusal(format!("no slice {index} across {}", axis.name()))));
+            }
+            Some(Ok(VolumeSlice {
+                format: VOLUME_SLICE_FORMAT,
+                axis,
+                index,
+                columns: 1,
+                rows: 1,
+                step: 1,
+                pixels: vec![128],
+                contour: vec![[0.0, 0.5, 1.0, 0.5]],
+                contour_left_out: 0,
+                points: Vec::new(),
+                points_left_out: 0,
+            }))
+        })
     }
 
     fn section(&self, request: SectionRequest) -> asphera_report::Answer<'_, Cut> {
@@ -326,6 +357,7 @@ pub(super) fn snapshot(sequence: u64, cells: usize) -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        volume: None,
         scan: None,
         convergence: Convergence::default(),
         outputs: None,

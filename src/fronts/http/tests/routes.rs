@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use asphera_report::contour::{CONTOUR_FORMAT, ContourReport, SessionContour};
 use asphera_report::{
-    Cut, FORM_VIEW_FORMAT, FormView, HistogramFigures, Label, MAPS_FORMAT, Map, MapLayer,
-    PathFigures, Refusal, RemovedTerm, ResultFile, SECTION_FORMAT, SamplingMaps, SectionReport,
-    SectionRequest, SessionEntry, SessionFigures, SessionFile, Source, Status, Waypoints,
+    CellKind, CellView, Cut, FORM_VIEW_FORMAT, FormView, GridView, HistogramFigures, Label,
+    MAPS_FORMAT, Map, MapLayer, PathFigures, Refusal, RemovedTerm, ResultFile, SECTION_FORMAT,
+    SamplingMaps, SectionReport, SectionRequest, SessionEntry, SessionFigures, SessionFile, Source,
+    Status, VOLUME_VIEW_FORMAT, VolumeView, Waypoints,
 };
 
 use super::client::{Running, Station, TOKEN, report, within};
@@ -288,6 +289,54 @@ async fn parts_are_listed() {
     let server = Running::start(&station).await;
     let answer = server.get("/api/v1/parts").await;
     assert_eq!((answer.status, answer.json()), (200, parts));
+    server.end().await;
+}
+
+#[tokio::test]
+async fn a_volume_is_looked_at_slice_by_slice() {
+    let mut station = Station::new();
+    let server = Running::start(&station).await;
+    for path in ["/api/v1/volume", "/api/v1/volume/slice?axis=z&index=0"] {
+        let none = server.get(path).await.problem(404);
+        assert!(none.contains("no volume") && none.contains("--listen"), "{none}");
+    }
+    server.end().await;
+    station.volume = Some(Arc::new(VolumeView {
+        format: VOLUME_VIEW_FORMAT,
+        size: [5, 4, 3],
+        origin_mm: [0.0; 3],
+        steps_mm: [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]],
+        smoothing_mm: 0.1,
+        shown_range: [0.0, 255.0],
+        threshold: 127.5,
+        grid: GridView {
+            contradicted: true,
+            why: "too coarse".to_owned(),
+            forbidden: 1,
+            case8_unpaired: 0,
+            c1: 0,
+            c2: 0,
+            cells: vec![CellView {
+                kind: CellKind::Forbidden,
+                at: [0.5; 3],
+                at_mm: [0.05; 3],
+                code: Some(0b0110_1001),
+            }],
+            left_out: 0,
+        },
+        faces: Vec::new(),
+    }));
+    let server = Running::start(&station).await;
+    let view = server.get("/api/v1/volume").await.json();
+    assert_eq!(view["format"], "asphera.volume-view/1");
+    assert_eq!(view["grid"]["cells"][0]["kind"], "forbidden");
+    let slice = server.get("/api/v1/volume/slice?axis=x&index=4").await.json();
+    assert_eq!((&slice["axis"], &slice["index"]), (&"x".into(), &4.into()));
+    // One byte, 128, as base64.
+    assert_eq!(slice["pixels"], "gA==");
+    let beyond = server.get("/api/v1/volume/slice?axis=x&index=5").await.problem(400);
+    assert!(beyond.contains("no slice 5 across x"), "{beyond}");
+    server.get("/api/v1/volume/slice?axis=x").await.problem(400);
     server.end().await;
 }
 

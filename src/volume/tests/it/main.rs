@@ -5,6 +5,7 @@
 mod bands;
 mod betti;
 mod bodies;
+mod critical;
 mod invariance;
 mod knots;
 mod measures;
