@@ -189,6 +189,7 @@ fn shown(report: &Report) -> Snapshot {
         maps: None,
         contour: None,
         parts: None,
+        volume: None,
         scan: None,
         convergence: Default::default(),
         outputs: None,

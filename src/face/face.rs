@@ -5,7 +5,6 @@ use asphera_geometry::PointMm;
 use asphera_measure::{Along, Part};
 use asphera_report::FaceFigures;
 use asphera_volume::SizeError;
-use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::body::{Body, Skin};
@@ -13,7 +12,8 @@ use crate::edge::{Edge, NoEdge};
 use crate::errors::Errors;
 use crate::laying::{Found, Laid, find};
 use crate::selection::{Place, STEEPEST_DEG, select};
-use asphera_geometry::vector::{Vector, dot, plus};
+use crate::unblur::Unblurred;
+use asphera_geometry::vector::{Vector, dot};
 
 /// The value of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,12 +135,13 @@ impl Body {
         let u_levels = edge.uneven.hypot(edge.statistical);
         let u_threshold = settings.u_threshold.unwrap_or(u_levels);
         let along = self.along(&laid);
-        let (mut points_mm, largest_mm) = self.points(&skin, part, &laid, &edge, along);
+        let Unblurred { mut points_mm, largest_mm, noise_gain } =
+            self.unblurred(&skin, part, &laid, (&edge, along));
         let found = points_mm.len();
         clear_border(&mut points_mm, part, &laid, CLEARED * h_mm);
         let on_border = (found - points_mm.len()) as u64;
         let density_per_mm2 = self.density_per_mm2(&skin, &laid, along);
-        let errors = Errors::new(&edge, u_threshold, density_per_mm2);
+        let errors = Errors::new(&edge, u_threshold, density_per_mm2, noise_gain);
         let figures = FaceFigures {
             size: self.scan.size.map(|side| side as u64),
             spacing_mm: self.scan.lattice.spacing_mm(),
@@ -228,40 +229,6 @@ impl Body {
         }
         points / area_mm2
     }
-
-    /// The points of a face, moved back from where the blur of a curved face puts them, and by how much at most.
-    ///
-    /// An edge blurred by a Gaussian of variance σ² obeys the heat equation: its value halfway moves towards the centre of curvature
-    /// by σ²·H, H the mean curvature. The shape is that of the design, on which H depends little.
-    fn points(
-        &self,
-        skin: &Skin,
-        part: &Part,
-        laid: &Laid,
-        edge: &Edge,
-        along: Option<usize>,
-    ) -> (Vec<PointMm>, f64) {
-        let grey = self.grey(skin.threshold);
-        let motion = laid.pose.motion();
-        let moved = |&vertex: &u32| -> (PointMm, f64) {
-            let own = skin.surface.vertices[vertex as usize];
-            let place_mm = self.scan.lattice.place_mm(grey.refined(own).unwrap_or(own));
-            let [x, y, _] = motion.to_part(laid.plane.to_plane(place_mm));
-            let by_mm = -edge.blur_mm2 * mean_curvature_per_mm(part, x, y);
-            (plus(place_mm, by_mm, skin.normals[vertex as usize]), by_mm)
-        };
-        let moved: Vec<(PointMm, f64)> = laid
-            .selection
-            .vertices
-            .par_iter()
-            .filter(|vertex| is_taken(skin, **vertex, along))
-            .map(moved)
-            .collect();
-        let largest_mm = moved.iter().map(|(_, by_mm)| *by_mm);
-        let largest_mm =
-            largest_mm.fold(0.0, |most: f64, by| if by.abs() > most.abs() { by } else { most });
-        (moved.into_iter().map(|(place, _)| place).collect(), largest_mm)
-    }
 }
 
 impl Face {
@@ -289,14 +256,12 @@ impl Face {
     pub(crate) fn rise_mm(&self) -> f64 {
         self.rise * self.errors.shift_mm
     }
-}
 
-/// Mean curvature of the design, 1/mm: positive where it bends towards the side it is seen from.
-fn mean_curvature_per_mm(part: &Part, x_mm: f64, y_mm: f64) -> f64 {
-    let Some(jet) = part.nominal.jet(x_mm, y_mm) else { return 0.0 };
-    let ([p, q], [r, s, t]) = (jet.gradient, jet.hessian_per_mm);
-    let squared = 1.0 + p * p + q * q;
-    ((1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t) / (2.0 * squared * squared.sqrt())
+    /// Standard uncertainty, mm, of a point by noise before it is moved.
+    #[cfg(test)]
+    pub(crate) fn grey_noise_mm(&self) -> f64 {
+        self.errors.grey_noise_mm
+    }
 }
 
 fn place<'a>(part: &'a Part, laid: &'a Laid) -> Place<'a> {
@@ -304,7 +269,7 @@ fn place<'a>(part: &'a Part, laid: &'a Laid) -> Place<'a> {
 }
 
 /// Whether a vertex lies on an edge of the grid along that axis; all do without one.
-fn is_taken(skin: &Skin, vertex: u32, along: Option<usize>) -> bool {
+pub(crate) fn is_taken(skin: &Skin, vertex: u32, along: Option<usize>) -> bool {
     along.is_none_or(|along| skin.surface.vertices[vertex as usize][along].fract() != 0.0)
 }
 

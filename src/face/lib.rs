@@ -13,11 +13,13 @@ mod body;
 mod edge;
 mod errors;
 mod face;
+mod flattening;
 mod laying;
 mod noise;
 mod pair;
 mod selection;
 mod slice;
+mod unblur;
 mod view;
 
 pub use body::{Body, Lattice, Scan};
@@ -25,5 +27,7 @@ pub use face::{Face, FaceError, Settings, Threshold};
 pub use pair::{Lying, between};
 pub use view::{MeasuredFace, VolumeViewer};
 
+#[cfg(test)]
+mod interval_study;
 #[cfg(test)]
 mod tests;

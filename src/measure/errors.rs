@@ -277,7 +277,7 @@ fn correlated(
     let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
     // The noise is that of all points, and not of these.
     let noise = Noise::Uniform { sigma_mm: 0.0, dof: f64::INFINITY };
-    let budget = Budget { noise, long_waves: budget.long_waves.clone(), effects };
+    let budget = Budget { noise, effects, ..budget.clone() };
     let worked_out = || -> Result<Correlated, UncertaintyError> {
         let found = uncertainty(&some, &fit, &part.aperture, None, &budget)?;
         let draws = Draws { count: draws.count.min(MOST_DRAWS), ..*draws };

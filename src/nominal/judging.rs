@@ -200,7 +200,7 @@ fn uncertainty(section: &Section<'_>, needed: bool) -> Option<(Budget, Draws)> {
         }
     };
     let long_waves = long_wave(section).into_iter().collect();
-    let budget = Budget { noise, long_waves, effects: effects(section) };
+    let budget = Budget { noise, long_waves, effects: effects(section), ..Budget::default() };
     let is_exact = matches!(budget.noise, Noise::Uniform { sigma_mm: 0.0, .. });
     if is_exact
         && budget.effects.is_empty()

@@ -38,7 +38,7 @@ pub struct FaceFigures {
     pub blur_um: f64,
     /// Fall of the grey value across the face.
     pub slope_per_um: f64,
-    /// Largest correction for the shift of a curved edge by its blur.
+    /// Largest correction for the shift of a curved edge by its blur: by the curvature of design and deviation.
     pub curvature_correction_nm: f64,
     /// Standard uncertainty of the threshold, grey values.
     pub u_threshold: f64,

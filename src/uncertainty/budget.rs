@@ -9,6 +9,10 @@ use thiserror::Error;
 pub struct Budget {
     /// The part that differs from point to point.
     pub noise: Noise,
+    /// How many points share their noise with a point, itself included: 2π·ℓ² times the points on a unit of area, for a correlation
+    /// exp(−h²/(2ℓ²)) over a few point distances. 1 or less: none does. It widens the interval of the RMS; what such noise does to the
+    /// pose is to be a long wave.
+    pub noise_shared_by: f64,
     /// Parts that change slowly over the surface: drift, guide ways, reference artefact, air.
     pub long_waves: Vec<LongWave>,
     /// Errors of the machine that displace every point in proportion to its coordinates.

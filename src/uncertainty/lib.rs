@@ -198,7 +198,13 @@ pub fn uncertainty(
         }
     }
     let total = &by_noise + &by_modes + DMatrix::from_row_slice(p, p, &by_outliers);
-    let rms = RmsUncertainty::new(&linear, &modes, &noise_mm2, &by_noise, &noise);
+    let rms = RmsUncertainty::new(
+        &linear,
+        &modes,
+        (&noise_mm2, budget.noise_shared_by.max(1.0)),
+        &by_noise,
+        &noise,
+    );
     Ok(Uncertainty {
         parameters: parameters(fit, &linear, &modes, budget, (&by_noise, noise.dof)),
         covariance: Covariance::new(p, total.as_slice(), 1.0),

@@ -50,6 +50,8 @@ struct Spread {
     directions: Vec<Direction>,
     /// Largest of their variances.
     largest: f64,
+    /// Variance of the independent noise of a point after the fit.
+    own: f64,
 }
 
 /// A direction in the space of the residuals.
@@ -70,13 +72,15 @@ impl RmsUncertainty {
             .map(|share| (self.spread.limit(share) / self.spread.points).sqrt() * NM_PER_MM)
     }
 
-    /// `noise_mm2` is the independent variance of each point, `covariance` that of the parameters by it; `found` how well it
-    /// is known. `O(n·p² + N·m² + m³)` for N nodes
+    /// `noise_mm2` is the independent variance of each point, which `shared_by` neighbours have in common; `covariance` that of the
+    /// parameters by it; `found` how well it is known.
+    ///
+    /// Shared noise has a larger variance along smooth form, Σ C of a row, and Σ C² for Σ C(0)²: a half of the points as C is Gaussian. `O(n·p² + N·m² + m³)` for N nodes
     /// and m functions.
     pub(super) fn new(
         linear: &Linear,
         modes: &Modes,
-        noise_mm2: &[f64],
+        (noise_mm2, shared_by): (&[f64], f64),
         covariance: &DMatrix<f64>,
         found: &NoiseFound,
     ) -> RmsUncertainty {
@@ -100,16 +104,18 @@ impl RmsUncertainty {
 
         let square: f64 = linear.distances_mm.iter().map(|distance| distance * distance).sum();
         let mut directions = correlated(modes);
-        let (mut trace, mut variance) = (independent, 2.0 * trace_square);
+        let (mut trace, mut variance) =
+            (independent, 2.0 * trace_square * (0.5 * shared_by).max(1.0));
         let mut rest = square - (freedom - directions.len() as f64).max(0.0) * own;
         for direction in &mut directions {
             let eigenvalue = direction.variance;
             trace += eigenvalue;
             variance += 2.0 * eigenvalue * (eigenvalue + 2.0 * own);
             rest -= direction.square;
-            direction.variance += own;
+            // A long wave that stands for shared noise has its spectral density at long wavelengths, and less at shorter ones.
+            direction.variance = (eigenvalue + own).max(own * shared_by);
         }
-        directions.push(Direction { square: rest.max(0.0), variance: own });
+        directions.push(Direction { square: rest.max(0.0), variance: own * shared_by });
         variance += by_measuring(independent, freedom, found.measured.then_some(found.dof));
         // Half of what may be form is taken for it.
         let by_form = 0.5 * linear.len() as f64 * found.by_form_mm2;
@@ -122,6 +128,7 @@ impl RmsUncertainty {
             variance: variance.max(0.0),
             largest: directions.iter().fold(0.0, |most, direction| direction.variance.max(most)),
             directions,
+            own,
         };
         let nm = |square: f64| (square.max(0.0) / spread.points).sqrt() * NM_PER_MM;
         RmsUncertainty {
@@ -154,7 +161,7 @@ impl RmsUncertainty {
         let spread = &mut self.spread;
         let points = spread.points;
         let mean_mm2 = noise_mm2.iter().sum::<f64>() / points;
-        let own = spread.directions.last().map_or(0.0, |direction| direction.variance);
+        let own = spread.own;
         if mean_mm2 > 0.0 {
             let by_share = noise_mm2.iter().zip(shares).map(|(variance, share)| variance * share);
             // What the fit takes of the noise it takes of either mean.

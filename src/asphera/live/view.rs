@@ -7,8 +7,8 @@ use asphera_link::Nanos;
 use asphera_report::contour::{ContourState, SessionContour};
 use asphera_report::parts::SessionParts;
 use asphera_report::{
-    Connection, LinkState, MapsState, Outputs, Progress, SNAPSHOT_FORMAT, SamplingFigures,
-    SessionFigures, Snapshot, State, Waiting,
+    Connection, LinkState, MapsState, Outputs, Progress, SamplingFigures, SessionFigures, Snapshot,
+    State, Waiting,
 };
 use asphera_surface::coverage::{Progress as Left, completion};
 use tokio::sync::watch;

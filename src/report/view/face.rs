@@ -52,8 +52,8 @@ pub(super) fn chapter(face: &FaceFigures) -> Chapter {
     );
     // Seen on the simulated lens: docs/volumes.md.
     chapter.note(
-        "The interval of the RMS covers these errors alone. Blur also flattens form narrower than some 20 spacings, which no u \
-         counts: the true RMS may lie outside.",
+        "The interval of the RMS covers these errors alone. Blur flattens form, which is taken back; of waves shorter than some 15 \
+         spacings part of it stays, and no u counts that.",
     );
     for reason in &face.reasons {
         chapter.brief.push(reason.clone());

@@ -76,7 +76,7 @@ fn budget(noise_nm: f64, wave: Option<(f64, f64)>) -> Budget {
         kernel: Kernel::Gaussian,
         dof: f64::INFINITY,
     });
-    Budget { noise, long_waves: long_waves.into_iter().collect(), effects: Vec::new() }
+    Budget { noise, long_waves: long_waves.into_iter().collect(), ..Budget::default() }
 }
 
 #[test]

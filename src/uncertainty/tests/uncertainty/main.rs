@@ -15,6 +15,7 @@ mod measured_mirror;
 #[path = "../../../form/tests/form/mirror.rs"]
 mod mirror;
 mod robust;
+mod shared;
 #[path = "../../../form/tests/form/spoilt.rs"]
 mod spoilt;
 mod study;
