@@ -56,7 +56,7 @@ fn lens(noise: f64, seed: u64) -> [Case; 2] {
     })
 }
 
-/// Blur of 1.44 spacings takes 2.2 % off the RMS of such lenses. Without noise nearly all of it comes back.
+/// Blur of 1.44 spacings takes 2 % off the RMS of such lenses. Without noise nearly all of it comes back.
 #[test]
 fn form_that_blur_flattens_is_found() {
     for case in lens(0.0, 1) {
