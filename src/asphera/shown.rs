@@ -4,7 +4,7 @@ use std::future::{pending, ready};
 use std::sync::Arc;
 
 use asphera_face::VolumeViewer;
-use asphera_measure::Measurement;
+use asphera_measure::{Measurement, Next};
 use asphera_report::{
     Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Progress, Report, ResultFile,
     SamplingMaps, SectionRequest, SessionEntry, SessionFile, SliceAnswer, SliceRequest, Snapshot,
@@ -113,7 +113,7 @@ impl LiveStation for ShownMeasurement {
     }
 
     fn waypoints(&self) -> Answer<'_, Option<Waypoints>> {
-        self.ask(|measurement| measurement.next.as_ref().map(|next| next.waypoints()))
+        self.ask(|measurement| measurement.next.as_ref().map(Next::waypoints))
     }
 
     fn report(&self) -> Option<Arc<Report>> {
