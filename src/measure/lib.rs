@@ -86,5 +86,5 @@ struct Readme;
 extern crate self as asphera_measure;
 #[cfg(test)]
 #[path = "../nominal/lib.rs"]
-#[expect(dead_code, unreachable_pub, unused_imports, reason = "a crate of its own elsewhere")]
+#[expect(unreachable_pub, unused_imports, reason = "a crate of its own elsewhere")]
 mod nominal;

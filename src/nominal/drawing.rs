@@ -19,11 +19,13 @@ pub fn is_drawing(path: &Path) -> bool {
 ///
 /// With what was found, when it is no drawing or cannot be read.
 pub fn drawn_lines(path: &Path, bytes: &[u8]) -> Result<Vec<DrawnLine>, String> {
+    if !is_drawing(path) {
+        return Err(format!("expected {DRAWINGS}"));
+    }
     match ending(path).as_str() {
         "svg" => read_svg(bytes).map_err(|error| error.to_string()),
         "dxf" => read_dxf(bytes).map_err(|error| error.to_string()),
-        "json" => of_contour(bytes),
-        _ => Err(format!("expected {DRAWINGS}")),
+        _ => of_contour(bytes),
     }
 }
 

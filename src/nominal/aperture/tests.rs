@@ -4,8 +4,8 @@ use std::fs;
 
 use asphera_form::Aperture;
 
+use super::super::{flipped, parse};
 use super::aperture_lines_mm;
-use crate::{flipped, parse};
 
 const PLATE: &str = "[surface]\nkind = \"plane\"\n[aperture]\nshape = \"outline\"\n";
 
