@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{Driver, Flags, Motion, Nanos, Output};
+use asphera_link::{Connection, Driver, Flags, Motion, Nanos, Output};
 
 use crate::Fault;
 
@@ -131,22 +131,35 @@ pub struct Sent {
     pub is_measurement: bool,
     /// Values of the one good reading that it may become.
     pub values: Option<Vec<Option<f64>>>,
+    /// Connection on which it comes.
+    pub connection: Connection,
 }
 
 impl Sent {
     /// An answer that is no measurement.
     pub fn answer(bytes: impl Into<Vec<u8>>) -> Sent {
-        Sent { parcel: Output::Bytes(bytes.into()), is_measurement: false, values: None }
+        Sent::of(Output::Bytes(bytes.into()), false, None)
     }
 
     /// A measurement with the values of its reading.
     pub fn good(bytes: impl Into<Vec<u8>>, values: Vec<Option<f64>>) -> Sent {
-        Sent { parcel: Output::Bytes(bytes.into()), is_measurement: true, values: Some(values) }
+        Sent::of(Output::Bytes(bytes.into()), true, Some(values))
     }
 
     /// A measurement that must be flagged.
     pub fn bad(bytes: impl Into<Vec<u8>>) -> Sent {
-        Sent { parcel: Output::Bytes(bytes.into()), is_measurement: true, values: None }
+        Sent::of(Output::Bytes(bytes.into()), true, None)
+    }
+
+    /// A parcel on the first connection.
+    pub fn of(parcel: Output, is_measurement: bool, values: Option<Vec<Option<f64>>>) -> Sent {
+        Sent { parcel, is_measurement, values, connection: Connection::First }
+    }
+
+    /// The same on the second connection.
+    #[must_use]
+    pub fn on_second(self) -> Sent {
+        Sent { connection: Connection::Second, ..self }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use asphera_link::{CanFrame, CanId, Nanos, Output};
+use asphera_link::{CanFrame, CanId, Connection, Nanos, Output};
 
 use crate::Sent;
 use crate::journal::content;
@@ -36,12 +36,15 @@ pub(crate) struct Delivery {
     pub(crate) whole: Option<Sent>,
     /// Whether it is a frame of another device on the bus, which is no byte of ours.
     pub(crate) is_foreign: bool,
+    pub(crate) connection: Connection,
 }
 
 /// A line in one direction, from device to driver.
 #[derive(Debug)]
 pub(crate) struct Line {
     queue: VecDeque<Delivery>,
+    /// Connection of the last frame; noise comes on the same.
+    connection: Connection,
     /// When its last byte is over.
     free_at: Nanos,
     pub(crate) meddling: Meddling,
@@ -56,6 +59,7 @@ impl Line {
     pub(crate) fn new(is_cut_nowhere: bool) -> Line {
         Line {
             queue: VecDeque::new(),
+            connection: Connection::First,
             free_at: Nanos::ZERO,
             meddling: Meddling::Nothing,
             is_cut_nowhere,
@@ -86,6 +90,7 @@ impl Line {
     /// Sends a frame of the device.
     pub(crate) fn send(&mut self, now: Nanos, sent: Sent) {
         let at = self.free_at.max(now + LATENCY);
+        self.connection = sent.connection;
         let meddling = self.meddling;
         let is_once = !matches!(meddling, Meddling::Nothing | Meddling::Slow | Meddling::Noisy);
         if is_once && !sent.is_measurement {
@@ -127,18 +132,18 @@ impl Line {
 
     /// Sends bytes of nobody.
     pub(crate) fn raw(&mut self, at: Nanos, parcel: Output) {
-        self.push(Delivery { at, parcel, whole: None, is_foreign: false });
+        self.push(at, parcel, None, false);
     }
 
     /// Sends noise; on a bus it is frames of others.
     pub(crate) fn noise(&mut self, at: Nanos, parcel: Output) {
         let is_foreign = matches!(parcel, Output::Frame(_));
-        self.push(Delivery { at, parcel, whole: None, is_foreign });
+        self.push(at, parcel, None, is_foreign);
     }
 
     fn whole(&mut self, at: Nanos, sent: Sent) {
         let parcel = sent.parcel.clone();
-        self.push(Delivery { at, parcel, whole: Some(sent), is_foreign: false });
+        self.push(at, parcel, Some(sent), false);
     }
 
     fn slow(&mut self, at: Nanos, sent: Sent) {
@@ -157,10 +162,11 @@ impl Line {
             at = at + SLOW_BYTE;
         }
         let parcel = Output::Bytes(end);
-        self.push(Delivery { at, parcel, whole: Some(sent), is_foreign: false });
+        self.push(at, parcel, Some(sent), false);
     }
 
-    fn push(&mut self, delivery: Delivery) {
+    fn push(&mut self, at: Nanos, parcel: Output, whole: Option<Sent>, is_foreign: bool) {
+        let delivery = Delivery { at, parcel, whole, is_foreign, connection: self.connection };
         self.free_at = self.free_at.max(delivery.at);
         let place = self.queue.partition_point(|other| other.at <= delivery.at);
         self.queue.insert(place, delivery);

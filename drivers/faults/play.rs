@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_link::{Command, Driver, Event, Input, Motion, MotionEvent, Nanos, Output};
+use asphera_link::{Command, Connection, Driver, Event, Input, Motion, MotionEvent, Nanos, Output};
 
 use crate::journal::Journal;
 use crate::line::{Delivery, Line, Meddling};
@@ -219,7 +219,13 @@ impl<'a> Play<'a> {
             self.journal.deliver(&delivery.parcel);
         }
         match &delivery.parcel {
-            Output::Bytes(bytes) => self.driver.receive(self.now, Input::Bytes(bytes)),
+            Output::Bytes(bytes) => {
+                let input = match delivery.connection {
+                    Connection::First => Input::Bytes(bytes),
+                    Connection::Second => Input::Second(bytes),
+                };
+                self.driver.receive(self.now, input);
+            }
             Output::Frame(frame) => self.driver.receive(self.now, Input::Frame(frame)),
         }
         self.pump();

@@ -163,9 +163,6 @@ impl Profiler {
             self.give_up(FaultKind::Protocol, detail);
             return;
         };
-        if !std::mem::replace(&mut self.online, true) {
-            self.events.push_back(Event::Online);
-        }
         // Where nothing streamed, the controller may refuse to stop it.
         let may_refuse = self.state == State::Setup && request == Request::Stop;
         let refused = (error != 0 && !may_refuse)
@@ -182,7 +179,7 @@ impl Profiler {
         match request {
             Request::Stop if self.state == State::Setup => match self.settings.series {
                 Series::LjX8000 => self.ask(now, Request::Units),
-                Series::LjV7000 => self.state = State::Idle,
+                Series::LjV7000 => self.known(),
             },
             Request::Units => {
                 self.check_serial(&Unit::decode_all(content));
@@ -194,7 +191,7 @@ impl Profiler {
                 self.note_errors(ErrorCodes::decode(content));
                 self.next_watch = now + millis(self.settings.watch());
                 if self.state == State::Setup {
-                    self.state = State::Idle;
+                    self.known();
                 }
             }
             Request::Prepare => match Layout::decode(content) {
@@ -223,6 +220,14 @@ impl Profiler {
         }
     }
 
+    /// The controller is the right one, as far as that can be found.
+    fn known(&mut self) {
+        self.state = State::Idle;
+        if !std::mem::replace(&mut self.online, true) {
+            self.events.push_back(Event::Online);
+        }
+    }
+
     /// The request that starts the stream; what arrives from now on belongs to it.
     fn start(&mut self) -> Request {
         Request::Start { code: self.stream.open() }
@@ -247,8 +252,12 @@ impl Profiler {
     fn refused(&mut self, now: Nanos, request: Request, detail: String) {
         self.fault(FaultKind::Refused, detail);
         match request {
+            Request::Units if self.settings.serial.is_some() => {
+                let detail = "the controller does not tell its serial number: check that it is the right one, and take serial away";
+                self.give_up(FaultKind::Refused, detail.to_owned());
+            }
             Request::Units => self.ask(now, Request::Errors),
-            Request::Errors if self.state == State::Setup => self.state = State::Idle,
+            Request::Errors if self.state == State::Setup => self.known(),
             Request::Errors => self.next_watch = now + millis(self.settings.watch()),
             Request::StopMeasure => self.ask(now, Request::Stop),
             Request::Stop => self.stopped(),
@@ -269,8 +278,9 @@ impl Profiler {
         let Some(expected) = &self.settings.serial else { return };
         let found = units.first().map_or("", |unit| unit.serial.as_str());
         if found != expected {
-            let detail =
-                format!("the controller has the serial number {found:?}, expected {expected:?}");
+            let detail = format!(
+                "the controller has the serial number {found:?}, expected {expected:?}: check address and serial"
+            );
             self.give_up(FaultKind::Refused, detail);
         }
     }

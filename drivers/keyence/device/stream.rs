@@ -114,7 +114,7 @@ impl Profiler {
                     self.fault(FaultKind::Protocol, format!("a profile was passed over: {error}"));
                 } else {
                     let detail = format!(
-                        "{DAMAGED_IN_ROW} profiles in a row with a wrong sum: they have not the {} points that were announced, or bytes are missing; the active program must stay as it is, and have one head",
+                        "{DAMAGED_IN_ROW} profiles in a row with a wrong sum: they have not the {} points that were announced, or bytes are missing: check that the active program stays as it is, and has one head",
                         layout.points
                     );
                     self.give_up(FaultKind::Protocol, detail);
@@ -159,7 +159,7 @@ impl Profiler {
                 let missing = ahead - 1;
                 self.tally.missing += u64::from(missing);
                 let detail = format!(
-                    "{missing} profiles are missing before trigger {trigger}: not sent, or with a wrong sum"
+                    "{missing} profiles are missing before trigger {trigger}, not sent or with a wrong sum: check trigger rate and network"
                 );
                 self.fault(FaultKind::Protocol, detail);
             }

@@ -19,7 +19,7 @@ pub struct Answer<'a> {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum AnswerError {
     /// No answer to a question of ours has such a length.
-    #[error("an answer of {0} bytes, expected {SHORTEST} to {LONGEST}")]
+    #[error("an answer of {0} bytes, expected {SHORTEST} to {LONGEST}: check address and series")]
     Length(u32),
 }
 

@@ -94,7 +94,7 @@ struct Node {
 }
 
 fn frame(frame: CanFrame) -> Sent {
-    Sent { parcel: Output::Frame(frame), is_measurement: false, values: None }
+    Sent::of(Output::Frame(frame), false, None)
 }
 
 impl Device for Node {
@@ -141,11 +141,8 @@ impl Device for Node {
             let position = position.expect("five bytes");
             // A step is 1 µm.
             let values = vec![Some(f64::from(self.position) / 1000.0), Some(0.0)];
-            sent.push(Sent {
-                parcel: Output::Frame(position),
-                is_measurement: true,
-                values: (!outside).then_some(values),
-            });
+            let values = (!outside).then_some(values);
+            sent.push(Sent::of(Output::Frame(position), true, values));
         }
         if self.syncs.is_multiple_of(10) {
             sent.push(frame(heartbeat_frame(self.id, self.state)));

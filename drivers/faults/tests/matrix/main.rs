@@ -8,6 +8,7 @@ mod chrocodile_packets;
 mod cia406;
 mod described;
 mod ippdme;
+mod keyence;
 mod lines;
 mod modbus;
 mod optoncdt;
@@ -27,6 +28,7 @@ fn benches() -> Vec<Box<dyn Bench>> {
         Box::new(chrocodile_packets::Packets),
         Box::new(cia406::Cia406),
         Box::new(rf627::Rf627),
+        Box::new(keyence::Keyence),
         Box::new(optoncdt::Optoncdt),
         Box::new(riftek::Riftek { is_stream: true }),
         Box::new(riftek::Riftek { is_stream: false }),
