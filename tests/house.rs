@@ -264,6 +264,15 @@ fn a_driver_enters_the_daemon_by_one_line() {
 
 /// Files stay small enough to be read in one sitting.
 #[test]
+fn every_driver_is_in_the_fault_matrix() {
+    let text = std::fs::read_to_string(root().join("drivers/faults/Cargo.toml")).unwrap();
+    for driver in drivers() {
+        let line = format!("asphera-{driver}.workspace = true");
+        assert!(text.contains(&line), "drivers/faults/Cargo.toml lacks `{line}`: play its faults");
+    }
+}
+
+#[test]
 fn no_source_file_is_above_700_lines() {
     let mut long = Vec::new();
     for folder in ["src", "drivers", "simulators", "tests"] {
