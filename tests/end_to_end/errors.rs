@@ -21,6 +21,8 @@ fn every_mistake_of_a_configuration_is_named_at_once() {
     let text = text
         .replace("baud_bd = 921600", "baud_bd = \"fast\"")
         .replace("node_id = 5", "node_id = 0");
+    let line = 1 + text.lines().position(|line| line.starts_with("baud_bd = \"fast\"")).unwrap();
+    let at_line = format!("bad.toml:{line}: link.probe.baud_bd");
     std::fs::write(&bad, text).unwrap();
     for command in ["check", "run"] {
         let output = run([command, "--config", bad.to_str().unwrap()]);
@@ -28,7 +30,7 @@ fn every_mistake_of_a_configuration_is_named_at_once() {
         assert!(output.stdout.is_empty());
         let words = words(&output);
         for place in [
-            "bad.toml:30: link.probe.baud_bd",
+            at_line.as_str(),
             "device.stage.settings.node_id",
             "found the string \"fast\"",
         ] {
