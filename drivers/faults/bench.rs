@@ -138,21 +138,25 @@ pub struct Sent {
 impl Sent {
     /// An answer that is no measurement.
     pub fn answer(bytes: impl Into<Vec<u8>>) -> Sent {
-        Sent::of(Output::Bytes(bytes.into()), false, None)
+        Sent::carrying(Output::Bytes(bytes.into()), false, None)
     }
 
     /// A measurement with the values of its reading.
     pub fn good(bytes: impl Into<Vec<u8>>, values: Vec<Option<f64>>) -> Sent {
-        Sent::of(Output::Bytes(bytes.into()), true, Some(values))
+        Sent::carrying(Output::Bytes(bytes.into()), true, Some(values))
     }
 
     /// A measurement that must be flagged.
     pub fn bad(bytes: impl Into<Vec<u8>>) -> Sent {
-        Sent::of(Output::Bytes(bytes.into()), true, None)
+        Sent::carrying(Output::Bytes(bytes.into()), true, None)
     }
 
     /// A parcel on the first connection.
-    pub fn of(parcel: Output, is_measurement: bool, values: Option<Vec<Option<f64>>>) -> Sent {
+    pub fn carrying(
+        parcel: Output,
+        is_measurement: bool,
+        values: Option<Vec<Option<f64>>>,
+    ) -> Sent {
         Sent { parcel, is_measurement, values, connection: Connection::First }
     }
 

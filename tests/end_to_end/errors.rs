@@ -29,11 +29,9 @@ fn every_mistake_of_a_configuration_is_named_at_once() {
         assert_eq!(output.status.code(), Some(1), "{command}");
         assert!(output.stdout.is_empty());
         let words = words(&output);
-        for place in [
-            at_line.as_str(),
-            "device.stage.settings.node_id",
-            "found the string \"fast\"",
-        ] {
+        for place in
+            [at_line.as_str(), "device.stage.settings.node_id", "found the string \"fast\""]
+        {
             assert!(words.contains(place), "{command}: no {place:?} in {words}");
         }
     }

@@ -94,7 +94,7 @@ struct Node {
 }
 
 fn frame(frame: CanFrame) -> Sent {
-    Sent::of(Output::Frame(frame), false, None)
+    Sent::carrying(Output::Frame(frame), false, None)
 }
 
 impl Device for Node {
@@ -142,7 +142,7 @@ impl Device for Node {
             // A step is 1 µm.
             let values = vec![Some(f64::from(self.position) / 1000.0), Some(0.0)];
             let values = (!outside).then_some(values);
-            sent.push(Sent::of(Output::Frame(position), true, values));
+            sent.push(Sent::carrying(Output::Frame(position), true, values));
         }
         if self.syncs.is_multiple_of(10) {
             sent.push(frame(heartbeat_frame(self.id, self.state)));
