@@ -220,9 +220,11 @@ impl Aperture {
             Aperture::None | Aperture::Circle { .. } | Aperture::Rectangle { .. } => 0.0,
             Aperture::Annulus { inner_mm, .. } => inner_mm,
             Aperture::Outline { ref outline, inset_mm } => {
+                if outline.contains([0.0; 2]) {
+                    return 0.0;
+                }
                 let [x, y] = outline.nearest_mm([0.0; 2]);
-                let outside = !outline.contains([0.0; 2]);
-                if outside { (x.hypot(y) + inset_mm).max(0.0) } else { 0.0 }
+                (x.hypot(y) + inset_mm).max(0.0)
             }
         }
     }
