@@ -4,6 +4,7 @@
 //! comes from a paraboloid through the points within a few standard deviations of the blur, by least squares. It is a weighted sum
 //! of the deviations, so the noise that it brings along is known.
 
+use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
 
 use asphera_geometry::vector::{Vector, cross, dot, minus, unit};
@@ -102,26 +103,17 @@ impl Sheet {
         let basis = |other: usize| {
             let from = minus(self.points[other].place_mm, own.place_mm);
             let (a, b) = (dot(from, u) / self.reach_mm, dot(from, v) / self.reach_mm);
-            [1.0, a, b, a * a, a * b, b * b]
+            Vector6::new(1.0, a, b, a * a, a * b, b * b)
         };
         if near.len() < LEAST {
             return Vec::new();
         }
-        let rows: Vec<[f64; 6]> = near.iter().map(|&other| basis(other)).collect();
-        let mut normal = [[0.0; 6]; 6];
-        for row in &rows {
-            for i in 0..6 {
-                for j in 0..6 {
-                    normal[i][j] += row[i] * row[j];
-                }
-            }
-        }
+        let rows: Vec<Vector6<f64>> = near.iter().map(|&other| basis(other)).collect();
+        let normal: Matrix6<f64> = rows.iter().map(|row| row * row.transpose()).sum();
         let scale = 2.0 / (self.reach_mm * self.reach_mm);
-        let Some(solved) = solve(normal, [0.0, 0.0, 0.0, scale, 0.0, scale]) else {
-            return Vec::new();
-        };
-        let weight = |row: &[f64; 6]| row.iter().zip(&solved).map(|(a, b)| a * b).sum::<f64>();
-        near.into_iter().zip(&rows).map(|(other, row)| (other, weight(row))).collect()
+        let asked = Vector6::new(0.0, 0.0, 0.0, scale, 0.0, scale);
+        let Some(solved) = solve(&normal, &asked) else { return Vec::new() };
+        near.into_iter().zip(&rows).map(|(other, row)| (other, row.dot(&solved))).collect()
     }
 
     /// Points within the reach, in the order of the squares.
@@ -141,33 +133,12 @@ impl Sheet {
     }
 }
 
-/// The solution of a symmetric positive definite system by Cholesky's factors; `None` where it is singular.
-fn solve(matrix: [[f64; 6]; 6], right: [f64; 6]) -> Option<[f64; 6]> {
-    let mut lower = [[0.0; 6]; 6];
-    for i in 0..6 {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-            let left = matrix[i][j] - known;
-            if i == j {
-                if left <= SINGULAR * matrix[i][i] {
-                    return None;
-                }
-                lower[i][i] = left.sqrt();
-            } else {
-                lower[i][j] = left / lower[j][j];
-            }
-        }
-    }
-    let mut solved = right;
-    for i in 0..6 {
-        let known: f64 = (0..i).map(|k| lower[i][k] * solved[k]).sum();
-        solved[i] = (solved[i] - known) / lower[i][i];
-    }
-    for i in (0..6).rev() {
-        let known: f64 = (i + 1..6).map(|k| lower[k][i] * solved[k]).sum();
-        solved[i] = (solved[i] - known) / lower[i][i];
-    }
-    Some(solved)
+/// The solution of a symmetric positive definite system; `None` where it is singular.
+fn solve(matrix: &Matrix6<f64>, right: &Vector6<f64>) -> Option<Vector6<f64>> {
+    let factor = matrix.cholesky()?;
+    let pivots = factor.l_dirty().diagonal();
+    let is_sound = (0..6).all(|i| pivots[i] * pivots[i] > SINGULAR * matrix[(i, i)]);
+    is_sound.then(|| factor.solve(right))
 }
 
 /// Points that a paraboloid needs.
