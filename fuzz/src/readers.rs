@@ -83,7 +83,8 @@ fn text_options(choice: u8) -> TextOptions {
         3 => (usize::MAX, Some([1e-300, 1e300])),
         _ => (0, None),
     };
-    TextOptions { columns, units, skip_lines, pitch_mm }
+    let keeps_marks = choice >> 3 & 1 == 1;
+    TextOptions { columns, units, skip_lines, pitch_mm, keeps_marks }
 }
 
 /// An X3P archive of an input: its XML, and behind the first byte 0xFF, which no XML has, its points.

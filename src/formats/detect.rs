@@ -87,10 +87,10 @@ pub fn read_with_column(
 
 /// Refuses options that a format has no use for.
 pub(crate) fn check(format: Format, options: &TextOptions) -> Result<(), ReadError> {
-    // What fits: columns, unit, lines to be skipped, pitch.
+    // What fits: columns, unit, lines to be skipped, pitch, marks that are heights.
     let fits = match format {
-        Format::Xyz => [true; 4],
-        Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 4],
+        Format::Xyz => [true; 5],
+        Format::X3p | Format::MetroPro | Format::Sdf | Format::GridSag => [false; 5],
         // What is wrong with a volume is that it is one.
         Format::Vol
         | Format::Nrrd
@@ -102,23 +102,24 @@ pub(crate) fn check(format: Format, options: &TextOptions) -> Result<(), ReadErr
         | Format::Vgi
         | Format::Svg
         | Format::Dxf
-        | Format::Png => [true; 4],
+        | Format::Png => [true; 5],
         Format::Ply | Format::Stl | Format::Obj | Format::Off | Format::Las => {
-            [false, true, false, false]
+            [false, true, false, false, false]
         }
-        Format::Npy => [true, true, false, true],
+        Format::Npy => [true, true, false, true, true],
     };
     let given = [
         !options.columns.is_empty(),
         !options.units.is_empty(),
         options.skip_lines > 0,
         options.pitch_mm.is_some(),
+        options.keeps_marks,
     ];
     if given.iter().zip(fits).all(|(given, fits)| !given || fits) {
         return Ok(());
     }
     let listed = |wanted: bool| {
-        let options = ["`--columns`", "`--unit`", "`--skip-lines`", "`--pitch`"];
+        let options = ["`--columns`", "`--unit`", "`--skip-lines`", "`--pitch`", "`--keep-marks`"];
         let named = options.into_iter().zip(fits).filter(|(_, fits)| *fits == wanted);
         let named: Vec<&str> = named.map(|(name, _)| name).collect();
         match &named[..] {
@@ -269,14 +270,16 @@ mod tests {
         let said = |format| check(format, &options).unwrap_err().to_string();
         assert_eq!(
             said(Format::Stl),
-            "STL file, byte 0: the file states where its coordinates are: leave out `--columns`, `--skip-lines` and \
-             `--pitch`; of these options it takes `--unit`"
+            "STL file, byte 0: the file states where its coordinates are: leave out `--columns`, `--skip-lines`, \
+             `--pitch` and `--keep-marks`; of these options it takes `--unit`"
         );
-        assert!(said(Format::Npy).ends_with("it takes `--columns`, `--unit` and `--pitch`"));
         assert!(
-            said(Format::Sdf)
-                .ends_with("leave out `--columns`, `--unit`, `--skip-lines` and `--pitch`")
+            said(Format::Npy)
+                .ends_with("it takes `--columns`, `--unit`, `--pitch` and `--keep-marks`")
         );
+        assert!(said(Format::Sdf).ends_with(
+            "leave out `--columns`, `--unit`, `--skip-lines`, `--pitch` and `--keep-marks`"
+        ));
         assert_eq!(check(Format::Xyz, &options), Ok(()));
         assert_eq!(check(Format::Sdf, &TextOptions::default()), Ok(()));
     }

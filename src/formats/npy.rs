@@ -135,7 +135,7 @@ fn heights(
             heights_mm.push(height_mm);
         }
     }
-    Ok(map_of_heights(&heights_mm, [width, rows], pitch_mm, unit, false))
+    Ok(map_of_heights(&heights_mm, [width, rows], pitch_mm, unit, false, options))
 }
 
 /// A topography as read from a file of this format.

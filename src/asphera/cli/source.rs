@@ -59,7 +59,7 @@ impl Source {
                 if text.is_given() {
                     return Err(format!(
                         "{} is a recording, which states its columns and units itself: leave out `--columns`, \
-                         `--unit`, `--skip-lines` and `--pitch`",
+                         `--unit`, `--skip-lines`, `--pitch` and `--keep-marks`",
                         path.display()
                     )
                     .into());

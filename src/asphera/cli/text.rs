@@ -24,6 +24,9 @@ pub(super) struct TextArgs {
     /// The text or NumPy file is a matrix of heights, the top row first: distance of its columns and rows in mm.
     #[arg(long, value_name = "DX[,DY]")]
     pitch: Option<Pitch>,
+    /// Numbers such as -999 far from all other heights are heights. Without it they are marks for no data, and left out.
+    #[arg(long)]
+    keep_marks: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +67,7 @@ impl TextArgs {
             units: self.unit.clone(),
             skip_lines: self.skip_lines,
             pitch_mm: self.pitch.map(|Pitch(pitch_mm)| pitch_mm),
+            keeps_marks: self.keep_marks,
         }
     }
 }

@@ -16,6 +16,8 @@ pub struct TextOptions {
     pub skip_lines: usize,
     /// The file is a matrix of heights with this distance of columns and rows, mm; both finite and above 0.
     pub pitch_mm: Option<[f64; 2]>,
+    /// Numbers such as -999 far from all other heights are heights, no marks for no data.
+    pub keeps_marks: bool,
 }
 
 /// A column of a text file.
@@ -81,6 +83,8 @@ pub(super) struct Layout {
     pub(super) units_by: By,
     /// Lines of text before the points that say nothing of them.
     passed_over: usize,
+    /// As in [`TextOptions`].
+    pub(super) keeps_marks: bool,
 }
 
 /// A column to be read; `column` counts from 0.
@@ -115,7 +119,8 @@ impl Layout {
         let (slots, units_by) = with_units(before, line, roles, head.as_ref(), options)?;
         let may_be_longer = named_by == By::Options;
         let passed_over = passed_over(before, width, head.as_ref());
-        Ok(Layout { slots, may_be_longer, named_by, units_by, passed_over })
+        let keeps_marks = options.keeps_marks;
+        Ok(Layout { slots, may_be_longer, named_by, units_by, passed_over, keeps_marks })
     }
 
     pub(super) fn has_slopes(&self) -> bool {

@@ -49,7 +49,8 @@ pub(super) fn read(
         }
         ny += 1;
     }
-    Ok(map_of_heights(&heights_mm, [nx, ny], [dx_mm, dy_mm], unit, dialect.has_decimal_commas()))
+    let has_commas = dialect.has_decimal_commas();
+    Ok(map_of_heights(&heights_mm, [nx, ny], [dx_mm, dy_mm], unit, has_commas, options))
 }
 
 /// The unit of a matrix of heights, which the options must name.
@@ -71,8 +72,9 @@ pub(crate) fn map_of_heights(
     [dx_mm, dy_mm]: [f64; 2],
     unit: Unit,
     has_decimal_commas: bool,
+    options: &TextOptions,
 ) -> Topography {
-    let no_data = NoData::of(heights_mm.iter().copied(), unit);
+    let no_data = NoData::of(heights_mm.iter().copied(), unit, options.keeps_marks);
     let height_mm = |&mm: &f64| if no_data.is_mark(mm) { f64::NAN } else { mm };
     let z_mm = heights_mm.chunks(nx.max(1)).rev().flatten().map(height_mm).collect();
     let map = HeightMap { nx, ny, dx_mm, dy_mm, x0_mm: 0.0, y0_mm: 0.0, z_mm };

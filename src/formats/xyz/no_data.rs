@@ -32,11 +32,18 @@ pub(super) struct NoData {
 }
 
 impl NoData {
-    /// Marks among heights of a column in `unit`; NaN is passed over.
+    /// Marks among heights of a column in `unit`; NaN is passed over. None where they are kept.
     ///
     /// A number of [`MARKS`] is one where it lies apart from all other heights: by twice their range, or, where it comes again,
     /// by a quarter of it. Takes time in proportion to the heights.
-    pub(super) fn of(heights_mm: impl Iterator<Item = f64>, unit: Unit) -> NoData {
+    pub(super) fn of(
+        heights_mm: impl Iterator<Item = f64>,
+        unit: Unit,
+        keeps_marks: bool,
+    ) -> NoData {
+        if keeps_marks {
+            return NoData::default();
+        }
         let scaled_mm = MARKS.map(|mark| unit.scaled(mark));
         let mut counts = [0_u64; MARKS.len()];
         let (mut low_mm, mut high_mm, mut others) = (f64::INFINITY, f64::NEG_INFINITY, 0_u64);
@@ -60,7 +67,8 @@ impl NoData {
                 found.marks_mm.push(scaled_mm[index]);
                 let (mark, heights) = (MARKS[index], if count == 1 { "height" } else { "heights" });
                 found.cautions.push(format!(
-                    "{count} {heights} of {mark} {unit} left out: a usual mark for no data, far from all other heights"
+                    "{count} {heights} of {mark} {unit} left out: a usual mark for no data, far from all other heights \
+                     (`--keep-marks` takes it as a height)"
                 ));
             }
         }
@@ -134,7 +142,7 @@ mod tests {
     use super::*;
 
     fn cautions(heights_mm: &[f64], unit: Unit) -> Vec<String> {
-        NoData::of(heights_mm.iter().copied(), unit).cautions
+        NoData::of(heights_mm.iter().copied(), unit, false).cautions
     }
 
     #[test]
@@ -145,8 +153,10 @@ mod tests {
             let with_mark = [&heights_mm[..], &[Unit::Um.scaled(mark)]].concat();
             let said = cautions(&with_mark, Unit::Um);
             assert!(said.len() == 1 && said[0].contains("1 height of"), "{mark}: {said:?}");
-            let found = NoData::of(with_mark.iter().copied(), Unit::Um);
+            let found = NoData::of(with_mark.iter().copied(), Unit::Um, false);
             assert_eq!(with_mark.iter().filter(|mm| found.is_mark(**mm)).count(), 1);
+            assert!(said[0].contains("`--keep-marks`"));
+            assert_eq!(NoData::of(with_mark.into_iter(), Unit::Um, true), NoData::default());
         }
         // -999 nm among heights of some micrometres is a height.
         let rough_mm: Vec<f64> = (0..100).map(|i| f64::from(i - 50) * 1e-4).collect();

@@ -159,7 +159,7 @@ fn without_marks(
         .find(|slot| is_of_heights(slot.role))
         .map_or(Unit::Mm, |slot| slot.unit);
     if layout.has_slopes() {
-        let found = NoData::of(cloud.slopes.iter().copied(), unit);
+        let found = NoData::of(cloud.slopes.iter().copied(), unit, layout.keeps_marks);
         return match found.cautions.is_empty() {
             true => Ok(Vec::new()),
             false => {
@@ -168,7 +168,8 @@ fn without_marks(
             }
         };
     }
-    let found = NoData::of(cloud.points_mm.iter().map(|point| point[2]), unit);
+    let heights_mm = cloud.points_mm.iter().map(|point| point[2]);
+    let found = NoData::of(heights_mm, unit, layout.keeps_marks);
     if !found.cautions.is_empty() {
         let counts: Vec<bool> =
             cloud.points_mm.iter().map(|point| !found.is_mark(point[2])).collect();

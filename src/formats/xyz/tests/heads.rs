@@ -297,8 +297,12 @@ fn heights_that_stand_for_none_are_left_out_and_said() {
     let taken = topography.source().taken.clone().unwrap();
     assert_eq!(
         taken.cautions,
-        ["1 height of -999 um left out: a usual mark for no data, far from all other heights"]
+        ["1 height of -999 um left out: a usual mark for no data, far from all other heights \
+          (`--keep-marks` takes it as a height)"]
     );
+    let with_marks = TextOptions { keeps_marks: true, ..TextOptions::default() };
+    let (topography, beside) = read_with_column(text.as_bytes(), &with_marks, 4).unwrap();
+    assert_eq!((topography.points().count(), topography.missing(), beside.len()), (40, 0, 40));
     // Another number so far away stays, and is said.
     let other = text.replace("-999", "-812345.5");
     let topography = read(other.as_bytes()).unwrap();
