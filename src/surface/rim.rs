@@ -8,12 +8,16 @@
 //!     ' -c- . _ d _ _ e _ _ f _ _ g _ . - '       the outermost samples
 //! ```
 //!
-//! From any point of such a triangle, obtuse at its corner c and with its longest side to the
+//! From any place over such a triangle, obtuse at its corner c and with its longest side to the
 //! outside, a way of at most its height over that side leads to one of its two short sides, and
 //! there the gap of the triangle on the other side of that short side applies. The gap is therefore
 //! at most the height plus the larger gap of the two neighbours; and where a neighbour is itself
 //! obtuse over that very side, the same holds for it in turn. Interior triangles need no such
 //! care: the circumcentre of an obtuse one lies in another triangle whose gap is as large.
+//!
+//! The way is gone on the surface, not on the triangle. Along a curved outline a thin triangle is a chord that leaves the
+//! surface by more than its gaps, while the samples beneath it follow the surface. So its height is that in the plane, over
+//! the cosine of the steepest neighbour.
 
 mod meshed;
 
@@ -41,7 +45,7 @@ pub(crate) fn refined_gaps_along(
         .iter()
         .map(|&index| (index, triangles[index]))
         .filter(|(_, corners)| corners.iter().filter(|&corner| on_outline(corner)).count() >= 2)
-        .map(|(index, corners)| (index, Triangle::new(points, corners)))
+        .map(|(index, corners)| (index, flat(points, corners)))
         .filter(|(_, triangle)| {
             triangle.is_obtuse() && triangle.longest_side().iter().all(on_outline)
         })
@@ -146,15 +150,8 @@ pub(crate) fn hull(triangles: &[[VertexId; 3]], outline: &Outline) -> Option<Vec
 pub(crate) fn cut_by_outline(points: &[PointMm], triangles: &[[VertexId; 3]]) -> Vec<usize> {
     let outline = on_outline(points.len(), triangles);
     let flat = |index: usize| {
-        let corners = triangles[index];
-        let places = corners.map(|corner| {
-            let [x, y, _] = points[corner as usize];
-            [x, y, 0.0]
-        });
-        let triangle = Triangle::new(&places, [0, 1, 2]);
-        let named = |side: [VertexId; 2]| side.map(|end| corners[end as usize]);
-        let longest = triangle.is_obtuse().then(|| named(triangle.longest_side()));
-        longest.map(|longest| (longest, triangle.short_sides().map(named)))
+        let triangle = flat(points, triangles[index]);
+        triangle.is_obtuse().then(|| (triangle.longest_side(), triangle.short_sides()))
     };
     let roots: Vec<usize> = (0..triangles.len())
         .filter(|&index| {
@@ -226,6 +223,8 @@ struct Reached<N> {
     name: N,
     /// From its corners alone.
     gap: Gap,
+    /// Of its own slope.
+    secant: f64,
     /// Which reached triangle it lies beneath.
     above: Option<usize>,
     /// If it is obtuse over the side it was reached through: what leads to its short sides.
@@ -234,9 +233,32 @@ struct Reached<N> {
 
 /// The way across a thin triangle.
 struct Way {
+    /// In the plane.
     height_mm: f64,
     /// The larger gap of the triangles beneath its short sides.
     beneath: Gap,
+    /// Secant of the steepest slope beneath.
+    secant: f64,
+}
+
+impl Way {
+    fn mm(&self) -> f64 {
+        self.height_mm * self.secant + self.beneath.mm
+    }
+}
+
+/// A triangle as it lies in the plane.
+fn flat(points: &[PointMm], corners: [VertexId; 3]) -> Triangle {
+    let place = |corner: VertexId| {
+        let [x, y, _] = points[corner as usize];
+        [x, y, 0.0]
+    };
+    Triangle::at_places(corners.map(place), corners)
+}
+
+/// Secant of the slope of a triangle: its area over that in the plane.
+fn secant(triangle: &Triangle) -> f64 {
+    triangle.area_mm2() / triangle.projected_area_mm2().max(f64::MIN_POSITIVE)
 }
 
 impl<'a> Adjacency<'a> {
@@ -318,7 +340,7 @@ fn refine_all<W: Fn(VertexId) -> bool>(
     Ok(refined)
 }
 
-/// Refines the gaps of `root` and of the thin triangles beneath it, without recursion: a chain
+/// Refines the gaps of `root`, in the plane, and of the thin triangles beneath it, without recursion: a chain
 /// of them may be as long as the outline.
 fn refine<S: Sides>(
     points: &[PointMm],
@@ -328,36 +350,40 @@ fn refine<S: Sides>(
 ) -> Result<(), Unseen> {
     let outside = root.longest_side();
     let mut reached: Vec<Reached<S::Name>> = Vec::new();
-    let mut open = vec![(name, root, outside, None)];
-    while let Some((name, triangle, through, above)) = open.pop() {
+    let mut open = vec![(name, outside, None)];
+    while let Some((name, through, above)) = open.pop() {
         let here = reached.len();
+        let corners = mesh.corners(name);
+        let (triangle, flat) = (Triangle::new(points, corners), flat(points, corners));
         let mut way = None;
-        if triangle.is_obtuse() && triangle.longest_side() == through {
-            let [left_side, right_side] = triangle.short_sides();
+        if flat.is_obtuse() && flat.longest_side() == through {
+            let [left_side, right_side] = flat.short_sides();
             let beneath = [mesh.across(left_side)?, mesh.across(right_side)?];
             if let [Some(left), Some(right)] = beneath {
                 for (name, [from, to]) in [(left, left_side), (right, right_side)] {
-                    let next = Triangle::new(points, mesh.corners(name));
-                    open.push((name, next, [to, from], Some(here)));
+                    open.push((name, [to, from], Some(here)));
                 }
-                let nothing = Gap { mm: 0.0, at_mm: [0.0; 3] };
-                way = Some(Way { height_mm: triangle.height_mm(), beneath: nothing });
+                let beneath = Gap { mm: 0.0, at_mm: [0.0; 3] };
+                way = Some(Way { height_mm: flat.height_mm(), beneath, secant: 1.0 });
             }
         }
-        reached.push(Reached { name, gap: triangle.gap(), above, way });
+        reached.push(Reached { name, gap: triangle.gap(), secant: secant(&triangle), above, way });
     }
     // Whatever lies beneath a triangle was reached after it.
-    while let Some(Reached { name, mut gap, above, way }) = reached.pop() {
-        if let Some(Way { height_mm, beneath }) = way
-            && height_mm + beneath.mm < gap.mm
-        {
-            gap = Gap { mm: height_mm + beneath.mm, at_mm: beneath.at_mm };
-            refined.push((name, gap));
+    while let Some(Reached { name, mut gap, mut secant, above, way }) = reached.pop() {
+        if let Some(way) = way {
+            // A chord stands as steep as may be.
+            secant = way.secant;
+            if way.mm() < gap.mm {
+                gap = Gap { mm: way.mm(), at_mm: way.beneath.at_mm };
+                refined.push((name, gap));
+            }
         }
-        if let Some(way) = above.and_then(|above| reached[above].way.as_mut())
-            && gap.mm > way.beneath.mm
-        {
-            way.beneath = gap;
+        if let Some(way) = above.and_then(|above| reached[above].way.as_mut()) {
+            way.secant = way.secant.max(secant);
+            if gap.mm > way.beneath.mm {
+                way.beneath = gap;
+            }
         }
     }
     Ok(())
@@ -431,6 +457,14 @@ mod tests {
         let beneath = [1, 2].map(|i: usize| Triangle::new(&points, triangles[i]).gap().mm);
         assert_eq!(found[0].1.mm, root.height_mm() + beneath[0].max(beneath[1]));
         assert!(found[0].1.mm < 0.52 * own.mm, "{found:?}");
+        // Bent along its outline the chord leaves the surface by 2 mm, but no sample is farther from another.
+        points.iter_mut().for_each(|point| point[2] = (point[0] - 3.0).powi(2) / 4.5);
+        let found = refined_gaps(&points, &triangles);
+        assert_eq!(found.iter().map(|&(index, _)| index).collect::<Vec<_>>(), [0]);
+        let steepest = (1.0_f64 + 1.0).sqrt();
+        let beneath = [1, 2].map(|i: usize| Triangle::new(&points, triangles[i]).gap().mm);
+        assert!(found[0].1.mm <= 0.01 * steepest + beneath[0].max(beneath[1]), "{found:?}");
+        assert!(Triangle::new(&points, triangles[0]).gap().mm > 1.5 * found[0].1.mm);
     }
 
     /// Rows whose ends are out of line by about one part in a thousand.

@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use asphera_geometry::{Gap, PointMm, Triangle, VertexId, from_smallest};
+use asphera_geometry::{Gap, PointMm, VertexId, from_smallest};
 use asphera_mesh::{About, Mesh};
 
-use super::{Outline, Sides, Unseen, hull, refine, refined_gaps_along};
+use super::{Outline, Sides, Unseen, flat, hull, refine, refined_gaps_along};
 
 /// What lies along the outline of the triangles of a mesh.
 pub(crate) struct Rim {
@@ -36,7 +36,7 @@ impl Rim {
         let mut refined = Vec::new();
         for (&from, &to) in hull.iter().zip(hull.iter().cycle().skip(1)) {
             let Ok(Some(corners)) = walk.across([to, from]) else { continue };
-            let root = Triangle::new(points, corners);
+            let root = flat(points, corners);
             if root.is_obtuse() && root.longest_side() == [from, to] {
                 let done = refine(points, &mut walk, (corners, root), &mut refined);
                 done.expect("all triangles are seen");
