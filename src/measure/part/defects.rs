@@ -20,7 +20,8 @@ impl Default for DefectLimits {
         DefectLimits {
             largest_mm: None,
             false_expected: DefectSettings::FALSE_EXPECTED,
-            min_height_nm: 0.0,
+            // What is lower is the rounding of numbers: no instrument tells a picometre.
+            min_height_nm: 0.001,
             listed: LISTED,
         }
     }
