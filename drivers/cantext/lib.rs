@@ -1,0 +1,19 @@
+//! CAN frames as text: logs of candump, and the protocol of socketcand.
+//!
+//! Both come from the Linux CAN project, and neither needs a CAN interface on this machine. A log has one frame a line;
+//! a server of socketcand sends and takes elements in angle brackets over TCP.
+//!
+//! Sources: `lib.h`, `lib.c` and `candump.c` of linux-can/can-utils; `doc/protocol.md` and `state_raw.c` of
+//! linux-can/socketcand. Classes of error frames: `<linux/can/error.h>`.
+//!
+//! This crate deliberately opens no file and no port, and has no clock. CAN FD and CAN XL frames are counted with their
+//! line, never read as classic ones.
+
+#![forbid(unsafe_code)]
+
+mod bus_error;
+pub mod candump;
+mod hex;
+pub mod socketcand;
+
+pub use bus_error::BusError;
