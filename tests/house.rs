@@ -14,6 +14,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "asphera",
         &[
             "asphera-calibrate",
+            "asphera-cantext",
             "asphera-clocks",
             "asphera-contour",
             "asphera-face",
@@ -98,15 +99,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("asphera-formats", &[]),
     ("asphera-settings", &[]),
     ("asphera-link", &["asphera-settings"]),
+    ("asphera-cantext", &["asphera-link"]),
     ("asphera-slcan", &["asphera-link"]),
     ("asphera-faults", &["asphera-link"]),
-    ("asphera-transport", &["asphera-link"]),
+    ("asphera-transport", &["asphera-cantext", "asphera-link"]),
     ("asphera-rig", &["asphera-form", "asphera-link", "asphera-settings"]),
     ("asphera-tests", &["asphera", "asphera-rig"]),
 ];
 
 /// Folders of `drivers` that hold no driver.
-const NO_DRIVERS: &[&str] = &["faults", "link", "settings", "slcan", "transport"];
+const NO_DRIVERS: &[&str] = &["cantext", "faults", "link", "settings", "slcan", "transport"];
 
 /// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
 const TALK_IN_LINES: &[&str] = &["asphera-scpi", "asphera-zaber"];
@@ -132,6 +134,7 @@ const PURE: &[&str] = &[
     "asphera-formats",
     "asphera-settings",
     "asphera-link",
+    "asphera-cantext",
     "asphera-slcan",
     "asphera-faults",
 ];

@@ -123,7 +123,9 @@ fn content(word: &[u8]) -> Option<Content> {
     let (digits, rest) = (&word[..end], &word[end + 1..]);
     let number = hex::number(digits)?;
     match digits.len() {
-        3 if number <= 0x7FF => classic_or_flexible(CanId::Standard(u16::try_from(number).ok()?), rest),
+        3 if number <= 0x7FF => {
+            classic_or_flexible(CanId::Standard(u16::try_from(number).ok()?), rest)
+        }
         5 => extra_long(rest).then_some(Content::ExtraLong),
         8 if number & ERROR_FLAG != 0 => {
             let is_error = number <= ERROR_FLAG | 0x1FFF_FFFF && data(rest).is_some();

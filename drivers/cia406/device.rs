@@ -1,6 +1,7 @@
 //! The state machine of one node.
 
 mod cycle;
+mod listening;
 mod setup;
 
 use std::collections::VecDeque;
@@ -45,6 +46,8 @@ use setup::{Learned, Progress, Setup};
 /// - A lost heartbeat, a restart or a node that leaves operational by itself is a fault; so is each
 ///   emergency. Until the emergency "error reset" with an empty error register, or a restart,
 ///   readings carry [`Flags::DEVICE_ERROR`].
+/// - With [`Settings::listen_only`] nothing is ever sent: the first valid frame of the node is [`Event::Online`], and it is
+///   [`Event::Ready`] once it is operational. Its heartbeat may be off, so silence is no fault.
 /// - With SYNC, a reading has the count of the SYNC it answers. One that answers none has no count and
 ///   [`Flags::DELAYED`]; the first after missing ones has [`Flags::TRIGGER_LOST`].
 /// - A position that comes after the next SYNC, or whose own SYNC was lost together with the position
@@ -87,6 +90,8 @@ enum State {
     Starting { learned: Learned, cycle: Cycle, until: Nanos, tries: u8 },
     /// Operational. `heard`: a heartbeat came since.
     Running { learned: Learned, cycle: Cycle, heard: bool },
+    /// Another master has set the node up. `measures`: it is operational, and readings are wanted.
+    Listening { learned: Learned, cycle: Cycle, measures: bool },
 }
 
 /// How often a request is sent before the node counts as silent.
@@ -147,7 +152,10 @@ impl Cia406 {
     }
 
     fn end_cycle(&mut self) {
-        if let State::Starting { cycle, .. } | State::Running { cycle, .. } = &mut self.state {
+        if let State::Starting { cycle, .. }
+        | State::Running { cycle, .. }
+        | State::Listening { cycle, .. } = &mut self.state
+        {
             cycle.end(&mut self.events);
         }
     }
@@ -166,14 +174,17 @@ impl Cia406 {
         self.tell_nmt(NmtCommand::Start);
         self.transmit.push_back(SdoRequest::Upload(object::ERROR_REGISTER).encode(self.node));
         self.start_answers = self.start_answers.saturating_add(1);
+        let until = now + self.heartbeat_timeout();
+        self.state = State::Starting { learned, cycle: self.cycle(), until, tries };
+    }
+
+    fn cycle(&self) -> Cycle {
         let every = match self.settings.transmission {
             Transmission::Sync { every } => every,
             Transmission::EventTimer { .. } => 1,
         };
         let window = self.settings.sync_window_us.map(|us| Duration::from_micros(us.into()));
-        let cycle = Cycle::new(self.node, self.settings.sync_counter_overflow, every, window);
-        let until = now + self.heartbeat_timeout();
-        self.state = State::Starting { learned, cycle, until, tries };
+        Cycle::new(self.node, self.settings.sync_counter_overflow, every, window)
     }
 
     /// The node is operational: its heartbeat says so, an answer after its start, or a position, which no
@@ -393,6 +404,9 @@ impl Driver for Cia406 {
         self.online = false;
         self.error = false;
         self.pause = FIRST_PAUSE;
+        if self.settings.listen_only {
+            return self.begin_listening();
+        }
         self.begin_setup(now);
     }
 
@@ -411,6 +425,9 @@ impl Driver for Cia406 {
             Input::Frame(frame) => frame,
             Input::Bytes(bytes) | Input::Second(bytes) => return self.discard(bytes),
         };
+        if matches!(self.state, State::Listening { .. }) {
+            return self.overhear(now, frame);
+        }
         match Cob::from_frame(frame) {
             Some(Cob::Sync) => {
                 if let State::Starting { cycle, .. } | State::Running { cycle, .. } =
@@ -481,7 +498,10 @@ impl Driver for Cia406 {
             State::Setup { until, .. }
             | State::Waiting { until }
             | State::Starting { until, .. } => Some(*until),
-            State::Closed | State::Configured { .. } | State::Running { .. } => None,
+            State::Closed
+            | State::Configured { .. }
+            | State::Running { .. }
+            | State::Listening { .. } => None,
         };
         own.into_iter().chain(self.alive_until).min()
     }
@@ -501,7 +521,13 @@ impl Driver for Cia406 {
                 let learned = *learned;
                 self.start(now, learned, TRIES);
             }
-            (Command::Start, State::Running { .. }) => self.events.push_back(Event::Ready),
+            (Command::Start, State::Running { .. } | State::Listening { measures: true, .. }) => {
+                self.events.push_back(Event::Ready);
+            }
+            (Command::Stop, State::Listening { measures: true, .. }) => {
+                self.end_cycle();
+                self.begin_listening();
+            }
             (Command::Stop, State::Starting { learned, .. } | State::Running { learned, .. }) => {
                 let learned = *learned;
                 self.end_cycle();

@@ -25,7 +25,9 @@ fn read(table: &Section<'_>) -> Settings {
         vendor_id: table.get("vendor_id"),
         position: table.word("position_object", default.position, &objects),
         kind: kind(table),
+        listen_only: table.or("listen_only", default.listen_only),
         map_velocity: table.or("map_velocity", default.map_velocity),
+        velocity_step_mm_s: table.get("velocity_step_mm_s"),
         map_status: table.or("map_status", default.map_status),
         transmission: match table.get("event_timer_ms") {
             Some(period_ms) => Transmission::EventTimer { period_ms },

@@ -16,9 +16,13 @@ pub struct Settings {
     pub position: PositionObject,
     /// What the position is.
     pub kind: Kind,
-    /// Whether the velocity is sent too (linear encoders only): channel `velocity`, mm/s. Its step is
-    /// read from object 6005.02h.
+    /// Whether nothing is sent to the node: another master has set it up, or its frames come from a log. Steps and mapping
+    /// are then those of these settings.
+    pub listen_only: bool,
+    /// Whether the velocity is sent too (linear encoders only): channel `velocity`, mm/s.
     pub map_velocity: bool,
+    /// Step of the velocity in mm/s, above 0. `None`: read from object 6005.02h.
+    pub velocity_step_mm_s: Option<f64>,
     /// Whether the state of the work area (object 6400.01h) is sent too: channel `status`, and
     /// readings outside are flagged out of range.
     pub map_status: bool,
@@ -90,7 +94,9 @@ impl Default for Settings {
             vendor_id: None,
             position: PositionObject::MultiSensor,
             kind: Kind::Linear { step_nm: None },
+            listen_only: false,
             map_velocity: false,
+            velocity_step_mm_s: None,
             map_status: false,
             transmission: Transmission::Sync { every: 1 },
             sync_counter_overflow: Some(240),
@@ -118,6 +124,14 @@ impl Settings {
         if self.map_velocity && !matches!(self.kind, Kind::Linear { .. }) {
             problems.push(Problem::new("map_velocity", "false unless the kind is linear", true));
         }
+        if let Some(step) =
+            self.velocity_step_mm_s.filter(|step| !(*step > 0.0 && step.is_finite()))
+        {
+            problems.push(Problem::new("velocity_step_mm_s", "a speed above 0", step));
+        }
+        if self.listen_only {
+            self.unknown_to_a_listener(&mut problems);
+        }
         match self.transmission {
             Transmission::Sync { every } => {
                 check_range(&mut problems, "every_sync", every, 1, 240);
@@ -135,6 +149,22 @@ impl Settings {
         check_range(&mut problems, "heartbeat_ms", self.heartbeat_ms, 10, 32_767);
         check_range(&mut problems, "sdo_timeout_ms", self.sdo_timeout_ms, 1, 60_000);
         problems
+    }
+
+    /// Settings that the node cannot be asked for.
+    fn unknown_to_a_listener(&self, problems: &mut Vec<Problem>) {
+        let nothing = "nothing, and listen_only = true asks no node";
+        if matches!(self.kind, Kind::Linear { step_nm: None }) {
+            problems.push(Problem::new("step_nm", "the step of the position in nm", nothing));
+        }
+        if self.map_velocity && self.velocity_step_mm_s.is_none() {
+            let expected = "the step of the velocity in mm/s";
+            problems.push(Problem::new("velocity_step_mm_s", expected, nothing));
+        }
+        if let Some(vendor) = self.vendor_id {
+            let expected = "no vendor: listen_only = true asks no node";
+            problems.push(Problem::new("vendor_id", expected, format!("{vendor:X}h")));
+        }
     }
 
     /// The node, where its number is one.

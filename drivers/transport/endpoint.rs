@@ -1,9 +1,10 @@
 //! Where a link leads.
 
 use std::fmt;
+use std::path::PathBuf;
 
 /// Where a link leads.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Endpoint {
     /// A serial port or anything that looks like one.
     Serial(SerialSettings),
@@ -32,6 +33,14 @@ pub enum Endpoint {
     SocketCan {
         /// Name of the network interface: `can0`.
         interface: String,
+    },
+    /// A log of CAN frames as candump writes it. Received chunks are its lines, each at the time it has in the log. What
+    /// is sent goes nowhere. At its end the link closes, and stays closed.
+    CanLog {
+        /// The file.
+        path: PathBuf,
+        /// How many times faster than the log it is played, above 0.
+        speed: f64,
     },
 }
 
@@ -81,6 +90,7 @@ impl Endpoint {
             Endpoint::TcpPair { .. } => "tcp-pair",
             Endpoint::Udp { .. } => "udp",
             Endpoint::SocketCan { .. } => "socketcan",
+            Endpoint::CanLog { .. } => "candump",
         }
     }
 }
@@ -94,6 +104,7 @@ impl fmt::Display for Endpoint {
             Endpoint::Udp { peer: Some(peer), .. } => f.write_str(peer),
             Endpoint::Udp { listen, peer: None } => f.write_str(listen),
             Endpoint::SocketCan { interface } => f.write_str(interface),
+            Endpoint::CanLog { path, .. } => path.display().fmt(f),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Links: serial ports, TCP, UDP and SocketCAN, opened, kept open, and named.
+//! Links: serial ports, TCP, UDP, SocketCAN and logs of CAN frames, opened, kept open, and named.
 //!
 //! A link knows how bytes come and go and nothing of what they mean: no device is named here. It is
 //! one task that opens its [`Endpoint`], hands on what it receives as [`LinkEvent`]s, sends what it is
@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 mod backoff;
+mod canlog;
 mod datagrams;
 mod endpoint;
 mod holders;

@@ -6,9 +6,10 @@ use asphera_link::{CanFrame, RECORD_LEN};
 use tokio::io::{AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, sleep, timeout};
+use tokio::time::{Instant, sleep, sleep_until, timeout};
 use tracing::{debug, trace};
 
+use crate::canlog::CanLog;
 use crate::datagrams::Datagrams;
 use crate::socketcan::{CanPort, Received};
 use crate::stream::{Bytes, OpenError, Port, open};
@@ -45,7 +46,7 @@ pub enum What {
         epoch: u64,
     },
     /// Bytes arrived; for SocketCAN whole records of 16 bytes, of two connections an
-    /// [`asphera_link::Connection::chunk`]. Never empty.
+    /// [`asphera_link::Connection::chunk`], of a log a line. Never empty.
     Received(Vec<u8>),
     /// The CAN controller reports trouble on the bus. The connection stays.
     BusError(String),
@@ -142,6 +143,8 @@ struct Worker {
 enum End {
     /// Open it again; the words say why it was closed.
     Closed(String),
+    /// Nothing more will ever come; the words say why.
+    Over(String),
     /// The station is going down.
     Shutdown,
 }
@@ -161,6 +164,7 @@ impl Worker {
                         Port::Pair(streams) => self.serve_pair(streams).await,
                         Port::Datagrams(port) => self.serve_datagrams(port).await,
                         Port::Can(port) => self.serve_can(port).await,
+                        Port::CanLog(log) => self.serve_log(log).await,
                     };
                     match end {
                         End::Closed(reason) => {
@@ -168,6 +172,13 @@ impl Worker {
                             if !self.tell(What::Closed(reason)).await {
                                 return;
                             }
+                        }
+                        End::Over(reason) => {
+                            if self.tell(What::Closed(reason)).await {
+                                // What is said to a link that is over is said to nobody.
+                                while self.commands.recv().await.is_some() {}
+                            }
+                            return;
                         }
                         End::Shutdown => return,
                     }
@@ -315,6 +326,33 @@ impl Worker {
                     Act::Nothing => {}
                     Act::End(end) => return end,
                 },
+            }
+        }
+    }
+
+    /// Plays a log. An event has the time that its line has in the log, however late the task was.
+    async fn serve_log(&mut self, mut log: CanLog) -> End {
+        loop {
+            let (bytes, at) = match log.next().await {
+                Ok(Some(line)) => line,
+                Ok(None) => return End::Over(format!("the log {} ended", self.settings.endpoint)),
+                Err(error) => return End::Closed(format!("reading the log failed: {error}")),
+            };
+            loop {
+                tokio::select! {
+                    biased;
+                    command = self.commands.recv() => match self.act(command) {
+                        // Nobody is there to take it.
+                        Act::Send(_) | Act::Nothing => {}
+                        Act::End(end) => return end,
+                    },
+                    () = sleep_until(at) => break,
+                }
+            }
+            trace!(link = self.settings.index, bytes = %Hex(&bytes), "received");
+            let event = LinkEvent { link: self.settings.index, at, what: What::Received(bytes) };
+            if self.events.send(event).await.is_err() {
+                return End::Shutdown;
             }
         }
     }

@@ -8,6 +8,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
+use crate::canlog::CanLog;
 use crate::datagrams::Datagrams;
 use crate::socketcan::CanPort;
 use crate::{Endpoint, Holder, Parity, serial};
@@ -77,6 +78,14 @@ pub enum OpenError {
         /// Error of the system.
         source: io::Error,
     },
+    /// No log.
+    #[error("cannot open the log {path}: set file to one that candump -l wrote")]
+    CanLog {
+        /// The path tried.
+        path: String,
+        /// Error of the system.
+        source: io::Error,
+    },
 }
 
 /// Anything that carries bytes both ways.
@@ -94,6 +103,8 @@ pub(crate) enum Port {
     Datagrams(Datagrams),
     /// A CAN socket.
     Can(CanPort),
+    /// A log of CAN frames.
+    CanLog(CanLog),
 }
 
 /// Opens `endpoint`, within a few seconds. What the kernel still held from before is thrown away.
@@ -111,6 +122,7 @@ pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
             Ok(Port::Datagrams(Datagrams::open(listen, peer.as_deref()).await?))
         }
         Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
+        Endpoint::CanLog { path, speed } => Ok(Port::CanLog(CanLog::open(path, *speed).await?)),
     }
 }
 

@@ -8,6 +8,7 @@ mod border;
 mod browser;
 mod by_time;
 mod calibrated;
+mod can_sources;
 mod clocks;
 mod closed_loop;
 mod cmm;

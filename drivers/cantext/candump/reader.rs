@@ -50,7 +50,14 @@ struct LeftOut {
 impl Reader {
     /// A reader before the first line. Without `interface` it takes the frames of every one.
     pub fn new(interface: Option<String>) -> Reader {
-        Reader { interface, line: Vec::new(), pending: 0, lines: 0, frames: 0, left_out: Vec::new() }
+        Reader {
+            interface,
+            line: Vec::new(),
+            pending: 0,
+            lines: 0,
+            frames: 0,
+            left_out: Vec::new(),
+        }
     }
 
     /// Bytes that wait for the end of their line.

@@ -70,7 +70,8 @@ fn python_can_and_we_read_the_same_log() {
     let Some(mut write) = peer(&["write", path]) else { return };
     assert!(write.status().expect("it just ran").success());
     let text = std::fs::read(path).expect("it was written");
-    let lines: Vec<&[u8]> = text.split(|&byte| byte == b'\n').filter(|line| !line.is_empty()).collect();
+    let lines: Vec<&[u8]> =
+        text.split(|&byte| byte == b'\n').filter(|line| !line.is_empty()).collect();
     let ours: Vec<String> =
         lines.iter().map(|line| shown(&Line::parse(line).expect("a line of candump"))).collect();
 
@@ -99,10 +100,8 @@ fn python_can_and_we_read_the_same_log() {
         }
     }
     let theirs: Vec<String> = read(again.to_str().expect("UTF-8"));
-    let frames: Vec<&String> = ours
-        .iter()
-        .filter(|line| line.contains(",data,") || line.contains(",remote,"))
-        .collect();
+    let frames: Vec<&String> =
+        ours.iter().filter(|line| line.contains(",data,") || line.contains(",remote,")).collect();
     assert_eq!(theirs.iter().collect::<Vec<_>>(), frames);
 }
 

@@ -74,7 +74,11 @@ impl Setup {
             node,
             step: Step::DeviceType,
             tpdo_cob: 0,
-            learned: Learned { step_nm, velocity_step_mm_s: 0.0, error: false },
+            learned: Learned {
+                step_nm,
+                velocity_step_mm_s: settings.velocity_step_mm_s.unwrap_or(0.0),
+                error: false,
+            },
         }
     }
 
@@ -265,7 +269,11 @@ fn after_mapping(settings: &Settings) -> Step {
 }
 
 fn after_linear_scale(settings: &Settings) -> Step {
-    if settings.map_velocity { Step::SpeedScale } else { after_speed_scale(settings) }
+    if settings.map_velocity && settings.velocity_step_mm_s.is_none() {
+        Step::SpeedScale
+    } else {
+        after_speed_scale(settings)
+    }
 }
 
 fn after_speed_scale(settings: &Settings) -> Step {

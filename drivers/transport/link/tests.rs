@@ -203,3 +203,56 @@ async fn one_port_of_two_is_no_open_link() {
     let What::OpenFailed(why) = next(&mut events).await else { panic!("it opened") };
     assert!(why.contains(&format!("127.0.0.1:{second_port}")), "{why}");
 }
+
+/// Lines 20 ms and 30 ms after the first one, and one that has no end.
+const LOG: &str =
+    "(100.000000) can0 123#11\n(100.020000) can0 123#22\nnoise\n(100.030000) can0 123#33";
+
+#[tokio::test]
+async fn a_log_is_played_once_at_its_own_pace() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bus.log");
+    std::fs::write(&path, LOG).unwrap();
+    let (link, mut events) = start(Endpoint::CanLog { path, speed: 1.0 });
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    link.command(LinkCommand::Send { epoch: 1, bytes: b"to nobody".to_vec() });
+    let mut times = Vec::new();
+    for line in LOG.lines() {
+        let event = timeout(Duration::from_secs(10), events.recv()).await.unwrap().unwrap();
+        assert_eq!(event.what, What::Received(format!("{line}\n").into_bytes()));
+        assert!(event.at <= Instant::now(), "no line comes before its time");
+        times.push(event.at);
+    }
+    let after: Vec<u128> = times.iter().map(|at| (*at - times[0]).as_micros()).collect();
+    assert_eq!(after, [0, 20_000, 20_000, 30_000], "times are those of the log to the microsecond");
+    let What::Closed(why) = next(&mut events).await else { panic!("it goes on") };
+    assert!(why.contains("bus.log ended"), "{why}");
+    // It is not opened again: the same frames would come twice.
+    link.command(LinkCommand::Reopen { epoch: 1 });
+    assert!(timeout(Duration::from_millis(100), events.recv()).await.is_err());
+}
+
+#[tokio::test]
+async fn a_missing_log_is_named_and_a_file_without_lines_stays_small() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("none.log");
+    let (_link, mut events) = start(Endpoint::CanLog { path: path.clone(), speed: 1.0 });
+    let What::OpenFailed(why) = next(&mut events).await else { panic!("it opened") };
+    assert!(why.contains("none.log") && why.contains("candump -l"), "{why}");
+    drop(_link);
+    std::fs::write(&path, vec![0; 100_000]).unwrap();
+    let (_link, mut events) = start(Endpoint::CanLog { path, speed: 1.0 });
+    assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
+    let mut count = 0;
+    loop {
+        match next(&mut events).await {
+            What::Received(bytes) => {
+                assert!(bytes.len() < 10_000);
+                count += bytes.len();
+            }
+            What::Closed(_) => break,
+            what => panic!("{what:?}"),
+        }
+    }
+    assert_eq!(count, 100_001, "every byte, and the end that the line lacks");
+}

@@ -567,3 +567,92 @@ proptest! {
         prop_assert_eq!(pair.readings(0).len() - before, 10);
     }
 }
+
+/// A node whose positions, velocities and states are sent, and its listener.
+fn overheard() -> (NodeConfig, Settings, Settings) {
+    let master = Settings { map_velocity: true, map_status: true, ..settings(5) };
+    let listener = Settings {
+        listen_only: true,
+        kind: Kind::Linear { step_nm: Some(1000.0) },
+        velocity_step_mm_s: Some(0.01),
+        ..master.clone()
+    };
+    (node(5), master, listener)
+}
+
+#[test]
+fn a_listener_reads_what_the_master_reads_and_never_sends() {
+    let (node, master, listener) = overheard();
+    let mut pair = Pair::new(vec![node], vec![master, listener]);
+    let now = pair.now;
+    pair.drivers[1].command(now, Command::Start);
+    pair.drivers[1].connected(now);
+    assert_eq!(pair.drivers[1].poll_timeout(), None);
+    assert_eq!(pair.drivers[1].poll_transmit(), None);
+    pair.drivers[0].command(now, Command::Start);
+    pair.drivers[0].connected(now);
+    pair.settle(Vec::new());
+    pair.advance(Duration::from_millis(600));
+    assert_eq!(pair.count(1, &Event::Online), 1);
+    assert_eq!(pair.count(1, &Event::Ready), 1);
+    for cycle in 0..30 {
+        pair.sync(counter(cycle), &[cycle as i32 - 7]);
+        assert_eq!(pair.drivers[1].poll_transmit(), None);
+        assert_eq!(pair.drivers[1].poll_timeout(), None, "silence is no fault");
+    }
+    assert_eq!(pair.readings(0).len(), 30);
+    assert_eq!(pair.readings(0), pair.readings(1));
+    assert_eq!(pair.faults(1), []);
+    let now = pair.now;
+    pair.drivers[1].command(now, Command::Stop);
+    assert_eq!(pair.drivers[1].poll_transmit(), None);
+    pair.sync(1, &[0]);
+    assert_eq!(pair.readings(1).len(), 30, "none after the stop");
+}
+
+#[test]
+fn a_listener_says_what_another_mapping_and_a_stopped_node_mean() {
+    let (node, master, listener) = overheard();
+    let plain = Settings { map_status: false, ..listener.clone() };
+    let mut pair = Pair::new(vec![node], vec![master, listener, plain]);
+    pair.start();
+    for cycle in 0..5 {
+        pair.sync(counter(cycle), &[cycle as i32]);
+    }
+    assert_eq!(pair.readings(2), []);
+    let faults = pair.faults(2);
+    assert_eq!(faults.len(), 1, "said once: {faults:?}");
+    assert_eq!(faults[0].0, FaultKind::Protocol);
+    assert!(faults[0].1.contains("7 bytes, expected 6") && faults[0].1.contains("map_status"));
+    // The master stops the node.
+    let now = pair.now;
+    pair.drivers[0].command(now, Command::Stop);
+    pair.settle(Vec::new());
+    pair.advance(Duration::from_millis(1200));
+    let faults = pair.faults(1);
+    assert!(
+        faults
+            .iter()
+            .any(|(kind, words)| *kind == FaultKind::Device && words.contains("pre-operational")),
+        "{faults:?}"
+    );
+    let now = pair.now;
+    pair.drivers[0].command(now, Command::Start);
+    pair.settle(Vec::new());
+    pair.advance(Duration::from_millis(600));
+    assert_eq!(pair.count(1, &Event::Ready), 2);
+    pair.sync(counter(5), &[77]);
+    assert_eq!(pair.readings(0), pair.readings(1));
+}
+
+#[test]
+fn a_listener_needs_what_it_cannot_ask() {
+    let settings = Settings {
+        listen_only: true,
+        map_velocity: true,
+        vendor_id: Some(0x40),
+        ..Settings::default()
+    };
+    let keys: Vec<_> = settings.problems().into_iter().map(|problem| problem.key).collect();
+    assert_eq!(keys, ["step_nm", "velocity_step_mm_s", "vendor_id"]);
+}

@@ -190,6 +190,7 @@ fn tables(args: &DescribeArgs, endpoint: Option<&Endpoint>, proposed: &Proposed)
                 format!("listen = {listen:?}\n{}", peer.unwrap_or_default())
             }
             Endpoint::SocketCan { interface } => format!("interface = {interface:?}\n"),
+            Endpoint::CanLog { path, speed } => format!("file = {path:?}\nspeed = {speed}\n"),
         };
         text.push('\n');
     }

@@ -1,7 +1,9 @@
 //! The tables `link.NAME`.
 
+use std::path::Path;
 use std::time::Duration;
 
+use asphera_cantext::socketcand::MAX_BUS_NAME;
 use asphera_settings::Section;
 use asphera_slcan::BitRate;
 use asphera_transport::{Backoff, Endpoint, FlowControl, Parity, SerialSettings};
@@ -13,7 +15,7 @@ use crate::station::Framing;
 pub struct LinkConfig {
     /// Name of its table.
     pub name: String,
-    /// `serial`, `tcp`, `tcp-pair`, `udp`, `slcan-serial`, `slcan-tcp` or `socketcan`.
+    /// `serial`, `tcp`, `tcp-pair`, `udp`, `slcan-serial`, `slcan-tcp`, `socketcan`, `socketcand` or `candump`.
     pub kind: &'static str,
     /// Where it leads.
     pub endpoint: Endpoint,
@@ -34,9 +36,11 @@ enum Kind {
     SlcanSerial,
     SlcanTcp,
     SocketCan,
+    Socketcand,
+    Candump,
 }
 
-const KINDS: [(&str, Kind); 7] = [
+const KINDS: [(&str, Kind); 9] = [
     ("serial", Kind::Serial),
     ("tcp", Kind::Tcp),
     ("tcp-pair", Kind::TcpPair),
@@ -44,18 +48,36 @@ const KINDS: [(&str, Kind); 7] = [
     ("slcan-serial", Kind::SlcanSerial),
     ("slcan-tcp", Kind::SlcanTcp),
     ("socketcan", Kind::SocketCan),
+    ("socketcand", Kind::Socketcand),
+    ("candump", Kind::Candump),
 ];
 
-/// Reads one link; `index` tells its jitter from that of the others.
-pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<LinkConfig> {
+impl LinkConfig {
+    /// Place that no two links may share: the address, and the bus where there are several behind it.
+    pub(super) fn place(&self) -> String {
+        match self.framing.bus() {
+            Some(bus) => format!("{} {bus}", self.endpoint),
+            None => self.endpoint.to_string(),
+        }
+    }
+}
+
+/// Reads one link; `index` tells its jitter from that of the others, `folder` is that of the files it names.
+pub(super) fn read(
+    name: String,
+    index: usize,
+    table: &Section<'_>,
+    folder: &Path,
+) -> Option<LinkConfig> {
     let kind = table.required_word("kind", &KINDS)?;
     let endpoint = match kind {
         Kind::Serial | Kind::SlcanSerial => serial(table),
-        Kind::Tcp | Kind::SlcanTcp => tcp(table),
+        Kind::Tcp | Kind::SlcanTcp | Kind::Socketcand => tcp(table),
         Kind::TcpPair => tcp_pair(table),
         Kind::Udp => udp(table),
         Kind::SocketCan => named(table, "interface", "a CAN interface, as can0")
             .map(|interface| Endpoint::SocketCan { interface }),
+        Kind::Candump => log(table, folder),
     };
     let framing = match kind {
         Kind::Serial | Kind::Tcp => Some(Framing::Raw),
@@ -63,6 +85,8 @@ pub(super) fn read(name: String, index: usize, table: &Section<'_>) -> Option<Li
         Kind::Udp => Some(Framing::Datagrams),
         Kind::SlcanSerial | Kind::SlcanTcp => bit_rate(table).map(Framing::Slcan),
         Kind::SocketCan => Some(Framing::CanRecords),
+        Kind::Socketcand => bus(table).map(|bus| Framing::Socketcand { bus }),
+        Kind::Candump => Some(Framing::Candump { interface: interface(table) }),
     };
     let first_ms = table.within("reconnect_first_ms", 100, 1..=60_000u64);
     let max_ms = table.within("reconnect_max_ms", 1000, 1..=600_000u64);
@@ -143,6 +167,33 @@ fn address(table: &Section<'_>, key: &str) -> Option<String> {
         return None;
     }
     Some(address)
+}
+
+/// A log and its pace.
+fn log(table: &Section<'_>, folder: &Path) -> Option<Endpoint> {
+    let file = named(table, "file", "a log that candump -l wrote, as bus.log");
+    let speed = table.within("speed", 1.0, 0.01..=1000.0);
+    Some(Endpoint::CanLog { path: folder.join(file?), speed })
+}
+
+/// Interface whose frames are taken of a log; without the key those of all.
+fn interface(table: &Section<'_>) -> Option<String> {
+    if !table.has("interface") {
+        return None;
+    }
+    named(table, "interface", "an interface of the log, as can0")
+}
+
+/// A bus that a server can be asked for.
+fn bus(table: &Section<'_>) -> Option<String> {
+    let expected = format!("a bus of the server with 1 to {MAX_BUS_NAME} signs, as can0");
+    let bus = named(table, "bus", &expected)?;
+    let is_name = bus.len() <= MAX_BUS_NAME
+        && bus.bytes().all(|byte| byte.is_ascii_graphic() && !b"<>".contains(&byte));
+    if !is_name {
+        table.problem("bus", expected, format!("{bus:?}"));
+    }
+    is_name.then_some(bus)
 }
 
 fn bit_rate(table: &Section<'_>) -> Option<BitRate> {

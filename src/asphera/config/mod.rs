@@ -271,7 +271,7 @@ fn read_root(
         .sections("link")
         .into_iter()
         .enumerate()
-        .map(|(index, (name, table))| links::read(name, index, &table))
+        .map(|(index, (name, table))| links::read(name, index, &table, folders.station))
         .collect();
     let link_names: Vec<String> = root.sections("link").into_iter().map(|(name, _)| name).collect();
     let device_tables = root.sections("device");
@@ -404,6 +404,11 @@ fn check_links(
         if device.carries != Carries::CanFrames && others > 1 {
             table.problem("link", "one device on a link that is no CAN bus", others);
         }
+        if !link.framing.can_send() && device.is_sent_to() {
+            let expected =
+                "a link that can send, or settings that only listen: for cia406 listen_only = true";
+            table.problem("link", expected, format!("{}, a log that answers nothing", link.name));
+        }
         if matches!(link.endpoint, Endpoint::Udp { peer: None, .. }) && device.is_sent_to() {
             let expected = format!(
                 "a link that can send: set link.{}.peer to the address and port of the device",
@@ -443,7 +448,7 @@ fn check_addresses(root: &Section<'_>, link_names: &[String], links: &[Option<Li
     for (name, link) in link_names.iter().zip(links) {
         check_name("link", name, root);
         let Some(link) = link else { continue };
-        let address = link.endpoint.to_string();
+        let address = link.place();
         let earlier = *by_address.entry(address.clone()).or_insert(link);
         if !std::ptr::eq(earlier, link) {
             let found = format!("{address}, where link {} leads", earlier.name);

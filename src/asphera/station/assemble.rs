@@ -42,7 +42,7 @@ pub fn assemble(config: &Config) -> Result<Bench, AssembleError> {
             })?;
             devices.push((device.name.clone(), driver));
         }
-        lines.push(Line::new(link.name.clone(), link.framing, devices));
+        lines.push(Line::new(link.name.clone(), link.framing.clone(), devices));
     }
     Ok(Bench::new(BenchSettings {
         lines,

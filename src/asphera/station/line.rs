@@ -3,62 +3,31 @@
 use std::collections::BTreeMap;
 
 use asphera_link::{
-    CanFrame, Carries, Command, Driver, Event, Fault, Flags, Input, Motion, MotionEvent,
-    MotionFailure, Nanos, Output, RECORD_LEN, Reading,
+    CanFrame, Command, Driver, Event, Fault, Flags, Input, Motion, MotionEvent, MotionFailure,
+    Nanos, Output, Reading,
 };
 use asphera_report::{ChannelFigures, DeviceFigures, LinkFigures};
-use asphera_slcan::{BitRate, Command as Adapter, Decoder, Item, Timestamps};
 
+use super::bus::{Bus, Piece};
+use super::framing::Framing;
 use super::heard::Heard;
-
-/// How bytes of a link are framed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Framing {
-    /// The one device on the link speaks its own protocol.
-    Raw,
-    /// The same in datagrams, each received whole.
-    Datagrams,
-    /// The same on two connections, in chunks that name theirs ([`asphera_link::Connection::chunk`]).
-    TwoStreams,
-    /// CAN frames as ASCII lines of a serial adapter.
-    Slcan(BitRate),
-    /// CAN frames of the kernel, in records of 16 bytes.
-    CanRecords,
-}
-
-impl Framing {
-    /// Whether a driver for this kind of data can be on such a link.
-    pub(crate) fn suits(self, carries: Carries) -> bool {
-        // A protocol of bytes may come in datagrams.
-        self.carries() == carries || (self == Framing::Datagrams && carries == Carries::Bytes)
-    }
-
-    fn carries(self) -> Carries {
-        match self {
-            Framing::Raw => Carries::Bytes,
-            Framing::Datagrams => Carries::Datagrams,
-            Framing::TwoStreams => Carries::TwoStreams,
-            Framing::Slcan(_) | Framing::CanRecords => Carries::CanFrames,
-        }
-    }
-}
 
 /// One link and its devices.
 pub struct Line {
     name: String,
     framing: Framing,
-    decoder: Decoder,
+    bus: Bus,
     devices: Vec<Device>,
     /// The open connection, if there is one.
     epoch: Option<u64>,
+    /// Whether the drivers know of it: behind a server the bus opens later than the connection.
+    is_connected: bool,
     /// A driver asked for a new connection: what still arrives on this one is not decoded.
     distrusted: bool,
     figures: LinkFigures,
     last_error: Option<String>,
     /// What came on this connection while no device was known to be there.
     heard: Heard,
-    /// Commands and frames the adapter refused on this connection.
-    refusals: u64,
     /// How often bytes were discarded.
     discarded_runs: u64,
 }
@@ -110,7 +79,7 @@ impl Line {
             figures: LinkFigures { name: name.clone(), ..LinkFigures::default() },
             name,
             framing,
-            decoder: new_decoder(),
+            bus: Bus::Absent,
             devices: devices
                 .into_iter()
                 .map(|(name, driver)| Device {
@@ -126,10 +95,10 @@ impl Line {
                 })
                 .collect(),
             epoch: None,
+            is_connected: false,
             distrusted: false,
             last_error: None,
             heard: Heard::default(),
-            refusals: 0,
             discarded_runs: 0,
         }
     }
@@ -146,7 +115,11 @@ impl Line {
             Framing::Datagrams => false,
             // A profile alone has thousands of bytes.
             Framing::TwoStreams => bytes >= FULL_READ_BYTES,
-            Framing::Raw | Framing::Slcan(_) | Framing::CanRecords => bytes >= BACKLOG_BYTES,
+            // A log has the times of its frames.
+            Framing::Candump { .. } => false,
+            Framing::Raw | Framing::Slcan(_) | Framing::CanRecords | Framing::Socketcand { .. } => {
+                bytes >= BACKLOG_BYTES
+            }
         }
     }
 
@@ -231,20 +204,19 @@ impl Line {
         self.epoch = Some(epoch);
         self.distrusted = false;
         self.figures.opened += 1;
-        self.decoder = new_decoder();
         self.heard = Heard::default();
-        self.refusals = 0;
-        if let Framing::Slcan(rate) = self.framing {
-            let mut bytes = Vec::new();
-            // An adapter that was left open takes no bit rate; the empty line ends what it may have half read.
-            bytes.push(asphera_slcan::CR);
-            for command in
-                [Adapter::Close, Adapter::BitRate(rate), Adapter::Timestamps(false), Adapter::Open]
-            {
-                command.encode(&mut bytes);
-            }
-            out.push(Effect::Send { epoch, bytes });
+        let (bus, first) = Bus::opened(&self.framing, now);
+        self.bus = bus;
+        if !first.is_empty() {
+            out.push(Effect::Send { epoch, bytes: first });
         }
+        if self.bus.is_open() {
+            self.connect(now, out);
+        }
+    }
+
+    fn connect(&mut self, now: Nanos, out: &mut Vec<Effect>) {
+        self.is_connected = true;
         self.devices.iter_mut().for_each(|device| device.driver.connected(now));
         self.pump(out);
     }
@@ -253,17 +225,20 @@ impl Line {
         self.figures.closed += 1;
         // Where a driver asked for a new connection, what it said then tells more than that this one closed.
         if !self.distrusted {
-            self.last_error = Some(reason);
+            self.last_error = Some(match self.bus.summary() {
+                Some(summary) => format!("{reason}: {summary}"),
+                None => reason,
+            });
         }
-        self.figures.discarded_bytes += self.decoder.pending();
-        self.decoder = new_decoder();
-        if self.epoch.is_some() {
+        self.figures.discarded_bytes += self.bus.pending();
+        self.bus = Bus::Absent;
+        if std::mem::take(&mut self.is_connected) {
             self.devices.iter_mut().for_each(|device| device.driver.disconnected(now));
             // What they held back of the lost connection is told now.
             self.pump(out);
             self.interrupt(out);
-            self.epoch = None;
         }
+        self.epoch = None;
     }
 
     pub(crate) fn open_failed(&mut self, reason: String) {
@@ -296,43 +271,39 @@ impl Line {
                 }
                 None => self.figures.discarded_bytes += bytes.len() as u64,
             },
-            Framing::CanRecords => {
-                for record in bytes.chunks(RECORD_LEN) {
-                    match CanFrame::from_record(record) {
-                        Ok(frame) => self.frame(now, &frame, out),
-                        Err(_) => self.figures.discarded_bytes += record.len() as u64,
-                    }
+            Framing::Slcan(_)
+            | Framing::CanRecords
+            | Framing::Candump { .. }
+            | Framing::Socketcand { .. } => self.received_of_bus(now, bytes, out),
+        }
+    }
+
+    fn received_of_bus(&mut self, now: Nanos, bytes: &[u8], out: &mut Vec<Effect>) {
+        let mut rest = bytes;
+        while let Some(piece) = self.bus.receive(&mut rest) {
+            match piece {
+                Piece::Frame(frame) => self.frame(now, &frame, out),
+                Piece::Discarded { bytes, why } => {
+                    self.figures.discarded_bytes += bytes;
+                    self.discarded_runs += 1;
+                    self.last_error = why.or(self.last_error.take());
                 }
-            }
-            Framing::Slcan(_) => {
-                let mut rest = bytes;
-                while let Some(item) = self.decoder.decode(&mut rest) {
-                    match item {
-                        Item::Frame(frame, _) => self.frame(now, &frame, out),
-                        Item::Malformed { bytes } | Item::Unsupported { bytes } => {
-                            self.figures.discarded_bytes += bytes;
-                            self.discarded_runs += 1;
-                        }
-                        Item::Error => {
-                            self.refusals += 1;
-                            if self.refusals > EXPECTED_REFUSALS {
-                                let words = "the adapter refused a command or a frame";
-                                self.last_error = Some(words.to_owned());
-                            }
-                        }
-                        Item::Status(status) if !status.is_empty() => {
-                            self.last_error = Some(format!("the adapter reports {status:?}"));
-                        }
-                        Item::Status(_)
-                        | Item::Ok
-                        | Item::TransmitAck { .. }
-                        | Item::Version { .. }
-                        | Item::SerialNumber(_)
-                        | Item::Command(_) => {}
-                    }
+                Piece::Trouble(words) => self.last_error = Some(words),
+                Piece::Send(bytes) => {
+                    out.extend(self.epoch.map(|epoch| Effect::Send { epoch, bytes }));
                 }
+                Piece::Open => self.connect(now, out),
+                Piece::Failed(words) => self.fail(words, out),
             }
         }
+    }
+
+    /// Nothing more can be had of this connection: a new one is asked for.
+    fn fail(&mut self, reason: String, out: &mut Vec<Effect>) {
+        self.last_error = Some(reason);
+        out.extend(self.epoch.map(|epoch| Effect::Reopen { epoch }));
+        self.interrupt(out);
+        self.distrusted = true;
     }
 
     /// Commands every device of the line but one.
@@ -386,11 +357,18 @@ impl Line {
         if self.epoch.is_none() || self.distrusted {
             return None;
         }
-        self.devices.iter().filter_map(|device| device.driver.poll_timeout()).min()
+        let devices = self.devices.iter().filter(|_| self.is_connected);
+        devices
+            .filter_map(|device| device.driver.poll_timeout())
+            .chain(self.bus.poll_timeout())
+            .min()
     }
 
     pub(crate) fn timeout(&mut self, now: Nanos, out: &mut Vec<Effect>) {
-        for device in &mut self.devices {
+        if let Some(reason) = self.bus.timeout(now) {
+            return self.fail(reason, out);
+        }
+        for device in self.devices.iter_mut().filter(|_| self.is_connected) {
             if device.driver.poll_timeout().is_some_and(|due| due <= now) {
                 device.driver.timeout(now);
             }
@@ -434,10 +412,9 @@ impl Line {
         let (mut failed, mut reopen) = (None, None);
         for (index, device) in self.devices.iter_mut().enumerate() {
             while let Some(output) = device.driver.poll_transmit() {
-                match (output, self.framing) {
-                    (Output::Bytes(bytes), _) => sent.extend(bytes),
-                    (Output::Frame(frame), Framing::CanRecords) => sent.extend(frame.to_record()),
-                    (Output::Frame(frame), _) => asphera_slcan::encode(&frame, &mut sent),
+                match output {
+                    Output::Bytes(bytes) => sent.extend(bytes),
+                    Output::Frame(frame) => self.bus.encode(&frame, &mut sent),
                 }
             }
             while let Some(event) = device.driver.poll_event() {
@@ -533,14 +510,9 @@ const BACKLOG_BYTES: usize = 2048;
 /// As much as a link reads at once.
 const FULL_READ_BYTES: usize = 16 * 1024;
 
-/// An adapter that is closed already refuses to be closed, and some refuse the empty line before.
-const EXPECTED_REFUSALS: u64 = 2;
-
-/// The station switches the adapter's time stamps off, so a line that has one is damaged.
-const fn new_decoder() -> Decoder {
-    Decoder::expecting(Timestamps::Never)
-}
-
 fn owned(counts: &BTreeMap<&'static str, u64>) -> BTreeMap<String, u64> {
     counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
 }
+
+#[cfg(test)]
+mod tests;

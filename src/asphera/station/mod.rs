@@ -2,6 +2,8 @@
 
 mod assemble;
 mod bench;
+mod bus;
+mod framing;
 mod gate;
 mod heard;
 mod hold_up;
@@ -17,9 +19,10 @@ mod unwrap;
 
 pub use assemble::{AssembleError, assemble};
 pub use bench::{Action, Bench, BenchSettings, EndSettings, Ended, Happening, ScanOrder};
+pub use framing::Framing;
 pub use joiner::JoinSettings;
 pub use kinematics::{Axis, Kinematics, Point, Source};
-pub use line::{Framing, Line};
+pub use line::Line;
 pub use profiler::{Profiler, Scaling};
 pub use scan::{AdaptivePlan, ArmError, Order, ScanAxis, ScanDecision, ScanPlan, Scanner, Stroke};
 pub use synchronizer::{Record, StreamCounts, SyncSettings, Synchronizer};

@@ -42,7 +42,7 @@ struct PlayedLink {
 impl Playback {
     /// Opens a recording and a port for each of its links.
     ///
-    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, which has no other end here, for
+    /// Serial links are played over TCP: the bytes are the same. Fails for SocketCAN, socketcand and logs, which have no other end here, for
     /// devices whose datagrams would not come whole, and for links of two connections.
     pub(super) async fn open(session: &Path, speed: Speed) -> Result<Playback, Failure> {
         let session = &session_at(session)?;
@@ -56,7 +56,7 @@ impl Playback {
                 "slcan-serial" | "slcan-tcp" => "slcan-tcp",
                 other => {
                     let found =
-                        format!("{other}: frames of an interface of the kernel cannot be played");
+                        format!("{other}, whose frames cannot be played: use asphera replay");
                     return Err(format!(
                         "link {}: expected a serial line or a network, found {found}",
                         link.name

@@ -1,0 +1,63 @@
+//! How bytes of a link are framed.
+
+use asphera_link::Carries;
+use asphera_slcan::BitRate;
+
+/// How bytes of a link are framed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Framing {
+    /// The one device on the link speaks its own protocol.
+    Raw,
+    /// The same in datagrams, each received whole.
+    Datagrams,
+    /// The same on two connections, in chunks that name theirs ([`asphera_link::Connection::chunk`]).
+    TwoStreams,
+    /// CAN frames as ASCII lines of a serial adapter.
+    Slcan(BitRate),
+    /// CAN frames of the kernel, in records of 16 bytes.
+    CanRecords,
+    /// CAN frames as lines of a log of candump. Nothing can be sent.
+    Candump {
+        /// Interface whose frames are taken; `None`: those of all.
+        interface: Option<String>,
+    },
+    /// CAN frames as elements of socketcand.
+    Socketcand {
+        /// Bus that the server is to open.
+        bus: String,
+    },
+}
+
+impl Framing {
+    /// Whether a driver for this kind of data can be on such a link.
+    pub(crate) fn suits(&self, carries: Carries) -> bool {
+        // A protocol of bytes may come in datagrams.
+        self.carries() == carries || (*self == Framing::Datagrams && carries == Carries::Bytes)
+    }
+
+    /// Whether devices on such a link can be sent anything.
+    pub(crate) fn can_send(&self) -> bool {
+        !matches!(self, Framing::Candump { .. })
+    }
+
+    /// Name of the bus among several behind one address.
+    pub(crate) fn bus(&self) -> Option<&str> {
+        match self {
+            Framing::Candump { interface } => interface.as_deref(),
+            Framing::Socketcand { bus } => Some(bus),
+            _ => None,
+        }
+    }
+
+    fn carries(&self) -> Carries {
+        match self {
+            Framing::Raw => Carries::Bytes,
+            Framing::Datagrams => Carries::Datagrams,
+            Framing::TwoStreams => Carries::TwoStreams,
+            Framing::Slcan(_)
+            | Framing::CanRecords
+            | Framing::Candump { .. }
+            | Framing::Socketcand { .. } => Carries::CanFrames,
+        }
+    }
+}

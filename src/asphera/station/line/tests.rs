@@ -1,0 +1,190 @@
+//! A link whose bus opens later than its connection, and one that is a log.
+
+use std::time::Duration;
+
+use asphera_link::{Channel, Unit};
+
+use super::*;
+
+/// A device that sends one frame when it is connected, and says what frames came.
+struct Node {
+    channels: Vec<Channel>,
+    sent: Vec<CanFrame>,
+    events: Vec<Event>,
+    /// Due 1 s after the connection.
+    due: Option<Nanos>,
+}
+
+impl Driver for Node {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn connected(&mut self, now: Nanos) {
+        self.sent.push(frame(0x605, &[0x40]));
+        self.due = Some(now + Duration::from_secs(1));
+    }
+
+    fn disconnected(&mut self, _: Nanos) {
+        self.due = None;
+    }
+
+    fn receive(&mut self, now: Nanos, input: Input<'_>) {
+        let Input::Frame(frame) = input else { panic!("bytes on a bus") };
+        let mut values = asphera_link::Values::new();
+        values.push(frame.data().first().map(|byte| f64::from(*byte)));
+        let flags = Flags::empty();
+        self.events.push(Event::Reading(Reading {
+            host: now,
+            device_time_ns: None,
+            count: None,
+            values,
+            flags,
+        }));
+    }
+
+    fn timeout(&mut self, _: Nanos) {
+        self.due = None;
+    }
+
+    fn poll_timeout(&self) -> Option<Nanos> {
+        self.due
+    }
+
+    fn poll_transmit(&mut self) -> Option<Output> {
+        self.sent.pop().map(Output::Frame)
+    }
+
+    fn poll_event(&mut self) -> Option<Event> {
+        self.events.pop()
+    }
+
+    fn command(&mut self, _: Nanos, _: Command) {}
+}
+
+fn frame(id: u16, data: &[u8]) -> CanFrame {
+    CanFrame::data_frame(asphera_link::CanId::Standard(id), data).unwrap()
+}
+
+fn line(framing: Framing) -> Line {
+    let channels = vec![Channel::new("position", Unit::Count)];
+    let node = Node { channels, sent: Vec::new(), events: Vec::new(), due: None };
+    Line::new("bus".to_owned(), framing, vec![("node".to_owned(), Box::new(node))])
+}
+
+fn server() -> Line {
+    line(Framing::Socketcand { bus: "can0".to_owned() })
+}
+
+/// What a line wants after it has received `bytes`, in short: `send …`, `reopen`, `reading …`.
+fn received(line: &mut Line, at_ms: u64, bytes: &[u8]) -> Vec<String> {
+    let mut out = Vec::new();
+    line.received(Nanos::from_millis(at_ms), bytes, &mut out);
+    words(&out)
+}
+
+fn words(effects: &[Effect]) -> Vec<String> {
+    let word = |effect: &Effect| match effect {
+        Effect::Send { bytes, .. } => Some(format!("send {}", String::from_utf8_lossy(bytes))),
+        Effect::Reopen { epoch } => Some(format!("reopen {epoch}")),
+        Effect::Reading { reading, .. } => Some(format!("reading {:?}", reading.values.get(0))),
+        _ => None,
+    };
+    effects.iter().filter_map(word).collect()
+}
+
+fn opened(line: &mut Line, at_ms: u64, epoch: u64) -> Vec<String> {
+    let mut out = Vec::new();
+    line.opened(Nanos::from_millis(at_ms), epoch, &mut out);
+    words(&out)
+}
+
+#[test]
+fn devices_are_connected_when_the_server_has_opened_the_bus() {
+    let mut line = server();
+    assert!(opened(&mut line, 0, 1).is_empty(), "the server speaks first");
+    assert_eq!(line.poll_timeout(), Some(Nanos::from_millis(3000)));
+    assert!(received(&mut line, 1, b"< h").is_empty());
+    assert_eq!(received(&mut line, 2, b"i >"), ["send < open can0 >"]);
+    assert_eq!(received(&mut line, 3, b"< ok >"), ["send < rawmode >"]);
+    // The frame of the device goes out only now, and the first frame of the bus comes in the same piece.
+    let wanted = received(&mut line, 4, b"< ok >< frame 185 23.424242 07 >");
+    assert_eq!(wanted, ["send < send 605 1 40 >", "reading Some(7.0)"]);
+    assert_eq!(line.poll_timeout(), Some(Nanos::from_millis(1004)), "that of the device");
+    assert_eq!(line.figures(&[]).discarded_bytes, 0);
+}
+
+#[test]
+fn a_server_that_is_silent_is_left_and_tried_again() {
+    let mut line = server();
+    opened(&mut line, 0, 1);
+    let mut out = Vec::new();
+    line.timeout(Nanos::from_millis(3000), &mut out);
+    assert_eq!(words(&out), ["reopen 1"]);
+    assert!(line.last_error().unwrap().contains("within 3 s its greeting < hi >"));
+    assert!(received(&mut line, 3001, b"< hi >").is_empty(), "late");
+    assert_eq!((line.poll_timeout(), line.figures(&[]).discarded_bytes), (None, 6));
+    line.closed(Nanos::from_millis(3002), "closed to start over".to_owned(), &mut out);
+    assert!(line.last_error().unwrap().contains("greeting"), "the cause stays");
+    opened(&mut line, 4000, 2);
+    assert_eq!(received(&mut line, 4001, b"< hi >"), ["send < open can0 >"]);
+}
+
+#[test]
+fn a_bus_that_the_server_does_not_have_is_said() {
+    let mut line = server();
+    opened(&mut line, 0, 1);
+    received(&mut line, 1, b"< hi >");
+    assert_eq!(received(&mut line, 2, b"< error could not open bus >"), ["reopen 1"]);
+    let error = line.last_error().unwrap();
+    assert!(
+        error.contains("can0") && error.contains("could not open bus") && error.contains("set bus"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_lost_and_damaged_is_counted_and_the_next_connection_begins_anew() {
+    let mut line = server();
+    opened(&mut line, 0, 1);
+    received(&mut line, 1, b"< hi >");
+    received(&mut line, 2, b"< ok >< ok >");
+    let wanted = received(&mut line, 3, b"noise< frame 185 2< frame 185 2.0 09 >< frame 18");
+    assert_eq!(wanted, ["reading Some(9.0)"]);
+    let mut out = Vec::new();
+    line.closed(Nanos::from_millis(4), "the other end closed the connection".to_owned(), &mut out);
+    // "noise", the frame that was cut, and the half at the end.
+    assert_eq!(line.figures(&[]).discarded_bytes, 5 + 13 + 10);
+    opened(&mut line, 100, 2);
+    assert!(received(&mut line, 101, b"5 2.0 09 >").is_empty());
+    assert_eq!(received(&mut line, 102, b"< hi >"), ["send < open can0 >"]);
+}
+
+#[test]
+fn trouble_on_the_bus_is_said_and_ends_nothing() {
+    let mut line = server();
+    opened(&mut line, 0, 1);
+    received(&mut line, 1, b"< hi >");
+    received(&mut line, 2, b"< ok >< ok >< error 040 23.424242 >");
+    assert_eq!(line.last_error(), Some("trouble on the bus: bus off"));
+    received(&mut line, 3, b"< error unknown command >");
+    assert!(line.last_error().unwrap().contains("unknown command"));
+    assert_eq!(received(&mut line, 4, b"< frame 185 2.0 09 >"), ["reading Some(9.0)"]);
+}
+
+#[test]
+fn a_log_takes_nothing_and_says_at_its_end_what_was_left_out() {
+    let mut line = line(Framing::Candump { interface: Some("can0".to_owned()) });
+    assert!(opened(&mut line, 0, 1).is_empty(), "the frame of the device goes nowhere");
+    let log =
+        b"(1.0) can0 185#05\n(1.1) can1 185#06\n(1.2) can0 185##007\nrubbish\n(1.3) can0 185#08\n";
+    assert_eq!(received(&mut line, 1, log), ["reading Some(5.0)", "reading Some(8.0)"]);
+    assert_eq!(line.figures(&[]).discarded_bytes, 20 + 8);
+    assert!(line.last_error().unwrap().starts_with("line 4 of the log is no line of candump"));
+    line.closed(Nanos::from_millis(2), "the log bus.log ended".to_owned(), &mut Vec::new());
+    assert_eq!(
+        line.last_error().unwrap(),
+        "the log bus.log ended: 2 frames in 5 lines; 1 times a CAN FD frame, first in line 3; \
+         1 times no line of candump, first in line 4"
+    );
+}
