@@ -99,6 +99,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("asphera-formats", &[]),
     ("asphera-settings", &[]),
     ("asphera-link", &["asphera-settings"]),
+    ("asphera-canopen", &["asphera-link"]),
     ("asphera-cantext", &["asphera-link"]),
     ("asphera-slcan", &["asphera-link"]),
     ("asphera-faults", &["asphera-link"]),
@@ -108,7 +109,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
 ];
 
 /// Folders of `drivers` that hold no driver.
-const NO_DRIVERS: &[&str] = &["cantext", "faults", "link", "settings", "slcan", "transport"];
+const NO_DRIVERS: &[&str] =
+    &["canopen", "cantext", "faults", "link", "settings", "slcan", "transport"];
+
+/// Drivers of device profiles of CANopen: they share its frames.
+const TALK_CANOPEN: &[&str] = &["asphera-cia402", "asphera-cia406"];
 
 /// Drivers of protocols whose answers are lines: they know the protocol, and the described device does the talking.
 const TALK_IN_LINES: &[&str] = &["asphera-scpi", "asphera-zaber"];
@@ -134,6 +139,7 @@ const PURE: &[&str] = &[
     "asphera-formats",
     "asphera-settings",
     "asphera-link",
+    "asphera-canopen",
     "asphera-cantext",
     "asphera-slcan",
     "asphera-faults",
@@ -142,8 +148,8 @@ const PURE: &[&str] = &[
 /// The driver that polls tokio-modbus by hand over a pipe in memory; no runtime runs.
 const POLLS_A_LIBRARY: &str = "asphera-modbus";
 
-/// The simulator that also plays a CAN adapter on a serial port.
-const ON_A_SERIAL_CAN_ADAPTER: &str = "asphera-sim-cia406";
+/// Simulators that also play a CAN adapter on a serial port.
+const ON_A_SERIAL_CAN_ADAPTER: &[&str] = &["asphera-sim-cia402", "asphera-sim-cia406"];
 
 /// Names of the drivers: those of their folders.
 fn drivers() -> BTreeSet<String> {
@@ -163,10 +169,12 @@ fn allowed(user: &str, used: &str, drivers: &BTreeSet<String>) -> Option<bool> {
         |name: &str| name.strip_prefix("asphera-sim-").map(|name| format!("asphera-{name}"));
     if is_driver(user) {
         let by_description = TALK_IN_LINES.contains(&user) && used == "asphera-described";
-        return Some(["asphera-link", "asphera-settings"].contains(&used) || by_description);
+        let by_canopen = TALK_CANOPEN.contains(&user) && used == "asphera-canopen";
+        let is_base = ["asphera-link", "asphera-settings"].contains(&used);
+        return Some(is_base || by_description || by_canopen);
     }
     if let Some(driver) = simulated(user) {
-        let on_an_adapter = user == ON_A_SERIAL_CAN_ADAPTER && used == "asphera-slcan";
+        let on_an_adapter = ON_A_SERIAL_CAN_ADAPTER.contains(&user) && used == "asphera-slcan";
         return Some(["asphera-link", &driver].contains(&used) || on_an_adapter);
     }
     let (_, uses) = ALLOWED.iter().find(|(name, _)| *name == user)?;

@@ -90,8 +90,8 @@ enum State {
     Starting { learned: Learned, cycle: Cycle, until: Nanos, tries: u8 },
     /// Operational. `heard`: a heartbeat came since.
     Running { learned: Learned, cycle: Cycle, heard: bool },
-    /// Another master has set the node up. `measures`: it is operational, and readings are wanted.
-    Listening { learned: Learned, cycle: Cycle, measures: bool },
+    /// Another master has set the node up. `measures`: it is operational. `stopped`: its readings are no longer wanted.
+    Listening { learned: Learned, cycle: Cycle, measures: bool, stopped: bool },
 }
 
 /// How often a request is sent before the node counts as silent.
@@ -405,7 +405,7 @@ impl Driver for Cia406 {
         self.error = false;
         self.pause = FIRST_PAUSE;
         if self.settings.listen_only {
-            return self.begin_listening();
+            return self.begin_listening(false);
         }
         self.begin_setup(now);
     }
@@ -524,9 +524,10 @@ impl Driver for Cia406 {
             (Command::Start, State::Running { .. } | State::Listening { measures: true, .. }) => {
                 self.events.push_back(Event::Ready);
             }
-            (Command::Stop, State::Listening { measures: true, .. }) => {
+            (Command::Start, State::Listening { stopped: true, .. }) => self.begin_listening(false),
+            (Command::Stop, State::Listening { .. }) => {
                 self.end_cycle();
-                self.begin_listening();
+                self.begin_listening(true);
             }
             (Command::Stop, State::Starting { learned, .. } | State::Running { learned, .. }) => {
                 let learned = *learned;

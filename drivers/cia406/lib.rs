@@ -16,12 +16,11 @@
 #![forbid(unsafe_code)]
 
 mod device;
-mod error;
 mod family;
 mod settings;
 pub mod wire;
 
+pub use asphera_canopen::WireError;
 pub use device::Cia406;
-pub use error::WireError;
 pub use family::FAMILY;
 pub use settings::{Kind, PositionObject, Settings, Transmission};

@@ -69,6 +69,11 @@ pub trait Driver: Send {
     fn halt_bytes(&self) -> Option<Vec<u8>> {
         None
     }
+
+    /// The same for a device on a CAN bus, as frames; none for a device without axes.
+    fn halt_frames(&self) -> Vec<CanFrame> {
+        Vec::new()
+    }
 }
 
 /// What a link received.

@@ -78,6 +78,11 @@ pub trait DeviceSettings: Debug + Send + Sync {
         false
     }
 
+    /// Whether the driver finds home with its axes: see [`crate::Motion::Home`].
+    fn homes(&self) -> bool {
+        false
+    }
+
     /// Whether the driver runs a program that moves and measures, once the scan is armed: see [`crate::Motion::Run`].
     fn runs_program(&self) -> bool {
         false

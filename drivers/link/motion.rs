@@ -7,6 +7,8 @@ use crate::{Fault, FaultKind};
 pub enum Motion {
     /// Move these axes, all from rest, as nearly at once as the device can start them.
     Move(Vec<AxisMove>),
+    /// Find home with every axis of the device. It is [`MotionEvent::Arrived`] when each knows its place.
+    Home,
     /// Run the program of the device from its first command. It is [`MotionEvent::Arrived`] when its last one is complete.
     Run,
     /// Halt every axis. It goes before everything that waits to be sent, and drops it.

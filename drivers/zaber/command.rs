@@ -3,7 +3,8 @@
 //! ```text
 //! /1 1 7 set maxspeed 52429⏎      speed, kept until it is set anew
 //! /1 1 8 move abs 32000⏎          place in microsteps
-//! /1 0 9 stop⏎                    all axes of the device
+//! /1 0 9 home⏎                    all axes of the device, and so for the next
+//! /1 0 9 stop⏎
 //! @01 1 08 OK BUSY -- 0⏎          reply with the number of the message
 //! ```
 
@@ -19,6 +20,8 @@ pub(crate) enum Order {
     Acceleration(i64),
     /// Place in microsteps.
     MoveTo(i64),
+    /// Home.
+    Home,
     /// Halt.
     Stop,
     /// Question for all warnings at once.
@@ -31,6 +34,7 @@ impl Order {
             Order::Speed(data) => format!("set maxspeed {data}"),
             Order::Acceleration(data) => format!("set accel {data}"),
             Order::MoveTo(microsteps) => format!("move abs {microsteps}"),
+            Order::Home => "home".to_owned(),
             Order::Stop => "stop".to_owned(),
             Order::Warnings => "warnings".to_owned(),
         }

@@ -70,6 +70,10 @@ impl DeviceSettings for Settings {
     fn moves_axes(&self) -> bool {
         true
     }
+
+    fn homes(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

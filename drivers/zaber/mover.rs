@@ -35,8 +35,8 @@ enum State {
     Still,
     /// A command waits for its reply.
     Commanding { number: u8, order: Order, deadline: Nanos },
-    /// All commands are accepted: the axes run.
-    Running,
+    /// All commands are accepted: the axes run. A stage that homes has no reference before it stands.
+    Running { homes: bool },
     /// A halt waits for its reply. Why, where it is no order.
     Halting { number: u8, deadline: Nanos, attempt: u8, failure: Option<MotionFailure> },
     /// The halt is accepted: the axes run out.
@@ -73,6 +73,13 @@ impl Mover {
                 let detail = "a stage has no program: order moves";
                 Err(MotionFailure::new(MotionTrouble::Refused, detail))
             }
+            Motion::Home => {
+                self.check_still()?;
+                // Warnings are no reason not to home: some go away by it, and the stage itself rejects it with the others.
+                self.queue = VecDeque::from([(self.settings.axis, Order::Home)]);
+                self.next(now);
+                Ok(())
+            }
             Motion::Move(moves) => {
                 self.check_free()?;
                 let mut speeds = Vec::new();
@@ -89,11 +96,16 @@ impl Mover {
         }
     }
 
-    fn check_free(&self) -> Result<(), MotionFailure> {
+    fn check_still(&self) -> Result<(), MotionFailure> {
         if self.state != State::Still {
             let detail = "the stage still moves: wait until it stands";
             return Err(MotionFailure::new(MotionTrouble::Refused, detail));
         }
+        Ok(())
+    }
+
+    fn check_free(&self) -> Result<(), MotionFailure> {
+        self.check_still()?;
         // The stage clears what it noted of an earlier move when the next one begins.
         let trouble = self.flag.and_then(|flag| Some((flag, flag.trouble()?)));
         match trouble.filter(|(flag, _)| flag.is_bad) {
@@ -164,7 +176,8 @@ impl Mover {
     /// Sends the next command, or the axes run.
     fn next(&mut self, now: Nanos) {
         let Some((axis, order)) = self.queue.pop_front() else {
-            self.state = State::Running;
+            let homes = matches!(self.state, State::Commanding { order: Order::Home, .. });
+            self.state = State::Running { homes };
             return;
         };
         let number = self.take_number();
@@ -242,8 +255,12 @@ impl Mover {
         self.flag = warning::find(reply.warning);
         let trouble = self.flag.and_then(|flag| Some(flag.failure(flag.trouble()?)));
         match &self.state {
-            State::Running => {
-                if let Some(failure) = trouble {
+            State::Running { homes } => {
+                let is_on_the_way = *homes && reply.is_busy;
+                let counts = |failure: &MotionFailure| {
+                    !(is_on_the_way && failure.kind == MotionTrouble::Unreferenced)
+                };
+                if let Some(failure) = trouble.filter(counts) {
                     self.halt(now, Some(failure));
                 } else if !reply.is_busy {
                     self.state = State::Still;
@@ -283,14 +300,14 @@ impl Mover {
                 let failure = MotionFailure::new(MotionTrouble::Unanswered, detail);
                 self.events.push_back(MotionEvent::Failed(failure));
             }
-            State::Still | State::Running | State::Stopping { .. } => {}
+            State::Still | State::Running { .. } | State::Stopping { .. } => {}
         }
     }
 
     pub(crate) fn poll_timeout(&self) -> Option<Nanos> {
         match self.state {
             State::Commanding { deadline, .. } | State::Halting { deadline, .. } => Some(deadline),
-            State::Still | State::Running | State::Stopping { .. } => None,
+            State::Still | State::Running { .. } | State::Stopping { .. } => None,
         }
     }
 

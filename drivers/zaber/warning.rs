@@ -117,7 +117,9 @@ impl Warning {
 
 const fn cure(trouble: MotionTrouble) -> &'static str {
     match trouble {
-        MotionTrouble::Unreferenced => "home the stage with Zaber Launcher",
+        MotionTrouble::Unreferenced => {
+            "home the stage, with home = true in [scan.plan] or with Zaber Launcher"
+        }
         MotionTrouble::Limit => {
             "move the stage away from its end, and compare the travel in [scan.plan] with the stage's limits"
         }

@@ -35,7 +35,7 @@ pub fn hold(input: &[u8]) {
 }
 
 /// Devices: family, settings, and whether readings depend on the bytes alone, not on how they are cut.
-const DEVICES: [(Family, &str, bool); 21] = [
+const DEVICES: [(Family, &str, bool); 23] = [
     (asphera_chrocodile::FAMILY, "", false),
     (asphera_chrocodile::FAMILY, "signals = [75, 76, 65, 256, 257]\ntrigger = \"free\"", false),
     (asphera_cia406::FAMILY, "node_id = 5", false),
@@ -96,6 +96,12 @@ const DEVICES: [(Family, &str, bool); 21] = [
     ),
     (asphera_keyence::FAMILY, "batch = true\nsilence_ms = 2000", false),
     (asphera_keyence::FAMILY, "series = \"lj-v7000\"", false),
+    (
+        asphera_cia402::FAMILY,
+        "node_id = 5\nstep_nm = 100\nhoming = { method = 17, switch_mm_s = 10, zero_mm_s = 1 }",
+        false,
+    ),
+    (asphera_cia406::FAMILY, "node_id = 5\nlisten_only = true\nstep_nm = 100", false),
 ];
 
 fn driver(family: Family, settings: &str) -> Box<dyn Driver> {

@@ -1,4 +1,4 @@
-//! A bench whose stage obeys moves: a Zaber controller with x and y, and a gauge over the part on it.
+//! A bench whose stage obeys moves: a Zaber controller or CANopen drives with x and y, and a gauge over the part on it.
 
 use std::fmt;
 use std::io;
@@ -6,12 +6,14 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use asphera_sim_zaber::{AxisSettings, SharedStage, Stage};
+use asphera_sim_cia402::SharedDrives;
+use asphera_sim_zaber::SharedStage;
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until};
 
+use crate::axes::{Axes, StageKind};
 use crate::noise::standard_normal;
 use crate::scene::read::{self, Part};
 use crate::{RigError, SceneError};
@@ -35,6 +37,7 @@ struct GaugeScene {
 
 #[derive(Clone, Debug, PartialEq)]
 struct StageScene {
+    kind: StageKind,
     listen: SocketAddr,
     microstep_um: f64,
     travel_mm: f64,
@@ -76,12 +79,16 @@ fn scene(root: &asphera_settings::Section<'_>) -> Option<DriveScene> {
     gauge.finish();
     let stage = root.section("stage");
     let stage_listen = address(&stage);
+    let kind = stage.word("kind", StageKind::Zaber, &StageKind::WORDS);
     let microstep_um = stage.within("microstep_um", 0.1, 1e-4..=1000.0);
     let travel_mm: f64 = stage.within("travel_mm", 50.0, 0.1..=2000.0);
     let centre: Vec<f64> = stage.or("centre_mm", vec![0.5 * travel_mm; 2]);
     if centre.len() != 2 || !centre.iter().all(|mm| (0.0..=travel_mm).contains(mm)) {
         stage.problem("centre_mm", "two numbers within the travel, mm", format!("{centre:?}"));
         return None;
+    }
+    if Axes::new(kind, microstep_um, travel_mm).is_none() {
+        stage.problem("microstep_um", "a travel of at most 2³¹ counts", microstep_um);
     }
     stage.finish();
     Some(DriveScene {
@@ -94,6 +101,7 @@ fn scene(root: &asphera_settings::Section<'_>) -> Option<DriveScene> {
             noise_nm: gauge_scene.1,
         },
         stage: StageScene {
+            kind,
             listen: stage_listen?,
             microstep_um,
             travel_mm,
@@ -113,7 +121,7 @@ pub(crate) fn address(table: &asphera_settings::Section<'_>) -> Option<SocketAdd
 
 /// A bench at work. Dropped, it takes its ports away.
 pub struct DriveRig {
-    stage: SharedStage,
+    axes: Axes,
     gauge: Arc<Gauge>,
     addresses: [SocketAddr; 2],
     gauge_task: JoinSet<()>,
@@ -137,17 +145,19 @@ impl DriveRig {
         let stage_port = listen(scene.stage.listen).await.map_err(RigError::Tcp)?;
         let local = |port: &TcpListener| port.local_addr().map_err(RigError::Tcp);
         let addresses = [local(&gauge_port)?, local(&stage_port)?];
-        let StageScene { microstep_um, travel_mm, .. } = scene.stage;
-        let axis = AxisSettings { microstep_um, travel_mm, at_mm: 0.0 };
-        let stage = SharedStage::new(Stage::new(1, &[axis, axis]));
-        let gauge = Arc::new(Gauge { scene, stage: stage.clone() });
+        let StageScene { kind, microstep_um, travel_mm, .. } = scene.stage;
+        let axes = Axes::new(kind, microstep_um, travel_mm).ok_or_else(|| {
+            let error = "the travel of the stage has more than 2³¹ counts: set microstep_um";
+            RigError::Tcp(io::Error::new(io::ErrorKind::InvalidInput, error))
+        })?;
+        let gauge = Arc::new(Gauge { scene, axes: axes.clone() });
         let measured = Arc::clone(&gauge);
         let mut gauge_task = JoinSet::new();
         gauge_task.spawn(serve(gauge_port, move |stream| {
             let gauge = Arc::clone(&measured);
             async move { drop(gauge.send(stream).await) }
         }));
-        let mut rig = DriveRig { stage, gauge, addresses, gauge_task, stage_task: JoinSet::new() };
+        let mut rig = DriveRig { axes, gauge, addresses, gauge_task, stage_task: JoinSet::new() };
         rig.answer(stage_port);
         Ok(rig)
     }
@@ -169,16 +179,35 @@ impl DriveRig {
     }
 
     fn answer(&mut self, port: TcpListener) {
-        let stage = self.stage.clone();
+        let axes = self.axes.clone();
         self.stage_task.spawn(serve(port, move |stream| {
-            let stage = stage.clone();
-            async move { drop(stage.serve(stream).await) }
+            let axes = axes.clone();
+            async move { drop(axes.serve(stream).await) }
         }));
     }
 
-    /// The stage, to let something happen to it and to see what it received.
-    pub fn stage(&self) -> &SharedStage {
-        &self.stage
+    /// The Zaber stage, to let something happen to it and to see what it received; `None` where the bench has drives.
+    pub fn stage(&self) -> Option<&SharedStage> {
+        match &self.axes {
+            Axes::Zaber(stage) => Some(stage),
+            Axes::Drives { .. } => None,
+        }
+    }
+
+    /// The drives; `None` where the bench has a Zaber stage.
+    pub fn drives(&self) -> Option<&SharedDrives> {
+        match &self.axes {
+            Axes::Zaber(_) => None,
+            Axes::Drives { drives, .. } => Some(drives),
+        }
+    }
+
+    /// Protocol of the stage, in words.
+    pub fn stage_words(&self) -> &'static str {
+        match &self.axes {
+            Axes::Zaber(_) => "Zaber, TCP",
+            Axes::Drives { .. } => "CiA 402, slcan on TCP",
+        }
     }
 
     /// Where gauge and stage answer.
@@ -230,7 +259,7 @@ where
 /// The gauge over the part that the stage moves.
 struct Gauge {
     scene: DriveScene,
-    stage: SharedStage,
+    axes: Axes,
 }
 
 impl Gauge {
@@ -242,9 +271,9 @@ impl Gauge {
         loop {
             sleep_until(due).await;
             due += period;
-            let micros = self.stage.now().as_micros();
+            let micros = self.axes.now().as_micros();
             let [x0, y0] = self.scene.stage.centre_mm;
-            let places = self.stage.places_mm();
+            let places = self.axes.places_mm();
             let height_mm = self.height_mm([places[0] - x0, places[1] - y0]);
             let noise_mm = self.scene.gauge.noise_nm * 1e-6 * standard_normal(self.scene.seed, k);
             // Beside the part it shows what is beyond its range.

@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+mod axes;
 mod ball;
 mod bench;
 mod cmm;
@@ -33,6 +34,7 @@ mod thermal;
 mod tray;
 mod truth;
 
+pub use asphera_sim_cia402::{Fault as DriveFault, SharedDrives};
 pub use asphera_sim_ippdme::Fault as MachineFault;
 pub use asphera_sim_keyence::Fault as ProfilerFault;
 pub use asphera_sim_rf627::{Departure, send};

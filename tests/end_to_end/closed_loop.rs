@@ -76,7 +76,7 @@ impl Bench {
 
     /// When the stage received a stop first, since it was started.
     fn stopped_at(&self) -> Option<Duration> {
-        let received = self.rig.stage().received();
+        let received = self.rig.stage().unwrap().received();
         received
             .iter()
             .find(|one| one.bytes.windows(4).any(|four| four == b"stop"))
@@ -152,20 +152,20 @@ fn a_closed_loop_reaches_its_verdict_and_a_replay_gives_the_same() {
     // Nothing at rest and nothing between lines is a point.
     assert!(count(&report, "/points/flagged/off_plan") > 100, "{:#}", report["points"]);
     assert!(count(&report, "/points/used") > 100, "{:#}", report["points"]);
-    assert!(bench.rig.stage().moves() > 10);
+    assert!(bench.rig.stage().unwrap().moves() > 10);
     // The last command is no move that goes on.
-    assert!(!bench.rig.stage().is_moving());
+    assert!(!bench.rig.stage().unwrap().is_moving());
 
-    let moves = bench.rig.stage().moves();
+    let moves = bench.rig.stage().unwrap().moves();
     let replayed = json(&run(["replay".as_ref(), session.as_os_str(), "--json".as_ref()]));
     for of in ["form", "points", "links", "session", "sampling", "verdict"] {
         assert_eq!(replayed[of], report[of], "a replay gives the same figures");
     }
-    assert_eq!(bench.rig.stage().moves(), moves, "a replay sends nothing");
+    assert_eq!(bench.rig.stage().unwrap().moves(), moves, "a replay sends nothing");
 }
 
 /// Range of the heights about their plane of least squares, by normal equations over a symmetric grid.
-fn flat_pv_nm(heights: &[([f64; 2], f64)]) -> f64 {
+pub(crate) fn flat_pv_nm(heights: &[([f64; 2], f64)]) -> f64 {
     let n = heights.len() as f64;
     let mean = heights.iter().map(|(_, z)| z).sum::<f64>() / n;
     let slope = |axis: usize| {
@@ -194,10 +194,14 @@ fn nothing_moves_before_it_is_armed_and_only_who_may_arms_it() {
         (Some("disarmed"), Some(0)),
         "{scan:#}"
     );
-    assert!(bench.rig.stage().received().is_empty(), "{:?}", bench.rig.stage().received());
+    assert!(
+        bench.rig.stage().unwrap().received().is_empty(),
+        "{:?}",
+        bench.rig.stage().unwrap().received()
+    );
     assert_eq!(http(&station.address, "POST", "/api/v1/scan/arm", &[]).0, 401);
     assert_eq!(http(&station.address, "GET", "/api/v1/scan/arm", &[]).0, 405);
-    assert_eq!(bench.rig.stage().moves(), 0);
+    assert_eq!(bench.rig.stage().unwrap().moves(), 0);
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
     let moving = station.until_moving();
     assert_eq!(moving["scan"]["state"], "moving");
@@ -208,7 +212,7 @@ fn nothing_moves_before_it_is_armed_and_only_who_may_arms_it() {
     );
     let (status, why) = station.post("/api/v1/scan/arm");
     assert!(status == 409 && why.contains("armed already"), "{why}");
-    assert!(bench.rig.stage().moves() > 0);
+    assert!(bench.rig.stage().unwrap().moves() > 0);
 }
 
 /// The bytes of the stop are on the link within 100 ms, and the stage stands; an armed scan goes on.
@@ -220,28 +224,28 @@ fn a_stop_reaches_the_stage_within_a_tenth_of_a_second() {
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
     station.until_moving();
     assert_eq!(bench.stopped_at(), None);
-    let pressed = bench.rig.stage().now();
+    let pressed = bench.rig.stage().unwrap().now();
     let (status, why) = station.post("/api/v1/scan/stop");
     assert_eq!(status, 204, "{why}");
     let late = bench.stop_after(pressed);
     assert!(late < Duration::from_millis(100), "{late:?}");
     std::thread::park_timeout(Duration::from_millis(300));
-    assert!(!bench.rig.stage().is_moving());
+    assert!(!bench.rig.stage().unwrap().is_moving());
     let scan =
         station.until("disarmed", |snapshot| snapshot["scan"]["state"] == "disarmed")["scan"]
             .clone();
     assert_eq!(scan["text"], "stopped by hand");
-    let moves = bench.rig.stage().moves();
+    let moves = bench.rig.stage().unwrap().moves();
     std::thread::park_timeout(Duration::from_secs(1));
-    assert_eq!(bench.rig.stage().moves(), moves, "nothing moves until it is armed again");
+    assert_eq!(bench.rig.stage().unwrap().moves(), moves, "nothing moves until it is armed again");
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
-    station.until("moving again", |_| bench.rig.stage().moves() > moves + 1);
+    station.until("moving again", |_| bench.rig.stage().unwrap().moves() > moves + 1);
 
     // The end of a session halts, too; its replay is armed, halted and armed as it was.
     assert_eq!(station.post("/api/v1/session/stop").0, 204);
     station.until("complete", |snapshot| snapshot["outputs"].is_object());
     std::thread::park_timeout(Duration::from_millis(300));
-    assert!(!bench.rig.stage().is_moving());
+    assert!(!bench.rig.stage().unwrap().is_moving());
     let session = bench.session();
     let report = report(&session);
     assert_eq!(report["session"]["ended"], "stopped");
@@ -271,7 +275,7 @@ fn a_stop_does_not_wait_for_a_busy_pipeline() {
         }
     });
     std::thread::park_timeout(Duration::from_millis(300));
-    let pressed = bench.rig.stage().now();
+    let pressed = bench.rig.stage().unwrap().now();
     let (status, why) = station.post("/api/v1/scan/stop");
     assert_eq!(status, 204, "{why}");
     let late = bench.stop_after(pressed);
@@ -294,14 +298,14 @@ fn trouble_of_the_stage_halts_and_is_said() {
         station.until("a session", |snapshot| snapshot["state"] == "measuring");
         assert_eq!(station.post("/api/v1/scan/arm").0, 204);
         station.until_moving();
-        bench.rig.stage().fault(fault);
+        bench.rig.stage().unwrap().fault(fault);
         let scan = station.until(words, |snapshot| snapshot["scan"]["state"] == "disarmed")["scan"]
             .clone();
         let text = scan["text"].as_str().unwrap();
         assert!(text.contains(words) && text.contains("arm the scan again"), "{text}");
         assert!(bench.stopped_at().is_some());
         std::thread::park_timeout(Duration::from_millis(500));
-        assert!(!bench.rig.stage().is_moving(), "{words}");
+        assert!(!bench.rig.stage().unwrap().is_moving(), "{words}");
     }
 }
 
@@ -325,12 +329,12 @@ fn a_lost_link_halts_and_disarms() {
     assert_eq!(bench.stopped_at(), None);
     bench.runtime.block_on(bench.rig.plug_stage()).unwrap();
     station.until("stopped", |_| bench.stopped_at().is_some());
-    let moves = bench.rig.stage().moves();
+    let moves = bench.rig.stage().unwrap().moves();
     std::thread::park_timeout(Duration::from_secs(1));
-    assert_eq!(bench.rig.stage().moves(), moves);
+    assert_eq!(bench.rig.stage().unwrap().moves(), moves);
     assert_eq!(station.snapshot()["scan"]["state"], "disarmed");
     assert_eq!(station.post("/api/v1/scan/arm").0, 204);
-    station.until("moving again", |_| bench.rig.stage().moves() > moves);
+    station.until("moving again", |_| bench.rig.stage().unwrap().moves() > moves);
 }
 
 #[test]
@@ -344,7 +348,7 @@ fn a_part_that_fails_ends_the_scan_early() {
     assert!(number(&report, "/sampling/coverage") < 0.99, "{:#}", report["sampling"]);
     assert!(whole.stopped_at().is_some(), "{words}");
     std::thread::park_timeout(Duration::from_millis(300));
-    assert!(!whole.rig.stage().is_moving());
+    assert!(!whole.rig.stage().unwrap().is_moving());
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod defects;
 mod demo;
 mod described;
 mod disks;
+mod drives;
 mod errors;
 mod faults;
 mod file_kinds;

@@ -8,8 +8,9 @@ use crate::wire::{AreaState, Cob, NmtState};
 use crate::{Kind, Transmission};
 
 impl Cia406 {
-    /// Begins to listen. The SYNCs are followed from the first one on, the node from its first frame on.
-    pub(super) fn begin_listening(&mut self) {
+    /// Begins to listen. The SYNCs are followed from the first one on, the node from its first frame on. A node measures
+    /// whether that is wanted already or not; only what comes after a stop is left.
+    pub(super) fn begin_listening(&mut self, stopped: bool) {
         let step_nm = match self.settings.kind {
             Kind::Linear { step_nm: Some(step) } => step,
             _ => 0.0,
@@ -17,7 +18,7 @@ impl Cia406 {
         let velocity_step_mm_s = self.settings.velocity_step_mm_s.unwrap_or(0.0);
         let learned = Learned { step_nm, velocity_step_mm_s, error: false };
         self.length_told = false;
-        self.state = State::Listening { learned, cycle: self.cycle(), measures: false };
+        self.state = State::Listening { learned, cycle: self.cycle(), measures: false, stopped };
     }
 
     /// Takes a frame of the bus. Answers to another master are not ours.
@@ -56,7 +57,7 @@ impl Cia406 {
             return self.discard(data);
         };
         self.measures();
-        let State::Listening { learned, cycle, measures: true } = &mut self.state else {
+        let State::Listening { learned, cycle, measures: true, .. } = &mut self.state else {
             return self.discard(data);
         };
         let learned = *learned;
@@ -100,11 +101,10 @@ impl Cia406 {
         }
     }
 
-    /// The node is operational. It owes positions from now on, where they are wanted.
+    /// The node is operational. It owes positions from now on.
     fn measures(&mut self) {
         self.is_there();
-        if let State::Listening { cycle, measures, .. } = &mut self.state
-            && self.wanted
+        if let State::Listening { cycle, measures, stopped: false, .. } = &mut self.state
             && !*measures
         {
             *measures = true;

@@ -1,36 +1,7 @@
 //! Mapping and content of the transmit PDO.
 
-use std::fmt;
-
+use super::MappedObject;
 use super::object::{self, Address};
-
-/// One object in a PDO.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MappedObject {
-    /// The object.
-    pub address: Address,
-    /// Its length in bits.
-    pub bits: u8,
-}
-
-impl MappedObject {
-    /// The entry of the mapping: index, sub-index, bits; 0x60200120 is 32 bits of 6020.01h (MTS p.32).
-    pub const fn entry(self) -> u32 {
-        (self.address.index as u32) << 16 | (self.address.sub as u32) << 8 | self.bits as u32
-    }
-
-    /// The object of an entry.
-    pub const fn from_entry(entry: u32) -> MappedObject {
-        let address = Address::new((entry >> 16) as u16, (entry >> 8) as u8);
-        MappedObject { address, bits: entry as u8 }
-    }
-}
-
-impl fmt::Display for MappedObject {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({} bits)", self.address, self.bits)
-    }
-}
 
 /// What is mapped into TPDO1: the position always, then velocity and work-area state if wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -99,7 +99,7 @@ impl Driver for Ippdme {
                 self.halt(now, None);
                 Ok(())
             }
-            Motion::Move(_) => {
+            Motion::Move(_) | Motion::Home => {
                 refused("a machine with I++ DME runs its program, and no single moves")
             }
             Motion::Run if self.is_running || self.halt.is_some() || !self.is_idle() => {

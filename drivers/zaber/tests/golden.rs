@@ -133,7 +133,7 @@ fn warnings_that_spoil_a_position() {
         details,
         [
             "the device reports warning `FF`: critical system error; see Zaber's manual, then home the stage",
-            "the device reports warning `WR`: no reference position; home the stage with Zaber Launcher"
+            "the device reports warning `WR`: no reference position; home the stage, with home = true in [scan.plan] or with Zaber Launcher"
         ],
         "once a run"
     );

@@ -257,7 +257,7 @@ fn a_stage_that_was_not_homed_begins_no_move() {
     assert_eq!(failure.kind, MotionTrouble::Unreferenced);
     assert_eq!(
         failure.detail,
-        "the stage reports WR, no reference position: home the stage with Zaber Launcher"
+        "the stage reports WR, no reference position: home the stage, with home = true in [scan.plan] or with Zaber Launcher"
     );
     assert!(bench.sent.is_empty());
     // A warning that counts more hides it; all are asked for before the first move.
@@ -337,4 +337,43 @@ fn commands_with_checks() {
     bench.receive(&check("@01 0 0 OK IDLE -- 00"));
     bench.receive(&check("@01 1 1 OK IDLE -- 0"));
     assert_eq!(bench.sent[2], check("/1 1 2 move abs 10234").replace("\r\n", "\n"));
+}
+
+/// A stage without reference homes: its warning counts once it stands.
+#[test]
+fn a_stage_homes_on_order_and_moves_after_it() {
+    let mut bench = Bench::new(STAGE);
+    bench.receive("@01 0 OK IDLE WR 0 0\r\n");
+    bench.receive("@01 0 OK IDLE WR 0 0\r\n");
+    bench.sent.clear();
+    bench.order(&Motion::Home).unwrap();
+    assert_eq!(bench.sent, ["/1 0 0 home\n"], "all axes at once");
+    let twice = bench.order(&Motion::Home).unwrap_err();
+    assert!(twice.detail.contains("still moves"), "{twice:?}");
+    bench.receive("@01 0 0 OK BUSY WR 0\r\n");
+    bench.position("@01 0 OK BUSY WR -500 -20\r\n");
+    assert!(bench.motions().is_empty());
+    bench.position("@01 0 OK IDLE -- 0 0\r\n");
+    assert_eq!(bench.motions(), [&MotionEvent::Arrived]);
+    bench.events.clear();
+    bench.begin(vec![one("x", 1.0, 1.0)]);
+    assert!(bench.sent.iter().any(|sent| sent.contains("set maxspeed")));
+}
+
+#[test]
+fn a_stage_that_stands_without_reference_has_not_homed() {
+    for (warning, kind) in [("WR", MotionTrouble::Unreferenced), ("FS", MotionTrouble::Stalled)] {
+        let mut bench = Bench::ready();
+        bench.order(&Motion::Home).unwrap();
+        bench.receive("@01 0 0 OK BUSY WR 0\r\n");
+        bench.position(&format!("@01 0 OK IDLE {warning} 7 7\r\n"));
+        assert_eq!(bench.sent.last().unwrap(), "/1 0 1 stop\n");
+        bench.receive(&format!("@01 0 1 OK IDLE {warning} 0\r\n"));
+        bench.position(&format!("@01 0 OK IDLE {warning} 7 7\r\n"));
+        assert_eq!(bench.failure().kind, kind);
+    }
+    let mut bench = Bench::ready();
+    bench.order(&Motion::Home).unwrap();
+    bench.receive("@01 0 0 RJ IDLE -- STATUSBUSY\r\n");
+    assert_eq!(bench.sent.last().unwrap(), "/1 0 1 stop\n");
 }

@@ -142,3 +142,19 @@ fn a_stage_that_was_not_homed_moves_nowhere() {
     let failure = pair.driver.motion(pair.now, &Motion::Move(vec![one])).expect_err("no reference");
     assert_eq!((failure.kind, pair.stage.moves()), (MotionTrouble::Unreferenced, 0));
 }
+
+#[test]
+fn a_stage_that_lost_its_reference_homes() {
+    let mut pair = Pair::new();
+    pair.stage.fault(pair.now.as_secs_f64(), Fault::NotHomed);
+    pair.run(100);
+    pair.driver.motion(pair.now, &Motion::Home).expect("it is free");
+    pair.pump();
+    pair.run(30_000);
+    assert_eq!(pair.motions(), [MotionEvent::Arrived]);
+    assert_eq!(pair.places_mm(), [0.0, 0.0]);
+    pair.go(1.0, 2.0, 5.0);
+    pair.run(5000);
+    assert_eq!(pair.motions(), [MotionEvent::Arrived]);
+    assert_eq!(pair.places_mm(), [1.0, 2.0]);
+}

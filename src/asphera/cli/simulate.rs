@@ -76,7 +76,7 @@ fn drive(scene: DriveScene) -> Result<Exit, Failure> {
         let rig = DriveRig::start(scene).await?;
         let [gauge, stage] = rig.addresses();
         print(&format!("{:<10} {:<14} {gauge}\n", "gauge", "lines, TCP"));
-        print(&format!("{:<10} {:<14} {stage}\n", "stage", "Zaber, TCP"));
+        print(&format!("{:<10} {:<14} {stage}\n", "stage", rig.stage_words()));
         say(&format!("{title}; Ctrl-C ends it"));
         interrupted().await?;
         Ok(Exit::Done)

@@ -9,6 +9,7 @@ use asphera_settings::Section;
 #[rustfmt::skip]
 const DRIVERS: &[Family] = &[
     asphera_chrocodile::FAMILY,
+    asphera_cia402::FAMILY,
     asphera_cia406::FAMILY,
     asphera_ippdme::FAMILY,
     asphera_keyence::FAMILY,

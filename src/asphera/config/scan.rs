@@ -44,7 +44,19 @@ pub(super) fn read(scan: &Section<'_>, station: Option<&Station<'_>>) -> Option<
     let axes = axes(&table, station);
     table.finish();
     let (axes, machine) = axes?;
+    if keys.home_within.is_some() {
+        check_homing(&table, station, &axes);
+    }
     plan(&table, keys, station, axes, machine)
+}
+
+/// Whether the devices of all axes find home on order.
+fn check_homing(table: &Section<'_>, station: &Station<'_>, axes: &[ScanAxis; 2]) {
+    let device = |axis: &ScanAxis| &station.devices[station.sync.devices[axis.stream]];
+    if let Some(other) = axes.iter().map(device).find(|device| !device.settings.homes()) {
+        let expected = "false, or axes of devices that home: zaber, or cia402 with homing = { … }";
+        table.problem("home", expected, format!("true, with {}", other.name));
+    }
 }
 
 /// The device whose program the station runs, as its place among those of `sync`; `None`: none has one.
@@ -82,6 +94,7 @@ struct Keys {
     scan_speed_mm_s: f64,
     dwell: Duration,
     point_spacing_mm: Option<f64>,
+    home_within: Option<Duration>,
     watchdog: Duration,
     time_limit: Option<Duration>,
     points_max: Option<u64>,
@@ -114,6 +127,8 @@ impl Keys {
                 table.problem(key, "no such key, or adaptive = true", format!("`{key}`"));
             }
         }
+        let homes = table.or("home", false);
+        let home_within = seconds("home_within_s", 60.0, 1.0..=3600.0);
         Keys {
             path: table.required_word("path", &paths),
             one_way: table.or("one_way", false),
@@ -125,6 +140,7 @@ impl Keys {
             scan_speed_mm_s: table.within("scan_speed_mm_s", 5.0, 1e-6..=1e6),
             dwell: Duration::from_millis(table.within("dwell_ms", 50, 1..=60_000u64)),
             point_spacing_mm: optional("point_spacing_mm", 0.0..=1e6),
+            home_within: homes.then_some(home_within),
             watchdog: Duration::from_millis(table.within("watchdog_ms", 500, 20..=60_000u64)),
             time_limit: table.has("time_limit_s").then(|| seconds("time_limit_s", 1.0, 0.1..=1e7)),
             points_max: table
@@ -281,6 +297,7 @@ fn plan(
         pieces,
         dwell: keys.dwell,
         point_spacing_mm: keys.point_spacing_mm.unwrap_or(spacing_mm / DENSER),
+        home_within: keys.home_within,
         watchdog: keys.watchdog,
         time_limit: keys.time_limit,
         points_max: keys.points_max,

@@ -260,7 +260,9 @@ impl Bench {
             if let (Err(failure), Some(scanner)) = (result, &mut self.scanner) {
                 match order.motion {
                     Motion::Halt => scanner.unhalted(order.device),
-                    Motion::Move(_) | Motion::Run => scanner.failed(self.now, &failure),
+                    Motion::Move(_) | Motion::Home | Motion::Run => {
+                        scanner.failed(self.now, &failure)
+                    }
                 }
             }
             self.settle(line);

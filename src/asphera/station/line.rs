@@ -348,8 +348,12 @@ impl Line {
 
     /// The open connection, and bytes that halt every axis on it; `None` where the link is closed or has no axes.
     pub(crate) fn halt_bytes(&self) -> Option<(u64, Vec<u8>)> {
-        let bytes: Vec<u8> =
-            self.devices.iter().filter_map(|device| device.driver.halt_bytes()).flatten().collect();
+        let drivers = self.devices.iter().map(|device| &device.driver);
+        let mut bytes: Vec<u8> =
+            drivers.clone().filter_map(|driver| driver.halt_bytes()).flatten().collect();
+        for frame in drivers.flat_map(|driver| driver.halt_frames()) {
+            self.bus.encode(&frame, &mut bytes);
+        }
         self.epoch.filter(|_| !bytes.is_empty()).map(|epoch| (epoch, bytes))
     }
 

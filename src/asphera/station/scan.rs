@@ -3,7 +3,7 @@
 //! ```text
 //!             arm                devices ready            pieces done           decided: measure
 //! Disarmed ─────────▶ Armed ───────────────────▶ Moving ─────────────▶ Settling ─▶ Deciding ──▶ Moving
-//!     ▲                 │                        │   ▲ dwell             │             │ decided: end
+//!     ▲                 │ ▲ └── home ─▶ Homing ──┤   ▲ dwell             │             │ decided: end
 //!     └── stop, trouble ┴────────────────────────┴───┘                   └─────────────┴──────▶ Ended
 //! ```
 //!
@@ -21,7 +21,7 @@ mod watch;
 
 use std::collections::{BTreeSet, VecDeque};
 
-use asphera_link::{Motion, MotionEvent, MotionFailure, Nanos, Reading};
+use asphera_link::{Motion, MotionEvent, MotionFailure, MotionTrouble, Nanos, Reading};
 use asphera_plan::{Piece, Spacing};
 use asphera_report::ScanFigures;
 
@@ -50,6 +50,8 @@ pub(super) struct PlanScanner {
     orders: VecDeque<Order>,
     /// Lines on which a halt is due as soon as they open.
     halt_when_open: BTreeSet<usize>,
+    /// Whether the axes have found home, where they are to.
+    is_homed: bool,
     /// When the first move began.
     began: Option<Nanos>,
     pass: u32,
@@ -63,6 +65,8 @@ enum State {
     Disarmed { why: Option<String> },
     /// Waits for the devices.
     Armed,
+    /// Axes find home. So many devices have not found it yet.
+    Homing { by: Nanos, devices: usize },
     /// Axes run to the end of a run. So many devices have not arrived yet.
     Moving { by: Nanos, devices: usize },
     /// Stands at a place that is measured.
@@ -92,6 +96,7 @@ impl PlanScanner {
             gate: Gate::new(plan.point_spacing_mm),
             orders: VecDeque::new(),
             halt_when_open: BTreeSet::new(),
+            is_homed: plan.home_within.is_none(),
             began: None,
             pass: 1,
             plan,
@@ -181,6 +186,9 @@ impl Scanner for PlanScanner {
             return;
         }
         self.watch.forget(line, &self.devices);
+        if self.devices.iter().any(|(of, _)| *of == line) {
+            self.is_homed = self.plan.home_within.is_none();
+        }
         if self.is_active() {
             let cure = "check its cable and power, then arm the scan again";
             self.trouble(now, format!("the link {name} was lost: {cure}"));
@@ -206,12 +214,23 @@ impl Scanner for PlanScanner {
                     self.arrived(now);
                 }
             }
+            (MotionEvent::Arrived, State::Homing { devices, .. }) => {
+                *devices = devices.saturating_sub(1);
+                if *devices == 0 {
+                    self.is_homed = true;
+                    self.watch.rehomed(now);
+                    self.state = State::Armed;
+                }
+            }
             (MotionEvent::Failed(failure), _) => self.failed(now, failure),
             (MotionEvent::Arrived | MotionEvent::Halted, _) => {}
         }
     }
 
     fn failed(&mut self, now: Nanos, failure: &MotionFailure) {
+        if failure.kind == MotionTrouble::Unreferenced {
+            self.is_homed = self.plan.home_within.is_none();
+        }
         if self.is_active() {
             self.trouble(now, format!("{}; then arm the scan again", failure.detail));
         } else if let State::Disarmed { why: Some(why) } = &mut self.state
@@ -223,10 +242,16 @@ impl Scanner for PlanScanner {
     }
 
     fn advance(&mut self, now: Nanos, is_ready: bool) {
-        if self.state == State::Armed && is_ready && self.watch.is_known() {
-            self.watch.stand();
-            self.began.get_or_insert(now);
-            self.next(now);
+        if self.state != State::Armed || !is_ready || !self.watch.is_known() {
+            return;
+        }
+        self.began.get_or_insert(now);
+        match self.plan.home_within.filter(|_| !self.is_homed) {
+            Some(within) => self.home(now + within),
+            None => {
+                self.watch.stand();
+                self.next(now);
+            }
         }
     }
 
@@ -238,6 +263,10 @@ impl Scanner for PlanScanner {
         match self.state {
             State::Moving { by, .. } if by <= now => {
                 let why = "the axes have not arrived in time: look whether something blocks them, then arm the scan again";
+                self.trouble(now, why.to_owned());
+            }
+            State::Homing { by, .. } if by <= now => {
+                let why = "the axes have not found home in time: look at their switches, or set home_within_s, then arm the scan again";
                 self.trouble(now, why.to_owned());
             }
             State::Dwelling { until } if until <= now => {
@@ -257,7 +286,7 @@ impl Scanner for PlanScanner {
     fn poll_timeout(&self) -> Option<Nanos> {
         let watch = self.watch.poll_timeout(&self.plan).filter(|_| self.is_watching());
         let own = match self.state {
-            State::Moving { by, .. } => Some(by),
+            State::Moving { by, .. } | State::Homing { by, .. } => Some(by),
             State::Dwelling { until } | State::Settling { until } => Some(until),
             _ => None,
         };
@@ -284,6 +313,7 @@ impl Scanner for PlanScanner {
             }
             State::Disarmed { why: Some(why) } => ("disarmed", why.clone()),
             State::Armed => ("armed", "waits for the devices".to_owned()),
+            State::Homing { .. } => ("moving", "the axes find home".to_owned()),
             State::Moving { .. } => ("moving", self.runs.text()),
             State::Dwelling { .. } => ("moving", "measures at rest".to_owned()),
             State::Settling { .. } | State::Deciding => {
@@ -319,6 +349,14 @@ impl PlanScanner {
     /// Silence counts while axes may move, or points are wanted.
     fn is_watching(&self) -> bool {
         self.is_active() && self.state != State::Armed
+    }
+
+    /// Lets every device with axes find home.
+    fn home(&mut self, by: Nanos) {
+        let devices = self.halted_devices();
+        self.state = State::Homing { by, devices: devices.len() };
+        self.orders
+            .extend(devices.into_iter().map(|device| Order { device, motion: Motion::Home }));
     }
 
     /// Begins the next piece, or the pass is over.

@@ -5,6 +5,7 @@
 
 mod chrocodile;
 mod chrocodile_packets;
+mod cia402;
 mod cia406;
 mod described;
 mod ippdme;
@@ -39,6 +40,7 @@ fn benches() -> Vec<Box<dyn Bench>> {
         Box::new(modbus::Modbus { is_tcp: true }),
         Box::new(modbus::Modbus { is_tcp: false }),
         Box::new(zaber::Zaber),
+        Box::new(cia402::Cia402),
         Box::new(ippdme::Ippdme),
     ]
 }

@@ -21,6 +21,8 @@ pub struct ScanPlan {
     pub dwell: Duration,
     /// Points nearer to the last one do not count, mm.
     pub point_spacing_mm: f64,
+    /// Time in which the axes find home before the first piece; `None`: they know their places.
+    pub home_within: Option<Duration>,
     /// Silence of a device after which the axes are halted.
     pub watchdog: Duration,
     /// Time after which no piece begins.

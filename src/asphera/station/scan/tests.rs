@@ -37,6 +37,7 @@ fn plan(adaptive: bool) -> ScanPlan {
         pieces: pieces.into_iter().map(|piece| (piece, Spacing::AtMost { mm: 0.5 })).collect(),
         dwell: Duration::from_millis(50),
         point_spacing_mm: 0.1,
+        home_within: None,
         watchdog: Duration::from_millis(500),
         time_limit: None,
         points_max: None,
@@ -172,6 +173,11 @@ impl World {
             match &motion {
                 Motion::Halt => self.axes.iter_mut().for_each(|(_, run)| *run = None),
                 Motion::Run => panic!("a stage has no program"),
+                // Home is 1 mm from 0 on x, half a second away.
+                Motion::Home => {
+                    let pace = Trapezoid::new(1.0, 5.0, 50.0);
+                    self.axes[0] = (0.0, Some((self.now, 0.0, 1.0, pace)));
+                }
                 Motion::Move(moves) => {
                     for AxisMove { axis, to, speed, acceleration } in moves {
                         let (at, run) = &mut self.axes[usize::from(axis == "y")];
@@ -467,4 +473,67 @@ fn a_turning_table_goes_where_its_axes_say() {
     assert_eq!(moves[1], [("x".to_owned(), 6.0)], "along the line the table stands");
     let [x, y] = plan.place_mm(runs[1].to);
     assert!(x.abs() < 1e-12 && (y - 4.0).abs() < 1e-12);
+}
+
+fn homing_plan() -> ScanPlan {
+    ScanPlan { home_within: Some(Duration::from_secs(5)), ..plan(false) }
+}
+
+#[test]
+fn axes_find_home_once_and_before_the_first_piece() {
+    let mut world = World::new(homing_plan());
+    world.run(10_000);
+    assert!(world.ordered.is_empty(), "nothing moves unless armed");
+    world.scanner.arm(world.now).unwrap();
+    world.run(100);
+    assert_eq!(world.text(), "moving: the axes find home");
+    assert_eq!(world.ordered.len(), 1);
+    assert_eq!(world.ordered[0].1, Motion::Home);
+    world.run_until(|world| world.points.len() > 10);
+    world.scanner.stop(world.now);
+    world.run(100);
+    assert_eq!(world.halts(), 1);
+    world.scanner.arm(world.now).unwrap();
+    world.run_until(|world| world.scanner.is_ended());
+    let homes = world.ordered.iter().filter(|(_, motion)| *motion == Motion::Home).count();
+    assert_eq!(homes, 1, "a halt does not make a stage lose its home");
+}
+
+#[test]
+fn a_lost_link_and_a_lost_reference_ask_for_home_again() {
+    let unreferenced = MotionFailure::new(MotionTrouble::Unreferenced, "the stage was restarted");
+    let harm: [fn(&mut World, &MotionFailure); 2] = [
+        |world, _| world.scanner.interrupted(world.now, STAGE.0, "stage"),
+        |world, failure| world.scanner.motion(world.now, &MotionEvent::Failed(failure.clone())),
+    ];
+    for harm in harm {
+        let mut world = World::armed(homing_plan());
+        world.run_until(|world| world.points.len() > 10);
+        harm(&mut world, &unreferenced);
+        world.run(100);
+        world.scanner.arm(world.now).unwrap();
+        world.run(200);
+        assert_eq!(world.text(), "moving: the axes find home");
+    }
+}
+
+#[test]
+fn a_home_that_is_not_found_halts_and_disarms() {
+    let mut world = World::armed(homing_plan());
+    world.is_deaf = true;
+    world.run(6_000);
+    let text = world.text();
+    assert!(text.starts_with("disarmed: the axes have not found home in time"), "{text}");
+    assert_eq!(world.halts(), 1);
+    let failure = MotionFailure::new(MotionTrouble::Device, "homing error: check its switches");
+    let mut world = World::armed(homing_plan());
+    world.run(50);
+    world.scanner.motion(world.now, &MotionEvent::Failed(failure));
+    world.run(50);
+    assert!(
+        world.text().contains("homing error: check its switches; then arm"),
+        "{}",
+        world.text()
+    );
+    assert_eq!(world.halts(), 1);
 }

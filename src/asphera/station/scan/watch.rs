@@ -50,6 +50,12 @@ impl Watch {
         }
     }
 
+    /// Every axis counts anew: what was read before does not tell its place.
+    pub(super) fn rehomed(&mut self, now: Nanos) {
+        self.axes = [None; 2];
+        self.begin(now);
+    }
+
     /// The axes stand where they are.
     pub(super) fn stand(&mut self) {
         self.stands = self.places();

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::wire::Cob;
+use crate::Cob;
 
 /// Why a CAN frame is not the CANopen object it should be.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]

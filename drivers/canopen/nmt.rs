@@ -4,8 +4,7 @@ use std::fmt;
 
 use asphera_link::CanFrame;
 
-use super::{Cob, NodeId, frame};
-use crate::WireError;
+use crate::{Cob, NodeId, WireError, frame};
 
 /// What a master tells a node (CiA 301, section 7.2.8.2.1; MTS p.27).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

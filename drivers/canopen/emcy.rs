@@ -4,8 +4,7 @@ use std::fmt;
 
 use asphera_link::CanFrame;
 
-use super::{Cob, NodeId, frame};
-use crate::WireError;
+use crate::{Cob, NodeId, WireError, frame};
 
 /// What a node says when something goes wrong inside it, or is right again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,9 +14,7 @@ use std::fmt;
 
 use asphera_link::CanFrame;
 
-use super::object::Address;
-use super::{Cob, NodeId, frame};
-use crate::WireError;
+use crate::{Address, Cob, NodeId, WireError, frame};
 
 /// A value of one to four bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
