@@ -4,6 +4,7 @@ use std::fs;
 
 use super::*;
 
+mod can_links;
 mod line_scanners;
 mod scan;
 

@@ -1,0 +1,53 @@
+//! Links that carry CAN frames as text.
+
+use super::*;
+use crate::station::Framing;
+
+/// A station with two encoders on links of their own.
+fn station(x: &str, z: &str, settings: &str) -> Result<Config, Problems> {
+    let text = format!(
+        "[station]\nname = \"can\"\n[link.a]\n{x}\n[link.b]\n{z}\n\
+         [device.x]\ndriver = \"cia406\"\nlink = \"a\"\nsettings = {{ {settings} }}\n\
+         [device.z]\ndriver = \"cia406\"\nlink = \"b\"\nsettings = {{ {settings} }}\n\
+         [sync]\ndevices = [\"x\", \"z\"]\n\
+         [kinematics]\nkind = \"cartesian\"\nx = {{ device = \"x\", channel = \"position\" }}\n\
+         y = {{ constant_mm = 0 }}\nz = {{ device = \"z\", channel = \"position\" }}\n\
+         [nominal.surface]\nkind = \"plane\"\n"
+    );
+    Config::parse("bench/station.toml", &text)
+}
+
+fn keys(config: Result<Config, Problems>) -> Vec<String> {
+    config.unwrap_err().0.into_iter().map(|problem| problem.key).collect()
+}
+
+const LISTENER: &str = "node_id = 5, listen_only = true, step_nm = 100";
+
+#[test]
+fn two_buses_of_a_server_are_two_links() {
+    let link =
+        |bus: &str| format!("kind = \"socketcand\"\naddress = \"h:29536\"\nbus = \"{bus}\"");
+    let config = station(&link("can0"), &link("can1"), "node_id = 5").unwrap();
+    assert_eq!(config.links[1].framing, Framing::Socketcand { bus: "can1".to_owned() });
+    assert_eq!(config.links[1].endpoint, Endpoint::Tcp { address: "h:29536".to_owned() });
+    assert_eq!(keys(station(&link("can0"), &link("can0"), "node_id = 5")), ["link.b.kind"]);
+    for bus in ["", "can 0", "can>", "a-name-of-17-sign"] {
+        assert_eq!(keys(station(&link("can0"), &link(bus), "node_id = 5")), ["link.b.bus"], "{bus}");
+    }
+}
+
+#[test]
+fn a_log_is_found_from_the_folder_of_the_file_and_has_listeners_alone() {
+    let link = |more: &str| format!("kind = \"candump\"\nfile = \"bus.log\"\n{more}");
+    let config =
+        station(&link("interface = \"can0\""), &link("interface = \"can1\"\nspeed = 10"), LISTENER);
+    let config = config.unwrap();
+    assert_eq!(config.links[0].framing, Framing::Candump { interface: Some("can0".to_owned()) });
+    let path = PathBuf::from("bench/bus.log");
+    assert_eq!(config.links[1].endpoint, Endpoint::CanLog { path, speed: 10.0 });
+    let (a, b) = (link(""), link("interface = \"can1\""));
+    let asking = station(&a, &b, "node_id = 5");
+    assert_eq!(keys(asking), ["device.x.link", "device.z.link"]);
+    assert_eq!(keys(station(&a, &link("speed = 0\ninterface = \"can1\""), LISTENER)), ["link.b.speed"]);
+    assert_eq!(keys(station(&a, "kind = \"candump\"", LISTENER)), ["link.b.file"]);
+}
