@@ -25,14 +25,17 @@ const LISTENER: &str = "node_id = 5, listen_only = true, step_nm = 100";
 
 #[test]
 fn two_buses_of_a_server_are_two_links() {
-    let link =
-        |bus: &str| format!("kind = \"socketcand\"\naddress = \"h:29536\"\nbus = \"{bus}\"");
+    let link = |bus: &str| format!("kind = \"socketcand\"\naddress = \"h:29536\"\nbus = \"{bus}\"");
     let config = station(&link("can0"), &link("can1"), "node_id = 5").unwrap();
     assert_eq!(config.links[1].framing, Framing::Socketcand { bus: "can1".to_owned() });
     assert_eq!(config.links[1].endpoint, Endpoint::Tcp { address: "h:29536".to_owned() });
     assert_eq!(keys(station(&link("can0"), &link("can0"), "node_id = 5")), ["link.b.kind"]);
     for bus in ["", "can 0", "can>", "a-name-of-17-sign"] {
-        assert_eq!(keys(station(&link("can0"), &link(bus), "node_id = 5")), ["link.b.bus"], "{bus}");
+        assert_eq!(
+            keys(station(&link("can0"), &link(bus), "node_id = 5")),
+            ["link.b.bus"],
+            "{bus}"
+        );
     }
 }
 
@@ -48,6 +51,9 @@ fn a_log_is_found_from_the_folder_of_the_file_and_has_listeners_alone() {
     let (a, b) = (link(""), link("interface = \"can1\""));
     let asking = station(&a, &b, "node_id = 5");
     assert_eq!(keys(asking), ["device.x.link", "device.z.link"]);
-    assert_eq!(keys(station(&a, &link("speed = 0\ninterface = \"can1\""), LISTENER)), ["link.b.speed"]);
+    assert_eq!(
+        keys(station(&a, &link("speed = 0\ninterface = \"can1\""), LISTENER)),
+        ["link.b.speed"]
+    );
     assert_eq!(keys(station(&a, "kind = \"candump\"", LISTENER)), ["link.b.file"]);
 }

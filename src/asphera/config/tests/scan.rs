@@ -164,7 +164,8 @@ fn a_device_with_a_program_needs_no_plan() {
 
 #[test]
 fn axes_find_home_where_their_devices_can() {
-    let plan = driven(&[("path = \"raster\"", "home = true\nhome_within_s = 20\npath = \"raster\"")]);
+    let plan =
+        driven(&[("path = \"raster\"", "home = true\nhome_within_s = 20\npath = \"raster\"")]);
     assert_eq!(plan.unwrap().scan.unwrap().home_within, Some(Duration::from_secs(20)));
     let example = read(&project("examples/drives.toml")).unwrap();
     let config = Config::parse("drives.toml", &example).unwrap();
@@ -172,6 +173,7 @@ fn axes_find_home_where_their_devices_can() {
     let homing = "homing = { method = 17, switch_mm_s = 20, zero_mm_s = 2 }\n";
     assert!(example.contains(homing));
     let problems = Config::parse("drives.toml", &example.replace(homing, "")).unwrap_err();
-    let found: Vec<_> = problems.0.iter().map(|one| (one.key.as_str(), one.found.as_str())).collect();
+    let found: Vec<_> =
+        problems.0.iter().map(|one| (one.key.as_str(), one.found.as_str())).collect();
     assert_eq!(found, [("scan.plan.home", "true, with x")]);
 }
