@@ -1,7 +1,7 @@
 //! Who is started when, and what deadlines mean to a host that was held up.
 
+use super::super::framing::Framing;
 use super::super::kinematics::{Axis, Source};
-use super::super::line::Framing;
 use super::super::synchronizer::SyncSettings;
 use super::*;
 use asphera_link::{Channel, Driver, Event, Fault, FaultKind, Input, Output, Unit};
