@@ -267,7 +267,7 @@ impl Drive {
         match self.power {
             PowerState::OperationEnabled => {}
             PowerState::QuickStopActive if before == PowerState::OperationEnabled => {
-                self.brake(now)
+                self.brake(now);
             }
             PowerState::QuickStopActive => {}
             _ => self.freeze(now),

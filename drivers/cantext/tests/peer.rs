@@ -24,6 +24,7 @@ impl Drop for Peer {
 }
 
 /// The peer with its arguments, or `None` where no interpreter has python-can.
+#[expect(clippy::print_stderr, reason = "what is skipped must be seen")]
 fn peer(arguments: &[&str]) -> Option<Command> {
     let python = std::env::var("ASPHERA_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let found = Command::new(&python)

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use asphera_cia402::wire::{Cob, SdoRequest, control, object};
+use asphera_cia402::wire::{Cob, Expedited, NodeId, SdoRequest, SdoResponse, control, object};
 use asphera_cia402::{Cia402, Homing, Reference, Settings, Step};
 use asphera_link::{
     AxisMove, CanFrame, Command, Driver, Event, FaultKind, Flags, Input, Motion, MotionEvent,
@@ -23,6 +23,10 @@ struct Pair {
 }
 
 const NODE: u8 = 5;
+
+fn node() -> NodeId {
+    NodeId::new(NODE).expect("1 to 127")
+}
 
 fn settings() -> Settings {
     Settings {
@@ -372,11 +376,8 @@ fn homed_survives_a_reconnect_but_no_restart() {
     // Another connection: the drive says itself that it was homed, once its power is off.
     pair.order(&Motion::Halt).unwrap();
     pair.advance(500);
-    pair.drive.receive(
-        pair.now,
-        &SdoRequest::Download(object::CONTROLWORD, asphera_cia402::wire::Expedited::u16(0))
-            .encode(asphera_cia402::wire::NodeId::new(NODE).unwrap()),
-    );
+    let off = SdoRequest::Download(object::CONTROLWORD, Expedited::u16(control::DISABLE_VOLTAGE));
+    pair.drive.receive(pair.now, &off.encode(node()));
     pair.driver.disconnected(pair.now);
     pair.events.clear();
     pair.connect();
@@ -406,24 +407,13 @@ fn a_cut_bus_is_said_and_the_drive_is_set_up_again() {
 
 #[test]
 fn another_profile_is_refused() {
-    let mut pair = Pair::new(settings(), drive());
-    pair.connect();
-    let mut answer = Vec::new();
-    // Node 5 answers as an encoder would.
-    for frame in [asphera_cia402::wire::SdoResponse::Uploaded(
-        object::DEVICE_TYPE,
-        asphera_cia402::wire::Expedited::u32(0x0008_0196),
-    )] {
-        answer.push(frame.encode(asphera_cia402::wire::NodeId::new(NODE).unwrap()));
-    }
-    let mut driver = Cia402::new(settings()).unwrap();
+    let mut driver = Cia402::new(settings()).expect("good settings");
     driver.connected(Nanos::ZERO);
-    driver.receive(Nanos::ZERO, Input::Frame(&answer[0]));
-    let event = std::iter::from_fn(|| driver.poll_event()).next();
+    // Node 5 answers as an encoder would.
+    let encoder = SdoResponse::Uploaded(object::DEVICE_TYPE, Expedited::u32(0x0008_0196));
+    driver.receive(Nanos::ZERO, Input::Frame(&encoder.encode(node())));
+    let event = driver.poll_event();
     let Some(Event::Fault(fault)) = event else { panic!("{event:?}") };
-    assert!(
-        fault.detail.contains("profile 406") && fault.detail.contains("node_id"),
-        "{}",
-        fault.detail
-    );
+    let words = &fault.detail;
+    assert!(words.contains("profile 406") && words.contains("node_id"), "{words}");
 }
