@@ -261,7 +261,7 @@ impl Bench {
                 match order.motion {
                     Motion::Halt => scanner.unhalted(order.device),
                     Motion::Move(_) | Motion::Home | Motion::Run => {
-                        scanner.failed(self.now, &failure)
+                        scanner.failed(self.now, &failure);
                     }
                 }
             }
