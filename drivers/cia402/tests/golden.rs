@@ -1,8 +1,8 @@
 //! Frames of manuals: the words of the state machine, and how a drive is homed.
 
 use asphera_cia402::wire::{
-    NodeId, PowerState, SdoRequest, SdoResponse, Statusword, control, decode_tpdo, encode_tpdo,
-    object,
+    MappedObject, NodeId, PowerState, SdoRequest, SdoResponse, Statusword, control, decode_tpdo,
+    encode_tpdo, object,
 };
 use asphera_cia402::{Cia402, Homing, Settings, Step};
 use asphera_link::{
@@ -82,7 +82,7 @@ fn a_tpdo_has_statusword_and_position() {
     assert_eq!(decode_tpdo(&data), Some((Statusword(0x1637), -123_456)));
     assert_eq!(encode_tpdo(Statusword(0x1637), -123_456), data[..]);
     assert_eq!(decode_tpdo(&data[..5]), None);
-    let entries = object::TPDO1.map(|mapped| mapped.entry());
+    let entries = object::TPDO1.map(MappedObject::entry);
     assert_eq!(entries, [0x6041_0010, 0x6064_0020]);
 }
 
