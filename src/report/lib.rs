@@ -35,7 +35,7 @@ mod sampling;
 mod scan;
 mod section;
 mod snapshot;
-mod standards;
+pub mod standards;
 mod station;
 mod unmeasured;
 mod verdict;

@@ -16,15 +16,16 @@ mod profile;
 mod reconstruction;
 mod reliability;
 mod sampling;
-mod spectra;
-mod standards;
 mod verdict;
 
+pub(crate) use figures::{definition, known_of};
 pub use points::columns;
+pub(crate) use reliability::of_draws;
 use serde::Serialize;
 
 use crate::contour::ContourReport;
 use crate::parts::SessionParts;
+use crate::standards::Standard;
 use crate::{
     FaceFigures, FeatureFigures, FormFigures, LinkFigures, MeshFigures, Points, ProfileFigures,
     ReadingFigures, Report, SamplingFigures, SessionFigures, Snapshot, Verdict,
@@ -44,6 +45,9 @@ pub struct View {
 pub struct Chapter {
     /// Its identity: fronts put their pictures by it.
     pub id: ChapterId,
+    /// Chapter under which a front shows it that has no place for it alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placed_under: Option<ChapterId>,
     /// Its heading.
     pub title: &'static str,
     /// The lines of a short summary; none where the summary does not mention it.
@@ -60,14 +64,6 @@ pub enum ChapterId {
     Deviation,
     /// Figures by standards and optical shops.
     Figures,
-    /// Minimum zone.
-    MinimumZone,
-    /// Surface texture.
-    Texture,
-    /// Power spectral density.
-    Psd,
-    /// Spectrum of slopes by Forbes' polynomials.
-    QSpectrum,
     /// Fit of the nominal.
     Fit,
     /// Zernike terms.
@@ -94,6 +90,9 @@ pub enum ChapterId {
     Session,
     /// Verdict and its checks.
     Verdict,
+    /// A figure of standards.
+    #[serde(untagged)]
+    Standard(Standard),
 }
 
 impl ChapterId {
@@ -102,9 +101,6 @@ impl ChapterId {
         match self {
             ChapterId::Deviation => "deviation",
             ChapterId::Figures => "figures",
-            ChapterId::MinimumZone => "zone",
-            ChapterId::Texture => "texture",
-            ChapterId::Psd | ChapterId::QSpectrum => "spectrum",
             ChapterId::Fit => "fit",
             ChapterId::Zernike => "zernike",
             ChapterId::Profile => "profile",
@@ -118,6 +114,7 @@ impl ChapterId {
             ChapterId::Links => "links",
             ChapterId::Session => "session",
             ChapterId::Verdict => "verdict",
+            ChapterId::Standard(figure) => figure.word(),
         }
     }
 }
@@ -267,8 +264,7 @@ impl View {
         if let Some(form) = shown.form {
             chapters.push(deviation::chapter(form));
             chapters.push(figures::chapter(form));
-            chapters.extend(standards::chapters(form));
-            chapters.extend(spectra::chapters(&form.standards));
+            chapters.extend(form.standards.chapters(form));
             chapters.push(fit::chapter(form));
             chapters.extend(figures::zernike(form));
         }
@@ -299,10 +295,18 @@ fn with_content(chapters: Vec<Chapter>) -> Vec<Chapter> {
 
 impl Chapter {
     fn new(id: ChapterId, title: &'static str) -> Chapter {
-        Chapter { id, title, brief: Vec::new(), blocks: Vec::new() }
+        Chapter { id, placed_under: None, title, brief: Vec::new(), blocks: Vec::new() }
     }
 
-    fn note(&mut self, text: impl Into<String>) {
+    /// The chapter of a figure of standards.
+    pub(crate) fn of_standard(figure: Standard, title: &'static str) -> Chapter {
+        Chapter {
+            placed_under: figure.placed_under(),
+            ..Chapter::new(ChapterId::Standard(figure), title)
+        }
+    }
+
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.blocks.push(Block::Note { text: text.into() });
     }
 
@@ -312,7 +316,7 @@ impl Chapter {
         }
     }
 
-    fn table(&mut self, table: Table) {
+    pub(crate) fn table(&mut self, table: Table) {
         if !table.rows.is_empty() {
             self.blocks.push(Block::Table(table));
         }
@@ -334,7 +338,7 @@ impl Fact {
 }
 
 impl Table {
-    fn new(columns: &[(&str, Layout)]) -> Table {
+    pub(crate) fn new(columns: &[(&str, Layout)]) -> Table {
         let column = |&(title, layout): &(&str, Layout)| Column { title: title.to_owned(), layout };
         Table { title: None, columns: columns.iter().map(column).collect(), rows: Vec::new() }
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::standards::Standard;
 use asphera_report::words::raised;
 use asphera_report::{Chapter, ChapterId, FormFigures, Measured, Report, Status, View};
 
@@ -75,8 +76,12 @@ fn picture(out: &mut String, chapter: &Chapter, report: &Report) -> Result {
     let Some(form) = &report.form else { return Ok(()) };
     let of = &form.standards;
     match chapter.id {
-        ChapterId::Psd => of.psd.iter().try_for_each(|psd| spectra::psd(out, psd)),
-        ChapterId::QSpectrum => of.q_spectrum.iter().try_for_each(|q| spectra::q_spectrum(out, q)),
+        ChapterId::Standard(Standard::Psd) => {
+            of.psd.iter().try_for_each(|psd| spectra::psd(out, psd))
+        }
+        ChapterId::Standard(Standard::QSpectrum) => {
+            of.q_spectrum.iter().try_for_each(|q| spectra::q_spectrum(out, q))
+        }
         ChapterId::Zernike => form.zernike.iter().try_for_each(|of| charts::zernike(out, of)),
         _ => Ok(()),
     }

@@ -2,8 +2,8 @@
 
 use std::fmt::{Result, Write as _};
 
+use asphera_report::standards::{PsdFigures, QFigures};
 use asphera_report::words::raised;
-use asphera_report::{PsdFigures, QFigures};
 
 use super::charts::{Axes, number, open, ticks};
 

@@ -61,7 +61,7 @@ fn of_whole(figures: &[&FormFigure], is_evaluated: bool) -> Table {
 }
 
 /// Definition and source of a figure.
-pub(super) fn definition(figure: &FormFigure) -> String {
+pub(crate) fn definition(figure: &FormFigure) -> String {
     format!("{} ({})", figure.definition, figure.source)
 }
 
@@ -81,6 +81,18 @@ fn uncertainty(figure: &FormFigure) -> String {
             (None, None) => "not evaluated".to_owned(),
         },
     }
+}
+
+/// u and interval behind a value; the interval is of what noise leaves of it where it does not hold the value.
+pub(crate) fn known_of(figure: &FormFigure) -> String {
+    let (Some(u), Some(of)) = (figure.u, &figure.simulated) else { return String::new() };
+    let without = if (of.low..=of.high).contains(&figure.value) {
+        String::new()
+    } else {
+        format!("without noise {}, ", short(of.without_noise))
+    };
+    let (u, low, high) = (short(u), short(of.low), short(of.high));
+    format!(" ({without}u {u}, {:.0} %: {low} to {high})", 100.0 * of.p)
 }
 
 /// One row a set of terms removed, one column a figure.

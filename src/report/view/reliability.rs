@@ -122,7 +122,7 @@ fn correlation(found: &CorrelationFigures) -> String {
 }
 
 /// Number and seed of simulated measurements.
-pub(super) fn of_draws(simulated: &SimulatedFigures) -> String {
+pub(crate) fn of_draws(simulated: &SimulatedFigures) -> String {
     let SimulatedFigures { model, draws, seed, .. } = simulated;
     format!("{draws} simulated measurements, seed {seed} ({model}).")
 }

@@ -2,11 +2,11 @@
 
 import { make, setRows, setText } from "./dom.js";
 
-/** Fills each frame with the chapters its attribute data-chapters names; a card without any may hide. */
+/** Fills each frame with the chapters its attribute data-chapters names, and those placed under them; a card without any may hide. */
 export function showChapters({ chapters }) {
   for (const frame of document.querySelectorAll("[data-chapters]")) {
     const names = frame.dataset.chapters.split(" ");
-    const blocks = chapters.filter(({ id }) => names.includes(id)).flatMap((chapter) => chapter.blocks);
+    const blocks = chapters.filter(({ id, placed_under }) => names.includes(placed_under ?? id)).flatMap((chapter) => chapter.blocks);
     const card = frame.closest(".card");
     if (card.hasAttribute("data-hides")) card.hidden = blocks.length === 0;
     draw(frame, blocks.length ? blocks : [{ kind: "note", text: "Nothing is known yet." }]);
