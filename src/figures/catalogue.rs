@@ -1,8 +1,59 @@
-//! The catalogue of figures of a form deviation: one row a figure, and nothing about a figure stands elsewhere.
+//! The catalogue of figures: a variant and a row a figure, and nothing about a figure stands elsewhere.
 
-use super::definition::{Definition, Unit};
+use super::definition::Unit;
 use super::statistic::Statistic;
 use super::subject::Subject;
+use super::texture::Parameter;
+
+/// Which figure, variant included.
+///
+/// `Display` gives the short sign, [`Definition::text`] the meaning, [`Definition::source`] where the
+/// figure comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Definition {
+    /// Largest minus smallest deviation.
+    PeakToValley,
+    /// Root of the mean square about the nominal, every point counted alike.
+    RmsOverPoints,
+    /// Root of the mean square about the nominal, by area.
+    RmsAboutZero,
+    /// Root of the mean square about the mean.
+    RmsAboutMean,
+    /// Peak to valley of the middle share of the area.
+    RobustPeakToValley {
+        /// The share, above 0 and at most 1.
+        share: f64,
+    },
+    /// Robust peak to valley from a Fringe fit and its residual.
+    Pvr {
+        /// Fringe terms of the fit, piston included: 36 or 37.
+        terms: u8,
+    },
+    /// A of `3/A(B/C)`.
+    Sagitta,
+    /// B of `3/A(B/C)`.
+    Irregularity,
+    /// C of `3/A(B/C)`.
+    InvariantIrregularity,
+    /// RMSt.
+    RmsTotal,
+    /// RMSi.
+    RmsIrregularity,
+    /// RMSa.
+    RmsVariant,
+    /// Width of the minimum zone.
+    MinimumZone,
+    /// Largest slope along the meridian.
+    MeridionalSlopeMax,
+    /// RMS slope along the meridian.
+    MeridionalSlopeRms,
+    /// Largest gradient.
+    GradientMax,
+    /// RMS gradient.
+    GradientRms,
+    /// A parameter of surface texture.
+    Texture(Parameter),
+}
 
 /// All that is said of a figure.
 pub(super) struct Row {
@@ -44,8 +95,16 @@ impl Definition {
         Definition::GradientRms,
     ];
 
-    /// Figures that are formed of points and a nominal, not of deviations.
+    /// Figures that are formed of points and a nominal, each where its identity is asked for.
     pub const OF_POINTS: [Definition; 1] = [Definition::MinimumZone];
+
+    /// Further figures that a limit can be given for: of more than deviations, so that they are formed at the end alone.
+    pub const AT_END: [Definition; 4] = [
+        Definition::MinimumZone,
+        Definition::Texture(Parameter::Sa),
+        Definition::Texture(Parameter::Sq),
+        Definition::Texture(Parameter::Sz),
+    ];
 
     pub(super) fn row(&self) -> &'static Row {
         match self {
@@ -68,6 +127,7 @@ impl Definition {
             Definition::MeridionalSlopeRms => &MERIDIONAL_SLOPE_RMS,
             Definition::GradientMax => &GRADIENT_MAX,
             Definition::GradientRms => &GRADIENT_RMS,
+            Definition::Texture(parameter) => parameter.row(),
         }
     }
 }
@@ -208,7 +268,7 @@ const MINIMUM_ZONE: Row = Row {
     symbol: "minimum zone",
     name: "PV, minimum zone",
     unit: Unit::Nanometres,
-    subject: Subject::MinimumZone,
+    subject: Subject::Points,
     statistic: Statistic::Extreme,
     text: "distance of the two nearest parallels of the nominal between which every point lies, \
                pose and free parameters being those that make it least",

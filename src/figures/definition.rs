@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::Definition;
+
 /// A figure with its meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
@@ -19,7 +21,11 @@ impl Figure {
 
 impl fmt::Display for Figure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} {}", self.definition, self.value, self.definition.unit())
+        let Figure { definition, value } = self;
+        match definition.unit() {
+            Unit::One => write!(f, "{definition} {value}"),
+            unit => write!(f, "{definition} {value} {unit}"),
+        }
     }
 }
 
@@ -30,6 +36,12 @@ pub enum Unit {
     Nanometres,
     /// Microradians, that is nanometres per millimetre.
     Microradians,
+    /// Micrometres along the surface.
+    Micrometres,
+    /// Percent of an area.
+    Percent,
+    /// A number without unit.
+    One,
 }
 
 impl fmt::Display for Unit {
@@ -37,56 +49,11 @@ impl fmt::Display for Unit {
         f.write_str(match self {
             Unit::Nanometres => "nm",
             Unit::Microradians => "µrad",
+            Unit::Micrometres => "µm",
+            Unit::Percent => "%",
+            Unit::One => "1",
         })
     }
-}
-
-/// Which figure of a form deviation, variant included.
-///
-/// `Display` gives the short sign, [`Definition::text`] the meaning, [`Definition::source`] where the
-/// figure comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Definition {
-    /// Largest minus smallest deviation.
-    PeakToValley,
-    /// Root of the mean square about the nominal, every point counted alike.
-    RmsOverPoints,
-    /// Root of the mean square about the nominal, by area.
-    RmsAboutZero,
-    /// Root of the mean square about the mean.
-    RmsAboutMean,
-    /// Peak to valley of the middle share of the area.
-    RobustPeakToValley {
-        /// The share, above 0 and at most 1.
-        share: f64,
-    },
-    /// Robust peak to valley from a Fringe fit and its residual.
-    Pvr {
-        /// Fringe terms of the fit, piston included: 36 or 37.
-        terms: u8,
-    },
-    /// A of `3/A(B/C)`.
-    Sagitta,
-    /// B of `3/A(B/C)`.
-    Irregularity,
-    /// C of `3/A(B/C)`.
-    InvariantIrregularity,
-    /// RMSt.
-    RmsTotal,
-    /// RMSi.
-    RmsIrregularity,
-    /// RMSa.
-    RmsVariant,
-    /// Width of the minimum zone.
-    MinimumZone,
-    /// Largest slope along the meridian.
-    MeridionalSlopeMax,
-    /// RMS slope along the meridian.
-    MeridionalSlopeRms,
-    /// Largest gradient.
-    GradientMax,
-    /// RMS gradient.
-    GradientRms,
 }
 
 impl Definition {
@@ -100,11 +67,14 @@ impl Definition {
         let unit = match self.unit() {
             Unit::Nanometres => "nm",
             Unit::Microradians => "urad",
+            Unit::Micrometres => "um",
+            Unit::Percent => "percent",
+            Unit::One => return self.id().to_owned(),
         };
         format!("{}_{unit}", self.id())
     }
 
-    /// The figure of an identity, in its usual variant; in any case of letters.
+    /// The figure of deviations of an identity, in its usual variant; in any case of letters.
     pub fn of_id(id: &str) -> Option<Definition> {
         Definition::LIMITED.into_iter().find(|one| one.id().eq_ignore_ascii_case(id))
     }
@@ -149,6 +119,7 @@ fn percent(share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::Parameter;
 
     #[test]
     fn a_figure_names_its_variant() {
@@ -157,6 +128,10 @@ mod tests {
         assert_eq!(Definition::Pvr { terms: 37 }.to_string(), "PVr (Fringe 1 to 37)");
         assert_ne!(Definition::Pvr { terms: 36 }.source(), Definition::Pvr { terms: 37 }.source());
         assert_eq!(Definition::GradientRms.unit().to_string(), "µrad");
+        let texture = |parameter| Figure::new(Definition::Texture(parameter), 2.5).to_string();
+        assert_eq!(texture(Parameter::Sq), "Sq 2.5 nm");
+        assert_eq!(texture(Parameter::Sku), "Sku 2.5");
+        assert_eq!(texture(Parameter::Sdr), "Sdr 2.5 %");
     }
 
     #[test]
@@ -166,6 +141,10 @@ mod tests {
         }
         let keys = Definition::LIMITED.map(|one| one.key());
         assert_eq!((&*keys[0], &*keys[11]), ("pv_nm", "slope_max_urad"));
+        assert_eq!(
+            Definition::AT_END.map(|one| one.key()),
+            ["minimum_zone_nm", "sa_nm", "sq_nm", "sz_nm"]
+        );
         assert_eq!(Definition::of_id("RMSi"), Some(Definition::RmsIrregularity));
         assert_eq!(Definition::of_id("minimum_zone"), None, "no figure of deviations");
     }

@@ -64,7 +64,8 @@ mod unknown;
 
 pub use aberration::{Aberrations, Directed, SpectrumLine};
 pub use amplitude::{Reference, Share, peak_to_valley, pvr, rms, robust_peak_to_valley};
-pub use definition::{Definition, Figure, Unit};
+pub use catalogue::Definition;
+pub use definition::{Figure, Unit};
 pub use expansion::fringe_orders;
 pub use expansion::{FringeCount, FringeFit, fringe_fit};
 pub use formation::Formation;

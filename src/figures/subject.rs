@@ -30,8 +30,8 @@ pub enum Subject {
     Slope,
     /// Coefficients of polynomials in it.
     Terms,
-    /// The narrowest zone about it.
-    MinimumZone,
+    /// Points against the nominal: [`Definition::OF_POINTS`].
+    Points,
     /// Surface that filters leave: texture and spectra.
     Filtered,
 }
@@ -54,7 +54,7 @@ impl Subject {
         Subject::Deviation,
         Subject::Slope,
         Subject::Terms,
-        Subject::MinimumZone,
+        Subject::Points,
         Subject::Filtered,
     ];
 
@@ -65,7 +65,7 @@ impl Subject {
         }
         match self {
             Subject::Indication => Treatment::FromDesign,
-            Subject::Deviation | Subject::Slope | Subject::Terms | Subject::MinimumZone => {
+            Subject::Deviation | Subject::Slope | Subject::Terms | Subject::Points => {
                 Treatment::Cautioned
             }
             Subject::Filtered => Treatment::AsFitted,
@@ -73,15 +73,18 @@ impl Subject {
     }
 
     /// Its figures in words.
-    pub fn figures(self) -> &'static str {
-        match self {
+    pub fn figures(self) -> String {
+        let words = match self {
             Subject::Indication => "A, B, C, RMSt, RMSi and RMSa",
             Subject::Deviation => "PV, RMS and PVr",
             Subject::Slope => "slopes",
             Subject::Terms => "Zernike and Q terms",
-            Subject::MinimumZone => "the minimum zone",
+            Subject::Points => {
+                return Definition::OF_POINTS.map(|one| format!("the {}", one.symbol())).join(", ");
+            }
             Subject::Filtered => "PSD and texture",
-        }
+        };
+        words.to_owned()
     }
 }
 

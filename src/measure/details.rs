@@ -16,7 +16,7 @@ mod stations;
 
 use super::judged::Sure;
 use super::naming;
-use super::standards::{self, Standards};
+use super::standards::{self, Limited};
 use crate::Part;
 
 /// Figures of a final report about the form beside fit, PV and RMS.
@@ -28,8 +28,10 @@ pub(super) struct FormDetails {
     pub(super) zernike_unknown: Option<String>,
     pub(super) histogram: Option<HistogramFigures>,
     pub(super) rings: Vec<RingFigures>,
-    /// Those of [`standards`] that come of the deviations alone.
+    /// Figures that standards define.
     pub(super) standards: StandardFigures,
+    /// Those of them that a limit may be held against, beside figures of deviations.
+    pub(super) limited: Vec<Limited>,
     /// Unknown figures, and why.
     pub(super) unknown: Vec<String>,
     /// Why slopes over the length of their limits are not those of the whole aperture.
@@ -114,17 +116,6 @@ pub(super) fn areas_mm2(
 }
 
 impl FormDetails {
-    /// Adds figures of standards and of zones.
-    pub(super) fn with(mut self, standards: Standards, zones: Vec<FormFigure>) -> FormDetails {
-        let Standards { figures, unknown, .. } = standards;
-        // Indication and Q spectrum come of the deviations alone.
-        let StandardFigures { indication, q_spectrum, .. } = self.standards;
-        self.standards = StandardFigures { indication, q_spectrum, ..figures };
-        self.unknown.extend(unknown);
-        self.figures.extend(zones);
-        self
-    }
-
     fn fill(
         &mut self,
         part: &Part,

@@ -86,7 +86,7 @@ impl Inspection<'_> {
         };
         let sure = heights.as_ref().map(|heights| [heights.u_pv_nm, heights.u_rms_nm]);
         let sure = Sure::new(sure, &judged);
-        let details = made.map(|(fitted, found)| {
+        let mut details = made.map(|(fitted, found)| {
             let beside = Beside { rms_nm: found.rms_nm, noise_nm, sure: &sure };
             self.details(&sample, design.as_ref(), fitted, beside)
         });
@@ -99,9 +99,9 @@ impl Inspection<'_> {
         let map = made
             .and_then(|_| DeviationMap::of(mesh, (&look.triangles, &look.covered), &deviations_nm));
         let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
-        let standards = made.map(|(fitted, _)| {
-            standards::standards(&self.measured(fitted, map.as_ref(), noise_nm), by_budget)
-        });
+        if let Some(((fitted, _), details)) = made.zip(details.as_mut()) {
+            standards::add(&self.measured(fitted, map.as_ref(), noise_nm, by_budget), details);
+        }
         let sources = made
             .map(|(fitted, _)| Sources::new(part, fitted, (points, self.deviations_mm), by_budget));
         begin(Step::Unmeasured);
@@ -119,13 +119,13 @@ impl Inspection<'_> {
         let guard = part.judging.guard.filter(|_| assessed.is_some());
         let mut compared = judged::verdict(part, guard, judged, [&unmeasured, hidden]);
         let noise_dof = by_budget.map_or(f64::INFINITY, |of| of.uncertainty.noise.dof);
-        standards::hold(&mut compared, part, standards.as_ref(), noise_dof, &unmeasured);
+        standards::hold(&mut compared, part, details.as_ref(), noise_dof, &unmeasured);
         let slopes_missing = details.as_ref().and_then(|details| details.slopes_missing.as_deref());
         judged::hold_slopes(&mut compared, part, slopes_missing);
         let verdict = judge(compared, part, mesh, self.fitted, &look.mesh, &look.sampling);
-        let parts = made.zip(details).zip(standards).zip(sources);
-        let form = parts.map(|((((fitted, found), details), standards), sources)| {
-            let mut details = details.with(standards, zones);
+        let parts = made.zip(details).zip(sources);
+        let form = parts.map(|(((fitted, found), mut details), sources)| {
+            details.figures.extend(zones);
             details.unknown.extend(sources.unknown.iter().cloned());
             if heights.is_none() {
                 let why = "uncertainties: the noise of the points is not known";
@@ -180,6 +180,7 @@ impl Inspection<'_> {
         fitted: &'a Fitted,
         map: Option<&'a DeviationMap>,
         noise_nm: Option<f64>,
+        assessed: Option<&'a Assessed>,
     ) -> Measured<'a> {
         Measured {
             part: self.part,
@@ -191,6 +192,7 @@ impl Inspection<'_> {
             areas_mm2: self.areas_mm2,
             map,
             noise_nm,
+            assessed,
         }
     }
 

@@ -1,7 +1,6 @@
 //! How reports name figures: by the catalogue of the kernel. No figure gets its names elsewhere.
 
-use asphera_figures::texture;
-use asphera_figures::{Definition, Figure, Term};
+use asphera_figures::{Definition, Figure, Term, Unit};
 use asphera_form::Aperture;
 use asphera_report::{FigureName, FormFigure};
 use asphera_uncertainty::verdict::Limit;
@@ -18,17 +17,6 @@ pub(super) fn of_limit(limit: &Limit, part: &Part) -> FigureName {
     FigureName { name: limit.name(), scope, ..figure }
 }
 
-/// A parameter of texture.
-pub(super) fn of_texture(definition: texture::Definition) -> FigureName {
-    FigureName {
-        name: definition.key(),
-        id: definition.id(),
-        symbol: definition.to_string(),
-        unit: definition.unit().to_string(),
-        scope: None,
-    }
-}
-
 /// A figure of the whole part, with what its deviation is from where the fit may change the shape.
 pub(super) fn of_figure(definition: Definition, part: &Part) -> FigureName {
     let scope = design::scope(definition.subject(), part);
@@ -41,12 +29,15 @@ pub(super) fn of_figure(definition: Definition, part: &Part) -> FigureName {
     }
 }
 
-/// A figure of a deviation, of what `variant` says, without an uncertainty.
+/// A figure of what `variant` says, without an uncertainty.
 pub(super) fn figure(Figure { definition, value }: Figure, variant: String) -> FormFigure {
     FormFigure {
         id: definition.id().to_owned(),
         name: definition.to_string(),
-        unit: definition.unit().to_string(),
+        unit: match definition.unit() {
+            Unit::One => String::new(),
+            unit => unit.to_string(),
+        },
         definition: definition.text().to_owned(),
         source: definition.source().to_owned(),
         ..bare(value, variant)
@@ -77,22 +68,6 @@ pub(super) fn figure_without(figure: Figure, terms: &[Term], sure: &Sure) -> For
 pub(super) fn without(terms: &[Term]) -> String {
     let names: Vec<String> = terms.iter().map(ToString::to_string).collect();
     format!("{} removed", names.join(", "))
-}
-
-/// A parameter of texture, of the surface that `variant` names.
-pub(super) fn parameter(found: texture::Figure, variant: &str) -> FormFigure {
-    let texture::Figure { definition, value } = found;
-    FormFigure {
-        id: definition.id(),
-        name: definition.to_string(),
-        unit: match definition.unit() {
-            texture::Unit::One => String::new(),
-            unit => unit.to_string(),
-        },
-        definition: definition.text().to_owned(),
-        source: definition.source().to_owned(),
-        ..bare(value, variant.to_owned())
-    }
 }
 
 /// Slopes along a profile.

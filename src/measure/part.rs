@@ -83,7 +83,7 @@ impl Part {
 
     /// Whether a figure of points and nominal is formed: one that is asked for, or has a limit.
     pub fn asks_for(&self, figure: Definition) -> bool {
-        let limited = self.judging.of_points.iter().map(|(limited, _)| limited);
+        let limited = self.judging.standards.iter().map(|(limited, _)| limited);
         self.figures.of_points.iter().chain(limited).any(|asked| *asked == figure)
     }
 

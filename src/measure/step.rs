@@ -11,7 +11,7 @@ pub enum Step {
     Sampling,
     /// The deviation of every point, its figures and their uncertainties.
     Deviation,
-    /// The deviation on a grid, minimum zone, spectra and texture.
+    /// The deviation on a grid, and figures of standards that need more than deviations.
     Standards,
     /// The part that was not measured is estimated.
     Unmeasured,
@@ -29,7 +29,7 @@ impl Step {
             Step::Fit => "fitting the nominal",
             Step::Sampling => "assessing the sampling",
             Step::Deviation => "deviations and uncertainties",
-            Step::Standards => "minimum zone, spectra and texture",
+            Step::Standards => "figures of standards",
             Step::Unmeasured => "estimating what was not measured",
             Step::Defects => "looking for defects",
             Step::Verdict => "holding figures against limits",

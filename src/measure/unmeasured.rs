@@ -2,7 +2,7 @@
 //! leave.
 
 use asphera_figures::{
-    Definition, Reference, Sample, Statistic, Terms, Unit, peak_to_valley, remove, rms,
+    Definition, Reference, Sample, Statistic, Subject, Terms, Unit, peak_to_valley, remove, rms,
 };
 use asphera_form::Aperture;
 use asphera_report::{SamplingFigures, UnmeasuredFigures};
@@ -170,8 +170,12 @@ impl Unmeasured {
 
     /// Amount that may be added to the figure of a limit, in its unit; `None` where that is not known, or larger than the
     /// probability asked for allows. Slopes are those of stations, so that nothing is between them; where none can be formed
-    /// they are taken for no steeper than the steepest, or as likely as anywhere to be it.
+    /// they are taken for no steeper than the steepest, or as likely as anywhere to be it. Of surfaces that filters leave nothing is
+    /// known to be missing.
     pub(super) fn hidden(&self, limit: &Limit) -> Option<f64> {
+        if limit.definition.subject() == Subject::Filtered {
+            return Some(0.0);
+        }
         let found = self.of_limit(limit);
         if limit.definition.unit() == Unit::Microradians {
             let share = found.share?;

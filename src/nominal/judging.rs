@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-use asphera_figures::texture;
-use asphera_figures::{Definition, Indication, SlopeSettings, Term, Terms, Unit};
+use asphera_figures::{Definition, Indication, SlopeSettings, Subject, Term, Terms, Unit};
 use asphera_form::Aperture;
 use asphera_measure::{CorrelationFrom, Judging};
 use asphera_settings::Section;
@@ -27,10 +26,10 @@ pub(super) fn read(
         }
         Some(value)
     };
-    let texture = texture::Definition::LIMITED.into_iter().filter_map(|definition| {
+    let standards = Definition::AT_END.into_iter().filter_map(|definition| {
         let key = definition.key();
         let limit = above_0(&key)?;
-        if !has_texture {
+        if definition.subject() == Subject::Filtered && !has_texture {
             tolerance.problem(&key, "the table figures.texture, which states the scale", "none");
         }
         Some((definition, limit))
@@ -38,17 +37,7 @@ pub(super) fn read(
     let section = table.section("uncertainty");
     let (correlated, uncertainty) = (correlated(&section), uncertainty(&section, guard.is_some()));
     section.finish();
-    Judging {
-        indication,
-        of_points: (Definition::OF_POINTS.into_iter())
-            .filter_map(|figure| Some((figure, above_0(&figure.key())?)))
-            .collect(),
-        texture: texture.collect(),
-        correlated,
-        uncertainty,
-        limits,
-        guard,
-    }
+    Judging { indication, standards: standards.collect(), correlated, uncertainty, limits, guard }
 }
 
 /// Reads `indication`, and adds its limits to those there are.
@@ -375,8 +364,11 @@ mod tests {
         let part =
             parse("[tolerance]\nminimum_zone_nm = 80\nsq_nm = 3\n[figures.texture]\n").unwrap();
         let judging = part.judging;
-        assert_eq!(judging.of_points, [(Definition::MinimumZone, 80.0)]);
-        assert_eq!(judging.texture, [(texture::Definition::Sq, 3.0)]);
+        let expected = [
+            (Definition::MinimumZone, 80.0),
+            (Definition::Texture(asphera_figures::texture::Parameter::Sq), 3.0),
+        ];
+        assert_eq!(judging.standards, expected);
         assert_eq!((judging.limits, judging.uncertainty), (Vec::new(), None));
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use asphera_figures::Definition;
 use asphera_form::ReferenceSettings;
 use asphera_form::{Loss, MeasuredFrom, Parameter, provisional};
 use asphera_measure::{COVERAGE_MIN, CorrelationFrom, Criterion, Judging, Part, Weights};
@@ -64,8 +65,9 @@ pub fn read(table: &Section<'_>, folder: &Path) -> Option<Part> {
     let reference = surface.as_ref().and_then(|surface| surface.reference.clone());
     if reference.is_some() {
         goes_with_unknown(&fit, &criterion, table, &judging);
-        let limited = judging.of_points.iter().map(|(figure, _)| figure);
-        if let Some(asked) = figures.of_points.iter().chain(limited).next() {
+        let limited = judging.standards.iter().map(|(figure, _)| figure);
+        let mut asked = figures.of_points.iter().chain(limited);
+        if let Some(asked) = asked.find(|figure| Definition::OF_POINTS.contains(figure)) {
             let expected = format!("no {}: an unknown surface follows the points", asked.symbol());
             table.problem("figures", expected, "one");
         }

@@ -84,10 +84,7 @@ pub use snapshot::{
     Connection, Convergence, LinkState, Outputs, Progress, SNAPSHOT_FORMAT, Snapshot, State,
     Waiting,
 };
-pub use standards::{
-    ContactFigures, IndicationFigures, MinimumZoneFigures, PsdFigures, QFigures, StandardFigures,
-    TextureFigures,
-};
+pub use standards::StandardFigures;
 pub use station::{Answer, ControlError, LiveStation, SessionEntry, SessionFile, Waypoints};
 pub use unmeasured::UnmeasuredFigures;
 pub use verdict::{Check, Status, Verdict};

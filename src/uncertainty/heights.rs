@@ -17,13 +17,15 @@ use std::f64::consts::{PI, SQRT_2};
 
 use rayon::prelude::*;
 
+use super::Uncertainty;
 use super::budget::UncertaintyError;
 use super::distribution::{normal_cdf, student_quantile};
 use super::extremes::{self, Errors, Extremes};
 use super::linear::dot;
 use super::modes::Modes;
-use super::simulate::{Draws, Simulated, Source, extremes, factors};
-use asphera_figures::texture::{Datum, Definition, Functions, Mesh, NoiseLeft, Scale};
+use super::simulate::{Draws, Simulated, extremes, factors};
+use asphera_figures::Definition;
+use asphera_figures::texture::{Datum, Functions, Mesh, NoiseLeft, Parameter, Scale};
 use asphera_form::NM_PER_MM;
 use asphera_geometry::Numbers;
 
@@ -52,9 +54,14 @@ struct Nodes {
     areas_mm2: Vec<f64>,
 }
 
-impl Source<'_> {
-    /// Sa, Sq, Sp, Sv and Sz in nm of a scale-limited surface of the deviations; empty where no point counts.
-    pub(super) fn heights_nm(
+impl Uncertainty {
+    /// Sa, Sq, Sp, Sv and Sz of a scale-limited surface of the deviations, in nm, by simulated measurements; empty where no
+    /// point counts. Vertices of `surface` are the points given, in their order.
+    ///
+    /// `scale` and `f_operation` are what made the surface; robust filters count as linear ones. `O(n)` once, and a draw
+    /// costs the same however many points there are. Where cut-offs are below a sixteenth of the part, long-wave errors
+    /// count for what pieces of a forty-eighth of it tell.
+    pub fn texture(
         &self,
         surface: &Mesh,
         scale: &Scale,
@@ -62,7 +69,7 @@ impl Source<'_> {
         draws: &Draws,
     ) -> Result<Vec<(Definition, Simulated)>, UncertaintyError> {
         draws.validate()?;
-        let linear = self.linear;
+        let linear = &self.linear;
         let needed = linear.indices.last().map_or(0, |last| last + 1);
         if surface.len() < needed {
             return Err(UncertaintyError::Lengths { points: needed, found: surface.len() });
@@ -88,12 +95,13 @@ impl Source<'_> {
         }
         let mut found = self.averages(&places, &nodes, draws);
         found.extend(self.ends(&places, &nodes, scale, draws));
-        Ok(found)
+        let of = |(parameter, simulated)| (Definition::Texture(parameter), simulated);
+        Ok(found.into_iter().map(of).collect())
     }
 
     /// What filters leave at the nodes; shares of places are still areas in mm².
     fn nodes(&self, places: &[Place], scale: &Scale, datums: [Datum; 2]) -> Nodes {
-        let Modes { nodes, residual_mm, .. } = self.modes;
+        let Modes { nodes, residual_mm, .. } = &self.modes;
         let (mut areas_mm2, mut counts) = (vec![0.0; nodes.len()], vec![0.0_f64; nodes.len()]);
         for place in places {
             areas_mm2[place.node] += place.share;
@@ -120,7 +128,7 @@ impl Source<'_> {
         places: &[Place],
         nodes: &Nodes,
         draws: &Draws,
-    ) -> Vec<(Definition, Simulated)> {
+    ) -> Vec<(Parameter, Simulated)> {
         let step = places.len().div_ceil(MOST_AVERAGED);
         let some: Vec<&Place> = places.iter().step_by(step).collect();
         let weight: f64 = some.iter().map(|place| place.share).sum();
@@ -152,26 +160,26 @@ impl Source<'_> {
         } else {
             vec![with_waves(0); draws.count as usize]
         };
-        let definitions = [Definition::Sa, Definition::Sq];
-        let figure = |(column, definition): (usize, Definition)| {
+        let parameters = [Parameter::Sa, Parameter::Sq];
+        let figure = |(column, parameter): (usize, Parameter)| {
             let of_draw = |(draw, drawn): (u32, &[f64; 2])| {
                 let noise = Numbers::new(draws.seed, draw, TEXTURE).normal(column);
                 let mean = measured[column] + drawn[column] - of_some[column];
                 let mean = (mean + spread[column].sqrt() * noise).max(0.0);
-                Some(if definition == Definition::Sq { mean.sqrt() } else { mean })
+                Some(if parameter == Parameter::Sq { mean.sqrt() } else { mean })
             };
             let found: Vec<Option<f64>> = (0..).zip(&drawn).map(of_draw).collect();
-            let measured = match definition {
-                Definition::Sq => measured[column].sqrt(),
+            let measured = match parameter {
+                Parameter::Sq => measured[column].sqrt(),
                 _ => measured[column],
             };
-            let simulated = match definition {
-                Definition::Sq => Simulated::of_squares(measured, &found, some.len(), 0.0),
+            let simulated = match parameter {
+                Parameter::Sq => Simulated::of_squares(measured, &found, some.len(), 0.0),
                 _ => Simulated::of_sizes(measured, &found, some.len()),
             };
-            Some((definition, simulated?))
+            Some((parameter, simulated?))
         };
-        definitions.into_iter().enumerate().filter_map(figure).collect()
+        parameters.into_iter().enumerate().filter_map(figure).collect()
     }
 
     /// Variances by independent noise of the means of the size and of the square of the heights.
@@ -212,7 +220,7 @@ impl Source<'_> {
         nodes: &Nodes,
         scale: &Scale,
         draws: &Draws,
-    ) -> Vec<(Definition, Simulated)> {
+    ) -> Vec<(Parameter, Simulated)> {
         let of = |value: &dyn Fn(&Place) -> f64| places.iter().map(value).collect::<Vec<f64>>();
         let heights_nm = of(&|place| place.height_nm);
         let mut noise_nm2 = of(&|place| place.left_nm2);
@@ -237,7 +245,7 @@ impl Source<'_> {
         );
         let [low, high] = extremes(&heights_nm);
         let [sp, sv, sz] = found.figures([high, -low], draws);
-        vec![(Definition::Sp, sp), (Definition::Sv, sv), (Definition::Sz, sz)]
+        vec![(Parameter::Sp, sp), (Parameter::Sv, sv), (Parameter::Sz, sz)]
     }
 
     /// Places that may be an extreme, the outermost if there are many.

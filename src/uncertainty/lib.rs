@@ -44,12 +44,9 @@ mod zone;
 
 use nalgebra::DMatrix;
 
-use asphera_figures::Sample;
-use asphera_figures::texture::{self, Datum, Mesh, Scale};
-use asphera_form::{Aperture, Covariance, Fit, Parameter, PointMm, ZoneFit};
+use asphera_form::{Aperture, Covariance, Fit, Parameter, PointMm};
 use linear::Linear;
 use modes::Modes;
-use simulate::Source;
 use taken::Taken;
 
 pub use budget::{Budget, Effect, Kernel, LongWave, Noise, UncertaintyError};
@@ -262,92 +259,6 @@ impl Uncertainty {
         self.taken.as_ref().map_or(0.0, |taken| taken.variance(worth, &self.noise_mm2))
     }
 
-    /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth
-    /// whether the form stands out of the noise or not.
-    pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
-        self.source().peak_to_valley_nm(draws)
-    }
-
-    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements. `None` for a
-    /// zone without a width.
-    ///
-    /// To first order: the errors must be small beside what bends the surface, which they are unless the fit
-    /// itself is in doubt.
-    pub fn minimum_zone_nm(
-        &self,
-        zone: &ZoneFit,
-        draws: &Draws,
-    ) -> Result<Option<Simulated>, UncertaintyError> {
-        self.source().minimum_zone_nm(zone, draws)
-    }
-
-    /// Sa, Sq, Sp, Sv and Sz of a scale-limited surface of the deviations, in nm, by simulated measurements; empty where no
-    /// point counts. Vertices of `surface` are the points given, in their order.
-    ///
-    /// `scale` and `f_operation` are what made the surface; robust filters count as linear ones. `O(n)` once, and a draw
-    /// costs the same however many points there are. Where cut-offs are below a sixteenth of the part, long-wave errors
-    /// count for what pieces of a forty-eighth of it tell.
-    pub fn texture(
-        &self,
-        surface: &Mesh,
-        scale: &Scale,
-        f_operation: Datum,
-        draws: &Draws,
-    ) -> Result<Vec<(texture::Definition, Simulated)>, UncertaintyError> {
-        self.source().heights_nm(surface, scale, f_operation, draws)
-    }
-
-    /// Any figure of the deviations by simulated measurements; `None` if the measurement or nearly all draws do
-    /// not have it.
-    ///
-    /// `figure` is given deviations in mm, in the order of [`Uncertainty::indices`].
-    pub fn simulate(
-        &self,
-        draws: &Draws,
-        figure: impl Fn(&[f64]) -> Option<f64> + Sync,
-    ) -> Result<Option<Simulated>, UncertaintyError> {
-        self.source().figure(draws, figure)
-    }
-
-    /// As [`Uncertainty::simulate`], of a figure to the square of which errors add, as to that of an RMS slope: what noise
-    /// adds is told by the squares.
-    pub fn simulate_of_squares(
-        &self,
-        draws: &Draws,
-        figure: impl Fn(&[f64]) -> Option<f64> + Sync,
-    ) -> Result<Option<Simulated>, UncertaintyError> {
-        self.source().figure_of_squares(draws, figure)
-    }
-
-    /// A figure that averages over the area by simulated measurements, of few points where there are many; `None` if
-    /// the measurement or nearly all draws do not have it.
-    ///
-    /// `figure` is given some of the points, by their places in the order of [`Uncertainty::indices`], and deviations there in
-    /// mm. A draw costs the same however many points there are.
-    pub fn simulate_average(
-        &self,
-        draws: &Draws,
-        kind: Average,
-        figure: impl Fn(&[usize], &[f64]) -> Option<f64> + Sync,
-    ) -> Result<Option<Simulated>, UncertaintyError> {
-        self.source().average(draws, kind, figure)
-    }
-
-    /// The range in nm of what least squares leave of the deviations, by simulated measurements; `None` if nothing is left. Its
-    /// interval holds the truth as that of [`Uncertainty::peak_to_valley_nm`] does; what noise does to what is taken off is
-    /// neglected.
-    ///
-    /// `left` must be linear. It is given places in mm, part frame, deviations there in mm, and how much each counts;
-    /// `whole` is what it leaves of the deviations. `O(n log n)` once, and a draw costs the same for any number of points.
-    pub(crate) fn simulate_range(
-        &self,
-        draws: &Draws,
-        whole: &Sample,
-        left: impl Fn(&[[f64; 2]], &[f64], &[f64]) -> Option<Sample> + Sync,
-    ) -> Result<Option<Simulated>, UncertaintyError> {
-        self.source().range_nm(draws, whole, left)
-    }
-
     /// Indices of the points used, among those given.
     pub fn indices(&self) -> &[usize] {
         &self.linear.indices
@@ -361,15 +272,6 @@ impl Uncertainty {
     /// Their deviations in mm.
     pub fn deviations_mm(&self) -> &[f64] {
         &self.linear.distances_mm
-    }
-
-    fn source(&self) -> Source<'_> {
-        Source {
-            linear: &self.linear,
-            modes: &self.modes,
-            budget: &self.budget,
-            noise_mm2: &self.noise_mm2,
-        }
     }
 }
 

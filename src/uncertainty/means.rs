@@ -7,9 +7,10 @@
 
 use rayon::prelude::*;
 
+use super::Uncertainty;
 use super::budget::UncertaintyError;
 use super::linear::dot;
-use super::simulate::{Draws, POINTS, Simulated, Source, factors};
+use super::simulate::{Draws, POINTS, Simulated, factors};
 use asphera_geometry::Numbers;
 
 /// How noise adds to an average.
@@ -21,16 +22,20 @@ pub enum Average {
     OfSquares,
 }
 
-impl Source<'_> {
-    /// A figure in the unit that `figure` gives it, of some of the points and their residuals in mm. `O(N·(p + m))` a draw.
-    pub(super) fn average(
+impl Uncertainty {
+    /// A figure that averages over the area by simulated measurements, of few points where there are many; `None` if
+    /// the measurement or nearly all draws do not have it.
+    ///
+    /// `figure` is given some of the points, by their places in the order of [`Uncertainty::indices`], and deviations there in
+    /// mm. A draw costs the same however many points there are.
+    pub fn simulate_average(
         &self,
         draws: &Draws,
         kind: Average,
         figure: impl Fn(&[usize], &[f64]) -> Option<f64> + Sync,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         draws.validate()?;
-        let linear = self.linear;
+        let linear = &self.linear;
         let all: Vec<usize> = (0..linear.len()).collect();
         let Some(measured) = figure(&all, &linear.distances_mm) else {
             return Ok(None);
@@ -66,7 +71,7 @@ impl Source<'_> {
 
     /// Residuals of one draw at some places in mm: with noise as it averages out, and with all of it.
     fn residuals_of(&self, some: &[usize], seed: u64, draw: u32) -> [Vec<f64>; 2] {
-        let Source { linear, modes, budget, noise_mm2, .. } = self;
+        let Uncertainty { linear, modes, budget, noise_mm2, .. } = self;
         let noise = Numbers::new(seed, draw, POINTS);
         let factors = factors(seed, draw, modes.functions());
         let share = (some.len() as f64 / linear.len() as f64).sqrt();

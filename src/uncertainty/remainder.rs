@@ -6,10 +6,11 @@
 
 use rayon::prelude::*;
 
+use super::Uncertainty;
 use super::budget::UncertaintyError;
 use super::extremes::{Datum, Errors, Extremes};
 use super::modes::Modes;
-use super::simulate::{Draws, Simulated, Source};
+use super::simulate::{Draws, Simulated};
 use asphera_figures::Sample;
 use asphera_form::NM_PER_MM;
 
@@ -22,12 +23,14 @@ struct Patch {
     middle: usize,
 }
 
-impl Source<'_> {
-    /// The range in nm of `whole`, which is what `left` leaves of the residuals; `None` if it is empty.
+impl Uncertainty {
+    /// The range in nm of what least squares leave of the deviations, by simulated measurements; `None` if nothing is left. Its
+    /// interval holds the truth as that of [`Uncertainty::peak_to_valley_nm`] does; what noise does to what is taken off is
+    /// neglected.
     ///
-    /// `left` is given places in mm, deviations there in mm and how much each counts. `O(n log n)` once, `O(m·p²)` for m
-    /// functions of correlated errors, and a draw costs the same for any number of points.
-    pub(super) fn range_nm(
+    /// `left` must be linear. It is given places in mm, part frame, deviations there in mm, and how much each counts;
+    /// `whole` is what it leaves of the deviations. `O(n log n)` once, and a draw costs the same for any number of points.
+    pub(crate) fn simulate_range(
         &self,
         draws: &Draws,
         whole: &Sample,
@@ -56,7 +59,7 @@ impl Source<'_> {
 
     /// The points of a sample by their nodes.
     fn patches(&self, whole: &Sample) -> Vec<Patch> {
-        let Modes { nodes, .. } = self.modes;
+        let Modes { nodes, .. } = &self.modes;
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
         for (member, &place) in whole.indices().iter().enumerate() {
             members[self.modes.node_of(place)].push(member);

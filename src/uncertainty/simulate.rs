@@ -8,11 +8,11 @@
 
 use rayon::prelude::*;
 
-use super::budget::{Budget, UncertaintyError, check};
+use super::Uncertainty;
+use super::budget::{UncertaintyError, check};
 use super::distribution::normal_exceeded;
 use super::extremes::{Datum, Errors, Extremes};
-use super::linear::{Linear, dot};
-use super::modes::Modes;
+use super::linear::dot;
 use super::square::MeanSquare;
 use asphera_form::NM_PER_MM;
 use asphera_geometry::Numbers;
@@ -219,19 +219,12 @@ impl Draws {
     }
 }
 
-/// All a draw needs.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
-    pub(super) linear: &'a Linear,
-    pub(super) modes: &'a Modes,
-    pub(super) budget: &'a Budget,
-    /// Independent variance of each point.
-    pub(super) noise_mm2: &'a [f64],
-}
-
-impl Source<'_> {
-    /// Any figure of the residuals in mm; `None` if too few draws have it. `O(n·(p + m))` a draw.
-    pub(super) fn figure(
+impl Uncertainty {
+    /// Any figure of the deviations by simulated measurements; `None` if the measurement or nearly all draws do
+    /// not have it.
+    ///
+    /// `figure` is given deviations in mm, in the order of [`Uncertainty::indices`].
+    pub fn simulate(
         &self,
         draws: &Draws,
         figure: impl Fn(&[f64]) -> Option<f64> + Sync,
@@ -244,8 +237,9 @@ impl Source<'_> {
         Ok(Simulated::new(measured, &found, n))
     }
 
-    /// As [`Source::figure`], of one to the square of which errors add.
-    pub(super) fn figure_of_squares(
+    /// As [`Uncertainty::simulate`], of a figure to the square of which errors add, as to that of an RMS slope: what noise
+    /// adds is told by the squares.
+    pub fn simulate_of_squares(
         &self,
         draws: &Draws,
         figure: impl Fn(&[f64]) -> Option<f64> + Sync,
@@ -259,14 +253,14 @@ impl Source<'_> {
 
     /// All residuals of one draw, in mm.
     fn residuals_mm(&self, seed: u64, draw: u32) -> Vec<f64> {
-        let Source { linear, modes, budget, noise_mm2, .. } = self;
+        let Uncertainty { linear, modes, budget, noise_mm2, .. } = self;
         let noise = Numbers::new(seed, draw, POINTS);
         let factors: Vec<f64> = factors(seed, draw, modes.functions());
         let mut moved = self.moved_by(&factors);
         let waves = modes.waves(budget, &factors);
         let mut errors_mm: Vec<f64> = Vec::with_capacity(linear.len());
-        for place in 0..linear.len() {
-            let own_mm = noise_mm2[place].sqrt() * noise.normal(place);
+        for (place, variance_mm2) in noise_mm2.iter().enumerate() {
+            let own_mm = variance_mm2.sqrt() * noise.normal(place);
             moved.iter_mut().zip(linear.gain(place)).for_each(|(sum, gain)| *sum += gain * own_mm);
             errors_mm.push(own_mm + waves.at(place, linear));
         }
@@ -276,8 +270,9 @@ impl Source<'_> {
         errors_mm
     }
 
-    /// Peak to valley in nm. `O(n log n)` once, and a draw costs the same however many points there are.
-    pub(super) fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
+    /// The peak to valley deviation in nm, at the measured places, by simulated measurements. Its interval holds the truth
+    /// whether the form stands out of the noise or not.
+    pub fn peak_to_valley_nm(&self, draws: &Draws) -> Result<Simulated, UncertaintyError> {
         draws.validate()?;
         let [low, high] = extremes(&self.linear.distances_mm);
         let errors = OfDistances::new(self, &self.linear.distances_mm);
@@ -304,24 +299,24 @@ pub(super) struct OfDistances {
 }
 
 impl OfDistances {
-    pub(super) fn new(source: &Source<'_>, distances_mm: &[f64]) -> OfDistances {
+    pub(super) fn new(of: &Uncertainty, distances_mm: &[f64]) -> OfDistances {
         let nm = |values: &[f64], unit: f64| values.iter().map(|value| value * unit).collect();
-        let functions = source.modes.residual_mm.iter();
+        let functions = of.modes.residual_mm.iter();
         OfDistances {
             distances_nm: nm(distances_mm, NM_PER_MM),
-            noise_nm2: nm(source.noise_mm2, NM_PER_MM * NM_PER_MM),
+            noise_nm2: nm(&of.noise_mm2, NM_PER_MM * NM_PER_MM),
             functions_nm: functions.map(|values| nm(values, NM_PER_MM)).collect(),
         }
     }
 
-    pub(super) fn errors<'a>(&'a self, source: &Source<'a>) -> Errors<'a> {
+    pub(super) fn errors<'a>(&'a self, of: &'a Uncertainty) -> Errors<'a> {
         Errors {
-            places_mm: &source.linear.places_mm,
+            places_mm: &of.linear.places_mm,
             heights: &self.distances_nm,
             noise: &self.noise_nm2,
             independent: &self.noise_nm2,
             functions: &self.functions_nm,
-            node_of: source.modes.nodes_of(),
+            node_of: of.modes.nodes_of(),
         }
     }
 }

@@ -9,23 +9,27 @@
 
 use rayon::prelude::*;
 
+use super::Uncertainty;
 use super::budget::UncertaintyError;
 use super::extremes::{Datum, End, Extremes, Outer};
 use super::linear::dot;
-use super::simulate::{Draws, OfDistances, Simulated, Source};
+use super::simulate::{Draws, OfDistances, Simulated};
 use asphera_form::linear::LinearZone;
 use asphera_form::{FitSettings, NM_PER_MM, Side, ZoneFit, deviations};
 
-impl Source<'_> {
-    /// Width of the minimum zone in nm; `None` for one without a width. `O(n log n)` once, `O(c·(p + m))` an exchange of each
-    /// draw for c windows.
-    pub(super) fn minimum_zone_nm(
+impl Uncertainty {
+    /// The width of a minimum zone of the same points in nm, at the measured places, by simulated measurements. `None` for a
+    /// zone without a width.
+    ///
+    /// To first order: the errors must be small beside what bends the surface, which they are unless the fit
+    /// itself is in doubt. `O(n log n)` once, `O(c·(p + m))` an exchange of each draw for c windows.
+    pub fn minimum_zone_nm(
         &self,
         zone: &ZoneFit,
         draws: &Draws,
     ) -> Result<Option<Simulated>, UncertaintyError> {
         draws.validate()?;
-        let linear = self.linear;
+        let linear = &self.linear;
         let distances_mm = deviations(&linear.points, &zone.nominal, &zone.pose);
         let known = OfDistances::new(self, &distances_mm);
         let errors = known.errors(self);
@@ -64,7 +68,7 @@ impl Source<'_> {
     /// Standard deviation in nm of the sum of distances that the multipliers make. Noise counts as if each point that holds a
     /// border held it alone, which is the most it may be.
     fn of_holding_nm(&self, zone: &ZoneFit) -> f64 {
-        let Source { linear, modes, noise_mm2, budget } = self;
+        let Uncertainty { linear, modes, noise_mm2, budget, .. } = self;
         let mut waves_mm = vec![0.0; modes.functions()];
         let (mut noise, mut held) = (0.0, 0.0);
         for contact in &zone.contacts {

@@ -78,7 +78,7 @@ fn commented_limits_and_uncertainties_of_the_reference_are_known() {
         Config::parse("asphera.toml", &format!("{}{shown}{}", &text[..from], &text[to..])).unwrap();
     let judging = config.part.judging;
     assert_eq!((judging.limits.len(), judging.guard.is_some()), (9, true));
-    assert_eq!((judging.texture.len(), judging.of_points[0].1), (3, 280.0));
+    assert_eq!((judging.standards.len(), judging.standards[0].1), (4, 280.0));
     let texture = config.part.figures.texture.unwrap();
     assert_eq!((texture.scale.s_mm(), texture.scale.l_mm()), (Some(0.08), Some(2.5)));
     let (budget, draws) = judging.uncertainty.unwrap();

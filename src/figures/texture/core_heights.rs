@@ -1,7 +1,8 @@
 //! The core surface of the material ratio curve.
 
 use super::surface::Nodes;
-use super::{Definition, Figure, Support, Surface, Unknown};
+use super::{Parameter, Support, Surface, Unknown};
+use crate::Figure;
 
 /// The functional parameters of ISO 25178-2:2021, 4.5, for stratified surfaces (procedure of ISO 13565-2).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,13 +27,13 @@ impl CoreParameters {
     /// All but the beginning of the line.
     pub fn figures(&self) -> Vec<Figure> {
         let known = [
-            (Definition::Sk, Some(self.sk_nm)),
-            (Definition::Spk, Some(self.spk_nm)),
-            (Definition::Svk, Some(self.svk_nm)),
-            (Definition::Smrk1, Some(self.smrk1_percent)),
-            (Definition::Smrk2, Some(self.smrk2_percent)),
+            (Parameter::Sk, Some(self.sk_nm)),
+            (Parameter::Spk, Some(self.spk_nm)),
+            (Parameter::Svk, Some(self.svk_nm)),
+            (Parameter::Smrk1, Some(self.smrk1_percent)),
+            (Parameter::Smrk2, Some(self.smrk2_percent)),
         ];
-        Figure::known(&known)
+        Parameter::known(&known)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Height parameters.
 
-use super::{Definition, Figure, Support, Surface, Unknown};
+use super::{Parameter, Support, Surface, Unknown};
+use crate::Figure;
 
 /// The height parameters of ISO 25178-2:2021, 4.2, about the datum of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,15 +28,15 @@ impl HeightParameters {
     /// Those that are known.
     pub fn figures(&self) -> Vec<Figure> {
         let known = [
-            (Definition::Sa, Some(self.sa_nm)),
-            (Definition::Sq, Some(self.sq_nm)),
-            (Definition::Ssk, self.ssk),
-            (Definition::Sku, self.sku),
-            (Definition::Sp, Some(self.sp_nm)),
-            (Definition::Sv, Some(self.sv_nm)),
-            (Definition::Sz, Some(self.sz_nm)),
+            (Parameter::Sa, Some(self.sa_nm)),
+            (Parameter::Sq, Some(self.sq_nm)),
+            (Parameter::Ssk, self.ssk),
+            (Parameter::Sku, self.sku),
+            (Parameter::Sp, Some(self.sp_nm)),
+            (Parameter::Sv, Some(self.sv_nm)),
+            (Parameter::Sz, Some(self.sz_nm)),
         ];
-        Figure::known(&known)
+        Parameter::known(&known)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Hybrid parameters: slopes and the developed area.
 
-use super::{Definition, Figure, Grid, Mesh, Support, Surface, Unknown};
+use super::{Grid, Mesh, Parameter, Support, Surface, Unknown};
+use crate::Figure;
 
 /// The hybrid parameters of ISO 25178-2:2021, 4.4, of the surface interpolated linearly on triangles.
 ///
@@ -24,8 +25,8 @@ impl HybridParameters {
     /// Both.
     pub fn figures(&self) -> Vec<Figure> {
         let known =
-            [(Definition::Sdq, Some(self.sdq_urad)), (Definition::Sdr, Some(self.sdr_percent))];
-        Figure::known(&known)
+            [(Parameter::Sdq, Some(self.sdq_urad)), (Parameter::Sdr, Some(self.sdr_percent))];
+        Parameter::known(&known)
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Heights are nm, places mm, slopes µrad. What is not measured is a gap: it has no weight in any sum, and
 //! no filter fills it. A node weighs as much as the area it stands for: equal on a grid, a third of each
-//! triangle around it on a mesh. Every result carries its [`Support`], every figure its [`Definition`]; what
+//! triangle around it on a mesh. Every result carries its [`Support`], every figure its [`Definition`](crate::Definition); what
 //! the data cannot tell is an [`Unknown`] that says why. The same input gives the same bits whatever the
 //! number of threads.
 //!
@@ -37,7 +37,6 @@ mod binned_filter;
 mod cells;
 mod core_heights;
 mod datum;
-mod definition;
 mod gaussian;
 mod grid;
 mod grid_filter;
@@ -45,6 +44,7 @@ mod heights;
 mod hybrid;
 mod mesh;
 mod mesh_filter;
+mod parameter;
 mod raster;
 mod rays;
 mod regression;
@@ -57,12 +57,12 @@ mod unknown;
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use core_heights::{CoreParameters, core_parameters};
 pub use datum::Datum;
-pub use definition::{Definition, Figure, Unit};
 pub use gaussian::{Filtered, Gaussian, Order};
 pub use grid::Grid;
 pub use heights::{HeightParameters, height_parameters};
 pub use hybrid::{HybridParameters, hybrid_parameters};
 pub use mesh::Mesh;
+pub use parameter::Parameter;
 pub use rays::{Decay, SpatialParameters, Threshold, spatial_parameters};
 pub use response::{Functions, NoiseLeft};
 pub use robust::{Robust, RobustReport};

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use super::unknown::Unknown;
-use super::{Autocorrelation, Definition, Figure, Support, Surface, TextureError, autocorrelation};
+use super::{Autocorrelation, Parameter, Support, Surface, TextureError, autocorrelation};
+use crate::Figure;
 
 /// Where the autocorrelation first falls to the threshold along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +60,8 @@ impl SpatialParameters {
     /// Those that are known.
     pub fn figures(&self) -> Vec<Figure> {
         let known =
-            [(Definition::Sal, Some(self.sal_um())), (Definition::Str, self.str_ratio().ok())];
-        Figure::known(&known)
+            [(Parameter::Sal, Some(self.sal_um())), (Parameter::Str, self.str_ratio().ok())];
+        Parameter::known(&known)
     }
 }
 

@@ -1,6 +1,5 @@
 //! Limits beyond PV and RMS, the decision rule, and the error budget.
 
-use asphera_figures::texture;
 use asphera_figures::{Definition, Indication};
 use asphera_uncertainty::verdict::{Guard, Limit};
 use asphera_uncertainty::{Budget, Draws};
@@ -26,10 +25,8 @@ pub struct Judging {
     pub guard: Option<Guard>,
     /// Indication of a drawing by ISO 10110-5; its limits are among [`Judging::limits`].
     pub indication: Option<Indication>,
-    /// Limits of figures of points and nominal in their units.
-    pub of_points: Vec<(Definition, f64)>,
-    /// Limits of texture parameters in their units.
-    pub texture: Vec<(texture::Definition, f64)>,
+    /// Limits of figures that are made of more than deviations ([`Definition::AT_END`]), in their units.
+    pub standards: Vec<(Definition, f64)>,
     /// The errors of the points, and how many measurements are simulated. Where none are stated, those of the noise
     /// alone, as the points tell it, if a guard band needs them.
     pub uncertainty: Option<(Budget, Draws)>,
@@ -40,7 +37,7 @@ pub struct Judging {
 impl Judging {
     /// Whether there is a limit of anything.
     pub fn has_limits(&self) -> bool {
-        !self.limits.is_empty() || self.has_limits_of_standards()
+        !self.limits.is_empty() || !self.standards.is_empty()
     }
 
     /// The largest PV of the whole deviation allowed, nm; `None` without such a limit.
@@ -51,10 +48,5 @@ impl Judging {
             .map(|limit| limit.value)
             .zip(&self.limits)
             .find_map(|(value, limit)| (*limit == of_whole(value)).then_some(value))
-    }
-
-    /// Whether there are limits of figures that are made of more than deviations.
-    pub fn has_limits_of_standards(&self) -> bool {
-        !self.of_points.is_empty() || !self.texture.is_empty()
     }
 }

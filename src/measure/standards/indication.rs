@@ -1,7 +1,7 @@
 //! What was found, as a drawing would state it by ISO 10110-5.
 
 use asphera_figures::{Indication, Irregularity, LengthUnit};
-use asphera_report::IndicationFigures;
+use asphera_report::standards::IndicationFigures;
 
 /// In the unit of what is asked, else in nm.
 pub(crate) fn found(parts: &Irregularity, asked: Option<&Indication>) -> IndicationFigures {

@@ -1,25 +1,34 @@
-//! Figures of standards that need more than deviations: minimum zone, spectrum of the map, texture; and their limits.
+//! Figures of standards that need more than deviations: a file each, with a line in [`FIGURES`]. And their limits.
 
 mod indication;
 mod limits;
 mod spectrum;
 mod texture;
-mod uncertain;
 mod zone;
 
-use asphera_figures::{Definition, texture as texture_kernel};
+use asphera_figures::Definition;
 use asphera_form::Fit;
 use asphera_geometry::{PointMm, VertexId};
+use asphera_report::{FormFigure, SimulatedFigures, UncertaintyFigures, error_chain};
+use asphera_uncertainty::{Simulated, UncertaintyError};
 pub(super) use indication::found;
 pub(super) use limits::{hold, limits};
 pub(super) use spectrum::q_spectrum;
-use uncertain::Uncertain;
 
-use asphera_report::{FormFigure, StandardFigures, error_chain};
-
+use super::details::FormDetails;
 use super::deviation_map::DeviationMap;
-use super::uncertainties::Assessed;
+use super::errors;
+use super::uncertainties::{Assessed, COVERAGE};
 use crate::Part;
+
+/// Each adds its figures to the details, where the nominal file asks for them. Reasons and checks have this order.
+const FIGURES: [fn(&Measured<'_>, &mut FormDetails); 3] =
+    [zone::add, spectrum::add_psd, texture::add];
+
+/// Adds all figures that the nominal file asks for, with their uncertainties where a budget gives some.
+pub(super) fn add(measured: &Measured<'_>, details: &mut FormDetails) {
+    FIGURES.iter().for_each(|add| add(measured, details));
+}
 
 /// Ingredients of the figures, in the frame the fit was made in.
 #[derive(Clone, Copy)]
@@ -37,80 +46,70 @@ pub(super) struct Measured<'a> {
     pub(super) map: Option<&'a DeviationMap>,
     /// Noise of a point, where it is known.
     pub(super) noise_nm: Option<f64>,
+    /// Uncertainties, where there is a budget.
+    pub(super) assessed: Option<&'a Assessed>,
 }
 
-/// Those that the nominal file asks for, with their uncertainties.
-#[derive(Default)]
-pub(super) struct Standards {
-    pub(super) figures: StandardFigures,
-    /// Definitions of the parameters of texture, in the order of their figures.
-    texture: Vec<texture_kernel::Definition>,
-    /// Why others are not known.
-    pub(super) unknown: Vec<String>,
+/// A figure that a limit may be held against.
+pub(super) struct Limited {
+    definition: Definition,
+    value: f64,
+    u: Option<f64>,
+    /// Amount by which it may be too large.
+    bias: f64,
+    /// Scope of its standard uncertainty.
+    covers: Option<String>,
 }
 
-impl Standards {
-    /// A figure of points and nominal, and the least it may be where it may still be too large; `None` where it is not known.
-    fn of_points(&self, definition: Definition) -> Option<(&FormFigure, Option<f64>)> {
-        match definition {
-            Definition::MinimumZone => self.figures.minimum_zone.as_ref().map(zone::held),
-            _ => None,
-        }
+impl Measured<'_> {
+    /// The figure with what simulated measurements tell of it.
+    fn with_uncertainty(&self, figure: FormFigure, simulated: Option<&Simulated>) -> FormFigure {
+        let Some((simulated, assessed)) = simulated.zip(self.assessed) else { return figure };
+        let [low, high] = simulated.interval(COVERAGE);
+        let model = errors::model(self.part);
+        let told = SimulatedFigures {
+            model: model.to_owned(),
+            low,
+            high,
+            p: COVERAGE,
+            covers: UncertaintyFigures::covers_places(model),
+            without_noise: simulated.measured - simulated.bias,
+            bias: simulated.bias,
+            draws: simulated.draws,
+            seed: assessed.draws.seed,
+        };
+        FormFigure { u: Some(simulated.u), simulated: Some(told), ..figure }
+    }
+}
+
+impl FormDetails {
+    /// A figure that is known, or the reason why it is not.
+    fn known<T>(&mut self, name: &str, found: Result<T, String>) -> Option<T> {
+        found.map_err(|why| self.unknown.push(format!("{name}: {why}"))).ok()
     }
 
-    /// A parameter of texture; `None` where it is not known.
-    fn texture_of(&self, definition: texture_kernel::Definition) -> Option<&FormFigure> {
-        let place = self.texture.iter().position(|one| *one == definition)?;
-        self.figures.texture.as_ref()?.figures.get(place)
+    /// Results of simulated measurements, where there is a budget.
+    fn simulated<T>(
+        &mut self,
+        measured: &Measured<'_>,
+        name: &str,
+        simulate: impl FnOnce(&Assessed) -> Result<T, UncertaintyError>,
+    ) -> Option<T> {
+        let found = simulate(measured.assessed?).map_err(|why| error_chain(&why));
+        self.known(&format!("uncertainty of the {name}"), found)
     }
-}
 
-/// Figures that the nominal file asks for, with their uncertainties where a budget gives some.
-pub(super) fn standards(measured: &Measured<'_>, assessed: Option<&Assessed>) -> Standards {
-    let Measured { part, map, .. } = *measured;
-    let mut standards = Standards::default();
-    let unknown = &mut standards.unknown;
-    let zone = part.asks_for(Definition::MinimumZone).then(|| zone::found(measured));
-    let zone = zone.and_then(|found| match found {
-        Ok(found) => Some(found),
-        Err(why) => {
-            unknown.push(format!("minimum zone: {}", error_chain(&why)));
-            None
-        }
-    });
-    if part.figures.psd {
-        let map = map.ok_or("there is no map of the deviation".to_owned());
-        let found = map.and_then(|map| {
-            let noise =
-                measured.noise_nm.map(|nm| spectrum::noise_nm2_mm2(nm, map, measured.areas_mm2));
-            spectrum::psd(map, noise).map_err(|why| why.to_string())
+    /// Adds a figure that a limit may be held against. `least` is the least it may be, where it may still be too large for that reason.
+    fn add_limited(&mut self, definition: Definition, figure: &FormFigure, least: Option<f64>) {
+        let by_noise = figure.simulated.as_ref().map_or(0.0, |simulated| simulated.bias.max(0.0));
+        self.limited.push(Limited {
+            definition,
+            value: figure.value,
+            u: figure.u,
+            bias: least.map_or(0.0, |least| figure.value - least) + by_noise,
+            covers: figure.simulated.as_ref().map(|simulated| simulated.covers.clone()),
         });
-        match found {
-            Ok(found) => standards.figures.psd = Some(found),
-            Err(why) => unknown.push(format!("PSD: {why}")),
-        }
     }
-    let texture = part.figures.texture.as_ref();
-    let texture = texture.and_then(|settings| match texture::found(measured, settings) {
-        Ok(found) => {
-            unknown.extend(found.unknown.iter().cloned());
-            Some((settings, found))
-        }
-        Err(why) => {
-            unknown.push(format!("texture: {why}"));
-            None
-        }
-    });
-    let sure = assessed.map_or_else(Uncertain::default, |assessed| {
-        Uncertain::of(zone.as_ref(), texture.as_ref(), assessed, part)
-    });
-    unknown.extend(sure.unknown);
-    standards.figures.minimum_zone = zone.map(|found| zone::figures(measured, &found, sure.zone));
-    if let Some((settings, found)) = texture {
-        standards.texture = found.figures.iter().map(|figure| figure.definition).collect();
-        standards.figures.texture = Some(texture::figures(settings, found, &sure.texture));
-    }
-    standards
 }
 
 #[cfg(test)]

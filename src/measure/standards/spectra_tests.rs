@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use asphera_geometry::PointMm;
-use asphera_report::{FormFigures, PsdFigures, Status};
+use asphera_report::standards::PsdFigures;
+use asphera_report::{FormFigures, Status};
 
 use crate::nominal::parse;
 use crate::random::Random;

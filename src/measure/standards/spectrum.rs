@@ -6,15 +6,31 @@ use asphera_figures::{
     Band, FrequencyRing, HeightGrid, Sample, Term, Unknown, Window, map_psd, remove,
 };
 use asphera_form::Aperture;
-use asphera_report::{PsdFigures, QFigures};
+use asphera_report::standards::{PsdFigures, QFigures};
 use asphera_uncertainty::coverage_factor;
 
+use super::Measured;
+use crate::details::FormDetails;
 use crate::deviation_map::{DeviationMap, MapSource};
 use crate::uncertainties::COVERAGE;
 
+/// Adds the power spectral density of the map.
+pub(super) fn add_psd(measured: &Measured<'_>, details: &mut FormDetails) {
+    let Measured { part, map, noise_nm, areas_mm2, .. } = *measured;
+    if !part.figures.psd {
+        return;
+    }
+    let map = map.ok_or("there is no map of the deviation".to_owned());
+    let found = map.and_then(|map| {
+        let noise = noise_nm.map(|nm| noise_nm2_mm2(nm, map, areas_mm2));
+        psd(map, noise).map_err(|why| why.to_string())
+    });
+    details.standards.psd = details.known("PSD", found);
+}
+
 /// The radial average of the density of the map, without what would smear it most: piston, tilt and power. `noise_nm2_mm2`
 /// is what [`noise_nm2_mm2`] gives. `O(n log n)` for n nodes.
-pub(super) fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdFigures, Unknown> {
+fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdFigures, Unknown> {
     let grid = &map.grid;
     let places_mm: Vec<[f64; 2]> = (0..grid.nx * grid.ny)
         .map(|node| {
@@ -74,7 +90,7 @@ pub(super) fn psd(map: &DeviationMap, noise_nm2_mm2: Option<f64>) -> Result<PsdF
 
 /// The density of independent noise of a point in nm: σ² times the area a point stands for, where areas differ times
 /// their mean square over their mean.
-pub(super) fn noise_nm2_mm2(noise_nm: f64, map: &DeviationMap, areas_mm2: &[f64]) -> f64 {
+fn noise_nm2_mm2(noise_nm: f64, map: &DeviationMap, areas_mm2: &[f64]) -> f64 {
     let area_mm2 = match map.source {
         MapSource::Raster { .. } => map.grid.dx_mm * map.grid.dy_mm,
         MapSource::Scattered { .. } => {

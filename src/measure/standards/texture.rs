@@ -1,31 +1,49 @@
 //! Areal surface texture of the deviation.
 
 use asphera_figures::texture::{
-    Datum, Definition, Figure, Filtered, Mesh, Order, ScaleKind, Support, Threshold, Unknown,
-    core_parameters, height_parameters, hybrid_parameters, spatial_parameters,
+    Datum, Filtered, Mesh, Order, ScaleKind, Support, Threshold, Unknown, core_parameters,
+    height_parameters, hybrid_parameters, spatial_parameters,
 };
-use asphera_report::TextureFigures;
+use asphera_figures::{Definition, Figure};
+use asphera_report::standards::TextureFigures;
+use asphera_uncertainty::Simulated;
 
 use super::Measured;
-use super::uncertain::{Sure, with};
 use crate::TextureSettings;
-use crate::details::places_mm;
+use crate::details::{FormDetails, places_mm};
 use crate::naming;
 
 /// The parameters of a surface between two scales.
-pub(super) struct Found {
+struct Found {
     /// The scale-limited surface they are of.
-    pub(super) surface: Mesh,
-    pub(super) figures: Vec<Figure>,
+    surface: Mesh,
+    figures: Vec<Figure>,
     /// Why others are not known.
-    pub(super) unknown: Vec<String>,
+    unknown: Vec<String>,
     kind: &'static str,
     filters: Vec<String>,
     support: Support,
 }
 
+/// Adds the parameters.
+pub(super) fn add(measured: &Measured<'_>, details: &mut FormDetails) {
+    let Some(settings) = &measured.part.figures.texture else { return };
+    let found = found(measured, settings).map_err(|why| why.to_string());
+    let Some(found) = details.known("texture", found) else { return };
+    details.unknown.extend(found.unknown.iter().cloned());
+    let simulated = details.simulated(measured, "texture", |of| {
+        of.uncertainty.texture(&found.surface, &settings.scale, settings.f_operation, &of.draws)
+    });
+    let definitions: Vec<Definition> = found.figures.iter().map(|of| of.definition).collect();
+    let texture = figures(measured, settings, found, &simulated.unwrap_or_default());
+    for (definition, figure) in definitions.into_iter().zip(&texture.figures) {
+        details.add_limited(definition, figure, None);
+    }
+    details.standards.texture = Some(texture);
+}
+
 /// The parameters, and the surface they are of.
-pub(super) fn found(measured: &Measured<'_>, settings: &TextureSettings) -> Result<Found, Unknown> {
+fn found(measured: &Measured<'_>, settings: &TextureSettings) -> Result<Found, Unknown> {
     let TextureSettings { f_operation, scale } = settings;
     let Measured { fit, points, deviations_mm, triangles, covered, .. } = *measured;
     let heights = places_mm(&fit.pose, points).into_iter().zip(deviations_mm);
@@ -73,16 +91,18 @@ pub(super) fn found(measured: &Measured<'_>, settings: &TextureSettings) -> Resu
 }
 
 /// The parameters as reports write them.
-pub(super) fn figures(
+fn figures(
+    measured: &Measured<'_>,
     settings: &TextureSettings,
     found: Found,
-    sure: &[(Definition, Sure)],
+    simulated: &[(Definition, Simulated)],
 ) -> TextureFigures {
     let TextureSettings { f_operation, scale } = settings;
     let Found { figures, kind, filters, support, .. } = found;
     let figure = |figure: Figure| {
-        let sure = sure.iter().find(|(definition, _)| *definition == figure.definition);
-        with(naming::parameter(figure, kind), sure.map(|(_, sure)| sure))
+        let own = simulated.iter().find(|(definition, _)| *definition == figure.definition);
+        let own = own.map(|(_, simulated)| simulated);
+        measured.with_uncertainty(naming::figure(figure, kind.to_owned()), own)
     };
     TextureFigures {
         surface: kind.to_owned(),

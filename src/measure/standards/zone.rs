@@ -2,44 +2,43 @@
 
 use asphera_figures::{Definition, Figure};
 use asphera_form::{
-    Contact, FitError, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
+    Contact, FitSettings, Side, ZoneFit, ZoneSettings, ZoneTermination, minimum_zone,
 };
-use asphera_report::{ContactFigures, FormFigure, MinimumZoneFigures};
-use asphera_uncertainty::{Simulated, UncertaintyError};
+use asphera_report::error_chain;
+use asphera_report::standards::{ContactFigures, MinimumZoneFigures};
+use asphera_uncertainty::Simulated;
 
 use super::Measured;
-use super::uncertain::{Sure, with};
+use crate::details::FormDetails;
 use crate::naming;
 use crate::origin;
 use crate::running::fit_settings;
-use crate::uncertainties::Assessed;
 
-/// The zone. Some three times the time of the fit.
-pub(super) fn found(measured: &Measured<'_>) -> Result<ZoneFit, FitError> {
+/// Adds the zone. Some three times the time of the fit.
+pub(super) fn add(measured: &Measured<'_>, details: &mut FormDetails) {
     let Measured { part, points, .. } = *measured;
+    if !part.asks_for(Definition::MinimumZone) {
+        return;
+    }
     let fit_settings = FitSettings { start: origin::start_of(part, points), ..fit_settings(part) };
     let settings = ZoneSettings { fit: fit_settings, ..ZoneSettings::default() };
-    minimum_zone(points, &part.nominal, &settings)
-}
-
-/// Its width. A zone that may still be too wide proves no limit broken: then the least it may be, too.
-pub(super) fn held(zone: &MinimumZoneFigures) -> (&FormFigure, Option<f64>) {
-    (&zone.width, (!zone.settled).then_some(zone.lower_nm))
-}
-
-/// Its width by simulated measurements; `None` of a zone without a width.
-pub(super) fn simulated(
-    found: &ZoneFit,
-    assessed: &Assessed,
-) -> Result<Option<Simulated>, UncertaintyError> {
-    assessed.uncertainty.minimum_zone_nm(found, &assessed.draws)
+    let found = minimum_zone(points, &part.nominal, &settings).map_err(|why| error_chain(&why));
+    let Some(found) = details.known("minimum zone", found) else { return };
+    let simulated = details.simulated(measured, "minimum zone", |of| {
+        of.uncertainty.minimum_zone_nm(&found, &of.draws)
+    });
+    let zone = figures(measured, &found, simulated.flatten().as_ref());
+    // A zone that may still be too wide proves no limit broken.
+    let least = (!zone.settled).then_some(zone.lower_nm);
+    details.add_limited(Definition::MinimumZone, &zone.width, least);
+    details.standards.minimum_zone = Some(zone);
 }
 
 /// The zone as reports write it.
 pub(super) fn figures(
     measured: &Measured<'_>,
     found: &ZoneFit,
-    sure: Option<Sure>,
+    simulated: Option<&Simulated>,
 ) -> MinimumZoneFigures {
     let Measured { fit, points, deviations_mm, .. } = *measured;
     let [low_mm, high_mm] = deviations_mm
@@ -58,7 +57,8 @@ pub(super) fn figures(
     contacts.sort_by(|a, b| b.share.total_cmp(&a.share));
     let width = Figure { definition: Definition::MinimumZone, value: found.zone_mm * NM_PER_MM };
     MinimumZoneFigures {
-        width: with(naming::figure(width, "of all points used".to_owned()), sure.as_ref()),
+        width: measured
+            .with_uncertainty(naming::figure(width, "of all points used".to_owned()), simulated),
         method: found.method.to_owned(),
         termination: termination(found),
         settled: found.termination.is_settled(),

@@ -193,7 +193,7 @@ impl Limit {
             Definition::Pvr { terms } if FringeCount::new(terms).is_none() => {
                 Err(LimitError::Figure { definition })
             }
-            _ if Definition::OF_POINTS.contains(&definition) => {
+            _ if matches!(definition.subject(), Subject::Points | Subject::Filtered) => {
                 Err(LimitError::Figure { definition })
             }
             Definition::RobustPeakToValley { share } if Share::new(share).is_err() => {

@@ -3,9 +3,10 @@
 use std::f64::consts::{LN_2, PI, TAU};
 
 use asphera_figures::texture::{
-    Datum, Definition, Gaussian, Grid, Order, Robust, Scale, ScaleKind, Threshold, Unit, Unknown,
+    Datum, Gaussian, Grid, Order, Parameter, Robust, Scale, ScaleKind, Threshold, Unknown,
     core_parameters, height_parameters, hybrid_parameters, spatial_parameters,
 };
+use asphera_figures::{Definition, Unit};
 
 use super::{grid, mesh};
 use crate::common::Noise;
@@ -305,10 +306,11 @@ fn every_definition_has_a_text_a_unit_and_a_source() {
         assert!(figure.definition.text().len() > 20);
         assert!(figure.definition.source().starts_with("ISO 25178-2"));
     }
-    let unit = |wanted: Definition| {
+    let unit = |wanted: Parameter| {
+        let wanted = Definition::Texture(wanted);
         figures.iter().find(|figure| figure.definition == wanted).unwrap().definition.unit()
     };
-    assert_eq!(unit(Definition::Sdq), Unit::Microradians);
-    assert_eq!(unit(Definition::Sal), Unit::Micrometres);
-    assert_eq!(unit(Definition::Smrk1), Unit::Percent);
+    assert_eq!(unit(Parameter::Sdq), Unit::Microradians);
+    assert_eq!(unit(Parameter::Sal), Unit::Micrometres);
+    assert_eq!(unit(Parameter::Smrk1), Unit::Percent);
 }
