@@ -79,8 +79,8 @@ pub(crate) fn of_points(meshed: Meshed<'_>) -> FeatureFigures {
     figures
 }
 
-/// Nothing is said of a surface that does not project but why.
-pub(crate) fn of_folded(why: &str) -> FeatureFigures {
+/// Features of a surface of which none are looked for, with the reason.
+pub(crate) fn not_looked_for(why: &str) -> FeatureFigures {
     FeatureFigures {
         defects_unknown: Some(why.to_owned()),
         partition_unknown: Some(why.to_owned()),

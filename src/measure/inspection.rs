@@ -233,7 +233,7 @@ impl Inspection<'_> {
         let meshed = Meshed { mesh, triangles, plane, pose, sampling };
         let deviating = has_form.then_some(self.deviations_mm);
         match self.folded {
-            Some(why) => defects::of_folded(why),
+            Some(why) => defects::not_looked_for(why),
             None => {
                 defects::of_part(meshed, self.part, deviating.ok_or("there is no fit".to_owned()))
             }

@@ -182,7 +182,7 @@ fn count(points: &mut Points, fit: &Fit) {
 }
 
 /// The report without links, timing and session.
-fn report(
+pub(super) fn report(
     points: Points,
     mesh: MeshFigures,
     sampling: SamplingFigures,

@@ -17,8 +17,7 @@ use asphera_form::Fit;
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{
-    FeatureFigures, FormFigures, MeshFigures, Points, ProfileFigures, REPORT_FORMAT, Report,
-    SamplingFigures, Timing, Verdict,
+    FormFigures, MeshFigures, Points, ProfileFigures, Report, SamplingFigures, Verdict,
 };
 use laid::{in_plane, laid};
 use limits::{hold_others, is_of_deviation};
@@ -29,12 +28,13 @@ use sampled::sampled;
 use super::assessment::with_counts;
 use super::correlated::Sources;
 use super::cutting::{FinishedMesh, Setting};
+use super::defects;
 use super::details::{FormDetails, places_mm};
 use super::figures::{self, Ingredients};
 use super::fitting::{Fitted, NoFit, fitted};
 use super::judged::{self, Sure, of_zones};
 use super::judgement::{Plain, judge, plainly, undecide};
-use super::measurement::{Measurement, deviation};
+use super::measurement::{Measurement, deviation, report};
 use super::naming::{self, ProfileSlope};
 use super::projection::{Projector, measured};
 use super::sampling::Remembered;
@@ -185,12 +185,7 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
     let Parts { points, fitted, deviations_mm, form, sampling, seen, verdict, profile, remembered } =
         of;
     let plane = projector.plane();
-    let why = "the points lie on a line";
-    let features = FeatureFigures {
-        defects_unknown: Some(why.to_owned()),
-        partition_unknown: Some(why.to_owned()),
-        ..FeatureFigures::default()
-    };
+    let features = defects::not_looked_for("the points lie on a line");
     let points_mm = measured(&mesh, &plane).into_owned();
     let setting = Setting {
         part,
@@ -205,21 +200,8 @@ fn finished(mesh: Mesh, part: Part, projector: &Projector, of: Parts) -> Measure
     };
     Measurement {
         report: Report {
-            format: REPORT_FORMAT.to_owned(),
-            reading: None,
-            volume: None,
-            points,
-            mesh: seen,
-            sampling,
-            features,
-            form,
             profile: Some(profile),
-            contour: None,
-            parts: None,
-            verdict,
-            links: Vec::new(),
-            timing: Timing::default(),
-            session: None,
+            ..report(points, seen, sampling, features, form, verdict)
         },
         surface: FinishedMesh::new(mesh, setting),
         points_mm,

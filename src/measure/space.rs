@@ -28,8 +28,8 @@ use std::sync::Arc;
 use asphera_geometry::PointMm;
 use asphera_mesh::Mesh;
 use asphera_report::{
-    Convergence, Cut, FeatureFigures, FormFigures, Map, MeshFigures, Points, REPORT_FORMAT,
-    Refusal, Report, SamplingFigures, SectionRequest, Timing, Verdict,
+    Convergence, Cut, FormFigures, Map, MeshFigures, Points, Refusal, SamplingFigures,
+    SectionRequest, Verdict,
 };
 use asphera_surface::Plane;
 
@@ -42,7 +42,8 @@ pub use self::reduction::{
 pub use self::surface::{SurfaceInSpace, refuse_path};
 use self::verdict::Evidence;
 use super::cutting::{FinishedMesh, Setting};
-use super::measurement::Measurement;
+use super::defects;
+use super::measurement::{Measurement, report};
 use super::pipeline::next_look;
 use super::sampling::{PointsSampling, Remembered, Wanted};
 use super::step::Step;
@@ -238,7 +239,7 @@ pub(super) fn measure(
     let laid = look.formed.as_ref().ok().map(|formed| formed.fit.laid);
     let SpaceAssessment { meshed, sampling, mut mesh, .. } = look;
     mesh.decision = folded.map(|why| format!("in space, for {why}"));
-    let report = report(points, mesh, sampling, form, verdict);
+    let report = report(points, mesh, sampling, defects::not_looked_for(IN_SPACE), form, verdict);
     let surface = SurfaceInSpace::new(&meshed, laid, report.sampling.gap_limit_mm);
     let surface = no_plane(part, Some(surface));
     Measurement {
@@ -277,7 +278,7 @@ pub(super) fn sampling(
         Ok(look) => look.sampling,
         Err(why) => SamplingFigures { unknown: vec![why], ..SamplingFigures::default() },
     };
-    PointsSampling { figures, features: features(), waypoints: None }
+    PointsSampling { figures, features: defects::not_looked_for(IN_SPACE), waypoints: None }
 }
 
 fn reason(folded: Option<&str>) -> &str {
@@ -290,7 +291,14 @@ fn unmeshed(points: Points, part: Part, why: &str) -> Measurement {
     let unknown = vec![why.to_owned()];
     let sampling = SamplingFigures { unknown, ..SamplingFigures::default() };
     Measurement {
-        report: report(points, MeshFigures::default(), sampling, None, verdict),
+        report: report(
+            points,
+            MeshFigures::default(),
+            sampling,
+            defects::not_looked_for(IN_SPACE),
+            None,
+            verdict,
+        ),
         surface: no_plane(part, None),
         points_mm: Vec::new(),
         triangles: Vec::new(),
@@ -317,48 +325,15 @@ fn no_plane(part: Part, surface: Option<SurfaceInSpace>) -> FinishedMesh {
     FinishedMesh::new(Mesh::new(), setting)
 }
 
-fn features() -> FeatureFigures {
-    let why = "the mesh is in space".to_owned();
-    FeatureFigures {
-        defects_unknown: Some(why.clone()),
-        partition_unknown: Some(why),
-        ..FeatureFigures::default()
-    }
-}
-
 fn is_noise_measured(part: &Part) -> bool {
     let budget = part.judging.uncertainty.as_ref();
     budget.is_none_or(|(budget, _)| budget.noise == Noise::Measured)
 }
 
-fn report(
-    points: Points,
-    mesh: MeshFigures,
-    sampling: SamplingFigures,
-    form: Option<FormFigures>,
-    verdict: Verdict,
-) -> Report {
-    Report {
-        format: REPORT_FORMAT.to_owned(),
-        reading: None,
-        volume: None,
-        points,
-        mesh,
-        sampling,
-        features: features(),
-        form,
-        profile: None,
-        contour: None,
-        parts: None,
-        verdict,
-        links: Vec::new(),
-        timing: Timing::default(),
-        session: None,
-    }
-}
-
 /// Flags of points that a mesh in the plane cannot take.
 pub(super) const OF_PLANE: [&str; 2] = ["conflict", "not_meshable"];
+/// Why neither defects nor a partition are looked for.
+const IN_SPACE: &str = "the mesh is in space";
 /// What was chosen for points that do not fold.
 pub(super) const PROJECTS: &str = "in the plane, for the points project along z";
 /// Below this many points a mesh in space says little.

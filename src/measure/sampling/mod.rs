@@ -84,7 +84,7 @@ pub fn sampling_of_points(
     let sampled = Sampled { mesh: &mesh, triangles: &triangles, plane: &plane };
     if let Some(folded) = folded {
         let (extents, advice) = still_true(&in_measured_frame(&mesh, &plane));
-        let features = defects::of_folded(&folded);
+        let features = defects::not_looked_for(&folded);
         let figures = of_folded(sampled, wanted, vec![folded, extents, advice]).figures;
         return PointsSampling { figures, features, waypoints: None };
     }
