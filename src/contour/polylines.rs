@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use asphera_geometry::WeightedTree;
+use asphera_geometry::{WeightedTree, side};
 
 use crate::PlaceMm;
 use crate::triangulation::distance_mm;
@@ -55,7 +55,7 @@ impl Polylines {
 
     /// The nearest side to a place and its distance in mm; none without sides.
     pub(crate) fn nearest(&self, place: PlaceMm) -> Option<(u32, f64)> {
-        self.least(place, 0.0, |side| distance_to_side_mm(place, side))
+        self.least(place, 0.0, |side| side::distance_mm(side, place))
     }
 
     /// The distance of the nearest side to a side in mm, 0 where they cross; none without sides.
@@ -98,22 +98,6 @@ pub(crate) fn middle(p: PlaceMm, q: PlaceMm) -> PlaceMm {
     [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])]
 }
 
-/// How far along a side, from 0 to 1, its nearest place to a place lies.
-pub(crate) fn share_along([x, y]: PlaceMm, [p, q]: [PlaceMm; 2]) -> f64 {
-    let [along_x, along_y] = [q[0] - p[0], q[1] - p[1]];
-    let squared = along_x * along_x + along_y * along_y;
-    match squared > 0.0 {
-        true => (((x - p[0]) * along_x + (y - p[1]) * along_y) / squared).clamp(0.0, 1.0),
-        false => 0.0,
-    }
-}
-
-/// The distance of a place to a side in mm.
-pub(crate) fn distance_to_side_mm(place: PlaceMm, [p, q]: [PlaceMm; 2]) -> f64 {
-    let share = share_along(place, [p, q]);
-    distance_mm(place, [p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])])
-}
-
 /// The distance of two sides in mm; 0 where they cross.
 fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2]) -> f64 {
     let turn = |o: PlaceMm, u: PlaceMm, v: PlaceMm| {
@@ -124,10 +108,10 @@ fn between_sides_mm([a, b]: [PlaceMm; 2], [p, q]: [PlaceMm; 2]) -> f64 {
         return 0.0;
     }
     let ends = [
-        distance_to_side_mm(a, [p, q]),
-        distance_to_side_mm(b, [p, q]),
-        distance_to_side_mm(p, [a, b]),
-        distance_to_side_mm(q, [a, b]),
+        side::distance_mm([p, q], a),
+        side::distance_mm([p, q], b),
+        side::distance_mm([a, b], p),
+        side::distance_mm([a, b], q),
     ];
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }

@@ -1,7 +1,7 @@
 //! Geometry that every kernel crate of asphera stands on.
 //!
 //! Measured points and their range, [`predicates`] that decide questions about places exactly, boxes, the
-//! nearest of a set of points ([`WeightedTree`]), [`outline`]s, disjoint [`Sets`], sums that do not lose what is small
+//! nearest of a set of points ([`WeightedTree`]), [`outline`]s, [`side`]s, disjoint [`Sets`], sums that do not lose what is small
 //! ([`Sum`]), counted random [`Numbers`], places on a mesh, weighted [`quantile`]s, [`vector`]s and single triangles in space.
 //!
 //! Lengths are mm, areas mm². The crate holds no input or output, reads no clock and starts no thread.
@@ -25,6 +25,7 @@ pub mod quantile;
 mod regressions;
 mod sampled;
 mod sets;
+pub mod side;
 mod sum;
 mod triangle;
 pub mod vector;

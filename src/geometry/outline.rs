@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use self::strips::Strips;
 use crate::predicates::{Place, orientation};
-use crate::{RANGE_MM, Sum};
+use crate::{RANGE_MM, Sum, side};
 
 /// A region of the x-y plane: an outline of straight sides and its holes, in mm. Its border belongs to it.
 ///
@@ -144,16 +144,15 @@ impl Outline {
     /// Whether a side passes no farther from a place than `reach_mm`.
     pub fn passes_within(&self, at_mm: Place, reach_mm: f64) -> bool {
         let mut sides = self.strips.sides(at_mm[1], reach_mm);
-        sides.any(|&side| distance_mm(nearest_of(side, at_mm), at_mm) <= reach_mm)
+        sides.any(|&side| side::distance_mm(side, at_mm) <= reach_mm)
     }
 
     /// The place of its border that is nearest to another.
     pub fn nearest_mm(&self, at_mm: Place) -> Place {
         let start = (f64::INFINITY, at_mm);
         let nearest = self.sides().fold(start, |best, side| {
-            let place = nearest_of(side, at_mm);
-            let apart = distance_mm(place, at_mm);
-            if apart < best.0 { (apart, place) } else { best }
+            let apart_mm = side::distance_mm(side, at_mm);
+            if apart_mm < best.0 { (apart_mm, side::nearest_mm(side, at_mm)) } else { best }
         });
         nearest.1
     }
@@ -244,20 +243,6 @@ fn side_meets(p: Place, q: Place, at: Place) -> bool {
     let between =
         (0..2).all(|axis| p[axis].min(q[axis]) <= at[axis] && at[axis] <= p[axis].max(q[axis]));
     between && orientation(p, q, at) == Ordering::Equal
-}
-
-/// The place of a side that is nearest to another.
-fn nearest_of([p, q]: [Place; 2], at: Place) -> Place {
-    let way = [q[0] - p[0], q[1] - p[1]];
-    let from = [at[0] - p[0], at[1] - p[1]];
-    let squared = way[0] * way[0] + way[1] * way[1];
-    let along = from[0] * way[0] + from[1] * way[1];
-    let share = if squared > 0.0 { (along / squared).clamp(0.0, 1.0) } else { 0.0 };
-    [p[0] + share * way[0], p[1] + share * way[1]]
-}
-
-fn distance_mm(p: Place, q: Place) -> f64 {
-    (p[0] - q[0]).hypot(p[1] - q[1])
 }
 
 #[cfg(test)]

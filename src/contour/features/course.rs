@@ -1,6 +1,8 @@
 //! The points of a curve in the order of the curve, the same from wherever they are told.
 
-use crate::polylines::{Polylines, share_along};
+use asphera_geometry::side::share_along;
+
+use crate::polylines::Polylines;
 use crate::triangulation::distance_mm;
 use crate::{Chain, FoundCurve, PlaceMm, SampleId, Triangulation};
 
@@ -66,7 +68,7 @@ impl Course {
             .filter_map(|sample| {
                 let at = triangulation.place(sample);
                 let (side, _) = line.nearest(at)?;
-                Some((side, share_along(at, sides[side as usize]), at))
+                Some((side, share_along(sides[side as usize], at), at))
             })
             .collect();
         ordered.sort_by(|p, q| {

@@ -1,8 +1,10 @@
 //! The signed deviation of points from a nominal outline.
 
+use asphera_geometry::side::share_along;
+
 use crate::PlaceMm;
 use crate::bezier::{at, bend, slope};
-use crate::polylines::{Polylines, middle, share_along};
+use crate::polylines::{Polylines, middle};
 use crate::sampler::BezierLine;
 use crate::triangulation::distance_mm;
 
@@ -78,7 +80,7 @@ impl NominalOutline {
         let Some((side, _)) = self.sides.nearest(place) else { return (place, 0.0) };
         let (piece, part) = (side as usize / PARTS, side as usize % PARTS);
         let start = {
-            let along = share_along(place, self.corners[side as usize]);
+            let along = share_along(self.corners[side as usize], place);
             (part as f64 + along) / PARTS as f64
         };
         let (foot, t) = foot(&self.pieces[piece], place, start);

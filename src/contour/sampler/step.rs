@@ -1,8 +1,9 @@
 //! Samples along a curve, as far apart as a condition lets them be.
 
+use asphera_geometry::side;
+
 use super::SampledLine;
 use super::fine::FineLine;
-use crate::polylines::distance_to_side_mm;
 use crate::triangulation::distance_mm;
 
 /// How far apart samples may be; every bound that is given holds.
@@ -37,7 +38,7 @@ impl Spacing {
             let near_mm = distance_mm(at, ends[0]).min(distance_mm(at, ends[1]));
             self.epsilon.is_none_or(|epsilon| near_mm < epsilon * lfs_mm(index))
                 && self.rho.is_none_or(|rho| near_mm < rho * reach_mm)
-                && self.chord_mm.is_none_or(|chord| distance_to_side_mm(at, ends) <= chord)
+                && self.chord_mm.is_none_or(|chord| side::distance_mm(ends, at) <= chord)
         })
     }
 }

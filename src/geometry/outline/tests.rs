@@ -90,7 +90,8 @@ fn strips_find_what_all_sides_say() {
             let expected = ring_contains(&places, at);
             inside += usize::from(expected);
             assert_eq!(outline.contains(at), expected, "{at:?}");
-            let apart = distance_mm(outline.nearest_mm(at), at);
+            let [x, y] = outline.nearest_mm(at);
+            let apart = (x - at[0]).hypot(y - at[1]);
             assert!(outline.passes_within(at, apart * (1.0 + 1e-12)));
             assert!(!outline.passes_within(at, apart * (1.0 - 1e-12)));
         }
