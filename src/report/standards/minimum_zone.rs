@@ -1,4 +1,4 @@
-//! The minimum self.
+//! The minimum zone.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ pub struct MinimumZoneFigures {
     pub contacts: Vec<ContactFigures>,
 }
 
-/// A point that touches the border of a self.
+/// A point that touches the border of a zone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactFigures {
     /// Where, in the part frame of the least-squares fit, mm.
