@@ -42,7 +42,7 @@ pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
 };
-pub use local::{MOST_POINTS, TooManyPoints, local};
+pub use local::{FacetChanges, LocalSurface, MOST_POINTS, TooManyPoints, local};
 pub use natural::{NATURAL_BOUND, Natural, natural};
 pub use prove::{Proof, ProofError, prove};
 pub use robust_cocone::{RobustCocone, robust_cocone};

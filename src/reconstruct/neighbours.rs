@@ -9,6 +9,8 @@ use std::cmp::Ordering;
 use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
+use crate::local::Places;
+
 /// The tree. Points are numbered by their place in it.
 pub(crate) struct Neighbours {
     /// The points in the order of the tree.
@@ -173,14 +175,6 @@ impl Neighbours {
         &room.found
     }
 
-    /// Neighbours within a distance, itself left out, the nearest first.
-    pub(crate) fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
-        let place = self.points_mm[at as usize];
-        found.clear();
-        self.collect(self.root(), place, radius_mm * radius_mm, at, found);
-        found.sort_unstable_by(|a, b| self.order(a, b));
-    }
-
     /// The nearest first; of equal distances the smaller coordinates.
     #[inline]
     fn order(&self, a: &Near, b: &Near) -> Ordering {
@@ -225,6 +219,19 @@ impl Neighbours {
         for half in branch.halves() {
             self.collect(half, place, limit, without, found);
         }
+    }
+}
+
+impl Places for Neighbours {
+    fn points_mm(&self) -> &[PointMm] {
+        &self.points_mm
+    }
+
+    fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
+        let place = self.points_mm[at as usize];
+        found.clear();
+        self.collect(self.root(), place, radius_mm * radius_mm, at, found);
+        found.sort_unstable_by(|a, b| self.order(a, b));
     }
 }
 

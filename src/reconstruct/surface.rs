@@ -44,8 +44,15 @@ pub(crate) fn finished(
     ids: &[u32],
     mut facets: Vec<[u32; 3]>,
 ) -> Vec<[u32; 3]> {
+    for corner in facets.as_flattened_mut() {
+        *corner = ids[*corner as usize];
+    }
+    in_order(points_mm, facets)
+}
+
+/// Facets in ascending order of the smallest, turned so that neighbours agree.
+pub(crate) fn in_order(points_mm: &[PointMm], mut facets: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     for facet in &mut facets {
-        *facet = facet.map(|corner| ids[corner as usize]);
         let least = (0..3).min_by_key(|&corner| facet[corner]).unwrap_or(0);
         facet.rotate_left(least);
         // Sorted before they are turned, so that what is turned does not depend on the method.
@@ -89,16 +96,20 @@ pub(crate) fn of_numbered(
 /// A place and its number.
 pub(crate) type Numbered = (PointMm, u32);
 
+/// The place of a point; `None` where a coordinate is not finite or too large.
+pub(crate) fn as_place(point: PointMm) -> Option<PointMm> {
+    let counts = point.iter().all(|value| value.is_finite() && value.abs() <= RANGE_MM);
+    counts.then(|| point.map(|value| if value.abs() < TINY_MM { 0.0 } else { value }))
+}
+
 /// The places that count, each once, by the smallest number; and the others.
 pub(crate) fn admitted(points_mm: &[PointMm]) -> (Vec<Numbered>, Vec<(u32, LeftOut)>) {
     let mut left_out = Vec::new();
     let mut places = Vec::with_capacity(points_mm.len());
     for (&point, number) in points_mm.iter().zip(0..) {
-        if point.iter().all(|value| value.is_finite() && value.abs() <= RANGE_MM) {
-            let place = point.map(|value| if value.abs() < TINY_MM { 0.0 } else { value });
-            places.push((place, number));
-        } else {
-            left_out.push((number, LeftOut::NoPlace));
+        match as_place(point) {
+            Some(place) => places.push((place, number)),
+            None => left_out.push((number, LeftOut::NoPlace)),
         }
     }
     places.par_sort_unstable_by(|a, b| by_coordinates(a.0, b.0).then(a.1.cmp(&b.1)));

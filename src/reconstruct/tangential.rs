@@ -18,11 +18,12 @@ use rayon::prelude::*;
 use self::star::{Maker, Room};
 use crate::centres;
 use crate::delaunay::{Delaunay, NoDelaunay};
-use crate::local::{GAP, agreed, has, normals, without_facet};
+use crate::local::normals::TangentPlane;
+use crate::local::{GAP, Places as _, normals};
 use crate::neighbours::{Near, Neighbours};
 use crate::poles::Poles;
 use crate::sampling::SamplingCondition;
-use crate::surface::{Reconstruction, admitted, finished};
+use crate::surface::{LeftOut, Reconstruction, admitted, finished};
 
 /// A surface of stars in tangent planes that agree.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,3 +151,47 @@ impl Maker<'_> {
 }
 
 const MOST_ROUNDS: usize = 40;
+
+/// The points in no facet of points by numbers of the tree, and why.
+fn without_facet(
+    tree: &Neighbours,
+    planes: &[Option<TangentPlane>],
+    facets: &[[u32; 3]],
+) -> Vec<(u32, LeftOut)> {
+    let mut is_used = vec![false; tree.len()];
+    for &corner in facets.as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    let unused = (0..tree.len()).filter(|&at| !is_used[at]);
+    unused
+        .map(|at| {
+            let why = if planes[at].is_none() { LeftOut::NoPlane } else { LeftOut::Disagreement };
+            (tree.ids[at], why)
+        })
+        .collect()
+}
+
+/// Whether two points follow each other in a star, whichever is first.
+fn has(star: &[u32], a: u32, b: u32) -> bool {
+    (0..star.len()).any(|at| {
+        let pair = [star[at], star[(at + 1) % star.len()]];
+        pair == [a, b] || pair == [b, a]
+    })
+}
+
+/// Facets that lie in the stars of all three corners, once each.
+fn agreed(stars: &[Vec<u32>]) -> Vec<[u32; 3]> {
+    stars
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(p, star)| {
+            let p = p as u32;
+            (0..star.len()).filter_map(move |at| {
+                let (q, r) = (star[at], star[(at + 1) % star.len()]);
+                let is_first = q != GAP && r != GAP && q != r && p < q && p < r;
+                (is_first && has(&stars[q as usize], p, r) && has(&stars[r as usize], p, q))
+                    .then_some([p, q, r])
+            })
+        })
+        .collect()
+}

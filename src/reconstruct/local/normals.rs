@@ -6,43 +6,80 @@ use crate::geometry::{cross, dot, minus, unit};
 use crate::neighbours::{Near, Neighbours};
 
 /// A tangent plane, and how far its point looks.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TangentPlane {
     pub(crate) normal: PointMm,
     /// Points farther away do not count.
     pub(crate) reach_mm: f64,
 }
 
+/// Places by number, and what lies about them.
+pub(crate) trait Places {
+    fn points_mm(&self) -> &[PointMm];
+    /// Neighbours within a distance, itself left out, the nearest first; of equal distances the smaller coordinates.
+    fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>);
+}
+
 /// The planes of all points; `None` where the neighbours lie on a line.
 pub(crate) fn of(tree: &Neighbours) -> Vec<Option<TangentPlane>> {
-    tree.map_nearest(NEAREST, |at, near, room: &mut Vec<Near>| {
-        let (far, _) = *near.last()?;
-        let mut reach_mm = far.sqrt();
-        if let Some(normal) = fitted(tree, at, near) {
-            return Some(TangentPlane { normal, reach_mm: REACH * reach_mm });
+    tree.map_nearest(NEAREST, |at, near, room| fit(tree, at, near, room).plane)
+}
+
+/// The plane of a point, and what it depends on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    pub(super) plane: Option<TangentPlane>,
+    /// The square of the distance within which a new point may change it, mm².
+    pub(super) sight_mm2: f64,
+}
+
+/// The plane of a point with its nearest neighbours.
+pub(super) fn fit(places: &impl Places, at: u32, near: &[Near], room: &mut Vec<Near>) -> Fit {
+    let points_mm = places.points_mm();
+    let far = near.last().map_or(0.0, |&(far, _)| far);
+    let of = |normal: PointMm, reach_mm: f64, sight_mm2: f64| Fit {
+        plane: Some(TangentPlane { normal, reach_mm: REACH * reach_mm }),
+        // Of fewer neighbours than are asked for, the next one counts wherever it is.
+        sight_mm2: if near.len() < NEAREST { f64::INFINITY } else { sight_mm2 },
+    };
+    if let Some(normal) = fitted(points_mm, at, near) {
+        return of(normal, far.sqrt(), far);
+    }
+    let none = |sight_mm2: f64| Fit { plane: None, sight_mm2 };
+    if near.len() < NEAREST {
+        return none(f64::INFINITY);
+    }
+    // Along a scan line the nearest lie in a row: look farther until the next line is seen.
+    let mut reach_mm = far.sqrt();
+    for _ in 0..MOST_DOUBLINGS {
+        reach_mm *= 2.0;
+        places.within(at, reach_mm, room);
+        let sight_mm2 = (reach_mm * reach_mm).max(far);
+        if let Some(normal) = fitted(points_mm, at, room) {
+            return of(normal, reach_mm, sight_mm2);
         }
-        // Along a scan line the nearest lie in a row: look farther until the next line is seen.
-        for _ in 0..MOST_DOUBLINGS {
-            reach_mm *= 2.0;
-            tree.within(at, reach_mm, room);
-            if let Some(normal) = fitted(tree, at, room) {
-                return Some(TangentPlane { normal, reach_mm: REACH * reach_mm });
-            }
-            if room.len() + 1 >= tree.len().min(MOST_IN_A_ROW) {
-                return None;
-            }
+        if room.len() + 1 >= MOST_IN_A_ROW {
+            return none(sight_mm2);
         }
-        None
-    })
+        if room.len() + 1 == points_mm.len() {
+            return none(f64::INFINITY);
+        }
+    }
+    none(reach_mm * reach_mm)
+}
+
+/// Whether a plane is that of the nearest neighbours alone, the last of them at the square of a distance.
+pub(super) fn is_of_nearest(plane: Option<TangentPlane>, far_mm2: f64) -> bool {
+    plane.is_some_and(|plane| plane.reach_mm == REACH * far_mm2.sqrt())
 }
 
 /// The direction of least spread; `None` where the points spread along one line only.
-fn fitted(tree: &Neighbours, at: u32, near: &[Near]) -> Option<PointMm> {
-    let origin = tree.points_mm[at as usize];
+fn fitted(points_mm: &[PointMm], at: u32, near: &[Near]) -> Option<PointMm> {
+    let origin = points_mm[at as usize];
     let scale = 1.0 / near.last()?.0.sqrt();
     let (mut mean, mut squares) = ([0.0; 3], [0.0; 6]);
     for &(_, other) in near {
-        let [x, y, z] = minus(tree.points_mm[other as usize], origin).map(|side| side * scale);
+        let [x, y, z] = minus(points_mm[other as usize], origin).map(|side| side * scale);
         mean = [mean[0] + x, mean[1] + y, mean[2] + z];
         for (sum, term) in squares.iter_mut().zip([x * x, y * y, z * z, x * y, y * z, z * x]) {
             *sum += term;

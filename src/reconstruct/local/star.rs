@@ -1,26 +1,44 @@
 //! The star of a point: its Voronoi cell cut by its tangent plane, ties and near ties by the rule of [`super::vote`].
 
-use super::normals::TangentPlane;
+use super::near_lists::NearLists;
+use super::normals::{Places as _, TangentPlane};
+use super::place_tree::{PlaceTree, squared};
 use super::vote::{basis, diagonal};
 use crate::geometry::{cross, dot, minus};
-use crate::neighbours::{Near, Neighbours};
+use crate::neighbours::Near;
 
 /// Stands in a star where two neighbours have no facet between them.
-pub(crate) const GAP: u32 = u32::MAX;
+pub(crate) const GAP: u32 = u32::MAX >> 1;
 
 /// Ingredients of stars.
 pub(super) struct Maker<'a> {
-    pub(super) tree: &'a Neighbours,
+    pub(super) tree: &'a PlaceTree,
+    pub(super) near: &'a NearLists,
     pub(super) planes: &'a [Option<TangentPlane>],
+}
+
+/// A star, and what it depends on beside its point's plane and nearest neighbours.
+#[derive(Default)]
+pub(super) struct Star {
+    /// The neighbours about the point, with [`GAP`] where no facet is.
+    pub(super) ring: Box<[u32]>,
+    /// The square of the distance within which a new point may change it, where that is beyond the nearest, mm².
+    pub(super) sight_mm2: f64,
+    /// The square of the distance of the farthest point whose plane was asked for, mm²; below 0 where none was.
+    pub(super) asked_mm2: f64,
+    /// Points whose planes were asked for and which do not have this one among their nearest.
+    pub(super) strangers: Vec<u32>,
 }
 
 /// Memory of a thread between stars.
 #[derive(Default)]
 pub(super) struct Room {
+    near: Vec<Near>,
+    /// Points whose planes were asked for.
+    asked: Vec<u32>,
     cell: Vec<Corner>,
     next: Vec<Corner>,
     near_ties: Vec<Half>,
-    wider: Vec<Near>,
     ring: Vec<Half>,
 }
 
@@ -49,31 +67,45 @@ impl Corner {
 }
 
 impl Maker<'_> {
-    /// The neighbours about a point, with [`GAP`] where no facet is; `near` are the nearest.
-    pub(super) fn star(&self, at: u32, near: &[Near], room: &mut Room) -> Vec<u32> {
-        let Some(plane) = self.planes[at as usize] else { return Vec::new() };
+    /// The star of a point; empty where it has no plane.
+    pub(super) fn star(&self, at: u32, room: &mut Room) -> Star {
+        let Some(plane) = self.planes[at as usize] else {
+            return Star { sight_mm2: -1.0, asked_mm2: -1.0, ..Star::default() };
+        };
+        let points_mm = self.tree.points_mm();
         let along = basis(plane.normal);
         let across = cross(plane.normal, along);
         let reach = plane.reach_mm;
-        let place = self.tree.points_mm[at as usize];
+        let place = points_mm[at as usize];
         let half = |&(square, other): &Near| {
-            let way = minus(self.tree.points_mm[other as usize], place);
+            let way = minus(points_mm[other as usize], place);
             Half { x: dot(way, along), y: dot(way, across), offset: square / 2.0, of: other }
         };
         start(&mut room.cell, reach);
         room.near_ties.clear();
-        let mut widest = cut_all(room, near.iter().map(half), reach);
+        room.asked.clear();
+        let mut near = std::mem::take(&mut room.near);
+        self.near.with_squares(self.tree, at, &mut near);
+        let widest = cut_all(room, near.iter().map(half), reach);
         let seen = near.last().map_or(0.0, |last| last.0);
-        if 4.0 * widest > seen && near.len() + 1 < self.tree.len() {
+        let mut sight_mm2 = -1.0;
+        if 4.0 * widest > seen {
             let radius = (2.0 * widest.sqrt()).min(reach) * (1.0 + 1e-9);
-            let mut wider = std::mem::take(&mut room.wider);
-            self.tree.within(at, radius, &mut wider);
-            widest = cut_all(room, wider.iter().skip(near.len()).map(half), reach);
-            room.wider = wider;
+            sight_mm2 = radius * radius;
+            let known = near.len();
+            self.tree.within(at, radius, &mut near);
+            cut_all(room, near.iter().skip(known).map(half), reach);
         }
-        debug_assert!(widest.is_finite());
+        room.near = near;
         self.settle(at, reach * reach / 4.0, room);
-        room.ring.iter().map(|half| half.of).collect()
+        let ring = room.ring.iter().map(|half| half.of).collect();
+        room.asked.sort_unstable();
+        room.asked.dedup();
+        let squares = room.asked.iter().map(|&other| squared(place, points_mm[other as usize]));
+        let asked_mm2 = squares.fold(-1.0, f64::max);
+        let is_stranger = |other: &u32| !self.near.has(*other, at);
+        let strangers = room.asked.iter().copied().filter(is_stranger).collect();
+        Star { ring, sight_mm2, asked_mm2, strangers }
     }
 
     /// The ring of neighbours, with near ties settled.
@@ -89,24 +121,32 @@ impl Maker<'_> {
             }
             ring.push(corner.side);
         }
+        let mut rule = Rule { maker: self, at, asked: &mut room.asked };
         for _ in 0..MOST_FLIPS {
-            if !self.remove_one(at, limit, ring)
-                && !self.insert_one(at, limit, ring, &room.near_ties)
-            {
+            if !rule.remove_one(limit, ring) && !rule.insert_one(limit, ring, &room.near_ties) {
                 return;
             }
         }
     }
+}
 
+/// The rule for near ties at a point, and whose planes it asked for.
+struct Rule<'a> {
+    maker: &'a Maker<'a>,
+    at: u32,
+    asked: &'a mut Vec<u32>,
+}
+
+impl Rule<'_> {
     /// Takes a neighbour out of the ring whose edge the rule denies.
-    fn remove_one(&self, at: u32, limit: f64, ring: &mut Vec<Half>) -> bool {
+    fn remove_one(&mut self, limit: f64, ring: &mut Vec<Half>) -> bool {
         let len = ring.len();
         for index in 0..len {
             let (q, r, s) = (ring[index], ring[(index + 1) % len], ring[(index + 2) % len]);
             if len < 4 || [q.of, r.of, s.of].contains(&GAP) || !is_near_tie(q, r, s, limit) {
                 continue;
             }
-            if self.has_edge(at, r.of, [q.of, s.of]) == Some(false) {
+            if self.has_edge(r.of, [q.of, s.of]) == Some(false) {
                 ring.remove((index + 1) % len);
                 return true;
             }
@@ -115,7 +155,7 @@ impl Maker<'_> {
     }
 
     /// Takes a neighbour into the ring whose edge the rule asks for.
-    fn insert_one(&self, at: u32, limit: f64, ring: &mut Vec<Half>, near_ties: &[Half]) -> bool {
+    fn insert_one(&mut self, limit: f64, ring: &mut Vec<Half>, near_ties: &[Half]) -> bool {
         let len = ring.len();
         for &tie in near_ties {
             if ring.iter().any(|half| half.of == tie.of) {
@@ -127,7 +167,7 @@ impl Maker<'_> {
                 if q.of == GAP || r.of == GAP || !is_between || !is_near_tie(q, tie, r, limit) {
                     continue;
                 }
-                if self.has_edge(at, tie.of, [q.of, r.of]) == Some(true) {
+                if self.has_edge(tie.of, [q.of, r.of]) == Some(true) {
                     ring.insert(index + 1, tie);
                     return true;
                 }
@@ -136,8 +176,10 @@ impl Maker<'_> {
         false
     }
 
-    fn has_edge(&self, at: u32, over: u32, sides: [u32; 2]) -> Option<bool> {
-        diagonal(&self.tree.points_mm, self.planes, at, over, sides)
+    fn has_edge(&mut self, over: u32, sides: [u32; 2]) -> Option<bool> {
+        self.asked.extend([over, sides[0], sides[1]]);
+        let Maker { tree, planes, .. } = self.maker;
+        diagonal(tree.points_mm(), planes, self.at, over, sides)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::weights::WIDEST;
 use crate::geometry::{cross, dot, minus};
 use crate::local::normals::TangentPlane;
-use crate::local::{GAP, basis};
+use crate::local::{GAP, Places as _, basis};
 use crate::neighbours::{Near, Neighbours};
 
 /// Ingredients of stars.

@@ -1,0 +1,120 @@
+//! Time and memory of a surface that takes its points in batches.
+//!
+//! `cargo bench -p asphera-reconstruct --bench batches` scans a ball with noise of 5 nm: 1,000,000 points along a spiral whose tracks
+//! are as far apart as its points, in batches of 1,000. After each batch the changed facets are known. The same points follow in one
+//! batch. `ASPHERA_BENCH_POINTS` sets another number, `ASPHERA_BENCH_ORDER` is `spiral`, `bands` (each batch goes round the ball once,
+//! by the golden angle) or `random`. Bytes are the growth of the peak of resident memory over the points themselves (Linux).
+
+use std::f64::consts::{PI, TAU};
+use std::time::Instant;
+
+use asphera_geometry::PointMm;
+use asphera_reconstruct::{LocalSurface, local};
+use rand_core::{Rng as _, SeedableRng as _};
+use rand_pcg::Pcg64;
+use rayon::ThreadPoolBuilder;
+
+const BATCH: usize = 1_000;
+const SEED: u64 = 1;
+
+#[expect(clippy::print_stdout, reason = "a benchmark prints what it measures")]
+fn main() {
+    let count = std::env::var("ASPHERA_BENCH_POINTS").map_or(1_000_000, |count| {
+        count.parse().expect("ASPHERA_BENCH_POINTS must be a number of points")
+    });
+    let order = std::env::var("ASPHERA_BENCH_ORDER").unwrap_or_else(|_| "spiral".to_owned());
+    let points = match order.as_str() {
+        "spiral" => spiral(count),
+        "bands" => bands(count),
+        "random" => random(count),
+        other => panic!("ASPHERA_BENCH_ORDER must be spiral, bands or random, found {other:?}"),
+    };
+    println!("{count} points of a ball as {order}, seed {SEED}, in batches of {BATCH}");
+    for threads in [1, 2] {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let before = peak_bytes();
+            let mut surface = LocalSurface::new();
+            let mut times: Vec<f64> = Vec::new();
+            let mut changes = 0;
+            for batch in points.chunks(BATCH) {
+                let (changed, seconds) = timed(|| surface.insert(batch).expect("few points"));
+                changes += changed.added.len() + changed.removed.len();
+                times.push(seconds);
+            }
+            let bytes = peak_bytes().zip(before).map(|(after, before)| (after - before) / count as u64);
+            let total: f64 = times.iter().sum();
+            times.sort_by(f64::total_cmp);
+            let share = |share: f64| 1e3 * times[((times.len() - 1) as f64 * share) as usize];
+            let (made, asked) = timed(|| surface.surface());
+            drop(surface);
+            let (at_once, seconds) = timed(|| local(&points).expect("few points"));
+            assert_eq!(made, at_once, "in batches and at once");
+            println!(
+                "{threads} threads: {total:.2} s in all ({:.2} x one batch of {seconds:.2} s); a batch {:.1} ms, p99 {:.1} ms, \
+                 longest {:.1} ms; {:.1} facets changed a point; {} facets, asked for in {asked:.2} s; bytes a point {bytes:?}",
+                total / seconds,
+                share(0.5),
+                share(0.99),
+                share(1.0),
+                changes as f64 / count as f64,
+                made.facets.len(),
+            );
+        });
+    }
+}
+
+/// A spiral from pole to pole, its points as far apart as its tracks.
+fn spiral(count: usize) -> Vec<PointMm> {
+    let mut random = Pcg64::seed_from_u64(SEED);
+    let tracks = (PI * count as f64).sqrt() / 2.0;
+    (0..count)
+        .map(|index| {
+            let z = 1.0 - (2 * index + 1) as f64 / count as f64;
+            noisy(z, TAU * tracks * z.acos() / PI, &mut random)
+        })
+        .collect()
+}
+
+fn bands(count: usize) -> Vec<PointMm> {
+    let mut random = Pcg64::seed_from_u64(SEED);
+    (0..count)
+        .map(|index| {
+            let z = 1.0 - (2 * index + 1) as f64 / count as f64;
+            noisy(z, 2.399_963_229_728_653 * index as f64, &mut random)
+        })
+        .collect()
+}
+
+fn random(count: usize) -> Vec<PointMm> {
+    let mut random = Pcg64::seed_from_u64(SEED);
+    (0..count)
+        .map(|_| {
+            let (z, turn) = (2.0 * unit(&mut random) - 1.0, TAU * unit(&mut random));
+            noisy(z, turn, &mut random)
+        })
+        .collect()
+}
+
+fn noisy(z: f64, turn: f64, random: &mut Pcg64) -> PointMm {
+    let radius_mm = 10.0 + 5e-6 * (2.0 * unit(random) - 1.0);
+    let radius = radius_mm * (1.0 - z * z).max(0.0).sqrt();
+    [radius * turn.cos(), radius * turn.sin(), radius_mm * z]
+}
+
+fn unit(random: &mut Pcg64) -> f64 {
+    (random.next_u64() >> 11) as f64 * 2_f64.powi(-53)
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    #[expect(clippy::disallowed_methods, reason = "a benchmark measures time")]
+    let start = Instant::now();
+    let made = work();
+    (made, start.elapsed().as_secs_f64())
+}
+
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| 1024 * kib)
+}

@@ -1,0 +1,340 @@
+//! The surface while points arrive: what a batch changes is made anew, and nothing else.
+//!
+//! Every figure of a point is a function of the points within a distance that it knows: its nearest neighbours, its plane, its star.
+//! So a batch asks only the points that see a new place, then the stars that asked for a plane that changed, then the facets of
+//! stars that changed, then the holes about these. [`local`](super::local()) is this, with one batch.
+
+use std::collections::HashMap;
+
+use asphera_geometry::PointMm;
+use rayon::prelude::*;
+
+use super::holes::Borders;
+use super::mend::{Mending, Surface};
+use super::near_lists::{self, NearLists};
+use super::normals::{self, NEAREST, Places as _, TangentPlane};
+use super::place_tree::{Inserted, PlaceTree, Sight, squared};
+use super::star::{self, Maker};
+use super::stars::{Exchange, Facet, Stars, sorted};
+use super::{MOST_POINTS, TooManyPoints};
+use crate::neighbours::Near;
+use crate::surface::{LeftOut, Numbered, Reconstruction, as_place, in_order};
+
+/// A surface by local stars that takes points in batches.
+///
+/// After every batch it is the surface that [`local`](super::local()) makes of the same points at once, bit for bit: batches and
+/// threads change nothing. A batch costs time in proportion to its points and to those within a few spacings of them. Some 300
+/// bytes a point.
+#[derive(Clone, Debug, Default)]
+pub struct LocalSurface {
+    received: usize,
+    tree: PlaceTree,
+    near: NearLists,
+    planes: Vec<Option<TangentPlane>>,
+    /// For each point the square of the distance of the farthest plane that its star asked for, mm²; below 0 where none was.
+    asked_mm2: Vec<f64>,
+    /// For a point those that asked for its plane without being among its nearest.
+    strangers: HashMap<u32, Vec<u32>>,
+    stars: Stars,
+    mending: Mending,
+    /// Points without a place of their own.
+    left_out: Vec<(u32, LeftOut)>,
+}
+
+/// Facets that a batch changed, by numbers of points in ascending order. They are not turned.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FacetChanges {
+    /// Facets that are in the surface now and were not before.
+    pub added: Vec<[u32; 3]>,
+    /// Facets that were in the surface and are no more.
+    pub removed: Vec<[u32; 3]>,
+}
+
+/// A surface by the points' own numbers before its facets are put in order and turned.
+struct Unturned {
+    places_mm: Vec<PointMm>,
+    facets: Vec<Facet>,
+    left_out: Vec<(u32, LeftOut)>,
+}
+
+impl Unturned {
+    fn turned(self) -> Reconstruction {
+        let Unturned { places_mm, facets, left_out } = self;
+        Reconstruction { facets: in_order(&places_mm, facets), left_out }
+    }
+}
+
+/// A point, and a new one that it sees.
+type Seen = [u32; 2];
+
+/// Points to ask again after a batch.
+#[derive(Default)]
+struct Doubts {
+    /// Points whose planes may change.
+    planes: Vec<u32>,
+    /// Points whose stars may change, in any order, some twice.
+    stars: Vec<u32>,
+}
+
+impl LocalSurface {
+    /// A surface without points.
+    pub fn new() -> LocalSurface {
+        LocalSurface::default()
+    }
+
+    /// How many points were taken.
+    pub fn received(&self) -> usize {
+        self.received
+    }
+
+    /// Takes points. They are numbered on from those before.
+    ///
+    /// # Errors
+    ///
+    /// More than [`MOST_POINTS`] points in all; then none of these is taken.
+    pub fn insert(&mut self, points_mm: &[PointMm]) -> Result<FacetChanges, TooManyPoints> {
+        let exchange = self.take(points_mm)?;
+        let numbered = |facets: Vec<Facet>| {
+            let ids = |facet: Facet| sorted(facet.map(|corner| self.tree.ids[corner as usize]));
+            let mut facets: Vec<Facet> = facets.into_iter().map(ids).collect();
+            facets.sort_unstable();
+            facets
+        };
+        let Exchange { added, removed } = exchange;
+        Ok(FacetChanges { added: numbered(added), removed: numbered(removed) })
+    }
+
+    /// The surface of all points up to now. n·log n time.
+    pub fn surface(&self) -> Reconstruction {
+        self.unturned().turned()
+    }
+
+    /// The surface of all points, where no more will come: takes less memory than [`LocalSurface::surface`].
+    pub fn into_surface(self) -> Reconstruction {
+        let unturned = self.unturned();
+        drop(self);
+        unturned.turned()
+    }
+
+    fn unturned(&self) -> Unturned {
+        let mut left_out = self.left_out_points();
+        left_out.sort_unstable();
+        let ids = &self.tree.ids;
+        let mut places_mm = vec![[0.0; 3]; self.received];
+        for (&id, &place) in ids.iter().zip(self.tree.points_mm()) {
+            places_mm[id as usize] = place;
+        }
+        let mut facets: Vec<Facet> = self.stars.facets().collect();
+        facets.extend(self.mending.facets());
+        for corner in facets.as_flattened_mut() {
+            *corner = ids[*corner as usize];
+        }
+        Unturned { places_mm, facets, left_out }
+    }
+
+    /// The points in no facet, and why.
+    fn left_out_points(&self) -> Vec<(u32, LeftOut)> {
+        let mut is_used: Vec<bool> = (0..self.tree.len() as u32)
+            .map(|at| self.stars.facets_at(at).next().is_some())
+            .collect();
+        for facet in self.mending.facets() {
+            facet.iter().for_each(|&corner| is_used[corner as usize] = true);
+        }
+        let mut left_out = self.left_out.clone();
+        let unused = (0..self.tree.len()).filter(|&at| !is_used[at]);
+        left_out.extend(unused.map(|at| {
+            let has_plane = self.planes[at].is_some();
+            (self.tree.ids[at], if has_plane { LeftOut::Disagreement } else { LeftOut::NoPlane })
+        }));
+        left_out
+    }
+
+    /// Takes points; gives what changed, by numbers of the tree.
+    pub(super) fn take(&mut self, points_mm: &[PointMm]) -> Result<Exchange, TooManyPoints> {
+        let first = self.received;
+        let received = first + points_mm.len();
+        if received > MOST_POINTS {
+            return Err(TooManyPoints { found: received });
+        }
+        self.received = received;
+        let mut batch: Vec<Numbered> = Vec::with_capacity(points_mm.len());
+        for (&point, number) in points_mm.iter().zip(first as u32..) {
+            match as_place(point) {
+                Some(place) => batch.push((place, number)),
+                None => self.left_out.push((number, LeftOut::NoPlace)),
+            }
+        }
+        let inserted = self.tree.insert(&mut batch);
+        drop(batch);
+        let duplicates = inserted.duplicates.iter().map(|&id| (id, LeftOut::Duplicate));
+        self.left_out.extend(duplicates);
+        if inserted.leaves.is_empty() {
+            return Ok(Exchange::default());
+        }
+        let doubts = self.doubts(&inserted);
+        let changed = self.fit_planes(doubts);
+        Ok(self.make_stars(changed))
+    }
+
+    /// Finds the neighbours of new points, and the points that see these.
+    fn doubts(&mut self, inserted: &Inserted) -> Doubts {
+        let tree = &self.tree;
+        let before = self.planes.len() as u32;
+        let asked: Vec<(Vec<[u32; NEAREST]>, Vec<Seen>)> = inserted
+            .leaves
+            .par_chunks(LEAVES_AT_ONCE)
+            .map(|leaves| {
+                let mut room = near_lists::Room::default();
+                let (mut lists, mut seen) = (Vec::new(), Vec::new());
+                for &new in leaves {
+                    near_lists::ask_leaf(tree, new, &mut room, &mut lists);
+                    let own = tree.about(new.from..new.to);
+                    tree.seeing(&NEW_PLACE, &own, &mut |at| {
+                        let place = tree.points_mm()[at as usize];
+                        let sees = |other: u32| {
+                            squared(place, tree.points_mm()[other as usize])
+                                <= tree.sight_mm2(at, &NEW_PLACE)
+                        };
+                        seen.extend(
+                            (new.from..new.to).filter(|&new| sees(new)).map(|new| [at, new]),
+                        );
+                    });
+                }
+                (lists, seen)
+            })
+            .collect();
+        let mut seen = Vec::new();
+        for (lists, pairs) in asked {
+            self.near.extend(lists);
+            seen.extend(pairs);
+        }
+        seen.par_sort_unstable();
+        let mut doubts = Doubts::default();
+        for group in seen.chunk_by(|a, b| a[0] == b[0]) {
+            self.take_new(group, &mut doubts);
+        }
+        let new = before..self.tree.len() as u32;
+        self.planes.resize(self.tree.len(), None);
+        self.asked_mm2.resize(self.tree.len(), -1.0);
+        self.stars.grow(self.tree.len());
+        doubts.planes.extend(new.clone());
+        doubts.stars.extend(new);
+        doubts
+    }
+
+    /// Takes new points into the list of an earlier point that sees them.
+    fn take_new(&mut self, group: &[[u32; 2]], doubts: &mut Doubts) {
+        let at = group[0][0];
+        doubts.stars.push(at);
+        let LocalSurface { tree, near, .. } = self;
+        let mut lost = Vec::new();
+        let is_changed = near.take(tree, at, group.iter().map(|&[_, new]| new), &mut lost);
+        let own = near.of(at);
+        let far_mm2 = own.last().map_or(0.0, |&far| {
+            squared(tree.points_mm()[at as usize], tree.points_mm()[far as usize])
+        });
+        let is_whole = own.len() == NEAREST;
+        if is_changed || !is_whole || !normals::is_of_nearest(self.planes[at as usize], far_mm2) {
+            doubts.planes.push(at);
+        }
+        // They asked for this plane and are no more told by the list: they ask again.
+        doubts.stars.extend(lost);
+    }
+
+    /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
+    fn fit_planes(&mut self, doubts: Doubts) -> (Vec<u32>, Vec<u32>) {
+        let Doubts { planes: doubtful, stars: mut doubtful_stars } = doubts;
+        let (tree, near) = (&self.tree, &self.near);
+        let fits: Vec<normals::Fit> = doubtful
+            .par_chunks(POINTS_AT_ONCE)
+            .flat_map_iter(|points| {
+                let (mut room, mut list): (Vec<Near>, Vec<Near>) = Default::default();
+                points
+                    .iter()
+                    .map(|&at| {
+                        near.with_squares(tree, at, &mut list);
+                        normals::fit(tree, at, &list, &mut room)
+                    })
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        let mut changed = Vec::new();
+        for (&at, fit) in doubtful.iter().zip(&fits) {
+            let own = &mut self.planes[at as usize];
+            if *own != fit.plane {
+                *own = fit.plane;
+                changed.push(at);
+            }
+        }
+        let sights = doubtful.iter().zip(&fits).map(|(&at, fit)| (at, fit.sight_mm2));
+        self.tree.set_sights(Sight::Plane, sights);
+        drop(fits);
+        for &at in &changed {
+            let place = self.tree.points_mm()[at as usize];
+            let strangers = self.strangers.remove(&at).unwrap_or_default();
+            let listening = self.near.of(at).iter().copied().chain(strangers);
+            doubtful_stars.extend(listening.filter(|&other| {
+                let square = squared(place, self.tree.points_mm()[other as usize]);
+                square <= self.asked_mm2[other as usize]
+            }));
+        }
+        doubtful_stars.extend(&changed);
+        doubtful_stars.par_sort_unstable();
+        doubtful_stars.dedup();
+        changed.sort_unstable();
+        (changed, doubtful_stars)
+    }
+
+    /// Makes the stars in doubt, and settles facets and holes about what changed.
+    fn make_stars(&mut self, (changed_planes, doubtful): (Vec<u32>, Vec<u32>)) -> Exchange {
+        let mut marked = Vec::new();
+        let mut changed = Vec::new();
+        for points in doubtful.chunks(STARS_AT_ONCE) {
+            let maker = Maker { tree: &self.tree, near: &self.near, planes: &self.planes };
+            let made: Vec<star::Star> = points
+                .par_chunks(POINTS_AT_ONCE)
+                .flat_map_iter(|points| {
+                    let mut room = star::Room::default();
+                    points.iter().map(|&at| maker.star(at, &mut room)).collect::<Vec<_>>()
+                })
+                .collect();
+            let sights = points.iter().zip(&made).map(|(&at, star)| (at, star.sight_mm2));
+            self.tree.set_sights(Sight::Star, sights);
+            for (&at, star) in points.iter().zip(made) {
+                self.asked_mm2[at as usize] = star.asked_mm2;
+                for other in star.strangers {
+                    let listening = self.strangers.entry(other).or_default();
+                    if !listening.contains(&at) {
+                        listening.push(at);
+                    }
+                }
+                if self.stars.replace(at, star.ring, &mut marked) {
+                    changed.push(at);
+                }
+            }
+        }
+        let exchange = self.stars.agree(&changed, marked);
+        let mut points: Vec<u32> = exchange.facets().flatten().collect();
+        points.extend(changed_planes);
+        points.par_sort_unstable();
+        points.dedup();
+        let borders =
+            Borders { points_mm: self.tree.points_mm(), planes: &self.planes, stars: &self.stars };
+        let surface = Surface { tree: &self.tree, borders };
+        let repair = self.mending.settle(surface, &points, &exchange);
+        let mended = self.mending.finish(&mut self.tree, repair);
+        let Exchange { mut added, mut removed } = exchange;
+        added.extend(mended.added);
+        removed.extend(mended.removed);
+        Exchange::of(added, removed)
+    }
+}
+
+/// What a new place may change.
+const NEW_PLACE: [Sight; 2] = [Sight::Plane, Sight::Star];
+/// Leaves that a thread asks for in turn.
+const LEAVES_AT_ONCE: usize = 32;
+/// Points that a thread takes in turn.
+const POINTS_AT_ONCE: usize = 256;
+/// Stars that are held beside those they replace.
+const STARS_AT_ONCE: usize = 1 << 16;

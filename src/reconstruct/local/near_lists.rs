@@ -1,0 +1,152 @@
+//! The nearest neighbours of every point, kept up while points arrive.
+//!
+//! New points ask leaf by leaf: what may be near to any point of a leaf is gathered once. An earlier point takes a new one into its
+//! list where it is nearer than the last. Of equal distances the smaller coordinates come first, so that lists depend on places alone.
+
+use super::normals::{NEAREST, Places as _};
+use super::place_tree::{NewInLeaf, PlaceTree, squared};
+use crate::neighbours::Near;
+
+/// Lists of at most [`NEAREST`] points, the nearest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NearLists {
+    lists: Vec<[u32; NEAREST]>,
+}
+
+/// Memory of a thread between leaves.
+#[derive(Default)]
+pub(super) struct Room {
+    radius_mm: f64,
+    gathered: Vec<u32>,
+    squares: Vec<f64>,
+    found: Vec<Near>,
+}
+
+impl NearLists {
+    pub(super) fn extend(&mut self, lists: impl IntoIterator<Item = [u32; NEAREST]>) {
+        self.lists.extend(lists);
+    }
+
+    /// The nearest of a point; fewer than [`NEAREST`] where there are no more.
+    #[inline]
+    pub(super) fn of(&self, at: u32) -> &[u32] {
+        let list = &self.lists[at as usize];
+        if list[NEAREST - 1] != NONE {
+            return list;
+        }
+        let len = list.iter().position(|&other| other == NONE).unwrap_or(NEAREST);
+        &list[..len]
+    }
+
+    /// The nearest with the squares of their distances.
+    pub(super) fn with_squares(&self, tree: &PlaceTree, at: u32, found: &mut Vec<Near>) {
+        let points = tree.points_mm();
+        let place = points[at as usize];
+        found.clear();
+        let near = self.of(at).iter();
+        found.extend(near.map(|&other| (squared(place, points[other as usize]), other)));
+    }
+
+    /// Whether a point is among the nearest of another.
+    #[inline]
+    pub(super) fn has(&self, at: u32, other: u32) -> bool {
+        self.lists[at as usize].contains(&other)
+    }
+
+    /// Takes new points into the list of an earlier one. Gives whether the list changed; `lost` gets what left it.
+    pub(super) fn take(
+        &mut self,
+        tree: &PlaceTree,
+        at: u32,
+        new: impl Iterator<Item = u32>,
+        lost: &mut Vec<u32>,
+    ) -> bool {
+        let points = tree.points_mm();
+        let place = points[at as usize];
+        let with_square = |other: u32| (squared(place, points[other as usize]), other);
+        let mut is_changed = false;
+        for other in new {
+            let own = with_square(other);
+            let list = &mut self.lists[at as usize];
+            let len = list.iter().position(|&other| other == NONE).unwrap_or(NEAREST);
+            let to =
+                list[..len].partition_point(|&held| tree.order(&with_square(held), &own).is_lt());
+            if to == NEAREST {
+                continue;
+            }
+            if list[NEAREST - 1] != NONE {
+                lost.push(list[NEAREST - 1]);
+            }
+            list[to..].rotate_right(1);
+            list[to] = other;
+            is_changed = true;
+        }
+        is_changed
+    }
+}
+
+/// The lists of the new points of a leaf, appended to others.
+pub(super) fn ask_leaf(
+    tree: &PlaceTree,
+    new: NewInLeaf,
+    room: &mut Room,
+    lists: &mut Vec<[u32; NEAREST]>,
+) {
+    let points = tree.points_mm();
+    let wanted = NEAREST.min(tree.len() - 1);
+    let own = tree.about(new.from..new.to);
+    let wide = (0..3).map(|axis| own.high_mm[axis] - own.low_mm[axis]).fold(0.0, f64::max);
+    // What the last leaf asked for is a good start; of a single point nothing else is known.
+    let mut radius = match (room.radius_mm > 0.0, wide > 0.0) {
+        (true, true) => room.radius_mm.min(4.0 * wide),
+        (true, false) => room.radius_mm,
+        _ => tree.side_mm(new.from).max(f64::MIN_POSITIVE * 1e200),
+    };
+    loop {
+        room.gathered.clear();
+        tree.gather(&own, radius * radius, &mut room.gathered);
+        if room.gathered.len() <= wanted {
+            radius *= 2.0;
+            continue;
+        }
+        // Distances of the point that is worst off.
+        let mut worst: f64 = 0.0;
+        for at in new.from..new.to {
+            let place = points[at as usize];
+            room.squares.clear();
+            let squares = room.gathered.iter().map(|&other| squared(place, points[other as usize]));
+            room.squares.extend(squares);
+            let (_, &mut far, _) = room.squares.select_nth_unstable_by(wanted, f64::total_cmp);
+            worst = worst.max(far);
+        }
+        if worst <= radius * radius || room.gathered.len() == tree.len() {
+            room.radius_mm = worst.sqrt() * 1.05;
+            break;
+        }
+        radius = worst.sqrt() * (1.0 + 1e-9);
+    }
+    for at in new.from..new.to {
+        lists.push(select(tree, at, room));
+    }
+}
+
+/// The nearest of what was gathered.
+fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> [u32; NEAREST] {
+    let points = tree.points_mm();
+    let place = points[at as usize];
+    room.found.clear();
+    let others = room.gathered.iter().filter(|&&other| other != at);
+    room.found.extend(others.map(|&other| (squared(place, points[other as usize]), other)));
+    if room.found.len() > NEAREST {
+        room.found.select_nth_unstable_by(NEAREST - 1, |a, b| tree.order(a, b));
+        room.found.truncate(NEAREST);
+    }
+    room.found.sort_unstable_by(|a, b| tree.order(a, b));
+    let mut list = [NONE; NEAREST];
+    for (to, &(_, other)) in list.iter_mut().zip(&room.found) {
+        *to = other;
+    }
+    list
+}
+
+const NONE: u32 = u32::MAX;

@@ -1,0 +1,499 @@
+//! Places of points, indexed while they arrive: a binary tree of boxes that are halved.
+//!
+//! A leaf holds at most [`LEAF`] points; a full one is halved in the middle of its cell, across the wider side of its points. The
+//! depth so depends on the spread of the points over their spacing, not on the order in which they come. A point outside doubles the
+//! root. Points of a batch are numbered leaf by leaf, so that neighbours are near in memory. Every node knows the box of its
+//! points, and how far the points in it see: who sees a new place is found without asking all.
+
+use std::cmp::Ordering;
+
+use asphera_geometry::{BoxMm, PointMm};
+
+use super::normals::Places;
+use crate::geometry::{dot, minus};
+use crate::neighbours::{Near, by_coordinates};
+use crate::surface::Numbered;
+
+/// The tree.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PlaceTree {
+    points_mm: Vec<PointMm>,
+    /// Numbers of the points as they came.
+    pub(super) ids: Vec<u32>,
+    leaf_of: Vec<u32>,
+    /// The first is the root, where there is a point.
+    nodes: Vec<Node>,
+    blocks: Vec<[u32; LEAF]>,
+    cell: Option<Cell>,
+    /// For each point the squares of its sights, mm².
+    sights: Vec<[f32; SIGHTS]>,
+}
+
+/// A node. Its cell follows from the way to it.
+#[derive(Clone, Debug)]
+struct Node {
+    /// The box of its points.
+    bounds: BoxMm,
+    /// The largest squares of sights of its points, mm².
+    sights: [f32; SIGHTS],
+    parent: u32,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    Leaf { block: u32, len: u32 },
+    Split { low: u32, high: u32, axis: u8, at_mm: f64 },
+}
+
+/// A half-open box: from the low corner to below the high one.
+type Cell = BoxMm;
+
+/// The new points of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NewInLeaf {
+    pub(super) from: u32,
+    pub(super) to: u32,
+}
+
+/// New points, by numbers of the tree.
+#[derive(Default)]
+pub(super) struct Inserted {
+    pub(super) leaves: Vec<NewInLeaf>,
+    /// Points at the place of an earlier one, by their own numbers.
+    pub(super) duplicates: Vec<u32>,
+}
+
+/// How far a point sees, for a purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// A new place within it may change the plane.
+    Plane = 0,
+    /// A new place within it may change the star.
+    Star = 1,
+    /// A changed facet within it may change the filling of a hole.
+    Hole = 2,
+}
+
+const SIGHTS: usize = 3;
+
+impl Places for PlaceTree {
+    fn points_mm(&self) -> &[PointMm] {
+        &self.points_mm
+    }
+
+    fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
+        let place = self.points_mm[at as usize];
+        found.clear();
+        self.collect(ROOT, place, radius_mm * radius_mm, found);
+        found.retain(|&(_, other)| other != at);
+        found.sort_unstable_by(|a, b| self.order(a, b));
+    }
+}
+
+impl PlaceTree {
+    pub(super) fn len(&self) -> usize {
+        self.points_mm.len()
+    }
+
+    /// The nearest first; of equal distances the smaller coordinates.
+    #[inline]
+    pub(super) fn order(&self, a: &Near, b: &Near) -> Ordering {
+        a.0.total_cmp(&b.0).then_with(|| {
+            by_coordinates(self.points_mm[a.1 as usize], self.points_mm[b.1 as usize])
+        })
+    }
+
+    /// Takes points that count as places. Of points in one place the smallest number stays.
+    pub(super) fn insert(&mut self, batch: &mut [Numbered]) -> Inserted {
+        let mut inserted = Inserted::default();
+        if batch.is_empty() {
+            return inserted;
+        }
+        let bounds = about(batch.iter().map(|(place, _)| place));
+        let cell = self.grown_to(&bounds);
+        self.descend(ROOT, cell, batch, &mut inserted);
+        inserted
+    }
+
+    /// The cell of the root, doubled until it holds a box.
+    fn grown_to(&mut self, bounds: &BoxMm) -> Cell {
+        let mut cell = self.cell.unwrap_or_else(|| {
+            self.nodes.push(Node::new(self.new_block(), NONE));
+            self.blocks.push([NONE; LEAF]);
+            first_cell(bounds)
+        });
+        while let Some((axis, is_low)) = outside(&cell, bounds) {
+            let size = cell.high_mm[axis] - cell.low_mm[axis];
+            let at_mm = if is_low { cell.low_mm[axis] } else { cell.high_mm[axis] };
+            // The root stays the first node: what it was moves to the end.
+            let old = self.nodes.len() as u32;
+            let (own, beside) = (self.nodes[0].clone(), Node::new(self.new_block(), ROOT));
+            let (bounds, sights) = (own.bounds, own.sights);
+            self.blocks.push([NONE; LEAF]);
+            self.nodes.extend([own, beside]);
+            self.nodes[old as usize].parent = ROOT;
+            self.adopt(old);
+            let (low, high) = if is_low { (old + 1, old) } else { (old, old + 1) };
+            let content = Content::Split { low, high, axis: axis as u8, at_mm };
+            self.nodes[0] = Node { bounds, sights, parent: NONE, content };
+            if is_low {
+                cell.low_mm[axis] -= size;
+            } else {
+                cell.high_mm[axis] += size;
+            }
+        }
+        self.cell = Some(cell);
+        cell
+    }
+
+    fn new_block(&self) -> u32 {
+        self.blocks.len() as u32
+    }
+
+    /// Tells what lies below a node that its number has changed.
+    fn adopt(&mut self, node: u32) {
+        match self.nodes[node as usize].content {
+            Content::Split { low, high, .. } => {
+                self.nodes[low as usize].parent = node;
+                self.nodes[high as usize].parent = node;
+            }
+            Content::Leaf { block, len } => {
+                for &at in &self.blocks[block as usize][..len as usize] {
+                    self.leaf_of[at as usize] = node;
+                }
+            }
+        }
+    }
+
+    fn descend(&mut self, node: u32, cell: Cell, batch: &mut [Numbered], inserted: &mut Inserted) {
+        if batch.is_empty() {
+            return;
+        }
+        let own = &mut self.nodes[node as usize];
+        own.bounds = joined(&own.bounds, &about(batch.iter().map(|(place, _)| place)));
+        match own.content {
+            Content::Split { low, high, axis, at_mm } => {
+                let axis = usize::from(axis);
+                let count = partition(batch, axis, at_mm);
+                let (below, above) = batch.split_at_mut(count);
+                let (mut low_cell, mut high_cell) = (cell, cell);
+                low_cell.high_mm[axis] = at_mm;
+                high_cell.low_mm[axis] = at_mm;
+                self.descend(low, low_cell, below, inserted);
+                self.descend(high, high_cell, above, inserted);
+            }
+            Content::Leaf { len, .. } => {
+                let is_one_place = batch.iter().all(|&(place, _)| place == batch[0].0);
+                if len as usize + if is_one_place { 1 } else { batch.len() } <= LEAF {
+                    return self.fill(node, batch, inserted);
+                }
+                match self.middle(node, &cell) {
+                    Some((axis, at_mm)) => {
+                        self.split(node, axis, at_mm);
+                        self.descend(node, cell, batch, inserted);
+                    }
+                    // A cell that cannot be halved holds one place, which is there.
+                    None => inserted.duplicates.extend(batch.iter().map(|&(_, id)| id)),
+                }
+            }
+        }
+    }
+
+    /// Puts points into a leaf that has room for all their places.
+    fn fill(&mut self, leaf: u32, batch: &mut [Numbered], inserted: &mut Inserted) {
+        let Content::Leaf { block, mut len } = self.nodes[leaf as usize].content else { return };
+        batch.sort_unstable_by_key(|&(_, id)| id);
+        let from = self.points_mm.len() as u32;
+        for &(place, id) in &*batch {
+            let held = &self.blocks[block as usize][..len as usize];
+            if held.iter().any(|&at| self.points_mm[at as usize] == place) {
+                inserted.duplicates.push(id);
+                continue;
+            }
+            self.blocks[block as usize][len as usize] = self.points_mm.len() as u32;
+            len += 1;
+            self.points_mm.push(place);
+            self.ids.push(id);
+            self.leaf_of.push(leaf);
+            self.sights.push([BLIND; SIGHTS]);
+        }
+        self.nodes[leaf as usize].content = Content::Leaf { block, len };
+        let to = self.points_mm.len() as u32;
+        if to > from {
+            inserted.leaves.push(NewInLeaf { from, to });
+        }
+    }
+
+    /// Where to halve a cell: across the widest side of its points that has a middle. `None` where it is one place.
+    fn middle(&self, node: u32, cell: &Cell) -> Option<(usize, f64)> {
+        let bounds = &self.nodes[node as usize].bounds;
+        let extent = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+        (0..3)
+            .map(|axis| {
+                let (low, high) = (cell.low_mm[axis], cell.high_mm[axis]);
+                (axis, low + (high - low) / 2.0)
+            })
+            .filter(|&(axis, at)| cell.low_mm[axis] < at && at < cell.high_mm[axis])
+            .max_by(|a, b| extent(a.0).total_cmp(&extent(b.0)))
+    }
+
+    fn split(&mut self, leaf: u32, axis: usize, at_mm: f64) {
+        let own = self.nodes[leaf as usize].clone();
+        let Content::Leaf { block, len } = own.content else { return };
+        let held = self.blocks[block as usize];
+        let other_block = self.new_block();
+        self.blocks.push([NONE; LEAF]);
+        let low = self.nodes.len() as u32;
+        let mut halves = [Node::new(block, leaf), Node::new(other_block, leaf)];
+        for (side, half) in halves.iter_mut().enumerate() {
+            let is_high = side == 1;
+            let own_block = if is_high { other_block } else { block };
+            let mut count = 0;
+            for &at in &held[..len as usize] {
+                let place = self.points_mm[at as usize];
+                if (place[axis] >= at_mm) == is_high {
+                    half.bounds = joined(&half.bounds, &BoxMm { low_mm: place, high_mm: place });
+                    self.blocks[own_block as usize][count] = at;
+                    self.leaf_of[at as usize] = low + side as u32;
+                    count += 1;
+                }
+            }
+            half.sights = own.sights;
+            half.content = Content::Leaf { block: own_block, len: count as u32 };
+        }
+        self.nodes.extend(halves);
+        self.nodes[leaf as usize].content =
+            Content::Split { low, high: low + 1, axis: axis as u8, at_mm };
+    }
+
+    /// How far a point sees for any of some purposes, as the square rounded up, mm²: below 0 not at all.
+    #[inline]
+    pub(super) fn sight_mm2(&self, at: u32, which: &[Sight]) -> f64 {
+        farthest(&self.sights[at as usize], which)
+    }
+
+    /// Sets how far points see, as squares, mm².
+    pub(super) fn set_sights(
+        &mut self,
+        which: Sight,
+        squares_mm2: impl Iterator<Item = (u32, f64)>,
+    ) {
+        let which = which as usize;
+        let mut before = NONE;
+        for (at, square) in squares_mm2 {
+            let (own, square) = (&mut self.sights[at as usize][which], rounded_up(square));
+            if *own == square {
+                continue;
+            }
+            *own = square;
+            let leaf = self.leaf_of[at as usize];
+            if before != leaf && before != NONE {
+                self.refresh(before, which);
+            }
+            before = leaf;
+        }
+        if before != NONE {
+            self.refresh(before, which);
+        }
+    }
+
+    /// Sets the sight of a leaf by its points, and of what it lies in.
+    fn refresh(&mut self, leaf: u32, which: usize) {
+        let Content::Leaf { block, len } = self.nodes[leaf as usize].content else { return };
+        let held = &self.blocks[block as usize][..len as usize];
+        let mut most = held.iter().map(|&at| self.sights[at as usize][which]).fold(BLIND, f32::max);
+        let mut node = leaf;
+        while self.nodes[node as usize].sights[which] != most {
+            self.nodes[node as usize].sights[which] = most;
+            node = self.nodes[node as usize].parent;
+            let Some(Node { content: Content::Split { low, high, .. }, .. }) =
+                self.nodes.get(node as usize)
+            else {
+                return;
+            };
+            let of = |half: u32| self.nodes[half as usize].sights[which];
+            most = of(*low).max(of(*high));
+        }
+    }
+
+    /// Calls with every point of leaves that may see a place of a box.
+    pub(super) fn seeing(&self, which: &[Sight], box_mm: &BoxMm, found: &mut impl FnMut(u32)) {
+        if !self.nodes.is_empty() {
+            self.seeing_below(ROOT, which, box_mm, found);
+        }
+    }
+
+    fn seeing_below(&self, node: u32, which: &[Sight], own: &BoxMm, found: &mut impl FnMut(u32)) {
+        let Node { bounds, sights, content, .. } = &self.nodes[node as usize];
+        // Both sides are rounded: a margin lets none be missed.
+        if gap(own, bounds) * (1.0 - MARGIN) > farthest(sights, which) {
+            return;
+        }
+        match *content {
+            Content::Leaf { block, len } => {
+                self.blocks[block as usize][..len as usize].iter().for_each(|&at| found(at));
+            }
+            Content::Split { low, high, .. } => {
+                self.seeing_below(low, which, own, found);
+                self.seeing_below(high, which, own, found);
+            }
+        }
+    }
+
+    /// Points of leaves that lie within a distance of a box, as its square.
+    pub(super) fn gather(&self, own: &BoxMm, limit_mm2: f64, found: &mut Vec<u32>) {
+        self.gather_below(ROOT, own, limit_mm2, found);
+    }
+
+    fn gather_below(&self, node: u32, own: &BoxMm, limit: f64, found: &mut Vec<u32>) {
+        let Node { bounds, content, .. } = &self.nodes[node as usize];
+        if gap(own, bounds) * (1.0 - MARGIN) > limit {
+            return;
+        }
+        match *content {
+            Content::Leaf { block, len } => {
+                found.extend_from_slice(&self.blocks[block as usize][..len as usize]);
+            }
+            Content::Split { low, high, .. } => {
+                self.gather_below(low, own, limit, found);
+                self.gather_below(high, own, limit, found);
+            }
+        }
+    }
+
+    fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
+        let Node { bounds, content, .. } = &self.nodes[node as usize];
+        if bounds.squared_distance_mm2(place) * (1.0 - MARGIN) > limit {
+            return;
+        }
+        match *content {
+            Content::Leaf { block, len } => {
+                for &other in &self.blocks[block as usize][..len as usize] {
+                    let square = squared(place, self.points_mm[other as usize]);
+                    if square <= limit {
+                        found.push((square, other));
+                    }
+                }
+            }
+            Content::Split { low, high, .. } => {
+                self.collect(low, place, limit, found);
+                self.collect(high, place, limit, found);
+            }
+        }
+    }
+
+    /// The widest side of the points about a point: of its leaf, or of the first box above it that is one.
+    pub(super) fn side_mm(&self, at: u32) -> f64 {
+        let mut node = self.leaf_of[at as usize];
+        loop {
+            let Some(Node { bounds, parent, .. }) = self.nodes.get(node as usize) else {
+                return 0.0;
+            };
+            let side = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+            let widest = (0..3).map(side).fold(0.0, f64::max);
+            if widest > 0.0 {
+                return widest;
+            }
+            node = *parent;
+        }
+    }
+
+    /// The leaf of a point, by which points near each other can be taken together.
+    pub(super) fn leaf_of(&self, at: u32) -> u32 {
+        self.leaf_of[at as usize]
+    }
+
+    /// The box of some points.
+    pub(super) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
+        points.fold(EMPTY, |whole, at| {
+            let place = self.points_mm[at as usize];
+            joined(&whole, &BoxMm { low_mm: place, high_mm: place })
+        })
+    }
+}
+
+impl Node {
+    fn new(block: u32, parent: u32) -> Node {
+        let content = Content::Leaf { block, len: 0 };
+        Node { bounds: EMPTY, sights: [BLIND; SIGHTS], parent, content }
+    }
+}
+
+fn farthest(sights: &[f32; SIGHTS], which: &[Sight]) -> f64 {
+    f64::from(which.iter().map(|&which| sights[which as usize]).fold(BLIND, f32::max))
+}
+
+fn rounded_up(value: f64) -> f32 {
+    let rounded = value as f32;
+    if f64::from(rounded) < value { rounded.next_up() } else { rounded }
+}
+
+/// A cube that holds a box.
+fn first_cell(bounds: &BoxMm) -> Cell {
+    let extent = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+    let values = bounds.low_mm.iter().chain(&bounds.high_mm);
+    let farthest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
+    let least = (farthest * LEAST_OF_FARTHEST).max(f64::MIN_POSITIVE * 1e200);
+    let size = (0..3).map(extent).fold(least, f64::max);
+    BoxMm { low_mm: bounds.low_mm, high_mm: bounds.low_mm.map(|low| low + size) }
+}
+
+/// An axis on which a box reaches out of a cell, and whether at its low side.
+fn outside(cell: &Cell, bounds: &BoxMm) -> Option<(usize, bool)> {
+    (0..3).find_map(|axis| {
+        let is_low = bounds.low_mm[axis] < cell.low_mm[axis];
+        let is_high = bounds.high_mm[axis] >= cell.high_mm[axis];
+        (is_low || is_high).then_some((axis, is_low))
+    })
+}
+
+/// Puts points below a coordinate first; gives how many they are.
+fn partition(batch: &mut [Numbered], axis: usize, at_mm: f64) -> usize {
+    let mut count = 0;
+    for index in 0..batch.len() {
+        let is_below = batch[index].0[axis] < at_mm;
+        batch.swap(count, index);
+        count += usize::from(is_below);
+    }
+    count
+}
+
+#[inline(always)]
+pub(super) fn squared(p: PointMm, q: PointMm) -> f64 {
+    let way = minus(p, q);
+    dot(way, way)
+}
+
+/// Square of the distance of two boxes.
+fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
+    let mut sum = 0.0;
+    for axis in 0..3 {
+        let way = (a.low_mm[axis] - b.high_mm[axis]).max(b.low_mm[axis] - a.high_mm[axis]).max(0.0);
+        sum += way * way;
+    }
+    sum
+}
+
+fn about<'a>(points: impl Iterator<Item = &'a PointMm>) -> BoxMm {
+    points.fold(EMPTY, |whole, &place| joined(&whole, &BoxMm { low_mm: place, high_mm: place }))
+}
+
+fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
+    BoxMm {
+        low_mm: [0, 1, 2].map(|axis| a.low_mm[axis].min(b.low_mm[axis])),
+        high_mm: [0, 1, 2].map(|axis| a.high_mm[axis].max(b.high_mm[axis])),
+    }
+}
+
+const EMPTY: BoxMm = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
+const ROOT: u32 = 0;
+const NONE: u32 = u32::MAX;
+/// The sight of a point that sees nothing.
+const BLIND: f32 = -1.0;
+/// Of a square of a distance: more than its rounding.
+const MARGIN: f64 = 1e-12;
+/// The least side of the first cell, of the largest coordinate: doubling it must change it.
+const LEAST_OF_FARTHEST: f64 = 1e-6;
+/// Points in a leaf.
+const LEAF: usize = 16;

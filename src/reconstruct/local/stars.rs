@@ -1,0 +1,184 @@
+//! Stars of all points, and the facets in which all three corners agree.
+//!
+//! A facet is a mark at each of its corners, in the ring of neighbours: a mark stands for the facet with that neighbour and the
+//! next one. So the facets at a point, and the borders there, are read from its own ring.
+
+use rayon::prelude::*;
+
+use super::star::GAP;
+
+/// Rings of neighbours by point.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stars {
+    /// Neighbours, marked where the facet with the next one is agreed.
+    rings: Vec<Box<[u32]>>,
+}
+
+/// Facets by numbers of the tree, corners ascending.
+pub(super) type Facet = [u32; 3];
+
+/// Facets that came and went, each in ascending order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Exchange {
+    pub(super) added: Vec<Facet>,
+    pub(super) removed: Vec<Facet>,
+}
+
+impl Exchange {
+    /// Adds facets, and takes away those that came and went.
+    pub(super) fn of(mut added: Vec<Facet>, mut removed: Vec<Facet>) -> Exchange {
+        added.sort_unstable();
+        removed.sort_unstable();
+        if added.is_empty() || removed.is_empty() {
+            return Exchange { added, removed };
+        }
+        let without = |from: &[Facet], what: &[Facet]| {
+            from.iter().filter(|facet| what.binary_search(facet).is_err()).copied().collect()
+        };
+        Exchange { added: without(&added, &removed), removed: without(&removed, &added) }
+    }
+
+    pub(super) fn facets(&self) -> impl Iterator<Item = Facet> + '_ {
+        self.added.iter().chain(&self.removed).copied()
+    }
+}
+
+/// A border edge at a point: its other end, and the third corner of its only facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Border {
+    pub(super) end: u32,
+    pub(super) third: u32,
+}
+
+impl Stars {
+    /// Makes room for new points, with empty stars.
+    pub(super) fn grow(&mut self, points: usize) {
+        self.rings.resize_with(points, Box::default);
+    }
+
+    /// Puts a new ring in place of one, without marks; gives whether it differs. Facets that were marked in it are appended.
+    pub(super) fn replace(&mut self, at: u32, ring: Box<[u32]>, marked: &mut Vec<Facet>) -> bool {
+        let own = &mut self.rings[at as usize];
+        if own.iter().map(|&entry| neighbour(entry)).eq(ring.iter().copied()) {
+            return false;
+        }
+        let old = std::mem::replace(own, ring);
+        marked.extend(marks(&old).map(|[q, r]| sorted([at, q, r])));
+        true
+    }
+
+    /// Settles marks after rings of some points, in ascending order, have changed. `marked` are the facets that were marked there.
+    pub(super) fn agree(&mut self, changed: &[u32], mut marked: Vec<Facet>) -> Exchange {
+        marked.sort_unstable();
+        marked.dedup();
+        for &facet in &marked {
+            self.mark(facet, false);
+        }
+        let rings = &self.rings;
+        let is_all = changed.len() == rings.len();
+        // Found from the first corner that changed.
+        let is_later =
+            |p: u32, other: u32| other > p || !is_all && changed.binary_search(&other).is_err();
+        let find = |found: &mut Vec<Facet>, p: u32| {
+            let ring = &rings[p as usize];
+            for at in 0..ring.len() {
+                let (q, r) = (neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()]));
+                let is_facet = q != GAP && r != GAP && q != r;
+                if is_facet
+                    && slot(&rings[q as usize], p, r).is_some()
+                    && slot(&rings[r as usize], p, q).is_some()
+                    && is_later(p, q)
+                    && is_later(p, r)
+                {
+                    found.push(sorted([p, q, r]));
+                }
+            }
+        };
+        let parts: Vec<Vec<Facet>> = changed
+            .par_chunks(POINTS_AT_ONCE)
+            .map(|points| {
+                let mut found = Vec::new();
+                points.iter().for_each(|&p| find(&mut found, p));
+                found
+            })
+            .collect();
+        let mut found = parts.concat();
+        found.par_sort_unstable();
+        found.dedup();
+        for &facet in &found {
+            self.mark(facet, true);
+        }
+        Exchange::of(found, marked)
+    }
+
+    fn mark(&mut self, facet: Facet, is_marked: bool) {
+        for corner in 0..3 {
+            let [p, q, r] = [facet[corner], facet[(corner + 1) % 3], facet[(corner + 2) % 3]];
+            let ring = &mut self.rings[p as usize];
+            if let Some(at) = slot(ring, q, r) {
+                ring[at] = if is_marked { ring[at] | MARK } else { neighbour(ring[at]) };
+            }
+        }
+    }
+
+    /// The other corners of the facets at a point.
+    pub(super) fn facets_at(&self, at: u32) -> impl Iterator<Item = [u32; 2]> + '_ {
+        marks(&self.rings[at as usize])
+    }
+
+    /// How many facets an edge has.
+    pub(super) fn facets_at_edge(&self, one: u32, other: u32) -> usize {
+        self.facets_at(one).filter(|ends| ends.contains(&other)).count()
+    }
+
+    /// The border edges at a point.
+    pub(super) fn borders_at(&self, at: u32) -> impl Iterator<Item = Border> + '_ {
+        let ring = &self.rings[at as usize];
+        let len = ring.len();
+        (0..len).filter_map(move |index| {
+            let (before, own) = (ring[(index + len - 1) % len], ring[index]);
+            let third = match (before & MARK != 0, own & MARK != 0) {
+                (true, false) => before,
+                (false, true) => ring[(index + 1) % len],
+                _ => return None,
+            };
+            Some(Border { end: neighbour(own), third: neighbour(third) })
+        })
+    }
+
+    /// All facets, in ascending order of their smallest corners.
+    pub(super) fn facets(&self) -> impl Iterator<Item = Facet> + '_ {
+        self.rings.iter().zip(0..).flat_map(|(ring, p)| {
+            marks(ring).filter(move |&[q, r]| p < q && p < r).map(move |[q, r]| sorted([p, q, r]))
+        })
+    }
+}
+
+/// The pairs of neighbours in a ring that make a facet.
+fn marks(ring: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
+    (0..ring.len())
+        .filter(|&at| ring[at] & MARK != 0)
+        .map(|at| [neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()])])
+}
+
+/// Where two neighbours follow each other in a ring, whichever is first.
+fn slot(ring: &[u32], a: u32, b: u32) -> Option<usize> {
+    (0..ring.len()).find(|&at| {
+        let pair = [neighbour(ring[at]), neighbour(ring[(at + 1) % ring.len()])];
+        pair == [a, b] || pair == [b, a]
+    })
+}
+
+fn neighbour(entry: u32) -> u32 {
+    entry & !MARK
+}
+
+pub(super) fn sorted(mut facet: Facet) -> Facet {
+    facet.sort_unstable();
+    facet
+}
+
+/// Points that a thread takes in turn.
+const POINTS_AT_ONCE: usize = 1024;
+/// Set in an entry of a ring whose facet with the next entry is agreed. Numbers of points and [`GAP`] are below it.
+const MARK: u32 = 1 << 31;
