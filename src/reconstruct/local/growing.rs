@@ -13,7 +13,7 @@ use super::holes::Borders;
 use super::mend::{Mending, Surface};
 use super::near_lists::{self, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
-use super::place_tree::{Inserted, PlaceTree, Sight, squared};
+use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight, squared};
 use super::star::{self, Maker};
 use super::stars::{Exchange, Facet, Stars, sorted};
 use super::{MOST_POINTS, TooManyPoints};
@@ -36,6 +36,8 @@ pub struct LocalSurface {
     /// For a point those that asked for its plane without being among its nearest.
     strangers: HashMap<u32, Vec<u32>>,
     stars: Stars,
+    /// Points whose stars are in doubt.
+    listed: Listed,
     mending: Mending,
     /// Points without a place of their own.
     left_out: Vec<(u32, LeftOut)>,
@@ -64,16 +66,70 @@ impl Unturned {
     }
 }
 
-/// A point, and a new one that it sees.
-type Seen = [u32; 2];
+/// A point times 2³², and a new one within the sight of its plane.
+type Seen = u64;
+
+fn earlier(seen: Seen) -> u32 {
+    (seen >> 32) as u32
+}
+
+/// Answers to the new points of some leaves.
+#[derive(Default)]
+struct Asked {
+    lists: Vec<[u32; NEAREST]>,
+    seen: Vec<Seen>,
+    /// Earlier points whose stars may change.
+    stars: Vec<u32>,
+}
+
+impl Asked {
+    /// Finds the earlier points that see the new points of a leaf.
+    fn see(&mut self, tree: &PlaceTree, new: NewInLeaf) {
+        let points_mm = tree.points_mm();
+        let own = tree.about(new.from..new.to);
+        tree.seeing(&NEW_PLACE, &own, &mut |at| {
+            let place = points_mm[at as usize];
+            let (any, plane) =
+                (tree.sight_mm2(at, &NEW_PLACE), tree.sight_mm2(at, &[Sight::Plane]));
+            let mut is_seen = false;
+            for new in new.from..new.to {
+                let square = squared(place, points_mm[new as usize]);
+                is_seen |= square <= any;
+                if square <= plane {
+                    self.seen.push(u64::from(at) << 32 | u64::from(new));
+                }
+            }
+            if is_seen {
+                self.stars.push(at);
+            }
+        });
+    }
+}
 
 /// Points to ask again after a batch.
 #[derive(Default)]
 struct Doubts {
     /// Points whose planes may change.
     planes: Vec<u32>,
-    /// Points whose stars may change, in any order, some twice.
+    /// Points whose stars may change, each once, in any order.
     stars: Vec<u32>,
+}
+
+/// Marks of points, by the number of the batch, so that each is listed once.
+#[derive(Clone, Debug, Default)]
+struct Listed {
+    batch: u32,
+    last: Vec<u32>,
+}
+
+impl Listed {
+    /// Adds points to a list that are not in it in this batch.
+    fn add(&mut self, to: &mut Vec<u32>, points: impl IntoIterator<Item = u32>) {
+        to.extend(points.into_iter().filter(|&at| {
+            let last = &mut self.last[at as usize];
+            std::mem::replace(last, self.batch) != self.batch
+        }));
+    }
 }
 
 impl LocalSurface {
@@ -180,37 +236,30 @@ impl LocalSurface {
     fn doubts(&mut self, inserted: &Inserted) -> Doubts {
         let tree = &self.tree;
         let before = self.planes.len() as u32;
-        let asked: Vec<(Vec<[u32; NEAREST]>, Vec<Seen>)> = inserted
+        let asked: Vec<Asked> = inserted
             .leaves
             .par_chunks(LEAVES_AT_ONCE)
             .map(|leaves| {
                 let mut room = near_lists::Room::default();
-                let (mut lists, mut seen) = (Vec::new(), Vec::new());
+                let mut asked = Asked::default();
                 for &new in leaves {
-                    near_lists::ask_leaf(tree, new, &mut room, &mut lists);
-                    let own = tree.about(new.from..new.to);
-                    tree.seeing(&NEW_PLACE, &own, &mut |at| {
-                        let place = tree.points_mm()[at as usize];
-                        let sees = |other: u32| {
-                            squared(place, tree.points_mm()[other as usize])
-                                <= tree.sight_mm2(at, &NEW_PLACE)
-                        };
-                        seen.extend(
-                            (new.from..new.to).filter(|&new| sees(new)).map(|new| [at, new]),
-                        );
-                    });
+                    near_lists::ask_leaf(tree, new, &mut room, &mut asked.lists);
+                    asked.see(tree, new);
                 }
-                (lists, seen)
+                asked
             })
             .collect();
+        let mut doubts = Doubts::default();
+        self.listed.batch += 1;
+        self.listed.last.resize(tree.len(), 0);
         let mut seen = Vec::new();
-        for (lists, pairs) in asked {
-            self.near.extend(lists);
-            seen.extend(pairs);
+        for asked in asked {
+            self.near.extend(asked.lists);
+            seen.extend(asked.seen);
+            self.listed.add(&mut doubts.stars, asked.stars);
         }
         seen.par_sort_unstable();
-        let mut doubts = Doubts::default();
-        for group in seen.chunk_by(|a, b| a[0] == b[0]) {
+        for group in seen.chunk_by(|a, b| earlier(*a) == earlier(*b)) {
             self.take_new(group, &mut doubts);
         }
         let new = before..self.tree.len() as u32;
@@ -218,17 +267,16 @@ impl LocalSurface {
         self.asked_mm2.resize(self.tree.len(), -1.0);
         self.stars.grow(self.tree.len());
         doubts.planes.extend(new.clone());
-        doubts.stars.extend(new);
+        self.listed.add(&mut doubts.stars, new);
         doubts
     }
 
     /// Takes new points into the list of an earlier point that sees them.
-    fn take_new(&mut self, group: &[[u32; 2]], doubts: &mut Doubts) {
-        let at = group[0][0];
-        doubts.stars.push(at);
+    fn take_new(&mut self, group: &[Seen], doubts: &mut Doubts) {
+        let at = earlier(group[0]);
         let LocalSurface { tree, near, .. } = self;
         let mut lost = Vec::new();
-        let is_changed = near.take(tree, at, group.iter().map(|&[_, new]| new), &mut lost);
+        let is_changed = near.take(tree, at, group.iter().map(|&seen| seen as u32), &mut lost);
         let own = near.of(at);
         let far_mm2 = own.last().map_or(0.0, |&far| {
             squared(tree.points_mm()[at as usize], tree.points_mm()[far as usize])
@@ -238,7 +286,7 @@ impl LocalSurface {
             doubts.planes.push(at);
         }
         // They asked for this plane and are no more told by the list: they ask again.
-        doubts.stars.extend(lost);
+        self.listed.add(&mut doubts.stars, lost);
     }
 
     /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
@@ -273,14 +321,14 @@ impl LocalSurface {
             let place = self.tree.points_mm()[at as usize];
             let strangers = self.strangers.remove(&at).unwrap_or_default();
             let listening = self.near.of(at).iter().copied().chain(strangers);
-            doubtful_stars.extend(listening.filter(|&other| {
+            let asking = listening.filter(|&other| {
                 let square = squared(place, self.tree.points_mm()[other as usize]);
                 square <= self.asked_mm2[other as usize]
-            }));
+            });
+            self.listed.add(&mut doubtful_stars, asking);
         }
-        doubtful_stars.extend(&changed);
+        self.listed.add(&mut doubtful_stars, changed.iter().copied());
         doubtful_stars.par_sort_unstable();
-        doubtful_stars.dedup();
         changed.sort_unstable();
         (changed, doubtful_stars)
     }
@@ -290,7 +338,12 @@ impl LocalSurface {
         let mut marked = Vec::new();
         let mut changed = Vec::new();
         for points in doubtful.chunks(STARS_AT_ONCE) {
-            let maker = Maker { tree: &self.tree, near: &self.near, planes: &self.planes };
+            let maker = Maker {
+                tree: &self.tree,
+                near: &self.near,
+                planes: &self.planes,
+                stars: &self.stars,
+            };
             let made: Vec<star::Star> = points
                 .par_chunks(POINTS_AT_ONCE)
                 .flat_map_iter(|points| {
@@ -308,7 +361,8 @@ impl LocalSurface {
                         listening.push(at);
                     }
                 }
-                if self.stars.replace(at, star.ring, &mut marked) {
+                if let Some(ring) = star.ring {
+                    self.stars.replace(at, ring, &mut marked);
                     changed.push(at);
                 }
             }

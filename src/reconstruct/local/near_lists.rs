@@ -18,7 +18,6 @@ pub(super) struct NearLists {
 pub(super) struct Room {
     radius_mm: f64,
     gathered: Vec<u32>,
-    squares: Vec<f64>,
     found: Vec<Near>,
 }
 
@@ -92,7 +91,7 @@ pub(super) fn ask_leaf(
     room: &mut Room,
     lists: &mut Vec<[u32; NEAREST]>,
 ) {
-    let points = tree.points_mm();
+    let known = lists.len();
     let wanted = NEAREST.min(tree.len() - 1);
     let own = tree.about(new.from..new.to);
     let wide = (0..3).map(|axis| own.high_mm[axis] - own.low_mm[axis]).fold(0.0, f64::max);
@@ -109,29 +108,24 @@ pub(super) fn ask_leaf(
             radius *= 2.0;
             continue;
         }
-        // Distances of the point that is worst off.
-        let mut worst: f64 = 0.0;
+        // Of the point that is worst off.
+        let mut farthest_mm2: f64 = 0.0;
+        lists.truncate(known);
         for at in new.from..new.to {
-            let place = points[at as usize];
-            room.squares.clear();
-            let squares = room.gathered.iter().map(|&other| squared(place, points[other as usize]));
-            room.squares.extend(squares);
-            let (_, &mut far, _) = room.squares.select_nth_unstable_by(wanted, f64::total_cmp);
-            worst = worst.max(far);
+            let (list, far_mm2) = select(tree, at, room);
+            farthest_mm2 = farthest_mm2.max(far_mm2);
+            lists.push(list);
         }
-        if worst <= radius * radius || room.gathered.len() == tree.len() {
-            room.radius_mm = worst.sqrt() * 1.05;
-            break;
+        if farthest_mm2 <= radius * radius || room.gathered.len() == tree.len() {
+            room.radius_mm = farthest_mm2.sqrt() * 1.05;
+            return;
         }
-        radius = worst.sqrt() * (1.0 + 1e-9);
-    }
-    for at in new.from..new.to {
-        lists.push(select(tree, at, room));
+        radius = farthest_mm2.sqrt() * (1.0 + 1e-9);
     }
 }
 
-/// The nearest of what was gathered.
-fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> [u32; NEAREST] {
+/// The nearest of what was gathered, and the square of the distance of the last, mm².
+fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> ([u32; NEAREST], f64) {
     let points = tree.points_mm();
     let place = points[at as usize];
     room.found.clear();
@@ -146,7 +140,7 @@ fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> [u32; NEAREST] {
     for (to, &(_, other)) in list.iter_mut().zip(&room.found) {
         *to = other;
     }
-    list
+    (list, room.found.last().map_or(0.0, |&(far_mm2, _)| far_mm2))
 }
 
 const NONE: u32 = u32::MAX;

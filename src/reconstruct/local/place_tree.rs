@@ -85,7 +85,7 @@ impl Places for PlaceTree {
     fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
         let place = self.points_mm[at as usize];
         found.clear();
-        self.collect(ROOT, place, radius_mm * radius_mm, found);
+        self.gather_within(place, radius_mm, found);
         found.retain(|&(_, other)| other != at);
         found.sort_unstable_by(|a, b| self.order(a, b));
     }
@@ -339,6 +339,11 @@ impl PlaceTree {
                 self.seeing_below(high, which, own, found);
             }
         }
+    }
+
+    /// Appends the points within a distance of a place, in no order.
+    pub(super) fn gather_within(&self, place: PointMm, radius_mm: f64, found: &mut Vec<Near>) {
+        self.collect(ROOT, place, radius_mm * radius_mm, found);
     }
 
     /// Points of leaves that lie within a distance of a box, as its square.

@@ -3,6 +3,7 @@
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
 use super::place_tree::{PlaceTree, squared};
+use super::stars::Stars;
 use super::vote::{basis, diagonal};
 use crate::geometry::{cross, dot, minus};
 use crate::neighbours::Near;
@@ -15,13 +16,14 @@ pub(super) struct Maker<'a> {
     pub(super) tree: &'a PlaceTree,
     pub(super) near: &'a NearLists,
     pub(super) planes: &'a [Option<TangentPlane>],
+    /// The stars as they were.
+    pub(super) stars: &'a Stars,
 }
 
 /// A star, and what it depends on beside its point's plane and nearest neighbours.
-#[derive(Default)]
 pub(super) struct Star {
-    /// The neighbours about the point, with [`GAP`] where no facet is.
-    pub(super) ring: Box<[u32]>,
+    /// The neighbours about the point, with [`GAP`] where no facet is; `None` where they are as they were.
+    pub(super) ring: Option<Box<[u32]>>,
     /// The square of the distance within which a new point may change it, where that is beyond the nearest, mm².
     pub(super) sight_mm2: f64,
     /// The square of the distance of the farthest point whose plane was asked for, mm²; below 0 where none was.
@@ -34,6 +36,7 @@ pub(super) struct Star {
 #[derive(Default)]
 pub(super) struct Room {
     near: Vec<Near>,
+    wider: Vec<Near>,
     /// Points whose planes were asked for.
     asked: Vec<u32>,
     cell: Vec<Corner>,
@@ -70,7 +73,8 @@ impl Maker<'_> {
     /// The star of a point; empty where it has no plane.
     pub(super) fn star(&self, at: u32, room: &mut Room) -> Star {
         let Some(plane) = self.planes[at as usize] else {
-            return Star { sight_mm2: -1.0, asked_mm2: -1.0, ..Star::default() };
+            let ring = (!self.stars.has_ring(at, std::iter::empty())).then(Box::default);
+            return Star { ring, sight_mm2: -1.0, asked_mm2: -1.0, strangers: Vec::new() };
         };
         let points_mm = self.tree.points_mm();
         let along = basis(plane.normal);
@@ -92,13 +96,23 @@ impl Maker<'_> {
         if 4.0 * widest > seen {
             let radius = (2.0 * widest.sqrt()).min(reach) * (1.0 + 1e-9);
             sight_mm2 = radius * radius;
+            // What can neither cut the cell nor nearly touch it now cannot later: the cell only shrinks.
             let known = near.len();
-            self.tree.within(at, radius, &mut near);
-            cut_all(room, near.iter().skip(known).map(half), reach);
+            self.tree.gather_within(place, radius, &mut near);
+            let counts = |own: &Near| (own.1 != at) && is_near(&room.cell, half(own));
+            let nearest = &near[..known];
+            room.wider.clear();
+            room.wider.extend(near[known..].iter().filter(|own| counts(own)));
+            room.wider.retain(|own| !nearest.iter().any(|other| other.1 == own.1));
+            room.wider.sort_unstable_by(|a, b| self.tree.order(a, b));
+            let wider = std::mem::take(&mut room.wider);
+            cut_all(room, wider.iter().map(half), reach);
+            room.wider = wider;
         }
         room.near = near;
         self.settle(at, reach * reach / 4.0, room);
-        let ring = room.ring.iter().map(|half| half.of).collect();
+        let ring = room.ring.iter().map(|half| half.of);
+        let ring = (!self.stars.has_ring(at, ring.clone())).then(|| ring.collect());
         room.asked.sort_unstable();
         room.asked.dedup();
         let squares = room.asked.iter().map(|&other| squared(place, points_mm[other as usize]));
@@ -209,9 +223,21 @@ fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f
     radius
 }
 
+/// Whether a half-plane cuts the cell or nearly touches it.
+///
+/// The margin grows with the square of the distance from the point, a convex figure: within the cell it is largest at a corner.
+fn is_near(cell: &[Corner], half: Half) -> bool {
+    cell.iter().any(|corner| over(corner, half) > -NEAR_TIE * corner.square())
+}
+
+/// How far a place lies beyond a half-plane, times the distance of its neighbour.
+fn over(corner: &Corner, half: Half) -> f64 {
+    corner.x * half.x + corner.y * half.y - half.offset
+}
+
 /// Cuts the cell by a half-plane; gives whether it lost anything.
 fn cut(room: &mut Room, half: Half) -> bool {
-    let over = |corner: &Corner| corner.x * half.x + corner.y * half.y - half.offset;
+    let over = |corner: &Corner| over(corner, half);
     let mut is_cut = false;
     let mut is_near = false;
     for corner in &room.cell {

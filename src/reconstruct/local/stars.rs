@@ -56,15 +56,15 @@ impl Stars {
         self.rings.resize_with(points, Box::default);
     }
 
-    /// Puts a new ring in place of one, without marks; gives whether it differs. Facets that were marked in it are appended.
-    pub(super) fn replace(&mut self, at: u32, ring: Box<[u32]>, marked: &mut Vec<Facet>) -> bool {
-        let own = &mut self.rings[at as usize];
-        if own.iter().map(|&entry| neighbour(entry)).eq(ring.iter().copied()) {
-            return false;
-        }
-        let old = std::mem::replace(own, ring);
+    /// Whether a point has a ring of some neighbours.
+    pub(super) fn has_ring(&self, at: u32, ring: impl Iterator<Item = u32>) -> bool {
+        self.rings[at as usize].iter().map(|&entry| neighbour(entry)).eq(ring)
+    }
+
+    /// Puts a new ring in place of one, without marks. Facets that were marked in it are appended.
+    pub(super) fn replace(&mut self, at: u32, ring: Box<[u32]>, marked: &mut Vec<Facet>) {
+        let old = std::mem::replace(&mut self.rings[at as usize], ring);
         marked.extend(marks(&old).map(|[q, r]| sorted([at, q, r])));
-        true
     }
 
     /// Settles marks after rings of some points, in ascending order, have changed. `marked` are the facets that were marked there.
