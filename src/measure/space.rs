@@ -10,7 +10,7 @@ mod cover;
 mod feature_size;
 mod fit;
 mod form;
-
+mod growing;
 mod matrix;
 mod meshed;
 mod noise;
@@ -35,6 +35,7 @@ use asphera_surface::Plane;
 
 use self::assessment::SpaceAssessment;
 use self::form::Formed;
+use self::growing::GrowingMesh;
 use self::meshed::Meshed;
 pub use self::reduction::{
     ReducedInSpace, ReductionLimits, ReductionState, SparseInSpace, reduce_in_space,
@@ -63,6 +64,10 @@ pub(super) enum When {
 pub(super) struct Gathered {
     when: When,
     points_mm: Vec<PointMm>,
+    /// The mesh of points that somebody looks at.
+    growing: GrowingMesh,
+    /// How many points there will be, as far as that was known at the last look.
+    expected: Option<u64>,
     /// Up to how many points were looked at, and what that told.
     newest: Option<(usize, Arc<Result<SpaceAssessment, String>>)>,
     convergence: Convergence,
@@ -85,7 +90,8 @@ pub(super) struct RunningInSpace {
 impl Gathered {
     pub(super) fn new(when: When) -> Gathered {
         let convergence = Convergence::default();
-        Gathered { when, points_mm: Vec::new(), newest: None, convergence }
+        let growing = GrowingMesh::default();
+        Gathered { when, points_mm: Vec::new(), growing, expected: None, newest: None, convergence }
     }
 
     /// Whether points go into the mesh in the plane as well.
@@ -95,6 +101,11 @@ impl Gathered {
 
     pub(super) fn push(&mut self, point_mm: PointMm) {
         self.points_mm.push(point_mm);
+        // Points of a file, at which nobody looks, are meshed at once in the end.
+        if let Some((newest, _)) = self.newest {
+            let next = next_look(newest as u64, self.expected) as usize;
+            self.growing.follow(&self.points_mm, next);
+        }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -112,12 +123,12 @@ impl Gathered {
         let count = self.points_mm.len();
         let at = last_look(count as u64, expected) as usize;
         if at > 0 && self.newest.as_ref().is_none_or(|(newest, _)| *newest != at) {
-            let found = SpaceAssessment::at(
-                &self.points_mm[..at],
-                Some(part),
-                Wanted::of(part),
-                reason(folded),
-            );
+            self.expected = expected;
+            let meshed = self.growing.mesh(&self.points_mm[..at]);
+            let wanted = Wanted::of(part);
+            let found = meshed.map(|meshed| {
+                SpaceAssessment::of_mesh(meshed, at, Some(part), wanted, reason(folded))
+            });
             if let Ok(SpaceAssessment { formed: Ok(formed), .. }) = &found {
                 self.note(at as u64, formed);
             }
@@ -209,8 +220,14 @@ pub(super) fn measure(
     begin: &mut dyn FnMut(Step),
 ) -> Measurement {
     begin(Step::Sampling);
-    let look =
-        SpaceAssessment::at(&gathered.points_mm, Some(&part), Wanted::of(&part), reason(folded));
+    let Gathered { points_mm, mut growing, .. } = gathered;
+    let meshed = growing.mesh(&points_mm);
+    drop(growing);
+    let look = meshed.map(|meshed| {
+        let wanted = Wanted::of(&part);
+        SpaceAssessment::of_mesh(meshed, points_mm.len(), Some(&part), wanted, reason(folded))
+    });
+    drop(points_mm);
     begin(Step::Verdict);
     let look = match look {
         Ok(look) => look,

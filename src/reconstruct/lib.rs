@@ -29,6 +29,7 @@ mod sculpture;
 mod sides;
 mod surface;
 mod tangential;
+mod turning;
 mod wrap;
 
 pub use alpha::{AlphaError, AlphaShape, AlphaStanding, alpha_shape};
@@ -42,7 +43,7 @@ pub use graph::{
     Cell, Contact, FaceRule, GraphChoices, GraphError, GraphMap, GraphSurface, LandmarkOrder,
     MOST_HOPS, MOST_NEIGHBOURS, NoSurface, PointGraph, Stage,
 };
-pub use local::{FacetChanges, LocalSurface, MOST_POINTS, TooManyPoints, local};
+pub use local::{FacetChanges, LocalSurface, MOST_POINTS, SurfaceByPlace, TooManyPoints, local};
 pub use natural::{NATURAL_BOUND, Natural, natural};
 pub use prove::{Proof, ProofError, prove};
 pub use robust_cocone::{RobustCocone, robust_cocone};

@@ -5,6 +5,7 @@
 //! circle each would see another diagonal. We deviate there: one rule of the four points alone decides for all of them
 //! ([`vote`]). A facet is kept where all three corners have it in their stars; small holes where corners disagree are filled ([`mend`]).
 
+mod answers;
 mod filling;
 mod growing;
 mod holes;
@@ -19,6 +20,7 @@ mod vote;
 use asphera_geometry::PointMm;
 use thiserror::Error;
 
+pub use self::answers::SurfaceByPlace;
 pub use self::growing::{FacetChanges, LocalSurface};
 pub(crate) use self::normals::Places;
 pub(crate) use self::star::GAP;

@@ -10,7 +10,7 @@ mod homology;
 mod loops;
 mod umbrellas;
 
-use asphera_geometry::{PointMm, RANGE_MM, Sets};
+use asphera_geometry::{PointMm, RANGE_MM};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -172,19 +172,6 @@ pub fn prove(points_mm: &[PointMm], facets: &[[u32; 3]]) -> Result<Proof, ProofE
         area_mm2,
         volume_mm3,
     })
-}
-
-/// Which triangles must be turned so that neighbours agree, and the first triangle of the patch of each; `None` where they
-/// cannot.
-pub(crate) fn turns(facets: &[[u32; 3]]) -> Option<(Vec<bool>, Vec<u32>)> {
-    let edges = Edges::of(facets);
-    let turned = edges.turns(facets.len())?;
-    let mut patches = Sets::new(facets.len());
-    for [one, other] in &edges.inner {
-        patches.join(one.facet() as usize, other.facet() as usize);
-    }
-    let patch = (0..facets.len()).map(|facet| patches.root(facet) as u32).collect();
-    Some((turned, patch))
 }
 
 fn check(points_mm: &[PointMm], facets: &[[u32; 3]]) -> Result<(), ProofError> {

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use crate::delaunay::Delaunay;
 use crate::geometry::{dot, double_area, minus};
 use crate::neighbours::by_coordinates;
-use crate::prove::{corners, turns};
+use crate::prove::corners;
+use crate::turning::Turning;
 
 /// A surface through points.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,15 +127,18 @@ pub(crate) fn admitted(points_mm: &[PointMm]) -> (Vec<Numbered>, Vec<(u32, LeftO
 /// Turns facets so that neighbours agree, and each patch outwards where it is closed, else towards the larger part of its area
 /// vector. A one-sided surface stays as it is.
 fn orient(points_mm: &[PointMm], facets: &mut [[u32; 3]]) {
-    let Some((turned, patch)) = turns(facets) else { return };
-    for (facet, _) in facets.iter_mut().zip(turned).filter(|&(_, turned)| turned) {
+    let Some(Turning { is_turned, patch, patches }) = Turning::of(points_mm.len(), facets) else {
+        return;
+    };
+    for (facet, _) in facets.iter_mut().zip(is_turned).filter(|&(_, turned)| turned) {
         facet.swap(1, 2);
     }
     // Volume about the first corner of the patch, and area vector.
-    let mut sums: Vec<[f64; 5]> = vec![[0.0; 5]; facets.len()];
+    let mut sums = vec![[0.0; 5]; patches];
+    let mut apexes: Vec<Option<PointMm>> = vec![None; patches];
     for (&facet, &patch) in facets.iter().zip(&patch) {
-        let apex = points_mm[facets[patch as usize][0] as usize];
         let places = corners(points_mm, facet);
+        let apex = *apexes[patch as usize].get_or_insert(places[0]);
         let normal = double_area(places);
         let volume = dot(minus(places[0], apex), normal);
         let size = dot(normal, normal).sqrt();

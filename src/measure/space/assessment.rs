@@ -41,7 +41,10 @@ impl Footing {
         part: Option<&Part>,
         sigma_mm: Option<f64>,
     ) -> Result<Footing, String> {
-        let mut meshed = Meshed::of(points_mm)?;
+        Ok(Footing::of_mesh(Meshed::of(points_mm)?, part, sigma_mm))
+    }
+
+    fn of_mesh(mut meshed: Meshed, part: Option<&Part>, sigma_mm: Option<f64>) -> Footing {
         let fit = part.ok_or_else(|| "there is no nominal".to_owned()).and_then(|part| {
             let (shape, free_radius) = Shape::of(part)?;
             let Meshed { points_mm, facets, .. } = &meshed;
@@ -61,7 +64,7 @@ impl Footing {
         let vertices = meshed.used().iter().filter(|used| **used).count();
         let spacing_mm = (meshed.proof.area_mm2 / vertices.max(1) as f64).sqrt();
         let size = FeatureSize::of(&meshed, &normals, laid.as_ref(), sigma_mm, spacing_mm);
-        Ok(Footing { meshed, fit, noise, sigma_mm, size, vertices })
+        Footing { meshed, fit, noise, sigma_mm, size, vertices }
     }
 }
 
@@ -88,8 +91,19 @@ impl SpaceAssessment {
         wanted: Wanted,
         reason: &str,
     ) -> Result<SpaceAssessment, String> {
+        Ok(SpaceAssessment::of_mesh(Meshed::of(points_mm)?, points_mm.len(), part, wanted, reason))
+    }
+
+    /// Looks at so many points that are meshed.
+    pub(super) fn of_mesh(
+        meshed: Meshed,
+        points: usize,
+        part: Option<&Part>,
+        wanted: Wanted,
+        reason: &str,
+    ) -> SpaceAssessment {
         let Footing { meshed, fit, noise, size, vertices, .. } =
-            Footing::of(points_mm, part, None)?;
+            Footing::of_mesh(meshed, part, None);
         let laid = fit.as_ref().ok().map(|fit| fit.laid);
         let openings = openings(&meshed, laid.as_ref());
         let look = sampled::Sampling {
@@ -99,7 +113,7 @@ impl SpaceAssessment {
             openings: &openings,
             noise: &noise,
             size: &size,
-            as_of_points: points_mm.len() as u64,
+            as_of_points: points as u64,
         };
         let Sampled { figures: sampling, covered } = look.sampled();
         let formed = fit.and_then(|fit| {
@@ -120,7 +134,7 @@ impl SpaceAssessment {
             reconstruction: Some(reconstruction(&meshed, &openings, &sampling, reason)),
             ..MeshFigures::default()
         };
-        Ok(SpaceAssessment { meshed, openings, sampling, formed, mesh })
+        SpaceAssessment { meshed, openings, sampling, formed, mesh }
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asphera_geometry::vector::{Vector, cross, dot, minus, plus, unit};
 use asphera_geometry::{PointMm, Sets, admit};
-use asphera_reconstruct::{LeftOut, Proof, local, prove};
+use asphera_reconstruct::{LeftOut, LocalSurface, Proof, SurfaceByPlace, local, prove};
 use rayon::prelude::*;
 
 use super::shape::Laid;
@@ -35,14 +35,28 @@ impl Meshed {
     pub(super) fn of(points_mm: &[PointMm]) -> Result<Meshed, String> {
         let mut places: Vec<PointMm> =
             points_mm.iter().filter_map(|&point| admit(point).ok()).collect();
-        let rejected = (points_mm.len() - places.len()) as u64;
+        let rejected = points_mm.len() - places.len();
         places.par_sort_unstable_by(|a, b| {
             a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
         });
         let before = places.len();
         places.dedup();
-        let duplicates = (before - places.len()) as u64;
-        let made = local(&places).map_err(|error| error.to_string())?;
+        let duplicates = before - places.len();
+        let surface = local(&places).map_err(|error| error.to_string())?;
+        Meshed::proven(SurfaceByPlace { points_mm: places, surface, duplicates, rejected })
+    }
+
+    /// The mesh of points that were meshed while they arrived: that of [`Meshed::of`], bit for bit.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be proven, in words.
+    pub(super) fn of_surface(surface: &LocalSurface) -> Result<Meshed, String> {
+        Meshed::proven(surface.by_place())
+    }
+
+    fn proven(found: SurfaceByPlace) -> Result<Meshed, String> {
+        let SurfaceByPlace { points_mm: places, surface: made, duplicates, rejected } = found;
         let proof = prove(&places, &made.facets).map_err(|error| error.to_string())?;
         let mut left_out = BTreeMap::new();
         for (_, why) in &made.left_out {
@@ -54,8 +68,8 @@ impl Meshed {
             facets: made.facets,
             proof,
             left_out,
-            duplicates,
-            rejected,
+            duplicates: duplicates as u64,
+            rejected: rejected as u64,
             part_of,
         })
     }

@@ -15,10 +15,10 @@ use super::near_lists::{self, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
 use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight, squared};
 use super::star::{self, Maker};
-use super::stars::{Exchange, Facet, Stars, sorted};
+use super::stars::{Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
 use crate::neighbours::Near;
-use crate::surface::{LeftOut, Numbered, Reconstruction, as_place, in_order};
+use crate::surface::{LeftOut, Numbered, as_place};
 
 /// A surface by local stars that takes points in batches.
 ///
@@ -28,19 +28,19 @@ use crate::surface::{LeftOut, Numbered, Reconstruction, as_place, in_order};
 #[derive(Clone, Debug, Default)]
 pub struct LocalSurface {
     received: usize,
-    tree: PlaceTree,
+    pub(super) tree: PlaceTree,
     near: NearLists,
-    planes: Vec<Option<TangentPlane>>,
+    pub(super) planes: Vec<Option<TangentPlane>>,
     /// For each point the square of the distance of the farthest plane that its star asked for, mm²; below 0 where none was.
     asked_mm2: Vec<f64>,
     /// For a point those that asked for its plane without being among its nearest.
     strangers: HashMap<u32, Vec<u32>>,
-    stars: Stars,
+    pub(super) stars: Stars,
     /// Points whose stars are in doubt.
     listed: Listed,
-    mending: Mending,
+    pub(super) mending: Mending,
     /// Points without a place of their own.
-    left_out: Vec<(u32, LeftOut)>,
+    pub(super) left_out: Vec<(u32, LeftOut)>,
 }
 
 /// Facets that a batch changed, by numbers of points in ascending order. They are not turned.
@@ -50,20 +50,6 @@ pub struct FacetChanges {
     pub added: Vec<[u32; 3]>,
     /// Facets that were in the surface and are no more.
     pub removed: Vec<[u32; 3]>,
-}
-
-/// A surface by the points' own numbers before its facets are put in order and turned.
-struct Unturned {
-    places_mm: Vec<PointMm>,
-    facets: Vec<Facet>,
-    left_out: Vec<(u32, LeftOut)>,
-}
-
-impl Unturned {
-    fn turned(self) -> Reconstruction {
-        let Unturned { places_mm, facets, left_out } = self;
-        Reconstruction { facets: in_order(&places_mm, facets), left_out }
-    }
 }
 
 /// A point times 2³², and a new one within the sight of its plane.
@@ -83,6 +69,17 @@ struct Asked {
 }
 
 impl Asked {
+    /// Asks for new points of a leaf: together, or one by one where they lie far from each other.
+    fn ask(&mut self, tree: &PlaceTree, new: NewInLeaf, room: &mut near_lists::Room) {
+        if near_lists::ask_together(tree, new, room, &mut self.lists) {
+            self.see(tree, new);
+        } else {
+            (new.from..new.to).for_each(|at| {
+                self.ask(tree, NewInLeaf { from: at, to: at + 1 }, room);
+            });
+        }
+    }
+
     /// Finds the earlier points that see the new points of a leaf.
     fn see(&mut self, tree: &PlaceTree, new: NewInLeaf) {
         let points_mm = tree.points_mm();
@@ -160,51 +157,6 @@ impl LocalSurface {
         Ok(FacetChanges { added: numbered(added), removed: numbered(removed) })
     }
 
-    /// The surface of all points up to now. n·log n time.
-    pub fn surface(&self) -> Reconstruction {
-        self.unturned().turned()
-    }
-
-    /// The surface of all points, where no more will come: takes less memory than [`LocalSurface::surface`].
-    pub fn into_surface(self) -> Reconstruction {
-        let unturned = self.unturned();
-        drop(self);
-        unturned.turned()
-    }
-
-    fn unturned(&self) -> Unturned {
-        let mut left_out = self.left_out_points();
-        left_out.sort_unstable();
-        let ids = &self.tree.ids;
-        let mut places_mm = vec![[0.0; 3]; self.received];
-        for (&id, &place) in ids.iter().zip(self.tree.points_mm()) {
-            places_mm[id as usize] = place;
-        }
-        let mut facets: Vec<Facet> = self.stars.facets().collect();
-        facets.extend(self.mending.facets());
-        for corner in facets.as_flattened_mut() {
-            *corner = ids[*corner as usize];
-        }
-        Unturned { places_mm, facets, left_out }
-    }
-
-    /// The points in no facet, and why.
-    fn left_out_points(&self) -> Vec<(u32, LeftOut)> {
-        let mut is_used: Vec<bool> = (0..self.tree.len() as u32)
-            .map(|at| self.stars.facets_at(at).next().is_some())
-            .collect();
-        for facet in self.mending.facets() {
-            facet.iter().for_each(|&corner| is_used[corner as usize] = true);
-        }
-        let mut left_out = self.left_out.clone();
-        let unused = (0..self.tree.len()).filter(|&at| !is_used[at]);
-        left_out.extend(unused.map(|at| {
-            let has_plane = self.planes[at].is_some();
-            (self.tree.ids[at], if has_plane { LeftOut::Disagreement } else { LeftOut::NoPlane })
-        }));
-        left_out
-    }
-
     /// Takes points; gives what changed, by numbers of the tree.
     pub(super) fn take(&mut self, points_mm: &[PointMm]) -> Result<Exchange, TooManyPoints> {
         let first = self.received;
@@ -243,8 +195,7 @@ impl LocalSurface {
                 let mut room = near_lists::Room::default();
                 let mut asked = Asked::default();
                 for &new in leaves {
-                    near_lists::ask_leaf(tree, new, &mut room, &mut asked.lists);
-                    asked.see(tree, new);
+                    asked.ask(tree, new, &mut room);
                 }
                 asked
             })
@@ -258,7 +209,7 @@ impl LocalSurface {
             seen.extend(asked.seen);
             self.listed.add(&mut doubts.stars, asked.stars);
         }
-        seen.par_sort_unstable();
+        sort(&mut seen);
         for group in seen.chunk_by(|a, b| earlier(*a) == earlier(*b)) {
             self.take_new(group, &mut doubts);
         }
@@ -328,7 +279,7 @@ impl LocalSurface {
             self.listed.add(&mut doubtful_stars, asking);
         }
         self.listed.add(&mut doubtful_stars, changed.iter().copied());
-        doubtful_stars.par_sort_unstable();
+        sort(&mut doubtful_stars);
         changed.sort_unstable();
         (changed, doubtful_stars)
     }
@@ -370,7 +321,7 @@ impl LocalSurface {
         let exchange = self.stars.agree(&changed, marked);
         let mut points: Vec<u32> = exchange.facets().flatten().collect();
         points.extend(changed_planes);
-        points.par_sort_unstable();
+        sort(&mut points);
         points.dedup();
         let borders =
             Borders { points_mm: self.tree.points_mm(), planes: &self.planes, stars: &self.stars };

@@ -84,13 +84,14 @@ impl NearLists {
     }
 }
 
-/// The lists of the new points of a leaf, appended to others.
-pub(super) fn ask_leaf(
+/// The lists of new points of a leaf, appended to others. Gives `false`, and no lists, where several points lie too far from each
+/// other to ask together.
+pub(super) fn ask_together(
     tree: &PlaceTree,
     new: NewInLeaf,
     room: &mut Room,
     lists: &mut Vec<[u32; NEAREST]>,
-) {
+) -> bool {
     let known = lists.len();
     let wanted = NEAREST.min(tree.len() - 1);
     let own = tree.about(new.from..new.to);
@@ -101,24 +102,32 @@ pub(super) fn ask_leaf(
         (true, false) => room.radius_mm,
         _ => tree.side_mm(new.from).max(f64::MIN_POSITIVE * 1e200),
     };
+    let mut most = MOST_GATHERED;
     loop {
         room.gathered.clear();
-        tree.gather(&own, radius * radius, &mut room.gathered);
+        lists.truncate(known);
+        let is_whole = tree.gather(&own, radius * radius, most, &mut room.gathered);
+        if !is_whole {
+            if new.to > new.from + 1 {
+                return false;
+            }
+            most = usize::MAX;
+        }
         if room.gathered.len() <= wanted {
             radius *= 2.0;
             continue;
         }
         // Of the point that is worst off.
         let mut farthest_mm2: f64 = 0.0;
-        lists.truncate(known);
         for at in new.from..new.to {
             let (list, far_mm2) = select(tree, at, room);
             farthest_mm2 = farthest_mm2.max(far_mm2);
             lists.push(list);
         }
-        if farthest_mm2 <= radius * radius || room.gathered.len() == tree.len() {
+        let is_all = room.gathered.len() == tree.len();
+        if is_all || is_whole && farthest_mm2 <= radius * radius {
             room.radius_mm = farthest_mm2.sqrt() * 1.05;
-            return;
+            return true;
         }
         radius = farthest_mm2.sqrt() * (1.0 + 1e-9);
     }
@@ -143,4 +152,6 @@ fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> ([u32; NEAREST], f64) {
     (list, room.found.last().map_or(0.0, |&(far_mm2, _)| far_mm2))
 }
 
+/// More points than any leaf needs that lies in a surface: so many are gathered where points are far from each other.
+const MOST_GATHERED: usize = 600;
 const NONE: u32 = u32::MAX;

@@ -346,30 +346,43 @@ impl PlaceTree {
         self.collect(ROOT, place, radius_mm * radius_mm, found);
     }
 
-    /// Points of leaves that lie within a distance of a box, as its square.
-    pub(super) fn gather(&self, own: &BoxMm, limit_mm2: f64, found: &mut Vec<u32>) {
-        self.gather_below(ROOT, own, limit_mm2, found);
-    }
-
-    fn gather_below(&self, node: u32, own: &BoxMm, limit: f64, found: &mut Vec<u32>) {
-        let Node { bounds, content, .. } = &self.nodes[node as usize];
-        if gap(own, bounds) * (1.0 - MARGIN) > limit {
-            return;
-        }
-        match *content {
-            Content::Leaf { block, len } => {
-                found.extend_from_slice(&self.blocks[block as usize][..len as usize]);
+    /// Gathers the points of leaves that lie within a distance of a box, as its square, near ones first; gives `false` where it
+    /// stopped at `most`.
+    pub(super) fn gather(
+        &self,
+        own: &BoxMm,
+        limit_mm2: f64,
+        most: usize,
+        found: &mut Vec<u32>,
+    ) -> bool {
+        let distance = |node: u32| gap(own, &self.nodes[node as usize].bounds) * (1.0 - MARGIN);
+        let mut waiting: Vec<u32> = Vec::with_capacity(64);
+        waiting.extend((distance(ROOT) <= limit_mm2).then_some(ROOT));
+        while let Some(node) = waiting.pop() {
+            match self.nodes[node as usize].content {
+                Content::Leaf { block, len } => {
+                    found.extend_from_slice(&self.blocks[block as usize][..len as usize]);
+                    if found.len() > most {
+                        return false;
+                    }
+                }
+                Content::Split { low, high, .. } => {
+                    let (to_low, to_high) = (distance(low), distance(high));
+                    let mut halves = [(to_high, high), (to_low, low)];
+                    if to_high < to_low {
+                        halves.swap(0, 1);
+                    }
+                    let within = halves.iter().filter(|half| half.0 <= limit_mm2);
+                    waiting.extend(within.map(|&(_, half)| half));
+                }
             }
-            Content::Split { low, high, .. } => {
-                self.gather_below(low, own, limit, found);
-                self.gather_below(high, own, limit, found);
-            }
         }
+        true
     }
 
     fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
         let Node { bounds, content, .. } = &self.nodes[node as usize];
-        if bounds.squared_distance_mm2(place) * (1.0 - MARGIN) > limit {
+        if gap(&BoxMm { low_mm: place, high_mm: place }, bounds) * (1.0 - MARGIN) > limit {
             return;
         }
         match *content {
@@ -471,6 +484,7 @@ pub(super) fn squared(p: PointMm, q: PointMm) -> f64 {
 }
 
 /// Square of the distance of two boxes.
+#[inline(always)]
 fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
     let mut sum = 0.0;
     for axis in 0..3 {

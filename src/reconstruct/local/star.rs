@@ -41,6 +41,8 @@ pub(super) struct Room {
     asked: Vec<u32>,
     cell: Vec<Corner>,
     next: Vec<Corner>,
+    /// Half-planes that have cut the cell; the first is the border of what is looked at.
+    sides: Vec<Half>,
     near_ties: Vec<Half>,
     ring: Vec<Half>,
 }
@@ -55,17 +57,25 @@ struct Half {
     of: u32,
 }
 
-/// A corner of the cell, and the half-plane of the side that starts there.
+/// A corner of the cell, and the half-plane of the side that starts there, by its place in [`Room::sides`].
 #[derive(Clone, Copy)]
 struct Corner {
     x: f64,
     y: f64,
-    side: Half,
+    /// The square of its distance from the point.
+    square: f64,
+    side: u32,
 }
 
 impl Corner {
-    fn square(&self) -> f64 {
-        self.x * self.x + self.y * self.y
+    fn new(x: f64, y: f64, side: u32) -> Corner {
+        Corner { x, y, square: x * x + y * y, side }
+    }
+
+    /// How far it lies beyond a half-plane, times the distance of the neighbour.
+    #[inline(always)]
+    fn beyond(&self, half: Half) -> f64 {
+        self.x * half.x + self.y * half.y - half.offset
     }
 }
 
@@ -85,7 +95,7 @@ impl Maker<'_> {
             let way = minus(points_mm[other as usize], place);
             Half { x: dot(way, along), y: dot(way, across), offset: square / 2.0, of: other }
         };
-        start(&mut room.cell, reach);
+        start(room, reach);
         room.near_ties.clear();
         room.asked.clear();
         let mut near = std::mem::take(&mut room.near);
@@ -126,14 +136,15 @@ impl Maker<'_> {
     fn settle(&self, at: u32, limit: f64, room: &mut Room) {
         let ring = &mut room.ring;
         ring.clear();
-        for (index, corner) in room.cell.iter().enumerate() {
+        let mut before = room.cell.last().map_or(GAP, |last| room.sides[last.side as usize].of);
+        for corner in &room.cell {
             // Between the side before this corner and the one that starts here is a facet, unless it is too wide.
-            let before = room.cell[(index + room.cell.len() - 1) % room.cell.len()].side.of;
-            let is_wide = corner.square() > limit;
-            if is_wide && before != GAP && corner.side.of != GAP {
+            let side = room.sides[corner.side as usize];
+            if corner.square > limit && before != GAP && side.of != GAP {
                 ring.push(Half { of: GAP, ..Half::default() });
             }
-            ring.push(corner.side);
+            ring.push(side);
+            before = side.of;
         }
         let mut rule = Rule { maker: self, at, asked: &mut room.asked };
         for _ in 0..MOST_FLIPS {
@@ -156,12 +167,13 @@ impl Rule<'_> {
     fn remove_one(&mut self, limit: f64, ring: &mut Vec<Half>) -> bool {
         let len = ring.len();
         for index in 0..len {
-            let (q, r, s) = (ring[index], ring[(index + 1) % len], ring[(index + 2) % len]);
+            let middle = wrapped(index + 1, len);
+            let (q, r, s) = (ring[index], ring[middle], ring[wrapped(middle + 1, len)]);
             if len < 4 || [q.of, r.of, s.of].contains(&GAP) || !is_near_tie(q, r, s, limit) {
                 continue;
             }
             if self.has_edge(r.of, [q.of, s.of]) == Some(false) {
-                ring.remove((index + 1) % len);
+                ring.remove(middle);
                 return true;
             }
         }
@@ -176,7 +188,7 @@ impl Rule<'_> {
                 continue;
             }
             for index in 0..len {
-                let (q, r) = (ring[index], ring[(index + 1) % len]);
+                let (q, r) = (ring[index], ring[wrapped(index + 1, len)]);
                 let is_between = q.x * tie.y > q.y * tie.x && tie.x * r.y > tie.y * r.x;
                 if q.of == GAP || r.of == GAP || !is_between || !is_near_tie(q, tie, r, limit) {
                     continue;
@@ -197,19 +209,26 @@ impl Rule<'_> {
     }
 }
 
+/// An index that has gone at most once round.
+#[inline(always)]
+fn wrapped(index: usize, len: usize) -> usize {
+    if index < len { index } else { index - len }
+}
+
 /// A square about the point, beyond what it looks at.
-fn start(cell: &mut Vec<Corner>, reach: f64) {
-    cell.clear();
-    let side = Half { of: GAP, ..Half::default() };
-    for (x, y) in [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-        cell.push(Corner { x: x * reach, y: y * reach, side });
-    }
+fn start(room: &mut Room, reach: f64) {
+    room.sides.clear();
+    room.sides.push(Half { of: GAP, ..Half::default() });
+    let corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    room.cell.clear();
+    room.cell.extend(corners.map(|(x, y)| Corner::new(x * reach, y * reach, 0)));
 }
 
 /// Cuts the cell until the next neighbours are too far to matter; the square of its radius, as far as it counts.
 fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f64 {
     let limit = reach * reach / 4.0;
-    let widest = |cell: &[Corner]| cell.iter().map(Corner::square).fold(0.0, f64::max).min(limit);
+    let widest =
+        |cell: &[Corner]| cell.iter().map(|corner| corner.square).fold(0.0, f64::max).min(limit);
     let mut radius = widest(&room.cell);
     for half in halves {
         // The neighbour is at twice the radius or farther: with a margin for those that nearly touch.
@@ -227,23 +246,17 @@ fn cut_all(room: &mut Room, halves: impl Iterator<Item = Half>, reach: f64) -> f
 ///
 /// The margin grows with the square of the distance from the point, a convex figure: within the cell it is largest at a corner.
 fn is_near(cell: &[Corner], half: Half) -> bool {
-    cell.iter().any(|corner| over(corner, half) > -NEAR_TIE * corner.square())
-}
-
-/// How far a place lies beyond a half-plane, times the distance of its neighbour.
-fn over(corner: &Corner, half: Half) -> f64 {
-    corner.x * half.x + corner.y * half.y - half.offset
+    cell.iter().any(|corner| corner.beyond(half) > -NEAR_TIE * corner.square)
 }
 
 /// Cuts the cell by a half-plane; gives whether it lost anything.
 fn cut(room: &mut Room, half: Half) -> bool {
-    let over = |corner: &Corner| over(corner, half);
     let mut is_cut = false;
     let mut is_near = false;
     for corner in &room.cell {
-        let value = over(corner);
-        is_cut |= value > 0.0;
-        is_near |= value > -NEAR_TIE * corner.square();
+        let beyond = corner.beyond(half);
+        is_cut |= beyond > 0.0;
+        is_near |= beyond > -NEAR_TIE * corner.square;
     }
     if is_near {
         room.near_ties.push(half);
@@ -251,27 +264,27 @@ fn cut(room: &mut Room, half: Half) -> bool {
     if !is_cut {
         return false;
     }
+    let own = room.sides.len() as u32;
+    room.sides.push(half);
     room.next.clear();
-    let len = room.cell.len();
-    for index in 0..len {
-        let (from, to) = (room.cell[index], room.cell[(index + 1) % len]);
-        let (a, b) = (over(&from), over(&to));
-        let crossing = |side: Half| {
+    let mut from = room.cell[room.cell.len() - 1];
+    let mut a = from.beyond(half);
+    // The sides in their order, the last one first.
+    for &to in &room.cell {
+        let b = to.beyond(half);
+        let crossing = |side: u32| {
             let share = a / (a - b);
-            Corner {
-                x: from.x + share * (to.x - from.x),
-                y: from.y + share * (to.y - from.y),
-                side,
-            }
+            Corner::new(from.x + share * (to.x - from.x), from.y + share * (to.y - from.y), side)
         };
-        if a <= 0.0 {
-            room.next.push(from);
-            if b > 0.0 {
-                room.next.push(crossing(half));
-            }
-        } else if b <= 0.0 {
+        if a <= 0.0 && b > 0.0 {
+            room.next.push(crossing(own));
+        } else if a > 0.0 && b <= 0.0 {
             room.next.push(crossing(from.side));
         }
+        if b <= 0.0 {
+            room.next.push(to);
+        }
+        (from, a) = (to, b);
     }
     std::mem::swap(&mut room.cell, &mut room.next);
     true

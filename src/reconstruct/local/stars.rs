@@ -103,7 +103,7 @@ impl Stars {
             })
             .collect();
         let mut found = parts.concat();
-        found.par_sort_unstable();
+        sort(&mut found);
         found.dedup();
         for &facet in &found {
             self.mark(facet, true);
@@ -178,6 +178,17 @@ pub(super) fn sorted(mut facet: Facet) -> Facet {
     facet
 }
 
+/// Sorts in threads where that is worth it.
+pub(super) fn sort<T: Ord + Send>(items: &mut [T]) {
+    if items.len() < SORTED_ALONE || rayon::current_num_threads() == 1 {
+        items.sort_unstable();
+    } else {
+        items.par_sort_unstable();
+    }
+}
+
+/// Items that one thread sorts faster than many.
+const SORTED_ALONE: usize = 100_000;
 /// Points that a thread takes in turn.
 const POINTS_AT_ONCE: usize = 1024;
 /// Set in an entry of a ring whose facet with the next entry is agreed. Numbers of points and [`GAP`] are below it.

@@ -195,3 +195,27 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_surface_by_place_is_that_of_the_places_in_order() {
+    for (name, cloud) in CLOUDS {
+        let points = cloud(&mut Pcg64::seed_from_u64(3));
+        let mut surface = LocalSurface::new();
+        points.chunks(77).for_each(|batch| {
+            surface.insert(batch).unwrap();
+        });
+        let found = surface.by_place();
+        let is_place = |value: &f64| value.is_finite() && value.abs() <= 1e12;
+        let mut places: Vec<PointMm> =
+            points.iter().copied().filter(|point| point.iter().all(is_place)).collect();
+        assert_eq!(found.rejected, points.len() - places.len(), "{name}");
+        for value in places.as_flattened_mut() {
+            *value = if value.abs() < 1e-40 { 0.0 } else { *value };
+        }
+        places.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        places.dedup();
+        assert_eq!(found.points_mm, places, "{name}");
+        assert_eq!(found.duplicates + found.rejected, points.len() - places.len(), "{name}");
+        assert_eq!(found.surface, local(&places).unwrap(), "{name}");
+    }
+}
