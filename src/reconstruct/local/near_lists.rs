@@ -155,3 +155,69 @@ fn select(tree: &PlaceTree, at: u32, room: &mut Room) -> ([u32; NEAREST], f64) {
 /// More points than any leaf needs that lies in a surface: so many are gathered where points are far from each other.
 const MOST_GATHERED: usize = 600;
 const NONE: u32 = u32::MAX;
+
+#[cfg(test)]
+mod tests {
+    use asphera_geometry::PointMm;
+    use rand_core::{Rng as _, SeedableRng as _};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::neighbours::Neighbours;
+
+    /// Places in clusters of very different spacing, and a lattice full of equal distances.
+    fn places() -> Vec<PointMm> {
+        let mut random = Pcg64::seed_from_u64(11);
+        let mut uniform = || (random.next_u64() >> 11) as f64 * 2_f64.powi(-53);
+        let mut places: Vec<PointMm> = Vec::new();
+        for size in [1e-6, 1.0, 1e7] {
+            places.extend(
+                (0..300).map(|_| [size * uniform(), size * uniform(), 0.1 * size * uniform()]),
+            );
+        }
+        places.extend((0..400).map(|at| [f64::from(at % 20), f64::from(at / 20) - 30.0, 5.0]));
+        places
+    }
+
+    #[test]
+    fn lists_that_take_batches_are_those_of_a_tree_of_all_points() {
+        let places = places();
+        for size in [1, 7, 100, 1300] {
+            let (mut tree, mut lists) = (PlaceTree::default(), NearLists::default());
+            let mut room = Room::default();
+            for (batch, first) in places.chunks(size).zip((0_u32..).step_by(size)) {
+                let before = tree.len() as u32;
+                let mut batch: Vec<_> = batch.iter().copied().zip(first..).collect();
+                let inserted = tree.insert(&mut batch);
+                let mut new = Vec::new();
+                for own in inserted.leaves {
+                    if !ask_together(&tree, own, &mut room, &mut new) {
+                        for from in own.from..own.to {
+                            let own = NewInLeaf { from, to: from + 1 };
+                            assert!(ask_together(&tree, own, &mut room, &mut new));
+                        }
+                    }
+                }
+                lists.extend(new);
+                for at in 0..before {
+                    lists.take(&tree, at, before..tree.len() as u32, &mut Vec::new());
+                }
+            }
+            let all = Neighbours::of(places.iter().copied().zip(0..).collect());
+            let expected = all.map_nearest(NEAREST, |at, near, _: &mut ()| {
+                let near = near.iter().map(|&(_, other)| all.ids[other as usize]);
+                (all.ids[at as usize], near.collect::<Vec<_>>())
+            });
+            let mut found: Vec<(u32, Vec<u32>)> = (0..tree.len() as u32)
+                .map(|at| {
+                    let near = lists.of(at).iter().map(|&other| tree.ids[other as usize]);
+                    (tree.ids[at as usize], near.collect())
+                })
+                .collect();
+            found.sort_unstable();
+            let mut expected = expected;
+            expected.sort_unstable();
+            assert_eq!(found, expected, "batches of {size}");
+        }
+    }
+}

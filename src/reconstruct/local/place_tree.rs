@@ -5,11 +5,15 @@
 //! root. Points of a batch are numbered leaf by leaf, so that neighbours are near in memory. Every node knows the box of its
 //! points, and how far the points in it see: who sees a new place is found without asking all.
 
+mod queries;
+mod sights;
+
 use std::cmp::Ordering;
 
 use asphera_geometry::{BoxMm, PointMm};
 
-use super::normals::Places;
+use self::sights::SIGHTS;
+pub(super) use self::sights::Sight;
 use crate::geometry::{dot, minus};
 use crate::neighbours::{Near, by_coordinates};
 use crate::surface::Numbered;
@@ -62,33 +66,6 @@ pub(super) struct Inserted {
     pub(super) leaves: Vec<NewInLeaf>,
     /// Points at the place of an earlier one, by their own numbers.
     pub(super) duplicates: Vec<u32>,
-}
-
-/// How far a point sees, for a purpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sight {
-    /// A new place within it may change the plane.
-    Plane = 0,
-    /// A new place within it may change the star.
-    Star = 1,
-    /// A changed facet within it may change the filling of a hole.
-    Hole = 2,
-}
-
-const SIGHTS: usize = 3;
-
-impl Places for PlaceTree {
-    fn points_mm(&self) -> &[PointMm] {
-        &self.points_mm
-    }
-
-    fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
-        let place = self.points_mm[at as usize];
-        found.clear();
-        self.gather_within(place, radius_mm, found);
-        found.retain(|&(_, other)| other != at);
-        found.sort_unstable_by(|a, b| self.order(a, b));
-    }
 }
 
 impl PlaceTree {
@@ -266,169 +243,6 @@ impl PlaceTree {
         self.nodes[leaf as usize].content =
             Content::Split { low, high: low + 1, axis: axis as u8, at_mm };
     }
-
-    /// How far a point sees for any of some purposes, as the square rounded up, mm²: below 0 not at all.
-    #[inline]
-    pub(super) fn sight_mm2(&self, at: u32, which: &[Sight]) -> f64 {
-        farthest(&self.sights[at as usize], which)
-    }
-
-    /// Sets how far points see, as squares, mm².
-    pub(super) fn set_sights(
-        &mut self,
-        which: Sight,
-        squares_mm2: impl Iterator<Item = (u32, f64)>,
-    ) {
-        let which = which as usize;
-        let mut before = NONE;
-        for (at, square) in squares_mm2 {
-            let (own, square) = (&mut self.sights[at as usize][which], rounded_up(square));
-            if *own == square {
-                continue;
-            }
-            *own = square;
-            let leaf = self.leaf_of[at as usize];
-            if before != leaf && before != NONE {
-                self.refresh(before, which);
-            }
-            before = leaf;
-        }
-        if before != NONE {
-            self.refresh(before, which);
-        }
-    }
-
-    /// Sets the sight of a leaf by its points, and of what it lies in.
-    fn refresh(&mut self, leaf: u32, which: usize) {
-        let Content::Leaf { block, len } = self.nodes[leaf as usize].content else { return };
-        let held = &self.blocks[block as usize][..len as usize];
-        let mut most = held.iter().map(|&at| self.sights[at as usize][which]).fold(BLIND, f32::max);
-        let mut node = leaf;
-        while self.nodes[node as usize].sights[which] != most {
-            self.nodes[node as usize].sights[which] = most;
-            node = self.nodes[node as usize].parent;
-            let Some(Node { content: Content::Split { low, high, .. }, .. }) =
-                self.nodes.get(node as usize)
-            else {
-                return;
-            };
-            let of = |half: u32| self.nodes[half as usize].sights[which];
-            most = of(*low).max(of(*high));
-        }
-    }
-
-    /// Calls with every point of leaves that may see a place of a box.
-    pub(super) fn seeing(&self, which: &[Sight], box_mm: &BoxMm, found: &mut impl FnMut(u32)) {
-        if !self.nodes.is_empty() {
-            self.seeing_below(ROOT, which, box_mm, found);
-        }
-    }
-
-    fn seeing_below(&self, node: u32, which: &[Sight], own: &BoxMm, found: &mut impl FnMut(u32)) {
-        let Node { bounds, sights, content, .. } = &self.nodes[node as usize];
-        // Both sides are rounded: a margin lets none be missed.
-        if gap(own, bounds) * (1.0 - MARGIN) > farthest(sights, which) {
-            return;
-        }
-        match *content {
-            Content::Leaf { block, len } => {
-                self.blocks[block as usize][..len as usize].iter().for_each(|&at| found(at));
-            }
-            Content::Split { low, high, .. } => {
-                self.seeing_below(low, which, own, found);
-                self.seeing_below(high, which, own, found);
-            }
-        }
-    }
-
-    /// Appends the points within a distance of a place, in no order.
-    pub(super) fn gather_within(&self, place: PointMm, radius_mm: f64, found: &mut Vec<Near>) {
-        self.collect(ROOT, place, radius_mm * radius_mm, found);
-    }
-
-    /// Gathers the points of leaves that lie within a distance of a box, as its square, near ones first; gives `false` where it
-    /// stopped at `most`.
-    pub(super) fn gather(
-        &self,
-        own: &BoxMm,
-        limit_mm2: f64,
-        most: usize,
-        found: &mut Vec<u32>,
-    ) -> bool {
-        let distance = |node: u32| gap(own, &self.nodes[node as usize].bounds) * (1.0 - MARGIN);
-        let mut waiting: Vec<u32> = Vec::with_capacity(64);
-        waiting.extend((distance(ROOT) <= limit_mm2).then_some(ROOT));
-        while let Some(node) = waiting.pop() {
-            match self.nodes[node as usize].content {
-                Content::Leaf { block, len } => {
-                    found.extend_from_slice(&self.blocks[block as usize][..len as usize]);
-                    if found.len() > most {
-                        return false;
-                    }
-                }
-                Content::Split { low, high, .. } => {
-                    let (to_low, to_high) = (distance(low), distance(high));
-                    let mut halves = [(to_high, high), (to_low, low)];
-                    if to_high < to_low {
-                        halves.swap(0, 1);
-                    }
-                    let within = halves.iter().filter(|half| half.0 <= limit_mm2);
-                    waiting.extend(within.map(|&(_, half)| half));
-                }
-            }
-        }
-        true
-    }
-
-    fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
-        let Node { bounds, content, .. } = &self.nodes[node as usize];
-        if gap(&BoxMm { low_mm: place, high_mm: place }, bounds) * (1.0 - MARGIN) > limit {
-            return;
-        }
-        match *content {
-            Content::Leaf { block, len } => {
-                for &other in &self.blocks[block as usize][..len as usize] {
-                    let square = squared(place, self.points_mm[other as usize]);
-                    if square <= limit {
-                        found.push((square, other));
-                    }
-                }
-            }
-            Content::Split { low, high, .. } => {
-                self.collect(low, place, limit, found);
-                self.collect(high, place, limit, found);
-            }
-        }
-    }
-
-    /// The widest side of the points about a point: of its leaf, or of the first box above it that is one.
-    pub(super) fn side_mm(&self, at: u32) -> f64 {
-        let mut node = self.leaf_of[at as usize];
-        loop {
-            let Some(Node { bounds, parent, .. }) = self.nodes.get(node as usize) else {
-                return 0.0;
-            };
-            let side = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
-            let widest = (0..3).map(side).fold(0.0, f64::max);
-            if widest > 0.0 {
-                return widest;
-            }
-            node = *parent;
-        }
-    }
-
-    /// The leaf of a point, by which points near each other can be taken together.
-    pub(super) fn leaf_of(&self, at: u32) -> u32 {
-        self.leaf_of[at as usize]
-    }
-
-    /// The box of some points.
-    pub(super) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
-        points.fold(EMPTY, |whole, at| {
-            let place = self.points_mm[at as usize];
-            joined(&whole, &BoxMm { low_mm: place, high_mm: place })
-        })
-    }
 }
 
 impl Node {
@@ -436,15 +250,6 @@ impl Node {
         let content = Content::Leaf { block, len: 0 };
         Node { bounds: EMPTY, sights: [BLIND; SIGHTS], parent, content }
     }
-}
-
-fn farthest(sights: &[f32; SIGHTS], which: &[Sight]) -> f64 {
-    f64::from(which.iter().map(|&which| sights[which as usize]).fold(BLIND, f32::max))
-}
-
-fn rounded_up(value: f64) -> f32 {
-    let rounded = value as f32;
-    if f64::from(rounded) < value { rounded.next_up() } else { rounded }
 }
 
 /// A cube that holds a box.

@@ -1,0 +1,117 @@
+//! Points near a place or a box.
+
+use asphera_geometry::{BoxMm, PointMm};
+
+use super::{Content, EMPTY, MARGIN, Node, PlaceTree, ROOT, gap, joined, squared};
+use crate::local::Places;
+use crate::neighbours::Near;
+
+impl Places for PlaceTree {
+    fn points_mm(&self) -> &[PointMm] {
+        &self.points_mm
+    }
+
+    fn within(&self, at: u32, radius_mm: f64, found: &mut Vec<Near>) {
+        let place = self.points_mm[at as usize];
+        found.clear();
+        self.gather_within(place, radius_mm, found);
+        found.retain(|&(_, other)| other != at);
+        found.sort_unstable_by(|a, b| self.order(a, b));
+    }
+}
+
+impl PlaceTree {
+    /// Appends the points within a distance of a place, in no order.
+    pub(in crate::local) fn gather_within(
+        &self,
+        place: PointMm,
+        radius_mm: f64,
+        found: &mut Vec<Near>,
+    ) {
+        self.collect(ROOT, place, radius_mm * radius_mm, found);
+    }
+
+    /// Gathers the points of leaves that lie within a distance of a box, as its square, near ones first; gives `false` where it
+    /// stopped at `most`.
+    pub(in crate::local) fn gather(
+        &self,
+        own: &BoxMm,
+        limit_mm2: f64,
+        most: usize,
+        found: &mut Vec<u32>,
+    ) -> bool {
+        let distance = |node: u32| gap(own, &self.nodes[node as usize].bounds) * (1.0 - MARGIN);
+        let mut waiting: Vec<u32> = Vec::with_capacity(64);
+        waiting.extend((distance(ROOT) <= limit_mm2).then_some(ROOT));
+        while let Some(node) = waiting.pop() {
+            match self.nodes[node as usize].content {
+                Content::Leaf { block, len } => {
+                    found.extend_from_slice(&self.blocks[block as usize][..len as usize]);
+                    if found.len() > most {
+                        return false;
+                    }
+                }
+                Content::Split { low, high, .. } => {
+                    let (to_low, to_high) = (distance(low), distance(high));
+                    let mut halves = [(to_high, high), (to_low, low)];
+                    if to_high < to_low {
+                        halves.swap(0, 1);
+                    }
+                    let within = halves.iter().filter(|half| half.0 <= limit_mm2);
+                    waiting.extend(within.map(|&(_, half)| half));
+                }
+            }
+        }
+        true
+    }
+
+    fn collect(&self, node: u32, place: PointMm, limit: f64, found: &mut Vec<Near>) {
+        let Node { bounds, content, .. } = &self.nodes[node as usize];
+        if gap(&BoxMm { low_mm: place, high_mm: place }, bounds) * (1.0 - MARGIN) > limit {
+            return;
+        }
+        match *content {
+            Content::Leaf { block, len } => {
+                for &other in &self.blocks[block as usize][..len as usize] {
+                    let square = squared(place, self.points_mm[other as usize]);
+                    if square <= limit {
+                        found.push((square, other));
+                    }
+                }
+            }
+            Content::Split { low, high, .. } => {
+                self.collect(low, place, limit, found);
+                self.collect(high, place, limit, found);
+            }
+        }
+    }
+
+    /// The widest side of the points about a point: of its leaf, or of the first box above it that is one.
+    pub(in crate::local) fn side_mm(&self, at: u32) -> f64 {
+        let mut node = self.leaf_of[at as usize];
+        loop {
+            let Some(Node { bounds, parent, .. }) = self.nodes.get(node as usize) else {
+                return 0.0;
+            };
+            let side = |axis: usize| bounds.high_mm[axis] - bounds.low_mm[axis];
+            let widest = (0..3).map(side).fold(0.0, f64::max);
+            if widest > 0.0 {
+                return widest;
+            }
+            node = *parent;
+        }
+    }
+
+    /// The leaf of a point, by which points near each other can be taken together.
+    pub(in crate::local) fn leaf_of(&self, at: u32) -> u32 {
+        self.leaf_of[at as usize]
+    }
+
+    /// The box of some points.
+    pub(in crate::local) fn about(&self, points: impl Iterator<Item = u32>) -> BoxMm {
+        points.fold(EMPTY, |whole, at| {
+            let place = self.points_mm[at as usize];
+            joined(&whole, &BoxMm { low_mm: place, high_mm: place })
+        })
+    }
+}
