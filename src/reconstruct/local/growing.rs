@@ -319,10 +319,7 @@ impl LocalSurface {
             }
         }
         let exchange = self.stars.agree(&changed, marked);
-        let mut points: Vec<u32> = exchange.facets().flatten().collect();
-        points.extend(changed_planes);
-        sort(&mut points);
-        points.dedup();
+        let points = self.changed_points(&exchange, changed_planes);
         let borders =
             Borders { points_mm: self.tree.points_mm(), planes: &self.planes, stars: &self.stars };
         let surface = Surface { tree: &self.tree, borders };
@@ -332,6 +329,17 @@ impl LocalSurface {
         added.extend(mended.added);
         removed.extend(mended.removed);
         Exchange::of(added, removed)
+    }
+
+    /// Points at which facets or planes changed, in ascending order.
+    fn changed_points(&self, exchange: &Exchange, changed_planes: Vec<u32>) -> Vec<u32> {
+        let mut points = changed_planes;
+        if points.len() < self.tree.len() {
+            points.extend(exchange.facets().flatten());
+            sort(&mut points);
+            points.dedup();
+        }
+        points
     }
 }
 

@@ -102,7 +102,10 @@ impl Stars {
                 found
             })
             .collect();
-        let mut found = parts.concat();
+        let mut found = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        for part in parts {
+            found.extend(part);
+        }
         sort(&mut found);
         found.dedup();
         for &facet in &found {
