@@ -243,31 +243,30 @@ impl LocalSurface {
     /// Fits the planes in doubt; gives the stars in doubt and, first, the points whose planes changed.
     fn fit_planes(&mut self, doubts: Doubts) -> (Vec<u32>, Vec<u32>) {
         let Doubts { planes: doubtful, stars: mut doubtful_stars } = doubts;
-        let (tree, near) = (&self.tree, &self.near);
-        let fits: Vec<normals::Fit> = doubtful
-            .par_chunks(POINTS_AT_ONCE)
-            .flat_map_iter(|points| {
-                let (mut room, mut list): (Vec<Near>, Vec<Near>) = Default::default();
-                points
-                    .iter()
-                    .map(|&at| {
+        let mut changed = Vec::new();
+        for points in doubtful.chunks(POINTS_HELD) {
+            let (tree, near) = (&self.tree, &self.near);
+            let fits: Vec<normals::Fit> = points
+                .par_chunks(POINTS_AT_ONCE)
+                .flat_map_iter(|points| {
+                    let (mut room, mut list): (Vec<Near>, Vec<Near>) = Default::default();
+                    let fit = |&at: &u32| {
                         near.with_squares(tree, at, &mut list);
                         normals::fit(tree, at, &list, &mut room)
-                    })
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        let mut changed = Vec::new();
-        for (&at, fit) in doubtful.iter().zip(&fits) {
-            let own = &mut self.planes[at as usize];
-            if *own != fit.plane {
-                *own = fit.plane;
-                changed.push(at);
+                    };
+                    points.iter().map(fit).collect::<Vec<_>>()
+                })
+                .collect();
+            for (&at, fit) in points.iter().zip(&fits) {
+                let own = &mut self.planes[at as usize];
+                if *own != fit.plane {
+                    *own = fit.plane;
+                    changed.push(at);
+                }
             }
+            let sights = points.iter().zip(&fits).map(|(&at, fit)| (at, fit.sight_mm2));
+            self.tree.set_sights(Sight::Plane, sights);
         }
-        let sights = doubtful.iter().zip(&fits).map(|(&at, fit)| (at, fit.sight_mm2));
-        self.tree.set_sights(Sight::Plane, sights);
-        drop(fits);
         for &at in &changed {
             let place = self.tree.points_mm()[at as usize];
             let strangers = self.strangers.remove(&at).unwrap_or_default();
@@ -288,7 +287,7 @@ impl LocalSurface {
     fn make_stars(&mut self, (changed_planes, doubtful): (Vec<u32>, Vec<u32>)) -> Exchange {
         let mut marked = Vec::new();
         let mut changed = Vec::new();
-        for points in doubtful.chunks(STARS_AT_ONCE) {
+        for points in doubtful.chunks(POINTS_HELD) {
             let maker = Maker {
                 tree: &self.tree,
                 near: &self.near,
@@ -349,5 +348,5 @@ const NEW_PLACE: [Sight; 2] = [Sight::Plane, Sight::Star];
 const LEAVES_AT_ONCE: usize = 32;
 /// Points that a thread takes in turn.
 const POINTS_AT_ONCE: usize = 256;
-/// Stars that are held beside those they replace.
-const STARS_AT_ONCE: usize = 1 << 16;
+/// Points whose new planes or stars are held beside those they replace.
+const POINTS_HELD: usize = 1 << 16;
