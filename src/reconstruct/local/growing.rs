@@ -23,7 +23,7 @@ use crate::surface::{LeftOut, Numbered, as_place};
 /// A surface by local stars that takes points in batches.
 ///
 /// After every batch it is the surface that [`local`](super::local()) makes of the same points at once, bit for bit: batches and
-/// threads change nothing. A batch costs time in proportion to its points and to those within a few spacings of them. Some 300
+/// threads change nothing. A batch costs time in proportion to its points and to those within a few spacings of them. Some 240
 /// bytes a point.
 #[derive(Clone, Debug, Default)]
 pub struct LocalSurface {
