@@ -67,7 +67,9 @@ impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
                 Vec::new()
             };
             if back.is_empty() {
-                return Mended { added, shortfall: self.shortfall(&failing, measured) };
+                let standing = WeightedTree::of_points(mesh.points());
+                let shortfall = self.shortfall(&failing, measured, &standing);
+                return Mended { added, shortfall };
             }
             kept.extend(&back);
             kept.sort_unstable();
@@ -100,11 +102,18 @@ impl<L: Fn(PointMm) -> Option<f64>, N: Fn(usize) -> f64> Mending<'_, L, N> {
         self.apart(back)
     }
 
-    /// Of the facets that fail, those about a place with a measured point within ε.
-    fn shortfall(&self, failing: &[Failing], measured: &WeightedTree) -> Option<Shortfall> {
+    /// Of the facets that fail, those that would not with all measured points. `standing`: the kept points.
+    fn shortfall(
+        &self,
+        failing: &[Failing],
+        measured: &WeightedTree,
+        standing: &WeightedTree,
+    ) -> Option<Shortfall> {
         let is_measured = |&&Failing { gap, lfs_mm }: &&Failing| {
-            let nearest = measured.nearest(gap.at_mm, |_| true);
-            nearest.is_some_and(|(_, mm)| mm <= self.epsilon * lfs_mm)
+            let away_mm = |tree: &WeightedTree| Some(tree.nearest(gap.at_mm, |_| true)?.1);
+            // The way across a thin facet of the outline, which comes on top of the gap beneath it.
+            let across_mm = away_mm(standing).map_or(0.0, |mm| (gap.mm - mm).max(0.0));
+            away_mm(measured).is_some_and(|mm| mm + across_mm <= self.epsilon * lfs_mm)
         };
         let short = failing.iter().filter(is_measured);
         short.fold(None, |so_far: Option<Shortfall>, &Failing { gap, lfs_mm }| {

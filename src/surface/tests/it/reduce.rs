@@ -385,6 +385,25 @@ fn curved_sides_of_points_in_no_order_are_an_epsilon_sample() {
     }
 }
 
+/// Where the measured points are not dense enough along the outline, no reduction could be, and none falls short of it.
+#[test]
+fn sparse_outlines_are_no_shortfall_of_the_reduction() {
+    let mut random = Random::new(15);
+    let mut place = || [28.0 * random.unit() - 14.0, 28.0 * random.unit() - 14.0];
+    let on = |[x, y]: [f64; 2]| [x, y, 15.0 - (225.0 - x * x).sqrt()];
+    let points: Vec<PointMm> = (0..40_000).map(|_| on(place())).collect();
+    let mesh = meshed(&points);
+    let everywhere_mm = |_: PointMm| Some(8.0);
+    let target = Target::new(0.05, 20.0).unwrap().with_noise(along_z(0.0)).unwrap();
+    let before = condition(&points, &target, everywhere_mm).1;
+    assert!(before > 0.05, "{before}");
+    let reduction = reduce(mesh.points(), mesh.triangles(), &target, everywhere_mm);
+    assert_eq!(reduction.shortfall, None);
+    let kept = chosen(mesh.points(), &reduction.retained);
+    assert!(2 * kept.len() < points.len(), "{}", kept.len());
+    assert!(condition(&kept, &target, everywhere_mm).1 < 1.01 * before);
+}
+
 #[test]
 fn where_noise_and_epsilon_disagree_the_noise_prevails_and_is_counted() {
     let sigma_mm = 20e-6;
