@@ -76,12 +76,18 @@ pub(super) fn power_of_length(key: &str, unit: Option<&str>) -> Option<i32> {
     if let Some(unit) = unit {
         return UNITS.iter().find(|(name, _)| *name == unit).map(|(_, power)| *power);
     }
+    if SETTINGS.contains(&key) {
+        return Some(0);
+    }
     SUFFIXES
         .iter()
         .find(|(suffix, _)| key.ends_with(suffix))
         .map(|(_, power)| *power)
         .or_else(|| PURE_NUMBERS.contains(&key).then_some(0))
 }
+
+/// Settings that have a unit and stay what they are, whatever the part.
+const SETTINGS: &[&str] = &["min_height_nm"];
 
 /// Units as figures and parameters write them.
 const UNITS: [(&str, i32); 13] = [
