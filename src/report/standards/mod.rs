@@ -1,6 +1,6 @@
 //! Figures that standards define beside PV and RMS: a file each, which has its type in reports and its words.
 //!
-//! A new one is such a file, a field of [`StandardFigures`], a place in [`StandardFigures::all`] and, for a chapter of its
+//! A new one is such a file, a field of [`StandardFigures`], a place in `StandardFigures::all` and, for a chapter of its
 //! own, a name in [`Standard`]. Terminal, page, paper and QIF draw it without a change.
 
 mod indication;
