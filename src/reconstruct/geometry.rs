@@ -1,7 +1,7 @@
-//! Vectors in space.
+//! Vectors and boxes in space.
 
-use asphera_geometry::PointMm;
 pub(crate) use asphera_geometry::vector::{cross, dot, minus};
+use asphera_geometry::{BoxMm, PointMm};
 
 #[inline(always)]
 pub(crate) fn scaled(a: PointMm, factor: f64) -> PointMm {
@@ -20,3 +20,41 @@ pub(crate) fn unit(a: PointMm) -> Option<PointMm> {
 pub(crate) fn double_area([a, b, c]: [PointMm; 3]) -> PointMm {
     cross(minus(b, a), minus(c, a))
 }
+
+/// Square of the distance of two places.
+#[inline(always)]
+pub(crate) fn squared(p: PointMm, q: PointMm) -> f64 {
+    let way = minus(p, q);
+    dot(way, way)
+}
+
+/// Square of the distance of two boxes.
+#[inline(always)]
+pub(crate) fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
+    let mut sum = 0.0;
+    for axis in 0..3 {
+        let way = (a.low_mm[axis] - b.high_mm[axis]).max(b.low_mm[axis] - a.high_mm[axis]).max(0.0);
+        sum += way * way;
+    }
+    sum
+}
+
+/// The box of two boxes.
+#[inline(always)]
+pub(crate) fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
+    BoxMm {
+        low_mm: [0, 1, 2].map(|axis| a.low_mm[axis].min(b.low_mm[axis])),
+        high_mm: [0, 1, 2].map(|axis| a.high_mm[axis].max(b.high_mm[axis])),
+    }
+}
+
+/// The box of places.
+#[inline(always)]
+pub(crate) fn about<'a>(points: impl IntoIterator<Item = &'a PointMm>) -> BoxMm {
+    let place = |&place: &PointMm| BoxMm { low_mm: place, high_mm: place };
+    points.into_iter().fold(EMPTY, |whole, point| joined(&whole, &place(point)))
+}
+
+/// The box of nothing.
+pub(crate) const EMPTY: BoxMm =
+    BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };

@@ -9,6 +9,7 @@ use std::cmp::Ordering;
 use asphera_geometry::{BoxMm, PointMm};
 use rayon::prelude::*;
 
+use crate::geometry::{EMPTY, about, gap, squared};
 use crate::local::Places;
 
 /// The tree. Points are numbered by their place in it.
@@ -250,29 +251,6 @@ pub(crate) fn by_coordinates(p: PointMm, q: PointMm) -> Ordering {
     p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]))
 }
 
-#[inline(always)]
-fn squared(p: PointMm, q: PointMm) -> f64 {
-    let [x, y, z] = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    x * x + y * y + z * z
-}
-
-/// Square of the distance of two boxes.
-fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
-    let mut sum = 0.0;
-    for axis in 0..3 {
-        let way = (a.low_mm[axis] - b.high_mm[axis]).max(b.low_mm[axis] - a.high_mm[axis]).max(0.0);
-        sum += way * way;
-    }
-    sum
-}
-
-fn about<'a>(points: impl IntoIterator<Item = &'a PointMm>) -> BoxMm {
-    points.into_iter().fold(EMPTY, |whole, point| BoxMm {
-        low_mm: [0, 1, 2].map(|axis| whole.low_mm[axis].min(point[axis])),
-        high_mm: [0, 1, 2].map(|axis| whole.high_mm[axis].max(point[axis])),
-    })
-}
-
 fn build(points: &mut [(PointMm, u32)], node: usize, nodes: &mut [BoxMm]) {
     let whole = about(points.iter().map(|(point, _)| point));
     nodes[node] = whole;
@@ -308,5 +286,4 @@ fn ranges(from: usize, to: usize, found: &mut Vec<(usize, usize)>) {
     ranges(middle, to, found);
 }
 
-const EMPTY: BoxMm = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
 const LEAF: usize = 8;

@@ -13,10 +13,11 @@ use super::holes::Borders;
 use super::mend::{Mending, Surface};
 use super::near_lists::{self, NearLists};
 use super::normals::{self, NEAREST, Places as _, TangentPlane};
-use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight, squared};
+use super::place_tree::{Inserted, NewInLeaf, PlaceTree, Sight};
 use super::star::{self, Maker};
 use super::stars::{Exchange, Facet, Stars, sort, sorted};
 use super::{MOST_POINTS, TooManyPoints};
+use crate::geometry::squared;
 use crate::neighbours::Near;
 use crate::surface::{LeftOut, Numbered, as_place};
 

@@ -11,9 +11,9 @@ use asphera_geometry::{BoxMm, PointMm};
 use super::filling::best_filling;
 use super::holes::{Borders, Door, Loop};
 use super::normals::Places as _;
-use super::place_tree::{PlaceTree, Sight, squared};
+use super::place_tree::{PlaceTree, Sight};
 use super::stars::{Exchange, Facet, sorted};
-use crate::geometry::{dot, minus};
+use crate::geometry::{dot, minus, squared};
 use crate::neighbours::Near;
 use crate::prove::cross_any;
 

@@ -4,7 +4,8 @@
 //! list where it is nearer than the last. Of equal distances the smaller coordinates come first, so that lists depend on places alone.
 
 use super::normals::{NEAREST, Places as _};
-use super::place_tree::{NewInLeaf, PlaceTree, squared};
+use super::place_tree::{NewInLeaf, PlaceTree};
+use crate::geometry::squared;
 use crate::neighbours::Near;
 
 /// Lists of at most [`NEAREST`] points, the nearest first.

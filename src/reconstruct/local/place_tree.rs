@@ -14,7 +14,7 @@ use asphera_geometry::{BoxMm, PointMm};
 
 use self::sights::SIGHTS;
 pub(super) use self::sights::Sight;
-use crate::geometry::{dot, minus};
+use crate::geometry::{EMPTY, about, joined};
 use crate::neighbours::{Near, by_coordinates};
 use crate::surface::Numbered;
 
@@ -282,35 +282,6 @@ fn partition(batch: &mut [Numbered], axis: usize, at_mm: f64) -> usize {
     count
 }
 
-#[inline(always)]
-pub(super) fn squared(p: PointMm, q: PointMm) -> f64 {
-    let way = minus(p, q);
-    dot(way, way)
-}
-
-/// Square of the distance of two boxes.
-#[inline(always)]
-fn gap(a: &BoxMm, b: &BoxMm) -> f64 {
-    let mut sum = 0.0;
-    for axis in 0..3 {
-        let way = (a.low_mm[axis] - b.high_mm[axis]).max(b.low_mm[axis] - a.high_mm[axis]).max(0.0);
-        sum += way * way;
-    }
-    sum
-}
-
-fn about<'a>(points: impl Iterator<Item = &'a PointMm>) -> BoxMm {
-    points.fold(EMPTY, |whole, &place| joined(&whole, &BoxMm { low_mm: place, high_mm: place }))
-}
-
-fn joined(a: &BoxMm, b: &BoxMm) -> BoxMm {
-    BoxMm {
-        low_mm: [0, 1, 2].map(|axis| a.low_mm[axis].min(b.low_mm[axis])),
-        high_mm: [0, 1, 2].map(|axis| a.high_mm[axis].max(b.high_mm[axis])),
-    }
-}
-
-const EMPTY: BoxMm = BoxMm { low_mm: [f64::INFINITY; 3], high_mm: [f64::NEG_INFINITY; 3] };
 const ROOT: u32 = 0;
 const NONE: u32 = u32::MAX;
 /// The sight of a point that sees nothing.

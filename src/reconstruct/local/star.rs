@@ -2,10 +2,10 @@
 
 use super::near_lists::NearLists;
 use super::normals::{Places as _, TangentPlane};
-use super::place_tree::{PlaceTree, squared};
+use super::place_tree::PlaceTree;
 use super::stars::Stars;
 use super::vote::{basis, diagonal};
-use crate::geometry::{cross, dot, minus};
+use crate::geometry::{cross, dot, minus, squared};
 use crate::neighbours::Near;
 
 /// Stands in a star where two neighbours have no facet between them.

@@ -2,7 +2,8 @@
 
 use asphera_geometry::{BoxMm, PointMm};
 
-use super::{Content, EMPTY, MARGIN, Node, PlaceTree, ROOT, gap, joined, squared};
+use super::{Content, MARGIN, Node, PlaceTree, ROOT};
+use crate::geometry::{EMPTY, gap, joined, squared};
 use crate::local::Places;
 use crate::neighbours::Near;
 

@@ -2,7 +2,8 @@
 
 use asphera_geometry::BoxMm;
 
-use super::{BLIND, Content, MARGIN, NONE, Node, PlaceTree, ROOT, gap};
+use super::{BLIND, Content, MARGIN, NONE, Node, PlaceTree, ROOT};
+use crate::geometry::gap;
 
 /// How far a point sees, for a purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
