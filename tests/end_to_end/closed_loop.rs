@@ -10,33 +10,41 @@ use asphera_tests::{
 };
 use serde_json::Value;
 
-/// Bench and station of the example, on free ports.
-struct Bench {
-    rig: DriveRig,
+/// Bench and station of an example, on free ports.
+pub(crate) struct Bench {
+    pub(crate) rig: DriveRig,
     config: PathBuf,
     folder: tempfile::TempDir,
     runtime: tokio::runtime::Runtime,
 }
 
 impl Bench {
-    /// The example with some lines replaced.
+    /// The example of a stage with some lines replaced.
     fn new(changes: &[(&str, &str)]) -> Bench {
+        Bench::of("stage", "closed-loop", ["127.0.0.1:7731", "127.0.0.1:7732"], changes)
+    }
+
+    /// A scene and its example, whose gauge and axes have these addresses there, with some text replaced.
+    pub(crate) fn of(
+        scene: &str,
+        example: &str,
+        addresses: [&str; 2],
+        changes: &[(&str, &str)],
+    ) -> Bench {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()
             .build()
             .unwrap();
         let text =
-            std::fs::read_to_string(root().join("simulators/rig/scenes/stage.toml")).unwrap();
-        let scene = DriveScene::parse("stage", &text).unwrap().unwrap().on_free_ports();
+            std::fs::read_to_string(root().join(format!("simulators/rig/scenes/{scene}.toml")));
+        let scene = DriveScene::parse(scene, &text.unwrap()).unwrap().unwrap().on_free_ports();
         let rig = runtime.block_on(DriveRig::start(scene)).unwrap();
-        let [gauge, stage] = rig.addresses();
-        let mut text =
-            std::fs::read_to_string(root().join("config/examples/closed-loop.toml")).unwrap();
-        let ports = [("127.0.0.1:7731", gauge.to_string()), ("127.0.0.1:7732", stage.to_string())];
-        for (from, to) in
-            ports.iter().map(|(from, to)| (*from, to.as_str())).chain(changes.iter().copied())
-        {
+        let ports = rig.addresses().map(|address| address.to_string());
+        let text = std::fs::read_to_string(root().join(format!("config/examples/{example}.toml")));
+        let mut text = text.unwrap();
+        let ports = addresses.into_iter().zip(ports.iter().map(String::as_str));
+        for (from, to) in ports.chain(changes.iter().copied()) {
             assert!(text.contains(from), "{from}");
             text = text.replace(from, to);
         }
@@ -50,7 +58,7 @@ impl Bench {
         Bench { rig, config, folder, runtime }
     }
 
-    fn run(&self, arguments: &[&str]) -> Station {
+    pub(crate) fn run(&self, arguments: &[&str]) -> Station {
         let mut command = Command::new(asphera());
         command.arg("run").args(arguments).arg("--config").arg(&self.config);
         let mut running = Running::start(command.stdout(std::process::Stdio::piped()));
@@ -58,7 +66,7 @@ impl Bench {
         Station { running, address, authorization: format!("Bearer {token}") }
     }
 
-    fn session(&self) -> PathBuf {
+    pub(crate) fn session(&self) -> PathBuf {
         recording(&self.folder.path().join("recordings"))
     }
 
@@ -84,8 +92,8 @@ impl Bench {
     }
 }
 
-struct Station {
-    running: Running,
+pub(crate) struct Station {
+    pub(crate) running: Running,
     address: String,
     authorization: String,
 }
@@ -97,7 +105,7 @@ impl Station {
         serde_json::from_slice(&body).unwrap()
     }
 
-    fn until(&self, what: &str, is_there: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn until(&self, what: &str, is_there: impl Fn(&Value) -> bool) -> Value {
         let end = now() + Duration::from_secs(60);
         loop {
             let snapshot = self.snapshot();
