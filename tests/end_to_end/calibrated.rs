@@ -61,7 +61,7 @@ async fn measured(folder: &Path, lines: &str) -> Result<Arc<Finished>, String> {
     let mut station = Station::start(config).unwrap();
     let started = station.handle().session(Command::Start).await;
     started.map_err(|error| error.to_string())?;
-    Ok(station.finished().await.unwrap())
+    Ok(station.closed().await.unwrap().finished)
 }
 
 fn rms_nm(finished: &Finished) -> f64 {

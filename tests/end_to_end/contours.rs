@@ -84,7 +84,8 @@ async fn measured(
     let config = Config::parse("station.toml", &format!("{text}\n{tables}\n")).unwrap();
     let mut station = Station::start(config).unwrap();
     station.handle().session(Command::Start).await.unwrap();
-    let finished = timeout(Duration::from_secs(120), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(120), station.closed()).await.unwrap().unwrap().finished;
     (folder, station, finished)
 }
 
@@ -140,7 +141,8 @@ async fn the_border_of_a_raster_shows_while_it_is_scanned() {
     assert!(live.in_xy && live.as_of_points >= shown.contour.unwrap().as_of_points);
     assert!((100..4000).contains(&live.as_of_points), "{}", live.as_of_points);
     assert_eq!(live.contour.parts, Some(1));
-    let finished = timeout(Duration::from_secs(120), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(120), station.closed()).await.unwrap().unwrap().finished;
     let report = &finished.measurement.report;
     let found = contour(&finished);
     assert_eq!((found.input.points, found.parts, found.holes), (4000, Some(1), Some(0)));

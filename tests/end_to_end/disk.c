@@ -1,7 +1,8 @@
 // A disk that fails on demand, put under a program by LD_PRELOAD.
 //
 // The file that ASPHERA_DISK names says how: "eio", "enospc" and "erofs" are errors, "short" takes half of what is written
-// and then is full, "hang" gives no answer for as long as the word stands there. Nothing, or no file: a disk that works.
+// and then is full, "hang" gives no answer for as long as the word stands there, "report" has no room
+// for a report alone. Nothing, or no file: a disk that works.
 // Only what lies in a folder of a session is met: its files, and the folder when it is made.
 
 #define _GNU_SOURCE
@@ -40,6 +41,12 @@ static int fault(void) {
         usleep(5000);
     }
     return 0;
+}
+
+// A report that is to find no room.
+static int is_refused_report(const char *path) {
+    char how[16];
+    return strstr(path, "/report.") && word(how, sizeof how) && !strncmp(how, "report", 6);
 }
 
 static int is_session(const char *path) { return strstr(path, "/session-") != 0; }
@@ -100,7 +107,7 @@ int open64(const char *path, int flags, ...) {
     mode_t mode = va_arg(rest, mode_t);
     va_end(rest);
     if ((flags & O_CREAT) && is_session(path)) {
-        int error = fault();
+        int error = is_refused_report(path) ? ENOSPC : fault();
         if (error > 0) { errno = error; return -1; }
     }
     return REAL(open64)(path, flags, mode);

@@ -169,12 +169,44 @@ fn a_folder_that_vanishes_is_told_at_the_latest_at_the_end() {
     end(demo.daemon, 11);
 }
 
-/// A file system of 1 MiB in a namespace of its own, so nothing stands between the daemon and the kernel.
+/// Somebody waits for the report: a part that passed does not end in success without it.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_run_without_its_report_has_failed() {
+    use asphera_rig::{Rig, Scene, Speed, StationOptions};
+
+    let Some(library) = faulty_disk() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let recordings = folder.path().join("recordings");
+    let disk = folder.path().join("disk");
+    let scene = Scene::built_in("sphere").unwrap().with_points(5_000).with_speed(Speed::Max);
+    for (how, code) in [("", 0), ("report", 1)] {
+        std::fs::write(&disk, how).unwrap();
+        let rig = Rig::start(scene.clone(), &folder.path().join("ports")).await.unwrap();
+        let options =
+            StationOptions { recordings: recordings.clone(), listen: ([127, 0, 0, 1], 0).into() };
+        let config = folder.path().join("station.toml");
+        std::fs::write(&config, rig.station_toml(&options)).unwrap();
+        let mut command = Command::new(asphera());
+        command.args(["run", "--once", "--config"]).arg(&config);
+        command.env("LD_PRELOAD", library).env("ASPHERA_DISK", &disk);
+        let output = tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap();
+        let words = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{how}: {words}");
+        assert_eq!(
+            words.contains("results: not written: cannot write"),
+            code == 1,
+            "{how}: {words}"
+        );
+        drop(rig);
+    }
+}
+
+/// A file system of 512 KiB, half of what the session needs, in a namespace of its own, so nothing stands between the daemon and the kernel.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_file_system_that_is_full_is_told_and_what_fits_is_replayed() {
     use asphera_rig::{Rig, Scene, Speed, StationOptions};
 
-    const MOUNT: &str = "mount -t tmpfs -o size=1m tmpfs \"$0\"";
+    const MOUNT: &str = "mount -t tmpfs -o size=512k tmpfs \"$0\"";
     let folder = tempfile::tempdir().unwrap();
     let small = folder.path().join("small");
     std::fs::create_dir(&small).unwrap();

@@ -110,7 +110,8 @@ async fn a_recording_holds_the_outline_it_was_measured_with() {
     let text = format!("{}{table}{}", &text[..at], &text[end..]);
     let mut station = Station::start(Config::parse("station.toml", &text).unwrap()).unwrap();
     station.handle().session(Command::Start).await.unwrap();
-    let finished = timeout(Duration::from_secs(120), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(120), station.closed()).await.unwrap().unwrap().finished;
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().ended, "complete");
     assert!((200..2000).contains(&report.points.used), "{:?}", report.points);

@@ -20,7 +20,7 @@ async fn measured_twice(projection: &str) -> [Report; 2] {
     let text = format!("{}\n[projection]\n{projection}\n", rig.station_toml(&options));
     let mut station = Station::start(Config::parse("station.toml", &text).unwrap()).unwrap();
     station.handle().session(Command::Start).await.unwrap();
-    let finished = station.finished().await.unwrap();
+    let finished = station.closed().await.unwrap().finished;
     let live = finished.measurement.report.clone();
     let recording = finished.recording.clone().unwrap();
     let mut replayed = replay(&recording, |_| {}).unwrap().report;

@@ -124,11 +124,11 @@ async fn measured(
     let drawn = tokio::spawn(draw(station.handle()));
     let mut stop = std::pin::pin!(interrupted());
     let (first, interrupted) = tokio::select! {
-        finished = station.finished() => (Some(finished?), false),
+        closed = station.closed() => (Some(closed?.finished), false),
         signal = &mut stop => {
             signal?;
             // The session ends in good order; what was measured is kept.
-            (stop_session(&mut station).await?, true)
+            (stop_session(&mut station).await?.map(|closed| closed.finished), true)
         }
     };
     drawn.abort();
@@ -145,15 +145,15 @@ async fn measured(
         say("the page stays; Ctrl-C ends");
         loop {
             tokio::select! {
-                again = station.finished() => results::write(folder, &again?.measurement)?,
+                again = station.closed() => results::write(folder, &again?.finished.measurement)?,
                 signal = &mut stop => {
                     signal?;
                     break;
                 }
             }
         }
-        if let Some(finished) = stop_session(&mut station).await? {
-            results::write(folder, &finished.measurement)?;
+        if let Some(closed) = stop_session(&mut station).await? {
+            results::write(folder, &closed.finished.measurement)?;
         }
     }
     page.close().await?;

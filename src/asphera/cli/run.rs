@@ -12,7 +12,7 @@ use super::serve::{Page, block_on, interrupted, stop_session};
 use super::summary::summary;
 use super::token::TokenArgs;
 use crate::config::Config;
-use crate::live::{Finished, Station, StationError};
+use crate::live::{Closed, Station, StationError};
 
 #[derive(Args)]
 pub(super) struct RunArgs {
@@ -65,11 +65,11 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     let mut outlet = Outlet::default();
     loop {
         tokio::select! {
-            finished = station.finished() => match finished {
-                Ok(finished) => {
-                    show(&finished, &mut outlet);
+            closed = station.closed() => match closed {
+                Ok(closed) => {
+                    show(&closed, &mut outlet);
                     if args.once {
-                        exit = Exit::of(&finished.measurement.report);
+                        exit = exit_of(&closed);
                         tokio::select! {
                             _ = async { tokio::join!(station.commands_ended(), outlet.read()) } => {}
                             signal = &mut stop => signal?,
@@ -94,20 +94,32 @@ async fn station(config: Config, args: &RunArgs) -> Result<Exit, Failure> {
     if station.commands() > 0 {
         say("the command of [output] still runs; asphera does not wait for it");
     }
-    if let Some(finished) = stopped? {
-        show(&finished, &mut outlet);
+    if let Some(closed) = stopped? {
+        show(&closed, &mut outlet);
         if args.once {
-            exit = Exit::of(&finished.measurement.report);
+            exit = exit_of(&closed);
         }
     }
     outlet.close().await;
     Ok(exit)
 }
 
-fn show(finished: &Finished, outlet: &mut Outlet) {
+/// A part that passed without the report that was asked for is no success: somebody waits for the file.
+fn exit_of(closed: &Closed) -> Exit {
+    match Exit::of(&closed.finished.measurement.report) {
+        Exit::Done if closed.outputs.problem.is_some() => Exit::Failed,
+        verdict => verdict,
+    }
+}
+
+fn show(closed: &Closed, outlet: &mut Outlet) {
+    let finished = &closed.finished;
     outlet.print(summary(&finished.measurement.report, false));
     match &finished.recording {
         Some(folder) => say(&format!("recording: {}", folder.display())),
         None => say("recording: not complete, see above"),
+    }
+    if let Some(problem) = &closed.outputs.problem {
+        say(&format!("results: not written: {problem}"));
     }
 }

@@ -2,7 +2,6 @@
 
 use std::io;
 use std::net::SocketAddr;
-use std::sync::Arc;
 use std::time::Duration;
 
 use asphera_http::{BindError, Server, TextRoute, Token};
@@ -17,7 +16,7 @@ use tokio::time::{sleep, timeout};
 
 use super::exit::Exit;
 use super::output::{Failure, say};
-use crate::live::{Finished, Station, StationError};
+use crate::live::{Closed, Station, StationError};
 use crate::shown::ShownMeasurement;
 
 /// Why the page is not served.
@@ -159,11 +158,11 @@ pub(super) async fn interrupted() -> io::Result<()> {
 /// # Errors
 ///
 /// Where its figures are not there in time. Its recording is, and the words say how to make them of it.
-pub(super) async fn stop_session(station: &mut Station) -> Result<Option<Arc<Finished>>, Failure> {
+pub(super) async fn stop_session(station: &mut Station) -> Result<Option<Closed>, Failure> {
     let handle = station.handle();
     let ended = timeout(FIGURES, async {
         match handle.session(Command::Stop).await {
-            Ok(()) => station.finished().await.map(Some),
+            Ok(()) => station.closed().await.map(Some),
             Err(StationError::NotRunning) => Ok(None),
             Err(error) => Err(error),
         }

@@ -18,7 +18,7 @@ use super::lock::Lock;
 use super::recording::Recording;
 use super::view::{Running, View};
 use super::worker::Worker;
-use super::{Asked, Control, Finished, Handle, Station, StationError, outputs};
+use super::{Asked, Closed, Control, Finished, Handle, Station, StationError, outputs};
 use crate::clock::Clock;
 use crate::conclude::{Outcome, conclude, session_figures};
 use crate::config::Config;
@@ -38,7 +38,7 @@ mod scan;
 pub(super) fn start(config: Config) -> Result<Station, StationError> {
     let lock = Lock::take(&config.recordings, &config.name)?;
     let (control, controls) = mpsc::channel(16);
-    let (finished_sender, finished) = mpsc::channel(4);
+    let (closed_sender, closed) = mpsc::channel(4);
     let (report_sender, report) = watch::channel(None);
     let (beat, beats) = watch::channel(0);
     let (commands, commands_running) = watch::channel(0);
@@ -56,7 +56,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
         controls,
         view,
         session: None,
-        finished: finished_sender,
+        closed: closed_sender,
         report: report_sender,
         awake_by: Instant::now(),
         beat,
@@ -70,7 +70,7 @@ pub(super) fn start(config: Config) -> Result<Station, StationError> {
     };
     let brake = core.brake.clone();
     let handle = Handle { control, snapshots, report, beats, recordings, brake };
-    Ok(Station { handle, finished, commands_running, task: tokio::spawn(core.run()) })
+    Ok(Station { handle, closed, commands_running, task: tokio::spawn(core.run()) })
 }
 
 struct Core {
@@ -83,7 +83,7 @@ struct Core {
     controls: mpsc::Receiver<Control>,
     view: View,
     session: Option<Session>,
-    finished: mpsc::Sender<Result<Arc<Finished>, StationError>>,
+    closed: mpsc::Sender<Result<Closed, StationError>>,
     report: watch::Sender<Option<Arc<Report>>>,
     /// When the task is to run again at the latest.
     awake_by: Instant,
@@ -92,7 +92,7 @@ struct Core {
     /// Of the pipeline, when it was looked at last.
     turns: u64,
     /// Results of sessions that ended, being written.
-    leaving: JoinSet<(Arc<Finished>, Outputs)>,
+    leaving: JoinSet<Closed>,
     /// How many commands of `[output]` run.
     commands: watch::Sender<usize>,
     /// Points that are not recorded yet.
@@ -549,7 +549,7 @@ impl Core {
             error!("the pipeline ended without figures");
             self.view.failed("the figures could not be made: the pipeline ended");
             let recording = session.recording.finish(ending.at, "failed", None).await.ok();
-            let _ = self.finished.try_send(Err(StationError::Pipeline { recording }));
+            let _ = self.closed.try_send(Err(StationError::Pipeline { recording }));
             return;
         };
         let last_point = ending.outcome.last_point.unwrap_or(ending.at);
@@ -583,26 +583,26 @@ impl Core {
         self.leaving.spawn_blocking(move || {
             let outputs = outputs::write(&config, &finished, &folder);
             outputs::run_command(&config, &finished, folder, &commands);
-            (finished, outputs)
+            Closed { finished, outputs }
         });
     }
 
     /// The results of a session are written.
-    fn left(&mut self, left: Result<(Arc<Finished>, Outputs), JoinError>) {
-        let (finished, outputs) = match left {
+    fn left(&mut self, left: Result<Closed, JoinError>) {
+        let closed = match left {
             Ok(left) => left,
             Err(error) => {
                 error!(%error, "the results could not be written");
                 let Some(finished) = self.view.finished() else { return };
                 let problem = Some("the results could not be written: see the log".to_owned());
-                (finished, Outputs { problem, ..Outputs::default() })
+                Closed { finished, outputs: Outputs { problem, ..Outputs::default() } }
             }
         };
-        if let Some(session) = &finished.measurement.report.session {
-            self.view.left(&session.id, outputs);
+        if let Some(session) = &closed.finished.measurement.report.session {
+            self.view.left(&session.id, closed.outputs.clone());
         }
         // Whoever waited for the end of a session may have gone.
-        let _ = self.finished.try_send(Ok(finished));
+        let _ = self.closed.try_send(Ok(closed));
     }
 }
 

@@ -21,7 +21,7 @@ use asphera_link::Command;
 use asphera_report::contour::SessionContour;
 use asphera_report::parts::SessionParts;
 use asphera_report::{
-    Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Report, ResultFile,
+    Answer, ControlError, Cut, FormViewAnswer, Label, LiveStation, Outputs, Report, ResultFile,
     SamplingMaps, SectionRequest, SessionEntry, SessionFile, Snapshot, Term, Waypoints,
 };
 use thiserror::Error;
@@ -42,6 +42,15 @@ pub struct Finished {
     pub measurement: Measurement,
     /// Where the recording is; `None` where recording failed.
     pub recording: Option<PathBuf>,
+}
+
+/// A session of which all is done: its figures, and the files beside its recording.
+#[derive(Debug)]
+pub struct Closed {
+    /// The session.
+    pub finished: Arc<Finished>,
+    /// The result files that `[output]` asked for.
+    pub outputs: Outputs,
 }
 
 /// Why a station cannot go on.
@@ -114,7 +123,7 @@ pub fn check_unshared(folder: &Path, station: &str) -> Result<(), StationError> 
 /// A running station. It ends when the handle is dropped.
 pub struct Station {
     handle: Handle,
-    finished: mpsc::Receiver<Result<Arc<Finished>, StationError>>,
+    closed: mpsc::Receiver<Result<Closed, StationError>>,
     commands_running: watch::Receiver<usize>,
     task: JoinHandle<()>,
 }
@@ -167,13 +176,13 @@ impl Station {
         self.handle.clone()
     }
 
-    /// Waits for the end of a session.
+    /// Waits until a session has ended and its result files are written.
     ///
     /// # Errors
     ///
     /// When its figures could not be made, or the station has ended.
-    pub async fn finished(&mut self) -> Result<Arc<Finished>, StationError> {
-        self.finished.recv().await.unwrap_or(Err(StationError::Ended))
+    pub async fn closed(&mut self) -> Result<Closed, StationError> {
+        self.closed.recv().await.unwrap_or(Err(StationError::Ended))
     }
 
     /// How many commands of `[output]` run.

@@ -87,7 +87,8 @@ async fn a_session_waits_for_its_devices_then_for_a_trigger_and_ends_without_one
     assert!((0.0..=1.0).contains(&ends_in_s), "{ends_in_s}");
     assert_eq!((ready.state, ready.points.received), (State::Measuring, 0));
 
-    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(60), station.closed()).await.unwrap().unwrap().finished;
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().ended, "idle");
     assert_eq!(report.verdict.status, Status::Undecided);
@@ -141,7 +142,8 @@ async fn a_device_that_connects_and_says_nothing_ends_the_session_too() {
         matches!(now.progress.waiting, Some(Waiting::Devices { ends_in_s: Some(_), .. }))
     };
     until(&mut snapshots, is_ending).await;
-    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(60), station.closed()).await.unwrap().unwrap().finished;
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().ended, "idle");
     let reason = "no trigger came: probe gave no answer since its link opened";
@@ -165,7 +167,8 @@ async fn a_link_that_never_opens_ends_the_session_where_that_is_wanted() {
     let config = station(&address, recordings, "idle_s = 0.5\nopen_s = 1.0");
     let mut station = Station::start(config).unwrap();
     station.handle().session(Command::Start).await.unwrap();
-    let finished = timeout(Duration::from_secs(60), station.finished()).await.unwrap().unwrap();
+    let finished =
+        timeout(Duration::from_secs(60), station.closed()).await.unwrap().unwrap().finished;
     let report = &finished.measurement.report;
     assert_eq!(report.session.as_ref().unwrap().ended, "idle");
     let reason = "no trigger came: the link probe did not open. ";
