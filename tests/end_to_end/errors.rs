@@ -37,6 +37,16 @@ fn every_mistake_of_a_configuration_is_named_at_once() {
     }
 }
 
+/// Both are TOML, and both have a `check`.
+#[test]
+fn a_nominal_in_the_place_of_a_station_is_named_as_one() {
+    let nominal = asphera_tests::root().join("config/examples/flat.toml");
+    let output = run(["run", "--config", nominal.to_str().unwrap()]);
+    let words = words(&output);
+    assert_eq!(output.status.code(), Some(1), "{words}");
+    assert!(words.contains("flat.toml is a nominal file") && words.lines().count() == 1, "{words}");
+}
+
 #[test]
 fn a_malformed_file_is_named_with_its_place() {
     let dir = tempfile::tempdir().unwrap();

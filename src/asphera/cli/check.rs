@@ -29,7 +29,7 @@ pub(super) fn run(path: &Path) -> Result<Exit, Failure> {
 }
 
 /// Whether a file is a nominal, not the configuration of a station. What cannot be read is told by who reads it.
-fn is_nominal(path: &Path) -> bool {
+pub(super) fn is_nominal(path: &Path) -> bool {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     text.parse::<DocumentMut>()
         .is_ok_and(|document| document.contains_key("surface") && !document.contains_key("station"))

@@ -148,14 +148,11 @@ pub(super) fn places(
 
 /// The points at a path; two columns will do.
 fn opened(path: &Path, text: &TextArgs, progress: &Progress) -> Result<Source, Failure> {
-    match Source::open(path, text, progress) {
-        Ok(source) => Ok(source),
-        // Two columns that nothing names are refused as a profile: heights or slopes. Here they are x and y.
-        Err(failure) => match text.of_plane() {
-            Some(plane) => Source::open(path, &plane, progress).map_err(|_| failure),
-            None => Err(failure),
-        },
-    }
+    Source::open(path, text, progress).or_else(|failure| {
+        // As points in space x and y are too few, and two columns that nothing names may be a profile.
+        let mut planes = text.of_plane().into_iter();
+        planes.find_map(|plane| Source::open(path, &plane, progress).ok()).ok_or(failure)
+    })
 }
 
 fn laid(source: &Source) -> Vec<PlaceMm> {

@@ -4,6 +4,7 @@ use asphera_link::Command;
 use clap::Args;
 
 use super::ConfigArgs;
+use super::check::is_nominal;
 use super::exit::Exit;
 use super::notify;
 use super::outlet::Outlet;
@@ -30,7 +31,12 @@ pub(super) struct RunArgs {
 }
 
 pub(super) fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let mut config = Config::load(&args.config.config)?;
+    let path = &args.config.config;
+    if is_nominal(path) {
+        let name = path.display();
+        return Err(format!("{name} is a nominal file: expected the configuration of a station. `asphera measure POINTS --nominal {name}` measures against it").into());
+    }
+    let mut config = Config::load(path)?;
     if args.once {
         // Nobody may be there to plug a device in.
         config.end.open = config.end.open.or(config.end.first);

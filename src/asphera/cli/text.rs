@@ -54,11 +54,18 @@ impl TextArgs {
         self.options() != TextOptions::default()
     }
 
-    /// The same for a file of two columns without names that are x and y of a plane: with the unit mm it is read as a profile,
-    /// whose heights are the second. `None` if columns or units are given.
-    pub(super) fn of_plane(&self) -> Option<TextArgs> {
-        let is_open = self.columns.is_empty() && self.unit.is_empty() && self.pitch.is_none();
-        is_open.then(|| TextArgs { unit: vec![Unit::Mm], ..self.clone() })
+    /// The same for a file that is no file of points, but one of places in a plane: columns named x and y, or two without names.
+    /// With the unit mm the latter is read as a profile, whose heights are the second. Nothing if columns are given.
+    pub(super) fn of_plane(&self) -> Vec<TextArgs> {
+        if !self.columns.is_empty() || self.pitch.is_some() {
+            return Vec::new();
+        }
+        let columns = ["x", "y"].map(|name| Column::Name(name.to_owned())).to_vec();
+        let mut all = vec![TextArgs { columns, ..self.clone() }];
+        if self.unit.is_empty() {
+            all.push(TextArgs { unit: vec![Unit::Mm], ..self.clone() });
+        }
+        all
     }
 
     pub(super) fn options(&self) -> TextOptions {

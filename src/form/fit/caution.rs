@@ -66,22 +66,13 @@ pub struct Units {
 
 impl fmt::Display for Units {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Units { factor, then, .. } = self;
-        let (unit, other) = match *factor {
-            factor if factor > 1.0 => ("m", "µm"),
-            factor if factor < 1e-4 => ("nm", "km"),
-            _ => ("µm", "m"),
+        let (unit, other, scaled) = match self.factor {
+            factor if factor > 1.0 => ("m", "µm", format!("multiplied by {factor:.0}")),
+            factor if factor < 1e-4 => ("nm", "km", format!("divided by {:.0}", 1.0 / factor)),
+            factor => ("µm", "m", format!("divided by {:.0}", 1.0 / factor)),
         };
         let points = if self.heights_only { "heights" } else { "points" };
-        write!(
-            f,
-            "the {points} seem to be in {unit}, not mm: times {factor:e} they fit the nominal. Of their height over the best plane \
-             the fit then leaves {then:.1e}"
-        )?;
-        match self.now {
-            Some(now) => write!(f, ", now {now:.1e}")?,
-            None => f.write_str("; as they are there is no fit")?,
-        }
+        write!(f, "the {points} seem to be in {unit}, not mm: {scaled} they fit the nominal")?;
         match self.heights_only {
             true => Ok(()),
             false => write!(f, ". If they are in mm, the nominal is in {other}"),
@@ -100,7 +91,8 @@ impl fmt::Display for Caution {
             ),
             Caution::Mirrored { rms_mm, mirrored_rms_mm } => write!(
                 f,
-                "with the sign of z exchanged the points fit the nominal: RMS {mirrored_rms_mm:.1e} mm, now {rms_mm:.1e} mm. Make the nominal of the other side: `asphera nominal FILE --flip`"
+                "with the sign of z exchanged the points fit the nominal: RMS {mirrored_rms_mm:.1e} mm, now {rms_mm:.1e} mm. If the part was measured from its other side, turn the points: `--along 0,0,-1` (in a station, \
+                 `[projection] along = [0, 0, -1]`). Or make the nominal of the other side: `asphera nominal FILE --flip`"
             ),
             Caution::BeyondDomain { domain_mm, beyond, farthest_mm } if domain_mm.is_infinite() => write!(
                 f,

@@ -26,7 +26,7 @@ pub(super) async fn every(
         match check_site(request.headers(), uri_authority.as_ref(), &shared.allowed_hosts) {
             Ok(()) => next.run(request).await,
             Err(problem) => {
-                tracing::warn!(problem = ?problem, "request refused");
+                tracing::warn!(%problem, "request refused");
                 problem.into_response()
             }
         };

@@ -1,5 +1,7 @@
 //! An error as a client reads it.
 
+use std::fmt;
+
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -47,6 +49,20 @@ impl Problem {
     }
 }
 
+/// For the log. What was found comes from outside: it is quoted.
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.error)?;
+        if let Some(expected) = &self.expected {
+            write!(f, ": expected {expected}")?;
+        }
+        if let Some(found) = &self.found {
+            write!(f, ", found {found:?}")?;
+        }
+        Ok(())
+    }
+}
+
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let status = self.status;
@@ -61,3 +77,17 @@ impl IntoResponse for Problem {
 }
 
 const FOUND_MAX: usize = 120;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_has_words_and_quotes_what_came() {
+        let problem = Problem::new(StatusCode::FORBIDDEN, "unknown host name")
+            .expected("localhost")
+            .found("evil\u{1b}[2J");
+        let words = problem.to_string();
+        assert_eq!(words, r#"unknown host name: expected localhost, found "evil\u{1b}[2J""#);
+    }
+}

@@ -83,12 +83,12 @@ fn brief_u_of_pv(deviation: &DeviationFigures) -> String {
 
 fn brief_u_of_rms(deviation: &DeviationFigures) -> String {
     match &deviation.uncertainty {
-        // The uncertainty is of what noise leaves of the RMS.
+        // The uncertainty is of what noise leaves of the RMS, over the area: that may be more than the RMS over the points.
         Some(known) if holds(known.rms_95_nm, deviation.rms_nm) => {
             format!(" (u {})", short(known.u_rms_nm))
         }
         Some(known) => format!(
-            " (without noise {}, u {})",
+            " (over the area without noise {}, u {})",
             short(known.rms_without_noise_nm),
             short(known.u_rms_nm)
         ),

@@ -48,6 +48,11 @@ fn two_columns_and_three_give_the_same_curve() {
     assert_eq!(contour_of(&three, &[]).unwrap(), report);
     let named = format!("# x y z in mm\n{three}");
     assert_eq!(contour_of(&named, &[]).unwrap(), report);
+    let csv = format!("x,y\n{}", points().replace(' ', ","));
+    assert_eq!(contour_of(&csv, &[]).unwrap(), report);
+    let in_micrometres = contour_of(&csv, &["--unit", "um"]).unwrap();
+    let length_mm = in_micrometres.chains[1].length_mm;
+    assert!((1e3 * length_mm / report.chains[1].length_mm - 1.0).abs() < 1e-12, "{length_mm}");
     let summary = summary_of(&report);
     assert!(summary.contains("curves     1 closed, 1 open"), "{summary}");
     assert!(summary.contains("unjoined   2 ends, 0 junctions, 0 points left out"), "{summary}");

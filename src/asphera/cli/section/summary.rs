@@ -3,6 +3,9 @@
 use std::fmt::Write as _;
 
 use asphera_report::SectionReport;
+use asphera_report::words::with_u;
+
+use crate::cli::summary::{plain, short};
 
 /// The figures as a person reads them.
 pub(super) fn summary(report: &SectionReport) -> String {
@@ -20,34 +23,41 @@ fn write_summary(text: &mut String, report: &SectionReport) -> std::fmt::Result 
         (count, 0) => format!("{count} pieces"),
         (count, closed) => format!("{count} pieces, {closed} of them closed"),
     };
-    writeln!(text, "section    {:.6} mm in {pieces}", report.length_mm)?;
+    writeln!(text, "section    {} mm in {pieces}", short(report.length_mm))?;
     if let Some(height) = &report.height {
         writeln!(
             text,
-            "height     PV {:.6} mm, mean {:.6} mm, RMS about it {:.6} mm",
-            height.pv_mm, height.mean_mm, height.rms_about_mean_mm
+            "height     PV {} mm, mean {} mm, RMS about it {} mm",
+            short(height.pv_mm),
+            short(height.mean_mm),
+            short(height.rms_about_mean_mm)
         )?;
         if let Some(line) = &height.line {
-            write!(text, "line       slope {:.9}", line.slope)?;
-            if let Some(u) = line.u_slope {
-                write!(text, " (u {u:.1e})")?;
-            }
-            writeln!(text, ", left PV {:.1} nm, RMS {:.2} nm", line.pv_nm, line.rms_nm)?;
+            let slope = plain(&with_u(line.slope, line.u_slope));
+            writeln!(text, "line       slope {slope}{}", left(line.pv_nm, line.rms_nm))?;
         }
         if let Some(circle) = &height.circle {
-            match circle.radius_mm.zip(circle.u_radius_mm) {
-                Some((radius, u)) => write!(text, "circle     radius {radius:.6} mm (u {u:.1e})")?,
-                None => write!(text, "circle     none: the curvature is not significant")?,
-            }
-            writeln!(text, ", left PV {:.1} nm, RMS {:.2} nm", circle.pv_nm, circle.rms_nm)?;
+            let radius = match circle.radius_mm.zip(circle.u_radius_mm) {
+                Some((radius, u)) => format!("radius {} mm", plain(&with_u(radius, Some(u)))),
+                None => "none: the curvature is not significant".to_owned(),
+            };
+            writeln!(text, "circle     {radius}{}", left(circle.pv_nm, circle.rms_nm))?;
         }
     }
     if let Some(deviation) = &report.deviation {
         writeln!(
             text,
-            "deviation  PV {:.1} nm, RMS {:.2} nm, mean {:.2} nm over {:.6} mm",
-            deviation.pv_nm, deviation.rms_nm, deviation.mean_nm, deviation.length_mm
+            "deviation  PV {} nm, RMS {} nm, mean {} nm over {} mm",
+            short(deviation.pv_nm),
+            short(deviation.rms_nm),
+            short(deviation.mean_nm),
+            short(deviation.length_mm)
         )?;
     }
     report.reasons.iter().try_for_each(|reason| writeln!(text, "  {reason}"))
+}
+
+/// Deviations from a fitted line or circle.
+fn left(pv_nm: f64, rms_nm: f64) -> String {
+    format!(", left PV {} nm, RMS {} nm", short(pv_nm), short(rms_nm))
 }

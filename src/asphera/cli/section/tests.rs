@@ -87,8 +87,8 @@ fn a_nominal_adds_the_deviation_and_figures() {
         let deviation = report.deviation.unwrap();
         assert!((deviation.pv_nm - 10.0 / slope).abs() < 1e-3, "{deviation:?}");
         let text = summary(&report);
-        assert!(text.starts_with("section    2.000000 mm in one piece\nheight     PV 1.000000 mm"));
-        assert!(text.contains("\ndeviation  PV 8.7 nm, RMS"), "{text}");
+        assert!(text.starts_with("section    2.000 mm in one piece\nheight     PV 1.000 mm"));
+        assert!(text.contains("\ndeviation  PV 8.729 nm, RMS"), "{text}");
     });
 }
 

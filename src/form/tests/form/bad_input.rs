@@ -74,8 +74,12 @@ fn points_in_micrometres_or_metres_are_told() {
             let Units { factor: found, then, .. } = told.expect("a word on the units");
             assert_eq!(found, factor, "{nominal}");
             assert!(then < 1e-3, "{nominal}: {then:e}");
-            let unit = if factor < 1.0 { "in µm" } else { "in m," };
-            assert!(told.unwrap().to_string().contains(unit));
+            let [unit, cure] = match factor < 1.0 {
+                true => ["in µm", "divided by 1000 they fit"],
+                false => ["in m,", "multiplied by 1000 they fit"],
+            };
+            let words = told.unwrap().to_string();
+            assert!(words.contains(unit) && words.contains(cure), "{words}");
         }
         let points = rough(&nominal, &spiral(2_000, 8.0), 1.0);
         let fitted = fit(&points, &nominal, &FitSettings::default()).unwrap();

@@ -130,6 +130,8 @@ fn what_is_not_free_is_not_searched() {
     let free = vec![Parameter::Tx, Parameter::Ty, Parameter::Tz];
     let fitted = fit(&points, &al1815(), &FitSettings { free, ..FitSettings::default() }).unwrap();
     assert!(matches!(fitted.cautions[..], [Caution::Mirrored { .. }]), "{:?}", fitted.cautions);
+    let words = fitted.cautions[0].to_string();
+    assert!(words.contains("`--along 0,0,-1`") && words.contains("--flip"), "{words}");
     assert!(fitted.sigma_mm > 0.5);
     assert_eq!((fitted.pose.rx_rad, fitted.pose.ry_rad), (0.0, 0.0));
 }
