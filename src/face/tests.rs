@@ -21,7 +21,7 @@ fn blurred_ball(r: f64, radius: f64, sigma: f64) -> f64 {
     0.5 * (erf(radius - r) + erf(radius + r)) - edge * (bell(r - radius) - bell(r + radius))
 }
 
-fn normal(random: &mut Pcg64Mcg) -> f64 {
+pub(crate) fn normal(random: &mut Pcg64Mcg) -> f64 {
     let uniform = |random: &mut Pcg64Mcg| (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
     let (a, b) = (1.0 - uniform(random), uniform(random));
     (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
