@@ -30,6 +30,7 @@ pub(super) struct Work {
     pub(super) doomed: Vec<Slot>,
     pub(super) border: Vec<(Side, VertexId)>,
     pub(super) strip: super::strip::Plan,
+    pub(super) wide: super::wide::WideStars,
     /// How many triangles have been torn down, sides flipped and steps gone on long walks.
     pub(super) effort: usize,
 }

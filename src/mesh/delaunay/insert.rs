@@ -9,7 +9,7 @@
 use std::cell::Cell;
 
 use asphera_geometry::VertexId;
-use asphera_geometry::predicates::{Place, estimated_orientation};
+use asphera_geometry::predicates::Place;
 
 use super::cells::{Cells, GHOST, Side, Slot};
 use super::editor::Editor;
@@ -40,7 +40,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
     /// As [`Editor::locate_among`], for a place that is as a rule not far or near the point inserted last.
     ///
     /// Where points have thousands of neighbours, as along a curve, a walk from any triangle at the point before would lead
-    /// through a good part of those about it. So after some steps it starts anew from that point, in the right sense.
+    /// through a good part of those about it. So after some steps it starts anew from one of such points, in the right sense.
     #[inline(always)]
     pub(super) fn find(
         &mut self,
@@ -60,7 +60,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         }
     }
 
-    /// The same, from the point inserted last if that is nearer than the triangle.
+    /// The same, from the nearest of the wide stars if that is nearer than the triangle.
     #[cold]
     #[inline(never)]
     fn find_far(
@@ -69,14 +69,9 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         from: Slot,
         among: impl Fn(&Self, [VertexId; 3]) -> bool,
     ) -> Option<Slot> {
-        let squared = |corner: VertexId| {
-            let [x, y] = self.at(corner);
-            (x - place[0]).powi(2) + (y - place[1]).powi(2)
-        };
-        let corners = self.cells.corners(from).into_iter().filter(|&corner| corner != GHOST);
-        let there = corners.map(squared).fold(f64::INFINITY, f64::min);
-        let towards = self.towards(place).filter(|&(apex, _)| squared(apex) <= there);
-        let start = self.inside(towards.map_or(from, |(_, slot)| slot));
+        let facing = self.facing(place, from);
+        let start = facing.filter(|&slot| among(self, self.cells.corners(slot))).unwrap_or(from);
+        let start = self.inside(start);
         let steps = Cell::new(0);
         let home = self.locate_among(place, start, |_, corners| {
             steps.set(steps.get() + 1);
@@ -84,35 +79,6 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
         });
         self.work.effort += steps.get();
         home
-    }
-
-    /// The triangle or ghost at the point inserted last, seen from there in the sense of a place, in all likelihood.
-    fn towards(&self, place: Place) -> Option<(VertexId, Slot)> {
-        let star = &self.work.doomed[..];
-        // A ghost has no start, and there are two next to one another.
-        let start = |index: usize| {
-            let mut known = star[index..].iter().take(3).map(|&slot| self.cells.corners(slot));
-            known.find(|&[_, _, last]| last != GHOST).map(|[apex, start, _]| (apex, self.at(start)))
-        };
-        let (apex, first) = start(0)?;
-        let at = self.at(apex);
-        let is_left = |of: Place, place: Place| estimated_orientation(at, of, place).0 > 0.0;
-        let is_near_half = is_left(first, place);
-        let (mut low, mut high) = (0, star.len());
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            let Some((other, spoke)) = start(middle) else { break };
-            if other != apex {
-                return None;
-            }
-            let passed = match (is_left(first, spoke), is_near_half) {
-                (true, false) => true,
-                (false, true) => false,
-                _ => is_left(spoke, place),
-            };
-            if passed { low = middle } else { high = middle }
-        }
-        Some((apex, star[low]))
     }
 
     /// Finds the triangles in conflict with `place`, of which `home` is one, and the sides around.
@@ -193,6 +159,7 @@ impl<P: Places + ?Sized, C: Cells> Editor<'_, P, C> {
                 self.cells.set_across(beyond, Side::new(slot, 0));
             }
         }
+        work.wide.note(self.points.place(vertex), slots, self.cells.len());
         slots[0]
     }
 }

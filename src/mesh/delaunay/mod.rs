@@ -33,6 +33,7 @@ mod sheet;
 mod soundness;
 mod star;
 mod strip;
+mod wide;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -143,6 +144,7 @@ impl<C: Cells> Delaunay<C> {
         hints.map_or(0, Hints::bytes)
             + size_of_val(&self.sheet.slots[..])
             + size_of_val(&self.sheet.work.spare[..])
+            + self.sheet.work.wide.bytes()
     }
 
     /// Work of all insertions so far: triangles torn down, sides flipped, and steps gone on long walks.
