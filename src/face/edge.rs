@@ -244,10 +244,8 @@ impl Patches {
         let correlated_mm2 = (TAU * noise.length_mm.powi(2)).max(h_mm * h_mm);
         let full = self.halves.iter().map(|(_, count)| *count).fold(1.0, f64::max);
         let patch_mm2 = self.width_mm * self.width_mm / full;
-        // The mean of two sides has half the variance of one. Without noise every vertex counts alike.
-        let unit = if noise.sigma > 0.0 { noise.sigma.powi(2) } else { 1.0 };
-        let by_noise =
-            |count: f64| 0.5 * unit * (correlated_mm2 / (patch_mm2 * count)).max(1.0 / count);
+        // In variances of one sample; the mean of two sides has half that of one.
+        let by_noise = |count: f64| 0.5 * (correlated_mm2 / (patch_mm2 * count)).max(1.0 / count);
         let weighted: Vec<(f64, f64)> =
             self.halves.iter().map(|&(half, count)| (half, by_noise(count).recip())).collect();
         let sum = |of: fn(&(f64, f64)) -> f64| weighted.iter().map(of).sum::<f64>();
@@ -255,11 +253,10 @@ impl Patches {
         let mean = sum(|(half, weight)| half * weight) / whole;
         let spread: f64 =
             weighted.iter().map(|(half, weight)| weight * (half - mean).powi(2)).sum();
-        let noisy = if noise.sigma > 0.0 { weighted.len() as f64 - 1.0 } else { 0.0 };
+        let noisy = (weighted.len() as f64 - 1.0) * noise.sigma.powi(2);
         let free = whole - sum(|(_, weight)| weight * weight) / whole;
         let uneven = if free > 0.0 { ((spread - noisy) / free).max(0.0).sqrt() } else { 0.0 };
-        let statistical = by_noise(self.levels.len() as f64) * noise.sigma.powi(2) / unit;
-        (uneven, statistical.sqrt())
+        (uneven, noise.sigma * by_noise(self.levels.len() as f64).sqrt())
     }
 }
 
