@@ -201,7 +201,8 @@ async fn a_run_without_its_report_has_failed() {
     }
 }
 
-/// A file system of 512 KiB, half of what the session needs, in a namespace of its own, so nothing stands between the daemon and the kernel.
+/// A file system of 512 KiB, half of what the session needs, in a namespace of its own, so nothing stands between the daemon and
+/// the kernel.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_file_system_that_is_full_is_told_and_what_fits_is_replayed() {
     use asphera_rig::{Rig, Scene, Speed, StationOptions};

@@ -29,7 +29,7 @@ fn held(process: u32) -> Held {
         files: std::fs::read_dir(format!("{of}/fd")).unwrap().count(),
         threads: number("Threads:"),
         memory_kib: number("VmRSS:"),
-        own_kib: number("RssAnon:") + number("VmSwap:"),
+        own_kib: number("RssAnon:") + number("RssShmem:") + number("VmSwap:"),
         heaps: heaps(&std::fs::read_to_string(format!("{of}/maps")).unwrap()),
     }
 }
