@@ -5,6 +5,9 @@
 //                      [--scheme light|dark] [--width PIXELS] [--height PIXELS] [--then-lost]
 //                      [--sampling] [--regions] [--form] [--contour] [--parts]
 //
+// The URL `-` stands for the first line of the standard input: the browser is started first, and `ready` on the
+// standard error says so. Whoever reads it starts the daemon.
+//
 // --then-lost: afterwards writes the line `end the station` to the standard error and waits until
 // the page says that it is not live. Whoever reads the line ends the daemon.
 //
@@ -19,6 +22,8 @@
 // Prints one JSON object: { ok, failures, measuring, final, lost, requests }. Exit code: 0 where nothing
 // failed, 1 where something did, 2 for a wrong call. Needs `npm ci` in this folder once.
 
+import { once } from "node:events";
+import { createInterface } from "node:readline";
 import { parseArgs } from "node:util";
 
 import { chromium } from "playwright-core";
@@ -56,6 +61,11 @@ try {
     viewport: { width: call.width, height: call.height },
     colorScheme: call.scheme,
   });
+  if (call.url === null) {
+    console.error("ready");
+    const [line] = await once(createInterface({ input: process.stdin }), "line");
+    call.url = new URL(line.trim()).href;
+  }
   listen(page);
   if (call.regions) await addFindings(page);
   await page.goto(call.url);
@@ -95,7 +105,7 @@ function readCall() {
     const right = positionals.length === 1 && [timeout, width, height].every((n) => n > 0)
       && ["complete", "measuring"].includes(values.until) && ["light", "dark"].includes(values.scheme);
     if (!right) throw new Error("one URL is needed, and options in their range");
-    return { ...values, url: new URL(positionals[0]).href, timeout, width, height };
+    return { ...values, url: positionals[0] === "-" ? null : new URL(positionals[0]).href, timeout, width, height };
   } catch (error) {
     console.error(`wrong call: ${error.message}; the first lines of check.mjs say how`);
     process.exit(2);
@@ -143,17 +153,17 @@ async function follow(page) {
         for (const text of await lookAtForm(page)) fail(`while measuring: ${text}`);
         for (const text of await lookAtWidths(page)) fail(`while measuring: ${text}`);
       }
-      if (call.parts && !parts) {
-        const shown = await page.evaluate(partsShown);
-        if (shown.rows.length > 0 && shown.boxes > 0) parts = shown;
-      }
-      if (call.contour && !contour) {
-        const shown = await page.evaluate(contourShown);
-        if (shown.lines > 0) contour = shown;
-      }
       if (first && call["measuring-screenshot"]) {
         await page.screenshot({ path: call["measuring-screenshot"], fullPage: true });
       }
+    }
+    if (seen.state === "measuring" && call.parts && !parts) {
+      const shown = await page.evaluate(partsShown);
+      if (shown.rows.length > 0 && shown.boxes > 0) parts = shown;
+    }
+    if (seen.state === "measuring" && call.contour && !contour) {
+      const shown = await page.evaluate(contourShown);
+      if (shown.lines > 0) contour = shown;
     }
     const enough = call.until === "measuring" && (result.measuring?.painted ?? 0) >= PAINTED_MIN
       && result.measuring.columns.every((n) => n >= LINE_COLUMNS_MIN);

@@ -22,7 +22,7 @@ export async function lookAtOutlook(page) {
   await page.keyboard.press("f");
   const note = await page.waitForFunction(
     () => document.documentElement.dataset.state !== "measuring" || document.getElementById("light-note").innerText,
-    null, { timeout: 15000 },
+    null, { timeout: 60000 },
   ).then((found) => found.jsonValue(), () => "");
   if (typeof note === "string") check(SAID.test(note), `the light's second line is "${note}"`);
   await page.keyboard.press("f");

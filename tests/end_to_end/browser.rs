@@ -1,5 +1,6 @@
 //! The page in a real browser while a demo runs: every plot drawn, no console error.
 
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -23,10 +24,25 @@ pub(super) fn browser() -> Option<(PathBuf, &'static str)> {
     Some((folder, chromium))
 }
 
-/// Looks at the page of a demo; `name` is that of its screenshots.
+/// Looks at the page of a demo; `name` is that of its screenshots. The browser is there first: a demo
+/// lasts seconds, and a busy machine may need more of them to start a browser.
 fn watch(demo: &[&str], options: &[&str], name: &str) {
     let Some((folder, chromium)) = browser() else { return };
     let out = tempfile::tempdir().unwrap();
+    let mut check = Command::new("node");
+    check.current_dir(&folder).args(["check.mjs", "-", "--chromium", chromium, "--timeout", "300"]);
+    check.args(options);
+    if let Some(folder) = std::env::var_os("ASPHERA_SCREENSHOTS") {
+        let folder = Path::new(&folder);
+        check.arg("--screenshot").arg(folder.join(format!("{name}complete.png")));
+        check.arg("--measuring-screenshot").arg(folder.join(format!("{name}measuring.png")));
+    }
+    let mut check =
+        check.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = BufReader::new(check.stderr.take().unwrap());
+    let mut stderr = String::new();
+    said.read_line(&mut stderr).unwrap();
+    assert!(stderr.starts_with("ready"), "the browser did not start: {stderr}");
     let mut daemon = Running::start(
         Command::new(asphera())
             .arg("demo")
@@ -37,21 +53,10 @@ fn watch(demo: &[&str], options: &[&str], name: &str) {
     );
     let line = daemon.line("page:", Duration::from_secs(60));
     let url = line.split_once("page: ").unwrap().1;
-    let mut check = Command::new("node");
-    check.current_dir(&folder).args(["check.mjs", url, "--chromium", chromium, "--timeout", "120"]);
-    check.args(options);
-    if let Some(folder) = std::env::var_os("ASPHERA_SCREENSHOTS") {
-        let folder = Path::new(&folder);
-        check.arg("--screenshot").arg(folder.join(format!("{name}complete.png")));
-        check.arg("--measuring-screenshot").arg(folder.join(format!("{name}measuring.png")));
-    }
-    let output = check.stdin(Stdio::null()).output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}\n{}",
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    );
+    writeln!(check.stdin.take().unwrap(), "{url}").unwrap();
+    let output = check.wait_with_output().unwrap();
+    said.read_to_string(&mut stderr).unwrap();
+    assert!(output.status.success(), "{}\n{stderr}", String::from_utf8_lossy(&output.stdout));
 }
 
 #[test]
@@ -61,7 +66,7 @@ fn the_page_shows_a_demo_live() {
 
 #[test]
 fn the_page_lists_the_parts_of_a_tray_while_it_is_scanned() {
-    watch(&["--scene", "tray"], &["--parts"], "tray-");
+    watch(&["--scene", "tray", "--speed", "0.5"], &["--parts"], "tray-");
 }
 
 #[test]

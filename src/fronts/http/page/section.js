@@ -156,11 +156,13 @@ export class SectionView {
     const key = [this.#kind, this.#numbers(), ...state].join(" ");
     if (key === this.#asked) return;
     this.#busy = true;
+    const kind = this.#kind;
     const answer = await this.#fetch(query);
     this.#busy = false;
     if (!answer) return;
     this.#asked = key;
     this.#profile.show(answer.ok ? answer.found : null);
+    byId("section-card").dataset.path = kind;
     const { error, expected } = answer.found;
     setText(byId("section-message"), answer.ok ? "" : [error, expected].filter(Boolean).join("; expected "));
   }
