@@ -63,7 +63,8 @@ impl Outcome {
 /// Adds to the figures of the points what the station knows: losses, links, session.
 pub fn conclude(measurement: &mut Measurement, outcome: Outcome) {
     let report = &mut measurement.report;
-    report.points.lost = outcome.lost + outcome.missing;
+    report.points.lost = outcome.lost;
+    report.points.missing = outcome.missing;
     outcome.judge(&mut report.verdict);
     let direction_deg = report.profile.as_ref().map(|profile| profile.direction_deg);
     let stood_still = direction_deg.and_then(|of| outcome.kinematics.stood_still(of));

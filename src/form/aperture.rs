@@ -44,7 +44,7 @@ pub enum Aperture {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum ApertureError {
     /// A size that is not a positive finite number.
-    #[error("aperture {name} is {value_mm} mm, expected a positive number")]
+    #[error("aperture {name} is {value_mm:?} mm, expected a positive number")]
     Size {
         /// Which size.
         name: &'static str,

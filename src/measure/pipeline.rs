@@ -483,7 +483,14 @@ impl Pipeline {
                 *flagged.entry(reason.to_owned()).or_default() += count;
             }
         }
-        Points { received: self.received, used: 0, flagged, duplicates: counts.duplicates, lost: 0 }
+        Points {
+            received: self.received,
+            used: 0,
+            flagged,
+            duplicates: counts.duplicates,
+            lost: 0,
+            missing: 0,
+        }
     }
 }
 

@@ -69,6 +69,9 @@ pub struct Points {
     pub duplicates: u64,
     /// Triggers whose reading never arrived, as the gaps in the shared count tell.
     pub lost: u64,
+    /// Triggers of the scan that had not come when the session ended, where the scan says how many it has.
+    #[serde(default)]
+    pub missing: u64,
 }
 
 /// How long it took. Never compared between runs.

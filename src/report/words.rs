@@ -10,13 +10,16 @@ pub const MINUS: char = '\u{2212}';
 /// Narrow space between groups of three digits, U+202F.
 pub const NARROW: char = '\u{202f}';
 
-/// Four significant digits, and all before the point.
+/// Four significant digits, and all before the point up to twelve; with a power of ten beyond.
 pub fn short(value: f64) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();
     }
     if !value.is_finite() {
         return "not known".to_owned();
+    }
+    if value.abs() >= 1e12 {
+        return minus(format!("{value:.3e}"));
     }
     let places = (3 - value.abs().log10().floor() as i32).clamp(0, 12) as usize;
     minus(format!("{value:.places$}"))
@@ -138,6 +141,10 @@ mod tests {
         assert_eq!(short(1234.56), "1235");
         assert_eq!(short(-0.012_344), "\u{2212}0.01234");
         assert_eq!((short(0.0), short(f64::NAN)), ("0".into(), "not known".into()));
+        assert_eq!(
+            (short(999_999_999_999.4), short(-1e250)),
+            ("999999999999".into(), "\u{2212}1.000e250".into())
+        );
         assert_eq!(quantity(Some(2.5), "nm"), "2.500 nm");
         assert_eq!((quantity(Some(2.5), "1"), quantity(None, "nm")), ("2.500".into(), DASH.into()));
         assert_eq!(

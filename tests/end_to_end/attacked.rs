@@ -15,7 +15,7 @@ fn measured(clients: usize) -> (Value, u64) {
     let out = tempfile::tempdir().unwrap();
     let mut daemon = Running::start(
         Command::new(asphera())
-            .args(["demo", "--points", "30000", "--speed", "4", "--listen", "127.0.0.1:0", "--out"])
+            .args(["demo", "--points", "30000", "--speed", "2", "--listen", "127.0.0.1:0", "--out"])
             .arg(out.path())
             .stdout(Stdio::null()),
     );

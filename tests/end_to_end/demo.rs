@@ -132,3 +132,20 @@ fn an_unknown_scene_lists_those_there_are() {
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(words.contains("asphere") && words.contains("moon"), "{words}");
 }
+
+/// Neither the ports of its bench nor the truth of a part that nobody measured.
+#[test]
+fn a_demo_whose_address_is_taken_leaves_nothing() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listen = taken.local_addr().unwrap().to_string();
+    for scene in [&["demo"][..], &["demo", "--scene", "blade"]] {
+        let out = tempfile::tempdir().unwrap();
+        let out_text = out.path().to_str().unwrap();
+        let options = ["--exit", "--points", "2000", "--listen", &listen, "--out", out_text];
+        let output = run(scene.iter().chain(&options));
+        assert_ne!(output.status.code(), Some(0));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(&listen), "{output:?}");
+        let left: Vec<_> = std::fs::read_dir(out.path()).unwrap().flatten().collect();
+        assert!(left.is_empty(), "{scene:?}: {left:?}");
+    }
+}

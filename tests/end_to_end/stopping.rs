@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use asphera_tests::{Running, asphera, http, now, page, recording, root};
+use asphera_tests::{Running, asphera, http, json_file, now, page, recording, root};
 
 use crate::demo::replayed;
 
@@ -236,4 +236,35 @@ fn a_measurement_ends_at_once() {
     // A shell has the programs it starts behind itself ignore SIGINT, and a test run may be one of them.
     let (words, code) = end(daemon, "TERM");
     assert_eq!(code, None, "not ended by the signal itself: {words}");
+}
+
+/// What was never triggered is not lost: the report says how much of the scan never came.
+#[test]
+fn a_scan_that_is_stopped_lost_nothing() {
+    let out = tempfile::tempdir().unwrap();
+    let mut daemon = Running::start(
+        Command::new(asphera())
+            .args(["demo", "--points", "100000", "--listen", "127.0.0.1:0", "--out"])
+            .arg(out.path())
+            .stdout(Stdio::null()),
+    );
+    let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
+    let by = now() + Duration::from_secs(60);
+    loop {
+        let (_, body) = http(&address, "GET", "/api/v1/snapshot", &[]);
+        let snapshot: serde_json::Value = serde_json::from_slice(&body).unwrap();
+        if snapshot["points"]["received"].as_u64() > Some(2000) {
+            break;
+        }
+        assert!(now() < by, "no points come");
+        std::thread::park_timeout(Duration::from_millis(50));
+    }
+    let (words, code) = end(daemon, "TERM");
+    assert_eq!(code, Some(11), "undecided: {words}");
+    let report = json_file(&out.path().join("report.json"));
+    let points = &report["points"];
+    let counted = |name: &str| points[name].as_u64().unwrap();
+    assert_eq!(counted("lost"), 0, "{points:#}");
+    assert_eq!(counted("missing"), 100_000 - counted("received"), "{points:#}");
+    assert_eq!(replayed(out.path())["points"], *points);
 }

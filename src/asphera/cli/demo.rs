@@ -92,17 +92,19 @@ async fn demo(scene: Scene, mut args: DemoArgs) -> Result<Exit, Failure> {
     let folder = folder_of(&mut args)?;
     let ports = folder.join("ports");
     let rig = Rig::start(scene, &ports).await?;
-    write_json(&folder.join("truth.json"), &rig.truth())?;
+    let truth = rig.truth();
     for listing in rig.listing() {
         say(&format!("simulated: {:<8} {:<13} {}", listing.name, listing.kind, listing.address));
     }
     let toml =
         rig.station_toml(&StationOptions { recordings: folder.clone(), listen: page_of(&args) });
-    let exit = measured(&toml, &args, &folder, |_| ()).await?;
+    // The truth of a part that is measured: a demo whose address is taken leaves nothing.
+    let begin = |_| write_json(&folder.join("truth.json"), &truth);
+    let exit = measured(&toml, &args, &folder, begin).await;
     drop(rig);
     // Of a bench that has gone nothing remains; a folder with something else in it stays.
     let _ = std::fs::remove_dir(&ports);
-    Ok(exit)
+    exit
 }
 
 /// Measures on a bench with its page, until the session or the user ends it. `begin` is called with the station before its first
@@ -111,13 +113,13 @@ async fn measured(
     toml: &str,
     args: &DemoArgs,
     folder: &Path,
-    begin: impl FnOnce(Handle),
+    begin: impl FnOnce(Handle) -> Result<(), Failure>,
 ) -> Result<Exit, Failure> {
     let config = Config::parse("the demo's configuration", toml)?;
     let (listen, hosts) = (config.listen, config.allowed_hosts.clone());
     let mut station = Station::start(config)?;
     let page = Page::serve(station.handle(), listen, hosts, None).await?;
-    begin(station.handle());
+    begin(station.handle())?;
     station.handle().session(Command::Start).await?;
     say(&format!("results: {}", folder.display()));
 

@@ -14,7 +14,9 @@ pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chap
     for (reason, number) in &reasons {
         line.push_str(&format!(", {} {reason}", count(*number)));
     }
-    for (number, what) in [(points.duplicates, "duplicate"), (points.lost, "lost")] {
+    let counts =
+        [(points.duplicates, "duplicate"), (points.lost, "lost"), (points.missing, "never came")];
+    for (number, what) in counts {
         if number > 0 {
             line.push_str(&format!(", {} {what}", count(number)));
         }
@@ -29,6 +31,9 @@ pub(super) fn chapter(points: &Points, reading: Option<&ReadingFigures>) -> Chap
     );
     facts.push(Fact::new("Duplicates", count(points.duplicates)));
     facts.push(Fact::new("Lost triggers", count(points.lost)).bad_if(points.lost > 0));
+    if points.missing > 0 {
+        facts.push(Fact::new("Triggers that never came", count(points.missing)).bad_if(true));
+    }
     chapter.facts(facts);
     if let Some(reading) = reading {
         let line = columns(reading);

@@ -30,7 +30,7 @@ pub(super) enum Shape {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum ApertureError {
     /// A size that is not a positive number, or not one a mesh can have.
-    #[error("aperture {name} is {value_mm} mm, expected a positive number up to 1e12")]
+    #[error("aperture {name} is {value_mm:?} mm, expected a positive number up to 1e12")]
     Size {
         /// Which size.
         name: &'static str,

@@ -48,6 +48,7 @@ async fn demo(scene: TrayScene, mut args: DemoArgs) -> Result<Exit, Failure> {
     let toml = scene.station_toml(scanner, [&folder, &library], page_of(&args));
     measured(&toml, &args, &folder, |station| {
         tokio::spawn(scan(station, departures, scanner));
+        Ok(())
     })
     .await
 }

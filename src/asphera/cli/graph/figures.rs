@@ -6,6 +6,7 @@ use asphera_graph::{
     Arc, Choices, Cloud, ExtractError, Extraction, Loop, Node, PointGraph, Resolution, extract,
 };
 use asphera_report::parts::PartFigures;
+use asphera_report::words::counted;
 use serde::Serialize;
 
 use super::super::output::Failure;
@@ -214,7 +215,9 @@ impl GraphReport {
         line("strips", format!("{}, tau {} mm", self.strips, short(self.tau_mm)));
         line(
             "graph",
-            format!("{} nodes, {} arcs, {} components", self.nodes, self.arcs, self.components),
+            [(self.nodes, "node"), (self.arcs, "arc"), (self.components as usize, "component")]
+                .map(|(number, what)| counted(number as u64, what))
+                .join(", "),
         );
         let holds = match self.loops_stable {
             true => "also with other tau and strips",
@@ -227,10 +230,14 @@ impl GraphReport {
         }
         for one in &self.halved {
             let ResolutionCounts { strips, nodes, arcs, loops } = one;
-            let graph = format!("{strips} strips, {nodes} nodes, {arcs} arcs, {loops} loops");
-            line("halved", graph);
+            let graph = [(strips, "strip"), (nodes, "node"), (arcs, "arc"), (loops, "loop")]
+                .map(|(number, what)| counted(*number as u64, what));
+            line("halved", graph.join(", "));
         }
-        line("parts", format!("{}, and {} islands", self.parts.len(), self.islands));
+        line(
+            "parts",
+            format!("{}, and {}", self.parts.len(), counted(self.islands as u64, "island")),
+        );
         for part in self.parts.iter().take(SHOWN) {
             line("", part_line(part));
         }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use asphera_report::Status;
 use asphera_report::parts::{MatchFigures, PartForm, PartReport};
+use asphera_report::words::counted;
 
 use super::super::graph::figures::part_line;
 use super::super::summary::short;
@@ -13,14 +14,14 @@ impl PartsReport {
     /// Lines for a terminal.
     pub(super) fn summary(&self) -> String {
         let mut text = format!(
-            "{} points, {} parts, {} islands of {} points",
+            "{} points, {}, {} of {}",
             self.points,
-            self.parts.len(),
-            self.islands,
-            self.island_points
+            counted(self.parts.len() as u64, "part"),
+            counted(self.islands as u64, "island"),
+            counted(self.island_points as u64, "point")
         );
         if self.crumbs > 0 {
-            text += &format!(", {} points left over", self.crumbs);
+            text += &format!(", {} left over", counted(self.crumbs as u64, "point"));
         }
         match self.entries {
             None => {

@@ -21,6 +21,9 @@ export function fixed(value, decimals) {
 /** A count. */
 export const count = (value) => fixed(value, 0);
 
+/** A count with its noun: `1 part`, `3 parts`. */
+export const counted = (value, noun) => `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
+
 /** Nanometres to 0.1. */
 export const nm = (value) => fixed(value, 1);
 

@@ -1,7 +1,7 @@
 // The parts of the session: fetched when there are newer ones, a table of what each is, and their boxes on the map.
 
 import { byId, setRows, setText } from "./dom.js";
-import { DASH, count, fixed, known, significant } from "./format.js";
+import { DASH, count, counted, fixed, known, significant } from "./format.js";
 import { Frames } from "./frames.js";
 import { askStation } from "./token.js";
 
@@ -65,11 +65,11 @@ export class Parts {
   }
 
   #words({ ended, open, waiting }) {
-    const words = [`${count(ended)} parts`];
+    const words = [counted(ended, "part")];
     if (open > 0) words.push(`${count(open)} under the scan now`);
     if (waiting > 0) words.push(`${count(waiting)} being measured`);
     const { islands = 0, island_points: points = 0, late = 0, outside = 0 } = this.#found ?? {};
-    if (islands > 0) words.push(`${count(islands)} islands of ${count(points)} points are no parts`);
+    if (islands > 0) words.push(`${counted(islands, "island")} of ${counted(points, "point")} ${islands === 1 ? "is no part" : "are no parts"}`);
     if (late + outside > 0) words.push(`${count(late + outside)} points came too late or lie too far away, and are in no part`);
     return `${words.join("; ")}.`;
   }
