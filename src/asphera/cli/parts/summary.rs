@@ -21,7 +21,7 @@ impl PartsReport {
             counted(self.island_points as u64, "point")
         );
         if self.crumbs > 0 {
-            text += &format!(", {} left over", counted(self.crumbs as u64, "point"));
+            text += &format!(", {} left over", counted(self.crumbs, "point"));
         }
         match self.entries {
             None => {
