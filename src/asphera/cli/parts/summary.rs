@@ -18,7 +18,7 @@ impl PartsReport {
             self.points,
             counted(self.parts.len() as u64, "part"),
             counted(self.islands as u64, "island"),
-            counted(self.island_points as u64, "point")
+            counted(self.island_points, "point")
         );
         if self.crumbs > 0 {
             text += &format!(", {} left over", counted(self.crumbs, "point"));
