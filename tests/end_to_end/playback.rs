@@ -10,10 +10,11 @@ use asphera_tests::{Running, asphera, json_file, run};
 /// Measures one session, and gives the path of its folder.
 fn measured(config: &Path, recordings: &Path) -> std::path::PathBuf {
     let before = sessions(recordings);
-    let running =
-        Running::start(Command::new(asphera()).args(["run", "--once", "--config"]).arg(config));
-    let output = running.wait(Duration::from_secs(180));
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut command = Command::new(asphera());
+    command.args(["run", "--once", "--config"]).arg(config).stdout(Stdio::piped());
+    let output = Running::start(&mut command).wait(Duration::from_secs(180));
+    let [said, verdict] = [&output.stderr, &output.stdout].map(|of| String::from_utf8_lossy(of));
+    assert_eq!(output.status.code(), Some(0), "{said}{verdict}");
     let new: Vec<_> =
         sessions(recordings).into_iter().filter(|path| !before.contains(path)).collect();
     assert_eq!(new.len(), 1);

@@ -24,6 +24,7 @@ export function showProgress({ progress, points, state }) {
     number("used", "Used", count(points.used)),
     number("pending", "Not yet in the mesh", count(progress.pending_points)),
     number("lost", "Lost", count(points.lost), points.lost > 0 ? "bad" : ""),
+    ...(points.missing > 0 ? [number("missing", "Never came", count(points.missing), "bad")] : []),
     number("duplicates", "Duplicates", count(points.duplicates)),
     number("flagged", "Flagged, by reason", flags.length ? "" : "none"),
     ...flags.map(([reason, n]) => number(`flag-${reason}`, reason.replaceAll("_", " "), count(n), "sub")),
