@@ -130,6 +130,7 @@ const PURE_NUMBERS: &[&str] = &[
     "outside_aperture",
     "duplicates",
     "lost",
+    "missing",
     "vertices",
     "triangles",
     "edges",
