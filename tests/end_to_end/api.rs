@@ -15,7 +15,7 @@ fn get(address: &str, path: &str) -> Value {
 }
 
 /// Asks until a snapshot is as wanted.
-fn until(address: &str, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+pub(crate) fn until(address: &str, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..300 {
         let snapshot = get(address, "/api/v1/snapshot");
         if wanted(&snapshot) {

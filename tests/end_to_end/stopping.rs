@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use asphera_tests::{Running, asphera, http, json_file, now, page, recording, root};
 
+use crate::api::until;
 use crate::demo::replayed;
 
 /// From a signal to the end of the process.
@@ -249,16 +250,7 @@ fn a_scan_that_is_stopped_lost_nothing() {
             .stdout(Stdio::null()),
     );
     let (address, _) = page(&daemon.line("page:", Duration::from_secs(60)));
-    let by = now() + Duration::from_secs(60);
-    loop {
-        let (_, body) = http(&address, "GET", "/api/v1/snapshot", &[]);
-        let snapshot: serde_json::Value = serde_json::from_slice(&body).unwrap();
-        if snapshot["points"]["received"].as_u64() > Some(2000) {
-            break;
-        }
-        assert!(now() < by, "no points come");
-        std::thread::park_timeout(Duration::from_millis(50));
-    }
+    until(&address, "on its way", |now| now["points"]["received"].as_u64() > Some(2000));
     let (words, code) = end(daemon, "TERM");
     assert_eq!(code, Some(11), "undecided: {words}");
     let report = json_file(&out.path().join("report.json"));

@@ -215,9 +215,12 @@ impl GraphReport {
         line("strips", format!("{}, tau {} mm", self.strips, short(self.tau_mm)));
         line(
             "graph",
-            [(self.nodes, "node"), (self.arcs, "arc"), (self.components as usize, "component")]
-                .map(|(number, what)| counted(number as u64, what))
-                .join(", "),
+            [
+                counted(self.nodes as u64, "node"),
+                counted(self.arcs as u64, "arc"),
+                counted(self.components.into(), "component"),
+            ]
+            .join(", "),
         );
         let holds = match self.loops_stable {
             true => "also with other tau and strips",
