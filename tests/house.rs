@@ -35,6 +35,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "asphera-rig",
             "asphera-settings",
             "asphera-slcan",
+            "asphera-stand",
             "asphera-surface",
             "asphera-transport",
             "asphera-volume",
@@ -105,6 +106,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("asphera-faults", &["asphera-link"]),
     ("asphera-transport", &["asphera-cantext", "asphera-link"]),
     ("asphera-rig", &["asphera-form", "asphera-link", "asphera-settings"]),
+    ("asphera-stand", &["asphera-link"]),
     ("asphera-tests", &["asphera", "asphera-rig"]),
 ];
 
@@ -178,8 +180,9 @@ fn allowed(user: &str, used: &str, drivers: &BTreeSet<String>) -> Option<bool> {
         return Some(["asphera-link", &driver].contains(&used) || on_an_adapter);
     }
     let (_, uses) = ALLOWED.iter().find(|(name, _)| *name == user)?;
-    let reads_devices = ["asphera", "asphera-rig"].contains(&user) && is_driver(used);
-    let simulates = user == "asphera-rig" && simulated(used).is_some();
+    let reads_devices =
+        ["asphera", "asphera-rig", "asphera-stand"].contains(&user) && is_driver(used);
+    let simulates = ["asphera-rig", "asphera-stand"].contains(&user) && simulated(used).is_some();
     Some(uses.contains(&used) || reads_devices || simulates)
 }
 

@@ -1,5 +1,6 @@
 //! What a station's configuration asks of a driver.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::time::Duration;
 
@@ -61,7 +62,9 @@ pub enum Carries {
 /// Settings of one device, as its driver understands them.
 ///
 /// Settings that cannot be used answer too, so that a configuration with several mistakes is checked whole.
-pub trait DeviceSettings: Debug + Send + Sync {
+///
+/// The type behind it can be asked for by [`Any`]: a simulator of the device needs it.
+pub trait DeviceSettings: Any + Debug + Send + Sync {
     /// All that cannot be used. Keys are those of the table; empty when [`DeviceSettings::driver`] succeeds.
     fn problems(&self) -> Vec<Problem>;
 

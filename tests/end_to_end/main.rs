@@ -42,6 +42,7 @@ mod sampling;
 mod service;
 mod sessions;
 mod shapes;
+mod simulated_station;
 mod soak;
 mod space;
 mod stopping;

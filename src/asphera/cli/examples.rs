@@ -100,6 +100,7 @@ pub(super) const REPORT: &str = "Examples:
 
 pub(super) const SIMULATE: &str = "Examples:
   asphera simulate simulators/rig/scenes/asphere.toml
+  asphera simulate station.toml --station try.toml
   asphera simulate --session session-20261121T004006Z-0badcafe --station again.toml";
 
 pub(super) const DESCRIBE: &str = "Examples:

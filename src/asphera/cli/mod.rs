@@ -141,7 +141,7 @@ enum Command {
     /// Writes the report of a recorded session or of a file: one HTML file to read and to print, and QIF 3.
     #[command(after_help = examples::REPORT)]
     Report(report::ReportArgs),
-    /// Runs the simulators of a bench alone, or plays a recorded session back from the devices' side.
+    /// Runs the simulators of a bench, or of all devices of a station, or plays a recorded session back from the devices' side.
     #[command(after_help = examples::SIMULATE)]
     Simulate(simulate::SimulateArgs),
     /// Listens to a device that sends lines or records, and proposes its settings.

@@ -1,6 +1,9 @@
-//! `asphera simulate`: the simulators of a bench alone, or a recorded session played back from the devices' side.
+//! `asphera simulate`: the simulators of a bench alone, the devices of a station, or a recorded session played back from the devices' side.
 
+mod links;
+mod path;
 mod playback;
+mod station;
 
 use std::path::{Path, PathBuf};
 
@@ -12,11 +15,12 @@ use super::exit::Exit;
 use super::output::{Failure, print, say};
 use super::serve::{block_on, interrupted};
 use playback::Playback;
+use station::{PartArgs, is_station, simulate};
 
 #[derive(Args)]
 #[command(group(ArgGroup::new("what").required(true).args(["rig", "session"])))]
 pub(super) struct SimulateArgs {
-    /// The bench.
+    /// The bench, or the configuration of a station, whose devices are then simulated over a part of its nominal.
     rig: Option<PathBuf>,
     /// Where the names of the simulated serial ports are put.
     #[arg(long, value_name = "DIR", requires = "rig")]
@@ -24,27 +28,38 @@ pub(super) struct SimulateArgs {
     /// Recorded session to play back as its devices: every byte they sent, each link at a TCP port.
     #[arg(long, value_name = "SESSION")]
     session: Option<PathBuf>,
-    /// Write the configuration of a station that measures it again into this new file.
-    #[arg(long, value_name = "FILE", requires = "session")]
+    /// Write the configuration of a station whose links lead to the simulated devices into this new file.
+    #[arg(long, value_name = "FILE")]
     station: Option<PathBuf>,
+    #[command(flatten)]
+    part: PartArgs,
     /// How many times as fast as it was recorded, or max: as fast as it is taken.
     #[arg(long, default_value = "1", requires = "session")]
     speed: Speed,
 }
 
 pub(super) fn run(args: &SimulateArgs) -> Result<Exit, Failure> {
+    if let Some(station) = args.station.as_ref().filter(|station| station.exists()) {
+        return Err(format!("{} is there already", station.display()).into());
+    }
     match (&args.rig, &args.session) {
-        (Some(rig), _) => bench(rig, args.ports.as_deref()),
+        (Some(rig), _) => bench(rig, args),
         (None, Some(session)) => block_on(play(session, args)),
         // The parser asks for one of them.
         (None, None) => Ok(Exit::Done),
     }
 }
 
-fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
+fn bench(rig: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
     let name = rig.display().to_string();
     let text =
         std::fs::read_to_string(rig).map_err(|error| format!("cannot read {name}: {error}"))?;
+    if is_station(&text) {
+        return block_on(simulate(rig, &args.part, args.station.as_deref()));
+    }
+    if args.station.is_some() {
+        return Err(format!("--station: expected the configuration of a station or --session, found {name}, a bench: its configuration is in config/examples").into());
+    }
     if let Some(scene) = DriveScene::parse(&name, &text) {
         return drive(scene?);
     }
@@ -55,8 +70,8 @@ fn bench(rig: &Path, ports: Option<&Path>) -> Result<Exit, Failure> {
         return profile(scene?);
     }
     let scene = Scene::parse(&name, &text)?;
-    let ports = match ports {
-        Some(folder) => folder.to_owned(),
+    let ports = match &args.ports {
+        Some(folder) => folder.clone(),
         None => std::env::temp_dir().join(format!("asphera-rig-{}", std::process::id())),
     };
     tokio::runtime::Runtime::new()?.block_on(async {
@@ -110,9 +125,6 @@ fn profile(scene: ProfilerScene) -> Result<Exit, Failure> {
 }
 
 async fn play(session: &Path, args: &SimulateArgs) -> Result<Exit, Failure> {
-    if let Some(station) = args.station.as_ref().filter(|station| station.exists()) {
-        return Err(format!("{} is there already", station.display()).into());
-    }
     let playback = Playback::open(session, args.speed).await?;
     for (name, kind, address) in playback.listing() {
         print(&format!("{name:<10} {kind:<14} {address}\n"));

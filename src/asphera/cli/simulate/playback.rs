@@ -12,11 +12,12 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until, timeout};
-use toml_edit::{DocumentMut, value};
+use toml_edit::DocumentMut;
 
 use super::super::Speed;
 use super::super::output::{Failure, say};
 use super::super::source::session_at;
+use super::links::lead;
 use crate::config::Config;
 use crate::session::{Session, What};
 
@@ -81,13 +82,7 @@ impl Playback {
     pub(super) fn station_toml(&self) -> Result<String, Failure> {
         let mut document: DocumentMut = self.config.parse()?;
         for link in &self.links {
-            let Some(table) = document["link"][&link.name].as_table_like_mut() else { continue };
-            for key in ["path", "baud_bd", "parity", "stop_bits", "flow_control", "listen", "peer"]
-            {
-                table.remove(key);
-            }
-            table.insert("kind", value(link.kind));
-            table.insert("address", value(link.address.to_string()));
+            lead(&mut document, &link.name, link.kind, link.address);
         }
         Ok(document.to_string())
     }

@@ -1,0 +1,26 @@
+//! The devices of a station, simulated from its own configuration.
+//!
+//! A [`Stand`] takes the devices as the configuration describes them, and what each is to show at every trigger. It opens a port of
+//! 127.0.0.1 for each link and plays the devices there, so that a station can be tried before its instruments are there.
+//!
+//! Frames of described devices, SCPI instruments and Zaber stages are made of the same settings that the station reads them by. A mistake
+//! in these settings is therefore not found here. The other devices have simulators of their own.
+
+#![forbid(unsafe_code)]
+
+mod example;
+mod frame;
+mod number;
+mod played;
+mod probe;
+mod registers;
+mod scanner;
+mod showing;
+mod sight;
+mod stand;
+mod transducers;
+mod voice;
+
+pub use played::{Instrument, Played, UnplayableError};
+pub use sight::Sight;
+pub use stand::{Listing, Pace, Stand, StandError};

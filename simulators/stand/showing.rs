@@ -1,0 +1,87 @@
+//! What the devices show: at a trigger, and to whoever asks in between.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// Values of one channel at every trigger; `None`: it stands still.
+pub(crate) type Course = Option<Vec<f64>>;
+
+/// What all devices show.
+#[derive(Debug)]
+pub(crate) struct Showing {
+    /// Of each device and channel.
+    courses: Vec<Vec<Course>>,
+    /// Of each device and channel, where there is no course.
+    still: Vec<Vec<f64>>,
+    period: Duration,
+    power_on: Instant,
+    last: Mutex<Option<(u64, Instant)>>,
+}
+
+impl Showing {
+    pub(crate) fn new(
+        courses: Vec<Vec<Course>>,
+        still: Vec<Vec<f64>>,
+        period: Duration,
+    ) -> Showing {
+        let (power_on, last) = (Instant::now(), Mutex::new(None));
+        Showing { courses, still, period, power_on, last }
+    }
+
+    /// How many triggers the scan has.
+    pub(crate) fn triggers(&self) -> u64 {
+        let lengths = self.courses.iter().flatten().flatten().map(Vec::len);
+        lengths.max().unwrap_or(0) as u64
+    }
+
+    /// Says that a trigger happens now.
+    pub(crate) fn step(&self, trigger: u64) {
+        *self.last() = Some((trigger, Instant::now()));
+    }
+
+    /// Says that the machine stands at the first trigger again.
+    pub(crate) fn back(&self) {
+        *self.last() = None;
+    }
+
+    /// Number of the last trigger; 0 before the first.
+    pub(crate) fn trigger(&self) -> u64 {
+        self.last().map_or(0, |(trigger, _)| trigger)
+    }
+
+    /// Values of a device at a trigger.
+    pub(crate) fn at(&self, device: usize, trigger: u64) -> Vec<f64> {
+        self.between(device, trigger, 0.0)
+    }
+
+    /// Values of a device now: on the way from the last trigger to the next.
+    pub(crate) fn now(&self, device: usize) -> Vec<f64> {
+        let last = *self.last();
+        let Some((trigger, at)) = last else { return self.between(device, 0, 0.0) };
+        let share = at.elapsed().as_secs_f64() / self.period.as_secs_f64();
+        self.between(device, trigger, share.min(1.0))
+    }
+
+    /// Time since the devices were switched on, s.
+    pub(crate) fn clock_s(&self) -> f64 {
+        self.power_on.elapsed().as_secs_f64()
+    }
+
+    fn between(&self, device: usize, trigger: u64, share: f64) -> Vec<f64> {
+        let value = |(course, still): (&Course, &f64)| {
+            let Some(course) = course else { return *still };
+            let Some(end) = course.len().checked_sub(1) else { return *still };
+            let from = usize::try_from(trigger).unwrap_or(end).min(end);
+            let to = (from + 1).min(end);
+            (1.0 - share) * course[from] + share * course[to]
+        };
+        self.courses[device].iter().zip(&self.still[device]).map(value).collect()
+    }
+
+    fn last(&self) -> MutexGuard<'_, Option<(u64, Instant)>> {
+        // Whoever panicked left a whole value.
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

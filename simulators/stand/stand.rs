@@ -1,0 +1,255 @@
+//! The devices on their links, and the trigger that they share.
+
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use thiserror::Error;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep, sleep_until};
+
+use crate::played::{Instrument, Kind, Played};
+use crate::probe::Probe;
+use crate::registers;
+use crate::scanner::Scanner;
+use crate::showing::Showing;
+use crate::transducers::Transducers;
+use crate::voice::Voice;
+
+/// How fast the triggers come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Triggers a second, above 0.
+    pub rate_hz: f64,
+}
+
+/// Where a link of the configuration leads now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Listing {
+    /// Number of the link in the configuration.
+    pub link: usize,
+    /// Names of its devices.
+    pub devices: Vec<String>,
+    /// Kind of link: `tcp` or `slcan-tcp`, which has to lead to the address; or `udp`, whose station listens there already.
+    pub kind: &'static str,
+    /// Its port.
+    pub address: SocketAddr,
+}
+
+/// Why there is no stand.
+#[derive(Debug, Error)]
+pub enum StandError {
+    /// No port can be had.
+    #[error("cannot open a port of 127.0.0.1")]
+    Port(#[from] io::Error),
+    /// Two nodes of a bus have one number, or a map is not known.
+    #[error("the devices of link {0} cannot be put together")]
+    Devices(usize),
+}
+
+/// The devices at work. Dropped, it takes its ports away.
+pub struct Stand {
+    links: Vec<Listing>,
+    scans: watch::Receiver<u64>,
+    _tasks: JoinSet<()>,
+}
+
+/// What is behind one link.
+#[derive(Clone)]
+enum Line {
+    Voice(Arc<Voice>),
+    Bus(Arc<Transducers>),
+    Probe(Arc<Probe>),
+    Scanner(Arc<Scanner>),
+    /// It is asked, whatever the trigger does.
+    Registers,
+}
+
+impl Stand {
+    /// Opens a port for each link and plays the devices, on the current tokio runtime.
+    ///
+    /// A scan begins when the host has armed every device that is triggered, and after it the devices stay at its last trigger. A host
+    /// that disarms them and arms them again gets the same scan again. A host that does not read holds the scan back.
+    ///
+    /// # Errors
+    ///
+    /// When a port cannot be had, or the devices of a link do not fit together.
+    pub async fn start(played: Vec<Played>, pace: Pace) -> Result<Stand, StandError> {
+        let period = Duration::from_secs_f64(1.0 / pace.rate_hz);
+        let showing = Arc::new(showing(&played, period));
+        let mut links: Vec<usize> = played.iter().map(|played| played.instrument.link).collect();
+        links.sort_unstable();
+        links.dedup();
+        let (mut tasks, mut listings, mut lines) = (JoinSet::new(), Vec::new(), Vec::new());
+        for link in links {
+            let port = TcpListener::bind(("127.0.0.1", 0)).await?;
+            let there: Vec<(usize, &Played)> = played
+                .iter()
+                .enumerate()
+                .filter(|(_, played)| played.instrument.link == link)
+                .collect();
+            let devices = there.iter().map(|(_, played)| played.instrument.name.clone()).collect();
+            let listens = there.iter().find_map(|(_, played)| played.listen);
+            let own = port.local_addr()?;
+            let line =
+                open(&there, port, &showing, &mut tasks)?.ok_or(StandError::Devices(link))?;
+            let (kind, address) = match line {
+                Line::Bus(_) => ("slcan-tcp", own),
+                Line::Scanner(_) => ("udp", listens.unwrap_or(own)),
+                Line::Voice(_) | Line::Probe(_) | Line::Registers => ("tcp", own),
+            };
+            listings.push(Listing { link, devices, kind, address });
+            lines.push(line);
+        }
+        let (count, scans) = watch::channel(0);
+        tasks.spawn(run(lines, showing, period, count));
+        Ok(Stand { links: listings, scans, _tasks: tasks })
+    }
+
+    /// Where the links lead, in their order.
+    pub fn listing(&self) -> &[Listing] {
+        &self.links
+    }
+
+    /// Waits for the end of the next scan.
+    pub async fn scanned(&mut self) {
+        // The sender lives in a task of this stand.
+        drop(self.scans.changed().await);
+    }
+}
+
+impl fmt::Debug for Stand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stand").field("links", &self.links).finish_non_exhaustive()
+    }
+}
+
+/// What all devices show.
+fn showing(played: &[Played], period: Duration) -> Showing {
+    let still = |played: &Played| {
+        let channels = 0..played.instrument.channels.len();
+        channels.map(|channel| played.instrument.still(channel)).collect()
+    };
+    let courses = played.iter().map(|played| played.courses.clone()).collect();
+    Showing::new(courses, played.iter().map(still).collect(), period)
+}
+
+/// Puts the devices of one link behind its port. `None`: they do not fit together.
+fn open(
+    there: &[(usize, &Played)],
+    port: TcpListener,
+    showing: &Arc<Showing>,
+    tasks: &mut JoinSet<()>,
+) -> io::Result<Option<Line>> {
+    let Some((device, first)) = there.first().copied() else { return Ok(None) };
+    let Played { instrument: Instrument { channels, kind, .. }, sight, listen, .. } = first;
+    Ok(Some(match kind {
+        Kind::Transducer(_) => {
+            let node = |(device, played): &(usize, &Played)| match &played.instrument.kind {
+                Kind::Transducer(settings) => Some((*device, settings.clone())),
+                _ => None,
+            };
+            let nodes: Option<Vec<_>> = there.iter().map(node).collect();
+            let Some(bus) = nodes.and_then(Transducers::new).map(Arc::new) else {
+                return Ok(None);
+            };
+            tasks.spawn(bus.clone().serve(port));
+            Line::Bus(bus)
+        }
+        Kind::Voice(frames) => {
+            let (voice, queue) = Voice::new(device, (**frames).clone(), showing.clone());
+            let serving = voice.clone();
+            tasks.spawn(async move { serving.serve(port, queue).await });
+            Line::Voice(voice)
+        }
+        Kind::Probe(protocol) => {
+            let probe = Probe::new(device, protocol, channels.clone(), sight.clone());
+            let probe = Arc::new(probe);
+            let serving = probe.clone();
+            tasks.spawn(async move { serving.serve(port).await });
+            Line::Probe(probe)
+        }
+        Kind::Registers(settings) => {
+            let Some(device) = registers::device(settings, device, showing.clone()) else {
+                return Ok(None);
+            };
+            tasks.spawn(registers::answer(port, device, settings.clone()));
+            Line::Registers
+        }
+        Kind::Scanner(settings) => {
+            let Some((sight, listen)) = sight.clone().zip(*listen) else { return Ok(None) };
+            Line::Scanner(Arc::new(Scanner::new(device, settings, channels, sight, listen)?))
+        }
+    }))
+}
+
+impl Line {
+    fn is_triggered(&self) -> bool {
+        match self {
+            Line::Voice(voice) => voice.is_triggered(),
+            Line::Bus(_) | Line::Probe(_) | Line::Scanner(_) => true,
+            Line::Registers => false,
+        }
+    }
+
+    fn is_armed(&self) -> bool {
+        match self {
+            Line::Voice(voice) => voice.is_armed(),
+            Line::Bus(bus) => bus.is_armed(),
+            Line::Probe(probe) => probe.is_armed(),
+            Line::Scanner(scanner) => scanner.is_armed(),
+            Line::Registers => true,
+        }
+    }
+
+    async fn trigger(&self, trigger: u64, showing: &Showing) {
+        match self {
+            Line::Voice(voice) => voice.trigger(trigger).await,
+            Line::Bus(bus) => bus.trigger(trigger, showing).await,
+            Line::Probe(probe) => probe.trigger(trigger, showing).await,
+            Line::Scanner(scanner) => scanner.trigger(trigger, showing),
+            Line::Registers => {}
+        }
+    }
+}
+
+/// Scans whenever a host has armed everything.
+async fn run(lines: Vec<Line>, showing: Arc<Showing>, period: Duration, count: watch::Sender<u64>) {
+    // Where nothing is triggered, devices that are asked begin the scan.
+    let is_any_triggered = lines.iter().any(Line::is_triggered);
+    let waits_for = |line: &&Line| !is_any_triggered || line.is_triggered();
+    loop {
+        while !lines.iter().all(Line::is_armed) {
+            sleep(POLL).await;
+        }
+        let began = Instant::now();
+        let mut left_since = None;
+        for trigger in 0..showing.triggers() {
+            sleep_until(began + period.mul_f64(trigger as f64)).await;
+            let is_left = !lines.iter().filter(waits_for).any(Line::is_armed);
+            let since = is_left.then(|| left_since.unwrap_or_else(Instant::now));
+            if since.is_some_and(|since: Instant| since.elapsed() > GONE) {
+                break;
+            }
+            left_since = since;
+            showing.step(trigger);
+            for line in &lines {
+                line.trigger(trigger, &showing).await;
+            }
+        }
+        count.send_modify(|count| *count += 1);
+        while lines.iter().filter(waits_for).any(Line::is_armed) {
+            sleep(POLL).await;
+        }
+        showing.back();
+    }
+}
+
+/// Between two looks at whether the host is ready.
+const POLL: Duration = Duration::from_millis(5);
+/// A host that has disarmed everything for so long wants no more of the scan.
+const GONE: Duration = Duration::from_millis(500);

@@ -1,0 +1,126 @@
+//! A station's own configuration, its devices simulated over a simulated part.
+
+mod courses;
+
+use std::path::Path;
+
+use asphera_stand::{Instrument, Listing, Pace, Stand};
+use clap::Args;
+use toml_edit::{DocumentMut, value};
+
+use super::super::exit::Exit;
+use super::super::output::{Failure, print, say};
+use super::super::serve::interrupted;
+use super::links::lead;
+use crate::config::Config;
+use courses::{Scan, scan};
+
+/// The part, and how it is scanned.
+#[derive(Args, Clone, Debug)]
+pub(super) struct PartArgs {
+    /// Of a station's configuration: about how many points are measured.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(3..=1_000_000))]
+    points: u64,
+    /// Of a station's configuration: triggers a second; without it 1000, or 10 mm a second where devices are joined by time.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Of a station's configuration: form error of the part from peak to valley, nm.
+    #[arg(long, value_name = "NM", default_value_t = 100.0)]
+    form_nm: f64,
+    /// Of a station's configuration: standard deviation of the measured heights, nm.
+    #[arg(long, value_name = "NM", default_value_t = 2.0)]
+    noise_nm: f64,
+    /// Of a station's configuration: seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// Whether a file is the configuration of a station: it has devices, as no bench has.
+pub(super) fn is_station(text: &str) -> bool {
+    text.parse::<DocumentMut>().is_ok_and(|document| document.contains_key("device"))
+}
+
+/// Simulates every device of a configuration until it is interrupted.
+pub(super) async fn simulate(
+    file: &Path,
+    args: &PartArgs,
+    station: Option<&Path>,
+) -> Result<Exit, Failure> {
+    check(args)?;
+    let config = Config::load(file)?;
+    let scan = scan(&config, args)?;
+    let (points, rate_hz) = (scan.points, scan.rate_hz);
+    say(&described(&scan, args));
+    let mut text: DocumentMut = config.text.parse()?;
+    if text.remove("calibration").is_some() {
+        say("The simulated machine has no errors: [calibration] is left out");
+    }
+    let mut stand = Stand::start(scan.played, Pace { rate_hz }).await?;
+    for Listing { link, devices, kind, address } in stand.listing() {
+        let name = &config.links[*link].name;
+        print(&format!("{name:<10} {kind:<14} {address}  {}\n", devices.join(", ")));
+        // A scanner on UDP sends to where the station listens.
+        if *kind != "udp" {
+            lead(&mut text, name, kind, *address);
+        }
+    }
+    if config.end.points.is_some() {
+        text["scan"]["points"] = value(i64::try_from(points)?);
+    }
+    match station {
+        Some(station) => {
+            std::fs::write(station, text.to_string())
+                .map_err(|error| format!("cannot write {}: {error}", station.display()))?;
+            say(&format!("Measure it: asphera run --config {}", station.display()));
+        }
+        None => say("--station FILE writes a configuration whose links lead here"),
+    }
+    say("simulating; Ctrl-C ends it");
+    let mut scans = 0_u64;
+    tokio::select! {
+        done = interrupted() => done?,
+        () = async {
+            loop {
+                stand.scanned().await;
+                scans += 1;
+                say(&format!("scan {scans} is over"));
+            }
+        } => {}
+    }
+    Ok(Exit::Done)
+}
+
+fn check(args: &PartArgs) -> Result<(), Failure> {
+    let rates = 0.001..=66_000.0;
+    if let Some(rate_hz) = args.rate.filter(|rate_hz| !rates.contains(rate_hz)) {
+        return Err(format!("--rate: expected 0.001 to 66000 Hz, found {rate_hz}").into());
+    }
+    for (key, nm) in [("--form-nm", args.form_nm), ("--noise-nm", args.noise_nm)] {
+        if !(0.0..=1e6).contains(&nm) {
+            return Err(format!("{key}: expected 0 to 1000000 nm, found {nm}").into());
+        }
+    }
+    Ok(())
+}
+
+/// What is measured, for a person.
+fn described(scan: &Scan, args: &PartArgs) -> String {
+    let seconds = scan.points as f64 / scan.rate_hz;
+    let shift = match scan.shift_mm {
+        0.0 => String::new(),
+        shift_mm => format!(", moved by {shift_mm:.3} mm along z so that the probe reaches it"),
+    };
+    format!(
+        "{} with {} nm of form error and {} nm of noise{shift}; {} triggers in {seconds:.0} s",
+        scan.part, args.form_nm, args.noise_nm, scan.points
+    )
+}
+
+/// All devices of a configuration as instruments.
+fn instruments(config: &Config) -> Result<Vec<Instrument>, Failure> {
+    let instrument = |device: &crate::config::DeviceConfig| {
+        Instrument::new(&device.name, device.link, &*device.settings)
+    };
+    let made: Result<Vec<Instrument>, _> = config.devices.iter().map(instrument).collect();
+    Ok(made?)
+}
