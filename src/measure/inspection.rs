@@ -67,8 +67,9 @@ impl Inspection<'_> {
         let taken = fitted.and_then(|fitted| {
             uncertainties::taken(part, points, self.deviations_mm, fitted, self.areas_mm2)
         });
-        let assessed =
-            fitted.and_then(|fitted| assess(part, points, fitted, self.plane, taken.as_ref()));
+        let step_nm = look.sampling.height_step_nm;
+        let assessed = fitted
+            .and_then(|fitted| assess(part, points, fitted, self.plane, taken.as_ref(), step_nm));
         let mut errors = Errors::new(part);
         let known = self.errors(&mut errors, taken.as_ref());
         let noise_nm = match &assessed {

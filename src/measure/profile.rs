@@ -112,7 +112,7 @@ pub(super) fn measure(taken: Taken, mut part: Part, projector: &Projector) -> Me
     // Effects of a machine and covariances are those of the frame of projection.
     let laid_as_is = fitted.as_ref().ok().filter(|_| !profile.turned);
     let assessed =
-        laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None));
+        laid_as_is.and_then(|fitted| assess(&judged, mesh.points(), fitted, &plane, None, None));
     let by_budget = assessed.as_ref().and_then(|assessed| assessed.as_ref().ok());
     let limits = match &assessed {
         None => plainly(&judged, &Plain::of_heights(found.as_ref())),

@@ -5,6 +5,7 @@ use asphera_form::Covariance;
 use asphera_geometry::PointMm;
 use asphera_report::{FitDetails, UncertaintyFigures};
 use asphera_surface::Plane;
+use asphera_surface::noise::step_sigma_mm;
 use asphera_uncertainty::verdict::{Limit, LimitError, Over, finding};
 use asphera_uncertainty::{
     Budget, Draws, Effect, Noise, Places, Simulated, Uncertainty, UncertaintyError, places,
@@ -65,13 +66,14 @@ pub(super) fn taken(
 }
 
 /// Works them out, if the nominal file asks for them. `plane` is that of projection, in whose frame points and fit are;
-/// `places` what their places do.
+/// `places` what their places do, `step_nm` the step of the heights where noise does not blur it.
 pub(super) fn assess(
     part: &Part,
     points: &[PointMm],
     fitted: &Fitted,
     plane: &Plane,
     places: Option<&Places>,
+    step_nm: Option<f64>,
 ) -> Option<Result<Assessed, UncertaintyError>> {
     let (budget, draws) = part.judging.uncertainty.as_ref()?;
     let effects = budget.effects.iter().map(|effect| in_plane(effect, plane)).collect();
@@ -79,6 +81,10 @@ pub(super) fn assess(
     let noise = match (&budget.noise, weights) {
         // What the points say of themselves, where nothing else is stated.
         (Noise::Measured, Some(u_mm)) => Noise::EachPoint(u_mm.to_vec()),
+        // Neighbours that share a step say nothing of their errors.
+        (Noise::Measured, None) if let Some(step_nm) = step_nm => {
+            Noise::Uniform { sigma_mm: step_sigma_mm(1e-6 * step_nm), dof: f64::INFINITY }
+        }
         (stated, _) => stated.clone(),
     };
     let budget = Budget { effects, noise, ..budget.clone() };

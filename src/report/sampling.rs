@@ -46,6 +46,10 @@ pub struct SamplingFigures {
     pub uncovered_area_mm2: Option<f64>,
     /// Standard deviation of the heights from point to point, along the direction of projection, in nm.
     pub noise_sigma_nm: Option<f64>,
+    /// Step in which the heights come, in nm, where noise does not blur it. Form below it is not known, and the noise is taken as that
+    /// of rounding: step/√12.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_step_nm: Option<f64>,
     /// Half of the surface has facets of this spacing in mm or less.
     pub spacing_median_mm: Option<f64>,
     /// Share of the surface whose points are so near to each other that their noise turns facets by more than

@@ -3,6 +3,7 @@
 use std::f64::consts::SQRT_2;
 
 use asphera_form::Pose;
+use asphera_report::words::short;
 use asphera_report::{SamplingFigures, Waypoints};
 use asphera_surface::Plane;
 use asphera_surface::coverage::{
@@ -101,6 +102,7 @@ impl Look<'_> {
         let more = coverage.patches.len() - listed.len();
         let missing_mm2 = |patches: &[Patch]| patches.iter().map(Patch::missing_mm2).sum::<f64>();
         let more_mm2 = missing_mm2(&coverage.patches[listed.len()..]) + coverage.remainder_mm2;
+        let step_mm = self.noise.as_ref().ok().and_then(|found| found.step_mm);
         let figures = SamplingFigures {
             lfs_min_mm: coverage.lfs_min_mm.and_then(finite),
             lfs_source: self.source.map(str::to_owned),
@@ -118,6 +120,7 @@ impl Look<'_> {
             undersampled_area_mm2: areas.map(|areas| areas.undersampled_mm2),
             uncovered_area_mm2: areas.map(|areas| areas.uncovered_mm2),
             noise_sigma_nm: noise.map(|noise| 1e6 * noise.sigma_mm()),
+            height_step_nm: step_mm.map(|step_mm| 1e6 * step_mm),
             spacing_median_mm: dense.and_then(|dense| dense.spacing_median_mm),
             overdense_fraction: dense.and_then(|dense| dense.overdense_fraction),
             spacing_coarsest_mm: dense.and_then(|dense| bounds_mm(dense.advice?).1),
@@ -141,13 +144,24 @@ impl Look<'_> {
     /// The noise, or why it is not known, which is then said.
     fn known_noise(&mut self) -> (Option<Noise>, Option<String>) {
         match &self.noise {
-            Ok(found) => (Some(found.noise), None),
+            Ok(found) => {
+                self.unknown.extend(found.step_mm.map(in_steps));
+                (Some(found.noise), None)
+            }
             Err(why) => {
                 self.unknown.push(format!("the noise is not known: {why}"));
                 (None, Some(why.clone()))
             }
         }
     }
+}
+
+/// What heights in steps do not tell.
+fn in_steps(step_mm: f64) -> String {
+    let step = short(1e6 * step_mm);
+    format!(
+        "form below {step} nm is not known: the heights come in steps of {step} nm, and neighbours share their errors"
+    )
 }
 
 impl Findings {

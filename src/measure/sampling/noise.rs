@@ -11,12 +11,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use asphera_geometry::{PointMm, VertexId, from_smallest};
 use asphera_mesh::Mesh;
 use asphera_surface::curvature::Adjacency;
-use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise};
+use asphera_surface::noise::{Along, NoiseEstimate, NoiseSettings, estimate_noise, height_step_mm};
 use rayon::prelude::*;
 
 /// The noise of the part of a mesh that counts, along z of its frame. `reach_mm` is the length from which an
 /// edge bridges a gap. `known_mm` is what is known of the height at a place: form that bends more than a cubic over two
-/// rings would count as noise.
+/// rings would count as noise. Heights in steps have no noise below that of rounding ([`height_step_mm`]).
 ///
 /// # Errors
 ///
@@ -49,6 +49,8 @@ pub(super) fn noise(
         .filter_map(|[a, b, c]| Some(from_smallest([number(a)?, number(b)?, number(c)?])))
         .collect();
     triangles.sort_unstable();
+    let measured: Vec<PointMm> = vertices.iter().map(|&vertex| points[vertex as usize]).collect();
+    let step_mm = height_step_mm(&measured, &triangles);
     let lowered = |&vertex: &VertexId| {
         let [x, y, z] = points[vertex as usize];
         [x, y, z - known_mm([x, y])]
@@ -58,7 +60,9 @@ pub(super) fn noise(
         NoiseSettings::new(NEIGHBOURHOODS, Along::Z).map_err(|error| error.to_string())?;
     let adjacency =
         Adjacency::new(&points, &triangles, Some(reach_mm)).map_err(|error| error.to_string())?;
-    estimate_noise(&points, &adjacency, &settings).map_err(|error| error.to_string())
+    let found =
+        estimate_noise(&points, &adjacency, &settings).map_err(|error| error.to_string())?;
+    Ok(step_mm.map_or(found, |step_mm| found.with_step(step_mm)))
 }
 
 /// The vertices nearest to the middles of the squares of a lattice over the points, one a square that has any.

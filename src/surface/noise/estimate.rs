@@ -23,6 +23,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::residuals::Residuals;
+use super::steps::step_sigma_mm;
 use super::{Along, Noise};
 use crate::curvature::{Adjacency, Rings};
 
@@ -85,6 +86,20 @@ pub struct NoiseEstimate {
     pub residuals: u64,
     /// Share of the samples that stood off by more than 4.5 standard deviations and were left out.
     pub outlier_share: f64,
+    /// Step in which the heights come, mm, where the noise found is no more than that of rounding.
+    pub step_mm: Option<f64>,
+}
+
+impl NoiseEstimate {
+    /// The estimate for heights that come in such a step: no noise below that of rounding.
+    #[must_use]
+    pub fn with_step(self, step_mm: f64) -> NoiseEstimate {
+        let rounding = Noise::new(step_sigma_mm(step_mm), self.noise.along()).ok();
+        match rounding.filter(|rounding| rounding.sigma_mm() > self.noise.sigma_mm()) {
+            Some(noise) => NoiseEstimate { noise, step_mm: Some(step_mm), ..self },
+            None => self,
+        }
+    }
 }
 
 /// Why the noise is not known.
@@ -166,6 +181,7 @@ pub(super) fn estimate_from(
         unusable: (vertices.len() - cleaned.len()) as u64,
         residuals: residuals as u64,
         outlier_share: out as f64 / samples as f64,
+        step_mm: None,
     })
 }
 
