@@ -24,7 +24,7 @@ const PITCH_MM: f64 = 0.003;
 const LINES: [&str; 4] =
     ["scattered", "raster: along an axis", "raster: diagonals", "raster at 1e6 mm: diagonals"];
 
-const SITUATIONS: [&str; 9] = [
+const SITUATIONS: [&str; 10] = [
     "scattered",
     "raster: rectangles",
     "raster: trapezoids",
@@ -34,6 +34,7 @@ const SITUATIONS: [&str; 9] = [
     "raster at 1e6 mm",
     "coarse raster from the origin",
     "1e-40 mm beside 1e12 mm",
+    "three neighbours, seen from far",
 ];
 
 /// Places in the order of three counter-clockwise and one about their circle.
@@ -53,6 +54,7 @@ fn four(situation: &str) -> Vec<[Place; 4]> {
                 let [x, y] = [1e-40, 1e12].map(|mm| mm * f64::from(1 + random.below(1000)) / 1e3);
                 return [[-y, x], [x, -y], [y, x], [x, y]];
             }
+            "three neighbours, seen from far" => return random.neighbours_and_far(),
             "raster: rectangles" | "raster at 1e6 mm: rectangles" => rectangle(random.size(sizes)),
             "raster: diamonds" => diamond(random.size(sizes)),
             "raster about the origin" => match random.below(3) {
@@ -110,6 +112,17 @@ impl Random {
 
     fn size(&mut self, limit: u32) -> i32 {
         1 + self.below(limit) as i32
+    }
+
+    /// Three of a million points on a circle of 1 mm that follow one another, and a place 100 mm away.
+    fn neighbours_and_far(&mut self) -> [Place; 4] {
+        let first = self.below(250_000);
+        let on_circle = |step: u32| {
+            let (sin, cos) = (1e-6 * std::f64::consts::TAU * f64::from(step)).sin_cos();
+            [cos, sin]
+        };
+        let [x, y] = on_circle(self.below(500_000));
+        [on_circle(first), on_circle(first + 1), on_circle(first + 2), [100.0 + x, y]]
     }
 
     fn scattered(&mut self) -> [Place; 4] {

@@ -7,7 +7,8 @@
 //! 2. Else the coordinates, in as many 64-bit limbs as their range of magnitudes asks for.
 //!
 //! The corners of a rectangle along the axes, the commonest four of a raster, are on a circle
-//! without any arithmetic.
+//! without any arithmetic. Where one place is far from three that are near one another, doubles decide as a rule if
+//! differences are taken from one of the three.
 //!
 //! Why no result overflows. Let the differences be at most B in size. A product of two is at most
 //! B², hence |orientation| ≤ 2B². In the determinant of the circle a lift x² + y² and a minor
@@ -22,7 +23,7 @@
 use std::cmp::Ordering;
 
 use super::limbs::{Limbs, odd_part};
-use super::{Place, estimated_in_circle};
+use super::{Place, estimated_in_circle, sign};
 
 /// See [`super::orientation`].
 #[inline(never)]
@@ -49,6 +50,19 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
     if is_rectangle([a, b, c], d) {
         return Ordering::Equal;
     }
+    if is_far([a, b, c], d)
+        && let Some(sign) = circle_of_doubles(b, c, d, a)
+    {
+        return sign.reverse();
+    }
+    circle_of_any([a, b, c], d)
+}
+
+/// The same of any places, in whole numbers.
+///
+/// A function of its own, as it needs a frame on the stack that costs more than the cases above.
+#[inline(never)]
+fn circle_of_any([a, b, c]: [Place; 3], d: Place) -> Ordering {
     let pairs =
         [[a[0], d[0]], [a[1], d[1]], [b[0], d[0]], [b[1], d[1]], [c[0], d[0]], [c[1], d[1]]];
     if let Some(differences) = whole_differences(pairs) {
@@ -70,6 +84,20 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
     }
 }
 
+/// Whether `d` lies many times as far from a corner as the other two do.
+///
+/// Along a curve that is traced a new point sees thousands of such triangles beyond those that it tears down. Differences
+/// from the corner decide them at once.
+#[inline]
+fn is_far([a, b, c]: [Place; 3], d: Place) -> bool {
+    let distance = |p: Place| (p[0] - a[0]).abs() + (p[1] - a[1]).abs();
+    FAR * (distance(b) + distance(c)) < distance(d)
+}
+
+/// Farther than by this factor rounding takes what differences from `d` tell. On rasters, where whole numbers are the rule,
+/// hardly any four are like that.
+const FAR: f64 = 16.0;
+
 /// The sign of the circle's determinant in doubles, where it is sure for differences from another corner than `d`.
 ///
 /// Where three corners lie near one another and `d` far from them, the differences from `d` are all but the same, and what
@@ -77,10 +105,16 @@ pub(crate) fn in_circle([a, b, c]: [Place; 3], d: Place) -> Ordering {
 fn about_another([a, b, c]: [Place; 3], d: Place) -> Option<Ordering> {
     let turns = [(b, c, d, a, true), (c, d, a, b, false), (d, a, b, c, true)];
     turns.into_iter().find_map(|(a, b, c, d, is_changed)| {
-        let (det, bound) = estimated_in_circle(a, b, c, d);
-        let sign = det.partial_cmp(&0.0).filter(|_| det.abs() > bound)?;
+        let sign = circle_of_doubles(a, b, c, d)?;
         Some(if is_changed { sign.reverse() } else { sign })
     })
+}
+
+/// The sign of the circle's determinant for differences from `d` in doubles, where it is sure.
+#[inline]
+fn circle_of_doubles(a: Place, b: Place, c: Place, d: Place) -> Option<Ordering> {
+    let (det, bound) = estimated_in_circle(a, b, c, d);
+    (det.abs() > bound).then(|| sign(det))
 }
 
 /// A form in coordinate differences, homogeneous so that its sign does not depend on their unit.

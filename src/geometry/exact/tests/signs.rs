@@ -82,6 +82,23 @@ fn far_clusters() -> impl Strategy<Value = [Place; 4]> {
     )
 }
 
+/// Three places of a circle near one another, and a fourth many times as far away, on it or next to it.
+fn three_and_far() -> impl Strategy<Value = [Place; 4]> {
+    let (middle, radius) = (prop::array::uniform2(-1e3..1e3_f64), 0.01..1e6_f64);
+    let angles = (0.0..std::f64::consts::TAU, 0.1..6.0_f64);
+    let near = (prop::array::uniform3(-1.0..1.0_f64), -40_i32..2);
+    (middle, radius, angles, near, (0_usize..2, -1_i32..=1), -60_i32..=2).prop_map(
+        |(middle, radius, (turn, away), (steps, size), (axis, step), off)| {
+            let at = |radius: f64, angle: f64| {
+                [middle[0] + radius * angle.cos(), middle[1] + radius * angle.sin()]
+            };
+            let [a, b, c] = steps.map(|step| at(radius, turn + step * 2.0_f64.powi(size)));
+            let radius = radius * (1.0 + f64::from(step) * 2.0_f64.powi(off));
+            [a, b, c, nudged(at(radius, turn + away), axis, step)]
+        },
+    )
+}
+
 /// As near a neighbour as doubles have, above or below, or the place itself.
 fn nudged(place: Place, axis: usize, step: i32) -> Place {
     let mut nudged = place;
@@ -119,6 +136,18 @@ proptest! {
 
     #[test]
     fn agrees_with_robust_on_far_clusters(places in far_clusters()) {
+        prop_assert_eq!(in_circle_both_ways(places), robust_in_circle(places));
+    }
+
+    /// Any of the four may be the far one.
+    #[test]
+    fn agrees_with_robust_on_three_places_and_one_far(
+        mut places in three_and_far(),
+        turns in 0_usize..4,
+    ) {
+        places.rotate_left(turns);
+        prop_assert_eq!(in_circle_both_ways(places), robust_in_circle(places));
+        places.swap(0, 1);
         prop_assert_eq!(in_circle_both_ways(places), robust_in_circle(places));
     }
 
