@@ -34,8 +34,9 @@ fn main() -> ExitCode {
     if let Some(points) = options.long {
         return long::measure(points.get(), &options);
     }
-    if let Some(each) = options.worst {
-        let report = options.report_of(worst::search(each, &options));
+    if options.shuffled || options.worst.is_some() {
+        let rows = options.worst.map(|each| worst::search(each, &options));
+        let report = options.report_of(rows.unwrap_or_else(|| worst::named(&options)));
         report.print(options.json, |rows| {
             rows.iter().map(|row| worst::line(row) + "\n").collect::<String>()
         });
@@ -91,13 +92,16 @@ struct Options {
     #[arg(long, value_name = "N", conflicts_with_all = ["points", "no_spade", "large", "order", "json"])]
     long: Option<NonZeroUsize>,
     /// Try so many orders of each family, ours alone against the same points shuffled.
-    #[arg(long, value_name = "N", conflicts_with_all = ["no_spade", "large", "long", "order"])]
+    #[arg(long, value_name = "N", group = "against", conflicts_with_all = ["no_spade", "large", "long", "order"])]
     worst: Option<NonZeroUsize>,
+    /// Measure the orders against the same points shuffled, ours alone.
+    #[arg(long, group = "against", conflicts_with_all = ["no_spade", "large", "long"])]
+    shuffled: bool,
     /// Try only this family; may be given several times.
     #[arg(long, value_name = "NAME", requires = "worst")]
     family: Vec<String>,
     /// Points of a batch; may be given several times. 1, 1,000 and all at once unless given.
-    #[arg(long, value_name = "N", requires = "worst")]
+    #[arg(long, value_name = "N", requires = "against")]
     batches: Vec<usize>,
     /// Megabytes (10^6 bytes) of memory the chunks of that mesh may take.
     #[arg(long, value_name = "MB", default_value = "1900", requires = "long")]

@@ -3,7 +3,7 @@
 //! A scan of any length is generated batch by batch, never stored: irregularities are a hash of the
 //! seed and the number of the coordinate, not the state of a generator.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use asphera_geometry::PointMm;
 use clap::ValueEnum;
@@ -70,6 +70,10 @@ pub(crate) enum Order {
     SpiralIn,
     /// Points in no order.
     SpiralInShuffled,
+    /// Scattered evenly over a disc, by their distance from its middle: each batch lies about the hull, at any angle.
+    FromInside,
+    /// Points in no order.
+    FromInsideShuffled,
 }
 
 impl Order {
@@ -79,11 +83,26 @@ impl Order {
         value.get_name().to_owned()
     }
 
+    /// Whether they are the points of another order, shuffled.
+    pub(crate) fn is_shuffled(self) -> bool {
+        matches!(
+            self,
+            Order::OutlineShuffled
+                | Order::TwoOutlinesShuffled
+                | Order::StarShuffled
+                | Order::SpiralInShuffled
+                | Order::FromInsideShuffled
+        )
+    }
+
     /// Whether four points on one circle, or three on a line at the outline, would be an accident:
     /// then there is one Delaunay triangulation, and every implementation must find as many
     /// triangles.
     pub(crate) fn is_in_general_position(self) -> bool {
-        matches!(self, Order::JitteredGrid | Order::Random)
+        matches!(
+            self,
+            Order::JitteredGrid | Order::Random | Order::FromInside | Order::FromInsideShuffled
+        )
     }
 }
 
@@ -158,6 +177,8 @@ impl Scan {
             Order::StarShuffled => star(self.shuffled(index) as f64 / self.count as f64),
             Order::SpiralIn => few_turns(index as f64 / self.count as f64),
             Order::SpiralInShuffled => few_turns(self.shuffled(index) as f64 / self.count as f64),
+            Order::FromInside => self.of_disc(index),
+            Order::FromInsideShuffled => self.of_disc(self.shuffled(index)),
         };
         [x, y, sag_mm(x, y)]
     }
@@ -165,6 +186,13 @@ impl Scan {
     fn of_two_outlines(self, index: usize) -> [f64; 2] {
         let [x, y] = polar(1.0, TAU * index as f64 / self.count as f64);
         [x + 100.0 * (index % 2) as f64, y]
+    }
+
+    /// A place of a disc of as much area as a square of the pitch for each point, by the number of those inside it.
+    fn of_disc(self, index: usize) -> [f64; 2] {
+        let [share, turn] = self.offsets(index).map(|offset| 0.5 + 0.5 * offset);
+        let radius_mm = PITCH_MM * ((index as f64 + share) / PI).sqrt();
+        polar(radius_mm, TAU * turn)
     }
 
     /// Another number below the count for each number: cycles of a permutation of the next power of four that lead

@@ -112,7 +112,7 @@ fn decimals(places: usize, value: f64) -> String {
 }
 
 /// What was not measured is a dash.
-fn dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
+pub(crate) fn dash<T>(value: Option<T>, text: impl FnOnce(T) -> String) -> String {
     value.map_or_else(|| "-".to_owned(), text)
 }
 
