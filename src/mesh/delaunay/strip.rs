@@ -526,7 +526,7 @@ const FAN: usize = 16;
 const WIDE_STEPS: f64 = 64.0;
 
 /// Points of a wide strip at most, or twice as many where those are all there are.
-const LONGEST_WIDE: usize = 1024;
+const LONGEST_WIDE: usize = 2048;
 
 /// Points of the first strip, each next one being four times as long as long as flips are few.
 const FIRST_STRIP: usize = 64;
