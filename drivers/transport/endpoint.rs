@@ -42,6 +42,20 @@ pub enum Endpoint {
         /// How many times faster than the log it is played, above 0.
         speed: f64,
     },
+    /// A file, a FIFO or the standard input. What is sent goes nowhere. A file that is not followed and a pipe without a name
+    /// end the link, and it stays closed.
+    File(FileSettings),
+}
+
+/// How a file or pipe is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileSettings {
+    /// The file or FIFO; `-`: the standard input.
+    pub path: PathBuf,
+    /// Whether a file is read on at its end as it grows, and anew when it is truncated or replaced. Of no meaning for pipes.
+    pub follow: bool,
+    /// Whether a followed file that is there when the link first opens is read from its end on.
+    pub from_end: bool,
 }
 
 /// How a serial port is opened. Always 8 data bits.
@@ -91,6 +105,7 @@ impl Endpoint {
             Endpoint::Udp { .. } => "udp",
             Endpoint::SocketCan { .. } => "socketcan",
             Endpoint::CanLog { .. } => "candump",
+            Endpoint::File(_) => "file",
         }
     }
 }
@@ -105,6 +120,24 @@ impl fmt::Display for Endpoint {
             Endpoint::Udp { listen, peer: None } => f.write_str(listen),
             Endpoint::SocketCan { interface } => f.write_str(interface),
             Endpoint::CanLog { path, .. } => path.display().fmt(f),
+            Endpoint::File(file) => file.fmt(f),
+        }
+    }
+}
+
+impl FileSettings {
+    /// Whether it is the standard input.
+    pub fn is_standard_input(&self) -> bool {
+        self.path.as_os_str() == "-"
+    }
+}
+
+/// The path, or words for the standard input.
+impl fmt::Display for FileSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.is_standard_input() {
+            true => f.write_str("standard input"),
+            false => self.path.display().fmt(f),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Links: serial ports, TCP, UDP, SocketCAN and logs of CAN frames, opened, kept open, and named.
+//! Links: serial ports, TCP, UDP, SocketCAN, logs of CAN frames, files and pipes, opened, kept open, and named.
 //!
 //! A link knows how bytes come and go and nothing of what they mean: no device is named here. It is
 //! one task that opens its [`Endpoint`], hands on what it receives as [`LinkEvent`]s, sends what it is
@@ -17,6 +17,7 @@ mod backoff;
 mod canlog;
 mod datagrams;
 mod endpoint;
+mod files;
 mod holders;
 mod link;
 mod ports;
@@ -25,7 +26,7 @@ mod socketcan;
 mod stream;
 
 pub use backoff::{Backoff, BackoffError};
-pub use endpoint::{Endpoint, FlowControl, Parity, SerialSettings};
+pub use endpoint::{Endpoint, FileSettings, FlowControl, Parity, SerialSettings};
 pub use holders::{Holder, holder_of_file, holder_of_port};
 pub use link::{Link, LinkCommand, LinkEvent, LinkRemote, LinkSettings, What};
 pub use ports::{CanInterface, SerialPort, can_interfaces, serial_ports};

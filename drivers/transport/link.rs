@@ -11,6 +11,7 @@ use tracing::{debug, trace};
 
 use crate::canlog::CanLog;
 use crate::datagrams::Datagrams;
+use crate::files::Bookmark;
 use crate::socketcan::{CanPort, Received};
 use crate::stream::{Bytes, OpenError, Port, open};
 use crate::{Backoff, Endpoint};
@@ -90,7 +91,8 @@ impl Link {
     /// about 550 frames (`net.core.rmem_max` of 212992, the usual value) and loses those after them.
     pub fn spawn(settings: LinkSettings, events: mpsc::Sender<LinkEvent>) -> Link {
         let (commands, receiver) = mpsc::unbounded_channel();
-        let worker = Worker { settings, events, commands: receiver, epoch: 0 };
+        let bookmark = Bookmark::default();
+        let worker = Worker { settings, events, commands: receiver, epoch: 0, bookmark };
         Link { commands, task: tokio::spawn(worker.run()) }
     }
 
@@ -137,6 +139,7 @@ struct Worker {
     events: mpsc::Sender<LinkEvent>,
     commands: mpsc::UnboundedReceiver<LinkCommand>,
     epoch: u64,
+    bookmark: Bookmark,
 }
 
 /// Why a connection is over.
@@ -152,7 +155,7 @@ enum End {
 impl Worker {
     async fn run(mut self) {
         loop {
-            match open(&self.settings.endpoint).await {
+            match open(&self.settings.endpoint, &mut self.bookmark).await {
                 Ok(port) => {
                     self.epoch += 1;
                     debug!(endpoint = %self.settings.endpoint, epoch = self.epoch, "link open");
@@ -165,6 +168,7 @@ impl Worker {
                         Port::Datagrams(port) => self.serve_datagrams(port).await,
                         Port::Can(port) => self.serve_can(port).await,
                         Port::CanLog(log) => self.serve_log(log).await,
+                        Port::File(settings, port) => self.serve_file(&settings, port).await,
                     };
                     match end {
                         End::Closed(reason) => {
@@ -409,7 +413,10 @@ fn with_cause(error: &OpenError) -> String {
     }
 }
 
+mod file;
 mod pair;
 
+#[cfg(test)]
+mod file_tests;
 #[cfg(test)]
 mod tests;

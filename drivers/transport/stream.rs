@@ -10,8 +10,9 @@ use tokio::time::timeout;
 
 use crate::canlog::CanLog;
 use crate::datagrams::Datagrams;
+use crate::files::{Bookmark, FilePort};
 use crate::socketcan::CanPort;
-use crate::{Endpoint, Holder, Parity, serial};
+use crate::{Endpoint, FileSettings, Holder, Parity, serial};
 
 /// Why an endpoint could not be opened.
 #[derive(Debug, Error)]
@@ -86,6 +87,24 @@ pub enum OpenError {
         /// Error of the system.
         source: io::Error,
     },
+    /// No file or pipe that can be read.
+    #[error("cannot read {path}; {cure}")]
+    File {
+        /// The path tried.
+        path: String,
+        /// Cure in words for a person.
+        cure: &'static str,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// A device or a socket.
+    #[error(
+        "{path} is neither a file nor a pipe: name one of these; a serial port needs kind = \"serial\""
+    )]
+    NoFile {
+        /// The path tried.
+        path: String,
+    },
 }
 
 /// Anything that carries bytes both ways.
@@ -105,10 +124,13 @@ pub(crate) enum Port {
     Can(CanPort),
     /// A log of CAN frames.
     CanLog(CanLog),
+    /// A file or a pipe.
+    File(FileSettings, FilePort),
 }
 
-/// Opens `endpoint`, within a few seconds. What the kernel still held from before is thrown away.
-pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
+/// Opens `endpoint`, within a few seconds. What the kernel still held from before is thrown away, but of pipes. `bookmark` is
+/// the place where a file is read on.
+pub(crate) async fn open(endpoint: &Endpoint, bookmark: &mut Bookmark) -> Result<Port, OpenError> {
     match endpoint {
         Endpoint::Serial(settings) => Ok(Port::Stream(Box::new(serial::open(settings)?))),
         Endpoint::Tcp { address } => Ok(Port::Stream(Box::new(connect(address).await?))),
@@ -123,6 +145,10 @@ pub(crate) async fn open(endpoint: &Endpoint) -> Result<Port, OpenError> {
         }
         Endpoint::SocketCan { interface } => Ok(Port::Can(CanPort::open(interface)?)),
         Endpoint::CanLog { path, speed } => Ok(Port::CanLog(CanLog::open(path, *speed).await?)),
+        Endpoint::File(settings) => {
+            let port = FilePort::open(settings, bookmark).await?;
+            Ok(Port::File(settings.clone(), port))
+        }
     }
 }
 

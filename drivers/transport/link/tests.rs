@@ -6,13 +6,13 @@ use serialport::SerialPort as _;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
-fn start(endpoint: Endpoint) -> (Link, mpsc::Receiver<LinkEvent>) {
+pub(super) fn start(endpoint: Endpoint) -> (Link, mpsc::Receiver<LinkEvent>) {
     let (events, receiver) = mpsc::channel(16);
     let backoff = Backoff::try_new(Duration::from_millis(5), Duration::from_millis(20), 1).unwrap();
     (Link::spawn(LinkSettings { index: 3, endpoint, backoff }, events), receiver)
 }
 
-async fn next(events: &mut mpsc::Receiver<LinkEvent>) -> What {
+pub(super) async fn next(events: &mut mpsc::Receiver<LinkEvent>) -> What {
     let event = timeout(Duration::from_secs(10), events.recv()).await.unwrap().unwrap();
     assert_eq!(event.link, 3);
     event.what
