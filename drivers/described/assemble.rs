@@ -7,6 +7,7 @@ use asphera_link::{Count, Flags, Nanos, Reading, Values};
 
 use crate::field::{Field, Place, Role};
 use crate::pattern::Pattern;
+use crate::profile::{ProfileRow, Read};
 use crate::settings::{Layout, Settings};
 
 /// Knows what stands where in a frame.
@@ -14,6 +15,9 @@ use crate::settings::{Layout, Settings};
 pub(crate) struct Assembler {
     cut: Cut,
     slots: Vec<Slot>,
+    profile: Option<ProfileRow>,
+    /// First byte of the profile in a record without its beginning.
+    profile_at: usize,
 }
 
 /// How a frame is taken apart.
@@ -77,7 +81,13 @@ impl Assembler {
             };
             Slot { field: field.clone(), piece, range }
         };
-        Assembler { slots: settings.fields.iter().map(slot).collect(), cut }
+        let profile_at = settings.profile.as_ref().and_then(ProfileRow::range);
+        Assembler {
+            slots: settings.fields.iter().map(slot).collect(),
+            cut,
+            profile: settings.profile.clone(),
+            profile_at: profile_at.map_or(0, |range| range.start.saturating_sub(begin)),
+        }
     }
 
     /// The reading of a frame without its beginning and its check.
@@ -106,7 +116,26 @@ impl Assembler {
         for slot in &self.slots {
             known |= slot.enter(text(slot), &mut assembled);
         }
+        if let Some(row) = &self.profile {
+            let read = self.profile(row, body, &pieces);
+            known |= read.is_known;
+            if read.is_doubtful {
+                assembled.reading.flags |= Flags::SUSPECT;
+            }
+            let values = std::mem::take(&mut assembled.reading.values);
+            assembled.reading.values = values.with_profile(read.profile);
+        }
         if known { Ok(assembled) } else { Err(NoReading::NoNumber) }
+    }
+
+    fn profile(&self, row: &ProfileRow, body: &[u8], pieces: &[Range<usize>]) -> Read {
+        match row.form.width() {
+            Some(width) => row.read(body.get(self.profile_at..).unwrap_or_default().chunks(width)),
+            None => {
+                let heights = pieces.get(row.first_column()..).unwrap_or_default();
+                row.read(heights.iter().map(|range| body.get(range.clone()).unwrap_or_default()))
+            }
+        }
     }
 
     fn pieces(&self, body: &[u8]) -> Result<Vec<Range<usize>>, NoReading> {
@@ -118,8 +147,12 @@ impl Assembler {
             }
             Cut::Columns { separator, columns } => {
                 let pieces = split(body, *separator);
-                let needed = self.slots.iter().map(|slot| slot.piece + 1).max().unwrap_or(1);
-                let (fits, expected) = match *columns {
+                let row = self.profile.as_ref();
+                let row = row.map(|row| row.first_column() + row.abscissae.points());
+                let ends = self.slots.iter().map(|slot| slot.piece + 1);
+                let needed = ends.chain(row).max().unwrap_or(1);
+                // A row that lost or gained a separator has other heights at its places.
+                let (fits, expected) = match columns.or(row.map(|_| needed)) {
                     Some(columns) => (pieces.len() == columns, columns.to_string().into()),
                     None => (pieces.len() >= needed, format!("at least {needed}").into()),
                 };

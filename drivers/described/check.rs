@@ -20,8 +20,11 @@ pub(crate) fn settings(settings: &Settings) -> Vec<Problem> {
     }
     let number = |is: fn(&Role) -> bool| settings.fields.iter().filter(|f| is(&f.role)).count();
     let channels = number(|role| *role == Role::Channel);
-    if channels == 0 {
+    if channels == 0 && settings.profile.is_none() {
         problems.push(Problem::new("field", "at least one with the role channel", "none"));
+    }
+    if let Some(profile) = &settings.profile {
+        problems.extend(profile.problems(settings));
     }
     if channels > MAX_CHANNELS {
         problems.push(Problem::new("field", format!("at most {MAX_CHANNELS} channels"), channels));
@@ -74,6 +77,10 @@ fn framing(problems: &mut Vec<Problem>, settings: &Settings) {
     if let Some(check) = settings.checksum {
         check_range(problems, "checksum.skip_first", check.skip_first, 0, 64);
         check_range(problems, "checksum.skip_last", check.skip_last, 0, 64);
+    }
+    if settings.begins_whole && (settings.poll.is_some() || settings.hello.is_some()) {
+        let expected = "false with a poll or a hello: a frame is an answer there";
+        problems.push(Problem::new("begins_whole", expected, "true"));
     }
     check_range(problems, "silence_ms", settings.silence_ms, 1, 10_000);
     if settings.gap_ms != 0 {

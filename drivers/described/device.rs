@@ -418,12 +418,22 @@ impl Driver for Described {
             }
             None => {
                 self.confirm = self.settings.poll.is_some();
+                if self.settings.begins_whole {
+                    self.splitter.clear(true);
+                }
                 self.begin(now);
             }
         }
     }
 
-    fn disconnected(&mut self, _: Nanos) {
+    fn disconnected(&mut self, now: Nanos) {
+        // A record that was held back and is as long as one: nothing can come behind it any more.
+        if self.settings.holds_back()
+            && self.state == State::Listening
+            && let Some(frame) = self.splitter.silence()
+        {
+            self.frame(now, &frame);
+        }
         self.splitter.clear(false);
         self.report_discarded();
         self.outputs.clear();

@@ -7,6 +7,8 @@ use asphera_link::{
 };
 use asphera_settings::Section;
 
+mod profile;
+
 use crate::Described;
 use crate::checksum::{Algorithm, Checksum, Digits};
 use crate::field::{FLAGS, Field, Flagged, Place, Role};
@@ -29,10 +31,13 @@ fn read(table: &Section<'_>) -> Option<Settings> {
     let layout = layout(table);
     let checksum = checksum(&table.section("checksum"));
     let fields: Vec<Option<Field>> = table.array("field").iter().map(field).collect();
-    if fields.is_empty() {
+    let fields: Option<Vec<Field>> = fields.into_iter().collect();
+    let profile = optional(table, "profile", profile::read);
+    let is_empty = fields.as_ref().is_some_and(Vec::is_empty) && matches!(profile, Some(None));
+    if is_empty {
         table.problem("field", "a table [[field]] for each number", "nothing");
     }
-    let fields: Option<Vec<Field>> = fields.into_iter().collect();
+    let begins_whole = table.or("begins_whole", false);
     let poll = optional(table, "poll", poll);
     let hello = optional(table, "hello", hello);
     let errors = optional(table, "errors", errors);
@@ -51,6 +56,8 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         checksum: checksum?,
         layout: layout?,
         fields: fields?,
+        profile: profile?,
+        begins_whole,
         poll: poll?,
         hello: hello?,
         errors: errors?,
@@ -62,7 +69,7 @@ fn read(table: &Section<'_>) -> Option<Settings> {
         silence_ms,
         gap_ms,
     };
-    (!settings.fields.is_empty()).then_some(settings)
+    (!is_empty).then_some(settings)
 }
 
 fn framing(table: &Section<'_>) -> Option<Framing> {
@@ -125,13 +132,18 @@ fn order(table: &Section<'_>) -> ByteOrder {
     table.word("order", ByteOrder::Big, &[("big", ByteOrder::Big), ("little", ByteOrder::Little)])
 }
 
-fn field(table: &Section<'_>) -> Option<Field> {
-    let name = table.required("name");
-    let place = place(table);
+/// How a number is written, by the keys `form` and `order`.
+fn form(table: &Section<'_>) -> Form {
     let order = order(table);
     let binary = Form::BINARY.iter().filter_map(|word| Some((*word, Form::binary(word, order)?)));
     let forms: Vec<(&str, Form)> = Form::TEXT.into_iter().chain(binary).collect();
-    let form = table.word("form", Form::Decimal, &forms);
+    table.word("form", Form::Decimal, &forms)
+}
+
+fn field(table: &Section<'_>) -> Option<Field> {
+    let name = table.required("name");
+    let place = place(table);
+    let form = form(table);
     let units: Vec<(&str, Unit)> = Unit::ALL.iter().map(|unit| (unit.symbol(), *unit)).collect();
     let role = role(table);
     let ordinary = if matches!(role, Some(Role::DeviceTime)) { Unit::Second } else { Unit::One };
@@ -269,6 +281,10 @@ impl DeviceSettings for Settings {
 
     fn channels(&self) -> Vec<Channel> {
         Settings::channels(self)
+    }
+
+    fn measures_profiles(&self) -> bool {
+        self.profile.is_some()
     }
 
     fn count_cycle(&self) -> Result<u32, &'static str> {

@@ -19,6 +19,7 @@ mod field;
 mod framing;
 mod number;
 mod pattern;
+mod profile;
 mod propose;
 mod settings;
 
@@ -29,4 +30,5 @@ pub use field::{Field, Flagged, Place, Role};
 pub use framing::{End, Framing};
 pub use number::{ByteOrder, Form};
 pub use pattern::{Pattern, PatternError};
+pub use profile::{Abscissae, ProfileRow};
 pub use settings::{ErrorQueue, Hello, Layout, Poll, Refusal, Settings};

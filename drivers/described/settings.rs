@@ -7,6 +7,7 @@ use crate::checksum::Checksum;
 use crate::field::{Field, Role};
 use crate::framing::{End, Framing};
 use crate::pattern::Pattern;
+use crate::profile::ProfileRow;
 
 /// A device: its frames, what stands in them, and what is said to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +18,13 @@ pub struct Settings {
     pub checksum: Option<Checksum>,
     /// How a frame is taken apart.
     pub layout: Layout,
-    /// What stands in it; at least one channel.
+    /// What stands in it; at least one channel, or a profile.
     pub fields: Vec<Field>,
+    /// The heights of a line profile in it.
+    pub profile: Option<ProfileRow>,
+    /// Whether a connection begins with a whole frame, as files and pipes do. Else what comes before the first end of a line
+    /// may be half of one.
+    pub begins_whole: bool,
     /// The question each reading answers; `None`: the device sends by itself.
     pub poll: Option<Poll>,
     /// The question that proves that the right device is there.
@@ -117,6 +123,8 @@ impl Default for Settings {
             checksum: None,
             layout: Layout::Columns { separator: None, columns: None },
             fields: Vec::new(),
+            profile: None,
+            begins_whole: false,
             poll: None,
             hello: None,
             errors: None,

@@ -111,6 +111,27 @@ refusal = [{ pattern = 'NG\d{3}', means = 'see the error codes of the manual' }]
     assert!(asked(table, "NG012\r").faults()[0].1.contains("`NG012`: see the error codes"));
 }
 
+/// Mitutoyo SJ-210, RDRES: a result of 7 digits, right-justified; 3.123 µm is the manual's example. SJ-410: 8 digits.
+#[test]
+fn mitutoyo_sj_210_results() {
+    let table = r"
+pattern = 'OK(?<ra>[ +\-.\d]{7,8})'
+poll = { ask = 'RDRES00,01,00\r' }
+field = [{ name = 'ra', group = 'ra', unit = 'mm', scale = 1e-3 }]
+refusal = [{ pattern = 'NG\d{3}', means = 'there is no result' }]
+";
+    for answer in ["OK  3.123\r", "OK   3.123\r", "OK003.123\r"] {
+        let bench = asked(table, answer);
+        assert_eq!(bench.sent, [r"RDRES00,01,00\r", r"RDRES00,01,00\r"]);
+        assert_eq!(bench.values(), [Some(3.123 * 1e-3)], "{answer}");
+    }
+    let refused = asked(table, "NG005\r");
+    assert_eq!(refused.readings(), []);
+    assert_eq!(refused.faults()[0].1, "the device answers `NG005`: there is no result");
+    // Half an answer is none.
+    assert_eq!(asked(table, "OK  3.1\r").readings(), []);
+}
+
 /// RIFTEK RF60x: 02A5h of 16384 parts of 50 mm is 2.066 mm. The manual's number in a record of bytes.
 #[test]
 fn parts_of_a_range() {
