@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::TlsSettings;
+
 /// Where a link leads.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Endpoint {
@@ -12,6 +14,13 @@ pub enum Endpoint {
     Tcp {
         /// Host and port.
         address: String,
+    },
+    /// A TCP server that speaks TLS.
+    Tls {
+        /// Host and port.
+        address: String,
+        /// How it is known.
+        tls: TlsSettings,
     },
     /// A TCP server with two ports, connected to both or to none. Received chunks are
     /// [`asphera_link::Connection::chunk`]s; what is sent goes to the first.
@@ -100,7 +109,7 @@ impl Endpoint {
     pub const fn kind(&self) -> &'static str {
         match self {
             Endpoint::Serial(_) => "serial",
-            Endpoint::Tcp { .. } => "tcp",
+            Endpoint::Tcp { .. } | Endpoint::Tls { .. } => "tcp",
             Endpoint::TcpPair { .. } => "tcp-pair",
             Endpoint::Udp { .. } => "udp",
             Endpoint::SocketCan { .. } => "socketcan",
@@ -115,7 +124,9 @@ impl fmt::Display for Endpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Endpoint::Serial(serial) => f.write_str(&serial.path),
-            Endpoint::Tcp { address } | Endpoint::TcpPair { address, .. } => f.write_str(address),
+            Endpoint::Tcp { address }
+            | Endpoint::Tls { address, .. }
+            | Endpoint::TcpPair { address, .. } => f.write_str(address),
             Endpoint::Udp { peer: Some(peer), .. } => f.write_str(peer),
             Endpoint::Udp { listen, peer: None } => f.write_str(listen),
             Endpoint::SocketCan { interface } => f.write_str(interface),

@@ -24,6 +24,7 @@ mod ports;
 mod serial;
 mod socketcan;
 mod stream;
+mod tls;
 
 pub use backoff::{Backoff, BackoffError};
 pub use endpoint::{Endpoint, FileSettings, FlowControl, Parity, SerialSettings};
@@ -31,3 +32,4 @@ pub use holders::{Holder, holder_of_file, holder_of_port};
 pub use link::{Link, LinkCommand, LinkEvent, LinkRemote, LinkSettings, What};
 pub use ports::{CanInterface, SerialPort, can_interfaces, serial_ports};
 pub use stream::OpenError;
+pub use tls::{ClientCertificate, TlsError, TlsSettings};

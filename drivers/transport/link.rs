@@ -1,5 +1,6 @@
 //! One link: a task that keeps an endpoint open.
 
+use std::io;
 use std::time::Duration;
 
 use asphera_link::{CanFrame, RECORD_LEN};
@@ -218,12 +219,24 @@ impl Worker {
                             return end;
                         }
                     }
-                    Err(error) => return End::Closed(format!("reading failed: {error}")),
+                    Err(error) => return End::Closed(self.reading_failed(&error)),
                 },
                 command = self.commands.recv() => if let Some(end) = self.write(command, &mut writer).await {
                     return end;
                 },
             }
+        }
+    }
+
+    /// Words on an error of a stream. A server of TLS may refuse its client after the handshake.
+    fn reading_failed(&self, error: &io::Error) -> String {
+        let cure = match &self.settings.endpoint {
+            Endpoint::Tls { .. } => crate::tls::cure(error, ""),
+            _ => None,
+        };
+        match cure {
+            Some(cure) => format!("reading failed: {cure}: {error}"),
+            None => format!("reading failed: {error}"),
         }
     }
 
@@ -420,3 +433,5 @@ mod pair;
 mod file_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tls_tests;

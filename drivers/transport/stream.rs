@@ -3,6 +3,7 @@
 use std::io;
 use std::time::Duration;
 
+use socket2::{SockRef, TcpKeepalive};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpStream;
@@ -12,6 +13,7 @@ use crate::canlog::CanLog;
 use crate::datagrams::Datagrams;
 use crate::files::{Bookmark, FilePort};
 use crate::socketcan::CanPort;
+use crate::tls::{self, TlsError};
 use crate::{Endpoint, FileSettings, Holder, Parity, serial};
 
 /// Why an endpoint could not be opened.
@@ -53,6 +55,9 @@ pub enum OpenError {
         /// Error of the system.
         source: io::Error,
     },
+    /// No TLS connection.
+    #[error(transparent)]
+    Tls(#[from] TlsError),
     /// The port is not free, or the address is none of this host.
     #[error(
         "cannot receive datagrams at {address}; `ss -lunp` lists who has the port, `ip address` the addresses"
@@ -134,6 +139,10 @@ pub(crate) async fn open(endpoint: &Endpoint, bookmark: &mut Bookmark) -> Result
     match endpoint {
         Endpoint::Serial(settings) => Ok(Port::Stream(Box::new(serial::open(settings)?))),
         Endpoint::Tcp { address } => Ok(Port::Stream(Box::new(connect(address).await?))),
+        Endpoint::Tls { address, tls } => {
+            let stream = connect(address).await?;
+            Ok(Port::Stream(Box::new(tls::connect(stream, address, tls).await?)))
+        }
         Endpoint::TcpPair { address, second_port } => {
             let first = connect(address).await?;
             let host = address.rsplit_once(':').map_or(address.as_str(), |(host, _)| host);
@@ -160,7 +169,23 @@ async fn connect(address: &str) -> Result<TcpStream, OpenError> {
         .map_err(tcp)?;
     // Commands are short and wanted at once.
     stream.set_nodelay(true).map_err(tcp)?;
+    keep_alive(&stream).map_err(tcp)?;
     Ok(stream)
 }
 
+/// A connection whose other end is gone without a word ends within [`LONGEST_SILENCE`], though nobody sends anything.
+fn keep_alive(stream: &TcpStream) -> io::Result<()> {
+    let probes =
+        TcpKeepalive::new().with_time(PROBE_AFTER).with_interval(PROBE_PERIOD).with_retries(PROBES);
+    let socket = SockRef::from(stream);
+    socket.set_tcp_keepalive(&probes)?;
+    // What was sent and never acknowledged ends it as well: probes do not go out then.
+    socket.set_tcp_user_timeout(Some(LONGEST_SILENCE))
+}
+
+/// Silence after which the other end is asked whether it is there.
+const PROBE_AFTER: Duration = Duration::from_secs(5);
+const PROBE_PERIOD: Duration = Duration::from_secs(2);
+const PROBES: u32 = 3;
+const LONGEST_SILENCE: Duration = Duration::from_secs(11);
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);

@@ -179,7 +179,7 @@ async fn writers_of_a_fifo_come_and_go_without_a_lost_byte() {
 #[tokio::test]
 async fn a_pipe_without_a_name_ends_the_link_with_its_writer() {
     use std::os::fd::AsRawFd as _;
-    let (reader, mut writer) = std::io::pipe().unwrap();
+    let (reader, mut writer) = io::pipe().unwrap();
     let path = format!("/proc/self/fd/{}", reader.as_raw_fd());
     let (_link, mut events) = start(file(Path::new(&path), false, false));
     assert_eq!(next(&mut events).await, What::Opened { epoch: 1 });
